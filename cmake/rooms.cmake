@@ -1,0 +1,40 @@
+# One room = one static library `doppel_<name>` with headers and sources side by side and tests in test/ beside them.
+#
+#   doppel_room(NAME <name> [SOURCES ...] [USES <lower rooms>] [PUBLIC <libs>] [PRIVATE <libs>])
+#   doppel_room_tests(NAME <name> SOURCES ... [LINKS ...])   -> program <name>_test, registered with ctest
+include_guard()
+
+find_package(Threads REQUIRED)
+if(DOPPEL_TESTS)
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+  enable_testing()
+endif()
+
+add_library(doppel_flags INTERFACE)
+target_compile_options(doppel_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual)
+if(DOPPEL_WERROR)
+  target_compile_options(doppel_flags INTERFACE -Werror)
+endif()
+target_include_directories(doppel_flags INTERFACE ${PROJECT_SOURCE_DIR}/src)
+
+function(doppel_room)
+  cmake_parse_arguments(ROOM "" "NAME" "SOURCES;USES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(doppel_${ROOM_NAME} STATIC ${ROOM_SOURCES})
+  set_target_properties(doppel_${ROOM_NAME} PROPERTIES LINKER_LANGUAGE CXX)
+  target_link_libraries(doppel_${ROOM_NAME} PUBLIC doppel_flags ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE})
+  foreach(lower IN LISTS ROOM_USES)
+    target_link_libraries(doppel_${ROOM_NAME} PUBLIC doppel_${lower})
+  endforeach()
+endfunction()
+
+function(doppel_room_tests)
+  if(NOT DOPPEL_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ROOM "" "NAME" "SOURCES;LINKS" ${ARGN})
+  add_executable(${ROOM_NAME}_test ${ROOM_SOURCES})
+  target_link_libraries(${ROOM_NAME}_test PRIVATE ${ROOM_LINKS} GTest::gtest_main GTest::gmock)
+  target_compile_definitions(${ROOM_NAME}_test PRIVATE DOPPEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  gtest_discover_tests(${ROOM_NAME}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()

@@ -1,0 +1,72 @@
+#include "doppel/core/diagnostic.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace doppel {
+namespace {
+
+std::string joined(const std::vector<Diagnostic>& diagnostics) {
+  std::string out;
+  for (const Diagnostic& d : diagnostics) {
+    if (!out.empty()) out += '\n';
+    out += d.str();
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string_view to_string(Severity severity) {
+  switch (severity) {
+    case Severity::note: return "note";
+    case Severity::warning: return "warning";
+    case Severity::error: return "error";
+  }
+  return "error";
+}
+
+std::string Diagnostic::str() const {
+  std::string out = where.known() ? where.str() + ": " : "";
+  out += fmt::format("{}: {}", to_string(severity), message);
+  if (!rule.empty()) out += fmt::format(" [{}]", rule);
+  if (!mend.empty()) out += fmt::format("\n  mend: {}", mend);
+  return out;
+}
+
+void Diagnostics::add(Diagnostic diagnostic) { all_.push_back(std::move(diagnostic)); }
+
+void Diagnostics::error(std::string rule, SourceLocation where, std::string message, std::string mend) {
+  add({Severity::error, std::move(rule), std::move(message), std::move(where), std::move(mend)});
+}
+
+void Diagnostics::warning(std::string rule, SourceLocation where, std::string message, std::string mend) {
+  add({Severity::warning, std::move(rule), std::move(message), std::move(where), std::move(mend)});
+}
+
+void Diagnostics::note(std::string rule, SourceLocation where, std::string message, std::string mend) {
+  add({Severity::note, std::move(rule), std::move(message), std::move(where), std::move(mend)});
+}
+
+std::size_t Diagnostics::count(Severity severity) const {
+  return static_cast<std::size_t>(
+      std::count_if(all_.begin(), all_.end(), [&](const Diagnostic& d) { return d.severity == severity; }));
+}
+
+void Diagnostics::throw_if_errors() const {
+  std::vector<Diagnostic> errors;
+  std::copy_if(all_.begin(), all_.end(), std::back_inserter(errors),
+               [](const Diagnostic& d) { return d.severity == Severity::error; });
+  if (!errors.empty()) throw InputError(std::move(errors));
+}
+
+InputError::InputError(Diagnostic diagnostic) : InputError(std::vector<Diagnostic>{std::move(diagnostic)}) {}
+
+InputError::InputError(std::vector<Diagnostic> diagnostics)
+    : std::runtime_error(joined(diagnostics)), diagnostics_(std::move(diagnostics)) {}
+
+InputError::InputError(std::string rule, SourceLocation where, std::string message, std::string mend)
+    : InputError(Diagnostic{Severity::error, std::move(rule), std::move(message), std::move(where), std::move(mend)}) {}
+
+}  // namespace doppel

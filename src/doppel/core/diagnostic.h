@@ -1,0 +1,60 @@
+#pragma once
+// Findings about the user's input. Parsers collect into a Diagnostics; the caller decides whether to print, to serve
+// as JSON or to stop. InputError is how bad input leaves a function that cannot go on: the program's exit code 2.
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/core/source_location.h"
+
+namespace doppel {
+
+enum class Severity { note, warning, error };
+
+std::string_view to_string(Severity severity);
+
+struct Diagnostic {
+  Severity severity = Severity::error;
+  std::string rule;     // stable id, dotted: "urdf.two_roots"
+  std::string message;  // what is wrong and why it matters
+  SourceLocation where;
+  std::string mend;     // what to do about it; may be empty
+
+  // "arm.urdf:12:3: error: <message> [urdf.two_roots]\n  mend: ..." in one string.
+  [[nodiscard]] std::string str() const;
+};
+
+class Diagnostics {
+ public:
+  void add(Diagnostic diagnostic);
+  void error(std::string rule, SourceLocation where, std::string message, std::string mend = "");
+  void warning(std::string rule, SourceLocation where, std::string message, std::string mend = "");
+  void note(std::string rule, SourceLocation where, std::string message, std::string mend = "");
+
+  [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
+  [[nodiscard]] std::size_t count(Severity severity) const;
+  [[nodiscard]] bool has_errors() const { return count(Severity::error) > 0; }
+
+  // Throws InputError with every error collected so far, if there is one.
+  void throw_if_errors() const;
+
+ private:
+  std::vector<Diagnostic> all_;
+};
+
+// Input that cannot be used. what() is the complete text for a person, one diagnostic after another.
+class InputError : public std::runtime_error {
+ public:
+  explicit InputError(Diagnostic diagnostic);
+  explicit InputError(std::vector<Diagnostic> diagnostics);
+  InputError(std::string rule, SourceLocation where, std::string message, std::string mend = "");
+
+  [[nodiscard]] const std::vector<Diagnostic>& diagnostics() const { return diagnostics_; }
+
+ private:
+  std::vector<Diagnostic> diagnostics_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,21 @@
+#pragma once
+// "Did you mean": the nearest of a set of valid names.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace doppel {
+
+// Edit distance with adjacent transpositions (Damerau-Levenshtein, optimal string alignment), case-insensitive.
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+// The candidate nearest to `name`, if near enough to be a typo of it (about a third of its length).
+std::optional<std::string> nearest_name(std::string_view name, std::span<const std::string> candidates);
+
+// "; did you mean 'x'?" or, with no near name and at most eight candidates, "; there are: a, b, c"; else "".
+std::string did_you_mean(std::string_view name, std::span<const std::string> candidates);
+
+}  // namespace doppel

@@ -1,0 +1,35 @@
+#pragma once
+// Where something was written: file, line and column in the user's own source, through the macros and includes that
+// led there. Every node of a description and every diagnostic carries one.
+
+#include <memory>
+#include <string>
+
+namespace doppel {
+
+struct SourceLocation {
+  // One step of an expansion: the place that called or included, and what it called ("in macro 'servo_joint'").
+  struct Within;
+
+  std::shared_ptr<const std::string> file;  // as the user named it; null: unknown
+  int line = 0;                             // 1-based; 0: unknown
+  int column = 0;                           // 1-based; 0: unknown
+  std::shared_ptr<const Within> within;     // the innermost expansion that produced this place; null: none
+
+  [[nodiscard]] bool known() const { return file != nullptr; }
+
+  // "joints.xacro:14:3", without the expansions around it.
+  [[nodiscard]] std::string place() const;
+
+  // "arm.xacro:210:5: in macro 'servo_joint' (joints.xacro:14:3)": outermost call first, this place last.
+  [[nodiscard]] std::string str() const;
+};
+
+struct SourceLocation::Within {
+  SourceLocation call;  // where the macro was called or the file included
+  std::string what;     // "in macro 'servo_joint'", "in include"
+};
+
+SourceLocation make_location(std::string file, int line = 0, int column = 0);
+
+}  // namespace doppel

@@ -1,0 +1,127 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+#include <thread>
+
+#include "doppel/core/byte_ring.h"
+#include "doppel/core/diagnostic.h"
+#include "doppel/core/inbox.h"
+#include "doppel/core/names.h"
+#include "doppel/core/time.h"
+
+namespace doppel {
+namespace {
+
+TEST(SourceLocation, TellsTheWholePathOutermostFirst) {
+  SourceLocation inner = make_location("joints.xacro", 14, 3);
+  inner.within = std::make_shared<SourceLocation::Within>(
+      SourceLocation::Within{make_location("arm.xacro", 210, 5), "in macro 'servo_joint'"});
+  EXPECT_EQ(inner.str(), "arm.xacro:210:5: in macro 'servo_joint' (joints.xacro:14:3)");
+  EXPECT_EQ(inner.place(), "joints.xacro:14:3");
+}
+
+TEST(Diagnostics, ThrowsAllErrorsAtOnceAndOnlyErrors) {
+  Diagnostics d;
+  d.warning("a.b", make_location("x", 1, 1), "odd");
+  EXPECT_NO_THROW(d.throw_if_errors());
+  d.error("c.d", make_location("x", 2, 3), "wrong", "do this");
+  d.error("e.f", make_location("x", 4, 5), "worse");
+  try {
+    d.throw_if_errors();
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_STREQ(e.what(), "x:2:3: error: wrong [c.d]\n  mend: do this\nx:4:5: error: worse [e.f]");
+  }
+}
+
+TEST(Names, NearestIsATypoNotAnything) {
+  const std::vector<std::string> names{"Revolute 1", "Revolute 2", "length"};
+  EXPECT_EQ(nearest_name("lenght", names), "length");
+  EXPECT_EQ(nearest_name("Revolute1", names), "Revolute 1");
+  EXPECT_EQ(nearest_name("camera", names), std::nullopt);
+  EXPECT_EQ(did_you_mean("camera", names), "; there are: Revolute 1, Revolute 2, length");
+}
+
+TEST(Time, RoundTripsToTheNanosecond) {
+  EXPECT_EQ(from_seconds(0.001).count(), 1'000'000);
+  EXPECT_EQ(from_seconds(-1.5).count(), -1'500'000'000);
+  EXPECT_DOUBLE_EQ(to_seconds(Duration(2'500'000'000)), 2.5);
+}
+
+TEST(Inbox, RunsInOrderFromManyThreads) {
+  Inbox inbox;
+  constexpr int kEach = 2000;
+  std::vector<int> last(4, -1);
+  bool ordered = true;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (int i = 0; i < kEach; ++i) {
+        inbox.post([&, t, i] {
+          ordered = ordered && last[static_cast<std::size_t>(t)] == i - 1;
+          last[static_cast<std::size_t>(t)] = i;
+        });
+      }
+    });
+  }
+  std::size_t count = 0;
+  while (count < 4 * kEach) count += inbox.run();
+  for (auto& t : threads) t.join();
+  EXPECT_TRUE(ordered);
+  EXPECT_TRUE(inbox.empty());
+}
+
+TEST(ByteRing, KeepsRecordsWholeAcrossTheWrapAndDropsWhenFull) {
+  ByteRing ring(256);
+  std::string seen, sent;
+  for (int i = 0; i < 200; ++i) {
+    const std::string record(static_cast<std::size_t>(i % 60), static_cast<char>('a' + i % 26));
+    auto room = ring.begin_write(record.size());
+    ASSERT_TRUE(record.empty() || room.data() != nullptr);
+    std::memcpy(room.data(), record.data(), record.size());
+    ring.commit(record.size());
+    sent += record + '|';
+    if (i % 2 == 1) {
+      for (int k = 0; k < 2; ++k) {
+        const auto front = ring.front();
+        ASSERT_NE(front.data(), nullptr);
+        seen.append(reinterpret_cast<const char*>(front.data()), front.size());
+        seen += '|';
+        ring.pop();
+      }
+    }
+  }
+  EXPECT_EQ(seen, sent);
+  EXPECT_EQ(ring.dropped(), 0u);
+  EXPECT_EQ(ring.begin_write(1000).data(), nullptr);
+  EXPECT_EQ(ring.dropped(), 1u);
+}
+
+TEST(ByteRing, OneWriterOneReader) {
+  ByteRing ring(4096);
+  constexpr std::uint64_t kCount = 200000;
+  std::thread writer([&] {
+    for (std::uint64_t i = 0; i < kCount;) {
+      auto room = ring.begin_write(8 + i % 24);
+      if (room.data() == nullptr) continue;
+      std::memcpy(room.data(), &i, 8);
+      ring.commit(room.size());
+      ++i;
+    }
+  });
+  for (std::uint64_t expected = 0; expected < kCount;) {
+    const auto record = ring.front();
+    if (record.data() == nullptr) continue;
+    std::uint64_t value = 0;
+    std::memcpy(&value, record.data(), 8);
+    ASSERT_EQ(value, expected);
+    ASSERT_EQ(record.size(), 8 + expected % 24);
+    ring.pop();
+    ++expected;
+  }
+  writer.join();
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,189 @@
+#pragma once
+// A faithful typed tree of all that a URDF said, each element with its place in the user's source. Nothing is repaired
+// here; absent stays absent. Unknown elements are kept as XML text so that the writer can give them back.
+// Source: the URDF XML specification (ros.org/wiki/urdf/XML), ros2_control's and Gazebo's extensions.
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "doppel/core/source_location.h"
+#include "doppel/math/pose.h"
+
+namespace doppel {
+
+struct Origin {
+  Eigen::Vector3d xyz = Eigen::Vector3d::Zero();  // m
+  Eigen::Vector3d rpy = Eigen::Vector3d::Zero();  // rad, fixed axes x y z
+  SourceLocation source;                          // unknown: no <origin> was written
+  [[nodiscard]] Pose pose() const { return make_pose(xyz, rpy); }
+};
+
+struct Inertial {
+  Origin origin;  // centre of mass and the axes of the tensor, in the link frame
+  double mass = 0.0;
+  // kg m^2 about the centre of mass, in the axes of origin
+  double ixx = 0, ixy = 0, ixz = 0, iyy = 0, iyz = 0, izz = 0;
+  SourceLocation source;
+  [[nodiscard]] Eigen::Matrix3d tensor() const;
+};
+
+struct Box { Eigen::Vector3d size = Eigen::Vector3d::Zero(); };  // full side lengths, m
+struct Cylinder { double radius = 0, length = 0; };              // axis z, centred
+struct Capsule { double radius = 0, length = 0; };               // axis z, centred, length without the caps
+struct Sphere { double radius = 0; };
+struct MeshGeometry {
+  std::string uri;                                     // as written: "package://p/meshes/a.stl"
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();
+  std::string path;                                    // resolved absolute file; empty: not found
+};
+using Geometry = std::variant<Box, Cylinder, Capsule, Sphere, MeshGeometry>;
+
+struct Material {
+  std::string name;
+  std::optional<Eigen::Vector4d> rgba;  // 0..1
+  std::string texture;                  // URI as written
+  SourceLocation source;
+};
+
+struct Visual {
+  std::string name;
+  Origin origin;
+  Geometry geometry;
+  std::optional<Material> material;  // with the colour looked up where only a name was given
+  SourceLocation source;
+};
+
+struct Collision {
+  std::string name;
+  Origin origin;
+  Geometry geometry;
+  SourceLocation source;
+};
+
+struct Link {
+  std::string name;
+  std::optional<Inertial> inertial;
+  std::vector<Visual> visuals;
+  std::vector<Collision> collisions;
+  SourceLocation source;
+};
+
+enum class JointType { fixed, revolute, continuous, prismatic, floating, planar };
+
+struct JointLimits {
+  double lower = 0, upper = 0;              // rad or m; meaningless for continuous
+  std::optional<double> effort, velocity;   // N m or N; rad/s or m/s; absent: not written
+  bool has_position = false;                // lower or upper was written
+  SourceLocation source;
+};
+
+struct JointDynamics {
+  double damping = 0;   // N m s/rad or N s/m
+  double friction = 0;  // N m or N, Coulomb
+  SourceLocation source;
+};
+
+struct SafetyController {
+  double soft_lower_limit = 0, soft_upper_limit = 0, k_position = 0, k_velocity = 0;
+  SourceLocation source;
+};
+
+struct JointCalibration {
+  std::optional<double> rising, falling;
+};
+
+struct Mimic {
+  std::string joint;
+  double multiplier = 1, offset = 0;
+  SourceLocation source;
+};
+
+struct Joint {
+  std::string name;
+  JointType type = JointType::fixed;
+  std::string parent, child;  // link names
+  Origin origin;              // X_PJ at q = 0, in the parent link frame
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  // in the joint frame, as written (not normalised)
+  std::optional<JointLimits> limits;
+  std::optional<JointDynamics> dynamics;
+  std::optional<SafetyController> safety;
+  std::optional<JointCalibration> calibration;
+  std::optional<Mimic> mimic;
+  SourceLocation source, axis_source;
+};
+
+// <ros2_control>: a named hardware component and the interfaces it offers.
+struct HardwareInterfaceDescription {
+  std::string name;                   // "position"
+  std::optional<double> min, max, initial_value;
+  std::vector<std::pair<std::string, std::string>> params;  // others
+  SourceLocation source;
+};
+
+struct HardwareJointDescription {
+  std::string name;
+  std::vector<HardwareInterfaceDescription> command_interfaces, state_interfaces;
+  std::vector<std::pair<std::string, std::string>> params;
+  SourceLocation source;
+};
+
+struct HardwareDescription {
+  std::string name, type;   // type: "system", "actuator", "sensor"
+  std::string plugin;       // "gz_ros2_control/GazeboSimSystem"
+  std::vector<std::pair<std::string, std::string>> params;
+  std::vector<HardwareJointDescription> joints, sensors, gpios;
+  SourceLocation source, plugin_source;
+};
+
+// <gazebo>: kept as XML, with what doppel acts on pulled out.
+struct GazeboPlugin {
+  std::string filename, name;
+  std::vector<std::string> parameter_files;  // <parameters>, resolved where possible
+  std::string xml;                           // the whole element as text
+  SourceLocation source;
+};
+
+struct GazeboExtension {
+  std::string reference;  // link or joint; empty: the whole robot
+  std::vector<GazeboPlugin> plugins;
+  std::optional<double> mu1, mu2, kp, kd;
+  std::optional<bool> self_collide, gravity;
+  std::string material;   // "Gazebo/Orange"
+  std::string xml;
+  SourceLocation source;
+};
+
+struct Transmission {
+  std::string name, type;
+  struct Element {
+    std::string name, hardware_interface;
+    std::optional<double> mechanical_reduction;
+    SourceLocation source;
+  };
+  std::vector<Element> joints, actuators;
+  SourceLocation source;
+};
+
+struct RobotDescription {
+  std::string name;
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+  std::vector<Material> materials;
+  std::vector<HardwareDescription> hardware;
+  std::vector<GazeboExtension> gazebo;
+  std::vector<Transmission> transmissions;
+  std::vector<std::pair<std::string, SourceLocation>> unknown;  // XML text of unknown top-level elements
+  SourceLocation source;
+  std::string xml;  // the complete URDF text, expanded, as /robot_description publishes it
+
+  [[nodiscard]] const Link* find_link(std::string_view link_name) const;
+  [[nodiscard]] const Joint* find_joint(std::string_view joint_name) const;
+};
+
+}  // namespace doppel
