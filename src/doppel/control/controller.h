@@ -1,0 +1,129 @@
+#pragma once
+// A controller: a class that claims command interfaces, reads state interfaces and is updated at its rate. The life cycle
+// is ros2_control's: unconfigured -> inactive -> active. All but update() runs between steps and may allocate.
+//
+// To add one from outside, build a shared library against these headers and end its source with
+//   DOPPEL_EXPORT_CONTROLLER(my_package::MyController, "my_package/MyController")
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "doppel/bus/bus.h"
+#include "doppel/control/parameter_file.h"
+#include "doppel/core/log.h"
+#include "doppel/core/status.h"
+#include "doppel/core/time.h"
+#include "doppel/kinematics/model.h"
+
+namespace doppel {
+
+struct InterfaceConfiguration {
+  enum class Kind { none, all, individual } kind = Kind::none;
+  std::vector<std::string> names;  // "Revolute 1/position", in the order in which the handles are wanted
+};
+
+// A claimed interface: reading and writing are plain loads and stores. Valid while the controller is active.
+class StateHandle {
+ public:
+  StateHandle() = default;
+  StateHandle(const std::string* full_name, std::size_t slash, const double* value)
+      : name_(full_name), slash_(slash), value_(value) {}
+  [[nodiscard]] const std::string& full_name() const { return *name_; }
+  [[nodiscard]] std::string prefix() const { return name_->substr(0, slash_); }
+  [[nodiscard]] std::string interface_name() const { return name_->substr(slash_ + 1); }
+  [[nodiscard]] double get() const { return *value_; }
+
+ private:
+  const std::string* name_ = nullptr;
+  std::size_t slash_ = 0;
+  const double* value_ = nullptr;
+};
+
+class CommandHandle {
+ public:
+  CommandHandle() = default;
+  CommandHandle(const std::string* full_name, std::size_t slash, double* value)
+      : name_(full_name), slash_(slash), value_(value) {}
+  [[nodiscard]] const std::string& full_name() const { return *name_; }
+  [[nodiscard]] std::string prefix() const { return name_->substr(0, slash_); }
+  [[nodiscard]] std::string interface_name() const { return name_->substr(slash_ + 1); }
+  [[nodiscard]] double get() const { return *value_; }  // the last command; NaN: none yet
+  void set(double value) { *value_ = value; }
+
+ private:
+  const std::string* name_ = nullptr;
+  std::size_t slash_ = 0;
+  double* value_ = nullptr;
+};
+
+// What a controller is given; outlives it.
+struct ControllerContext {
+  std::string name;           // "omarm_arm_controller"
+  Node* node = nullptr;       // "/omarm_arm_controller"
+  const Model* model = nullptr;
+  const Log* log = nullptr;
+  ParameterOverrides* overrides = nullptr;  // this controller's part of the YAML files
+  double update_rate = 0;     // Hz, as it will really run
+};
+
+class Controller {
+ public:
+  virtual ~Controller() = default;
+
+  // Declare and check parameters (parameter_file.h). Bad values are InputErrors with their place in the YAML.
+  virtual void on_init(ControllerContext& context) = 0;
+  [[nodiscard]] virtual InterfaceConfiguration command_interfaces() const = 0;  // valid once configured
+  [[nodiscard]] virtual InterfaceConfiguration state_interfaces() const = 0;
+  virtual Status on_configure() { return {}; }
+  virtual Status on_activate() { return {}; }  // handles below are filled
+  virtual Status on_deactivate() { return {}; }
+  virtual Status on_cleanup() { return {}; }
+
+  // In the loop, at this controller's rate: no allocation, no lock, no throw.
+  virtual void update(Time now, Duration period) = 0;
+
+  // Between steps, about every 50 ms of simulated time while active: reports, results, whatever may allocate.
+  virtual void housekeeping(Time /*now*/) {}
+  // How often housekeeping runs, Hz of simulated time.
+  [[nodiscard]] virtual double housekeeping_rate() const { return 20.0; }
+
+  // Joints whose present target the controller knows, for the live table: appends (joint, target). No allocation beyond
+  // the vector's growth.
+  virtual void targets(std::vector<std::pair<std::string_view, double>>& /*out*/) const {}
+
+  // Filled by the controller manager before on_activate, emptied after on_deactivate.
+  std::vector<CommandHandle> command_handles;
+  std::vector<StateHandle> state_handles;
+};
+
+// Controller types by their ROS names; each library registers its own.
+class ControllerRegistry {
+ public:
+  using Factory = std::function<std::unique_ptr<Controller>()>;
+  struct Type {
+    std::string name, base_class, library;  // library: empty for those built in
+    Factory make;
+  };
+
+  // With every controller that doppel has built in.
+  static ControllerRegistry with_builtin();
+
+  void add(std::string name, Factory make, std::string library = "");
+  // dlopen()s a library made with DOPPEL_EXPORT_CONTROLLER and registers what it exports. Throws InputError.
+  void load_library(const std::string& path);
+  [[nodiscard]] const Type* find(std::string_view name) const;
+  [[nodiscard]] std::vector<std::string> names() const;
+
+ private:
+  std::vector<Type> types_;
+};
+
+}  // namespace doppel
+
+#define DOPPEL_EXPORT_CONTROLLER(Class, type_name)                                         \
+  extern "C" void doppel_register_controllers(doppel::ControllerRegistry& registry,        \
+                                              const char* library) {                       \
+    registry.add(type_name, [] { return std::make_unique<Class>(); }, library);            \
+  }

@@ -1,0 +1,89 @@
+#pragma once
+// The controller manager: hardware's interfaces, exclusive claims, the controllers' life cycle, and the tick
+// read - update - enforce limits - write. Everything but tick() runs between steps on the loop's thread.
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "doppel/control/controller.h"
+#include "doppel/control/hardware.h"
+#include "doppel/control/parameter_file.h"
+
+namespace doppel {
+
+enum class ControllerState { unconfigured, inactive, active };
+std::string_view to_string(ControllerState state);
+
+enum class Strictness { best_effort = 1, strict = 2 };  // controller_manager_msgs/srv/SwitchController
+
+struct ControllerManagerOptions {
+  std::string name = "controller_manager";
+  double update_rate = 100;         // Hz, used where the YAML says nothing
+  Duration physics_step{1'000'000}; // update rates are rounded to whole steps, with a warning
+  bool enforce_limits = true;
+};
+
+struct ControllerView {
+  std::string name, type;
+  ControllerState state = ControllerState::unconfigured;
+  double update_rate = 0;
+  std::vector<std::string> claimed;               // command interfaces it holds now
+  std::vector<std::string> required_commands, required_states;
+};
+
+struct InterfaceView {
+  std::string full_name;
+  bool available = true;
+  std::string claimed_by;  // empty: nobody
+};
+
+class ControllerManager {
+ public:
+  // `file` may be null: no controllers are known. Throws InputError for bad values in the manager's own section.
+  ControllerManager(Bus& bus, const Model& model, const ControllerRegistry& registry, const ParameterFile* file,
+                    ControllerManagerOptions options, const Log& log, Diagnostics& diagnostics);
+  ~ControllerManager();
+
+  void add_hardware(std::unique_ptr<SystemInterface> hardware);
+
+  // The controllers that the file declares (name and type), in its order.
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared_controllers() const;
+
+  // Life cycle, as the services do it. load throws InputError for what is wrong in the YAML (unknown type with the
+  // nearest, unknown joint with the nearest, at file:line:column).
+  void load(const std::string& name, const std::string& type = "");
+  Status configure(const std::string& name);
+  Status switch_controllers(std::span<const std::string> activate, std::span<const std::string> deactivate,
+                            Strictness strictness);
+  Status unload(const std::string& name);
+  // Loads, configures and activates `names` (broadcasters first). Throws InputError, with both places in the YAML, where
+  // two of them claim one interface; nothing is active then.
+  void start(std::span<const std::string> names);
+
+  // In the loop. One tick is due every steps_per_tick() physics steps. No allocation, no lock, no throw.
+  [[nodiscard]] int steps_per_tick() const;
+  [[nodiscard]] Duration period() const;
+  void tick(Time now);
+  // Between steps.
+  void housekeeping(Time now);
+  // After a reset of the simulation: deactivates and activates again what is active, so that everything holds where it is.
+  void restart(Time now);
+
+  [[nodiscard]] std::vector<ControllerView> controllers() const;
+  [[nodiscard]] std::vector<InterfaceView> command_interfaces() const;
+  [[nodiscard]] std::vector<InterfaceView> state_interfaces() const;
+  // The last command on "joint/position" and the like; NaN: none.
+  [[nodiscard]] double command(std::string_view full_name) const;
+  [[nodiscard]] double state(std::string_view full_name) const;
+  // (joint, target) of everything that active controllers drive.
+  void targets(std::vector<std::pair<std::string_view, double>>& out) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel
