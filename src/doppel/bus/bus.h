@@ -1,0 +1,168 @@
+#pragma once
+// In-process topics, services and parameters by ROS name and type. The loop's thread owns the bus: nodes live on it,
+// their callbacks run on it between steps. Edges (WebSocket, DDS, recorder) attach from other threads: what the loop
+// publishes reaches them through a lock-free ring each, what they send reaches the loop through its inbox.
+//
+// publish() neither allocates nor locks, and costs a load and a branch where nobody listens.
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/bus/parameters.h"
+#include "doppel/core/byte_ring.h"
+#include "doppel/core/inbox.h"
+#include "doppel/core/status.h"
+#include "doppel/core/time.h"
+#include "doppel/messages/codec.h"
+
+namespace doppel {
+
+class Bus;
+class Node;
+
+struct Qos {
+  std::size_t depth = 10;
+  bool latched = false;  // transient local: the last message is kept for late joiners
+};
+
+using TopicId = std::uint32_t;
+using ServiceId = std::uint32_t;
+
+struct TopicInfo {
+  TopicId id = 0;
+  std::string name, type;
+  Qos qos;
+  std::vector<std::string> publishers, subscribers;  // node names, in-process ones
+};
+
+struct ServiceInfo {
+  ServiceId id = 0;
+  std::string name, type, node;
+};
+
+// Answers a service request, now or later, once; from the loop's thread. Copyable; unanswered until called.
+template <class Response>
+using Responder = std::function<void(const Response&)>;
+
+template <Message M>
+class Publisher {
+ public:
+  Publisher() = default;
+  void publish(const M& message, Time stamp) const;          // the loop's thread only
+  [[nodiscard]] bool has_listeners() const;                  // false: publishing would reach nobody and keep nothing
+
+ private:
+  friend class Node;
+  Bus* bus_ = nullptr;
+  struct Topic* topic_ = nullptr;
+};
+
+// A named participant: "/omarm_arm_controller". Destroying it removes all that it offered. The loop's thread only.
+class Node {
+ public:
+  Node(Bus& bus, std::string name);  // name with its leading slash
+  ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] Bus& bus() const { return bus_; }
+
+  // "~/x" is under the node, "/x" absolute, "x" becomes "/x". Throws std::logic_error if the topic has another type.
+  template <Message M>
+  Publisher<M> advertise(std::string_view topic, Qos qos = {});
+  template <Message M>
+  void subscribe(std::string_view topic, std::function<void(const M&)> callback, Qos qos = {});
+  template <Service S>
+  void serve(std::string_view service,
+             std::function<void(const typename S::Request&, Responder<typename S::Response>)> handler);
+
+  [[nodiscard]] Parameters& parameters() { return parameters_; }
+
+ private:
+  Bus& bus_;
+  std::string name_;
+  Parameters parameters_;
+};
+
+// An edge's view: everything here may be called from the edge's one thread.
+class Edge {
+ public:
+  virtual ~Edge() = default;
+
+  // Which topics this edge wants; takes effect at the loop's next step. Latched topics then deliver their last message.
+  virtual void subscribe(TopicId topic) = 0;
+  virtual void unsubscribe(TopicId topic) = 0;
+
+  // The oldest message not yet taken; `cdr` is valid until the next call. False: none.
+  struct Incoming {
+    TopicId topic = 0;
+    Time stamp{};
+    std::span<const std::byte> cdr;
+  };
+  virtual bool next(Incoming& message) = 0;
+  // Waits until next() would give something, wake() is called or the time is over.
+  virtual void wait(std::chrono::milliseconds at_most) = 0;
+  virtual void wake() = 0;
+  // A file descriptor that becomes readable when next() would give something (for event loops); drained by next().
+  [[nodiscard]] virtual int readable_fd() const = 0;
+  [[nodiscard]] virtual std::uint64_t dropped() const = 0;
+
+  // Sends a message in from outside, as node `from`. Refused: unknown topic's type differs, malformed bytes.
+  virtual Status publish(std::string_view from, std::string_view topic, std::string_view type,
+                         std::span<const std::byte> cdr) = 0;
+  // Calls a service; `reply` runs on the loop's thread with the response's CDR, or the reason why there is none.
+  virtual void call(std::string_view service, std::span<const std::byte> request_cdr,
+                    std::function<void(Status, Bytes)> reply) = 0;
+  // Parameters of nodes, "/node" and "name"; answers on the loop's thread.
+  virtual void get_parameters(std::function<void(std::vector<NamedParameter>)> reply) = 0;
+  virtual void set_parameter(std::string_view node, std::string_view name, const ParameterValue& value,
+                             std::function<void(Status)> reply) = 0;
+};
+
+class Bus {
+ public:
+  Bus();
+  ~Bus();
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  // -- the loop's thread
+  // Runs what edges and other threads have sent; returns how many. Call it between steps. The fast path is one load.
+  std::size_t spin() { return inbox_.run(); }
+  void set_now(Time now) { now_ = now; }
+  [[nodiscard]] Time now() const { return now_; }
+
+  // -- any thread
+  void post(Inbox::Task task) { inbox_.post(std::move(task)); }
+  [[nodiscard]] std::vector<TopicInfo> topics() const;
+  [[nodiscard]] std::vector<ServiceInfo> services() const;
+  [[nodiscard]] std::vector<std::string> nodes() const;  // sorted
+  // Grows by one whenever a topic, service or node comes or goes, so that edges can tell.
+  [[nodiscard]] std::uint64_t graph_version() const { return graph_version_.load(std::memory_order_acquire); }
+  // ring_bytes: how much an edge may lag before messages are dropped for it.
+  std::unique_ptr<Edge> attach(std::string name, std::size_t ring_bytes = std::size_t{8} << 20);
+
+  struct Impl;
+
+ private:
+  template <Message M>
+  friend class Publisher;
+  friend class Node;
+  Inbox inbox_;
+  Time now_{};
+  std::atomic<std::uint64_t> graph_version_{0};
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel
+
+#include "doppel/bus/bus_detail.h"

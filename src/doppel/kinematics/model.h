@@ -1,0 +1,87 @@
+#pragma once
+// Model: a robot compiled for computing; immutable, shared between threads. Data: the workspace of one thread. Free
+// functions over both (kinematics.h, dynamics.h). Joints stand in topological order, parents first; nq and nv are never
+// assumed equal; names are kept as they are ("Revolute 1" has a space).
+
+#include <Eigen/Core>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/robot_description.h"
+#include "doppel/math/mass_properties.h"
+
+namespace doppel {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct ModelJoint {
+  std::string name;
+  JointType type = JointType::fixed;
+  int parent_link = -1;  // index into Model::links
+  int child_link = -1;
+  Pose X_PJ = Pose::Identity();                     // joint frame in the parent link, at q = 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  // unit, in the joint frame
+  int q = -1, nq = 0;  // first index and count in q: 1 for revolute, continuous, prismatic; 7 floating (x y z qx qy qz qw); 3 planar (x y angle)
+  int v = -1, nv = 0;  // first index and count in v: 1; 6 floating (v_WoBo in world axes, then omega in body axes); 3 planar
+  double lower = -kInfinity, upper = kInfinity;  // rad or m
+  double effort = kInfinity;                     // N m or N; absent in the description: unlimited
+  double velocity = kInfinity;                   // rad/s or m/s
+  double damping = 0, friction = 0;
+  int mimic_leader = -1;  // joint index; q = multiplier * q_leader + offset, chains resolved to the last leader
+  double mimic_multiplier = 1, mimic_offset = 0;
+
+  [[nodiscard]] bool scalar() const { return nq == 1; }     // one position, one velocity
+  [[nodiscard]] bool mimics() const { return mimic_leader >= 0; }
+};
+
+struct ModelLink {
+  std::string name;
+  int joint = -1;                            // the joint whose child this is; -1: the root
+  std::optional<MassProperties> inertia;     // in the link frame; absent: no <inertial> was written
+};
+
+struct Model {
+  std::string name;
+  std::vector<ModelLink> links;    // links[0] is the root; parents before children
+  std::vector<ModelJoint> joints;  // joints[i].child_link == i + 1
+  int nq = 0, nv = 0;
+  double total_mass = 0;           // kg
+
+  [[nodiscard]] int find_joint(std::string_view joint_name) const;  // -1: none
+  [[nodiscard]] int find_link(std::string_view link_name) const;    // -1: none
+  [[nodiscard]] std::vector<std::string> scalar_joint_names() const;
+  // One driven joint each: scalar and mimicking nothing.
+  [[nodiscard]] std::vector<std::string> driven_joint_names() const;
+  // q with every joint at zero, or at the nearest limit where zero is outside; mimics follow; floating: identity.
+  [[nodiscard]] Eigen::VectorXd neutral() const;
+  // Sets every mimic joint's q from its leader's.
+  void apply_mimics(Eigen::Ref<Eigen::VectorXd> q) const;
+};
+
+enum class BaseKind { fixed, floating };  // how the root link stands in the world
+
+// Compiles a description that load_description accepted. BaseKind::floating puts a floating joint named "<root>_floating"
+// between a new link "world" and the root. Warnings: "model.no_inertial" (a moving link without inertial),
+// "model.not_physical" (mass <= 0, tensor not positive definite or breaking the triangle inequality), with the place.
+Model compile_model(const RobotDescription& robot, BaseKind base, Diagnostics& diagnostics);
+
+// The workspace of one thread, sized once.
+struct Data {
+  explicit Data(const Model& model);
+
+  // -- forward_kinematics
+  std::vector<Pose> X_WL;  // [links] link in world (the root link's frame)
+  // -- forward_velocity
+  std::vector<Eigen::Matrix<double, 6, 1>> V_WL;  // [links] angular, linear; at the link's origin, in link axes
+  // -- inverse_dynamics
+  std::vector<Eigen::Matrix<double, 6, 1>> A_WL, F_L;  // [links] acceleration; force on the link, same point and axes
+  Eigen::VectorXd tau;  // [nv] N m or N
+  // -- mass_matrix
+  Eigen::MatrixXd M;    // [nv, nv] kg m^2 or kg
+};
+
+}  // namespace doppel

@@ -1,0 +1,109 @@
+#pragma once
+// The contract of a physics engine: built from a description and a world, then reset, stepped, read and written. Calls
+// never allocate or throw unless they say so. After step() everything reported is of one instant. One thread at a time.
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/kinematics/model.h"
+#include "doppel/physics/servo.h"
+#include "doppel/physics/world.h"
+
+namespace doppel {
+
+struct EngineCapabilities {
+  std::string name;     // "mujoco 2.2.2"
+  bool rays = false, spawn = false, contacts = false;
+};
+
+// What drives a scalar joint. Mimic joints are moved by a physical coupling to their leader, never by a drive.
+enum class DriveMode {
+  limp,      // nothing: the joint moves freely
+  position,  // a servo holds the target position (servo.h)
+  velocity,  // a servo holds the target velocity
+  effort,    // the target is the effort, clipped at the limit
+};
+
+struct Contact {
+  int link_a = -1, link_b = -1;  // model links; -1: the world or one of its objects
+  std::string_view object_a, object_b;  // the object's name where the link is -1 ("ground")
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();       // m
+  Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ(); // unit, from a to b
+  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();   // N, on b
+  double depth = 0;                                    // m, positive: penetrating
+};
+
+struct RayHit {
+  double distance = -1;  // m; negative: nothing hit
+  int link = -1;         // -1: world or object
+};
+
+// A pair of links that never collides, and why.
+struct ExcludedPair {
+  std::string link_a, link_b;
+  std::string reason;  // "joined by Revolute 2", "touching at the start"
+};
+
+struct EngineOptions {
+  Eigen::VectorXd q0;                        // [nq] the pose at reset; empty: Model::neutral()
+  std::vector<ServoParameters> servos;       // [joints]; empty: choose_servos()
+  bool self_collision = true;
+};
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+
+  [[nodiscard]] virtual EngineCapabilities capabilities() const = 0;
+  [[nodiscard]] virtual const std::vector<ExcludedPair>& excluded_pairs() const = 0;
+  [[nodiscard]] virtual std::span<const ServoParameters> servos() const = 0;  // [joints]
+
+  // Back to q0, at rest, time 0, all drives limp, no applied forces.
+  virtual void reset() = 0;
+  // One step of World::step.
+  virtual void step() = 0;
+  [[nodiscard]] virtual Time time() const = 0;
+
+  // State of the model's joints; q and v are indexed as in Model.
+  [[nodiscard]] virtual std::span<const double> q() const = 0;    // [nq]
+  [[nodiscard]] virtual std::span<const double> v() const = 0;    // [nv]
+  // Effort of each joint's drive in the last step [joints]; 0 where limp or not scalar. N m or N.
+  [[nodiscard]] virtual std::span<const double> drive_effort() const = 0;
+  // Writes the whole state (drives' references follow q, so that nothing jumps back). Mimics are set from their leaders.
+  virtual void set_state(std::span<const double> q, std::span<const double> v) = 0;
+
+  // Switching to position or velocity starts from where the joint is. Precondition: joints[joint] is scalar, no mimic.
+  virtual void set_drive(int joint, DriveMode mode) = 0;
+  [[nodiscard]] virtual DriveMode drive(int joint) const = 0;
+  virtual void set_target(int joint, double target) = 0;
+
+  // External effort on a joint and wrench on a link (at the point p_LoP_L, force and torque in world axes), until cleared.
+  virtual void apply_joint_effort(int joint, double effort) = 0;
+  virtual void apply_wrench(int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,
+                            const Eigen::Vector3d& torque_W) = 0;
+  virtual void clear_applied() = 0;
+
+  [[nodiscard]] virtual Pose link_pose(int link) const = 0;  // X_WL
+  [[nodiscard]] virtual double kinetic_energy() const = 0;   // J
+  [[nodiscard]] virtual double potential_energy() const = 0; // J, zero at z = 0
+
+  // May allocate.
+  virtual void contacts(std::vector<Contact>& out) const = 0;
+  [[nodiscard]] virtual RayHit cast_ray(const Eigen::Vector3d& from_W, const Eigen::Vector3d& direction_W) const = 0;
+  // Objects of the world: pose by name (false: no such object); adding and removing recompiles and keeps the state.
+  // spawn throws InputError (name taken, mesh unreadable).
+  virtual bool object_pose(std::string_view name, Pose& X_WO) const = 0;
+  virtual bool set_object_pose(std::string_view name, const Pose& X_WO) = 0;
+  virtual void spawn(const WorldObject& object) = 0;
+  virtual bool remove(std::string_view name) = 0;
+};
+
+// Throws InputError where the engine refuses the model, in the user's terms (link or joint and its place).
+std::unique_ptr<Engine> make_mujoco_engine(const RobotDescription& robot, const Model& model, const World& world,
+                                           const EngineOptions& options, Diagnostics& diagnostics);
+
+}  // namespace doppel
