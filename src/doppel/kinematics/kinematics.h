@@ -18,8 +18,9 @@ Pose parent_to_child(const ModelJoint& joint, const ConstVector& q);
 // Fills data.X_WL. Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 4.
 void forward_kinematics(const Model& model, Data& data, const ConstVector& q);
 
-// The geometric Jacobian of a point fixed to a link, [6, nv]: rows angular then linear velocity, in world axes; the point
-// p_LoP_L in link coordinates, m. Needs forward_kinematics for the same q. J is resized by the caller.
+// The geometric Jacobian of a point fixed to a link, [6, nv]: rows angular then linear velocity, in world
+// axes; the point p_LoP_L in link coordinates, m. Needs forward_kinematics for the same q. J is resized by
+// the caller.
 void jacobian(const Model& model, const Data& data, int link, const Eigen::Vector3d& p_LoP_L,
               Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J);
 

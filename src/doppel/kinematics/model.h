@@ -1,7 +1,7 @@
 #pragma once
-// Model: a robot compiled for computing; immutable, shared between threads. Data: the workspace of one thread. Free
-// functions over both (kinematics.h, dynamics.h). Joints stand in topological order, parents first; nq and nv are never
-// assumed equal; names are kept as they are ("Revolute 1" has a space).
+// Model: a robot compiled for computing; immutable, shared between threads. Data: the workspace of one
+// thread. Free functions over both (kinematics.h, dynamics.h). Joints stand in topological order, parents
+// first; nq and nv are never assumed equal; names are kept as they are ("Revolute 1" has a space).
 
 #include <Eigen/Core>
 #include <limits>
@@ -25,23 +25,28 @@ struct ModelJoint {
   int child_link = -1;
   Pose X_PJ = Pose::Identity();                     // joint frame in the parent link, at q = 0
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  // unit, in the joint frame
-  int q = -1, nq = 0;  // first index and count in q: 1 for revolute, continuous, prismatic; 7 floating (x y z qx qy qz qw); 3 planar (x y angle)
-  int v = -1, nv = 0;  // first index and count in v: 1; 6 floating (v_WoBo in world axes, then omega in body axes); 3 planar
+  int q = -1, nq = 0;  // first index and count in q: 1 for revolute, continuous, prismatic; 7 floating (x y z
+                       // qx qy qz qw); 3 planar (x y angle)
+  int v = -1, nv = 0;  // first index and count in v: 1; 6 floating (v_WoBo in world axes, then omega in body
+                       // axes); 3 planar
   double lower = -kInfinity, upper = kInfinity;  // rad or m
   double effort = kInfinity;                     // N m or N; absent in the description: unlimited
   double velocity = kInfinity;                   // rad/s or m/s
   double damping = 0, friction = 0;
-  int mimic_leader = -1;  // joint index; q = multiplier * q_leader + offset, chains resolved to the last leader
+  int mimic_leader =
+      -1;  // joint index; q = multiplier * q_leader + offset, chains resolved to the last leader
   double mimic_multiplier = 1, mimic_offset = 0;
 
-  [[nodiscard]] bool scalar() const { return nq == 1; }     // one position, one velocity
+  [[nodiscard]] bool scalar() const { return nq == 1; }  // one position, one velocity
   [[nodiscard]] bool mimics() const { return mimic_leader >= 0; }
 };
 
 struct ModelLink {
   std::string name;
-  int joint = -1;                            // the joint whose child this is; -1: the root
-  std::optional<MassProperties> inertia;     // in the link frame; absent: no <inertial> was written
+  int joint = -1;  // the joint whose child this is; -1: the root
+  // In the link frame, as it is simulated: as written, or repaired or assumed with a warning. Absent: a
+  // massless frame.
+  std::optional<MassProperties> inertia;
 };
 
 struct Model {
@@ -49,14 +54,15 @@ struct Model {
   std::vector<ModelLink> links;    // links[0] is the root; parents before children
   std::vector<ModelJoint> joints;  // joints[i].child_link == i + 1
   int nq = 0, nv = 0;
-  double total_mass = 0;           // kg
+  double total_mass = 0;  // kg
 
   [[nodiscard]] int find_joint(std::string_view joint_name) const;  // -1: none
   [[nodiscard]] int find_link(std::string_view link_name) const;    // -1: none
   [[nodiscard]] std::vector<std::string> scalar_joint_names() const;
   // One driven joint each: scalar and mimicking nothing.
   [[nodiscard]] std::vector<std::string> driven_joint_names() const;
-  // q with every joint at zero, or at the nearest limit where zero is outside; mimics follow; floating: identity.
+  // q with every joint at zero, or at the nearest limit where zero is outside; mimics follow; floating:
+  // identity.
   [[nodiscard]] Eigen::VectorXd neutral() const;
   // Sets every mimic joint's q from its leader's.
   void apply_mimics(Eigen::Ref<Eigen::VectorXd> q) const;
@@ -64,9 +70,11 @@ struct Model {
 
 enum class BaseKind { fixed, floating };  // how the root link stands in the world
 
-// Compiles a description that load_description accepted. BaseKind::floating puts a floating joint named "<root>_floating"
-// between a new link "world" and the root. Warnings: "model.no_inertial" (a moving link without inertial),
-// "model.not_physical" (mass <= 0, tensor not positive definite or breaking the triangle inequality), with the place.
+// Compiles a description that load_description accepted. BaseKind::floating puts a floating joint named
+// "<root>_floating" between a new link "world" and the root. Warnings, with the place: "model.no_inertial" (a
+// body that moves without any mass: one is assumed), "model.not_physical" (mass <= 0, or a tensor that no
+// body can have: it is repaired), "model.no_limits", "model.zero_limit" (taken as unlimited). InputError:
+// axis of length zero, crossed limits, mimic of an unknown or unfit joint or of itself.
 Model compile_model(const RobotDescription& robot, BaseKind base, Diagnostics& diagnostics);
 
 // The workspace of one thread, sized once.
@@ -75,13 +83,18 @@ struct Data {
 
   // -- forward_kinematics
   std::vector<Pose> X_WL;  // [links] link in world (the root link's frame)
-  // -- forward_velocity
-  std::vector<Eigen::Matrix<double, 6, 1>> V_WL;  // [links] angular, linear; at the link's origin, in link axes
   // -- inverse_dynamics
-  std::vector<Eigen::Matrix<double, 6, 1>> A_WL, F_L;  // [links] acceleration; force on the link, same point and axes
-  Eigen::VectorXd tau;  // [nv] N m or N
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  std::vector<Vector6> V_WL;  // [links] angular, linear; at the link's origin, in link axes
+  std::vector<Vector6> A_WL;  // [links] acceleration, same point and axes; minus gravity
+  std::vector<Vector6> F_L;   // [links] torque and force that hold the link's subtree, same point and axes
+  Eigen::VectorXd tau;        // [nv] N m or N
+  Eigen::VectorXd zero_v;     // [nv] of gravity_torques
+  // -- inverse_dynamics and mass_matrix
+  std::vector<Pose> X_PL;  // [links] link in its parent
   // -- mass_matrix
-  Eigen::MatrixXd M;    // [nv, nv] kg m^2 or kg
+  std::vector<Eigen::Matrix<double, 6, 6>> composite;  // [links] spatial inertia of the subtree, in link axes
+  Eigen::MatrixXd M;                                   // [nv, nv] kg m^2 or kg
 };
 
 }  // namespace doppel

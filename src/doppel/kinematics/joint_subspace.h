@@ -1,0 +1,46 @@
+#pragma once
+// How a joint moves its child: the motion subspace. Private to the algorithms of this room.
+
+#include <Eigen/Geometry>
+
+#include "doppel/kinematics/model.h"
+
+namespace doppel {
+
+using Subspace = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;  // on the stack
+
+// The two directions in which a planar joint slides, in the joint frame: x and y of the frame that the
+// shortest turn from z to the axis makes; with the axis z they are x and y.
+inline Eigen::Matrix<double, 3, 2> planar_directions(const Eigen::Vector3d& axis) {
+  const Eigen::Matrix3d R =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix();
+  return R.leftCols<2>();
+}
+
+// S [6, nv] with V_child = X * V_parent + S * v: rows angular then linear, at the child's origin in the
+// child's axes. R_JL: the child's axes in the joint frame.
+inline Subspace motion_subspace(const ModelJoint& joint, const Eigen::Matrix3d& R_JL) {
+  Subspace S = Subspace::Zero(6, joint.nv);
+  switch (joint.type) {
+    case JointType::fixed:
+      break;
+    case JointType::revolute:
+    case JointType::continuous:
+      S.col(0).head<3>() = joint.axis;
+      break;
+    case JointType::prismatic:
+      S.col(0).tail<3>() = joint.axis;
+      break;
+    case JointType::planar:
+      S.block<3, 2>(3, 0) = R_JL.transpose() * planar_directions(joint.axis);
+      S.col(2).head<3>() = joint.axis;
+      break;
+    case JointType::floating:
+      S.block<3, 3>(3, 0) = R_JL.transpose();
+      S.block<3, 3>(0, 3).setIdentity();
+      break;
+  }
+  return S;
+}
+
+}  // namespace doppel

@@ -1,0 +1,30 @@
+#pragma once
+// What a link weighs: the <inertial> as written where it can be simulated, else a repaired or an assumed one,
+// said aloud.
+
+#include <optional>
+#include <string>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/robot_description.h"
+#include "doppel/math/mass_properties.h"
+
+namespace doppel {
+
+// Why no rigid body can have this mass and tensor, in words; empty: one can. The tensor's principal moments
+// must be positive and none larger than the sum of the others.
+std::string physical_defect(const MassProperties& body);
+
+// The nearest tensor that a rigid body can have: same principal axes, moments raised to at least 1e-3 of the
+// largest and, where one exceeds the sum of the others, the others raised by half of the excess.
+MassProperties physical_repair(const MassProperties& body);
+
+// The link's own inertia in the link frame. Absent where nothing was written or the mass is not positive; a
+// tensor that no body can have is repaired. Both are said: warning "model.not_physical".
+std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagnostics);
+
+// For a link that moves and weighs nothing: its collision shapes, else its visual ones, solid, of 1000
+// kg/m^3; without any, a ball of 10 g and 1 cm radius.
+MassProperties assumed_inertia(const Link& link);
+
+}  // namespace doppel

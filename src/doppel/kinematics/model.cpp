@@ -1,0 +1,311 @@
+#include "doppel/kinematics/model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "doppel/core/names.h"
+#include "doppel/kinematics/link_inertia.h"
+
+namespace doppel {
+namespace {
+
+struct Counts {
+  int nq, nv;
+};
+
+Counts counts(JointType type) {
+  switch (type) {
+    case JointType::fixed:
+      return {0, 0};
+    case JointType::floating:
+      return {7, 6};
+    case JointType::planar:
+      return {3, 3};
+    case JointType::revolute:
+    case JointType::continuous:
+    case JointType::prismatic:
+      return {1, 1};
+  }
+  return {0, 0};
+}
+
+// One compilation: the description, the model under construction, and the lookups between them.
+class Compiler {
+ public:
+  Compiler(const RobotDescription& robot, Diagnostics& diagnostics)
+      : robot_(robot), diagnostics_(diagnostics) {
+    model_.name = robot.name;
+    for (const Link& link : robot.links) links_.emplace(link.name, &link);
+    for (const Joint& joint : robot.joints) children_[joint.parent].push_back(&joint);
+  }
+
+  Model compile(BaseKind base) {
+    const Link& root = find_root();
+    if (base == BaseKind::floating) {
+      model_.links.push_back({"world", -1, std::nullopt});
+      sources_.push_back(nullptr);
+      Joint floating;
+      floating.name = root.name + "_floating";
+      floating.type = JointType::floating;
+      add_joint(floating, 0, root);
+    } else {
+      add_link(root, -1);
+      add_subtree(root, 0);
+    }
+    if (static_cast<int>(sources_.size()) != link_count(base)) {
+      throw InputError("model.not_a_tree", robot_.source,
+                       fmt::format("only {} of robot '{}''s {} links hang on '{}'", sources_.size(),
+                                   robot_.name, robot_.links.size(), root.name));
+    }
+    resolve_mimics();
+    weigh();
+    return std::move(model_);
+  }
+
+ private:
+  [[nodiscard]] int link_count(BaseKind base) const {
+    return static_cast<int>(robot_.links.size()) + (base == BaseKind::floating ? 1 : 0);
+  }
+
+  const Link& find_root() const {
+    for (const Link& link : robot_.links) {
+      const bool is_child = std::any_of(robot_.joints.begin(), robot_.joints.end(),
+                                        [&](const Joint& joint) { return joint.child == link.name; });
+      if (!is_child) return link;
+    }
+    throw InputError("model.not_a_tree", robot_.source,
+                     fmt::format("robot '{}' has no root: every link is the child of a joint", robot_.name));
+  }
+
+  void add_link(const Link& link, int joint) {
+    model_.links.push_back({link.name, joint, link_inertia(link, diagnostics_)});
+    sources_.push_back(&link);
+  }
+
+  // Depth first, so that a subtree is one range of indices; MuJoCo orders bodies in the same way.
+  void add_subtree(const Link& link, int index) {
+    const auto found = children_.find(link.name);
+    if (found == children_.end()) return;
+    for (const Joint* joint : found->second) {
+      const auto child = links_.find(joint->child);
+      if (child == links_.end() || model_.links.size() > robot_.links.size()) {
+        throw InputError(
+            "model.not_a_tree", joint->source,
+            fmt::format("joint '{}' does not lead to a link of its own ('{}')", joint->name, joint->child));
+      }
+      add_joint(*joint, index, *child->second);
+    }
+  }
+
+  void add_joint(const Joint& joint, int parent, const Link& child) {
+    ModelJoint out;
+    out.name = joint.name;
+    out.type = joint.type;
+    out.parent_link = parent;
+    out.child_link = static_cast<int>(model_.links.size());
+    out.X_PJ = joint.origin.pose();
+    if (joint.type != JointType::fixed && joint.type != JointType::floating) out.axis = unit_axis(joint);
+    const Counts n = counts(joint.type);
+    out.q = model_.nq;
+    out.nq = n.nq;
+    out.v = model_.nv;
+    out.nv = n.nv;
+    model_.nq += n.nq;
+    model_.nv += n.nv;
+    if (joint.type != JointType::fixed) set_limits(joint, out);
+    joint_sources_.push_back(
+        sources_.back() == nullptr ? nullptr : &joint);  // the added floating joint is not the user's
+    const int index = static_cast<int>(model_.joints.size());
+    model_.joints.push_back(std::move(out));
+    add_link(child, index);
+    add_subtree(child, model_.joints[index].child_link);
+  }
+
+  static Eigen::Vector3d unit_axis(const Joint& joint) {
+    const double norm = joint.axis.norm();
+    if (norm > 1e-9) return joint.axis / norm;
+    throw InputError(
+        "model.zero_axis", joint.axis_source.known() ? joint.axis_source : joint.source,
+        fmt::format("joint '{}' has the axis 0 0 0, which is no direction to move in", joint.name),
+        "write <axis xyz=\"0 0 1\"/> with the direction of the joint");
+  }
+
+  // An exporter's 0 would freeze the joint for good, which nobody means by it.
+  double limit_or_unlimited(const Joint& joint, const std::optional<double>& written, const char* what) {
+    if (!written) return kInfinity;
+    if (*written > 0) return *written;
+    diagnostics_.warning(
+        "model.zero_limit", joint.limits->source,
+        fmt::format("joint '{}' has the {} limit {}, with which it could never move; it is taken as "
+                    "unlimited",
+                    joint.name, what, *written),
+        fmt::format("write the drive's {} limit from its data sheet", what));
+    return kInfinity;
+  }
+
+  void set_limits(const Joint& joint, ModelJoint& out) {
+    if (joint.dynamics) {
+      out.damping = joint.dynamics->damping;
+      out.friction = joint.dynamics->friction;
+    }
+    if (joint.limits) {
+      out.effort = limit_or_unlimited(joint, joint.limits->effort, "effort");
+      out.velocity = limit_or_unlimited(joint, joint.limits->velocity, "velocity");
+    }
+    if (joint.type != JointType::revolute && joint.type != JointType::prismatic) return;
+    if (!joint.limits || !joint.limits->has_position) {
+      diagnostics_.warning(
+          "model.no_limits", joint.source,
+          fmt::format("joint '{}' has no position limits; it is taken as unlimited", joint.name),
+          "write <limit lower=\"..\" upper=\"..\"/>, or type=\"continuous\" where it turns for ever");
+      return;
+    }
+    out.lower = joint.limits->lower;
+    out.upper = joint.limits->upper;
+    if (out.lower > out.upper) {
+      throw InputError("model.limits_crossed", joint.limits->source,
+                       fmt::format("joint '{}' has the lower limit {} above the upper limit {}", joint.name,
+                                   out.lower, out.upper),
+                       "exchange lower and upper");
+    }
+  }
+
+  void resolve_mimics() {
+    for (std::size_t i = 0; i < model_.joints.size(); ++i) {
+      if (joint_sources_[i] == nullptr || !joint_sources_[i]->mimic) continue;
+      resolve_mimic(model_.joints[i], *joint_sources_[i]);
+    }
+  }
+
+  void resolve_mimic(ModelJoint& joint, const Joint& source) {
+    const Joint* at = &source;
+    for (std::size_t steps = 0; at->mimic; ++steps) {
+      const Mimic& mimic = *at->mimic;
+      const int leader = model_.find_joint(mimic.joint);
+      if (leader < 0) {
+        throw InputError("model.mimic_unknown", mimic.source,
+                         fmt::format("joint '{}' mimics '{}', which the robot does not have{}", at->name,
+                                     mimic.joint, did_you_mean(mimic.joint, model_.scalar_joint_names())));
+      }
+      if (!joint.scalar() || !model_.joints[leader].scalar()) {
+        throw InputError(
+            "model.mimic_not_scalar", mimic.source,
+            fmt::format("joint '{}' mimics '{}', but only revolute, continuous and prismatic joints can "
+                        "mimic or be mimicked",
+                        at->name, mimic.joint));
+      }
+      if (steps > model_.joints.size()) {
+        throw InputError("model.mimic_loop", mimic.source,
+                         fmt::format("joint '{}' mimics itself through '{}'", source.name, mimic.joint));
+      }
+      joint.mimic_offset += joint.mimic_multiplier * mimic.offset;
+      joint.mimic_multiplier *= mimic.multiplier;
+      joint.mimic_leader = leader;
+      at = joint_sources_[leader];
+    }
+  }
+
+  // Links joined by fixed joints move as one body; that body needs a mass where it moves, not each frame on
+  // it.
+  void weigh() {
+    std::vector<int> group(model_.links.size(), 0);
+    std::map<int, double> mass;
+    for (std::size_t i = 0; i < model_.links.size(); ++i) {
+      const int joint = model_.links[i].joint;
+      const bool welded = joint >= 0 && model_.joints[joint].type == JointType::fixed;
+      group[i] = welded ? group[model_.joints[joint].parent_link] : static_cast<int>(i);
+      mass[group[i]] += model_.links[i].inertia ? model_.links[i].inertia->mass : 0.0;
+    }
+    for (const auto& [link, group_mass] : mass) {
+      if (link == 0 || group_mass > 0) continue;
+      const Link& source = *sources_[link];
+      const MassProperties assumed = assumed_inertia(source);
+      diagnostics_.warning(
+          "model.no_inertial", source.source,
+          fmt::format("link '{}' moves and has no <inertial>; simulated with {:.3g} kg, {}", source.name,
+                      assumed.mass,
+                      source.collisions.empty() && source.visuals.empty()
+                          ? "a ball of 1 cm radius"
+                          : "its shapes at 1000 kg/m^3 or, where they enclose nothing, a 1 cm ball"),
+          "write <inertial> with the link's mass, centre of mass and tensor");
+      model_.links[link].inertia = assumed;
+    }
+    for (const ModelLink& link : model_.links) model_.total_mass += link.inertia ? link.inertia->mass : 0.0;
+  }
+
+  const RobotDescription& robot_;
+  Diagnostics& diagnostics_;
+  Model model_;
+  std::map<std::string, const Link*> links_;
+  std::map<std::string, std::vector<const Joint*>> children_;
+  std::vector<const Link*> sources_;         // [links]; null: the added world
+  std::vector<const Joint*> joint_sources_;  // [joints]
+};
+
+template <typename Named>
+int find_by_name(const std::vector<Named>& all, std::string_view name) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Named& one) { return one.name == name; });
+  return found == all.end() ? -1 : static_cast<int>(found - all.begin());
+}
+
+}  // namespace
+
+int Model::find_joint(std::string_view joint_name) const {
+  return find_by_name(joints, joint_name);
+}
+
+int Model::find_link(std::string_view link_name) const {
+  return find_by_name(links, link_name);
+}
+
+std::vector<std::string> Model::scalar_joint_names() const {
+  std::vector<std::string> names;
+  for (const ModelJoint& joint : joints) {
+    if (joint.scalar()) names.push_back(joint.name);
+  }
+  return names;
+}
+
+std::vector<std::string> Model::driven_joint_names() const {
+  std::vector<std::string> names;
+  for (const ModelJoint& joint : joints) {
+    if (joint.scalar() && !joint.mimics()) names.push_back(joint.name);
+  }
+  return names;
+}
+
+Eigen::VectorXd Model::neutral() const {
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(nq);
+  for (const ModelJoint& joint : joints) {
+    if (joint.scalar()) q[joint.q] = std::clamp(0.0, joint.lower, joint.upper);
+    if (joint.type == JointType::floating) q[joint.q + 6] = 1.0;
+  }
+  apply_mimics(q);
+  return q;
+}
+
+void Model::apply_mimics(Eigen::Ref<Eigen::VectorXd> q) const {
+  for (const ModelJoint& joint : joints) {
+    if (joint.mimics())
+      q[joint.q] = joint.mimic_multiplier * q[joints[joint.mimic_leader].q] + joint.mimic_offset;
+  }
+}
+
+Model compile_model(const RobotDescription& robot, BaseKind base, Diagnostics& diagnostics) {
+  return Compiler(robot, diagnostics).compile(base);
+}
+
+Data::Data(const Model& model)
+    : X_WL(model.links.size(), Pose::Identity()),
+      V_WL(model.links.size(), Eigen::Matrix<double, 6, 1>::Zero()),
+      A_WL(model.links.size(), Eigen::Matrix<double, 6, 1>::Zero()),
+      F_L(model.links.size(), Eigen::Matrix<double, 6, 1>::Zero()),
+      tau(Eigen::VectorXd::Zero(model.nv)),
+      zero_v(Eigen::VectorXd::Zero(model.nv)),
+      X_PL(model.links.size(), Pose::Identity()),
+      composite(model.links.size(), Eigen::Matrix<double, 6, 6>::Zero()),
+      M(Eigen::MatrixXd::Zero(model.nv, model.nv)) {}
+
+}  // namespace doppel
