@@ -1,0 +1,22 @@
+// The twin as a library: bring a robot up, let it hold itself for a second of simulated time, print where it stands.
+#include <fmt/format.h>
+
+#include "doppel/twin/twin.h"
+
+int main() {
+  doppel::Log log;
+  doppel::Diagnostics diagnostics;
+  doppel::Scenario scenario;
+  scenario.target = "omarm_one";
+  scenario.bundled_robots = DOPPEL_ROBOTS;
+  doppel::Twin twin(scenario, log, diagnostics);
+
+  while (twin.now() < doppel::from_seconds(1.0)) {
+    twin.between_steps();
+    twin.step();
+  }
+  for (const doppel::JointSnapshot& joint : twin.joints()) {
+    fmt::print("{:12} {:8.4f} rad, {:7.3f} N m\n", joint.name, joint.q, joint.tau);
+  }
+  return 0;
+}

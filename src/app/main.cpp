@@ -1,0 +1,133 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <filesystem>
+
+#include "app/process.h"
+#include "app/up.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/diagnostic.h"
+#include "doppel/core/names.h"
+
+namespace {
+
+constexpr int kBadInput = 2;
+
+std::vector<std::string> bundled_robots() {
+  std::vector<std::string> names;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(doppel::app::root_folder() / "robots", none)) {
+    if (std::filesystem::exists(entry.path() / "package.xml", none)) names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void add_robots(CLI::App& app) {
+  app.add_subcommand("robots", "List the robots that come with doppel")->callback([] {
+    for (const std::string& name : bundled_robots()) fmt::print("{}\n", name);
+  });
+}
+
+// The verbs and options of `command` and of all below it, for completion: "topic echo --once".
+void list_words(const CLI::App& command, const std::string& path) {
+  for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; })) {
+    fmt::print("{} {}\n", path, sub->get_name());
+    list_words(*sub, path + " " + sub->get_name());
+  }
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) fmt::print("{} --{}\n", path, name);
+  }
+}
+
+constexpr const char* kBashCompletion = R"(# doppel's completion for bash: source <(doppel completion)
+_doppel() {
+  local current=${COMP_WORDS[COMP_CWORD]} words=() word path=doppel
+  for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do [[ $word == -* ]] || words+=("$word"); done
+  local IFS=$'\n'
+  case "${words[0]-} ${words[1]-}" in
+    'up ') mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" robots)" -- "$current"; compgen -f -- "$current") ;;
+    'topic echo'|'topic hz'|'topic info'|'topic type'|'topic bw'|'topic pub')
+      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" topic list 2>/dev/null)" -- "$current") ;;
+    'service call'|'service type')
+      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" service list 2>/dev/null)" -- "$current") ;;
+  esac
+  for word in "${words[@]:0:2}"; do path+=" $word"; done
+  mapfile -t -O "${#COMPREPLY[@]}" COMPREPLY < <(
+    "${COMP_WORDS[0]}" completion --words | while read -r line; do
+      [[ $line == "$path "* ]] && line=${line#"$path "} && [[ $line != *' '* && $line == "$current"* ]] && echo "$line"
+    done)
+}
+complete -o filenames -F _doppel doppel ./doppel
+)";
+
+void add_completion(CLI::App& app) {
+  CLI::App* completion = app.add_subcommand("completion", "Completion for bash: source <(doppel completion)");
+  auto words = std::make_shared<bool>(false);
+  completion->add_flag("--words", *words, "List every verb and option, one path each");
+  completion->callback([&app, words] {
+    if (*words) {
+      list_words(app, "doppel");
+    } else {
+      fmt::print("{}", kBashCompletion);
+    }
+  });
+}
+
+// CLI11's own message, and the nearest verb where the first word is none.
+int report_usage(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+  if (error.get_exit_code() == 0) return app.exit(error);
+  const CLI::App* deepest = &app;
+  for (int i = 1; i < argc; ++i) {
+    std::vector<std::string> names;
+    const CLI::App* next = nullptr;
+    for (const CLI::App* sub : deepest->get_subcommands([](const CLI::App*) { return true; })) {
+      names.push_back(sub->get_name());
+      if (sub->get_name() == argv[i]) next = sub;
+    }
+    if (next == nullptr) {
+      if (!names.empty() && argv[i][0] != '-') {
+        fmt::print(stderr, "error: '{}' is no verb of {}{}\n", argv[i], deepest->get_name(),
+                   doppel::did_you_mean(argv[i], names));
+        return kBadInput;
+      }
+      break;
+    }
+    deepest = next;
+  }
+  fmt::print(stderr, "error: {}\n  mend: {} --help tells how it is used\n", error.what(),
+             deepest == &app ? "doppel" : "doppel " + deepest->get_name());
+  return kBadInput;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
+  app.set_version_flag("--version", "doppel " DOPPEL_VERSION);
+  app.require_subcommand(1);
+  app.footer("Start here:\n  doppel up omarm_one\nand from another shell:\n  doppel topic echo /joint_states");
+  int exit_code = 0;
+  doppel::app::add_up(app, exit_code);
+  doppel::app::add_verbs(app, exit_code);
+  add_robots(app);
+  add_completion(app);
+  if (argc == 1) {
+    fmt::print("{}", app.help());
+    return 0;
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return report_usage(app, error, argc, argv);
+  } catch (const doppel::InputError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return kBadInput;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return 1;
+  }
+  return exit_code;
+}

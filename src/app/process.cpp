@@ -1,0 +1,40 @@
+#include "app/process.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace doppel::app {
+
+double milliseconds_since_process_start() {
+  std::ifstream stat("/proc/self/stat");
+  std::string text((std::istreambuf_iterator<char>(stat)), {});
+  const std::size_t after_name = text.rfind(')');  // the program's name may hold spaces and parentheses
+  if (after_name == std::string::npos) return 0.0;
+  std::istringstream fields(text.substr(after_name + 1));
+  std::string field;
+  for (int i = 3; i <= 22 && fields >> field; ++i) {
+  }
+  const double started_s = std::strtod(field.c_str(), nullptr) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  timespec now{};
+  clock_gettime(CLOCK_BOOTTIME, &now);
+  return (static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9 - started_s) * 1e3;
+}
+
+double peak_rss_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) * 1024.0 / 1e6;
+}
+
+std::filesystem::path root_folder() {
+  if (const char* root = std::getenv("DOPPEL_ROOT"); root != nullptr && *root != '\0') return root;
+  return DOPPEL_BUILT_FROM;
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,32 @@
+#pragma once
+// The state of a running twin at one instant, for people and for machines.
+
+#include <string>
+#include <vector>
+
+#include "doppel/control/controller_manager.h"
+#include "doppel/twin/runner.h"
+#include "doppel/twin/twin.h"
+
+namespace doppel::app {
+
+struct Snapshot {
+  Time now{};
+  std::vector<JointSnapshot> joints;
+  std::vector<ControllerView> controllers;
+};
+
+// The loop's thread, between steps.
+Snapshot take_snapshot(Twin& twin);
+
+// The summary that --json prints: one JSON object, version 1.
+struct Summary {
+  std::string robot, engine;
+  double startup_ms = 0;
+  RunStatistics run;
+  std::uint64_t state_hash = 0;
+  Snapshot last;
+};
+std::string to_json(const Summary& summary);
+
+}  // namespace doppel::app

@@ -1,0 +1,302 @@
+#include "app/up.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <condition_variable>
+#include <csignal>
+#include <deque>
+#include <future>
+#include <mutex>
+#include <thread>
+
+#include "app/live_table.h"
+#include "app/process.h"
+#include "app/snapshot.h"
+#include "doppel/server/announcement.h"
+#include "doppel/server/server.h"
+#include "doppel/twin/runner.h"
+#include "doppel/twin/twin.h"
+
+namespace doppel::app {
+namespace {
+
+std::atomic<bool> stop_requested{false};
+
+void request_stop(int /*signal*/) { stop_requested.store(true); }
+
+struct UpOptions {
+  std::vector<std::string> target;  // TARGET and its name:=value arguments
+  std::vector<std::string> set;
+  std::string world, controllers, base = "fixed", speed = "1";
+  std::vector<std::string> activate, plugins;
+  double duration = 0;
+  bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
+  int port = 0;
+};
+
+std::pair<std::string, std::string> split_argument(const std::string& text) {
+  const std::size_t at = text.find(":=");
+  if (at == std::string::npos || at == 0) {
+    throw InputError("cli.argument", {}, fmt::format("'{}' is not of the form name:=value", text),
+                     "write for instance use_sim:=true");
+  }
+  return {text.substr(0, at), text.substr(at + 2)};
+}
+
+Scenario make_scenario(const UpOptions& options) {
+  Scenario scenario;
+  scenario.target = options.target.front();
+  for (std::size_t i = 1; i < options.target.size(); ++i) scenario.arguments.push_back(split_argument(options.target[i]));
+  for (const std::string& text : options.set) scenario.arguments.push_back(split_argument(text));
+  if (!options.world.empty()) scenario.world = options.world;
+  if (!options.controllers.empty()) scenario.controllers = options.controllers;
+  scenario.activate = options.activate;
+  scenario.start_controllers = !options.no_controllers;
+  scenario.plugins = options.plugins;
+  scenario.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
+  scenario.ideal = options.ideal;
+  scenario.enforce_limits = !options.no_limits;
+  scenario.bundled_robots = root_folder() / "robots";
+  return scenario;
+}
+
+double parse_speed(const std::string& text) {
+  if (text == "max") return 0.0;
+  std::size_t used = 0;
+  double speed = -1.0;
+  try {
+    speed = std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used != text.size() || !(speed > 0.0) || speed > 1e6) {
+    throw InputError("cli.speed", {}, fmt::format("--speed is '{}'; it has to be a positive number, or max", text),
+                     "1 is real time, 0.5 half of it, max as fast as it goes");
+  }
+  return speed;
+}
+
+// The terminal's log: lines go to stderr at once, or, while a live table is up, to the table.
+class TerminalLog {
+ public:
+  void add(const LogLine& line) {
+    const std::lock_guard lock(mutex_);
+    if (!table_) return print(line);
+    recent_.push_back(line);
+    if (recent_.size() > 4) recent_.pop_front();
+    if (line.severity != Severity::note) kept_.push_back(line);
+  }
+  void table_begins() {
+    const std::lock_guard lock(mutex_);
+    table_ = true;
+  }
+  // Warnings and errors that scrolled away in the table are repeated for the record.
+  void table_ends() {
+    const std::lock_guard lock(mutex_);
+    table_ = false;
+    for (const LogLine& line : kept_) print(line);
+    kept_.clear();
+  }
+  [[nodiscard]] std::vector<LogLine> recent() {
+    const std::lock_guard lock(mutex_);
+    return {recent_.begin(), recent_.end()};
+  }
+
+ private:
+  static void print(const LogLine& line) {
+    if (line.severity == Severity::note) {
+      fmt::print(stderr, "  {}: {}\n", line.origin, line.text);
+    } else {
+      fmt::print(stderr, "  {}: {}: {}\n", to_string(line.severity), line.origin, line.text);
+    }
+  }
+
+  std::mutex mutex_;
+  bool table_ = false;
+  std::deque<LogLine> recent_;
+  std::vector<LogLine> kept_;
+};
+
+// Draws the live table from a thread of its own; the state is taken on the loop's thread, between steps.
+class TableThread {
+ public:
+  TableThread(Twin& twin, const Runner& runner, TerminalLog& log, std::string title)
+      : twin_(twin), runner_(runner), log_(log), title_(std::move(title)), thread_([this] { run(); }) {}
+
+  ~TableThread() {
+    {
+      const std::lock_guard lock(mutex_);
+      done_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+  }
+
+ private:
+  void run() {
+    LiveTable table(STDOUT_FILENO);
+    std::unique_lock lock(mutex_);
+    while (!done_) {
+      lock.unlock();
+      const auto promise = std::make_shared<std::promise<Snapshot>>();
+      auto future = promise->get_future();
+      twin_.bus().post([promise, this] { promise->set_value(take_snapshot(twin_)); });
+      if (future.wait_for(std::chrono::milliseconds(500)) == std::future_status::ready) {
+        const RunnerView& view = runner_.view();
+        table.draw({title_, future.get(), view.real_time_factor.load(), view.paused.load(), log_.recent()});
+      }
+      lock.lock();
+      wake_.wait_for(lock, std::chrono::milliseconds(100), [this] { return done_; });
+    }
+  }
+
+  Twin& twin_;
+  const Runner& runner_;
+  TerminalLog& log_;
+  std::string title_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool done_ = false;
+  std::thread thread_;
+};
+
+void print_diagnostics(const Diagnostics& diagnostics) {
+  for (const Diagnostic& diagnostic : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostic.str());
+}
+
+std::string controllers_text(const std::vector<ControllerView>& controllers) {
+  std::string out;
+  for (const ControllerView& controller : controllers) {
+    out += fmt::format("{}{} ({})", out.empty() ? "" : ", ", controller.name, doppel::to_string(controller.state));
+  }
+  return out.empty() ? "none: the joints are limp" : out;
+}
+
+void print_banner(Twin& twin, const std::string& engine, const std::string& url) {
+  const Model& model = twin.model();
+  fmt::print(stderr, "{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name, model.links.size(),
+             model.joints.size(), model.driven_joint_names().size(), model.total_mass * 1e3);
+  fmt::print(stderr, "  physics      {}, {:g} Hz; simulated time on /clock stamps every message\n", engine,
+             1.0 / to_seconds(twin.step_size()));
+  fmt::print(stderr, "  controllers  {}\n               from {}\n", controllers_text(twin.controller_manager().controllers()),
+             twin.controllers_origin());
+  const auto& excluded = twin.engine().excluded_pairs();
+  std::size_t touching = 0;
+  for (const ExcludedPair& pair : excluded) touching += pair.reason.find("touching") != std::string::npos ? 1 : 0;
+  fmt::print(stderr, "  contact      ground and links; {} neighbouring and {} initially touching pairs left out\n",
+             excluded.size() - touching, touching);
+  bool heading = false;
+  for (const SagReport& sag : twin.gravity_sag()) {
+    if (std::abs(sag.sag) < 5e-4 && sag.margin >= 0) continue;
+    fmt::print(stderr, "  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}\n", heading ? "" : "gravity", sag.joint,
+               sag.torque, sag.sag, sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
+    heading = true;
+  }
+  fmt::print(stderr, "  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n", url);
+}
+
+int run_up(const UpOptions& options) {
+  const double speed = parse_speed(options.speed);
+  if (options.duration < 0 || !std::isfinite(options.duration)) {
+    throw InputError("cli.duration", {}, "--duration has to be a positive number of simulated seconds");
+  }
+  const Scenario scenario = make_scenario(options);
+  const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
+
+  struct sigaction action {};
+  action.sa_handler = request_stop;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+
+  TerminalLog terminal;
+  Log log;
+  log.add_sink([&terminal](const LogLine& line) { terminal.add(line); });
+  Diagnostics diagnostics;
+  Twin twin(scenario, log, diagnostics);
+  print_diagnostics(diagnostics);
+
+  ServerOptions server_options;
+  server_options.name = "doppel " + twin.robot_name();
+  if (options.port != 0) {
+    server_options.port = static_cast<std::uint16_t>(options.port);
+    server_options.any_free_port = false;
+  }
+  const Server server(twin.bus(), server_options, log);
+  const Announcement announcement(twin.robot_name(), server.port());
+  Summary summary;
+  summary.robot = twin.robot_name();
+  summary.engine = twin.engine().capabilities().name;
+  print_banner(twin, summary.engine, server.url());
+
+  RunnerOptions runner_options;
+  runner_options.speed = speed;
+  if (options.duration > 0) runner_options.duration = from_seconds(options.duration);
+  Runner runner(twin, runner_options);
+  runner.on_first_step([&] {
+    summary.startup_ms = milliseconds_since_process_start();
+    fmt::print(stderr, "  ready        {:.0f} ms after the start\n", summary.startup_ms);
+  });
+  if (table) {
+    terminal.table_begins();
+    const TableThread drawing(twin, runner, terminal, twin.robot_name() + "  " + summary.engine);
+    summary.run = runner.run(stop_requested);
+  } else {
+    summary.run = runner.run(stop_requested);
+  }
+  terminal.table_ends();
+  summary.state_hash = twin.state_hash();
+  summary.last = take_snapshot(twin);
+  if (options.json) fmt::print("{}\n", to_json(summary));
+  if (summary.run.end == RunEnd::diverged) {
+    fmt::print(stderr, "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
+                       "finite number\n  mend: look for tiny masses on strong joints, or choose a smaller step in a "
+                       "world file (--world)\n", to_seconds(twin.now()));
+    return 1;
+  }
+  if (!options.json) {
+    fmt::print(stderr, "{}: {:.2f} s simulated in {:.2f} s, {:.2f} x real time\n", summary.robot,
+               to_seconds(summary.run.simulated), static_cast<double>(summary.run.wall.count()) * 1e-9,
+               summary.run.real_time_factor());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_up(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<UpOptions>();
+  CLI::App* up = app.add_subcommand("up", "Bring a robot up: physics, controllers, topics");
+  up->add_option("TARGET", options->target,
+                 "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or workspace, and "
+                 "name:=value arguments for its xacro")
+      ->required();
+  up->add_option("--set", options->set, "An argument for the description's xacro, name:=value")->take_all();
+  up->add_option("--controllers", options->controllers, "The controllers' YAML, in place of the description's");
+  up->add_option("--activate", options->activate, "Start only these controllers; the others are loaded, inactive")
+      ->delimiter(',');
+  up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are limp");
+  up->add_option("--plugin", options->plugins, "A shared library with controllers of your own")->take_all();
+  up->add_option("--world", options->world, "A world file (YAML): gravity, step, ground, objects");
+  up->add_option("--base", options->base, "How a robot without a link 'world' stands: fixed or floating")
+      ->check(CLI::IsMember({"fixed", "floating"}));
+  up->add_flag("--ideal", options->ideal, "Joints follow commands exactly, whatever they carry");
+  up->add_flag("--no-limits", options->no_limits, "Do not hold commands to the joints' limits");
+  up->add_option("--duration", options->duration, "End after so many simulated seconds");
+  up->add_option("--speed", options->speed, "1: real time, N: N times that, max: as fast as it goes");
+  up->add_flag("--headless", options->headless, "No live table; log lines only");
+  up->add_flag("--json", options->json, "One summary object on stdout at the end");
+  up->add_option("--port", options->port, "The server's port on 127.0.0.1 (else 8700 or the next that is free)")
+      ->check(CLI::Range(1, 65535));
+  up->footer(
+      "Examples:\n"
+      "  doppel up omarm_one\n"
+      "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
+      "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
+      "  doppel up omarm_zero --headless --duration 10 --speed max --json");
+  up->callback([options, &exit_code] { exit_code = run_up(*options); });
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,179 @@
+#include "doppel/twin/robot_setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Arguments by which descriptions switch between a simulator and real hardware, and the value that means simulation.
+constexpr std::pair<const char*, const char*> kSimulationArguments[] = {
+    {"use_sim", "true"}, {"sim_gazebo", "true"}, {"use_gazebo", "true"}, {"sim_gz", "true"}, {"sim_ignition", "true"}};
+
+XacroArguments with_simulation(const fs::path& file, XacroArguments arguments, PackageResolver& resolver,
+                               Diagnostics& diagnostics) {
+  const auto declared = declared_xacro_arguments(file, resolver);
+  for (const auto& [name, value] : kSimulationArguments) {
+    const auto given = [&, wanted = std::string(name)](const auto& a) { return a.first == wanted; };
+    const auto is = [&, wanted = std::string(name)](const auto& d) { return d.name == wanted; };
+    const auto found = std::find_if(declared.begin(), declared.end(), is);
+    if (found == declared.end() || std::any_of(arguments.begin(), arguments.end(), given)) continue;
+    arguments.emplace_back(name, value);
+    diagnostics.note("up.use_sim", found->source,
+                     fmt::format("the description has an argument '{}'; it is set to '{}', for this is a simulation",
+                                 name, value),
+                     fmt::format("give {}:=... to choose otherwise", name));
+    break;
+  }
+  return arguments;
+}
+
+bool declares_controllers(const fs::path& file) {
+  try {
+    const ParameterFile parsed = ParameterFile::load(file);
+    const auto nodes = parsed.nodes();
+    return std::any_of(nodes.begin(), nodes.end(), [](const std::string& node) {
+      return node == "controller_manager" || node.ends_with("/controller_manager");
+    });
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+// Parameter files with a controller_manager section in the config folders of the package, else of its neighbours.
+std::vector<fs::path> files_of_package(const fs::path& package) {
+  std::vector<fs::path> found;
+  const auto search = [&found](const fs::path& folder) {
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(folder / "config", none)) {
+      const auto extension = entry.path().extension();
+      if ((extension == ".yaml" || extension == ".yml") && declares_controllers(entry.path())) {
+        found.push_back(entry.path());
+      }
+    }
+  };
+  if (package.empty()) return found;
+  search(package);
+  if (found.empty()) {
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(package.parent_path(), none)) {
+      if (entry.is_directory(none) && fs::exists(entry.path() / "package.xml", none)) search(entry.path());
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::vector<fs::path> named_by_plugin(const RobotDescription& robot) {
+  std::vector<fs::path> files;
+  for (const GazeboExtension& gazebo : robot.gazebo) {
+    for (const GazeboPlugin& plugin : gazebo.plugins) {
+      for (const std::string& file : plugin.parameter_files) {
+        if (!fs::exists(file)) {
+          throw InputError("up.controllers_missing", plugin.source,
+                           fmt::format("the plugin's <parameters> name the file '{}', which does not exist", file),
+                           "correct the path, or give the file with --controllers FILE");
+        }
+        files.emplace_back(file);
+      }
+    }
+  }
+  return files;
+}
+
+std::vector<std::string> joints_to_drive(const RobotDescription& robot) {
+  std::set<std::string> offered;
+  for (const auto& hardware : robot.hardware) {
+    for (const auto& joint : hardware.joints) {
+      const bool position = std::any_of(joint.command_interfaces.begin(), joint.command_interfaces.end(),
+                                        [](const auto& i) { return i.name == "position"; });
+      if (position) offered.insert(joint.name);
+    }
+  }
+  std::vector<std::string> joints;
+  for (const Joint& joint : robot.joints) {
+    const bool moves = joint.type == JointType::revolute || joint.type == JointType::continuous ||
+                       joint.type == JointType::prismatic;
+    if (moves && !joint.mimic && (offered.empty() || offered.contains(joint.name))) joints.push_back(joint.name);
+  }
+  return joints;
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+ParameterFile choose_controllers(const Scenario& scenario, const RobotSetup& setup, std::string& origin,
+                                 Diagnostics& diagnostics) {
+  std::vector<fs::path> files;
+  if (scenario.controllers) files.push_back(*scenario.controllers);
+  if (files.empty()) files = named_by_plugin(setup.description.robot);
+  if (files.empty()) {
+    files = files_of_package(setup.target.package_folder);
+    if (files.size() > 1) {
+      std::string list;
+      for (const fs::path& file : files) list += "\n    " + file.string();
+      throw InputError("up.controllers_ambiguous", make_location(setup.target.description.string()),
+                       fmt::format("several files declare controllers for this robot:{}", list),
+                       "choose one with --controllers FILE");
+    }
+  }
+  if (!files.empty()) {
+    origin = files.front().string();
+    return ParameterFile::load(files.front());
+  }
+  const auto joints = joints_to_drive(setup.description.robot);
+  origin = "generated";
+  if (joints.empty()) {
+    diagnostics.note("up.nothing_to_drive", setup.description.robot.source,
+                     "no joint of this robot can be driven; it has a joint_state_broadcaster only");
+  } else {
+    diagnostics.note("up.controllers_generated", setup.description.robot.source,
+                     fmt::format("no controllers' YAML was found; made a joint_state_broadcaster and a "
+                                 "joint_trajectory_controller over {} joint{}",
+                                 joints.size(), joints.size() == 1 ? "" : "s"),
+                     "give your own with --controllers FILE, or put it into the package's config/");
+  }
+  return ParameterFile::parse(generated_controllers(joints), "<generated controllers>");
+}
+
+}  // namespace
+
+std::string generated_controllers(const std::vector<std::string>& joints) {
+  std::string yaml =
+      "controller_manager:\n  ros__parameters:\n    update_rate: 100\n"
+      "    joint_state_broadcaster:\n      type: joint_state_broadcaster/JointStateBroadcaster\n";
+  if (joints.empty()) return yaml;
+  yaml +=
+      "    joint_trajectory_controller:\n      type: joint_trajectory_controller/JointTrajectoryController\n"
+      "joint_trajectory_controller:\n  ros__parameters:\n    joints:\n";
+  for (const std::string& joint : joints) yaml += fmt::format("      - {}\n", quoted(joint));
+  yaml += "    command_interfaces: [position]\n    state_interfaces: [position, velocity]\n";
+  return yaml;
+}
+
+RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics) {
+  RobotSetup setup;
+  resolver.add_bundled(scenario.bundled_robots);
+  setup.target = resolve_target(scenario.target, scenario.bundled_robots);
+  resolver.add_context(setup.target.description);
+  if (scenario.world) setup.world = load_world(*scenario.world, resolver);
+  const XacroArguments arguments =
+      with_simulation(setup.target.description, scenario.arguments, resolver, diagnostics);
+  setup.description = load_description(setup.target.description, arguments, resolver, diagnostics);
+  setup.controllers = choose_controllers(scenario, setup, setup.controllers_origin, diagnostics);
+  return setup;
+}
+
+}  // namespace doppel

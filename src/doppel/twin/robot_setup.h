@@ -1,0 +1,30 @@
+#pragma once
+// From a scenario to everything that must be known before anything is built: the description as the simulation wants it
+// (use_sim), the controllers' files that belong to it, and the choices that were made on the user's behalf.
+
+#include <memory>
+#include <vector>
+
+#include "doppel/control/parameter_file.h"
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/load.h"
+#include "doppel/physics/world.h"
+#include "doppel/twin/scenario.h"
+
+namespace doppel {
+
+struct RobotSetup {
+  Target target;
+  LoadedDescription description;
+  ParameterFile controllers;       // generated where the package has none
+  std::string controllers_origin;  // "config/ros2_controllers.yaml", for people
+  World world;
+};
+
+// Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are notes.
+RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics);
+
+// The YAML that makes any robot move: a broadcaster, and a trajectory controller over `joints`.
+std::string generated_controllers(const std::vector<std::string>& joints);
+
+}  // namespace doppel

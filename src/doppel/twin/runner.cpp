@@ -1,0 +1,152 @@
+#include "doppel/twin/runner.h"
+
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <ctime>
+#include <utility>
+
+namespace doppel {
+namespace {
+
+constexpr std::chrono::milliseconds kGiveUp{100};  // further behind than this, the schedule is moved
+constexpr std::chrono::milliseconds kPauseNap{2};
+constexpr std::uint64_t kViewEvery = 256;          // steps between looks at the real-time factor
+
+void sleep_until(std::chrono::steady_clock::time_point due) {
+  const auto since = due.time_since_epoch();
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(since);
+  timespec at{};
+  at.tv_sec = static_cast<time_t>(seconds.count());
+  at.tv_nsec = static_cast<long>((since - seconds).count());
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) == EINTR) {
+  }
+}
+
+}  // namespace
+
+void LatenessHistogram::add(std::chrono::nanoseconds late) {
+  worst_ = std::max(worst_, late);
+  ++count_;
+  const double microseconds = static_cast<double>(late.count()) * 1e-3;
+  const int bin = microseconds <= 1.0 ? 0 : 1 + static_cast<int>(5.0 * std::log2(microseconds));
+  ++bins_[static_cast<std::size_t>(std::min(bin, kBins - 1))];
+}
+
+double LatenessHistogram::percentile(double p) const {
+  const auto wanted = static_cast<std::uint64_t>(std::ceil(p * static_cast<double>(count_)));
+  std::uint64_t seen = 0;
+  for (int bin = 0; bin < kBins; ++bin) {
+    seen += bins_[static_cast<std::size_t>(bin)];
+    if (seen >= wanted && seen > 0) return std::exp2(bin / 5.0);
+  }
+  return 0.0;
+}
+
+double RunStatistics::real_time_factor() const {
+  return wall.count() > 0 ? static_cast<double>(simulated.count()) / static_cast<double>(wall.count()) : 0.0;
+}
+
+Runner::Runner(Twin& twin, RunnerOptions options) : twin_(twin), options_(options) {
+  twin_.time_control().speed = options_.speed;
+}
+
+void Runner::restart_schedule() {
+  anchor_wall_ = Clock::now();
+  anchor_steps_ = twin_.steps();
+  anchor_speed_ = twin_.time_control().speed;
+}
+
+void Runner::keep_pace() {
+  if (anchor_speed_ != twin_.time_control().speed) restart_schedule();
+  if (anchor_speed_ <= 0.0) return;
+  const double simulated_ns =
+      static_cast<double>(twin_.steps() - anchor_steps_) * static_cast<double>(twin_.step_size().count());
+  const auto due = anchor_wall_ + std::chrono::nanoseconds(static_cast<std::int64_t>(simulated_ns / anchor_speed_));
+  auto now = Clock::now();
+  if (now < due) {
+    sleep_until(due);
+    now = Clock::now();
+  }
+  const auto late = now - due;
+  statistics_.lateness.add(late);
+  if (late > kGiveUp) {
+    ++statistics_.overruns;
+    view_.overruns.store(statistics_.overruns, std::memory_order_relaxed);
+    restart_schedule();
+  }
+}
+
+void Runner::rest_while_paused(const std::atomic<bool>& stop) {
+  const auto paused_at = Clock::now();
+  view_.paused.store(true, std::memory_order_relaxed);
+  view_.real_time_factor.store(0.0, std::memory_order_relaxed);
+  TimeControl& control = twin_.time_control();
+  while (control.paused && !stop.load(std::memory_order_relaxed)) {
+    while (control.steps_owed > 0) {
+      --control.steps_owed;
+      twin_.step();
+    }
+    twin_.between_steps();
+    sleep_until(Clock::now() + kPauseNap);
+  }
+  view_.paused.store(false, std::memory_order_relaxed);
+  statistics_.wall -= Clock::now() - paused_at;
+  restart_schedule();
+  window_wall_ = Clock::now();
+  window_steps_ = twin_.steps();
+}
+
+void Runner::update_view() {
+  if (twin_.steps() - window_steps_ < kViewEvery) return;
+  const auto now = Clock::now();
+  const auto elapsed = now - window_wall_;
+  if (elapsed < std::chrono::milliseconds(500)) return;
+  const double simulated =
+      static_cast<double>(twin_.steps() - window_steps_) * static_cast<double>(twin_.step_size().count());
+  view_.real_time_factor.store(simulated / static_cast<double>(elapsed.count()), std::memory_order_relaxed);
+  window_wall_ = now;
+  window_steps_ = twin_.steps();
+}
+
+RunStatistics Runner::run(const std::atomic<bool>& stop) {
+  prctl(PR_SET_TIMERSLACK, 1);  // the kernel may otherwise wake this thread 50 microseconds late on purpose
+  const auto begin_wall = Clock::now();
+  const std::uint64_t begin_steps = twin_.steps();
+  const std::uint64_t step_ns = static_cast<std::uint64_t>(twin_.step_size().count());
+  const std::uint64_t last_step =
+      options_.duration ? begin_steps + static_cast<std::uint64_t>(options_.duration->count()) / step_ns : UINT64_MAX;
+  statistics_ = {};
+  restart_schedule();
+  window_wall_ = begin_wall;
+  window_steps_ = begin_steps;
+  statistics_.end = RunEnd::duration_reached;
+  while (twin_.steps() < last_step) {
+    if (stop.load(std::memory_order_relaxed)) {
+      statistics_.end = RunEnd::stopped;
+      break;
+    }
+    if (twin_.diverged()) {
+      statistics_.end = RunEnd::diverged;
+      break;
+    }
+    twin_.between_steps();
+    if (twin_.time_control().paused) {
+      rest_while_paused(stop);
+      continue;
+    }
+    keep_pace();
+    twin_.step();
+    if (on_first_step_) std::exchange(on_first_step_, nullptr)();
+    update_view();
+  }
+  if (statistics_.end == RunEnd::duration_reached) keep_pace();  // the last step's time has to pass, too
+  statistics_.wall += Clock::now() - begin_wall;
+  statistics_.steps = twin_.steps() - begin_steps;
+  statistics_.simulated = Duration(static_cast<std::int64_t>(statistics_.steps * step_ns));
+  return statistics_;
+}
+
+}  // namespace doppel

@@ -1,0 +1,87 @@
+#pragma once
+// Keeps a twin's time: steps it in pace with the wall clock (or as fast as it goes), pauses it, ends it. Runs on the
+// calling thread, which is then the loop's.
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "doppel/twin/simulator_services.h"
+#include "doppel/twin/twin.h"
+
+namespace doppel {
+
+// How late steps began, in bins a fifth of an octave wide from 1 microsecond to 4 seconds. Adding allocates nothing.
+class LatenessHistogram {
+ public:
+  void add(std::chrono::nanoseconds late);
+  // The lateness that a fraction p of the steps did not exceed (upper edge of its bin), microseconds.
+  [[nodiscard]] double percentile(double p) const;
+  [[nodiscard]] double worst() const { return static_cast<double>(worst_.count()) * 1e-3; }
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+
+ private:
+  static constexpr int kBins = 112;
+  std::array<std::uint64_t, kBins> bins_{};
+  std::uint64_t count_ = 0;
+  std::chrono::nanoseconds worst_{0};
+};
+
+struct RunnerOptions {
+  double speed = 1.0;                // simulated seconds per wall second; 0: as fast as possible
+  std::optional<Duration> duration;  // simulated; none: until stopped
+};
+
+enum class RunEnd { duration_reached, stopped, diverged };
+
+struct RunStatistics {
+  RunEnd end = RunEnd::stopped;
+  Duration simulated{};              // in this run
+  std::chrono::nanoseconds wall{};   // without the time spent paused
+  std::uint64_t steps = 0;
+  std::uint64_t overruns = 0;        // times that the loop fell 100 ms behind and its schedule was moved
+  LatenessHistogram lateness;        // empty at full speed
+  [[nodiscard]] double real_time_factor() const;
+};
+
+// What other threads may read while it runs.
+struct RunnerView {
+  std::atomic<double> real_time_factor{0};  // over the last half second
+  std::atomic<bool> paused{false};
+  std::atomic<std::uint64_t> overruns{0};
+};
+
+class Runner {
+ public:
+  Runner(Twin& twin, RunnerOptions options);
+
+  // Until the duration is over, `stop` becomes true, or the physics diverges.
+  RunStatistics run(const std::atomic<bool>& stop);
+  [[nodiscard]] const RunnerView& view() const { return view_; }
+  // Called once, after the first step: the first state has been published by then.
+  void on_first_step(std::function<void()> callback) { on_first_step_ = std::move(callback); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void rest_while_paused(const std::atomic<bool>& stop);
+  void keep_pace();
+  void restart_schedule();
+  void update_view();
+
+  Twin& twin_;
+  RunnerOptions options_;
+  RunStatistics statistics_;
+  RunnerView view_;
+  std::function<void()> on_first_step_;
+  // The schedule: the step that leaves simulated step count `anchor_steps_` was due at `anchor_wall_`.
+  Clock::time_point anchor_wall_;
+  std::uint64_t anchor_steps_ = 0;
+  double anchor_speed_ = 1.0;
+  Clock::time_point window_wall_;
+  std::uint64_t window_steps_ = 0;
+};
+
+}  // namespace doppel

@@ -1,0 +1,29 @@
+#pragma once
+// All that a run is, in one typed struct: the command line fills it, tests and programs fill it by hand.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/core/time.h"
+#include "doppel/description/load.h"
+#include "doppel/kinematics/model.h"
+
+namespace doppel {
+
+struct Scenario {
+  std::string target;                        // bundled name, .urdf, .xacro, or folder of a package or workspace
+  XacroArguments arguments;                  // name := value, in order
+  std::optional<std::filesystem::path> world;        // a world file; none: empty, with ground
+  std::optional<std::filesystem::path> controllers;  // a YAML file in place of what the description names
+  std::vector<std::string> activate;         // controllers to start; empty: all that the files declare
+  bool start_controllers = true;             // false: nothing is loaded, the joints are limp
+  std::vector<std::string> plugins;          // shared libraries with controllers
+  BaseKind base = BaseKind::fixed;           // how a root link other than "world" stands
+  bool ideal = false;                        // joints follow commands exactly, whatever they carry
+  bool enforce_limits = true;
+  std::filesystem::path bundled_robots;      // folder of the robots that ship with doppel
+};
+
+}  // namespace doppel

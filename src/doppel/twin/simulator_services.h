@@ -1,0 +1,74 @@
+#pragma once
+// The simulator as a node, /gazebo, by the names and types that its users know: pause, step, reset, speed, efforts and
+// wrenches on the machine, and its state. Everything runs on the loop's thread, between steps.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "doppel/bus/bus.h"
+#include "doppel/messages/gazebo_msgs.h"
+#include "doppel/physics/engine.h"
+
+namespace doppel {
+
+// Whether and how fast time runs. Written by services, read by the runner, both on the loop's thread.
+struct TimeControl {
+  bool paused = false;
+  std::uint64_t steps_owed = 0;  // steps to run although paused
+  double speed = 1.0;            // simulated per wall second; 0: as fast as possible
+};
+
+class SimulatorServices {
+ public:
+  struct Callbacks {
+    std::function<void()> reset;          // back to the start
+    std::function<void()> state_written;  // the pose was set from outside: controllers hold there
+  };
+  SimulatorServices(Bus& bus, const Model& model, Engine& engine, Callbacks callbacks);
+
+  // In the loop: starts and ends the timed efforts and wrenches that are due.
+  void before_step(Time now) {
+    if (now >= next_change_) apply_due(now);
+  }
+  void forget_loads();
+
+  [[nodiscard]] TimeControl& time_control() { return time_control_; }
+
+ private:
+  // An effort on a joint or a wrench on a link, and the time in which it acts.
+  struct Load {
+    int joint = -1, link = -1;
+    double effort = 0;
+    Eigen::Vector3d p_LoP_L = Eigen::Vector3d::Zero(), force_W = Eigen::Vector3d::Zero(),
+                    torque_W = Eigen::Vector3d::Zero();
+    Time start{}, end{};
+  };
+  void offer_time_services();
+  void offer_joint_efforts();
+  void offer_link_wrenches();
+  void offer_joint_state();
+  void offer_model_state();
+
+  void apply_due(Time now);
+  Status add_load(Load load, const builtin_interfaces::msg::Time& start,
+                  const builtin_interfaces::msg::Duration& duration);
+  Status add_wrench(const std::string& link, const std::string& frame, const geometry_msgs::msg::Point& point,
+                    const geometry_msgs::msg::Wrench& wrench, const builtin_interfaces::msg::Time& start,
+                    const builtin_interfaces::msg::Duration& duration);
+  Status write_state(const std::vector<std::string>& names, const std::vector<double>& positions,
+                     const std::vector<double>& velocities);
+  [[nodiscard]] Status find_scalar_joint(const std::string& name, int& joint) const;
+  [[nodiscard]] Status find_link(const std::string& name, int& link) const;
+  [[nodiscard]] bool is_robot(const std::string& name) const { return name.empty() || name == model_.name; }
+
+  const Model& model_;
+  Engine& engine_;
+  Callbacks callbacks_;
+  Node node_;
+  TimeControl time_control_;
+  std::vector<Load> loads_;
+  Time next_change_ = Time::max();
+};
+
+}  // namespace doppel

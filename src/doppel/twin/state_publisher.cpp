@@ -1,0 +1,68 @@
+#include "doppel/twin/state_publisher.h"
+
+#include "doppel/kinematics/kinematics.h"
+
+namespace doppel {
+namespace {
+
+void write_transform(const Pose& X, geometry_msgs::msg::Transform& out) {
+  const Eigen::Quaterniond rotation(X.linear());
+  out.translation.x = X.translation().x();
+  out.translation.y = X.translation().y();
+  out.translation.z = X.translation().z();
+  out.rotation.x = rotation.x();
+  out.rotation.y = rotation.y();
+  out.rotation.z = rotation.z();
+  out.rotation.w = rotation.w();
+}
+
+}  // namespace
+
+StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model)
+    : model_(model), node_(bus, "/robot_state_publisher"), clock_node_(bus, "/gazebo") {
+  const Qos latched{.depth = 1, .latched = true};
+  description_ = node_.advertise<std_msgs::msg::String>("/robot_description", latched);
+  tf_ = node_.advertise<tf2_msgs::msg::TFMessage>("/tf", {.depth = 100});
+  tf_static_ = node_.advertise<tf2_msgs::msg::TFMessage>("/tf_static", latched);
+  clock_ = clock_node_.advertise<rosgraph_msgs::msg::Clock>("/clock");
+  description_message_.data = robot.xml;
+
+  const Eigen::VectorXd q = model.neutral();
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    const ModelJoint& joint = model.joints[j];
+    geometry_msgs::msg::TransformStamped transform;
+    transform.header.frame_id = model.links[static_cast<std::size_t>(joint.parent_link)].name;
+    transform.child_frame_id = model.links[static_cast<std::size_t>(joint.child_link)].name;
+    write_transform(parent_to_child(joint, q), transform.transform);
+    if (joint.nq > 0) {
+      moving_joints_.push_back(j);
+      moving_.transforms.push_back(std::move(transform));
+    } else {
+      fixed_.transforms.push_back(std::move(transform));
+    }
+  }
+}
+
+void StatePublisher::publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q) {
+  if (!tf_.has_listeners()) return;
+  for (std::size_t i = 0; i < moving_joints_.size(); ++i) {
+    moving_.transforms[i].header.stamp = to_time_msg(now);
+    write_transform(parent_to_child(model_.joints[moving_joints_[i]], q), moving_.transforms[i].transform);
+  }
+  tf_.publish(moving_, now);
+}
+
+void StatePublisher::publish_clock(Time now) {
+  if (!clock_.has_listeners()) return;
+  rosgraph_msgs::msg::Clock message;
+  message.clock = to_time_msg(now);
+  clock_.publish(message, now);
+}
+
+void StatePublisher::publish_latched(Time now) {
+  for (auto& transform : fixed_.transforms) transform.header.stamp = to_time_msg(now);
+  tf_static_.publish(fixed_, now);
+  description_.publish(description_message_, now);
+}
+
+}  // namespace doppel

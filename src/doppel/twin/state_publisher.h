@@ -1,0 +1,37 @@
+#pragma once
+// robot_state_publisher and the clock: /robot_description and /tf_static (latched), /tf, /clock. TF is computed from the
+// true state of every joint, mimics included.
+
+#include <memory>
+
+#include "doppel/bus/bus.h"
+#include "doppel/description/robot_description.h"
+#include "doppel/kinematics/model.h"
+#include "doppel/messages/rosgraph_msgs.h"
+#include "doppel/messages/std_msgs.h"
+#include "doppel/messages/tf2_msgs.h"
+
+namespace doppel {
+
+class StatePublisher {
+ public:
+  StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model);
+
+  // In the loop: no allocation, no lock, no throw. q: [model.nq].
+  void publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q);
+  void publish_clock(Time now);
+  // Between steps, at the start and after a reset of time.
+  void publish_latched(Time now);
+
+ private:
+  const Model& model_;
+  Node node_, clock_node_;
+  Publisher<std_msgs::msg::String> description_;
+  Publisher<tf2_msgs::msg::TFMessage> tf_, tf_static_;
+  Publisher<rosgraph_msgs::msg::Clock> clock_;
+  std_msgs::msg::String description_message_;
+  tf2_msgs::msg::TFMessage moving_, fixed_;
+  std::vector<std::size_t> moving_joints_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,109 @@
+#include "doppel/twin/robot_setup.h"
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kManager = "controller_manager:\n  ros__parameters:\n    update_rate: 50\n";
+
+class RobotSetups : public ::testing::Test {
+ protected:
+  RobotSetups() : folder_(fs::temp_directory_path() / ("doppel_setup_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_ / "urdf");
+    fs::create_directories(folder_ / "config");
+    write("package.xml", "<package format=\"3\"><name>my_arm</name></package>");
+  }
+  ~RobotSetups() override { fs::remove_all(folder_); }
+
+  void write(const std::string& file, const std::string& text) { std::ofstream(folder_ / file) << text; }
+  void write_robot(const std::string& extra) {
+    write("urdf/my_arm.urdf.xacro",
+          "<robot name=\"my_arm\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">"
+          "<xacro:arg name=\"use_sim\" default=\"false\"/>"
+          "<link name=\"base\"/><link name=\"arm $(arg use_sim)\"/>"
+          "<joint name=\"the joint\" type=\"revolute\"><parent link=\"base\"/><child link=\"arm $(arg use_sim)\"/>"
+          "<axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>" +
+              extra + "</robot>");
+  }
+  RobotSetup set_up(XacroArguments arguments = {}) {
+    Scenario scenario;
+    scenario.target = folder_.string();
+    scenario.arguments = std::move(arguments);
+    PackageResolver resolver;
+    return set_up_robot(scenario, resolver, diagnostics_);
+  }
+  [[nodiscard]] bool told(const std::string& rule) const {
+    for (const Diagnostic& d : diagnostics_.all()) {
+      if (d.rule == rule) return true;
+    }
+    return false;
+  }
+
+  fs::path folder_;
+  Diagnostics diagnostics_;
+};
+
+TEST_F(RobotSetups, FindsTheControllersInThePackagesConfig) {
+  write_robot("");
+  write("config/controllers.yaml", kManager);
+  write("config/display.yaml", "rviz:\n  colour: red\n");
+  EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/controllers.yaml").string());
+}
+
+TEST_F(RobotSetups, SeveralFilesWithControllersAreTheUsersChoice) {
+  write_robot("");
+  write("config/a.yaml", kManager);
+  write("config/b.yaml", kManager);
+  try {
+    set_up();
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("a.yaml"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("--controllers"), std::string::npos);
+  }
+}
+
+TEST_F(RobotSetups, ThePluginsParametersComeFirst) {
+  write("config/a.yaml", kManager);
+  write("config/b.yaml", kManager);
+  write_robot("<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\"><parameters>" +
+              (folder_ / "config/b.yaml").string() + "</parameters></plugin></gazebo>");
+  EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/b.yaml").string());
+}
+
+TEST_F(RobotSetups, PluginsParametersThatDoNotExistAreAnError) {
+  write_robot("<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\"><parameters>/no/such.yaml</parameters>"
+              "</plugin></gazebo>");
+  EXPECT_THROW(set_up(), InputError);
+}
+
+TEST_F(RobotSetups, MakesControllersWhereThereAreNone) {
+  write_robot("");
+  const RobotSetup setup = set_up();
+  EXPECT_EQ(setup.controllers_origin, "generated");
+  EXPECT_TRUE(told("up.controllers_generated"));
+  ParameterOverrides overrides = setup.controllers.overrides_for("joint_trajectory_controller");
+  ASSERT_NE(overrides.find("joints"), nullptr);
+  EXPECT_EQ(std::get<std::vector<std::string>>(overrides.find("joints")->value),
+            std::vector<std::string>{"the joint"});
+}
+
+TEST_F(RobotSetups, SimulationIsChosenAndSaidUnlessTheUserChose) {
+  write_robot("");
+  EXPECT_NE(set_up().description.robot.find_link("arm true"), nullptr);
+  EXPECT_TRUE(told("up.use_sim"));
+  diagnostics_ = {};
+  EXPECT_NE(set_up({{"use_sim", "false"}}).description.robot.find_link("arm false"), nullptr);
+  EXPECT_FALSE(told("up.use_sim"));
+}
+
+}  // namespace
+}  // namespace doppel

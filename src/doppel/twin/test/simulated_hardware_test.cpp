@@ -1,0 +1,127 @@
+#include "doppel/twin/simulated_hardware.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "doppel/description/load.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kArm = R"(<robot name="arm">
+<link name="world"/>
+<link name="a"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="b"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="tool"/>
+<joint name="j 1" type="revolute"><parent link="world"/><child link="a"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="20" velocity="3"/></joint>
+<joint name="j 2" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0.2 0 0"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="20" velocity="3"/><mimic joint="j 1"/></joint>
+<joint name="glue" type="fixed"><parent link="b"/><child link="tool"/></joint>
+</robot>)";
+
+HardwareJointDescription entry(const std::string& name, std::vector<std::string> commands) {
+  HardwareJointDescription out;
+  out.name = name;
+  for (const std::string& command : commands) out.command_interfaces.emplace_back().name = command;
+  for (const char* state : {kPosition, kVelocity, kEffort}) out.state_interfaces.emplace_back().name = state;
+  return out;
+}
+
+class SimulatedHardwares : public ::testing::Test {
+ protected:
+  SimulatedHardwares() {
+    PackageResolver resolver;
+    robot_ = parse_urdf(kArm, "arm.urdf", resolver, diagnostics_);
+    model_ = compile_model(robot_, BaseKind::fixed, diagnostics_);
+    engine_ = make_mujoco_engine(robot_, model_, World{}, EngineOptions{}, diagnostics_);
+    diagnostics_ = {};
+    hardware_.name = "system";
+  }
+  [[nodiscard]] SimulatedHardware make() { return {hardware_, model_, *engine_, diagnostics_}; }
+  [[nodiscard]] std::vector<std::string> rules() const {
+    std::vector<std::string> out;
+    for (const Diagnostic& d : diagnostics_.all()) out.push_back(d.rule);
+    return out;
+  }
+
+  Diagnostics diagnostics_;
+  RobotDescription robot_;
+  Model model_;
+  std::unique_ptr<Engine> engine_;
+  HardwareDescription hardware_;
+};
+
+TEST_F(SimulatedHardwares, RefusesUnknownJointsWithTheNearest) {
+  hardware_.joints = {entry("j_1", {"position"})};
+  make();
+  ASSERT_EQ(rules(), std::vector<std::string>{"ros2_control.unknown_joint"});
+  EXPECT_NE(diagnostics_.all()[0].message.find("did you mean 'j 1'"), std::string::npos);
+}
+
+TEST_F(SimulatedHardwares, LeavesOutFixedJointsCommandedMimicsAndUnknownInterfaces) {
+  hardware_.joints = {entry("j 1", {"position", "torque"}), entry("j 2", {"position"}), entry("glue", {"position"})};
+  const SimulatedHardware system = make();
+  EXPECT_EQ(rules(), (std::vector<std::string>{"ros2_control.unknown_interface", "ros2_control.mimic_commanded",
+                                               "ros2_control.fixed_joint"}));
+  ASSERT_EQ(system.command_interfaces().size(), 1u);
+  EXPECT_EQ(system.command_interfaces()[0].full_name(), "j 1/position");
+  EXPECT_EQ(system.state_interfaces().size(), 6u);
+}
+
+TEST_F(SimulatedHardwares, ClaimsChooseTheDriveAndUnclaimedJointsAreLimp) {
+  hardware_.joints = {entry("j 1", {"position", "velocity", "effort"})};
+  SimulatedHardware system = make();
+  const int joint = model_.find_joint("j 1");
+  EXPECT_EQ(engine_->drive(joint), DriveMode::limp);
+  const std::vector<std::string> position{"j 1/position"}, velocity{"j 1/velocity"}, effort{"j 1/effort"}, none;
+  system.perform_switch(velocity, none);
+  EXPECT_EQ(engine_->drive(joint), DriveMode::velocity);
+  system.perform_switch(position, none);
+  EXPECT_EQ(engine_->drive(joint), DriveMode::position);
+  system.perform_switch(effort, std::vector<std::string>{"j 1/position", "j 1/velocity"});
+  EXPECT_EQ(engine_->drive(joint), DriveMode::effort);
+  system.perform_switch(none, effort);
+  EXPECT_EQ(engine_->drive(joint), DriveMode::limp);
+  const std::vector<std::string> both{"j 1/velocity", "j 1/effort"};
+  EXPECT_FALSE(system.prepare_switch(both, none).ok());
+}
+
+TEST_F(SimulatedHardwares, CommandsMoveTheJointAndStatesTellSo) {
+  hardware_.joints = {entry("j 1", {"position"})};
+  SimulatedHardware system = make();
+  system.perform_switch(std::vector<std::string>{"j 1/position"}, {});
+  std::vector<double> states(3), commands{std::nan("")};
+  system.write({}, {}, commands);
+  commands = {0.5};
+  system.write({}, {}, commands);
+  for (int i = 0; i < 2000; ++i) engine_->step();
+  system.read({}, {}, states);
+  EXPECT_NEAR(states[0], 0.5, 0.02);
+  EXPECT_NEAR(states[1], 0.0, 0.01);
+  EXPECT_GT(std::abs(states[2]), 0.5);  // it holds two kilograms out
+}
+
+TEST_F(SimulatedHardwares, InitialValuesAreHeldToTheLimitsAndMimicsFollow) {
+  hardware_.joints = {entry("j 1", {"position"})};
+  hardware_.joints[0].state_interfaces[0].initial_value = 3.0;
+  robot_.hardware = {hardware_};
+  Eigen::VectorXd q = model_.neutral();
+  apply_initial_values(robot_, model_, q, diagnostics_);
+  EXPECT_EQ(rules(), std::vector<std::string>{"ros2_control.initial_value_outside"});
+  EXPECT_EQ(q[0], 2.0);
+  EXPECT_EQ(q[1], 2.0);
+}
+
+TEST_F(SimulatedHardwares, PluginsAreMappedAndTyposFound) {
+  hardware_.plugin = "ign_ros2_control/IgnitionSystem";
+  report_plugin(hardware_, diagnostics_);
+  hardware_.plugin = "gz_ros2_control/GazeboSimSytem";
+  report_plugin(hardware_, diagnostics_);
+  hardware_.plugin = "omarm_hardware/OmArmSystem";
+  report_plugin(hardware_, diagnostics_);
+  EXPECT_EQ(rules(), (std::vector<std::string>{"ros2_control.plugin_mapped", "ros2_control.plugin_typo",
+                                               "ros2_control.plugin_simulated"}));
+}
+
+}  // namespace
+}  // namespace doppel

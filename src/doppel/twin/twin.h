@@ -1,0 +1,73 @@
+#pragma once
+// The twin: one robot in one world under its controllers, on one clock. Construction does everything that may fail or
+// allocate; step() is the loop's body: read - update - write - step - publish, at fixed simulated time. The same inputs
+// give the same bytes.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "doppel/bus/bus.h"
+#include "doppel/control/controller_manager.h"
+#include "doppel/core/diagnostic.h"
+#include "doppel/core/log.h"
+#include "doppel/physics/engine.h"
+#include "doppel/twin/scenario.h"
+
+namespace doppel {
+
+struct TimeControl;  // simulator_services.h
+
+struct JointSnapshot {
+  std::string name;
+  double q = 0, v = 0, tau = 0;  // rad or m, per s, N m or N
+  double target = 0;             // NaN: nothing commands it
+  double lower = 0, upper = 0, effort = 0;  // limits; infinite: none
+  bool mimics = false;
+};
+
+struct SagReport {
+  std::string joint;
+  double torque = 0, sag = 0, margin = 0;  // see Sag in physics/servo.h
+};
+
+class Twin {
+ public:
+  // Throws InputError. Warnings and notes go to `diagnostics`; what is said later goes to `log`, which outlives the twin.
+  Twin(const Scenario& scenario, const Log& log, Diagnostics& diagnostics);
+  ~Twin();
+  Twin(const Twin&) = delete;
+  Twin& operator=(const Twin&) = delete;
+
+  // -- the loop's thread
+  // One physics step, with the controllers' tick and the publications that are due. No allocation, no lock, no throw.
+  void step();
+  // Between steps: what edges sent, reports, results. Allocates only where there is something to do.
+  void between_steps();
+  void reset();  // to the start: time 0, start pose, at rest; active controllers hold there
+
+  [[nodiscard]] Time now() const;
+  [[nodiscard]] std::uint64_t steps() const;
+  // FNV-like hash over the bits of every joint's q, v and drive effort at every step so far.
+  [[nodiscard]] std::uint64_t state_hash() const;
+  [[nodiscard]] bool diverged() const;
+
+  [[nodiscard]] const std::string& robot_name() const;
+  [[nodiscard]] const std::string& controllers_origin() const;
+  [[nodiscard]] const Model& model() const;
+  [[nodiscard]] const RobotDescription& description() const;
+  [[nodiscard]] Engine& engine();
+  [[nodiscard]] ControllerManager& controller_manager();
+  [[nodiscard]] Bus& bus();
+  [[nodiscard]] TimeControl& time_control();
+  [[nodiscard]] std::vector<JointSnapshot> joints() const;    // scalar joints, in the model's order
+  [[nodiscard]] std::vector<SagReport> gravity_sag() const;   // at the present pose
+  [[nodiscard]] Duration step_size() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel

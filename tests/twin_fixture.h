@@ -1,0 +1,80 @@
+#pragma once
+// A twin of a bundled robot for tests: built, stepped and spoken to as an edge would.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "doppel/twin/simulator_services.h"
+#include "doppel/twin/twin.h"
+
+namespace doppel::test {
+
+class TwinFixture : public ::testing::Test {
+ protected:
+  void bring_up(Scenario scenario) {
+    scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+    edge_.reset();
+    twin_.reset();
+    diagnostics_ = {};
+    twin_ = std::make_unique<Twin>(scenario, log_, diagnostics_);
+    edge_ = twin_->bus().attach("test");
+  }
+  void bring_up(const std::string& target) {
+    Scenario scenario;
+    scenario.target = target;
+    bring_up(scenario);
+  }
+
+  void run(double seconds) {
+    const Time end = twin_->now() + from_seconds(seconds);
+    while (twin_->now() < end) {
+      twin_->between_steps();
+      twin_->step();
+    }
+  }
+
+  void publish(const std::string& topic, const std::string& type, const std::string& yaml) {
+    const TypeSupport* support = find_type(type);
+    ASSERT_NE(support, nullptr) << type;
+    Bytes cdr;
+    const Status converted = support->yaml_to_cdr(yaml, cdr);
+    ASSERT_TRUE(converted.ok()) << converted.why();
+    const Status sent = edge_->publish("/test", topic, type, cdr);
+    ASSERT_TRUE(sent.ok()) << sent.why();
+  }
+
+  // Calls a service and lets the loop answer; the response as YAML.
+  std::string call(const std::string& service, const std::string& type, const std::string& yaml) {
+    const ServiceSupport* support = find_service(type);
+    if (support == nullptr) return "no such type";
+    Bytes request;
+    if (const Status converted = support->request->yaml_to_cdr(yaml, request); !converted) return converted.why();
+    std::string out = "no answer";
+    edge_->call(service, request, [&](Status status, Bytes response) {
+      if (!status) {
+        out = status.why();
+      } else if (const Status converted = support->response->cdr_to_yaml(response, out); !converted) {
+        out = converted.why();
+      }
+    });
+    twin_->between_steps();
+    return out;
+  }
+
+  [[nodiscard]] JointSnapshot joint(const std::string& name) const {
+    for (JointSnapshot& snapshot : twin_->joints()) {
+      if (snapshot.name == name) return snapshot;
+    }
+    ADD_FAILURE() << "no joint " << name;
+    return {};
+  }
+
+  Log log_;
+  Diagnostics diagnostics_;
+  std::unique_ptr<Twin> twin_;
+  std::unique_ptr<Edge> edge_;
+};
+
+}  // namespace doppel::test
