@@ -1,6 +1,6 @@
 #pragma once
-// A message is a plain struct named as in ROS 2, with one field list, from which CDR, JSON, YAML, schema text (and later
-// the type hash) follow. Adding a message is adding one struct:
+// A message is a plain struct named as in ROS 2, with one field list, from which CDR, JSON, YAML, schema text
+// (and later the type hash) follow. Adding a message is adding one struct:
 //
 //   namespace doppel::std_msgs::msg {
 //   struct Header {
@@ -10,9 +10,9 @@
 //   };
 //   }
 //
-// A service is a struct with nested Request and Response, an action one with nested Goal, Result and Feedback; their
-// types are called "<pkg>/srv/<Name>_Request" and so on, as ROS 2 does. Field types: bool, (u)int8..64, float, double,
-// std::string, other messages, std::vector<T> of these, std::array<T, N>.
+// A service is a struct with nested Request and Response, an action one with nested Goal, Result and
+// Feedback; their types are called "<pkg>/srv/<Name>_Request" and so on, as ROS 2 does. Field types: bool,
+// (u)int8..64, float, double, std::string, other messages, std::vector<T> of these, std::array<T, N>.
 
 #include <array>
 #include <concepts>
@@ -39,30 +39,41 @@
 #define DOPPEL_FIELD_15(f, ...) DOPPEL_FIELD_1(f) DOPPEL_FIELD_14(__VA_ARGS__)
 #define DOPPEL_FIELD_16(f, ...) DOPPEL_FIELD_1(f) DOPPEL_FIELD_15(__VA_ARGS__)
 #define DOPPEL_PICK(_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11, _12, _13, _14, _15, _16, NAME, ...) NAME
-#define DOPPEL_FOR_EACH_FIELD(...)                                                                                    \
-  DOPPEL_PICK(__VA_ARGS__, DOPPEL_FIELD_16, DOPPEL_FIELD_15, DOPPEL_FIELD_14, DOPPEL_FIELD_13, DOPPEL_FIELD_12,       \
-              DOPPEL_FIELD_11, DOPPEL_FIELD_10, DOPPEL_FIELD_9, DOPPEL_FIELD_8, DOPPEL_FIELD_7, DOPPEL_FIELD_6,       \
-              DOPPEL_FIELD_5, DOPPEL_FIELD_4, DOPPEL_FIELD_3, DOPPEL_FIELD_2, DOPPEL_FIELD_1)                         \
+#define DOPPEL_FOR_EACH_FIELD(...)                                                               \
+  DOPPEL_PICK(__VA_ARGS__, DOPPEL_FIELD_16, DOPPEL_FIELD_15, DOPPEL_FIELD_14, DOPPEL_FIELD_13,   \
+              DOPPEL_FIELD_12, DOPPEL_FIELD_11, DOPPEL_FIELD_10, DOPPEL_FIELD_9, DOPPEL_FIELD_8, \
+              DOPPEL_FIELD_7, DOPPEL_FIELD_6, DOPPEL_FIELD_5, DOPPEL_FIELD_4, DOPPEL_FIELD_3,    \
+              DOPPEL_FIELD_2, DOPPEL_FIELD_1)                                                    \
   (__VA_ARGS__)
 
 // At least one field.
-#define DOPPEL_MESSAGE(type_name, ...)                             \
-  static constexpr std::string_view kType = type_name;             \
-  template <class Self, class Visitor>                             \
-  static void for_each_field(Self& self, Visitor&& visit) {        \
-    DOPPEL_FOR_EACH_FIELD(__VA_ARGS__)                             \
+#define DOPPEL_MESSAGE(type_name, ...)                      \
+  static constexpr std::string_view kType = type_name;      \
+  template <class Self, class Visitor>                      \
+  static void for_each_field(Self& self, Visitor&& visit) { \
+    DOPPEL_FOR_EACH_FIELD(__VA_ARGS__)                      \
+  }
+
+// ROS 2's constants of a message, declared before as static constexpr members, so that the schema text lists
+// them.
+#define DOPPEL_CONSTANTS(...)                                  \
+  template <class Self, class Visitor>                         \
+  static void for_each_constant(Self& self, Visitor&& visit) { \
+    DOPPEL_FOR_EACH_FIELD(__VA_ARGS__)                         \
   }
 
 // A message without fields. On the wire ROS 2 gives it one byte (structure_needs_at_least_one_member).
-#define DOPPEL_EMPTY_MESSAGE(type_name)                 \
-  static constexpr std::string_view kType = type_name;  \
-  template <class Self, class Visitor>                  \
+#define DOPPEL_EMPTY_MESSAGE(type_name)                \
+  static constexpr std::string_view kType = type_name; \
+  template <class Self, class Visitor>                 \
   static void for_each_field(Self&, Visitor&&) {}
 
 namespace doppel {
 
 template <class M>
-concept Message = requires { { M::kType } -> std::convertible_to<std::string_view>; };
+concept Message = requires {
+  { M::kType } -> std::convertible_to<std::string_view>;
+};
 
 template <class S>
 concept Service = Message<typename S::Request> && Message<typename S::Response>;

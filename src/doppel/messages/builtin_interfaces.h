@@ -1,0 +1,51 @@
+#pragma once
+// ROS 2's builtin_interfaces: points in time and spans of it, as seconds and nanoseconds (0 <= nanosec <
+// 1e9).
+
+#include "doppel/core/time.h"
+#include "doppel/messages/message.h"
+
+namespace doppel::builtin_interfaces::msg {
+
+struct Time {
+  std::int32_t sec = 0;
+  std::uint32_t nanosec = 0;
+  DOPPEL_MESSAGE("builtin_interfaces/msg/Time", sec, nanosec)
+};
+
+struct Duration {
+  std::int32_t sec = 0;
+  std::uint32_t nanosec = 0;
+  DOPPEL_MESSAGE("builtin_interfaces/msg/Duration", sec, nanosec)
+};
+
+}  // namespace doppel::builtin_interfaces::msg
+
+namespace doppel {
+
+namespace messages_detail {
+template <class Stamp>
+constexpr Stamp split_nanoseconds(std::chrono::nanoseconds total) {
+  constexpr std::int64_t kBillion = 1'000'000'000;
+  std::int64_t sec = total.count() / kBillion, nanosec = total.count() % kBillion;
+  if (nanosec < 0)
+    --sec, nanosec += kBillion;  // ROS 2 keeps nanosec positive: -0.5 s is {sec: -1, nanosec: 5e8}
+  return {static_cast<std::int32_t>(sec), static_cast<std::uint32_t>(nanosec)};
+}
+}  // namespace messages_detail
+
+// Precondition: |seconds| < 2^31.
+constexpr builtin_interfaces::msg::Time to_time_msg(Time time) {
+  return messages_detail::split_nanoseconds<builtin_interfaces::msg::Time>(time);
+}
+constexpr builtin_interfaces::msg::Duration to_duration_msg(Duration duration) {
+  return messages_detail::split_nanoseconds<builtin_interfaces::msg::Duration>(duration);
+}
+constexpr Time from_msg(const builtin_interfaces::msg::Time& time) {
+  return std::chrono::seconds(time.sec) + std::chrono::nanoseconds(time.nanosec);
+}
+constexpr Duration from_msg(const builtin_interfaces::msg::Duration& duration) {
+  return std::chrono::seconds(duration.sec) + std::chrono::nanoseconds(duration.nanosec);
+}
+
+}  // namespace doppel
