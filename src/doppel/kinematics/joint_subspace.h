@@ -1,21 +1,11 @@
 #pragma once
 // How a joint moves its child: the motion subspace. Private to the algorithms of this room.
 
-#include <Eigen/Geometry>
-
-#include "doppel/kinematics/model.h"
+#include "doppel/kinematics/kinematics.h"
 
 namespace doppel {
 
 using Subspace = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;  // on the stack
-
-// The two directions in which a planar joint slides, in the joint frame: x and y of the frame that the
-// shortest turn from z to the axis makes; with the axis z they are x and y.
-inline Eigen::Matrix<double, 3, 2> planar_directions(const Eigen::Vector3d& axis) {
-  const Eigen::Matrix3d R =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix();
-  return R.leftCols<2>();
-}
 
 // S [6, nv] with V_child = X * V_parent + S * v: rows angular then linear, at the child's origin in the
 // child's axes. R_JL: the child's axes in the joint frame.

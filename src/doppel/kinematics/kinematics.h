@@ -12,6 +12,10 @@ using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
 // Child frame in joint frame for joint j at configuration q: R_axis(q) or a translation along the axis.
 Pose joint_transform(const ModelJoint& joint, const ConstVector& q);
 
+// The two directions in which a planar joint slides, in the joint frame: x and y of the frame that the
+// shortest turn from z to the axis makes; with the axis z they are x and y.
+Eigen::Matrix<double, 3, 2> planar_directions(const Eigen::Vector3d& axis);
+
 // Child link in parent link: X_PJ * joint_transform.
 Pose parent_to_child(const ModelJoint& joint, const ConstVector& q);
 

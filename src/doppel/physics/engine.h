@@ -1,6 +1,7 @@
 #pragma once
-// The contract of a physics engine: built from a description and a world, then reset, stepped, read and written. Calls
-// never allocate or throw unless they say so. After step() everything reported is of one instant. One thread at a time.
+// The contract of a physics engine: built from a description and a world, then reset, stepped, read and
+// written. Calls never allocate or throw unless they say so. After step() everything reported is of one
+// instant. One thread at a time.
 
 #include <Eigen/Core>
 #include <memory>
@@ -16,11 +17,12 @@
 namespace doppel {
 
 struct EngineCapabilities {
-  std::string name;     // "mujoco 2.2.2"
+  std::string name;  // "mujoco 2.2.2"
   bool rays = false, spawn = false, contacts = false;
 };
 
-// What drives a scalar joint. Mimic joints are moved by a physical coupling to their leader, never by a drive.
+// What drives a scalar joint. Mimic joints are moved by a physical coupling to their leader, never by a
+// drive.
 enum class DriveMode {
   limp,      // nothing: the joint moves freely
   position,  // a servo holds the target position (servo.h)
@@ -29,12 +31,12 @@ enum class DriveMode {
 };
 
 struct Contact {
-  int link_a = -1, link_b = -1;  // model links; -1: the world or one of its objects
-  std::string_view object_a, object_b;  // the object's name where the link is -1 ("ground")
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();       // m
-  Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ(); // unit, from a to b
-  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();   // N, on b
-  double depth = 0;                                    // m, positive: penetrating
+  int link_a = -1, link_b = -1;                         // model links; -1: the world or one of its objects
+  std::string_view object_a, object_b;                  // the object's name where the link is -1 ("ground")
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();        // m
+  Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  // unit, from a to b
+  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();    // N, on b
+  double depth = 0;                                     // m, positive: penetrating
 };
 
 struct RayHit {
@@ -49,8 +51,8 @@ struct ExcludedPair {
 };
 
 struct EngineOptions {
-  Eigen::VectorXd q0;                        // [nq] the pose at reset; empty: Model::neutral()
-  std::vector<ServoParameters> servos;       // [joints]; empty: choose_servos()
+  Eigen::VectorXd q0;                   // [nq] the pose at reset; empty: Model::neutral()
+  std::vector<ServoParameters> servos;  // [joints]; empty: choose_servos()
   bool self_collision = true;
 };
 
@@ -62,40 +64,47 @@ class Engine {
   [[nodiscard]] virtual const std::vector<ExcludedPair>& excluded_pairs() const = 0;
   [[nodiscard]] virtual std::span<const ServoParameters> servos() const = 0;  // [joints]
 
-  // Back to q0, at rest, time 0, all drives limp, no applied forces.
+  // Back to q0, at rest, time 0, all drives limp, no applied forces, objects where they were put.
   virtual void reset() = 0;
   // One step of World::step.
   virtual void step() = 0;
-  [[nodiscard]] virtual Time time() const = 0;
+  [[nodiscard]] virtual Time time() const = 0;  // steps since reset, exact
+  // True from the step on in which the numbers ran away. That step and all further ones leave state and time
+  // unchanged.
+  [[nodiscard]] virtual bool diverged() const = 0;
 
   // State of the model's joints; q and v are indexed as in Model.
-  [[nodiscard]] virtual std::span<const double> q() const = 0;    // [nq]
-  [[nodiscard]] virtual std::span<const double> v() const = 0;    // [nv]
+  [[nodiscard]] virtual std::span<const double> q() const = 0;  // [nq]
+  [[nodiscard]] virtual std::span<const double> v() const = 0;  // [nv]
   // Effort of each joint's drive in the last step [joints]; 0 where limp or not scalar. N m or N.
   [[nodiscard]] virtual std::span<const double> drive_effort() const = 0;
-  // Writes the whole state (drives' references follow q, so that nothing jumps back). Mimics are set from their leaders.
+  // Writes the whole state (drives' references follow q, so that nothing jumps back). Mimics are set from
+  // their leaders.
   virtual void set_state(std::span<const double> q, std::span<const double> v) = 0;
 
-  // Switching to position or velocity starts from where the joint is. Precondition: joints[joint] is scalar, no mimic.
+  // Switching to position or velocity starts from where the joint is. Precondition: joints[joint] is scalar,
+  // no mimic.
   virtual void set_drive(int joint, DriveMode mode) = 0;
   [[nodiscard]] virtual DriveMode drive(int joint) const = 0;
   virtual void set_target(int joint, double target) = 0;
 
-  // External effort on a joint and wrench on a link (at the point p_LoP_L, force and torque in world axes), until cleared.
+  // External effort on a scalar joint and wrench on a link (at the point p_LoP_L, force and torque in world
+  // axes), until cleared; a second one on the same joint or link replaces the first.
   virtual void apply_joint_effort(int joint, double effort) = 0;
   virtual void apply_wrench(int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,
                             const Eigen::Vector3d& torque_W) = 0;
   virtual void clear_applied() = 0;
 
-  [[nodiscard]] virtual Pose link_pose(int link) const = 0;  // X_WL
-  [[nodiscard]] virtual double kinetic_energy() const = 0;   // J
-  [[nodiscard]] virtual double potential_energy() const = 0; // J, zero at z = 0
+  [[nodiscard]] virtual Pose link_pose(int link) const = 0;   // X_WL
+  [[nodiscard]] virtual double kinetic_energy() const = 0;    // J, robot and loose objects
+  [[nodiscard]] virtual double potential_energy() const = 0;  // J, zero at z = 0
 
   // May allocate.
   virtual void contacts(std::vector<Contact>& out) const = 0;
-  [[nodiscard]] virtual RayHit cast_ray(const Eigen::Vector3d& from_W, const Eigen::Vector3d& direction_W) const = 0;
-  // Objects of the world: pose by name (false: no such object); adding and removing recompiles and keeps the state.
-  // spawn throws InputError (name taken, mesh unreadable).
+  [[nodiscard]] virtual RayHit cast_ray(const Eigen::Vector3d& from_W,
+                                        const Eigen::Vector3d& direction_W) const = 0;
+  // Objects of the world: pose by name (false: no such object); adding and removing recompiles and keeps the
+  // state. spawn throws InputError (name taken, mesh unreadable).
   virtual bool object_pose(std::string_view name, Pose& X_WO) const = 0;
   virtual bool set_object_pose(std::string_view name, const Pose& X_WO) = 0;
   virtual void spawn(const WorldObject& object) = 0;
@@ -103,7 +112,8 @@ class Engine {
 };
 
 // Throws InputError where the engine refuses the model, in the user's terms (link or joint and its place).
-std::unique_ptr<Engine> make_mujoco_engine(const RobotDescription& robot, const Model& model, const World& world,
-                                           const EngineOptions& options, Diagnostics& diagnostics);
+std::unique_ptr<Engine> make_mujoco_engine(const RobotDescription& robot, const Model& model,
+                                           const World& world, const EngineOptions& options,
+                                           Diagnostics& diagnostics);
 
 }  // namespace doppel

@@ -1,42 +1,53 @@
 #pragma once
-// The servo model: how a position command becomes torque. A reference runs to the target at no more than the joint's
-// velocity limit; a spring and a damper pull the joint to the reference, clipped at the effort limit. So a joint sags
-// under load by torque / stiffness, stalls where its effort ends, and is never faster than it says.
+// The servo model: how a position command becomes torque. A reference runs to the target at no more than the
+// joint's velocity limit; a spring and a damper pull the joint to the reference, clipped at the effort limit.
+// So a joint sags under load by torque / stiffness, stalls where its effort ends, and is never faster than it
+// says.
 //   tau = clip(stiffness * (q_ref - q) + damping * (v_ref - v), +-effort)
+// Targets that follow each other within kStreamGap are a stream: the reference reaches each in the time that
+// had passed since the one before, as an interpolating drive does, so that a controller at 100 Hz moves a
+// joint smoothly. While the reference runs at the velocity limit v_ref counts half, with which the joint
+// nears the limit and does not overshoot it. The reference waits for a joint that cannot follow: it is never
+// further ahead than effort / stiffness.
 
 #include <Eigen/Core>
 #include <vector>
 
+#include "doppel/core/time.h"
 #include "doppel/kinematics/kinematics.h"
 
 namespace doppel {
 
+inline constexpr double kLargestSag = 0.005;       // rad or m, over the sampled configurations
+inline constexpr Duration kStreamGap{50'000'000};  // 50 ms
+
 struct ServoParameters {
-  double stiffness = 0;          // N m/rad or N/m
-  double damping = 0;            // N m s/rad or N s/m
-  double effort = kInfinity;     // N m or N
-  double velocity = kInfinity;   // rad/s or m/s
-  bool ideal = false;            // follows the target exactly, whatever it carries; only on request
+  double stiffness = 0;         // N m/rad or N/m
+  double damping = 0;           // N m s/rad or N s/m
+  double effort = kInfinity;    // N m or N
+  double velocity = kInfinity;  // rad/s or m/s
+  bool ideal = false;           // follows the target exactly, whatever it carries; only on request
 };
 
 struct ServoOptions {
-  // Natural frequency of the loop with the inertia that the joint carries (rad/s) and its damping ratio. A hobby servo's
-  // position loop closes at 5 to 10 Hz; an industrial drive's at 20.
+  // Natural frequency of the loop with the inertia that the joint carries (rad/s) and its damping ratio. A
+  // hobby servo's position loop closes at 5 to 10 Hz; an industrial drive's at 20.
   double natural_frequency = 60.0;
   double damping_ratio = 1.0;
   bool ideal = false;
 };
 
-// stiffness = I w^2, damping = 2 z I w with I = carried_inertia; stiffness is raised where gravity at full stretch would
-// sag the joint by more than 0.02 rad and the effort limit allows to hold it. [joints]; zero for joints without a drive.
+// stiffness = I w^2, damping = 2 z I w with I = carried_inertia and then raised where gravity and the joint's
+// own Coulomb friction would hold the joint off its target by more than kLargestSag (a load beyond the effort
+// limit does not count). [joints]; zero for joints without a drive.
 std::vector<ServoParameters> choose_servos(const Model& model, const ServoOptions& options,
-                                           const Eigen::Vector3d& gravity);
+                                           const Eigen::Vector3d& gravity);  // in the root link's axes
 
 struct Sag {
   int joint = -1;
-  double torque = 0;   // N m or N that gravity asks of the drive at rest
-  double sag = 0;      // rad or m: torque / stiffness
-  double margin = 0;   // effort limit - |torque|; negative: cannot hold
+  double torque = 0;  // N m or N that gravity asks of the drive at rest
+  double sag = 0;     // rad or m: torque / stiffness
+  double margin = 0;  // effort limit - |torque|; negative: cannot hold
 };
 
 // Static sag of every driven joint at q. `data` is scratch.

@@ -1,5 +1,6 @@
 #pragma once
-// The world a robot stands in: gravity, ground, step, and loose or fixed objects. Written as YAML (docs/worlds.md).
+// The world a robot stands in: gravity, ground, step, and loose or fixed objects. Written as YAML
+// (docs/worlds.md).
 
 #include <Eigen/Core>
 #include <filesystem>
@@ -16,10 +17,10 @@ namespace doppel {
 
 struct WorldObject {
   std::string name;
-  Geometry shape;                     // mesh: its convex hull collides
+  Geometry shape;  // mesh: its convex hull collides
   Pose X_WO = Pose::Identity();
-  double mass = 0;                    // kg; 0: fixed to the world
-  double friction = 0.8;              // Coulomb
+  double mass = 0;        // kg; 0: fixed to the world
+  double friction = 0.8;  // Coulomb
   Eigen::Vector4d rgba{0.55, 0.6, 0.65, 1.0};
   SourceLocation source;
 };
@@ -34,13 +35,14 @@ struct World {
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2
   Duration step{1'000'000};              // 1 ms
   Integrator integrator = Integrator::implicit;
-  bool ground = true;                    // an endless plane at z = 0
+  bool ground = true;  // an endless plane at z = 0
   double ground_friction = 0.8;
-  Pose X_WR = Pose::Identity();          // the robot's root link
+  Pose X_WR = Pose::Identity();  // the robot's root link
   std::vector<WorldObject> objects;
 };
 
-// Reads and checks a world file; unknown keys, wrong types and impossible values are InputErrors with line and column.
+// Reads and checks a world file; unknown keys, wrong types and impossible values are InputErrors with line
+// and column.
 World load_world(const std::filesystem::path& file, PackageResolver& resolver);
 
 }  // namespace doppel

@@ -1,0 +1,108 @@
+#include "doppel/physics/mujoco/collision_mesh.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "doppel/description/mesh.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kFlatness = 1e-4;     // of the largest extent
+constexpr double kThinnest = 1e-5;     // m
+constexpr double kThickenedTo = 1e-3;  // m
+
+using Vertices = std::vector<Eigen::Vector3f>;
+
+// Even directions on the sphere: the golden-angle spiral.
+Vertices support_directions() {
+  Vertices directions;
+  const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  for (int i = 0; i < kSupportDirections; ++i) {
+    const double z = 1.0 - 2.0 * (i + 0.5) / kSupportDirections;
+    const double r = std::sqrt(1.0 - z * z);
+    directions.emplace_back(r * std::cos(golden * i), r * std::sin(golden * i), z);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    directions.push_back(Eigen::Vector3f::Unit(axis));
+    directions.push_back(-Eigen::Vector3f::Unit(axis));
+  }
+  return directions;
+}
+
+Vertices extreme_vertices(const Vertices& vertices) {
+  // One direction a row and one vertex a column keeps the search in a product that the compiler vectorises.
+  const Eigen::Map<const Eigen::Matrix3Xf> points(vertices[0].data(), 3,
+                                                  static_cast<Eigen::Index>(vertices.size()));
+  std::vector<Eigen::Index> kept;
+  Eigen::RowVectorXf heights(points.cols());
+  for (const Eigen::Vector3f& direction : support_directions()) {
+    heights.noalias() = direction.transpose() * points;
+    Eigen::Index top = 0;
+    heights.maxCoeff(&top);
+    kept.push_back(top);
+  }
+  std::sort(kept.begin(), kept.end());
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  Vertices out;
+  for (const Eigen::Index i : kept) out.push_back(vertices[static_cast<std::size_t>(i)]);
+  return out;
+}
+
+}  // namespace
+
+CollisionMesh make_collision_mesh(const Vertices& vertices) {
+  CollisionMesh out;
+  if (vertices.empty()) return out;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& p : vertices) mean += p.cast<double>();
+  mean /= static_cast<double>(vertices.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const auto& p : vertices) {
+    const Eigen::Vector3d d = p.cast<double>() - mean;
+    covariance += d * d.transpose();
+  }
+  Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvectors();
+  if (axes.determinant() < 0) axes.col(0) *= -1;
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
+  for (const auto& p : vertices) {
+    const Eigen::Vector3d d = axes.transpose() * (p.cast<double>() - mean);
+    low = low.cwiseMin(d);
+    high = high.cwiseMax(d);
+  }
+  const Eigen::Vector3d extent = high - low;
+  if (extent.minCoeff() > std::max(kFlatness * extent.maxCoeff(), kThinnest)) {
+    out.vertices = vertices.size() > kMostHullVertices ? extreme_vertices(vertices) : vertices;
+    return out;
+  }
+  out.box_size = extent.cwiseMax(kThickenedTo);
+  out.X_GB.linear() = axes;
+  out.X_GB.translation() = mean + axes * (0.5 * (low + high));
+  return out;
+}
+
+const CollisionMesh* CollisionMeshes::find(const MeshGeometry& mesh, const std::string& owner,
+                                           const SourceLocation& where, Diagnostics& diagnostics) {
+  if (mesh.path.empty()) return nullptr;
+  const std::string key =
+      fmt::format("{} {} {} {}", mesh.path, mesh.scale.x(), mesh.scale.y(), mesh.scale.z());
+  const auto found = loaded_.find(key);
+  if (found != loaded_.end()) return &found->second;
+  CollisionMesh made = make_collision_mesh(load_mesh(mesh.path, mesh.scale).vertices);
+  made.index = loaded_.size();
+  if (made.vertices.empty()) {
+    diagnostics.warning(
+        "physics.flat_mesh", where,
+        fmt::format("the mesh '{}' of {} is flat; a box of {:.3g} x {:.3g} x {:.3g} m collides instead",
+                    mesh.uri.empty() ? mesh.path : mesh.uri, owner, made.box_size.x(), made.box_size.y(),
+                    made.box_size.z()),
+        "give the collision mesh a thickness, or write a <box>");
+  }
+  return &loaded_.emplace(key, std::move(made)).first->second;
+}
+
+}  // namespace doppel

@@ -1,0 +1,90 @@
+#include "doppel/physics/mujoco/compiled.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+#include <stdexcept>
+
+namespace doppel {
+
+namespace mujoco_detail {
+
+thread_local std::jmp_buf* error_exit = nullptr;
+thread_local char error_text[256] = "";
+
+namespace {
+
+[[noreturn]] void on_error(const char* text) {
+  std::snprintf(error_text, sizeof error_text, "%s", text);
+  if (error_exit != nullptr) std::longjmp(*error_exit, 1);
+  throw std::runtime_error(std::string("MuJoCo: ") + text);
+}
+
+// What MuJoCo warns of while it runs is counted in mjData::warning; its own handler would write a file.
+void on_warning(const char* /*text*/) {}
+
+}  // namespace
+
+void install_handlers() {
+  mju_user_error = &on_error;
+  mju_user_warning = &on_warning;
+}
+
+}  // namespace mujoco_detail
+
+namespace {
+
+// A file with a text, without touching a disk where the kernel allows it; MuJoCo 2 and 3 both read files by
+// name.
+class TextFile {
+ public:
+  explicit TextFile(const std::string& text) {
+    descriptor_ = memfd_create("doppel.mjcf", MFD_CLOEXEC);
+    if (descriptor_ >= 0) {
+      path_ = "/proc/self/fd/" + std::to_string(descriptor_);
+    } else {
+      const char* folder = std::getenv("TMPDIR");
+      path_ = std::string(folder != nullptr ? folder : "/tmp") + "/doppel-XXXXXX";
+      descriptor_ = mkstemp(path_.data());
+      on_disk_ = true;
+    }
+    for (std::size_t done = 0; descriptor_ >= 0 && done < text.size();) {
+      const ssize_t n = write(descriptor_, text.data() + done, text.size() - done);
+      if (n <= 0) break;
+      done += static_cast<std::size_t>(n);
+    }
+  }
+  ~TextFile() {
+    if (on_disk_) unlink(path_.c_str());
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  TextFile(const TextFile&) = delete;
+  TextFile& operator=(const TextFile&) = delete;
+
+  [[nodiscard]] const char* path() const { return path_.c_str(); }
+
+ private:
+  int descriptor_ = -1;
+  bool on_disk_ = false;
+  std::string path_;
+};
+
+}  // namespace
+
+ModelHandle compile_mjcf(const std::string& mjcf, std::string& message) {
+  static std::mutex one_at_a_time;  // MuJoCo keeps the last parsed text in a global
+  const std::lock_guard lock(one_at_a_time);
+  mujoco_detail::install_handlers();
+  const TextFile file(mjcf);
+  std::array<char, 1024> text{};
+  ModelHandle model(mj_loadXML(file.path(), nullptr, text.data(), static_cast<int>(text.size())));
+  mj_freeLastXML();
+  message = text.data();
+  return model;
+}
+
+}  // namespace doppel

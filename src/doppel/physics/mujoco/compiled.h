@@ -1,0 +1,47 @@
+#pragma once
+// Private to the MuJoCo back end: owning handles, compilation of MJCF text, and calls that MuJoCo cannot end
+// the process from.
+
+#include <mujoco/mujoco.h>
+
+#include <csetjmp>
+#include <memory>
+#include <string>
+
+#include "doppel/core/diagnostic.h"
+
+namespace doppel {
+
+struct MujocoDeleter {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+using ModelHandle = std::unique_ptr<mjModel, MujocoDeleter>;
+using DataHandle = std::unique_ptr<mjData, MujocoDeleter>;
+
+// Null on failure, with MuJoCo's text in `message`; a warning leaves its text there too.
+ModelHandle compile_mjcf(const std::string& mjcf, std::string& message);
+
+namespace mujoco_detail {
+// Where mju_error of this thread jumps to; null: nowhere, it throws.
+extern thread_local std::jmp_buf* error_exit;
+extern thread_local char error_text[256];
+void install_handlers();
+}  // namespace mujoco_detail
+
+// Runs `call` (which must own nothing: it may be left by a jump) and returns false if MuJoCo gave up in it.
+template <typename Call>
+bool guarded(const Call& call) {
+  std::jmp_buf here;
+  std::jmp_buf* const outer = mujoco_detail::error_exit;
+  mujoco_detail::error_exit = &here;
+  if (setjmp(here) != 0) {
+    mujoco_detail::error_exit = outer;
+    return false;
+  }
+  call();
+  mujoco_detail::error_exit = outer;
+  return true;
+}
+
+}  // namespace doppel

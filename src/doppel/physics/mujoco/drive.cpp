@@ -1,0 +1,80 @@
+#include "doppel/physics/mujoco/drive.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace doppel {
+namespace {
+
+// An ideal servo's spring against the inertia it carries, in units of inertia / step^2. Together with the
+// damping stiffness * step the implicit integrator lands on the reference in one step, whatever the inertia;
+// a load that gives an acceleration a leaves an error of a * step^2 / 1000.
+constexpr double kIdealStiffness = 1000.0;
+constexpr double kLeastInertia = 1e-6;  // kg m^2 or kg
+
+}  // namespace
+
+Drive::Drive(int joint, const ServoParameters& servo, double carried, Duration step)
+    : joint_(joint),
+      servo_(servo),
+      step_(to_seconds(step)),
+      fastest_(servo.velocity * step_),
+      stream_gap_(kStreamGap / step) {
+  if (servo_.ideal) {
+    servo_.stiffness = kIdealStiffness * std::max(carried, kLeastInertia) / (step_ * step_);
+    servo_.damping = servo_.stiffness * step_;
+    servo_.effort = kInfinity;
+  }
+  damping_time_ = servo_.stiffness > 0 ? servo_.damping / servo_.stiffness : 0.0;
+  furthest_ = servo_.stiffness > 0 ? servo_.effort / servo_.stiffness : kInfinity;
+}
+
+void Drive::start(DriveMode mode, double q) {
+  mode_ = mode;
+  follow(q);
+}
+
+void Drive::follow(double q) {
+  reference_ = q;
+  target_ = mode_ == DriveMode::position ? q : 0.0;
+  spread_steps_ = 0;
+  steps_since_target_ = stream_gap_ + 1;
+}
+
+void Drive::set_target(double target) {
+  if (!std::isfinite(target) || target == target_) return;
+  target_ = target;
+  const bool streams = steps_since_target_ > 0 && steps_since_target_ <= stream_gap_;
+  spread_steps_ = streams ? steps_since_target_ : 0;
+  if (streams) spread_ = std::abs(target_ - reference_) / static_cast<double>(spread_steps_);
+  steps_since_target_ = 0;
+}
+
+// Returns the part of the reference's velocity that the damper sees.
+double Drive::advance_position() {
+  const double longest = steps_since_target_ <= spread_steps_ ? std::min(spread_, fastest_) : fastest_;
+  const double way = std::clamp(target_ - reference_, -longest, longest);
+  reference_ += way;
+  if (!std::isfinite(longest)) return 0.0;  // a jump has no velocity
+  const bool at_limit = std::abs(way) >= fastest_;
+  return (at_limit ? 0.5 : 1.0) * way / step_;
+}
+
+double Drive::advance(double q) {
+  ++steps_since_target_;
+  if (mode_ == DriveMode::limp) return 0.0;
+  if (mode_ == DriveMode::effort) return std::clamp(target_, -servo_.effort, servo_.effort);
+  double seen = 0.0;
+  if (mode_ == DriveMode::position) {
+    seen = advance_position();
+  } else {
+    const double velocity = std::clamp(target_, -servo_.velocity, servo_.velocity);
+    reference_ += velocity * step_;
+    seen = 0.5 * velocity;
+  }
+  reference_ = std::clamp(reference_, q - furthest_, q + furthest_);
+  // The ideal servo's damper is the integrator's, not the joint's: it must not be fed.
+  return servo_.ideal ? reference_ : reference_ + damping_time_ * seen;
+}
+
+}  // namespace doppel

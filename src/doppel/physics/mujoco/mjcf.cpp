@@ -1,0 +1,374 @@
+#include "doppel/physics/mujoco/mjcf.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <iterator>
+
+#include "doppel/kinematics/kinematics.h"
+#include "doppel/math/mass_properties.h"
+#include "doppel/physics/mujoco/convert.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kRobotFriction = 0.8;  // Coulomb, where no <gazebo> mu1 says otherwise
+
+template <typename... Arguments>
+void append(std::string& out, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+  fmt::format_to(std::back_inserter(out), format, std::forward<Arguments>(arguments)...);
+}
+
+std::string vec(const Eigen::Vector3d& v) {
+  return fmt::format("{:.17g} {:.17g} {:.17g}", v.x(), v.y(), v.z());
+}
+
+std::string quat(const Eigen::Matrix3d& R) {
+  double q[4];
+  quaternion_to_mujoco(Eigen::Quaterniond(R), q);
+  return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g}", q[0], q[1], q[2], q[3]);
+}
+
+std::string place(const Pose& X) {
+  return fmt::format("pos=\"{}\" quat=\"{}\"", vec(X.translation()), quat(X.linear()));
+}
+
+std::string inertial(const MassProperties& body) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(body.I);
+  Eigen::Vector3d moments = eigen.eigenvalues();
+  // MuJoCo allows no rounding in the triangle inequality, which point masses and rods just meet.
+  const double excess = moments[2] - (moments[0] + moments[1]);
+  if (excess > -1e-9 * moments[2])
+    moments.head<2>().array() += 0.5 * std::max(excess, 0.0) + 1e-9 * moments[2];
+  Eigen::Matrix3d axes = eigen.eigenvectors();
+  if (axes.determinant() < 0) axes.col(0) *= -1;
+  return fmt::format("<inertial pos=\"{}\" quat=\"{}\" mass=\"{:.17g}\" diaginertia=\"{}\"/>\n",
+                     vec(body.com), quat(axes), body.mass, vec(moments));
+}
+
+// The vertices as an asset, unless they are one already; returns the asset's name.
+std::string mesh_asset(const CollisionMesh& mesh, std::string& assets) {
+  const std::string name = fmt::format("~m{}", mesh.index);
+  const std::string start = fmt::format("<mesh name=\"{}\" vertex=\"", name);
+  if (assets.find(start) != std::string::npos) return name;
+  assets += start;
+  for (const Eigen::Vector3f& p : mesh.vertices) append(assets, "{} {} {} ", p.x(), p.y(), p.z());
+  assets += "\"/>\n";
+  return name;
+}
+
+bool positive(const Geometry& geometry) {
+  if (const auto* box = std::get_if<Box>(&geometry)) return box->size.minCoeff() > 0;
+  if (const auto* c = std::get_if<Cylinder>(&geometry)) return c->radius > 0 && c->length > 0;
+  if (const auto* c = std::get_if<Capsule>(&geometry)) return c->radius > 0 && c->length > 0;
+  if (const auto* s = std::get_if<Sphere>(&geometry)) return s->radius > 0;
+  return true;
+}
+
+// One <geom>, or nothing where there is nothing to collide with.
+std::string geom(const Geometry& geometry, const CollisionMesh* mesh, const Pose& X, double friction,
+                 std::string& assets) {
+  std::string shape;
+  Pose X_shape = X;
+  if (const auto* box = std::get_if<Box>(&geometry)) {
+    shape = fmt::format("type=\"box\" size=\"{}\"", vec(0.5 * box->size));
+  } else if (const auto* c = std::get_if<Cylinder>(&geometry)) {
+    shape = fmt::format("type=\"cylinder\" size=\"{:.17g} {:.17g}\"", c->radius, 0.5 * c->length);
+  } else if (const auto* k = std::get_if<Capsule>(&geometry)) {
+    shape = fmt::format("type=\"capsule\" size=\"{:.17g} {:.17g}\"", k->radius, 0.5 * k->length);
+  } else if (const auto* s = std::get_if<Sphere>(&geometry)) {
+    shape = fmt::format("type=\"sphere\" size=\"{:.17g}\"", s->radius);
+  } else if (mesh == nullptr) {
+    return "";
+  } else if (mesh->vertices.empty()) {
+    shape = fmt::format("type=\"box\" size=\"{}\"", vec(0.5 * mesh->box_size));
+    X_shape = X * mesh->X_GB;
+  } else {
+    shape = fmt::format("type=\"mesh\" mesh=\"{}\"", mesh_asset(*mesh, assets));
+  }
+  return fmt::format("<geom {} {} friction=\"{:.17g} 0.005 0.0001\"/>\n", shape, place(X_shape), friction);
+}
+
+class RobotWriter {
+ public:
+  RobotWriter(const RobotDescription& robot, const Model& model, const World& world, CollisionMeshes& meshes,
+              Diagnostics& diagnostics)
+      : robot_(robot), model_(model), world_(world), meshes_(meshes), diagnostics_(diagnostics) {
+    out_.has_shape.assign(model.links.size(), false);
+    children_.resize(model.links.size());
+    for (std::size_t i = 0; i < model.joints.size(); ++i) {
+      children_[model.joints[i].parent_link].push_back(static_cast<int>(i));
+    }
+    lump();
+  }
+
+  RobotMjcf write() {
+    write_body(0, world_.X_WR, -1);
+    for (std::size_t i = 0; i < model_.joints.size(); ++i) write_actuation(static_cast<int>(i));
+    out_.pairs = link_pairs(model_, out_.has_shape);
+    for (std::size_t i = 0; i < out_.pairs.size(); ++i) {
+      append(out_.exclusions, "<exclude name=\"{}\" body1=\"{}\" body2=\"{}\"/>\n", mjcf_exclusion_name(i),
+             mjcf_link_name(out_.pairs[i].a), mjcf_link_name(out_.pairs[i].b));
+    }
+    return std::move(out_);
+  }
+
+ private:
+  // MuJoCo wants mass on every body that moves itself; a body welded to it may be without. So all that is
+  // rigidly joined is weighed at its topmost link.
+  void lump() {
+    lumped_.resize(model_.links.size());
+    const std::vector<int> groups = rigid_groups(model_);
+    std::vector<Pose> X_GL(model_.links.size(), Pose::Identity());  // link in its group's topmost link
+    for (std::size_t i = 0; i < model_.links.size(); ++i) {
+      const ModelLink& link = model_.links[i];
+      const auto at = static_cast<std::size_t>(groups[i]);
+      if (at != i) {
+        const ModelJoint& joint = model_.joints[link.joint];
+        X_GL[i] = X_GL[joint.parent_link] * joint.X_PJ;
+      }
+      if (link.inertia) lumped_[at] = combined(lumped_[at], transformed(*link.inertia, X_GL[i]));
+    }
+  }
+
+  void write_body(int link, const Pose& X_PL, int joint) {
+    append(out_.bodies, "<body name=\"{}\" {}>\n", mjcf_link_name(link), place(X_PL));
+    if (joint >= 0) write_joint(joint);
+    if (lumped_[link].mass > 0) out_.bodies += inertial(lumped_[link]);
+    write_shapes(link);
+    for (const int child : children_[link]) {
+      write_body(model_.joints[child].child_link, model_.joints[child].X_PJ, child);
+    }
+    out_.bodies += "</body>\n";
+  }
+
+  void write_joint(int index) {
+    const ModelJoint& joint = model_.joints[index];
+    switch (joint.type) {
+      case JointType::fixed:
+        return;
+      case JointType::revolute:
+      case JointType::continuous:
+        write_dof(mjcf_joint_name(index), "hinge", joint.axis, joint);
+        return;
+      case JointType::prismatic:
+        write_dof(mjcf_joint_name(index), "slide", joint.axis, joint);
+        return;
+      case JointType::planar: {
+        const Eigen::Matrix<double, 3, 2> directions = planar_directions(joint.axis);
+        write_dof(mjcf_joint_name(index), "slide", directions.col(0), joint);
+        write_dof(mjcf_joint_name(index) + "y", "slide", directions.col(1), joint);
+        write_dof(mjcf_joint_name(index) + "angle", "hinge", joint.axis, joint);
+        return;
+      }
+      case JointType::floating:
+        for (int axis = 0; axis < 3; ++axis) {
+          const std::string name = mjcf_joint_name(index) + (axis == 0 ? "" : axis == 1 ? "y" : "z");
+          append(out_.bodies, "<joint name=\"{}\" type=\"slide\" axis=\"{}\"/>\n", name,
+                 vec(Eigen::Vector3d::Unit(axis)));
+        }
+        append(out_.bodies, "<joint name=\"{}turn\" type=\"ball\"/>\n", mjcf_joint_name(index));
+        return;
+    }
+  }
+
+  void write_dof(const std::string& name, const char* type, const Eigen::Vector3d& axis,
+                 const ModelJoint& joint) {
+    append(out_.bodies,
+           "<joint name=\"{}\" type=\"{}\" axis=\"{}\" damping=\"{:.17g}\" frictionloss=\"{:.17g}\"", name,
+           type, vec(axis), joint.damping, joint.friction);
+    if (std::isfinite(joint.lower) && std::isfinite(joint.upper)) {
+      // MuJoCo's compiler refuses an empty range; a joint that is held in one place has a very small one.
+      const double upper = std::max(joint.upper, joint.lower + 1e-6);
+      append(out_.bodies, " limited=\"true\" range=\"{:.17g} {:.17g}\"", joint.lower, upper);
+    }
+    out_.bodies += "/>\n";
+  }
+
+  void write_shapes(int index) {
+    const std::string& name = model_.links[index].name;
+    const auto link = std::find_if(robot_.links.begin(), robot_.links.end(),
+                                   [&](const Link& candidate) { return candidate.name == name; });
+    if (link == robot_.links.end()) return;  // the world that a floating base was given
+    double friction = kRobotFriction;
+    for (const GazeboExtension& extension : robot_.gazebo) {
+      if (extension.reference == name && extension.mu1) friction = *extension.mu1;
+    }
+    for (const Collision& collision : link->collisions) {
+      const std::string text = shape_of(*link, collision, friction);
+      out_.bodies += text;
+      if (!text.empty()) out_.has_shape[index] = true;
+    }
+  }
+
+  std::string shape_of(const Link& link, const Collision& collision, double friction) {
+    if (!positive(collision.geometry)) {
+      diagnostics_.warning(
+          "physics.empty_shape", collision.source,
+          fmt::format("a collision shape of link '{}' has no size and collides with nothing", link.name),
+          "write positive sizes, m");
+      return "";
+    }
+    const CollisionMesh* mesh = nullptr;
+    if (const auto* geometry = std::get_if<MeshGeometry>(&collision.geometry)) {
+      try {
+        mesh = meshes_.find(*geometry, fmt::format("link '{}'", link.name), collision.source, diagnostics_);
+      } catch (const InputError& error) {
+        for (Diagnostic diagnostic : error.diagnostics()) {
+          diagnostic.severity = Severity::warning;
+          diagnostic.message += fmt::format("; this shape of link '{}' collides with nothing", link.name);
+          if (!diagnostic.where.known()) diagnostic.where = collision.source;
+          diagnostics_.add(std::move(diagnostic));
+        }
+      }
+    }
+    return geom(collision.geometry, mesh, collision.origin.pose(), friction, out_.assets);
+  }
+
+  void write_actuation(int index) {
+    const ModelJoint& joint = model_.joints[index];
+    if (!joint.scalar()) return;
+    if (joint.mimics()) {
+      append(out_.equalities, "<joint joint1=\"{}\" joint2=\"{}\" polycoef=\"{:.17g} {:.17g} 0 0 0\"/>\n",
+             mjcf_joint_name(index), mjcf_joint_name(joint.mimic_leader), joint.mimic_offset,
+             joint.mimic_multiplier);
+      return;
+    }
+    append(out_.actuators, "<general joint=\"{}\" biastype=\"affine\" gainprm=\"0\" biasprm=\"0 0 0\"/>\n",
+           mjcf_joint_name(index));
+    out_.driven.push_back(index);
+  }
+
+  const RobotDescription& robot_;
+  const Model& model_;
+  const World& world_;
+  CollisionMeshes& meshes_;
+  Diagnostics& diagnostics_;
+  RobotMjcf out_;
+  std::vector<std::vector<int>> children_;  // joints below each link
+  std::vector<MassProperties> lumped_;      // [links]
+};
+
+// The principal moments of a body of unit mass with the shape of `geometry` (a mesh: of its box).
+MassProperties object_inertia(const WorldObject& object, const CollisionMesh* mesh) {
+  Eigen::Vector3d size = Eigen::Vector3d::Ones();  // of the box with about the same inertia
+  MassProperties body{object.mass, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero()};
+  if (const auto* box = std::get_if<Box>(&object.shape)) {
+    size = box->size;
+  } else if (const auto* c = std::get_if<Cylinder>(&object.shape)) {
+    size = {std::sqrt(3.0) * c->radius, std::sqrt(3.0) * c->radius, c->length};
+  } else if (const auto* k = std::get_if<Capsule>(&object.shape)) {
+    size = {std::sqrt(3.0) * k->radius, std::sqrt(3.0) * k->radius, k->length + 4.0 / 3.0 * k->radius};
+  } else if (const auto* s = std::get_if<Sphere>(&object.shape)) {
+    size = Eigen::Vector3d::Constant(std::sqrt(2.4) * s->radius);
+  } else if (mesh != nullptr && mesh->vertices.empty()) {
+    size = mesh->box_size;
+  } else if (mesh != nullptr) {
+    Eigen::AlignedBox3f bounds;
+    for (const Eigen::Vector3f& p : mesh->vertices) bounds.extend(p);
+    size = bounds.sizes().cast<double>();
+    body.com = bounds.center().cast<double>();
+  }
+  const Eigen::Vector3d squares = size.cwiseAbs2() * (object.mass / 12.0);
+  body.I.diagonal() << squares.y() + squares.z(), squares.x() + squares.z(), squares.x() + squares.y();
+  return body;
+}
+
+void write_object(const WorldObject& object, int index, CollisionMeshes& meshes, Diagnostics& diagnostics,
+                  std::string& assets, std::string& bodies) {
+  const CollisionMesh* mesh = nullptr;
+  if (const auto* geometry = std::get_if<MeshGeometry>(&object.shape)) {
+    mesh = meshes.find(*geometry, fmt::format("object '{}'", object.name), object.source, diagnostics);
+  }
+  if (!positive(object.shape)) {
+    throw InputError("world.size", object.source, fmt::format("object '{}' has no size", object.name),
+                     "write positive sizes, m");
+  }
+  append(bodies, "<body name=\"{}\" {}>\n", mjcf_object_name(index), place(object.X_WO));
+  if (object.mass > 0) bodies += "<freejoint/>\n" + inertial(object_inertia(object, mesh));
+  bodies += geom(object.shape, mesh, Pose::Identity(), object.friction, assets) + "</body>\n";
+}
+
+std::string header(const World& world) {
+  const double step = to_seconds(world.step);
+  // Twice the step is the stiffest that MuJoCo's constraints stay stable with.
+  const double stiff = 2.0 * step;
+  std::string out = "<mujoco model=\"doppel\">\n";
+  out += "<compiler angle=\"radian\" inertiafromgeom=\"false\" fusestatic=\"false\"/>\n";
+  // Elliptic cones with a high impedance ratio: what sticks does not creep.
+  append(out,
+         "<option timestep=\"{:.17g}\" gravity=\"{}\" integrator=\"{}\" cone=\"elliptic\" impratio=\"100\">"
+         "<flag filterparent=\"disable\"/></option>\n",
+         step, vec(world.gravity), world.integrator == Integrator::rk4 ? "RK4" : "implicit");
+  const std::size_t loose = static_cast<std::size_t>(std::count_if(
+      world.objects.begin(), world.objects.end(), [](const WorldObject& o) { return o.mass > 0; }));
+  append(out, "<size nconmax=\"{}\" njmax=\"{}\"/>\n", 100 + 8 * loose, 400 + 24 * loose);
+  append(out,
+         "<default><geom contype=\"1\" conaffinity=\"1\" condim=\"3\" solref=\"{0:.17g} 1\" solimp=\"0.95 "
+         "0.99 0.001\"/>"
+         "<joint armature=\"0\" solreffriction=\"{1:.17g} 1\" solimpfriction=\"0.9999 0.9999 0.001\" "
+         "solreflimit=\"{0:.17g} 1\" solimplimit=\"0.95 0.99 0.001\"/>"
+         "<equality solref=\"{1:.17g} 1\" solimp=\"0.9999 0.9999 0.001\"/></default>\n",
+         2.5 * stiff, stiff);
+  return out;
+}
+
+}  // namespace
+
+std::string mjcf_link_name(int link) {
+  return fmt::format("~l{}", link);
+}
+std::string mjcf_joint_name(int joint) {
+  return fmt::format("~j{}", joint);
+}
+std::string mjcf_object_name(int object) {
+  return fmt::format("~o{}", object);
+}
+std::string mjcf_exclusion_name(std::size_t pair) {
+  return fmt::format("~x{}", pair);
+}
+
+RobotMjcf write_robot(const RobotDescription& robot, const Model& model, const World& world,
+                      CollisionMeshes& meshes, Diagnostics& diagnostics) {
+  return RobotWriter(robot, model, world, meshes, diagnostics).write();
+}
+
+std::string write_document(const RobotMjcf& robot, const World& world, CollisionMeshes& meshes,
+                           Diagnostics& diagnostics) {
+  std::string assets = robot.assets, objects;
+  for (std::size_t i = 0; i < world.objects.size(); ++i) {
+    write_object(world.objects[i], static_cast<int>(i), meshes, diagnostics, assets, objects);
+  }
+  std::string out = header(world);
+  append(out, "<asset>\n{}</asset>\n<worldbody>\n", assets);
+  if (world.ground) {
+    append(out, "<geom name=\"~ground\" type=\"plane\" size=\"0 0 1\" friction=\"{:.17g} 0.005 0.0001\"/>\n",
+           world.ground_friction);
+  }
+  append(out, "{}{}</worldbody>\n", robot.bodies, objects);
+  append(out, "<contact>\n{}</contact>\n<equality>\n{}</equality>\n<actuator>\n{}</actuator>\n</mujoco>\n",
+         robot.exclusions, robot.equalities, robot.actuators);
+  return out;
+}
+
+std::string in_user_terms(std::string message, const Model& model, const World& world) {
+  for (std::size_t at = message.find('~'); at != std::string::npos; at = message.find('~', at)) {
+    std::size_t end = at + 2, index = 0;
+    while (end < message.size() && std::isdigit(static_cast<unsigned char>(message[end])) != 0) {
+      index = 10 * index + static_cast<std::size_t>(message[end++] - '0');
+    }
+    const char kind = at + 1 < message.size() ? message[at + 1] : ' ';
+    std::string name = "?";
+    if (kind == 'l' && index < model.links.size()) name = model.links[index].name;
+    if (kind == 'j' && index < model.joints.size()) name = model.joints[index].name;
+    if (kind == 'o' && index < world.objects.size()) name = world.objects[index].name;
+    message.replace(at, std::min(end, message.size()) - at, name);
+    at += name.size();
+  }
+  return message;
+}
+
+}  // namespace doppel

@@ -1,0 +1,39 @@
+#pragma once
+// From a robot and a world to MJCF text. Nothing of the user's goes into the text: bodies, joints and objects
+// are named by index, so that no name needs escaping and MuJoCo's messages can be told in the user's words.
+
+#include <string>
+#include <vector>
+
+#include "doppel/physics/engine.h"
+#include "doppel/physics/mujoco/collision_mesh.h"
+#include "doppel/physics/mujoco/exclusions.h"
+
+namespace doppel {
+
+// Bodies stand in the order of Model::links and joints in that of Model::q, so that MuJoCo's arrays begin
+// with the model's. A floating joint is three slides and a ball, a planar one two slides and a hinge.
+std::string mjcf_link_name(int link);
+std::string mjcf_joint_name(int joint);  // of the joint's first degree of freedom
+std::string mjcf_object_name(int object);
+std::string mjcf_exclusion_name(std::size_t pair);
+
+// The robot's part of the text, written once; the world's is written anew whenever an object comes or goes.
+struct RobotMjcf {
+  std::string assets, bodies, actuators, equalities, exclusions;
+  std::vector<bool> has_shape;  // [links]
+  std::vector<LinkPair> pairs;  // of links with shapes; each has an <exclude>
+  std::vector<int> driven;      // model joint of each actuator
+};
+
+RobotMjcf write_robot(const RobotDescription& robot, const Model& model, const World& world,
+                      CollisionMeshes& meshes, Diagnostics& diagnostics);
+
+// Throws InputError where an object's mesh cannot be used.
+std::string write_document(const RobotMjcf& robot, const World& world, CollisionMeshes& meshes,
+                           Diagnostics& diagnostics);
+
+// Puts the user's names into a message of MuJoCo's.
+std::string in_user_terms(std::string message, const Model& model, const World& world);
+
+}  // namespace doppel

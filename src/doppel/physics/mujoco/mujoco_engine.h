@@ -1,0 +1,21 @@
+#pragma once
+// What the MuJoCo back end offers beside the contract, for the benchmark and for tests against independent
+// dynamics.
+
+#include <span>
+
+#include "doppel/physics/engine.h"
+
+namespace doppel {
+
+// Steps a copy of the engine's data on the same compiled model with mj_step alone, from the current state
+// with the controls of the last step, and returns steps per second. Precondition: the engine is MuJoCo's.
+double measure_bare_step_rate(const Engine& engine, int steps);
+
+// MuJoCo's own inverse dynamics at the engine's state for the acceleration [nv]: tau [nv] that gives it
+// against gravity, bias, damping, friction and contacts. Precondition: the engine is MuJoCo's; the robot has
+// no floating joint.
+void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> acceleration,
+                             std::span<double> tau);
+
+}  // namespace doppel

@@ -1,0 +1,54 @@
+#pragma once
+// Private to the MuJoCo back end: one compiled model with its data, and where the robot's and the objects'
+// parts stand in MuJoCo's arrays.
+
+#include <string>
+#include <vector>
+
+#include "doppel/physics/mujoco/compiled.h"
+#include "doppel/physics/mujoco/mjcf.h"
+
+namespace doppel {
+
+struct MujocoObject {
+  int body = -1;
+  int q = -1, v = -1;  // of the free joint; -1: fixed
+};
+
+class MujocoState {
+ public:
+  // Throws InputError in the user's terms where MuJoCo refuses.
+  MujocoState(const RobotMjcf& robot, const Model& model, const World& world, CollisionMeshes& meshes,
+              Diagnostics& diagnostics);
+
+  mjModel* m() const { return model_.get(); }
+  mjData* d() const { return data_.get(); }
+  [[nodiscard]] int body_of_link(int link) const { return link_bodies_[link]; }
+  [[nodiscard]] int link_of_body(int body) const { return body_links_[body]; }      // -1: none
+  [[nodiscard]] int object_of_body(int body) const { return body_objects_[body]; }  // -1: none
+  [[nodiscard]] const MujocoObject& object(std::size_t index) const { return objects_[index]; }
+
+  // Lets exactly the pairs with a reason pass through each other. Needs no new compilation: the text excludes
+  // every pair, and what may collide is taken out of the table.
+  void apply_exclusions(const std::vector<LinkPair>& pairs);
+
+  // Model's q and v at the head of MuJoCo's arrays, quaternions in MuJoCo's order.
+  void write_q(const Model& model, const double* q);
+  void read_q(const Model& model, double* q) const;
+  void place_object(std::size_t index, const Pose& X_WO);
+
+  // Everything that depends on positions and velocities only. False: MuJoCo gave up.
+  bool refresh();
+
+ private:
+  void check_order(const Model& model) const;
+
+  ModelHandle model_;
+  DataHandle data_;
+  std::vector<int> link_bodies_, body_links_, body_objects_;
+  std::vector<MujocoObject> objects_;
+  std::vector<int> exclusion_ids_;         // [pairs]
+  std::vector<int> exclusion_signatures_;  // [pairs]
+};
+
+}  // namespace doppel

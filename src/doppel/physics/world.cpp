@@ -1,0 +1,278 @@
+#include "doppel/physics/world.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kShortestStep = 1e-6, kLongestStep = 0.02;  // s
+
+// Reads one file and collects everything that is wrong with it.
+class WorldReader {
+ public:
+  WorldReader(const std::filesystem::path& file, PackageResolver& resolver)
+      : file_(std::make_shared<const std::string>(file.string())),
+        folder_(file.parent_path()),
+        resolver_(resolver) {}
+
+  World read() {
+    YAML::Node root;
+    try {
+      root = YAML::LoadFile(*file_);
+    } catch (const YAML::ParserException& error) {
+      throw InputError("world.syntax", at(error.mark), "this is not YAML: " + error.msg);
+    } catch (const YAML::BadFile&) {
+      throw InputError("world.unreadable", at(YAML::Mark::null_mark()), "the world file cannot be read",
+                       "name a file that exists and may be read");
+    }
+    World world;
+    if (root.IsNull()) return world;
+    if (fields(root, "a world", {"name", "gravity", "step", "integrator", "ground", "robot", "objects"})) {
+      read_world(root, world);
+    }
+    errors_.throw_if_errors();
+    return world;
+  }
+
+ private:
+  [[nodiscard]] SourceLocation at(const YAML::Mark& mark) const {
+    SourceLocation where;
+    where.file = file_;
+    if (mark.is_null()) return where;
+    where.line = mark.line + 1;
+    where.column = mark.column + 1;
+    return where;
+  }
+
+  void error(const YAML::Node& node, const std::string& message, const std::string& mend = "") {
+    errors_.error("world.invalid", at(node.Mark()), message, mend);
+  }
+
+  // True where `node` is a map; every key that is not among `known` is an error.
+  bool fields(const YAML::Node& node, const std::string& what, const std::vector<std::string>& known) {
+    if (!node.IsMap()) {
+      error(node, what + " is written as a map of keys and values");
+      return false;
+    }
+    std::set<std::string> seen;
+    for (const auto& field : node) {
+      const std::string key = field.first.IsScalar() ? field.first.Scalar() : "";
+      if (std::find(known.begin(), known.end(), key) == known.end()) {
+        errors_.error("world.unknown_key", at(field.first.Mark()),
+                      fmt::format("{} has no key '{}'{}", what, key, did_you_mean(key, known)));
+      } else if (!seen.insert(key).second) {
+        error(field.first, fmt::format("the key '{}' stands twice", key));
+      }
+    }
+    return true;
+  }
+
+  double number(const YAML::Node& node, const std::string& what) {
+    double value = 0;
+    if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
+      error(node,
+            fmt::format("{} is a number{}", what, node.IsScalar() ? ", not '" + node.Scalar() + "'" : ""));
+      return 0;
+    }
+    return value;
+  }
+
+  double not_negative(const YAML::Node& node, const std::string& what) {
+    const double value = number(node, what);
+    if (value < 0) error(node, fmt::format("{} is {}, but cannot be negative", what, value));
+    return value;
+  }
+
+  double positive(const YAML::Node& node, const std::string& what) {
+    if (!node) return 0;
+    const double value = number(node, what);
+    if (value <= 0) error(node, fmt::format("{} is {}, but must be positive", what, value));
+    return value;
+  }
+
+  template <int N>
+  Eigen::Matrix<double, N, 1> vector(const YAML::Node& node, const std::string& what) {
+    Eigen::Matrix<double, N, 1> out = Eigen::Matrix<double, N, 1>::Zero();
+    if (!node.IsSequence() || node.size() != N) {
+      error(node, fmt::format("{} is a list of {} numbers", what, N));
+      return out;
+    }
+    for (int i = 0; i < N; ++i) out[i] = number(node[i], what);
+    return out;
+  }
+
+  std::string text(const YAML::Node& node, const std::string& what) {
+    if (node.IsScalar() && !node.Scalar().empty()) return node.Scalar();
+    error(node, what + " is a text");
+    return "";
+  }
+
+  Pose pose(const YAML::Node& node) {
+    const Eigen::Vector3d xyz =
+        node["xyz"] ? vector<3>(node["xyz"], "xyz") : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    const Eigen::Vector3d rpy =
+        node["rpy"] ? vector<3>(node["rpy"], "rpy") : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    return make_pose(xyz, rpy);
+  }
+
+  void read_world(const YAML::Node& root, World& world) {
+    world.name = std::filesystem::path(*file_).stem().string();
+    if (root["name"]) world.name = text(root["name"], "name");
+    if (root["gravity"]) world.gravity = vector<3>(root["gravity"], "gravity");
+    if (root["step"]) world.step = step(root["step"]);
+    if (root["integrator"]) world.integrator = integrator(root["integrator"]);
+    if (root["ground"]) read_ground(root["ground"], world);
+    if (root["robot"] && fields(root["robot"], "the robot's place", {"xyz", "rpy"}))
+      world.X_WR = pose(root["robot"]);
+    if (root["objects"]) read_objects(root["objects"], world);
+  }
+
+  Duration step(const YAML::Node& node) {
+    const double seconds = number(node, "step");
+    if (seconds >= kShortestStep && seconds <= kLongestStep) return from_seconds(seconds);
+    error(node,
+          fmt::format("step is {} s, but must be from {} to {} s", seconds, kShortestStep, kLongestStep),
+          "write 0.001 for a step of 1 ms");
+    return World{}.step;
+  }
+
+  Integrator integrator(const YAML::Node& node) {
+    const std::vector<std::string> known{"implicit", "rk4"};
+    const std::string name = text(node, "integrator");
+    if (name == known[1]) return Integrator::rk4;
+    if (name != known[0])
+      error(node, fmt::format("there is no integrator '{}'{}", name, did_you_mean(name, known)));
+    return Integrator::implicit;
+  }
+
+  void read_ground(const YAML::Node& node, World& world) {
+    if (node.IsScalar()) {
+      if (!YAML::convert<bool>::decode(node, world.ground)) {
+        error(node, fmt::format("ground is true, false or a map with its friction, not '{}'", node.Scalar()));
+      }
+    } else if (fields(node, "the ground", {"friction"}) && node["friction"]) {
+      world.ground_friction = not_negative(node["friction"], "friction");
+    }
+  }
+
+  void read_objects(const YAML::Node& node, World& world) {
+    if (!node.IsSequence()) {
+      error(node, "objects is a list");
+      return;
+    }
+    std::map<std::string, SourceLocation> names;
+    for (const auto& item : node) {
+      if (!fields(item, "an object",
+                  {"name", "box", "cylinder", "capsule", "sphere", "mesh", "xyz", "rpy", "mass", "friction",
+                   "color"})) {
+        continue;
+      }
+      WorldObject object = read_object(item);
+      if (object.name == "ground")
+        error(item, "the name 'ground' is the ground's own", "choose another name");
+      const auto [before, fresh] = names.emplace(object.name, object.source);
+      if (!fresh && !object.name.empty()) {
+        error(item, fmt::format("two objects are named '{}'; the first stands at {}", object.name,
+                                before->second.place()));
+      }
+      world.objects.push_back(std::move(object));
+    }
+  }
+
+  WorldObject read_object(const YAML::Node& node) {
+    WorldObject object;
+    object.source = at(node.Mark());
+    if (node["name"]) {
+      object.name = text(node["name"], "name");
+    } else {
+      error(node, "an object needs a name");
+    }
+    read_shape(node, object);
+    object.X_WO = pose(node);
+    if (node["mass"]) object.mass = not_negative(node["mass"], "mass");
+    if (node["friction"]) object.friction = not_negative(node["friction"], "friction");
+    if (node["color"]) {
+      object.rgba = vector<4>(node["color"], "color");
+      if (object.rgba.minCoeff() < 0 || object.rgba.maxCoeff() > 1) {
+        error(node["color"], "color is red, green, blue and opacity, each from 0 to 1");
+      }
+    }
+    return object;
+  }
+
+  void read_shape(const YAML::Node& node, WorldObject& object) {
+    const std::vector<std::string> kinds{"box", "cylinder", "capsule", "sphere", "mesh"};
+    std::vector<std::string> found;
+    std::copy_if(kinds.begin(), kinds.end(), std::back_inserter(found),
+                 [&](const auto& kind) { return node[kind]; });
+    if (found.size() != 1) {
+      error(node,
+            fmt::format("an object has exactly one shape (box, cylinder, capsule, sphere or mesh), not {}",
+                        found.size()));
+      return;
+    }
+    const std::string& kind = found[0];
+    const YAML::Node shape = node[kind];
+    if (kind == "box") {
+      const Eigen::Vector3d size = vector<3>(shape, "box");
+      if (shape.IsSequence() && size.minCoeff() <= 0) error(shape, "the sides of a box are positive");
+      object.shape = Box{size};
+    } else if (kind == "mesh") {
+      object.shape = mesh(shape);
+    } else if (kind == "sphere") {
+      if (needs(shape, kind, {"radius"})) object.shape = Sphere{positive(shape["radius"], "radius")};
+    } else if (needs(shape, kind, {"radius", "length"})) {
+      const double radius = positive(shape["radius"], "radius"), length = positive(shape["length"], "length");
+      if (kind == "cylinder") object.shape = Cylinder{radius, length};
+      if (kind == "capsule") object.shape = Capsule{radius, length};
+    }
+  }
+
+  bool needs(const YAML::Node& node, const std::string& what, const std::vector<std::string>& keys) {
+    if (!fields(node, "a " + what, keys)) return false;
+    for (const std::string& key : keys) {
+      if (!node[key]) error(node, fmt::format("a {} needs a {}", what, key));
+    }
+    return true;
+  }
+
+  MeshGeometry mesh(const YAML::Node& node) {
+    MeshGeometry out;
+    if (node.IsScalar()) {
+      out.uri = node.Scalar();
+    } else if (fields(node, "a mesh", {"uri", "scale"})) {
+      if (node["uri"]) out.uri = text(node["uri"], "uri");
+      if (!node["uri"]) error(node, "a mesh needs a uri");
+      if (node["scale"]) out.scale = vector<3>(node["scale"], "scale");
+    }
+    if (out.uri.empty()) return out;
+    const PackageResolver::Resolved resolved = resolver_.resolve(out.uri, folder_);
+    if (resolved.path.empty()) {
+      error(node, fmt::format("the mesh '{}' is not found{}", out.uri,
+                              resolved.nearest.empty() ? "" : "; did you mean '" + resolved.nearest + "'?"));
+    }
+    out.path = resolved.path.string();
+    return out;
+  }
+
+  std::shared_ptr<const std::string> file_;
+  std::filesystem::path folder_;
+  PackageResolver& resolver_;
+  Diagnostics errors_;
+};
+
+}  // namespace
+
+World load_world(const std::filesystem::path& file, PackageResolver& resolver) {
+  return WorldReader(file, resolver).read();
+}
+
+}  // namespace doppel
