@@ -1,0 +1,94 @@
+#include "doppel/control/joint_list.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+std::string unfit_for_commands(const ModelJoint& joint) {
+  switch (joint.type) {
+    case JointType::fixed:
+      return "is fixed, so there is nothing to drive";
+    case JointType::floating:
+      return "is floating; no motor drives six degrees of freedom";
+    case JointType::planar:
+      return "is planar; no motor drives three degrees of freedom";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+SourceLocation place_of(const ControllerContext& context, std::string_view parameter, std::size_t index) {
+  if (context.overrides == nullptr) return {};
+  const ParameterOverride* found = context.overrides->find(parameter);
+  if (found == nullptr) return {};
+  return index < found->elements.size() ? found->elements[index] : found->source;
+}
+
+void tell(const Log& log, const std::string& origin, const Diagnostic& finding) {
+  std::string text = finding.where.known() ? finding.where.str() + ": " : "";
+  text += finding.message;
+  if (!finding.rule.empty()) text += fmt::format(" [{}]", finding.rule);
+  if (!finding.mend.empty()) text += fmt::format("\n  mend: {}", finding.mend);
+  log.line(finding.severity, origin, std::move(text));
+}
+
+std::vector<std::string> check_joints(const ControllerContext& context, const std::string& parameter,
+                                      const std::vector<std::string>& names, JointUse use) {
+  const Model& model = *context.model;
+  std::vector<std::string> remaining;
+  std::vector<Diagnostic> errors;
+  const auto refuse = [&](std::size_t i, const char* rule, std::string message, std::string mend) {
+    errors.push_back(
+        {Severity::error, rule, std::move(message), place_of(context, parameter, i), std::move(mend)});
+  };
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = names[i];
+    if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), name) !=
+        names.begin() + static_cast<std::ptrdiff_t>(i)) {
+      refuse(i, "control.joint_twice",
+             fmt::format("controller '{}' lists joint '{}' twice", context.name, name), "remove one of them");
+      continue;
+    }
+    const int index = model.find_joint(name);
+    if (index < 0) {
+      const auto candidates = model.scalar_joint_names();
+      refuse(i, "control.unknown_joint",
+             fmt::format("controller '{}' names joint '{}', which the robot '{}' does not have{}",
+                         context.name, name, model.name, did_you_mean(name, candidates)),
+             fmt::format("correct the name in '{}', or add the joint to the description", parameter));
+      continue;
+    }
+    const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
+    if (use == JointUse::commanded) {
+      if (const std::string why = unfit_for_commands(joint); !why.empty()) {
+        refuse(i, "control.joint_not_driven",
+               fmt::format("controller '{}' names joint '{}', which {}", context.name, name, why),
+               fmt::format("remove it from '{}'", parameter));
+        continue;
+      }
+      if (joint.mimics()) {
+        const std::string& leader = model.joints[static_cast<std::size_t>(joint.mimic_leader)].name;
+        tell(
+            *context.log, context.name,
+            {Severity::warning, "control.mimic_joint",
+             fmt::format("joint '{}' mimics '{}' and has no motor of its own; left out of what '{}' commands",
+                         name, leader, context.name),
+             place_of(context, parameter, i),
+             fmt::format("remove it from '{}'; it follows '{}' by itself", parameter, leader)});
+        continue;
+      }
+    }
+    remaining.push_back(name);
+  }
+  if (!errors.empty()) throw InputError(std::move(errors));
+  return remaining;
+}
+
+}  // namespace doppel
