@@ -61,11 +61,7 @@ module sg90_body($fn = 24) {
   translate([-17, 0, -26]) rotate([0, -90, 0]) linear_extrude(5) square([1.4, 3.6], center = true);  // cable
 }
 
-// MG996R: body 40.7 x 19.7 x 37; 55 g.
-module mg996r_body() { ds3240_body(); }
-
-// MG90S: body 22.8 x 12.2 x 22.5 with a metal gear; 13.4 g.
-module mg90s_body($fn = 24) { sg90_body(); }
+// MG996R: the same standard case as the DS3240; 55 g. MG90S: the SG90's case with metal gears; 13.4 g.
 
 module small_horn($fn = 24) {
   translate([0, 0, -2]) linear_extrude(2) difference() {
