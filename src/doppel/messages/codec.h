@@ -14,6 +14,7 @@
 namespace doppel {
 
 using Bytes = std::vector<std::byte>;
+struct TypeDescription;
 
 // Size of the CDR form, header included. Allocates nothing.
 template <Message M>
@@ -26,8 +27,9 @@ std::size_t write_cdr(const M& message, std::span<std::byte> out);
 template <Message M>
 Bytes to_cdr(const M& message);
 
-// Refuses what is truncated, over-long, of an unknown encapsulation, or claims more elements than it has
-// bytes; bounded memory whatever the bytes. Reads both byte orders.
+// Refuses what is truncated, over-long (but for RTPS's padding to a multiple of four bytes), of an unknown
+// encapsulation, or claims more elements than it has bytes; memory stays in proportion to the bytes, whatever
+// they are. Reads both byte orders. After a refusal `message` holds part of it.
 template <Message M>
 Status from_cdr(std::span<const std::byte> bytes, M& message);
 
@@ -35,10 +37,16 @@ Status from_cdr(std::span<const std::byte> bytes, M& message);
 struct TypeSupport {
   std::string name;         // "sensor_msgs/msg/JointState"
   std::string (*schema)();  // "ros2msg" text: the definition, then "===\nMSG: pkg/Name" dependencies
-  Status (*yaml_to_cdr)(std::string_view yaml,
-                        Bytes& out);  // unknown keys refused with the nearest field and place
+  // What `ros2 topic pub` takes: fields left out keep their defaults, "auto" for a header and "now" for a
+  // time leave the stamp zero. ROS 1's secs and nsecs are taken for times. Unknown keys are refused with the
+  // nearest field and the place, "line:column: ...".
+  Status (*yaml_to_cdr)(std::string_view yaml, Bytes& out);
   Status (*cdr_to_yaml)(std::span<const std::byte> cdr, std::string& out);
+  // Compact. JSON has no NaN and no infinities: they become null; bytes that are not UTF-8 become U+FFFD.
   Status (*cdr_to_json)(std::span<const std::byte> cdr, std::string& out);
+  const TypeDescription* (*description)();  // messages/type_description.h
+  // Into the struct and out again: checked, little endian, without padding.
+  Status (*recode)(std::span<const std::byte> cdr, Bytes& out);
 };
 
 struct ServiceSupport {
@@ -53,7 +61,8 @@ struct ActionSupport {
 };
 
 // Names in the long ("sensor_msgs/msg/JointState") or short form ("sensor_msgs/JointState"); nullptr:
-// unknown.
+// unknown. find_type also knows the parts of services and actions ("std_srvs/srv/Trigger_Request"). Any
+// thread.
 const TypeSupport* find_type(std::string_view name);
 const ServiceSupport* find_service(std::string_view name);
 const ActionSupport* find_action(std::string_view name);
@@ -61,8 +70,18 @@ std::vector<std::string> type_names();  // messages only, long form, sorted
 std::vector<std::string> service_names();
 std::vector<std::string> action_names();
 
+// Makes types known that others have defined; the bus does so for whatever is advertised, subscribed or
+// served.
+void register_type(const TypeSupport& type);
+void register_service(const ServiceSupport& service);
+void register_action(const ActionSupport& action);
+
 template <Message M>
 const TypeSupport& type_support();
+template <Service S>
+const ServiceSupport& service_support();
+template <Action A>
+const ActionSupport& action_support();
 
 }  // namespace doppel
 

@@ -65,6 +65,7 @@
 // A message without fields. On the wire ROS 2 gives it one byte (structure_needs_at_least_one_member).
 #define DOPPEL_EMPTY_MESSAGE(type_name)                \
   static constexpr std::string_view kType = type_name; \
+  static constexpr bool kIsEmpty = true;               \
   template <class Self, class Visitor>                 \
   static void for_each_field(Self&, Visitor&&) {}
 

@@ -1,0 +1,87 @@
+#include "doppel/messages/cdr.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace doppel {
+
+CdrReader::CdrReader(std::span<const std::byte> bytes) {
+  if (bytes.size() < kCdrHeaderSize) {
+    fail("there is no encapsulation header of four bytes");
+    return;
+  }
+  body_ = bytes.subspan(kCdrHeaderSize);
+  if (bytes[0] != std::byte{0} || bytes[1] > std::byte{1}) {
+    fail("the encapsulation is not plain CDR (00 00 or 00 01)");
+    return;
+  }
+  swap_ = bytes[1] == std::byte{0};
+}
+
+bool CdrReader::align(std::size_t alignment) {
+  if (!ok()) return false;
+  const std::size_t aligned = cdr_aligned(position_, alignment);
+  if (aligned > body_.size()) return fail("the bytes end too early");
+  position_ = aligned;
+  return true;
+}
+
+void CdrReader::swap_each(std::byte* values, std::size_t width, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) std::reverse(values + i * width, values + (i + 1) * width);
+}
+
+bool CdrReader::boolean(bool& value) {
+  std::uint8_t byte = 0;
+  if (!number(byte)) return false;
+  if (byte > 1) return fail("a bool is neither 0 nor 1");
+  value = byte == 1;
+  return true;
+}
+
+bool CdrReader::text(std::string_view& text) {
+  std::uint32_t size = 0;
+  if (!length(size, 1)) return false;
+  if (size == 0) {  // not CDR, but some writers' empty string
+    text = {};
+    return true;
+  }
+  const auto* chars = reinterpret_cast<const char*>(body_.data() + position_);
+  if (chars[size - 1] != '\0') return fail("a string does not end with NUL");
+  text = {chars, size - 1};
+  position_ += size;
+  return true;
+}
+
+bool CdrReader::length(std::uint32_t& count, std::size_t least_size) {
+  if (!number(count)) return false;
+  if (count > (body_.size() - position_) / least_size)
+    return fail("a length is more than the bytes that follow");
+  return true;
+}
+
+bool CdrReader::finish() {
+  if (!ok()) return false;
+  const std::size_t rest = body_.size() - position_;
+  if (rest > 3 || (rest > 0 && body_.size() % 4 != 0))
+    return fail("there are bytes behind the message's end");
+  return true;
+}
+
+bool CdrReader::fail(const char* why) {
+  if (why_ == nullptr) why_ = why;
+  return false;
+}
+
+void CdrReader::within(std::string_view field) {
+  path_ = path_.empty() ? std::string(field) : fmt::format("{}.{}", field, path_);
+}
+
+Status CdrReader::status(std::string_view type_name) const {
+  if (ok()) return {};
+  const std::string where = path_.empty() ? std::string() : fmt::format(" in '{}'", path_);
+  return Status::refused(fmt::format("not a {}: {}{} (byte {} of {})", type_name, why_, where,
+                                     kCdrHeaderSize + position_, kCdrHeaderSize + body_.size()));
+}
+
+}  // namespace doppel

@@ -1,0 +1,31 @@
+#pragma once
+// The lists of types that doppel ships with, spread over several sources so that each compiles quickly.
+
+#include "doppel/messages/action_msgs.h"
+#include "doppel/messages/codec.h"
+
+namespace doppel::messages_detail {
+
+void register_common_messages();
+void register_control_types();
+void register_simulation_types();
+void register_rcl_types();
+
+template <Message... M>
+void register_messages() {
+  (register_type(type_support<M>()), ...);
+}
+template <Service... S>
+void register_services() {
+  (register_service(service_support<S>()), ...);
+}
+// With what rosidl derives from an action.
+template <Action... A>
+void register_actions() {
+  (register_action(action_support<A>()), ...);
+  (register_service(service_support<SendGoal<A>>()), ...);
+  (register_service(service_support<GetResult<A>>()), ...);
+  (register_type(type_support<FeedbackMessage<A>>()), ...);
+}
+
+}  // namespace doppel::messages_detail

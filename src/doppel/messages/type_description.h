@@ -1,0 +1,99 @@
+#pragma once
+// A message type as data: its fields in order. YAML, JSON and schema text are written once over this, not per
+// type.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/core/status.h"
+#include "doppel/messages/message.h"
+
+namespace doppel {
+
+enum class FieldKind : std::uint8_t {
+  boolean,
+  int8,
+  uint8,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  int64,
+  uint64,
+  float32,
+  float64,
+  text,
+  message
+};
+enum class FieldShape : std::uint8_t { single, sequence, array };
+
+std::string_view to_string(FieldKind kind);  // "float64", as .msg files have it; "" for a message
+std::size_t least_cdr_size(FieldKind kind);  // bytes on the wire at least, without alignment; 0 for a message
+
+struct TypeDescription;
+
+struct FieldDescription {
+  std::string name;
+  FieldKind kind = FieldKind::boolean;
+  FieldShape shape = FieldShape::single;
+  std::size_t count = 1;                  // of an array's elements
+  const TypeDescription* type = nullptr;  // of a message
+  double initial = 0;                     // of a single number, when the sender leaves it out
+
+  [[nodiscard]] std::size_t least_element_size() const;
+};
+
+struct ConstantDescription {
+  std::string name;
+  FieldKind kind = FieldKind::int32;
+  std::int64_t value = 0;
+};
+
+struct TypeDescription {
+  std::string name;  // "sensor_msgs/msg/JointState"
+  std::vector<FieldDescription> fields;
+  std::vector<ConstantDescription> constants;
+  std::size_t least_cdr_size = 1;  // one byte for a message without fields
+
+  void add(FieldDescription field);
+};
+
+template <Message M>
+const TypeDescription& describe();
+
+// Receives a message's values in order.
+class ValueSink {
+ public:
+  virtual ~ValueSink() = default;
+  virtual void begin_message(const TypeDescription& type) = 0;
+  virtual void field(const FieldDescription& field) = 0;  // its value follows
+  virtual void end_message() = 0;
+  virtual void begin_list(std::size_t size) = 0;
+  virtual void end_list() = 0;
+  virtual void boolean(bool value) = 0;
+  virtual void integer(std::int64_t value) = 0;
+  virtual void natural(std::uint64_t value) = 0;
+  virtual void real(double value) = 0;
+  virtual void text(std::string_view value) = 0;
+};
+
+// Refuses what from_cdr refuses; the sink may then have seen part of the message.
+Status walk_cdr(const TypeDescription& type, std::span<const std::byte> cdr, ValueSink& sink);
+
+// What TypeSupport offers, for any described type.
+std::string schema_text(const TypeDescription& type);
+Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml, std::vector<std::byte>& out);
+Status cdr_to_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
+Status cdr_to_json(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
+
+// The shortest decimal that reads back as the same double, spelled as Python's repr: "1.0", "1e-05", "inf",
+// "nan".
+std::string shortest_decimal(double value);
+
+}  // namespace doppel
+
+#include "doppel/messages/type_description_detail.h"

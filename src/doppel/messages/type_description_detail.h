@@ -1,0 +1,87 @@
+#pragma once
+// How a description follows from a message's field list.
+
+#include "doppel/messages/type_description.h"
+
+namespace doppel::messages_detail {
+
+template <class T>
+struct SequenceOf : std::false_type {};
+template <class T>
+struct SequenceOf<std::vector<T>> : std::true_type {
+  using Element = T;
+};
+template <class T>
+struct ArrayOf : std::false_type {};
+template <class T, std::size_t N>
+struct ArrayOf<std::array<T, N>> : std::true_type {
+  using Element = T;
+  static constexpr std::size_t kCount = N;
+};
+template <class M>
+concept EmptyMessage = Message<M> && requires {
+  M::kIsEmpty;
+};
+
+template <class T>
+constexpr FieldKind kind_of() {
+  if constexpr (std::same_as<T, bool>) return FieldKind::boolean;
+  if constexpr (std::same_as<T, std::int8_t>) return FieldKind::int8;
+  if constexpr (std::same_as<T, std::uint8_t>) return FieldKind::uint8;
+  if constexpr (std::same_as<T, std::int16_t>) return FieldKind::int16;
+  if constexpr (std::same_as<T, std::uint16_t>) return FieldKind::uint16;
+  if constexpr (std::same_as<T, std::int32_t>) return FieldKind::int32;
+  if constexpr (std::same_as<T, std::uint32_t>) return FieldKind::uint32;
+  if constexpr (std::same_as<T, std::int64_t>) return FieldKind::int64;
+  if constexpr (std::same_as<T, std::uint64_t>) return FieldKind::uint64;
+  if constexpr (std::same_as<T, float>) return FieldKind::float32;
+  if constexpr (std::same_as<T, double>) return FieldKind::float64;
+  if constexpr (std::same_as<T, std::string>) return FieldKind::text;
+  return FieldKind::message;
+}
+
+template <class T>
+FieldDescription describe_field(const char* name, const T& initial) {
+  FieldDescription field{.name = name};
+  const auto element = [&field]<class E>(std::type_identity<E>) {
+    static_assert(Message<E> || kind_of<E>() != FieldKind::message, "not a type that a message can have");
+    field.kind = kind_of<E>();
+    if constexpr (Message<E>) field.type = &describe<E>();
+  };
+  if constexpr (SequenceOf<T>::value) {
+    field.shape = FieldShape::sequence;
+    element(std::type_identity<typename SequenceOf<T>::Element>{});
+  } else if constexpr (ArrayOf<T>::value) {
+    field.shape = FieldShape::array;
+    field.count = ArrayOf<T>::kCount;
+    element(std::type_identity<typename ArrayOf<T>::Element>{});
+  } else {
+    element(std::type_identity<T>{});
+    if constexpr (std::is_arithmetic_v<T>) field.initial = static_cast<double>(initial);
+  }
+  return field;
+}
+
+}  // namespace doppel::messages_detail
+
+namespace doppel {
+
+template <Message M>
+const TypeDescription& describe() {
+  static const TypeDescription description = [] {
+    TypeDescription type{.name = std::string(M::kType), .fields = {}, .constants = {}};
+    const M initial{};
+    M::for_each_field(initial, [&type](const char* name, const auto& value) {
+      type.add(messages_detail::describe_field(name, value));
+    });
+    if constexpr (requires { M::for_each_constant(initial, [](const char*, const auto&) {}); }) {
+      M::for_each_constant(initial, [&type]<class T>(const char* name, const T& value) {
+        type.constants.push_back({name, messages_detail::kind_of<T>(), static_cast<std::int64_t>(value)});
+      });
+    }
+    return type;
+  }();
+  return description;
+}
+
+}  // namespace doppel
