@@ -70,3 +70,32 @@ module small_horn($fn = 24) {
   }
   translate([0, 0, -3.6]) cylinder(d = 6.6, h = 1.8);
 }
+
+// Dynamixel AX-12A: 32 x 50 x 40; 54.6 g. The idler's face is 41 mm behind the horn's.
+module ax12_profile(w) {
+  polygon([[-38.5, -w + 3], [-35.5, -w], [8, -w], [11.5, -w + 4], [11.5, w - 4], [8, w], [-35.5, w], [-38.5, w - 3]]);
+}
+module ax12_body($fn = 24) {
+  difference() {
+    union() {
+      translate([0, 0, -40]) linear_extrude(6) ax12_profile(16);
+      translate([0, 0, -34.01]) linear_extrude(22.02) ax12_profile(13.6);
+      translate([0, 0, -12]) linear_extrude(8) ax12_profile(16);
+      for (x = [-36, -20, 4]) translate([x - 1, -16, -35]) cube([2, 32, 24]);         // ribs between the covers
+    }
+    for (x = [-32, -24, -12, 5], s = [-1, 1]) translate([x, 13.2 * s, -45]) cylinder(d = 2.6, h = 50, $fn = 8);
+    translate([-25, 0, -4.6]) linear_extrude(2) rounded_plate([16, 18], 2);             // label
+  }
+  translate([0, 0, -41]) cylinder(d = 11, h = 2);
+  translate([-25, 0, -40.6]) linear_extrude(1) rounded_plate([9, 20], 1);               // sockets for the cables
+}
+module rounded_plate(size, r) { offset(r, $fn = 8) offset(delta = -r) square(size, center = true); }
+
+module ax12_horn($fn = 32) {
+  translate([0, 0, -4.2]) cylinder(d = 16, h = 2);
+  difference() {
+    translate([0, 0, -2.3]) cylinder(d = 22, h = 2.3);
+    for (a = [0:45:315]) rotate(a) translate([8, 0, -1.5]) cylinder(d = 2.4, h = 3, $fn = 8);
+    translate([0, 0, -1]) cylinder(d = 6, h = 2, $fn = 12);
+  }
+}
