@@ -44,6 +44,12 @@ class Compiler {
   Model compile(BaseKind base) {
     const Link& root = find_root();
     if (base == BaseKind::floating) {
+      if (links_.contains("world")) {
+        throw InputError(
+            "model.world_is_fixed", root.source,
+            fmt::format("robot '{}' has a link 'world', which stands still, so it cannot float", robot_.name),
+            "remove the link 'world' and the joint from it, or keep the base fixed");
+      }
       model_.links.push_back({"world", -1, std::nullopt});
       sources_.push_back(nullptr);
       Joint floating;

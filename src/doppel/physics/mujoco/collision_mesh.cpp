@@ -4,7 +4,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <numbers>
 
 #include "doppel/description/mesh.h"
@@ -34,14 +37,35 @@ Vertices support_directions() {
   return directions;
 }
 
+// STL files repeat every vertex about six times. An open-addressed table of indices finds the repetitions.
+Vertices distinct_vertices(const Vertices& vertices) {
+  std::size_t slots = 16;
+  while (slots < 2 * vertices.size()) slots *= 2;
+  std::vector<std::uint32_t> table(slots, 0);  // 1 + index into out; 0: free
+  Vertices out;
+  for (const Eigen::Vector3f& p : vertices) {
+    std::array<std::uint32_t, 3> bits{};
+    std::memcpy(bits.data(), p.data(), sizeof bits);
+    std::uint64_t hash =
+        (bits[0] * 0x9E3779B97F4A7C15u) ^ (bits[1] * 0xC2B2AE3D27D4EB4Fu) ^ (bits[2] * 0x165667B19E3779F9u);
+    std::size_t slot = (hash ^ (hash >> 32)) & (slots - 1);
+    while (table[slot] != 0 && out[table[slot] - 1] != p) slot = (slot + 1) & (slots - 1);
+    if (table[slot] != 0) continue;
+    out.push_back(p);
+    table[slot] = static_cast<std::uint32_t>(out.size());
+  }
+  return out;
+}
+
 Vertices extreme_vertices(const Vertices& vertices) {
-  // One direction a row and one vertex a column keeps the search in a product that the compiler vectorises.
-  const Eigen::Map<const Eigen::Matrix3Xf> points(vertices[0].data(), 3,
-                                                  static_cast<Eigen::Index>(vertices.size()));
+  const auto count = static_cast<Eigen::Index>(vertices.size());
+  // One coordinate after the other lets the compiler take several vertices at once.
+  const Eigen::Array<float, Eigen::Dynamic, 3> points =
+      Eigen::Map<const Eigen::Array3Xf>(vertices[0].data(), 3, count).transpose();
   std::vector<Eigen::Index> kept;
-  Eigen::RowVectorXf heights(points.cols());
+  Eigen::ArrayXf heights(count);
   for (const Eigen::Vector3f& direction : support_directions()) {
-    heights.noalias() = direction.transpose() * points;
+    heights = direction.x() * points.col(0) + direction.y() * points.col(1) + direction.z() * points.col(2);
     Eigen::Index top = 0;
     heights.maxCoeff(&top);
     kept.push_back(top);
@@ -55,9 +79,10 @@ Vertices extreme_vertices(const Vertices& vertices) {
 
 }  // namespace
 
-CollisionMesh make_collision_mesh(const Vertices& vertices) {
+CollisionMesh make_collision_mesh(const Vertices& all) {
   CollisionMesh out;
-  if (vertices.empty()) return out;
+  if (all.empty()) return out;
+  const Vertices vertices = distinct_vertices(all);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const auto& p : vertices) mean += p.cast<double>();
   mean /= static_cast<double>(vertices.size());

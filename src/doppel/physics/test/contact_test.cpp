@@ -1,0 +1,192 @@
+// Contacts, exclusions, rays and the objects of a world.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "doppel/physics/test/engine_fixture.h"
+
+namespace doppel {
+namespace {
+
+using test::make_object;
+using test::Rig;
+using ::testing::HasSubstr;
+
+World with(const WorldObject& object) {
+  World world;
+  world.objects.push_back(object);
+  return world;
+}
+
+// Three bars end to end about y; bars two joints apart overlap where `fat`.
+RobotDescription make_bars(double radius) {
+  RobotDescription robot;
+  robot.name = "bars";
+  for (int i = 0; i < 3; ++i) {
+    const std::string name = "bar" + std::to_string(i);
+    Link link = test::make_link(name, 0.3, {0, 0, 0.05}, {3e-4, 3e-4, 1e-4});
+    link.collisions.push_back({"", {{0, 0, 0.05}, {}, {}}, Capsule{radius, 0.06}, {}});
+    if (i > 0) {
+      robot.joints.push_back(test::make_joint("bend" + std::to_string(i), JointType::revolute,
+                                              robot.links.back().name, name, {0, 0, 0.1}, {0, 1, 0}));
+      test::limit(robot.joints.back(), -3, 3, 20, 5);
+    }
+    robot.links.push_back(link);
+  }
+  return robot;
+}
+
+std::string reason(const Engine& engine, const std::string& a, const std::string& b) {
+  for (const ExcludedPair& pair : engine.excluded_pairs()) {
+    if (pair.link_a == a && pair.link_b == b) return pair.reason;
+  }
+  return "";
+}
+
+TEST(Exclusions, SayWhichAndWhy) {
+  Rig thin(make_bars(0.01), World{});
+  EXPECT_EQ(reason(*thin.engine, "bar0", "bar1"), "joined by bend1");
+  EXPECT_EQ(reason(*thin.engine, "bar1", "bar2"), "joined by bend2");
+  EXPECT_EQ(reason(*thin.engine, "bar0", "bar2"), "");
+  EXPECT_EQ(reason(*thin.engine, "bar0", "ground"), "fixed to the world");
+
+  Rig fat(make_bars(0.08), World{});
+  EXPECT_EQ(reason(*fat.engine, "bar0", "bar2"), "touching at the start");
+  std::vector<Contact> contacts;
+  fat.engine->contacts(contacts);
+  for (const Contact& contact : contacts) EXPECT_TRUE(contact.link_a < 0 || contact.link_b < 0);
+}
+
+TEST(Exclusions, SeeThroughFixedJoints) {
+  RobotDescription robot = make_bars(0.01);
+  robot.joints[0].type = JointType::fixed;
+  Rig rig(robot, World{});
+  EXPECT_EQ(reason(*rig.engine, "bar0", "bar1"), "one rigid body");
+  EXPECT_EQ(reason(*rig.engine, "bar0", "bar2"), "joined by bend2");
+}
+
+TEST(Exclusions, LinksThatMeetLaterCollide) {
+  const RobotDescription robot = make_bars(0.02);
+  for (const bool self_collision : {true, false}) {
+    World space = test::empty_space();
+    space.gravity.setZero();
+    EngineOptions options;
+    options.self_collision = self_collision;
+    Rig rig(robot, space, options);
+    rig.hold_all();
+    // The third bar would fold back through the first.
+    rig.engine->set_target(rig.joint("bend1"), 1.2);
+    rig.engine->set_target(rig.joint("bend2"), 2.8);
+    rig.run(3.0);
+    std::vector<Contact> contacts;
+    rig.engine->contacts(contacts);
+    ASSERT_EQ(contacts.empty(), !self_collision);
+    if (self_collision) {
+      EXPECT_EQ(std::min(contacts[0].link_a, contacts[0].link_b), 0);
+      EXPECT_EQ(std::max(contacts[0].link_a, contacts[0].link_b), 2);
+    }
+  }
+}
+
+TEST(Contacts, CarryTheWeight) {
+  Rig rig(test::make_post(), with(make_object("box", Box{{0.1, 0.1, 0.1}}, {0, 0, 0.05}, 2.0)));
+  rig.run(1.0);
+  std::vector<Contact> contacts;
+  rig.engine->contacts(contacts);
+  ASSERT_GE(contacts.size(), 3u);
+  Eigen::Vector3d on_box = Eigen::Vector3d::Zero();
+  for (const Contact& contact : contacts) {
+    const bool box_is_b = contact.object_b == "box";
+    EXPECT_EQ(box_is_b ? contact.object_a : contact.object_b, "ground");
+    EXPECT_NEAR(std::abs(contact.normal_W.z()), 1, 1e-9);
+    EXPECT_NEAR(contact.normal_W.z(), box_is_b ? 1 : -1, 1e-9) << "from a to b";
+    on_box += box_is_b ? contact.force_W : Eigen::Vector3d(-contact.force_W);
+    EXPECT_LT(contact.depth, 1e-3);
+  }
+  EXPECT_NEAR((on_box - Eigen::Vector3d(0, 0, 2.0 * 9.81)).norm(), 0, 0.02);
+}
+
+TEST(Rays, HitLinksObjectsAndNothing) {
+  Rig rig(make_bars(0.01), with(make_object("ball", Sphere{0.1}, {1, 0, 0.5}, 0)));
+  RayHit hit = rig.engine->cast_ray({1, 0, 2}, {0, 0, -3});
+  EXPECT_NEAR(hit.distance, 1.4, 1e-9);
+  EXPECT_EQ(hit.link, -1);
+  hit = rig.engine->cast_ray({-1, 0, 0.15}, {1, 0, 0});
+  EXPECT_NEAR(hit.distance, 0.99, 1e-9);
+  EXPECT_EQ(hit.link, 1);
+  EXPECT_LT(rig.engine->cast_ray({0, 0, 2}, {0, 0, 1}).distance, 0);
+}
+
+TEST(Objects, ComeAndGoWhileTheRestGoesOn) {
+  Rig rig(make_bars(0.01), with(make_object("first", Sphere{0.05}, {1, 0, 2}, 0.1)));
+  Rig alone(make_bars(0.01), with(make_object("first", Sphere{0.05}, {1, 0, 2}, 0.1)));
+  for (Rig* each : {&rig, &alone}) {
+    each->set_state({0.4, 0.2});
+    each->hold_all();
+    each->engine->set_target(0, 0.8);
+    each->run(0.2);
+  }
+  rig.engine->spawn(make_object("second", Box{{0.1, 0.1, 0.1}}, {-1, 0, 1}, 0.2));
+  EXPECT_THROW(rig.engine->spawn(make_object("second", Sphere{0.1}, {0, 1, 0}, 0)), InputError);
+  EXPECT_THROW(rig.engine->spawn(make_object("ground", Sphere{0.1}, {0, 1, 0}, 0)), InputError);
+  for (Rig* each : {&rig, &alone}) each->run(0.1);
+  EXPECT_EQ(rig.engine->time(), Time(300'000'000));
+  EXPECT_EQ(rig.q("bend1"), alone.q("bend1")) << "drives and state went on";
+  EXPECT_EQ(rig.engine->drive(0), DriveMode::position);
+  Pose a, b;
+  ASSERT_TRUE(rig.engine->object_pose("first", a));
+  ASSERT_TRUE(alone.engine->object_pose("first", b));
+  EXPECT_EQ(a.translation().z(), b.translation().z());
+  ASSERT_TRUE(rig.engine->object_pose("second", a));
+  EXPECT_LT(a.translation().z(), 0.99);
+  EXPECT_TRUE(rig.engine->remove("first"));
+  EXPECT_FALSE(rig.engine->remove("first"));
+  EXPECT_FALSE(rig.engine->object_pose("first", a));
+  rig.run(0.1);
+  rig.engine->reset();
+  ASSERT_TRUE(rig.engine->object_pose("second", a));
+  EXPECT_EQ(a.translation().z(), 1.0) << "a spawned object returns to where it was put";
+}
+
+TEST(Objects, CanBePlaced) {
+  World world = with(make_object("ball", Sphere{0.05}, {1, 0, 2}, 0.1));
+  world.objects.push_back(make_object("wall", Box{{0.1, 1, 1}}, {2, 0, 0.5}, 0));
+  Rig rig(test::make_post(), world);
+  rig.run(0.5);
+  EXPECT_TRUE(rig.engine->set_object_pose("ball", make_pose({0, 1, 3}, {0, 0, 0})));
+  EXPECT_TRUE(rig.engine->set_object_pose("wall", make_pose({-2, 0, 0.5}, {0, 0, 0.3})));
+  EXPECT_FALSE(rig.engine->set_object_pose("wal", Pose::Identity()));
+  Pose X;
+  rig.engine->object_pose("wall", X);
+  EXPECT_NEAR(X.translation().x(), -2, 1e-12);
+  rig.engine->step();
+  rig.engine->object_pose("ball", X);
+  EXPECT_NEAR(X.translation().z(), 3, 1e-4) << "placed at rest";
+  rig.engine->reset();
+  rig.engine->object_pose("wall", X);
+  EXPECT_NEAR(X.translation().x(), 2, 1e-12);
+}
+
+std::string refusal(const WorldObject& object) {
+  try {
+    Rig rig(test::make_post(), with(object));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Objects, AreRefusedInTheUsersTerms) {
+  EXPECT_THAT(refusal(make_object("flat one", Box{{0.1, 0.1, 0}}, {0, 0, 1}, 1)),
+              HasSubstr("'flat one' has no size"));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(refusal(make_object("nowhere", Sphere{0.1}, {0, nan, 1}, 1)), HasSubstr("'nowhere'"));
+  // What only MuJoCo finds comes back with the user's name.
+  EXPECT_THAT(refusal(make_object("feather", Sphere{0.1}, {0, 0, 1}, 1e-20)), HasSubstr("'feather'"));
+}
+
+}  // namespace
+}  // namespace doppel

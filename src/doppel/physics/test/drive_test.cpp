@@ -1,0 +1,108 @@
+#include "doppel/physics/mujoco/drive.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace doppel {
+namespace {
+
+constexpr Duration kStep{1'000'000};
+
+ServoParameters servo() {
+  return {100.0, 4.0, 50.0, 2.0, false};
+}  // stiffness, damping, effort, velocity
+
+// The reference behind a control: without the part that the damper sees.
+double effort_at(Drive& drive, double q, double v) {
+  return drive.gain() * drive.advance(q) - drive.stiffness() * q - drive.damping() * v;
+}
+
+TEST(Drive, IsLimpUntilStarted) {
+  Drive drive(0, servo(), 1.0, kStep);
+  drive.set_target(1.0);
+  EXPECT_EQ(effort_at(drive, 0.3, 1.0), 0.0);
+}
+
+TEST(Drive, StartsFromWhereTheJointIs) {
+  Drive drive(0, servo(), 1.0, kStep);
+  drive.start(DriveMode::position, 0.3);
+  EXPECT_NEAR(effort_at(drive, 0.3, 0.0), 0.0, 1e-12);
+  EXPECT_NEAR(effort_at(drive, 0.29, 0.0), 1.0, 1e-12) << "a spring";
+  EXPECT_NEAR(effort_at(drive, 0.3, 0.5), -2.0, 1e-12) << "a damper";
+}
+
+TEST(Drive, RunsToAStepAtTheVelocityLimitWithHalfTheDamper) {
+  Drive drive(0, servo(), 1.0, kStep);
+  drive.start(DriveMode::position, 0.0);
+  drive.set_target(1.0);
+  double q = 0.0;
+  for (int i = 1; i <= 400; ++i) {
+    q = 0.002 * i;  // a joint that follows exactly
+    EXPECT_NEAR(effort_at(drive, q, 0.0), 4.0 * 0.5 * 2.0, 1e-9);
+  }
+}
+
+TEST(Drive, SpreadsAStreamOfTargetsOverItsPeriod) {
+  Drive drive(0, servo(), 1.0, kStep);
+  drive.start(DriveMode::position, 0.0);
+  double q = 0.0;
+  for (int target = 1; target <= 20; ++target) {
+    drive.set_target(0.01 * target);  // 100 Hz, 1 rad/s
+    for (int i = 0; i < 10; ++i) {
+      const double effort = effort_at(drive, q, 1.0);
+      if (target > 3) {
+        EXPECT_NEAR(effort, 100.0 * (0.01 * (target - 1) + 0.001 * (i + 1) - q), 1e-9) << "v_ref is 1 rad/s";
+      }
+      q = 0.01 * (target - 1) + 0.001 * i;
+    }
+  }
+  for (int i = 0; i < 10; ++i) effort_at(drive, 0.2, 0.0);
+  EXPECT_NEAR(effort_at(drive, 0.2, 0.0), 0.0, 1e-9) << "and the last one is reached";
+}
+
+TEST(Drive, WaitsForABlockedJoint) {
+  Drive drive(0, servo(), 1.0, kStep);
+  drive.start(DriveMode::position, 0.0);
+  drive.set_target(10.0);
+  for (int i = 0; i < 5000; ++i) drive.advance(0.0);
+  // Freed at its target's side, the joint is not thrown: the reference is half a radian ahead, not ten.
+  EXPECT_LE(drive.gain() * drive.advance(0.0), 50.0 + 4.0 * 2.0 + 1e-9);
+  drive.start(DriveMode::velocity, 0.0);
+  drive.set_target(1.0);
+  for (int i = 0; i < 5000; ++i) drive.advance(0.0);
+  EXPECT_LE(drive.gain() * drive.advance(0.0), 50.0 + 4.0 * 2.0 + 1e-9);
+}
+
+TEST(Drive, ClipsVelocityAndEffortTargets) {
+  Drive drive(0, servo(), 1.0, kStep);
+  drive.start(DriveMode::velocity, 0.0);
+  drive.set_target(-7.0);
+  const double first = drive.advance(0.0), second = drive.advance(0.0);
+  EXPECT_NEAR(second - first, -2.0 * 1e-3, 1e-12);
+  drive.start(DriveMode::effort, 0.0);
+  drive.set_target(80.0);
+  EXPECT_EQ(effort_at(drive, 0.7, 3.0), 50.0);
+}
+
+TEST(Drive, IgnoresTargetsThatAreNoNumbers) {
+  Drive drive(0, servo(), 1.0, kStep);
+  drive.start(DriveMode::effort, 0.0);
+  drive.set_target(3.0);
+  drive.set_target(std::numeric_limits<double>::quiet_NaN());
+  drive.set_target(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(effort_at(drive, 0.0, 0.0), 3.0);
+}
+
+TEST(Drive, WithoutAVelocityLimitJumpsAndDoesNotKick) {
+  ServoParameters unlimited = servo();
+  unlimited.velocity = kInfinity;
+  Drive drive(0, unlimited, 1.0, kStep);
+  drive.start(DriveMode::position, 0.0);
+  drive.set_target(0.1);
+  EXPECT_NEAR(effort_at(drive, 0.0, 0.0), 10.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace doppel
