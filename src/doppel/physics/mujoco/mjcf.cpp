@@ -360,6 +360,9 @@ std::string write_document(const RobotMjcf& robot, const World& world, Collision
 }
 
 std::string in_user_terms(std::string message, const Model& model, const World& world) {
+  // Numbers and lines of a text that the user never sees say nothing.
+  if (const std::size_t id = message.find(", id ="); id != std::string::npos) message.resize(id);
+  std::replace(message.begin(), message.end(), '\n', ' ');
   for (std::size_t at = message.find('~'); at != std::string::npos; at = message.find('~', at)) {
     std::size_t end = at + 2, index = 0;
     while (end < message.size() && std::isdigit(static_cast<unsigned char>(message[end])) != 0) {
@@ -370,6 +373,7 @@ std::string in_user_terms(std::string message, const Model& model, const World& 
     if (kind == 'l' && index < model.links.size()) name = model.links[index].name;
     if (kind == 'j' && index < model.joints.size()) name = model.joints[index].name;
     if (kind == 'o' && index < world.objects.size()) name = world.objects[index].name;
+    name = "'" + name + "'";
     message.replace(at, std::min(end, message.size()) - at, name);
     at += name.size();
   }
