@@ -1,6 +1,7 @@
 #pragma once
-// A controller: a class that claims command interfaces, reads state interfaces and is updated at its rate. The life cycle
-// is ros2_control's: unconfigured -> inactive -> active. All but update() runs between steps and may allocate.
+// A controller: a class that claims command interfaces, reads state interfaces and is updated at its rate.
+// The life cycle is ros2_control's: unconfigured -> inactive -> active. All but update() runs between steps
+// and may allocate.
 //
 // To add one from outside, build a shared library against these headers and end its source with
 //   DOPPEL_EXPORT_CONTROLLER(my_package::MyController, "my_package/MyController")
@@ -60,12 +61,12 @@ class CommandHandle {
 
 // What a controller is given; outlives it.
 struct ControllerContext {
-  std::string name;           // "omarm_arm_controller"
-  Node* node = nullptr;       // "/omarm_arm_controller"
+  std::string name;      // "omarm_arm_controller"
+  Node* node = nullptr;  // "/omarm_arm_controller"
   const Model* model = nullptr;
   const Log* log = nullptr;
   ParameterOverrides* overrides = nullptr;  // this controller's part of the YAML files
-  double update_rate = 0;     // Hz, as it will really run
+  double update_rate = 0;                   // Hz, as it will really run
 };
 
 class Controller {
@@ -89,8 +90,8 @@ class Controller {
   // How often housekeeping runs, Hz of simulated time.
   [[nodiscard]] virtual double housekeeping_rate() const { return 20.0; }
 
-  // Joints whose present target the controller knows, for the live table: appends (joint, target). No allocation beyond
-  // the vector's growth.
+  // Joints whose present target the controller knows, for the live table: appends (joint, target). No
+  // allocation beyond the vector's growth.
   virtual void targets(std::vector<std::pair<std::string_view, double>>& /*out*/) const {}
 
   // Filled by the controller manager before on_activate, emptied after on_deactivate.
@@ -122,8 +123,8 @@ class ControllerRegistry {
 
 }  // namespace doppel
 
-#define DOPPEL_EXPORT_CONTROLLER(Class, type_name)                                         \
-  extern "C" void doppel_register_controllers(doppel::ControllerRegistry& registry,        \
-                                              const char* library) {                       \
-    registry.add(type_name, [] { return std::make_unique<Class>(); }, library);            \
+#define DOPPEL_EXPORT_CONTROLLER(Class, type_name)                                                         \
+  extern "C" void doppel_register_controllers(doppel::ControllerRegistry& registry, const char* library) { \
+    registry.add(                                                                                          \
+        type_name, [] { return std::make_unique<Class>(); }, library);                                     \
   }

@@ -21,8 +21,8 @@ enum class Strictness { best_effort = 1, strict = 2 };  // controller_manager_ms
 
 struct ControllerManagerOptions {
   std::string name = "controller_manager";
-  double update_rate = 100;         // Hz, used where the YAML says nothing
-  Duration physics_step{1'000'000}; // update rates are rounded to whole steps, with a warning
+  double update_rate = 100;          // Hz, used where the YAML says nothing
+  Duration physics_step{1'000'000};  // update rates are rounded to whole steps, with a warning
   bool enforce_limits = true;
 };
 
@@ -30,7 +30,7 @@ struct ControllerView {
   std::string name, type;
   ControllerState state = ControllerState::unconfigured;
   double update_rate = 0;
-  std::vector<std::string> claimed;               // command interfaces it holds now
+  std::vector<std::string> claimed;  // command interfaces it holds now
   std::vector<std::string> required_commands, required_states;
 };
 
@@ -42,9 +42,11 @@ struct InterfaceView {
 
 class ControllerManager {
  public:
-  // `file` may be null: no controllers are known. Throws InputError for bad values in the manager's own section.
-  ControllerManager(Bus& bus, const Model& model, const ControllerRegistry& registry, const ParameterFile* file,
-                    ControllerManagerOptions options, const Log& log, Diagnostics& diagnostics);
+  // `file` may be null: no controllers are known. Throws InputError for bad values in the manager's own
+  // section.
+  ControllerManager(Bus& bus, const Model& model, const ControllerRegistry& registry,
+                    const ParameterFile* file, ControllerManagerOptions options, const Log& log,
+                    Diagnostics& diagnostics);
   ~ControllerManager();
 
   void add_hardware(std::unique_ptr<SystemInterface> hardware);
@@ -52,15 +54,15 @@ class ControllerManager {
   // The controllers that the file declares (name and type), in its order.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared_controllers() const;
 
-  // Life cycle, as the services do it. load throws InputError for what is wrong in the YAML (unknown type with the
-  // nearest, unknown joint with the nearest, at file:line:column).
+  // Life cycle, as the services do it. load throws InputError for what is wrong in the YAML (unknown type
+  // with the nearest, unknown joint with the nearest, at file:line:column).
   void load(const std::string& name, const std::string& type = "");
   Status configure(const std::string& name);
   Status switch_controllers(std::span<const std::string> activate, std::span<const std::string> deactivate,
                             Strictness strictness);
   Status unload(const std::string& name);
-  // Loads, configures and activates `names` (broadcasters first). Throws InputError, with both places in the YAML, where
-  // two of them claim one interface; nothing is active then.
+  // Loads, configures and activates `names` (broadcasters first). Throws InputError, with both places in the
+  // YAML, where two of them claim one interface; nothing is active then.
   void start(std::span<const std::string> names);
 
   // In the loop. One tick is due every steps_per_tick() physics steps. No allocation, no lock, no throw.
@@ -69,7 +71,8 @@ class ControllerManager {
   void tick(Time now);
   // Between steps.
   void housekeeping(Time now);
-  // After a reset of the simulation: deactivates and activates again what is active, so that everything holds where it is.
+  // After a reset of the simulation: deactivates and activates again what is active, so that everything holds
+  // where it is.
   void restart(Time now);
 
   [[nodiscard]] std::vector<ControllerView> controllers() const;

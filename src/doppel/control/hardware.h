@@ -1,7 +1,8 @@
 #pragma once
 // ros2_control's idea of hardware as one small interface: a system offers named state and command interfaces
-// ("Revolute 1/position"), each one double, and is read and written once in every tick of the controller manager. The
-// simulated hardware and a servo bus implement the same one; use_sim chooses, nothing above it changes.
+// ("Revolute 1/position"), each one double, and is read and written once in every tick of the controller
+// manager. The simulated hardware and a servo bus implement the same one; use_sim chooses, nothing above it
+// changes.
 
 #include <span>
 #include <string>
@@ -36,8 +37,9 @@ class SystemInterface {
   virtual Status activate() = 0;
   virtual Status deactivate() = 0;
 
-  // Which command interfaces (by full name) a switch of controllers is about to claim and to release; a refusal stops the
-  // switch. perform: between ticks, before the new controllers' first update. An unclaimed joint is limp.
+  // Which command interfaces (by full name) a switch of controllers is about to claim and to release; a
+  // refusal stops the switch. perform: between ticks, before the new controllers' first update. An unclaimed
+  // joint is limp.
   virtual Status prepare_switch(std::span<const std::string> start, std::span<const std::string> stop) = 0;
   virtual void perform_switch(std::span<const std::string> start, std::span<const std::string> stop) = 0;
 

@@ -1,0 +1,444 @@
+#include "doppel/control/controller_manager.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "doppel/control/controller_manager_detail.h"
+#include "doppel/control/joint_list.h"
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+// Parameters of ros2_control's manager that mean nothing here: doppel has one thread and one clock.
+bool meant_for_ros2_control(std::string_view name) {
+  for (const std::string_view known :
+       {"robot_description", "cpu_affinity", "thread_priority", "lock_memory", "handle_exceptions",
+        "shutdown_on_initial_state_failure", "diagnostics.", "overruns.", "defaults.", "statistics."}) {
+    if (name == known || (known.ends_with('.') && name.starts_with(known))) return true;
+  }
+  return false;
+}
+
+int whole_steps(double rate, Duration step) {
+  return std::max(1, static_cast<int>(std::lround(1.0 / (rate * to_seconds(step)))));
+}
+
+double rate_of(Duration period) {
+  return 1.0 / to_seconds(period);
+}
+
+bool differs(double rate, double real) {
+  return std::abs(rate - real) > 1e-6 * rate;
+}
+
+Status positive(const ParameterValue& value) {
+  const auto rate = std::get<std::int64_t>(value);
+  return rate > 0 ? Status{}
+                  : Status::refused(fmt::format("a rate must be more than 0 Hz, this is {}", rate));
+}
+
+Status not_negative(const ParameterValue& value) {
+  const auto rate = std::get<std::int64_t>(value);
+  return rate >= 0 ? Status{} : Status::refused(fmt::format("a rate cannot be negative, this is {}", rate));
+}
+
+}  // namespace
+
+std::string_view to_string(ControllerState state) {
+  switch (state) {
+    case ControllerState::unconfigured:
+      return "unconfigured";
+    case ControllerState::inactive:
+      return "inactive";
+    case ControllerState::active:
+      return "active";
+  }
+  return "unconfigured";
+}
+
+ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const ControllerRegistry& the_registry,
+                              const ParameterFile* the_file, ControllerManagerOptions the_options,
+                              const Log& the_log, Diagnostics& diagnostics)
+    : bus(the_bus),
+      model(the_model),
+      registry(the_registry),
+      file(the_file),
+      options(std::move(the_options)),
+      log(the_log),
+      node(bus, "/" + options.name),
+      own(file == nullptr ? ParameterOverrides{} : file->overrides_for(node.name())),
+      limiter(model) {
+  read_own_parameters(diagnostics);
+  limiter.enforce(options.enforce_limits);
+  serve();
+}
+
+void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
+  Parameters& parameters = node.parameters();
+  const ParameterOverride* written = own.find("update_rate");
+  const auto whole = declare<std::int64_t>(parameters, &own, "update_rate", std::llround(options.update_rate),
+                                           {"Hz, of the loop: read, update, write", true, positive});
+  const double rate = written != nullptr ? static_cast<double>(whole) : options.update_rate;
+  steps_per_tick = whole_steps(rate, options.physics_step);
+  period = options.physics_step * steps_per_tick;
+  if (differs(rate, rate_of(period))) {
+    diagnostics.warning("control.rate_rounded", written != nullptr ? written->source : SourceLocation{},
+                        fmt::format("{:g} Hz does not divide the physics rate of {:g} Hz; the controller "
+                                    "manager runs every {} step{}, at "
+                                    "{:g} Hz",
+                                    rate, rate_of(options.physics_step), steps_per_tick,
+                                    steps_per_tick == 1 ? "" : "s", rate_of(period)),
+                        fmt::format("choose a rate that divides {:g}, or another physics step",
+                                    rate_of(options.physics_step)));
+  }
+  const bool enforce = declare<bool>(parameters, &own, "enforce_command_limits", options.enforce_limits,
+                                     {"hold commands to the description's limits", true, {}});
+  options.enforce_limits = options.enforce_limits && enforce;
+  for (const char* state : {"inactive", "unconfigured"}) {
+    declare<std::vector<std::string>>(parameters, &own,
+                                      fmt::format("hardware_components_initial_state.{}", state), {},
+                                      {fmt::format("hardware that starts {}", state), true, {}});
+  }
+  for (const auto& [name, type] : declared()) {
+    declare<std::string>(parameters, &own, name + ".type", type, {"of this controller", true, {}});
+    if (ParameterOverride* files = own.find(name + ".params_file")) {
+      declare_parameter(parameters, &own, files->name, files->value, {"where its parameters are", true, {}});
+    }
+  }
+  for (const ParameterOverride& o : own.all()) {
+    if (meant_for_ros2_control(o.name)) own.find(o.name)->used = true;
+  }
+  report_unused(own, options.name, parameters.names(), diagnostics);
+  report_sections_of_nobody(diagnostics);
+}
+
+// A section whose name is nearly that of a declared controller without one is a typo of it.
+void ControllerManager::Impl::report_sections_of_nobody(Diagnostics& diagnostics) const {
+  if (file == nullptr) return;
+  std::vector<std::string> without, with;
+  for (const std::string& section : file->nodes())
+    with.push_back(section.substr(section.find_last_of('/') + 1));
+  for (const auto& [name, type] : declared()) {
+    if (std::find(with.begin(), with.end(), name) == with.end()) without.push_back(name);
+  }
+  const auto all = declared();
+  for (const std::string& section : with) {
+    const bool known = std::any_of(all.begin(), all.end(), [&](const auto& d) { return d.first == section; });
+    if (known || section == options.name) continue;
+    if (const auto near = nearest_name(section, without)) {
+      diagnostics.warning(
+          "control.section_of_nobody", make_location(file->name()),
+          fmt::format("the section '{}' belongs to no controller; did you mean '{}'?", section, *near));
+    }
+  }
+}
+
+std::vector<std::pair<std::string, std::string>> ControllerManager::Impl::declared() const {
+  constexpr std::string_view kSuffix = ".type";
+  std::vector<std::pair<std::string, std::string>> out;
+  for (const ParameterOverride& o : own.all()) {
+    const auto* type = std::get_if<std::string>(&o.value);
+    if (type == nullptr || !std::string_view(o.name).ends_with(kSuffix)) continue;
+    out.emplace_back(o.name.substr(0, o.name.size() - kSuffix.size()), *type);
+  }
+  return out;
+}
+
+LoadedController* ControllerManager::Impl::find(std::string_view name) const {
+  for (const auto& candidate : loaded) {
+    if (candidate->name == name) return candidate.get();
+  }
+  return nullptr;
+}
+
+LoadedController& ControllerManager::Impl::at(std::string_view name) const {
+  if (LoadedController* found = find(name)) return *found;
+  std::vector<std::string> names;
+  for (const auto& candidate : loaded) names.push_back(candidate->name);
+  throw InputError("control.not_loaded", {},
+                   fmt::format("no controller '{}' is loaded{}", name, did_you_mean(name, names)));
+}
+
+std::string ControllerManager::Impl::type_of(const std::string& name) const {
+  std::vector<std::string> names;
+  for (const auto& [declared_name, type] : declared()) {
+    if (declared_name == name) return type;
+    names.push_back(declared_name);
+  }
+  throw InputError(
+      "control.no_type", file == nullptr ? SourceLocation{} : make_location(file->name()),
+      fmt::format("no type is given for a controller '{}'{}", name, did_you_mean(name, names)),
+      fmt::format("declare it: {}: {{ros__parameters: {{{}: {{type: ...}}}}}}", options.name, name));
+}
+
+// The controller's part of the file, and of the files that its params_file names, relative to the first.
+ParameterOverrides ControllerManager::Impl::overrides_of(const std::string& name) const {
+  if (file == nullptr) return ParameterOverrides{};
+  std::vector<ParameterOverride> all = file->overrides_for("/" + name).all();
+  for (const ParameterOverride& o : own.all()) {
+    if (o.name != name + ".params_file") continue;
+    std::vector<std::string> files;
+    if (const auto* one = std::get_if<std::string>(&o.value)) files = {*one};
+    if (const auto* many = std::get_if<std::vector<std::string>>(&o.value)) files = *many;
+    for (const std::string& more : files) {
+      const auto path = std::filesystem::path(file->name()).parent_path() / more;
+      const ParameterOverrides extra = ParameterFile::load(path).overrides_for("/" + name);
+      for (const ParameterOverride& value : extra.all()) {
+        std::erase_if(all, [&](const ParameterOverride& before) { return before.name == value.name; });
+        all.push_back(value);
+      }
+    }
+  }
+  return ParameterOverrides(std::move(all));
+}
+
+void ControllerManager::Impl::choose_rate(LoadedController& c) {
+  const ParameterOverride* written = c.overrides.find("update_rate");
+  const auto asked = declare<std::int64_t>(c.node->parameters(), &c.overrides, "update_rate", 0,
+                                           {"Hz; 0: the controller manager's", true, not_negative});
+  declare<bool>(c.node->parameters(), &c.overrides, "is_async", false,
+                {"not used: the loop is one", true, {}});
+  const double rate = asked == 0 ? rate_of(period) : static_cast<double>(asked);
+  c.ticks_per_update = whole_steps(rate, period);
+  c.period = period * c.ticks_per_update;
+  c.context.update_rate = rate_of(c.period);
+  if (asked != 0 && differs(rate, c.context.update_rate)) {
+    tell(log, c.name,
+         {Severity::warning, "control.rate_rounded",
+          fmt::format("{:g} Hz does not divide the controller manager's {:g} Hz; '{}' is updated every {} "
+                      "tick{}, at {:g} Hz",
+                      rate, rate_of(period), c.name, c.ticks_per_update, c.ticks_per_update == 1 ? "" : "s",
+                      c.context.update_rate),
+          written->source, fmt::format("choose a rate that divides {:g}", rate_of(period))});
+  }
+}
+
+void ControllerManager::Impl::load(const std::string& name, const std::string& given_type) {
+  if (name.empty() || name.find('/') != std::string::npos) {
+    throw InputError("control.bad_name", {}, fmt::format("'{}' cannot be a controller's name", name));
+  }
+  if (find(name) != nullptr) {
+    throw InputError("control.loaded_already", {}, fmt::format("a controller '{}' is loaded already", name));
+  }
+  const std::string type_name = given_type.empty() ? type_of(name) : given_type;
+  const ControllerRegistry::Type* type = registry.find(type_name);
+  if (type == nullptr) {
+    const auto place = std::find_if(own.all().begin(), own.all().end(),
+                                    [&](const auto& o) { return o.name == name + ".type"; });
+    throw InputError("control.unknown_type", place == own.all().end() ? SourceLocation{} : place->source,
+                     fmt::format("there is no controller type '{}'{}", type_name,
+                                 did_you_mean(type_name, registry.names())),
+                     "correct the type, or load the library that has it with --plugin");
+  }
+  auto c = std::make_unique<LoadedController>();
+  c->name = name;
+  c->type = type_name;
+  c->overrides = overrides_of(name);
+  c->node = std::make_unique<Node>(bus, "/" + name);
+  c->context = {name, c->node.get(), &model, &log, &c->overrides, 0.0};
+  choose_rate(*c);
+  c->controller = type->make();
+  c->controller->on_init(c->context);
+  Diagnostics unused;
+  report_unused(c->overrides, name, c->node->parameters().names(), unused);
+  for (const Diagnostic& finding : unused.all()) tell(log, name, finding);
+  loaded.push_back(std::move(c));
+  publish_activity();
+}
+
+void ControllerManager::Impl::configure(LoadedController& c) {
+  if (c.state == ControllerState::active) {
+    throw InputError("control.configure", {},
+                     fmt::format("'{}' is active; deactivate it before configuring it", c.name));
+  }
+  if (c.state == ControllerState::inactive) {
+    if (const Status cleaned = c.controller->on_cleanup(); !cleaned) {
+      throw InputError("control.configure", {},
+                       fmt::format("'{}' cannot be cleaned up: {}", c.name, cleaned.why()));
+    }
+    c.state = ControllerState::unconfigured;
+  }
+  if (const Status status = c.controller->on_configure(); !status) {
+    throw InputError("control.configure", {},
+                     fmt::format("'{}' cannot be configured: {}", c.name, status.why()));
+  }
+  const auto expanded = [](InterfaceConfiguration wanted, const std::vector<std::string>& all) {
+    if (wanted.kind == InterfaceConfiguration::Kind::all) return all;
+    if (wanted.kind == InterfaceConfiguration::Kind::none) return std::vector<std::string>{};
+    return std::move(wanted.names);
+  };
+  c.commands = expanded(c.controller->command_interfaces(), resources.command_names());
+  c.states = expanded(c.controller->state_interfaces(), resources.state_names());
+  c.housekeeping_period = from_seconds(1.0 / std::max(c.controller->housekeeping_rate(), 1e-3));
+  c.state = ControllerState::inactive;
+  publish_activity();
+}
+
+Status ControllerManager::Impl::configure(const std::string& name) {
+  try {
+    configure(at(name));
+    return {};
+  } catch (const InputError& problem) {
+    return Status::refused(problem.diagnostics().empty() ? problem.what()
+                                                         : problem.diagnostics().front().message);
+  }
+}
+
+Status ControllerManager::Impl::cleanup(const std::string& name) {
+  LoadedController* c = find(name);
+  if (c == nullptr) return Status::refused(fmt::format("no controller '{}' is loaded", name));
+  if (c->state == ControllerState::active) return Status::refused(fmt::format("'{}' is active", name));
+  if (c->state == ControllerState::unconfigured) return {};
+  if (Status status = c->controller->on_cleanup(); !status) return status;
+  c->state = ControllerState::unconfigured;
+  c->commands.clear();
+  c->states.clear();
+  publish_activity();
+  return {};
+}
+
+Status ControllerManager::Impl::unload(const std::string& name) {
+  LoadedController* c = find(name);
+  if (c == nullptr) return Status::refused(fmt::format("no controller '{}' is loaded", name));
+  if (c->state == ControllerState::active) {
+    return Status::refused(fmt::format("'{}' is active; deactivate it before unloading it", name));
+  }
+  if (Status status = cleanup(name); !status) return status;
+  std::erase_if(loaded, [&](const auto& candidate) { return candidate.get() == c; });
+  publish_activity();
+  return {};
+}
+
+void ControllerManager::Impl::tick(Time the_time) {
+  now = the_time;
+  resources.read(now, period);
+  for (LoadedController* c : active) {
+    if (--c->ticks_to_update > 0) continue;
+    c->ticks_to_update = c->ticks_per_update;
+    c->controller->update(now, c->period);
+  }
+  limiter.apply(now, period);
+  resources.write(now, period);
+}
+
+void ControllerManager::Impl::housekeeping(Time the_time) {
+  now = the_time;
+  for (LoadedController* c : active) {
+    if (now < c->next_housekeeping) continue;
+    c->controller->housekeeping(now);
+    c->next_housekeeping = std::max(c->next_housekeeping + c->housekeeping_period, now);
+  }
+  limiter.tell(now, log);
+}
+
+// -- the public face
+
+ControllerManager::ControllerManager(Bus& bus, const Model& model, const ControllerRegistry& registry,
+                                     const ParameterFile* file, ControllerManagerOptions options,
+                                     const Log& log, Diagnostics& diagnostics)
+    : impl_(std::make_unique<Impl>(bus, model, registry, file, std::move(options), log, diagnostics)) {}
+
+ControllerManager::~ControllerManager() = default;
+
+void ControllerManager::add_hardware(std::unique_ptr<SystemInterface> hardware) {
+  ResourceTable::Component& component = impl_->resources.add(std::move(hardware));
+  for (std::size_t i = 0; i < component.command_names.size(); ++i) {
+    impl_->limiter.add(impl_->resources, component.first_command + i);
+  }
+  const std::string& name = component.system->name();
+  const auto starts = [&](const char* state) {
+    const auto* parameter =
+        impl_->node.parameters().find(fmt::format("hardware_components_initial_state.{}", state));
+    const auto& names = std::get<std::vector<std::string>>(parameter->value);
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const HardwareState target = starts("unconfigured") ? HardwareState::unconfigured
+                               : starts("inactive")   ? HardwareState::inactive
+                                                      : HardwareState::active;
+  if (const Status status = impl_->set_hardware_state(name, target); !status) {
+    impl_->log.error(impl_->options.name, status.why());
+  }
+}
+
+std::vector<std::pair<std::string, std::string>> ControllerManager::declared_controllers() const {
+  return impl_->declared();
+}
+void ControllerManager::load(const std::string& name, const std::string& type) {
+  impl_->load(name, type);
+}
+Status ControllerManager::configure(const std::string& name) {
+  return impl_->configure(name);
+}
+Status ControllerManager::switch_controllers(std::span<const std::string> activate,
+                                             std::span<const std::string> deactivate, Strictness strictness) {
+  return impl_->switch_controllers(activate, deactivate, strictness);
+}
+Status ControllerManager::unload(const std::string& name) {
+  return impl_->unload(name);
+}
+void ControllerManager::start(std::span<const std::string> names) {
+  impl_->start(names);
+}
+int ControllerManager::steps_per_tick() const {
+  return impl_->steps_per_tick;
+}
+Duration ControllerManager::period() const {
+  return impl_->period;
+}
+void ControllerManager::tick(Time now) {
+  impl_->tick(now);
+}
+void ControllerManager::housekeeping(Time now) {
+  impl_->housekeeping(now);
+}
+void ControllerManager::restart(Time now) {
+  impl_->restart(now);
+}
+
+std::vector<ControllerView> ControllerManager::controllers() const {
+  std::vector<ControllerView> out;
+  for (const auto& c : impl_->loaded) {
+    const bool holds = c->state == ControllerState::active;
+    out.push_back({c->name, c->type, c->state, c->context.update_rate,
+                   holds ? c->commands : std::vector<std::string>{}, c->commands, c->states});
+  }
+  return out;
+}
+
+std::vector<InterfaceView> ControllerManager::command_interfaces() const {
+  std::vector<InterfaceView> out;
+  for (std::size_t i = 0; i < impl_->resources.command_count(); ++i) {
+    out.push_back({impl_->resources.command_name(i), impl_->resources.command_available(i),
+                   impl_->resources.claimed_by(i)});
+  }
+  return out;
+}
+
+std::vector<InterfaceView> ControllerManager::state_interfaces() const {
+  std::vector<InterfaceView> out;
+  const auto names = impl_->resources.state_names();
+  for (std::size_t i = 0; i < names.size(); ++i)
+    out.push_back({names[i], impl_->resources.state_available(i), ""});
+  return out;
+}
+
+double ControllerManager::command(std::string_view full_name) const {
+  const auto command = impl_->resources.find_command(full_name);
+  const bool held = command && !impl_->resources.claimed_by(*command).empty();
+  return held ? impl_->resources.applied(*command) : std::numeric_limits<double>::quiet_NaN();
+}
+
+double ControllerManager::state(std::string_view full_name) const {
+  const auto state = impl_->resources.find_state(full_name);
+  return state ? impl_->resources.state(*state) : std::numeric_limits<double>::quiet_NaN();
+}
+
+void ControllerManager::targets(std::vector<std::pair<std::string_view, double>>& out) const {
+  for (const LoadedController* c : impl_->active) c->controller->targets(out);
+}
+
+}  // namespace doppel

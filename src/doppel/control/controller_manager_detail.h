@@ -1,0 +1,104 @@
+#pragma once
+// The controller manager's inside, shared by its source files: what is loaded, and what each file does with
+// it.
+
+#include "doppel/control/controller_manager.h"
+#include "doppel/control/joint_limiter.h"
+#include "doppel/control/resource_table.h"
+#include "doppel/messages/controller_manager_msgs.h"
+
+namespace doppel {
+
+// One controller with all it was given. The controller goes first, its node last.
+struct LoadedController {
+  std::string name, type;
+  std::unique_ptr<Node> node;
+  ParameterOverrides overrides;
+  ControllerContext context;
+  std::unique_ptr<Controller> controller;
+  ControllerState state = ControllerState::unconfigured;
+  int ticks_per_update = 1;
+  int ticks_to_update = 1;
+  Duration period{};
+  Duration housekeeping_period{};
+  Time next_housekeeping{};
+  std::vector<std::string> commands, states;  // full names it requires; valid once configured
+};
+
+struct ControllerManager::Impl {
+  Impl(Bus& bus, const Model& model, const ControllerRegistry& registry, const ParameterFile* file,
+       ControllerManagerOptions options, const Log& log, Diagnostics& diagnostics);
+
+  // -- controller_manager.cpp
+  void read_own_parameters(Diagnostics& diagnostics);
+  void report_sections_of_nobody(Diagnostics& diagnostics) const;
+  [[nodiscard]] LoadedController* find(std::string_view name) const;
+  LoadedController& at(std::string_view name) const;  // throws InputError with the nearest name
+  void load(const std::string& name, const std::string& type);
+  [[nodiscard]] std::string type_of(const std::string& name) const;
+  [[nodiscard]] ParameterOverrides overrides_of(const std::string& name) const;
+  void choose_rate(LoadedController& loaded);
+  void configure(LoadedController& loaded);  // throws InputError
+  Status configure(const std::string& name);
+  Status cleanup(const std::string& name);
+  Status unload(const std::string& name);
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared() const;
+  void tick(Time now);
+  void housekeeping(Time now);
+
+  // -- manager_switch.cpp
+  struct Plan {
+    std::vector<LoadedController*> stop, start;
+    std::vector<std::string> refusals;  // sentences
+  };
+  [[nodiscard]] Plan plan(std::span<const std::string> activate, std::span<const std::string> deactivate,
+                          Strictness strictness) const;
+  void plan_claims(Plan& plan) const;
+  // Why the interfaces it requires cannot be had at all; empty: they can.
+  [[nodiscard]] std::string missing_interface(const LoadedController& loaded,
+                                              std::string* full_name = nullptr) const;
+  Status switch_controllers(std::span<const std::string> activate, std::span<const std::string> deactivate,
+                            Strictness strictness);
+  Status carry_out(const Plan& plan, Strictness strictness);
+  void deactivate(LoadedController& loaded);
+  Status activate(LoadedController& loaded, std::span<const std::string> handed_over);
+  void release(LoadedController& loaded);
+  void roll_back(const std::vector<LoadedController*>& stopped);
+  void note_active();
+  void restart(Time now);
+
+  // -- manager_start.cpp
+  void start(std::span<const std::string> names);
+  void check_start(const std::vector<LoadedController*>& wanted) const;  // throws InputError
+  // Where the controller's YAML wrote the interface's joint; else the file.
+  [[nodiscard]] SourceLocation place_of_interface(const LoadedController& loaded,
+                                                  const std::string& full_name) const;
+
+  // -- manager_services.cpp
+  void serve();
+  void serve_lists();
+  void serve_life_cycle();
+  void serve_hardware();
+  void publish_activity();
+  Status set_hardware_state(const std::string& name, HardwareState target);
+
+  Bus& bus;
+  const Model& model;
+  const ControllerRegistry& registry;
+  const ParameterFile* file;
+  ControllerManagerOptions options;
+  const Log& log;
+  Node node;
+  ParameterOverrides own;  // overrides of the manager's node
+  int steps_per_tick = 1;
+  Duration period{};
+  Time now{};
+  ResourceTable resources;
+  JointLimiter limiter;
+  std::vector<std::unique_ptr<LoadedController>>
+      loaded;  // in order of loading, which is the order of updates
+  std::vector<LoadedController*> active;
+  Publisher<controller_manager_msgs::msg::ControllerManagerActivity> activity;
+};
+
+}  // namespace doppel

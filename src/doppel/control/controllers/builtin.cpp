@@ -1,0 +1,35 @@
+#include "doppel/control/controllers/builtin.h"
+
+#include <string>
+
+#include "doppel/control/controllers/forward_command_controller.h"
+#include "doppel/control/controllers/joint_state_broadcaster.h"
+#include "doppel/control/controllers/joint_trajectory_controller.h"
+#include "doppel/control/controllers/pid_controller.h"
+
+namespace doppel {
+namespace {
+
+template <class T, class... Arguments>
+ControllerRegistry::Factory make(Arguments... arguments) {
+  return [arguments...] { return std::make_unique<T>(arguments...); };
+}
+
+}  // namespace
+
+void register_builtin_controllers(ControllerRegistry& registry) {
+  registry.add("joint_state_broadcaster/JointStateBroadcaster", make<JointStateBroadcaster>());
+  registry.add("joint_trajectory_controller/JointTrajectoryController", make<JointTrajectoryController>());
+  registry.add("forward_command_controller/ForwardCommandController", make<ForwardCommandController>());
+  registry.add("forward_command_controller/MultiInterfaceForwardCommandController",
+               make<MultiInterfaceForwardCommandController>());
+  registry.add("position_controllers/JointGroupPositionController",
+               make<JointGroupController>(std::string(kPosition)));
+  registry.add("velocity_controllers/JointGroupVelocityController",
+               make<JointGroupController>(std::string(kVelocity)));
+  registry.add("effort_controllers/JointGroupEffortController",
+               make<JointGroupController>(std::string(kEffort)));
+  registry.add("pid_controller/PidController", make<PidController>());
+}
+
+}  // namespace doppel

@@ -1,0 +1,68 @@
+#pragma once
+// Controllers that pass numbers on: ~/commands (std_msgs/msg/Float64MultiArray) to command interfaces, one
+// number each. They send nothing until the first message. After ros2_controllers' forward_command_controller
+// and its groups.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/control/controller.h"
+#include "doppel/control/hardware.h"
+#include "doppel/messages/std_msgs.h"
+
+namespace doppel {
+
+// What they have in common. A message has one value for each interface that the YAML lists; those of mimic
+// joints, which nobody can command, are ignored.
+class CommandForwarder : public Controller {
+ public:
+  [[nodiscard]] InterfaceConfiguration command_interfaces() const override;
+  [[nodiscard]] InterfaceConfiguration state_interfaces() const override { return {}; }
+  Status on_activate() override;
+  Status on_deactivate() override;
+  void update(Time now, Duration period) override;
+  void targets(std::vector<std::pair<std::string_view, double>>& out) const override;
+
+ protected:
+  // `listed`: what a message commands, in order; `driven`: the part of it that is claimed. on_stop: written
+  // when deactivated.
+  void forward(ControllerContext& context, std::vector<std::string> listed, std::vector<std::string> driven,
+               std::optional<double> on_stop = std::nullopt);
+
+ private:
+  void receive(const std_msgs::msg::Float64MultiArray& message);
+
+  std::string name_;
+  const Log* log_ = nullptr;
+  std::vector<std::string> listed_, driven_;
+  std::vector<std::size_t> source_;           // of each driven interface: its index in a message
+  std::vector<std::string> position_joints_;  // of each driven interface; empty: it is no position
+  std::optional<double> on_stop_;
+  std::vector<double> values_;  // of the last message, one for each driven interface
+  bool active_ = false, commanded_ = false, complained_ = false;
+};
+
+// Parameters: joints, interface_name.
+class ForwardCommandController : public CommandForwarder {
+ public:
+  void on_init(ControllerContext& context) override;
+};
+
+// Parameters: joint, interface_names.
+class MultiInterfaceForwardCommandController : public CommandForwarder {
+ public:
+  void on_init(ControllerContext& context) override;
+};
+
+// Parameter: joints. Velocity and effort go to zero when it is deactivated.
+class JointGroupController : public CommandForwarder {
+ public:
+  explicit JointGroupController(std::string interface) : interface_(std::move(interface)) {}
+  void on_init(ControllerContext& context) override;
+
+ private:
+  std::string interface_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,51 @@
+#pragma once
+// A PID controller for each degree of freedom, from ~/reference (control_msgs/msg/MultiDOFCommand) and a
+// measured state to one command interface; ~/controller_state tells what it does. After ros2_controllers'
+// pid_controller.
+
+#include <string>
+#include <vector>
+
+#include "doppel/control/controller.h"
+#include "doppel/control/controllers/pid.h"
+#include "doppel/messages/control_msgs.h"
+#include "doppel/messages/std_srvs.h"
+
+namespace doppel {
+
+class PidController : public Controller {
+ public:
+  void on_init(ControllerContext& context) override;
+  [[nodiscard]] InterfaceConfiguration command_interfaces() const override;
+  [[nodiscard]] InterfaceConfiguration state_interfaces() const override;
+  Status on_activate() override;
+  Status on_deactivate() override;
+  void update(Time now, Duration period) override;
+  void targets(std::vector<std::pair<std::string_view, double>>& out) const override;
+
+ private:
+  struct Dof {
+    std::string name, measured;  // what it commands; where its state comes from
+    Pid pid;
+    double feedforward = 0;
+    bool wraps = false;                       // an angle whose error is the short way round
+    double reference = 0, reference_dot = 0;  // NaN: none yet
+    double last_error = 0;                    // NaN: none yet
+  };
+  void declare_names(ControllerContext& context);
+  void declare_gains(ControllerContext& context, Dof& dof);
+  void declare_topics(ControllerContext& context);
+  void receive(const control_msgs::msg::MultiDOFCommand& message);
+  [[nodiscard]] std::string fault_of(const control_msgs::msg::MultiDOFCommand& message) const;
+  void step(std::size_t index, double dt);
+
+  std::string name_, command_interface_;
+  const Log* log_ = nullptr;
+  std::vector<std::string> interfaces_;  // one or two: of reference and measured state
+  std::vector<Dof> dofs_;
+  bool use_feedforward_ = false, active_ = false, complained_ = false;
+  Publisher<control_msgs::msg::MultiDOFStateStamped> state_topic_;
+  control_msgs::msg::MultiDOFStateStamped state_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,189 @@
+#include "doppel/control/joint_limiter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace doppel {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kSlack =
+    1e-6;  // rad, m, ...: rounding in somebody's file is held to the limit, but not told
+constexpr Duration kQuiet = std::chrono::seconds(1);            // without intervention: the episode is over
+constexpr Duration kPatience = std::chrono::milliseconds(250);  // so that the most is known when it is told
+
+bool beyond(double asked, double limit) {
+  return std::abs(asked) > limit + kSlack * std::max(1.0, limit);
+}
+
+}  // namespace
+
+void JointLimiter::add(ResourceTable& table, std::size_t command) {
+  const InterfaceDescription& description = table.command_description(command);
+  Entry entry;
+  entry.full_name = description.full_name();
+  entry.asked = &table.asked(command);
+  entry.applied = &table.applied(command);
+  if (description.name == kPosition) entry.quantity = Quantity::position;
+  if (description.name == kVelocity) entry.quantity = Quantity::velocity;
+  if (description.name == kEffort) entry.quantity = Quantity::effort;
+  const int joint = model_.find_joint(description.prefix);
+  if (joint >= 0 && model_.joints[static_cast<std::size_t>(joint)].scalar()) {
+    entry.joint = &model_.joints[static_cast<std::size_t>(joint)];
+  }
+  if (const auto state = table.find_state(description.prefix + "/" + kPosition))
+    entry.position = &table.state(*state);
+  entry.last_asked = entry.last_applied = kNaN;
+  entries_.push_back(std::move(entry));
+}
+
+void JointLimiter::claim(std::size_t command, const std::string& controller, int ticks) {
+  Entry& entry = entries_[command];
+  entry.controller = controller;
+  entry.claimed = true;
+  entry.ticks = ticks;
+  if (!std::isfinite(*entry.asked)) entry.last_applied = kNaN;
+  entry.last_asked = entry.last_applied;
+  if (!std::isfinite(entry.last_applied)) *entry.applied = kNaN;
+}
+
+void JointLimiter::release(std::size_t command, Time now, Duration tick) {
+  Entry& entry = entries_[command];
+  if (!entry.claimed) return;
+  apply(entry, now, to_seconds(tick));
+  entry.claimed = false;
+}
+
+void JointLimiter::apply(Time now, Duration tick) {
+  const double dt = to_seconds(tick);
+  for (Entry& entry : entries_) {
+    if (entry.claimed) apply(entry, now, dt);
+  }
+}
+
+void JointLimiter::apply(Entry& entry, Time now, double dt) const {
+  double value = *entry.asked;
+  if (!std::isfinite(value)) {
+    const bool none_yet = std::isnan(value) && !std::isfinite(entry.last_applied);
+    if (!none_yet) note(entry.episodes[kNotFinite], value, now);
+    *entry.applied = entry.last_applied;
+    return;
+  }
+  const double asked = value;
+  if (enforce_ && entry.joint != nullptr) {
+    switch (entry.quantity) {
+      case Quantity::position:
+        value = limit_position(entry, asked, now, dt);
+        break;
+      case Quantity::velocity:
+        value = limit_velocity(entry, asked, now, dt);
+        break;
+      case Quantity::effort:
+        value = limit_magnitude(entry, asked, entry.joint->effort, now);
+        break;
+      case Quantity::other:
+        break;
+    }
+  }
+  entry.last_asked = asked;
+  entry.last_applied = value;
+  *entry.applied = value;
+}
+
+double JointLimiter::limit_position(Entry& entry, double asked, Time now, double dt) {
+  const ModelJoint& joint = *entry.joint;
+  const double inside = std::clamp(asked, joint.lower, joint.upper);
+  if (std::abs(inside - asked) > kSlack) note(entry.episodes[kRange], asked, now);
+  const double from = std::isfinite(entry.last_applied) ? entry.last_applied
+                      : entry.position != nullptr       ? *entry.position
+                                                        : inside;
+  const double most = joint.velocity * dt;
+  if (!std::isfinite(most) || std::abs(inside - from) <= most) return inside;
+  // What was asked is the change of the command over its controller's period; after that the command is only
+  // caught up.
+  const double before = std::isfinite(entry.last_asked) ? entry.last_asked : from;
+  const double rate = std::abs(asked - before) / (entry.ticks * dt);
+  Episode& episode = entry.episodes[kRate];
+  if (beyond(rate, joint.velocity) ||
+      (episode.open && now - episode.last <= 2 * from_seconds(entry.ticks * dt))) {
+    note(episode, rate, now);
+  }
+  return from + std::copysign(most, inside - from);
+}
+
+double JointLimiter::limit_velocity(Entry& entry, double asked, Time now, double dt) {
+  const double value = limit_magnitude(entry, asked, entry.joint->velocity, now);
+  if (entry.position == nullptr) return value;
+  const double lowest = std::min(0.0, (entry.joint->lower - *entry.position) / dt);
+  const double highest = std::max(0.0, (entry.joint->upper - *entry.position) / dt);
+  const double held = std::clamp(value, lowest, highest);
+  if (std::abs(held - value) > kSlack) note(entry.episodes[kPastLimit], value, now);
+  return held;
+}
+
+double JointLimiter::limit_magnitude(Entry& entry, double asked, double limit, Time now) {
+  if (beyond(asked, limit)) note(entry.episodes[kMagnitude], asked, now);
+  return std::clamp(asked, -limit, limit);
+}
+
+void JointLimiter::note(Episode& episode, double asked, Time now) {
+  if (!episode.open) {
+    episode = {};
+    episode.open = true;
+    episode.began = now;
+    episode.asked = asked;
+  }
+  if (std::abs(asked) > std::abs(episode.asked)) episode.asked = asked;
+  episode.last = now;
+}
+
+std::string JointLimiter::sentence(const Entry& entry, Kind kind) {
+  const std::string& full = entry.full_name;
+  if (kind == kNotFinite) {
+    return fmt::format("a command on '{}' is not a finite number; refused, the last good one holds", full);
+  }
+  const ModelJoint& joint = *entry.joint;
+  const bool linear = joint.type == JointType::prismatic;
+  const char* length = linear ? "m" : "rad";
+  const double asked = entry.episodes[kind].asked;
+  switch (kind) {
+    case kRange:
+      return fmt::format("{}: commands ask {:.4g} {}, its limits are {:.4g} to {:.4g} {}; held at the limit",
+                         joint.name, asked, length, joint.lower, joint.upper, length);
+    case kRate:
+      return fmt::format("{}: commands ask {:.4g} {}/s, its limit is {:.4g} {}/s; held to the limit",
+                         joint.name, asked, length, joint.velocity, length);
+    case kPastLimit:
+      return fmt::format(
+          "{}: commands ask {:.4g} {}/s, but it is at the end of {:.4g} to {:.4g} {}; held there", joint.name,
+          asked, length, joint.lower, joint.upper, length);
+    default:
+      break;
+  }
+  const bool effort = entry.quantity == Quantity::effort;
+  const std::string unit = effort ? (linear ? "N" : "N m") : fmt::format("{}/s", length);
+  return fmt::format("{}: commands ask {:.4g} {}, its limit is {:.4g} {}; held to the limit", joint.name,
+                     asked, unit, effort ? joint.effort : joint.velocity, unit);
+}
+
+void JointLimiter::tell(Time now, const Log& log) {
+  for (Entry& entry : entries_) {
+    for (std::size_t kind = 0; kind < kKinds; ++kind) {
+      Episode& episode = entry.episodes[kind];
+      if (!episode.open) continue;
+      const bool rewound = now < episode.last;  // the simulation was reset
+      const bool over = rewound || now - episode.last > kQuiet;
+      if (!episode.told && (over || kind == kNotFinite || now - episode.began >= kPatience)) {
+        log.warning(entry.controller, sentence(entry, static_cast<Kind>(kind)));
+        episode.told = true;
+      }
+      if (over) episode.open = false;
+    }
+  }
+}
+
+}  // namespace doppel

@@ -1,0 +1,90 @@
+// Starting a set of controllers whole: all that is wrong with it is told at once, and nothing is active then.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "doppel/control/controller_manager_detail.h"
+
+namespace doppel {
+
+SourceLocation ControllerManager::Impl::place_of_interface(const LoadedController& c,
+                                                           const std::string& full_name) const {
+  const std::string_view prefix = std::string_view(full_name).substr(0, full_name.find_last_of('/'));
+  for (const ParameterOverride& o : c.overrides.all()) {
+    if (const auto* text = std::get_if<std::string>(&o.value); text != nullptr && *text == prefix)
+      return o.source;
+    const auto* list = std::get_if<std::vector<std::string>>(&o.value);
+    if (list == nullptr) continue;
+    for (std::size_t i = 0; i < list->size() && i < o.elements.size(); ++i) {
+      if ((*list)[i] == prefix) return o.elements[i];
+    }
+  }
+  return file == nullptr ? SourceLocation{} : make_location(file->name());
+}
+
+void ControllerManager::Impl::check_start(const std::vector<LoadedController*>& wanted) const {
+  std::vector<Diagnostic> errors;
+  std::map<std::string, const LoadedController*> holders;
+  for (const LoadedController* c : active) {
+    for (const std::string& command : c->commands) holders[command] = c;
+  }
+  for (const LoadedController* c : wanted) {
+    std::string name;
+    if (const std::string why = missing_interface(*c, &name); !why.empty()) {
+      errors.push_back({Severity::error, "control.no_interface", why, place_of_interface(*c, name),
+                        "offer it in the description's <ros2_control>, or ask for another one"});
+      continue;
+    }
+    for (const std::string& command : c->commands) {
+      const auto [holder, is_free] = holders.emplace(command, c);
+      if (is_free || holder->second == c) continue;
+      const SourceLocation other = place_of_interface(*holder->second, command);
+      errors.push_back(
+          {Severity::error, "control.claimed_twice",
+           fmt::format("'{}' claims the command interface '{}', which '{}' claims too{}", c->name, command,
+                       holder->second->name, other.known() ? " at " + other.place() : ""),
+           place_of_interface(*c, command),
+           "a command has one master: take the joint out of one of them, or start only one"});
+    }
+  }
+  if (!errors.empty()) throw InputError(std::move(errors));
+}
+
+void ControllerManager::Impl::start(std::span<const std::string> names) {
+  std::vector<LoadedController*> wanted;
+  std::vector<std::string> loaded_here;
+  std::vector<Diagnostic> errors;
+  for (const std::string& name : names) {
+    try {
+      if (find(name) == nullptr) {
+        load(name, "");
+        loaded_here.push_back(name);
+      }
+      LoadedController& c = at(name);
+      if (c.state == ControllerState::unconfigured) configure(c);
+      if (c.state == ControllerState::inactive) wanted.push_back(&c);
+    } catch (const InputError& problem) {
+      errors.insert(errors.end(), problem.diagnostics().begin(), problem.diagnostics().end());
+    }
+  }
+  // Broadcasters first, so that nothing moves unseen.
+  std::stable_partition(wanted.begin(), wanted.end(),
+                        [](const LoadedController* c) { return c->commands.empty(); });
+  try {
+    if (!errors.empty()) throw InputError(std::move(errors));
+    check_start(wanted);
+    std::vector<std::string> order;
+    for (const LoadedController* c : wanted) order.push_back(c->name);
+    if (const Status status = switch_controllers(order, {}, Strictness::strict); !status) {
+      throw InputError("control.start", file == nullptr ? SourceLocation{} : make_location(file->name()),
+                       status.why());
+    }
+  } catch (const InputError&) {
+    for (const std::string& name : loaded_here) static_cast<void>(unload(name));
+    throw;
+  }
+}
+
+}  // namespace doppel

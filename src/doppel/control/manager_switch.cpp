@@ -1,0 +1,254 @@
+// Switching controllers: what was asked is planned whole, then carried out between two ticks.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <map>
+
+#include "doppel/control/controller_manager_detail.h"
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+template <class T>
+bool contains(const std::vector<T>& list, const T& item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
+}
+
+std::vector<std::string> commands_of(const std::vector<LoadedController*>& controllers) {
+  std::vector<std::string> out;
+  for (const LoadedController* c : controllers) out.insert(out.end(), c->commands.begin(), c->commands.end());
+  return out;
+}
+
+std::string joined(const std::vector<std::string>& sentences) {
+  return fmt::format("{}", fmt::join(sentences, "; "));
+}
+
+}  // namespace
+
+std::string ControllerManager::Impl::missing_interface(const LoadedController& c,
+                                                       std::string* full_name) const {
+  const auto missing = [&](const char* kind, const std::string& name,
+                           const std::vector<std::string>& offered) {
+    if (full_name != nullptr) *full_name = name;
+    return fmt::format("'{}' requires the {} interface '{}', which no hardware offers{}", c.name, kind, name,
+                       did_you_mean(name, offered));
+  };
+  const auto asleep = [&](const char* kind, const std::string& name,
+                          const ResourceTable::Component& component) {
+    if (full_name != nullptr) *full_name = name;
+    return fmt::format("'{}' requires the {} interface '{}', but its hardware '{}' is {}", c.name, kind, name,
+                       component.system->name(), to_string(component.state));
+  };
+  for (const std::string& name : c.commands) {
+    const auto command = resources.find_command(name);
+    if (!command) return missing("command", name, resources.command_names());
+    if (!resources.command_available(*command)) {
+      return asleep("command", name, resources.component_of_command(*command));
+    }
+  }
+  for (const std::string& name : c.states) {
+    const auto state = resources.find_state(name);
+    if (!state) return missing("state", name, resources.state_names());
+    if (!resources.state_available(*state))
+      return asleep("state", name, resources.component_of_state(*state));
+  }
+  return "";
+}
+
+ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std::string> activate,
+                                                            std::span<const std::string> deactivate,
+                                                            Strictness strictness) const {
+  Plan plan;
+  const bool strict = strictness == Strictness::strict;
+  std::vector<std::string> names;
+  for (const auto& c : loaded) names.push_back(c->name);
+  const auto unknown = [&](const std::string& name) {
+    plan.refusals.push_back(fmt::format("no controller '{}' is loaded{}", name, did_you_mean(name, names)));
+  };
+  for (const std::string& name : deactivate) {
+    LoadedController* c = find(name);
+    if (c == nullptr) {
+      unknown(name);
+    } else if (c->state != ControllerState::active) {
+      if (strict) plan.refusals.push_back(fmt::format("'{}' is not active", name));
+    } else if (!contains(plan.stop, c)) {
+      plan.stop.push_back(c);
+    }
+  }
+  for (const std::string& name : activate) {
+    LoadedController* c = find(name);
+    if (c == nullptr) {
+      unknown(name);
+    } else if (c->state == ControllerState::unconfigured) {
+      plan.refusals.push_back(fmt::format("'{}' is not configured", name));
+    } else if (c->state == ControllerState::active && !contains(plan.stop, c)) {
+      if (strict) plan.refusals.push_back(fmt::format("'{}' is active already", name));
+    } else if (!contains(plan.start, c)) {
+      plan.start.push_back(c);
+    }
+  }
+  plan_claims(plan);
+  return plan;
+}
+
+// Takes out of the plan, with the reason, what cannot have its interfaces once the plan's stops are done.
+void ControllerManager::Impl::plan_claims(Plan& plan) const {
+  std::map<std::string, std::string> holders;  // command interface -> controller
+  for (const LoadedController* c : active) {
+    if (contains(plan.stop, const_cast<LoadedController*>(c))) continue;
+    for (const std::string& command : c->commands) holders[command] = c->name;
+  }
+  std::vector<LoadedController*> possible;
+  for (LoadedController* c : plan.start) {
+    std::string why = missing_interface(*c);
+    for (const std::string& command : c->commands) {
+      const auto holder = holders.find(command);
+      if (!why.empty() || holder == holders.end()) continue;
+      why = fmt::format("'{}' wants the command interface '{}', which '{}' holds; deactivate '{}' first",
+                        c->name, command, holder->second, holder->second);
+    }
+    if (!why.empty()) {
+      plan.refusals.push_back(std::move(why));
+      continue;
+    }
+    for (const std::string& command : c->commands) holders[command] = c->name;
+    possible.push_back(c);
+  }
+  plan.start = std::move(possible);
+}
+
+Status ControllerManager::Impl::switch_controllers(std::span<const std::string> activate,
+                                                   std::span<const std::string> deactivate,
+                                                   Strictness strictness) {
+  const Plan wanted = plan(activate, deactivate, strictness);
+  const bool nothing_left = wanted.stop.empty() && wanted.start.empty();
+  if (!wanted.refusals.empty() && (strictness == Strictness::strict || nothing_left)) {
+    return Status::refused(joined(wanted.refusals));
+  }
+  for (const std::string& refusal : wanted.refusals)
+    log.warning(options.name, "left out of the switch: " + refusal);
+  if (nothing_left) return {};
+  if (Status ready = resources.prepare_switch(commands_of(wanted.start), commands_of(wanted.stop)); !ready)
+    return ready;
+  return carry_out(wanted, strictness);
+}
+
+Status ControllerManager::Impl::carry_out(const Plan& plan, Strictness strictness) {
+  const std::vector<std::string> handed_over = commands_of(plan.stop);
+  for (LoadedController* c : plan.stop) deactivate(*c);
+  resources.perform_switch(commands_of(plan.start), handed_over);
+  resources.read(now, period);
+  std::vector<LoadedController*> started;
+  std::vector<std::string> failures;
+  for (LoadedController* c : plan.start) {
+    if (const Status status = activate(*c, handed_over); !status) {
+      failures.push_back(fmt::format("'{}' cannot be activated: {}", c->name, status.why()));
+      if (strictness == Strictness::strict) break;
+      resources.perform_switch({}, c->commands);
+    } else {
+      started.push_back(c);
+    }
+  }
+  const bool give_up = !failures.empty() && strictness == Strictness::strict;
+  if (give_up) {
+    for (LoadedController* c : started) deactivate(*c);
+    resources.perform_switch({}, commands_of(plan.start));
+    roll_back(plan.stop);
+  }
+  note_active();
+  publish_activity();
+  if (give_up || (!failures.empty() && started.empty() && plan.stop.empty()))
+    return Status::refused(joined(failures));
+  for (const std::string& failure : failures) log.error(options.name, failure);
+  return {};
+}
+
+// A strict switch failed halfway: what ran before it runs again, so that no arm is left limp by a refusal.
+void ControllerManager::Impl::roll_back(const std::vector<LoadedController*>& stopped) {
+  resources.perform_switch(commands_of(stopped), {});
+  resources.read(now, period);
+  for (LoadedController* c : stopped) {
+    if (const Status status = activate(*c, c->commands); !status) {
+      resources.perform_switch({}, c->commands);
+      log.error(options.name, fmt::format("'{}' cannot be activated again: {}", c->name, status.why()));
+    }
+  }
+}
+
+void ControllerManager::Impl::deactivate(LoadedController& c) {
+  if (const Status status = c.controller->on_deactivate(); !status) {
+    log.error(options.name, fmt::format("'{}' did not deactivate in order: {}", c.name, status.why()));
+  }
+  release(c);
+  c.state = ControllerState::inactive;
+}
+
+void ControllerManager::Impl::release(LoadedController& c) {
+  for (const std::string& name : c.commands) {
+    const auto command = resources.find_command(name);
+    if (!command) continue;
+    limiter.release(*command, now, period);
+    resources.claimed_by(*command).clear();
+  }
+  c.controller->command_handles.clear();
+  c.controller->state_handles.clear();
+}
+
+// `handed_over`: commands that another controller held until this moment. Their last values go on, so that a
+// servo that sags under load does not sag again at every switch; all others start without a command.
+Status ControllerManager::Impl::activate(LoadedController& c, std::span<const std::string> handed_over) {
+  for (const std::string& name : c.commands) {
+    const std::size_t command = *resources.find_command(name);
+    if (std::find(handed_over.begin(), handed_over.end(), name) == handed_over.end()) {
+      resources.asked(command) = std::numeric_limits<double>::quiet_NaN();
+    } else {
+      resources.asked(command) = resources.applied(command);
+    }
+    resources.claimed_by(command) = c.name;
+    limiter.claim(command, c.name, c.ticks_per_update);
+    c.controller->command_handles.push_back(resources.command_handle(command));
+  }
+  for (const std::string& name : c.states) {
+    c.controller->state_handles.push_back(resources.state_handle(*resources.find_state(name)));
+  }
+  if (Status status = c.controller->on_activate(); !status) {
+    release(c);
+    return status;
+  }
+  c.state = ControllerState::active;
+  c.ticks_to_update = 1;
+  c.next_housekeeping = now;
+  return {};
+}
+
+void ControllerManager::Impl::note_active() {
+  active.clear();
+  for (const auto& c : loaded) {
+    if (c->state == ControllerState::active) active.push_back(c.get());
+  }
+}
+
+void ControllerManager::Impl::restart(Time the_time) {
+  const std::vector<LoadedController*> again = active;
+  for (LoadedController* c : again) deactivate(*c);
+  now = the_time;
+  const std::vector<std::string> commands = commands_of(again);
+  resources.perform_switch({}, commands);
+  resources.perform_switch(commands, {});
+  resources.read(now, period);
+  for (LoadedController* c : again) {
+    if (const Status status = activate(*c, {}); !status) {
+      resources.perform_switch({}, c->commands);
+      log.error(options.name, fmt::format("'{}' cannot be activated again: {}", c->name, status.why()));
+    }
+  }
+  note_active();
+  publish_activity();
+}
+
+}  // namespace doppel
