@@ -1,0 +1,53 @@
+#pragma once
+// A PID controller with clamped integral and output, and four ways to keep the integral from winding up.
+// Behaves as ros-controls' control_toolbox::Pid. Units: error in any unit u (rad, m, rad/s ...), output in
+// any unit c; p in c/u. Source: K. J. Astroem, T. Haegglund, "Advanced PID Control" (2006), section 3.5.
+
+#include <limits>
+#include <string>
+
+#include "doppel/core/status.h"
+
+namespace doppel {
+
+struct PidGains {
+  double p = 0, i = 0, d = 0;
+  double i_clamp_max =
+      std::numeric_limits<double>::infinity();  // of the integral term, in units of the output
+  double i_clamp_min = -std::numeric_limits<double>::infinity();
+  double u_clamp_max = std::numeric_limits<double>::infinity();  // of the output
+  double u_clamp_min = -std::numeric_limits<double>::infinity();
+  // "legacy": integrate, then put out. The others put out, then integrate: "none" always,
+  // "conditional_integration" not while a saturated output is driven further out, "back_calculation" pulls
+  // the integral back by the part cut off.
+  std::string antiwindup_strategy = "legacy";
+  double tracking_time_constant = 0;  // s, of back_calculation; 0: sqrt(d / i), or p / i without d
+  double error_deadband = 0;          // no integration while |error| is not above it
+};
+
+// Why these gains cannot be used, naming the gain and the mend; ok otherwise.
+Status check_gains(const PidGains& gains);
+
+class Pid {
+ public:
+  // Between steps. Precondition: check_gains(gains) is ok. The integral is kept.
+  void set_gains(const PidGains& gains);
+  // Integral and last output to zero.
+  void reset();
+  // In the loop. error = target - state. With dt_s <= 0 nothing changes and the last output is returned; with
+  // an error that is not finite the result is NaN and the integral is kept.
+  double compute(double error, double error_dot, double dt_s);
+
+  [[nodiscard]] double integral() const { return integral_; }  // the term, in units of the output
+
+ private:
+  enum class AntiWindup { legacy, back_calculation, conditional_integration, none };
+  [[nodiscard]] double integral_rate(double error, double free, double put_out) const;
+
+  PidGains gains_;
+  AntiWindup antiwindup_ = AntiWindup::legacy;
+  double tracking_time_ = 0;  // s; 0: no pulling back
+  double integral_ = 0, output_ = 0;
+};
+
+}  // namespace doppel
