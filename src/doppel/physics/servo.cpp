@@ -32,8 +32,10 @@ std::vector<ServoParameters> choose_servos(const Model& model, const ServoOption
     const auto at = static_cast<Eigen::Index>(i);
     const double held = std::min(load[at] + joint.friction, joint.effort);
     ServoParameters& servo = servos[i];
-    servo.stiffness =
-        std::max(inertia[at] * options.natural_frequency * options.natural_frequency, held / kLargestSag);
+    const double whole_effort =
+        std::min(joint.effort / kFullEffortError, inertia[at] * kStiffestFrequency * kStiffestFrequency);
+    servo.stiffness = std::max({inertia[at] * options.natural_frequency * options.natural_frequency,
+                                held / kLargestSag, whole_effort});
     servo.damping = 2.0 * options.damping_ratio * std::sqrt(servo.stiffness * inertia[at]);
     servo.effort = joint.effort;
     servo.velocity = joint.velocity;

@@ -18,8 +18,10 @@
 
 namespace doppel {
 
-inline constexpr double kLargestSag = 0.005;       // rad or m, over the sampled configurations
-inline constexpr Duration kStreamGap{50'000'000};  // 50 ms
+inline constexpr double kLargestSag = 0.005;         // rad or m, over the sampled configurations
+inline constexpr double kFullEffortError = 0.1;      // rad or m
+inline constexpr double kStiffestFrequency = 500.0;  // rad/s
+inline constexpr Duration kStreamGap{50'000'000};    // 50 ms
 
 struct ServoParameters {
   double stiffness = 0;         // N m/rad or N/m
@@ -37,11 +39,16 @@ struct ServoOptions {
   bool ideal = false;
 };
 
-// stiffness = I w^2, damping = 2 z I w with I = carried_inertia and then raised where gravity and the joint's
-// own Coulomb friction would hold the joint off its target by more than kLargestSag (a load beyond the effort
-// limit does not count). [joints]; zero for joints without a drive.
+// stiffness = I w^2, damping = 2 z sqrt(stiffness I) with I = carried_inertia. The stiffness is raised
+//  - where gravity and the joint's own Coulomb friction would hold the joint off its target by more than
+//  kLargestSag (a
+//    load beyond the effort limit does not count),
+//  - and so that the drive gives its whole effort at kFullEffortError: a wrist's drive is as strong as its
+//  data sheet says,
+//    however little it carries. This alone never takes the loop beyond kStiffestFrequency.
+// [joints]; zero for joints without a drive. gravity: in the root link's axes.
 std::vector<ServoParameters> choose_servos(const Model& model, const ServoOptions& options,
-                                           const Eigen::Vector3d& gravity);  // in the root link's axes
+                                           const Eigen::Vector3d& gravity);
 
 struct Sag {
   int joint = -1;

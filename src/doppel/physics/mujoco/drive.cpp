@@ -25,6 +25,10 @@ Drive::Drive(int joint, const ServoParameters& servo, double carried, Duration s
     servo_.damping = servo_.stiffness * step_;
     servo_.effort = kInfinity;
   }
+  // With less, a joint that carries almost nothing would swing up: a / (1 + b) of the explicit spring's a =
+  // stiffness step^2 / inertia and the implicit damper's b = damping * step / inertia must stay below 4 for
+  // every inertia.
+  servo_.damping = std::max(servo_.damping, 0.5 * servo_.stiffness * step_);
   damping_time_ = servo_.stiffness > 0 ? servo_.damping / servo_.stiffness : 0.0;
   furthest_ = servo_.stiffness > 0 ? servo_.effort / servo_.stiffness : kInfinity;
 }
