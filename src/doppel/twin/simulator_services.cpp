@@ -64,6 +64,15 @@ Status SimulatorServices::find_link(const std::string& name, int& link) const {
   return Status::refused(fmt::format("there is no link '{}'{}", plain, did_you_mean(plain, names)));
 }
 
+// Efforts on one joint add up.
+double SimulatorServices::effort_on(int joint, Time now) const {
+  double sum = 0.0;
+  for (const Load& load : loads_) {
+    if (load.joint == joint && load.start <= now) sum += load.effort;
+  }
+  return sum;
+}
+
 void SimulatorServices::apply_due(Time now) {
   std::erase_if(loads_, [now](const Load& load) { return load.end <= now; });
   engine_.clear_applied();
@@ -75,7 +84,7 @@ void SimulatorServices::apply_due(Time now) {
     }
     next_change_ = std::min(next_change_, load.end);
     if (load.joint >= 0) {
-      engine_.apply_joint_effort(load.joint, load.effort);
+      engine_.apply_joint_effort(load.joint, effort_on(load.joint, now));
     } else {
       engine_.apply_wrench(load.link, load.p_LoP_L, load.force_W, load.torque_W);
     }
@@ -92,6 +101,7 @@ Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Tim
   }
   load.start = std::max(from_msg(start), engine_.time());
   load.end = acts < Duration::zero() ? Time::max() : load.start + acts;
+  if (load.link >= 0) std::erase_if(loads_, [&load](const Load& old) { return old.link == load.link; });
   loads_.push_back(load);
   next_change_ = Time::zero();
   return {};

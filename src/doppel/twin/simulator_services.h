@@ -51,6 +51,8 @@ class SimulatorServices {
   void offer_model_state();
 
   void apply_due(Time now);
+  [[nodiscard]] double effort_on(int joint, Time now) const;
+  // Efforts add up; a wrench replaces the one that acts on the same link.
   Status add_load(Load load, const builtin_interfaces::msg::Time& start,
                   const builtin_interfaces::msg::Duration& duration);
   Status add_wrench(const std::string& link, const std::string& frame, const geometry_msgs::msg::Point& point,
