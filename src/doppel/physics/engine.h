@@ -73,7 +73,7 @@ class Engine {
   // unchanged.
   [[nodiscard]] virtual bool diverged() const = 0;
 
-  // State of the model's joints; q and v are indexed as in Model.
+  // State of the model's joints; q and v are indexed as in Model. Valid until spawn() or remove().
   [[nodiscard]] virtual std::span<const double> q() const = 0;  // [nq]
   [[nodiscard]] virtual std::span<const double> v() const = 0;  // [nv]
   // Effort of each joint's drive in the last step [joints]; 0 where limp or not scalar. N m or N.
@@ -82,8 +82,8 @@ class Engine {
   // their leaders.
   virtual void set_state(std::span<const double> q, std::span<const double> v) = 0;
 
-  // Switching to position or velocity starts from where the joint is. Precondition: joints[joint] is scalar,
-  // no mimic.
+  // Targets that are no finite numbers are ignored. Switching to position or velocity starts from where the
+  // joint is. Precondition: joints[joint] is scalar, no mimic.
   virtual void set_drive(int joint, DriveMode mode) = 0;
   [[nodiscard]] virtual DriveMode drive(int joint) const = 0;
   virtual void set_target(int joint, double target) = 0;

@@ -1,5 +1,3 @@
-#include "doppel/physics/mujoco/compiled.h"
-
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -8,6 +6,8 @@
 #include <cstdlib>
 #include <mutex>
 #include <stdexcept>
+
+#include "doppel/physics/mujoco/compiled_detail.h"
 
 namespace doppel {
 

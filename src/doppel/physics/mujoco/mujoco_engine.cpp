@@ -12,7 +12,7 @@
 #include "doppel/kinematics/dynamics.h"
 #include "doppel/physics/mujoco/convert.h"
 #include "doppel/physics/mujoco/drive.h"
-#include "doppel/physics/mujoco/mujoco_state.h"
+#include "doppel/physics/mujoco/mujoco_state_detail.h"
 
 namespace doppel {
 namespace {

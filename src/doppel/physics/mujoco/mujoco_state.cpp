@@ -1,10 +1,9 @@
-#include "doppel/physics/mujoco/mujoco_state.h"
-
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
 
 #include "doppel/physics/mujoco/convert.h"
+#include "doppel/physics/mujoco/mujoco_state_detail.h"
 
 namespace doppel {
 namespace {

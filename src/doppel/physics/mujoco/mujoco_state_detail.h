@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/physics/mujoco/compiled.h"
+#include "doppel/physics/mujoco/compiled_detail.h"
 #include "doppel/physics/mujoco/mjcf.h"
 
 namespace doppel {
