@@ -27,4 +27,4 @@ module rounded(size, r) { offset(r) offset(delta = -r) square(size, center = tru
 module pill(a, b, r1, r2) { hull() { translate(a) circle(r1); translate(b) circle(r2); } }
 module ring_of(n, r, start = 0) { for (i = [0:n - 1]) rotate(start + 360 * i / n) translate([r, 0]) children(); }
 // Fillets every inner corner of a profile.
-module filleted(r) { offset(-r) offset(r) children(); }
+module filleted(r) { offset(-r) offset(delta = r) children(); }

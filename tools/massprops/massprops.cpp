@@ -94,9 +94,17 @@ void write_binary(const std::vector<Facet>& facets, const std::filesystem::path&
   if (!file.flush()) fail(fmt::format("{}: cannot be written", path.string()));
 }
 
-// OpenSCAD's text carries six digits, so slivers collapse; without them the solid is still closed.
-std::vector<Facet> without_slivers(std::vector<Facet> facets) {
+// OpenSCAD writes a solid's triangles in another order at every run, and its six digits let slivers collapse
+// (without them the solid is still closed). Sorted, the same solid gives the same bytes.
+std::vector<Facet> canonical(std::vector<Facet> facets) {
   std::erase_if(facets, [](const Facet& f) { return f[0] == f[1] || f[1] == f[2] || f[2] == f[0]; });
+  for (Facet& f : facets) {
+    for (Corner& c : f) {
+      for (float& x : c) x += 0.0F;  // -0 becomes 0
+    }
+    std::rotate(f.begin(), std::min_element(f.begin(), f.end()), f.end());
+  }
+  std::sort(facets.begin(), facets.end());
   return facets;
 }
 
@@ -259,16 +267,20 @@ void print_link(const Link& link) {
   }
   const Eigen::Vector3d e = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.I).eigenvalues();
   if (e[0] <= 0 || e[0] + e[1] < e[2]) fail(fmt::format("link {}: its inertia is not physical", link.name));
-  const auto n = [](double v) { return fmt::format("{:.6g}", std::abs(v) < 1e-12 ? 0.0 : v); };
+  // What is symmetric up to rounding is printed as such.
+  const double smallest_I = 1e-6 * e[2];
+  const auto length = [](double v) { return fmt::format("{:.6g}", std::abs(v) < 5e-8 ? 0.0 : v); };
+  const auto moment = [&](int i, int j) {
+    return fmt::format("{:.6g}", std::abs(body.I(i, j)) < smallest_I ? 0.0 : body.I(i, j));
+  };
   fmt::print("<!-- {}", link.name);
   for (const Part& p : link.parts) {
     fmt::print("; {} {:.2f} g, {:.3f} g/cm3", p.file, *p.density * p.unit.mass * 1e3, *p.density * 1e-3);
   }
-  fmt::print(" -->\n<inertial>\n  <origin xyz=\"{} {} {}\" rpy=\"0 0 0\"/>\n  <mass value=\"{}\"/>\n",
-             n(body.com.x()), n(body.com.y()), n(body.com.z()), n(body.mass));
+  fmt::print(" -->\n<inertial>\n  <origin xyz=\"{} {} {}\" rpy=\"0 0 0\"/>\n  <mass value=\"{:.6g}\"/>\n",
+             length(body.com.x()), length(body.com.y()), length(body.com.z()), body.mass);
   fmt::print("  <inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/>\n</inertial>\n",
-             n(body.I(0, 0)), n(body.I(0, 1)), n(body.I(0, 2)), n(body.I(1, 1)), n(body.I(1, 2)),
-             n(body.I(2, 2)));
+             moment(0, 0), moment(0, 1), moment(0, 2), moment(1, 1), moment(1, 2), moment(2, 2));
 }
 
 void print_inertia(const std::filesystem::path& path) {
@@ -288,7 +300,7 @@ int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
   try {
     if (words.size() == 3 && words[0] == "binary") {
-      write_binary(without_slivers(read_stl(words[1])), words[2]);
+      write_binary(canonical(read_stl(words[1])), words[2]);
     } else if (words.size() == 2 && words[0] == "inertia") {
       print_inertia(words[1]);
     } else {

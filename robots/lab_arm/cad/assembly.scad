@@ -4,7 +4,7 @@ q = [0, 0, 0, 0];  // the start pose; the lab's test command is [1, 1, 1, 1]
 graphite = [0.17, 0.18, 0.20];
 red = [0.72, 0.07, 0.10];
 aluminium = [0.74, 0.76, 0.79];
-servo = [0.05, 0.05, 0.06];
+servo = [0.11, 0.11, 0.13];
 horn = [0.45, 0.46, 0.48];
 
 module mesh(name, c, xyz, rpy) { translate(1000 * xyz) rotate(rpy * 180 / PI) color(c) import(str("../meshes/", name, ".stl")); }

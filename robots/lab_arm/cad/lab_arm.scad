@@ -5,7 +5,7 @@ use <../../cad_library/servos.scad>
 use <../../cad_library/shapes.scad>
 
 part = "";
-$fn = 24;
+$fn = 20;
 
 base_height = 45;     // base_1_2
 frame_y = 20.5;       // from a servo's middle to its horn's and its idler's outer face
@@ -20,8 +20,8 @@ module base_link() {
   difference() {
     union() {
       slab(5, 0.8) hull() ring_of(3, 52, 30) circle(22);
-      translate([0, 0, 4]) cylinder(r1 = 56, r2 = 51, h = 30, $fn = 40);
-      translate([0, 0, 33.9]) cylinder(r1 = 51, r2 = 47, h = 11.1, $fn = 40);
+      translate([0, 0, 4]) cylinder(r1 = 56, r2 = 51, h = 30, $fn = 32);
+      translate([0, 0, 33.9]) cylinder(r1 = 51, r2 = 47, h = 11.1, $fn = 32);
       hull() {                                                                        // shelf of the camera
         translate([0, 50, 26]) linear_extrude(4) square([34, 10], center = true);
         translate([0, 66, 26]) linear_extrude(4) rounded([34, 24], 4);
@@ -40,16 +40,16 @@ module ring_of_cut(n, r, start) {
 }
 module base_2() {  // lid with the bearing's race
   difference() {
-    union() { slab(3, 0.6) circle(47, $fn = 40); cylinder(r = 40, h = 4.7, $fn = 40); }
+    union() { slab(3, 0.6) circle(47, $fn = 32); cylinder(r = 40, h = 4.7, $fn = 32); }
     translate([0, 0, -1]) cylinder(r = 15, h = 8);
     for (i = [0:5]) rotate(60 * i) translate([43.5, 0, -1]) cylinder(d = 3.2, h = 8, $fn = 10);
-    translate([0, 0, 3.4]) difference() { cylinder(r = 36, h = 3, $fn = 40); cylinder(r = 31, h = 3, $fn = 40); }
+    translate([0, 0, 3.4]) difference() { cylinder(r = 36, h = 3, $fn = 32); cylinder(r = 31, h = 3, $fn = 32); }
   }
 }
 module base_turn() {  // turntable with the cradle of the shoulder's servo
   difference() {
     union() {
-      slab(5, 1) circle(42, $fn = 40);
+      slab(5, 1) circle(42, $fn = 32);
       hull() {
         translate([0, 0, 4]) linear_extrude(1) rounded([52, 56], 10);
         translate([0, 0, 34]) linear_extrude(1) rounded([38, 41], 4);
@@ -60,7 +60,7 @@ module base_turn() {  // turntable with the cradle of the shoulder's servo
     translate([0, 0, -1]) cylinder(r = 11.3, h = 3.4);
     along_x(-40, 40) hull() { translate([-10, 12]) circle(2.5); translate([10, 12]) circle(2.5); translate([0, 8.5]) circle(1.5); }
     along_y(-40, 40) hull() { translate([-9, 12]) circle(2.5); translate([9, 12]) circle(2.5); translate([0, 8.5]) circle(1.5); }
-    for (i = [0:11]) rotate(30 * i + 15) translate([37, 0, 3.6]) cylinder(d = 4.2, h = 4, $fn = 10);
+    for (i = [0:5]) rotate(60 * i) translate([37, 0, 3.6]) cylinder(d = 4.2, h = 4, $fn = 8);
   }
 }
 
@@ -104,8 +104,8 @@ module f4() {
       translate([0, 0, 58]) linear_extrude(1) rounded([28, 34], 3);
     }
     for (z = [40, 60, 79]) {
-      along_x(-40, 40) hull() { for (s = [-1, 1]) translate([11 * s, z - 4]) circle(2.5); translate([0, z + 6]) circle(2); }
-      along_y(-40, 40) hull() { for (s = [-1, 1]) translate([(5 + z / 25) * s, z - 4]) circle(2.5); translate([0, z + 6]) circle(2); }
+      along_x(-40, 40) hull() { for (s = [-1, 1]) translate([11 * s, z - 4]) circle(2.5, $fn = 6); translate([0, z + 6]) circle(2, $fn = 6); }
+      along_y(-40, 40) hull() { for (s = [-1, 1]) translate([(5 + z / 25) * s, z - 4]) circle(2.5, $fn = 6); translate([0, z + 6]) circle(2, $fn = 6); }
     }
     along_x(-40, 40) hull() for (s = [-1, 1]) translate([9 * s, 104]) circle(3);
   }

@@ -5,7 +5,7 @@ q = [1.5708, 1.5708, 1.5708, 1.5708, 1.5708, 1.5708, 0.4];  // the start pose
 graphite = [0.16, 0.17, 0.19];
 orange = [0.93, 0.36, 0.08];
 bone = [0.88, 0.87, 0.83];
-servo = [0.05, 0.05, 0.06];
+servo = [0.11, 0.11, 0.13];
 metal = [0.72, 0.74, 0.77];
 blue = [0.10, 0.28, 0.60];
 
@@ -20,6 +20,8 @@ h = PI / 2;
 lean = 0.174533;
 
 link("base_link", graphite, [0, 0, 0]);
+mesh("base_ballast", metal);
+mesh("base_electronics", blue);
 body([0, 0, 0.0495], [0, 0, 0]) mesh("ds3240_body", servo);
 joint([0, 0, 0.04257], [0, 0, -1.570796], [0, 0, 1], q[0]) {
   link("base_link_upper_1", bone, [0, 0, -0.04257]);

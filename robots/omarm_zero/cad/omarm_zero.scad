@@ -7,7 +7,7 @@ use <../../cad_library/servos.scad>
 use <../../cad_library/shapes.scad>
 
 part = "";
-$fn = 24;
+$fn = 20;
 
 turntable_z = 50.87;   // Revolute 1
 shoulder_z = 97.87;    // 2
@@ -30,23 +30,23 @@ module base_link() {
         for (x = [-38, 38]) { translate([x, -34]) circle(12); translate([x * 0.86, 84]) circle(12); }
       }
       hull() {
-        translate([0, 0, 4]) linear_extrude(1) circle(45, $fn = 40);
-        translate([0, 0, 44]) linear_extrude(1) circle(41, $fn = 40);
+        translate([0, 0, 4]) linear_extrude(1) circle(45, $fn = 28);
+        translate([0, 0, 44]) linear_extrude(1) circle(41, $fn = 28);
       }
-      translate([0, 0, 44]) cylinder(r1 = 41, r2 = 39, h = 6.3, $fn = 40);
+      translate([0, 0, 44]) cylinder(r1 = 41, r2 = 39, h = 6.3, $fn = 28);
       hull() {
-        translate([0, 62, 4]) linear_extrude(20) rounded([68, 48], 8);
-        translate([0, 56, 4]) linear_extrude(28) rounded([58, 34], 7);
+        translate([0, 62, 4]) linear_extrude(20) rounded([68, 48], 8, $fn = 12);
+        translate([0, 56, 4]) linear_extrude(28) rounded([58, 34], 7, $fn = 12);
       }
     }
     translate([-10, 0, 10.5]) linear_extrude(60) square([41, 21], center = true);
     translate([-10, 0, 37]) linear_extrude(30) square([56, 21], center = true);
-    translate([23, 0, 6]) linear_extrude(60) rounded([13, 38], 4);
-    for (s = [-1, 1]) translate([-6, 22 * s, 6]) linear_extrude(60) rounded([38, 13], 4);
-    translate([0, 62, 6]) linear_extrude(15) rounded([56, 36], 4);                          // room for the boards
+    translate([23, 0, 6]) linear_extrude(60) rounded([13, 38], 4, $fn = 4);
+    for (s = [-1, 1]) translate([-6, 22 * s, 6]) linear_extrude(60) rounded([38, 13], 4, $fn = 4);
+    translate([0, 62, 6]) linear_extrude(15) rounded([56, 36], 4, $fn = 4);                          // room for the boards
     translate([0, 90, 11]) rotate([90, 0, 0]) linear_extrude(12) rounded([12, 6], 2, $fn = 8);  // USB
-    for (x = [-18:6:18]) translate([x, 60, 20]) linear_extrude(20) rounded([2.4, 20], 1.1, $fn = 8);
-    for (x = [-38, 38]) { translate([x, -34, -1]) cylinder(d = 4.5, h = 9, $fn = 12); translate([x * 0.86, 84, -1]) cylinder(d = 4.5, h = 9, $fn = 12); }
+    for (x = [-18:9:18]) translate([x, 60, 20]) linear_extrude(20) square([3, 20], center = true);
+    for (x = [-38, 38]) { translate([x, -34, -1]) cylinder(d = 4.5, h = 9, $fn = 8); translate([x * 0.86, 84, -1]) cylinder(d = 4.5, h = 9, $fn = 8); }
   }
 }
 
@@ -66,7 +66,7 @@ module base_upper() {
     along_y(-30, 40) for (s = [-1, 1]) hull() { translate([15.5 * s, -32]) circle(2.6); translate([13.6 * s, -14]) circle(1.6); }
     along_y(15, 24) for (z = [-28, -16]) translate([0, z]) rounded([12, 8], 3);
     translate([0, 0, turntable_z - 1 - shoulder_z]) cylinder(d = 22, h = 6.6);
-    for (a = [15:30:345]) rotate(a) translate([33.5, 0, -43]) cylinder(d = 4.4, h = 6, $fn = 10);
+    for (a = [30:60:330]) rotate(a) translate([33.5, 0, -43]) cylinder(d = 4.4, h = 6, $fn = 8);
   }
 }
 
@@ -78,8 +78,8 @@ module upper_arm_profile() {
       translate([elbow_x, 0]) circle(16);
       translate([0, -10.5]) square([elbow_x, 21]);
     }
-    for (x = [27, 78]) hull() { translate([x - 6, 0]) circle(4.6); translate([x + 6, 0]) circle(4.6); }
-    translate([52.5, 0]) circle(5);
+    for (x = [27, 78]) hull() { translate([x - 6, 0]) circle(4.6, $fn = 12); translate([x + 6, 0]) circle(4.6, $fn = 12); }
+    translate([52.5, 0]) circle(5, $fn = 12);
   }
 }
 module arm_link_1() {
@@ -95,7 +95,7 @@ module arm_link_1() {
     along_y(24, 40) for (x = [0, elbow_x]) translate([x, 0]) circle(d = 9.4);
     along_y(-40, horn_y + 1) for (x = [0, elbow_x]) translate([x, 0]) {
       circle(d = 8);
-      for (a = [45:90:315]) rotate(a) translate([7, 0]) circle(d = 2.8, $fn = 10);
+      for (a = [45:90:315]) rotate(a) translate([7, 0]) circle(d = 2.8, $fn = 5);
     }
   }
 }
@@ -133,7 +133,7 @@ module arm_link_3() {
       along_y(19.4, 20.6) circle(6.5);
     }
     translate([0, -5.5, 30]) linear_extrude(10) square([12.6, 23.2], center = true);
-    translate([0, -5.5, 30]) for (s = [-1, 1]) translate([0, 14 * s, 0]) cylinder(d = 1.8, h = 10, $fn = 8);
+    translate([0, -5.5, 30]) for (s = [-1, 1]) translate([0, 14 * s, 0]) cylinder(d = 1.8, h = 10, $fn = 5);
     along_y(15, 22) circle(d = 6.4);
     along_y(-22, -14) { circle(d = 5); for (z = [7]) translate([0, z]) circle(d = 1.8, $fn = 8); }
     along_y(-25, 25) hull() { translate([0, 22.5]) circle(2.4); translate([0, 28]) circle(2.4); }
