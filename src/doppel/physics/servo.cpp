@@ -30,12 +30,13 @@ std::vector<ServoParameters> choose_servos(const Model& model, const ServoOption
     const ModelJoint& joint = model.joints[i];
     if (!joint.scalar() || joint.mimics()) continue;
     const auto at = static_cast<Eigen::Index>(i);
+    const bool slides = joint.type == JointType::prismatic;
     const double held = std::min(load[at] + joint.friction, joint.effort);
     ServoParameters& servo = servos[i];
-    const double whole_effort =
-        std::min(joint.effort / kFullEffortError, inertia[at] * kStiffestFrequency * kStiffestFrequency);
+    const double whole_effort = std::min(joint.effort / (slides ? kFullEffortSlideError : kFullEffortError),
+                                         inertia[at] * kStiffestFrequency * kStiffestFrequency);
     servo.stiffness = std::max({inertia[at] * options.natural_frequency * options.natural_frequency,
-                                held / kLargestSag, whole_effort});
+                                held / (slides ? kLargestSlideSag : kLargestSag), whole_effort});
     servo.damping = 2.0 * options.damping_ratio * std::sqrt(servo.stiffness * inertia[at]);
     servo.effort = joint.effort;
     servo.velocity = joint.velocity;

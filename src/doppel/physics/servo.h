@@ -1,14 +1,20 @@
 #pragma once
 // The servo model: how a position command becomes torque. A reference runs to the target at no more than the
 // joint's velocity limit; a spring and a damper pull the joint to the reference, clipped at the effort limit.
-// So a joint sags under load by torque / stiffness, stalls where its effort ends, and is never faster than it
-// says.
+// So a joint sags under load by torque / stiffness, stalls where its effort ends, and its drive never takes
+// it beyond its velocity limit.
+//
 //   tau = clip(stiffness * (q_ref - q) + damping * (v_ref - v), +-effort)
-// Targets that follow each other within kStreamGap are a stream: the reference reaches each in the time that
-// had passed since the one before, as an interpolating drive does, so that a controller at 100 Hz moves a
-// joint smoothly. While the reference runs at the velocity limit v_ref counts half, with which the joint
-// nears the limit and does not overshoot it. The reference waits for a joint that cannot follow: it is never
-// further ahead than effort / stiffness.
+//
+// A stream: targets that follow each other within kStreamGap. The reference reaches each in the time that had
+// passed since the one before, as an interpolating drive does, so that 100 Hz of commands move a joint
+// smoothly. At the limit: while the reference runs at the velocity limit v_ref counts half, with which the
+// joint nears the limit without overshooting it. Waiting: the reference is never further ahead of the joint
+// than effort / stiffness, so that a joint that was blocked is not thrown when it comes free. In the engine
+// the damper acts implicitly, at the velocity of the step's end, and is at least stiffness * step / 2: stable
+// at any stiffness and inertia. The price: while the effort is clipped the joint feels heavier by damping *
+// step, which at 1 kHz is about a tenth of what a chosen servo carries at an arm's shoulder and up to as much
+// again at its wrist.
 
 #include <Eigen/Core>
 #include <vector>
@@ -18,10 +24,12 @@
 
 namespace doppel {
 
-inline constexpr double kLargestSag = 0.005;         // rad or m, over the sampled configurations
-inline constexpr double kFullEffortError = 0.1;      // rad or m
-inline constexpr double kStiffestFrequency = 500.0;  // rad/s
-inline constexpr Duration kStreamGap{50'000'000};    // 50 ms
+inline constexpr double kLargestSag = 0.005;            // rad, over the sampled configurations
+inline constexpr double kLargestSlideSag = 0.0005;      // m
+inline constexpr double kFullEffortError = 0.1;         // rad
+inline constexpr double kFullEffortSlideError = 0.005;  // m
+inline constexpr double kStiffestFrequency = 500.0;     // rad/s
+inline constexpr Duration kStreamGap{50'000'000};       // 50 ms
 
 struct ServoParameters {
   double stiffness = 0;         // N m/rad or N/m
@@ -39,14 +47,12 @@ struct ServoOptions {
   bool ideal = false;
 };
 
-// stiffness = I w^2, damping = 2 z sqrt(stiffness I) with I = carried_inertia. The stiffness is raised
-//  - where gravity and the joint's own Coulomb friction would hold the joint off its target by more than
-//  kLargestSag (a
-//    load beyond the effort limit does not count),
-//  - and so that the drive gives its whole effort at kFullEffortError: a wrist's drive is as strong as its
-//  data sheet says,
-//    however little it carries. This alone never takes the loop beyond kStiffestFrequency.
-// [joints]; zero for joints without a drive. gravity: in the root link's axes.
+// stiffness = I w^2 and damping = 2 z sqrt(stiffness I) with I = carried_inertia. Two things raise the
+// stiffness: gravity and the joint's own Coulomb friction, where they would hold it off its target by more
+// than kLargestSag (a load beyond the effort limit does not count); and the drive's strength, which is all
+// given at an error of kFullEffortError, as a wrist's drive is as strong as its data sheet says however
+// little it carries (but never beyond kStiffestFrequency). Slides have these constants in metres. [joints];
+// zero for joints without a drive. gravity: in the root link's axes.
 std::vector<ServoParameters> choose_servos(const Model& model, const ServoOptions& options,
                                            const Eigen::Vector3d& gravity);
 
