@@ -34,6 +34,8 @@ class PidController : public Controller {
   };
   void declare_names(ControllerContext& context);
   void declare_gains(ControllerContext& context, Dof& dof);
+  Status take_gains(const Parameters& parameters, Dof& dof);
+  void listen_to_gains(ControllerContext& context);
   void declare_topics(ControllerContext& context);
   void receive(const control_msgs::msg::MultiDOFCommand& message);
   [[nodiscard]] std::string fault_of(const control_msgs::msg::MultiDOFCommand& message) const;

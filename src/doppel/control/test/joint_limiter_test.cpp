@@ -1,0 +1,183 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "doppel/control/test/manager_rig.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using Names = std::vector<std::string>;
+
+// Writes what the test says, whatever it is.
+class Writer : public Controller {
+ public:
+  Writer(const double& value, std::string interface) : value_(value), interface_(std::move(interface)) {}
+  void on_init(ControllerContext&) override {}
+  [[nodiscard]] InterfaceConfiguration command_interfaces() const override {
+    return {InterfaceConfiguration::Kind::individual, {interface_}};
+  }
+  [[nodiscard]] InterfaceConfiguration state_interfaces() const override { return {}; }
+  void update(Time, Duration) override { command_handles[0].set(value_); }
+
+ private:
+  const double& value_;
+  std::string interface_;
+};
+
+struct LimitRig : ManagerRig {
+  LimitRig(FakeJoint joint, const std::string& interface, const std::string& more = "", double start = 0)
+      : ManagerRig("controller_manager: {ros__parameters: {w: {type: test/Writer}}}\n" + more, {joint},
+                   hardware_with(interface)),
+        full_name(joint.name + "/" + interface) {
+    registry.add("test/Writer", [this] { return std::make_unique<Writer>(value, full_name); });
+    hardware->set_position(joint.name, start);
+    manager->start(Names{"w"});
+  }
+  static FakeHardwareOptions hardware_with(const std::string& interface) {
+    FakeHardwareOptions options;
+    options.joints = {"j 1"};
+    options.commands = {interface};
+    return options;
+  }
+  double applied() const { return hardware->last_command(full_name); }
+  double value = kNaN;
+  std::string full_name;
+};
+
+TEST(Limits, PositionsStayInsideAndAreToldOnce) {
+  LimitRig rig({.name = "j 1", .lower = -1, .upper = 2}, "position");
+  rig.value = 2.5;
+  rig.run(40);
+  EXPECT_EQ(rig.applied(), 2.0);
+  rig.value = 2.75;
+  rig.run(200);
+  EXPECT_EQ(rig.count(Severity::warning,
+                      "j 1: commands ask 2.5 rad, its limits are -1 to 2 rad; held at the limit"),
+            1u)
+      << rig.said();
+  EXPECT_EQ(rig.lines.size(), 1u) << rig.said();
+  rig.value = 0;
+  rig.run(150);  // more than a second inside: the episode is over
+  rig.value = -7;
+  rig.run(50);
+  EXPECT_EQ(rig.applied(), -1.0);
+  EXPECT_EQ(rig.lines.size(), 2u) << rig.said();
+}
+
+TEST(Limits, ACommandOnTheExactLimitIsNotWorthAWord) {
+  LimitRig rig({.name = "j 1", .lower = 0, .upper = 1.570796}, "position");
+  rig.value = 1.5707963267948966;
+  rig.run(100);
+  EXPECT_EQ(rig.applied(), 1.570796);
+  EXPECT_TRUE(rig.lines.empty()) << rig.said();
+}
+
+TEST(Limits, PositionsMoveNoFasterThanTheVelocityLimit) {
+  LimitRig rig({.name = "j 1", .velocity = 0.2}, "position", "", 0.5);
+  rig.value = 0.513;  // 1.3 rad/s from where it is
+  rig.run(1);
+  EXPECT_NEAR(rig.applied(), 0.502, 1e-12);
+  rig.run(5);
+  EXPECT_NEAR(rig.applied(), 0.512, 1e-12);
+  rig.run(60);
+  EXPECT_EQ(rig.applied(), 0.513);
+  EXPECT_EQ(
+      rig.count(Severity::warning, "j 1: commands ask 1.3 rad/s, its limit is 0.2 rad/s; held to the limit"),
+      1u)
+      << rig.said();
+  EXPECT_EQ(rig.lines.size(), 1u);
+}
+
+TEST(Limits, ASlowControllerAtTheLimitIsNotHeldBack) {
+  LimitRig rig({.name = "j 1", .velocity = 1.0}, "position", "w: {ros__parameters: {update_rate: 25}}");
+  rig.value = 0;
+  rig.run(4);
+  for (int update = 1; update <= 20; ++update) {
+    rig.value = 0.04 * update;  // 1 rad/s at 25 Hz
+    rig.run(4);
+    EXPECT_NEAR(rig.applied(), rig.value, 1e-9);
+  }
+  EXPECT_TRUE(rig.lines.empty()) << rig.said();
+}
+
+TEST(Limits, OutsideItsLimitsAJointMayComeBackOnly) {
+  LimitRig rig({.name = "j 1", .lower = -1, .upper = 1, .velocity = 1.0}, "position", "", 1.5);
+  rig.value = 1.5;
+  rig.run(1);
+  EXPECT_NEAR(rig.applied(), 1.49, 1e-12);
+  rig.run(100);
+  EXPECT_EQ(rig.applied(), 1.0);
+}
+
+TEST(Limits, ContinuousJointsTurnForever) {
+  LimitRig rig({.name = "j 1", .type = JointType::continuous}, "position");
+  rig.value = 100;
+  rig.run(1);
+  EXPECT_EQ(rig.applied(), 100.0);
+}
+
+TEST(Limits, VelocitiesAndEffortsAreClamped) {
+  LimitRig velocity({.name = "j 1", .lower = -100, .upper = 100, .velocity = 0.5}, "velocity");
+  velocity.value = -3;
+  velocity.run(40);
+  EXPECT_EQ(velocity.applied(), -0.5);
+  EXPECT_EQ(velocity.count(Severity::warning, "j 1: commands ask -3 rad/s, its limit is 0.5 rad/s"), 1u)
+      << velocity.said();
+  LimitRig effort({.name = "j 1", .effort = 3.5}, "effort");
+  effort.value = 12;
+  effort.run(40);
+  EXPECT_EQ(effort.applied(), 3.5);
+  EXPECT_EQ(effort.count(Severity::warning, "j 1: commands ask 12 N m, its limit is 3.5 N m"), 1u)
+      << effort.said();
+  LimitRig linear({.name = "j 1", .type = JointType::prismatic, .effort = 3.5}, "effort");
+  linear.value = 12;
+  linear.run(40);
+  EXPECT_EQ(linear.count(Severity::warning, "ask 12 N, its limit is 3.5 N;"), 1u) << linear.said();
+}
+
+TEST(Limits, AVelocityDoesNotDriveAJointOutOfItsRange) {
+  LimitRig rig({.name = "j 1", .lower = -1, .upper = 1}, "velocity");
+  rig.value = 0.5;
+  rig.run(400);
+  EXPECT_NEAR(rig.hardware->position("j 1"), 1.0, 1e-9);
+  EXPECT_EQ(rig.count(Severity::warning, "it is at the end"), 1u) << rig.said();
+  rig.value = -0.5;
+  rig.run(100);
+  EXPECT_NEAR(rig.hardware->position("j 1"), 0.5, 1e-9);
+}
+
+TEST(Limits, NotANumberIsRefusedAndTheLastGoodCommandHolds) {
+  LimitRig rig({.name = "j 1"}, "position");
+  rig.run(5);
+  EXPECT_TRUE(std::isnan(rig.applied()));  // no command yet, which is nothing to complain about
+  EXPECT_TRUE(rig.lines.empty());
+  rig.value = 0.7;
+  rig.run(5);
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    rig.value = bad;
+    rig.run(10);
+    EXPECT_EQ(rig.applied(), 0.7);
+    EXPECT_EQ(rig.manager->command("j 1/position"), 0.7);
+  }
+  EXPECT_EQ(rig.count(Severity::warning, "'j 1/position' is not a finite number"), 1u) << rig.said();
+  rig.value = 0.8;
+  rig.run(1);
+  EXPECT_EQ(rig.applied(), 0.8);
+}
+
+TEST(Limits, CanBeSwitchedOffButNotForNotANumber) {
+  LimitRig rig({.name = "j 1", .upper = 1}, "position",
+               "/**: {ros__parameters: {enforce_command_limits: false}}");
+  rig.value = 2;
+  rig.run(1);
+  EXPECT_EQ(rig.applied(), 2.0);
+  rig.value = kNaN;
+  rig.run(1);
+  EXPECT_EQ(rig.applied(), 2.0);
+}
+
+}  // namespace
+}  // namespace doppel

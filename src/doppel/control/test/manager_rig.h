@@ -1,0 +1,87 @@
+#pragma once
+// A controller manager over a fake robot and fake hardware, driven tick by tick, with all it says written
+// down.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "doppel/control/controller_manager.h"
+#include "doppel/control/test/fake_hardware.h"
+#include "doppel/control/test/fake_robot.h"
+
+namespace doppel {
+
+struct ManagerRig {
+  explicit ManagerRig(const std::string& yaml, std::vector<FakeJoint> joints = {{"a"}, {"b"}},
+                      FakeHardwareOptions hardware_options = {}, ControllerManagerOptions options = {})
+      : model(fake_robot(joints)), registry(ControllerRegistry::with_builtin()) {
+    log.add_sink([this](const LogLine& line) { lines.push_back(line); });
+    if (!yaml.empty()) file = ParameterFile::parse(yaml, "test.yaml");
+    if (hardware_options.joints.empty()) {
+      for (const FakeJoint& joint : joints) {
+        auto& list = joint.mimics.empty() ? hardware_options.joints : hardware_options.state_only_joints;
+        if (joint.type != JointType::fixed) list.push_back(joint.name);
+      }
+    }
+    manager = std::make_unique<ControllerManager>(bus, model, registry, yaml.empty() ? nullptr : &file,
+                                                  options, log, diagnostics);
+    auto fake = std::make_unique<FakeHardware>(std::move(hardware_options));
+    hardware = fake.get();
+    manager->add_hardware(std::move(fake));
+  }
+
+  // Ticks, with what happens between them.
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      bus.set_now(now);
+      bus.spin();
+      manager->housekeeping(now);
+      manager->tick(now);
+      now += manager->period();
+    }
+  }
+
+  [[nodiscard]] std::size_t count(Severity severity, const std::string& part) const {
+    std::size_t n = 0;
+    for (const LogLine& line : lines) {
+      if (line.severity == severity && line.text.find(part) != std::string::npos) ++n;
+    }
+    return n;
+  }
+  [[nodiscard]] std::string said() const {
+    std::string all;
+    for (const LogLine& line : lines) all += line.origin + ": " + line.text + "\n";
+    return all;
+  }
+  [[nodiscard]] ControllerState state_of(const std::string& name) const {
+    for (const auto& view : manager->controllers()) {
+      if (view.name == name) return view.state;
+    }
+    throw std::logic_error("no controller " + name);
+  }
+
+  Bus bus;
+  Model model;
+  ControllerRegistry registry;
+  Log log;
+  std::vector<LogLine> lines;
+  Diagnostics diagnostics;
+  ParameterFile file;
+  std::unique_ptr<ControllerManager> manager;
+  FakeHardware* hardware = nullptr;
+  Time now{};
+};
+
+// What the call throws, as a person reads it; "" where it throws nothing.
+template <class F>
+std::string input_error_of(F&& call) {
+  try {
+    call();
+  } catch (const InputError& problem) {
+    return problem.what();
+  }
+  return "";
+}
+
+}  // namespace doppel

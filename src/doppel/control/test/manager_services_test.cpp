@@ -1,0 +1,179 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "doppel/control/test/manager_rig.h"
+#include "doppel/messages/controller_manager_msgs.h"
+
+namespace doppel {
+namespace {
+
+namespace srv = controller_manager_msgs::srv;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr const char* kYaml = R"(
+controller_manager:
+  ros__parameters:
+    states: {type: joint_state_broadcaster/JointStateBroadcaster}
+    group: {type: position_controllers/JointGroupPositionController}
+    wrong: {type: position_controllers/JointGroupPositionController}
+group: {ros__parameters: {joints: [a]}}
+wrong: {ros__parameters: {joints: [nothing]}}
+)";
+
+struct ServiceRig : ManagerRig {
+  ServiceRig() : ManagerRig(kYaml), edge(bus.attach("test")) {}
+
+  template <class S>
+  typename S::Response call(const std::string& service, const typename S::Request& request) {
+    std::optional<typename S::Response> response;
+    edge->call("/controller_manager/" + service, to_cdr(request), [&](Status status, Bytes cdr) {
+      ASSERT_TRUE(status.ok()) << status.why();
+      typename S::Response out;
+      ASSERT_TRUE(from_cdr(cdr, out).ok());
+      response = std::move(out);
+    });
+    bus.spin();
+    if (!response) throw std::runtime_error("no answer from " + service);
+    return *response;
+  }
+  bool make_inactive(const std::string& name) {
+    return call<srv::LoadController>("load_controller", {name}).ok &&
+           call<srv::ConfigureController>("configure_controller", {name}).ok;
+  }
+  std::unique_ptr<Edge> edge;
+};
+
+TEST(Services, LeadAControllerThroughItsLife) {
+  ServiceRig rig;
+  ASSERT_TRUE(rig.make_inactive("group"));
+  srv::SwitchController::Request request;
+  request.activate_controllers = {"group"};
+  request.strictness = srv::SwitchController::Request::STRICT;
+  EXPECT_TRUE(rig.call<srv::SwitchController>("switch_controller", request).ok);
+
+  const auto list = rig.call<srv::ListControllers>("list_controllers", {}).controller;
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0].state, "active");
+  EXPECT_EQ(list[0].type, "position_controllers/JointGroupPositionController");
+  EXPECT_EQ(list[0].update_rate, 100);
+  EXPECT_THAT(list[0].claimed_interfaces, ElementsAre("a/position"));
+
+  const auto interfaces = rig.call<srv::ListHardwareInterfaces>("list_hardware_interfaces", {});
+  ASSERT_EQ(interfaces.command_interfaces.size(), 2u);
+  EXPECT_TRUE(interfaces.command_interfaces[0].is_claimed);
+  EXPECT_TRUE(interfaces.command_interfaces[0].is_available);
+  EXPECT_FALSE(interfaces.command_interfaces[1].is_claimed);
+  EXPECT_EQ(interfaces.state_interfaces.size(), 4u);
+
+  EXPECT_FALSE(rig.call<srv::UnloadController>("unload_controller", {"group"}).ok);
+  const auto again = rig.call<srv::SwitchController>("switch_controller", request);
+  EXPECT_FALSE(again.ok);
+  EXPECT_THAT(again.message, HasSubstr("active already"));
+  std::swap(request.activate_controllers, request.deactivate_controllers);
+  EXPECT_TRUE(rig.call<srv::SwitchController>("switch_controller", request).ok);
+  EXPECT_TRUE(rig.call<srv::CleanupController>("cleanup_controller", {"group"}).ok);
+  EXPECT_EQ(rig.state_of("group"), ControllerState::unconfigured);
+  EXPECT_TRUE(rig.call<srv::UnloadController>("unload_controller", {"group"}).ok);
+  EXPECT_TRUE(rig.call<srv::ListControllers>("list_controllers", {}).controller.empty());
+}
+
+TEST(Services, NeverThrowAndSayWhyInTheLog) {
+  ServiceRig rig;
+  EXPECT_FALSE(rig.call<srv::LoadController>("load_controller", {"wrong"}).ok);
+  EXPECT_EQ(rig.count(Severity::error, "joint 'nothing'"), 1u) << rig.said();
+  EXPECT_FALSE(rig.call<srv::LoadController>("load_controller", {"grup"}).ok);
+  EXPECT_EQ(rig.count(Severity::error, "did you mean 'group'?"), 1u) << rig.said();
+  EXPECT_FALSE(rig.call<srv::ConfigureController>("configure_controller", {"nobody"}).ok);
+  EXPECT_FALSE(rig.call<srv::UnloadController>("unload_controller", {"nobody"}).ok);
+  EXPECT_FALSE(rig.call<srv::CleanupController>("cleanup_controller", {""}).ok);
+  EXPECT_FALSE(rig.call<srv::LoadController>("load_controller", {"/a/b"}).ok);
+}
+
+TEST(Services, ListTypes) {
+  ServiceRig rig;
+  const auto types = rig.call<srv::ListControllerTypes>("list_controller_types", {});
+  EXPECT_THAT(types.types,
+              testing::IsSupersetOf({"joint_state_broadcaster/JointStateBroadcaster",
+                                     "joint_trajectory_controller/JointTrajectoryController",
+                                     "forward_command_controller/ForwardCommandController",
+                                     "forward_command_controller/MultiInterfaceForwardCommandController",
+                                     "position_controllers/JointGroupPositionController",
+                                     "velocity_controllers/JointGroupVelocityController",
+                                     "effort_controllers/JointGroupEffortController",
+                                     "pid_controller/PidController"}));
+  EXPECT_EQ(types.types.size(), types.base_classes.size());
+}
+
+TEST(Services, HardwareIsPutToSleepOnlyWhenNobodyDrivesIt) {
+  ServiceRig rig;
+  ASSERT_TRUE(rig.make_inactive("group"));
+  srv::SwitchController::Request request;
+  request.activate_controllers = {"group"};
+  ASSERT_TRUE(rig.call<srv::SwitchController>("switch_controller", request).ok);
+  srv::SetHardwareComponentState::Request sleep;
+  sleep.name = "FakeSystem";
+  sleep.target_state.label = "inactive";
+  EXPECT_FALSE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
+  EXPECT_EQ(rig.count(Severity::error, "the controller 'group' drives hardware 'FakeSystem'"), 1u)
+      << rig.said();
+  std::swap(request.activate_controllers, request.deactivate_controllers);
+  ASSERT_TRUE(rig.call<srv::SwitchController>("switch_controller", request).ok);
+  const auto asleep = rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep);
+  EXPECT_TRUE(asleep.ok);
+  EXPECT_EQ(asleep.state.label, "inactive");
+  EXPECT_FALSE(rig.hardware->active);
+  const int writes = rig.hardware->writes;
+  rig.run(3);
+  EXPECT_EQ(rig.hardware->writes, writes);
+
+  std::swap(request.activate_controllers, request.deactivate_controllers);
+  const auto refused = rig.call<srv::SwitchController>("switch_controller", request);
+  EXPECT_THAT(refused.message, HasSubstr("its hardware 'FakeSystem' is inactive"));
+  const auto components = rig.call<srv::ListHardwareComponents>("list_hardware_components", {}).component;
+  ASSERT_EQ(components.size(), 1u);
+  EXPECT_EQ(components[0].state.id, lifecycle_msgs::msg::State::PRIMARY_STATE_INACTIVE);
+  EXPECT_FALSE(components[0].command_interfaces[0].is_available);
+  EXPECT_TRUE(components[0].state_interfaces[0].is_available);
+  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_ACTIVE, ""};
+  EXPECT_TRUE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
+  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_FINALIZED, ""};
+  EXPECT_FALSE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
+}
+
+TEST(Services, ActivityReachesLateListeners) {
+  ServiceRig rig;
+  ASSERT_TRUE(rig.make_inactive("group"));
+  for (const TopicInfo& topic : rig.bus.topics()) {
+    if (topic.name == "/controller_manager/activity") rig.edge->subscribe(topic.id);
+  }
+  rig.bus.spin();
+  controller_manager_msgs::msg::ControllerManagerActivity activity;
+  Edge::Incoming incoming;
+  ASSERT_TRUE(rig.edge->next(incoming));
+  ASSERT_TRUE(from_cdr(incoming.cdr, activity).ok());
+  ASSERT_EQ(activity.controllers.size(), 1u);
+  EXPECT_EQ(activity.controllers[0].state.label, "inactive");
+  ASSERT_EQ(activity.hardware_components.size(), 1u);
+  EXPECT_EQ(activity.hardware_components[0].state.label, "active");
+}
+
+TEST(Services, ParametersAreOnTheBus) {
+  ServiceRig rig;
+  ASSERT_TRUE(rig.make_inactive("group"));
+  std::vector<NamedParameter> all;
+  rig.edge->get_parameters([&](std::vector<NamedParameter> parameters) { all = std::move(parameters); });
+  rig.bus.spin();
+  const auto value = [&](const std::string& node, const std::string& name) {
+    for (const auto& p : all) {
+      if (p.node == node && p.name == name) return to_string(p.value);
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(value("/controller_manager", "update_rate"), "100");
+  EXPECT_EQ(value("/controller_manager", "group.type"), "position_controllers/JointGroupPositionController");
+  EXPECT_EQ(value("/group", "joints"), "[a]");
+}
+
+}  // namespace
+}  // namespace doppel

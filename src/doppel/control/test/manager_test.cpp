@@ -1,0 +1,405 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "doppel/control/joint_list.h"
+#include "doppel/control/test/manager_rig.h"
+
+namespace doppel {
+namespace {
+
+using testing::AnyOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using Names = std::vector<std::string>;
+
+constexpr const char* kTwoGroups = R"(
+controller_manager:
+  ros__parameters:
+    update_rate: 100
+    left: {type: position_controllers/JointGroupPositionController}
+    both: {type: position_controllers/JointGroupPositionController}
+    states: {type: joint_state_broadcaster/JointStateBroadcaster}
+left:
+  ros__parameters:
+    joints: [a]
+both:
+  ros__parameters:
+    joints: [a, b]
+)";
+
+// Notes when it is updated; refuses to be activated where it is told to.
+class Probe : public Controller {
+ public:
+  struct Call {
+    std::string who;
+    Time now;
+    Duration period;
+  };
+  Probe(std::vector<Call>& calls, const bool& refuses) : calls_(calls), refuses_(refuses) {}
+  void on_init(ControllerContext& context) override {
+    name_ = context.name;
+    rate_ = context.update_rate;
+    joint_ = declare<std::string>(context.node->parameters(), context.overrides, "joint", "");
+  }
+  [[nodiscard]] InterfaceConfiguration command_interfaces() const override {
+    if (joint_.empty()) return {};
+    return {InterfaceConfiguration::Kind::individual, {joint_ + "/position"}};
+  }
+  [[nodiscard]] InterfaceConfiguration state_interfaces() const override { return {}; }
+  Status on_activate() override { return refuses_ ? Status::refused("not today") : Status{}; }
+  void update(Time now, Duration period) override { calls_.push_back({name_, now, period}); }
+
+ private:
+  std::vector<Call>& calls_;
+  const bool& refuses_;
+  std::string name_, joint_;
+  double rate_ = 0;
+};
+
+struct ProbeRig : ManagerRig {
+  explicit ProbeRig(const std::string& yaml) : ManagerRig(yaml) {
+    registry.add("test/Probe", [this] { return std::make_unique<Probe>(calls, refuses); });
+  }
+  std::vector<Probe::Call> calls;
+  bool refuses = false;
+};
+
+void make_inactive(ManagerRig& rig, const Names& names) {
+  for (const std::string& name : names) {
+    rig.manager->load(name);
+    ASSERT_TRUE(rig.manager->configure(name).ok());
+  }
+}
+
+TEST(Manager, ClaimsAreExclusive) {
+  ManagerRig rig(kTwoGroups);
+  make_inactive(rig, {"left", "both"});
+  EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
+  const Status refused = rig.manager->switch_controllers(Names{"both"}, Names{}, Strictness::strict);
+  EXPECT_EQ(refused.why(),
+            "'both' wants the command interface 'a/position', which 'left' holds; deactivate 'left' first");
+  EXPECT_EQ(rig.manager->command_interfaces()[0].claimed_by, "left");
+  EXPECT_EQ(rig.manager->command_interfaces()[1].claimed_by, "");
+  EXPECT_FALSE(rig.hardware->claimed("b/position"));
+
+  EXPECT_TRUE(rig.manager->switch_controllers(Names{"both"}, Names{"left"}, Strictness::strict).ok());
+  EXPECT_EQ(rig.manager->command_interfaces()[0].claimed_by, "both");
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  EXPECT_TRUE(rig.hardware->claimed("a/position"));
+  EXPECT_TRUE(rig.hardware->claimed("b/position"));
+}
+
+TEST(Manager, StrictRefusesTheWholeSwitchAndBestEffortDoesWhatItCan) {
+  ManagerRig rig(kTwoGroups);
+  make_inactive(rig, {"left", "both", "states"});
+  for (const Names& impossible :
+       {Names{"states", "nobody"}, Names{"left", "both"}, Names{"states", "states "}}) {
+    EXPECT_FALSE(rig.manager->switch_controllers(impossible, Names{}, Strictness::strict).ok());
+    EXPECT_EQ(rig.state_of("states"), ControllerState::inactive);
+    EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  }
+  EXPECT_TRUE(rig.hardware->switches.empty());
+  EXPECT_FALSE(rig.manager->switch_controllers(Names{}, Names{"left"}, Strictness::strict).ok());
+
+  EXPECT_TRUE(
+      rig.manager
+          ->switch_controllers(Names{"states", "lefd", "left", "both"}, Names{}, Strictness::best_effort)
+          .ok());
+  EXPECT_EQ(rig.state_of("states"), ControllerState::active);
+  EXPECT_EQ(rig.state_of("left"), ControllerState::active);
+  EXPECT_EQ(rig.state_of("both"), ControllerState::inactive);
+  EXPECT_EQ(rig.count(Severity::warning, "did you mean 'left'?"), 1u) << rig.said();
+  EXPECT_EQ(rig.count(Severity::warning, "which 'left' holds"), 1u) << rig.said();
+  // Already so is fine for best effort; nothing possible at all is not.
+  EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::best_effort).ok());
+  EXPECT_FALSE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
+  EXPECT_FALSE(rig.manager->switch_controllers(Names{"nobody"}, Names{}, Strictness::best_effort).ok());
+}
+
+TEST(Manager, AStrictSwitchThatFailsHalfwayIsUndone) {
+  ProbeRig rig(R"(
+controller_manager:
+  ros__parameters:
+    left: {type: position_controllers/JointGroupPositionController}
+    probe: {type: test/Probe}
+left: {ros__parameters: {joints: [a]}}
+probe: {ros__parameters: {joint: a}}
+)");
+  make_inactive(rig, {"left", "probe"});
+  ASSERT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
+  rig.refuses = true;
+  const Status status = rig.manager->switch_controllers(Names{"probe"}, Names{"left"}, Strictness::strict);
+  EXPECT_THAT(status.why(), HasSubstr("not today"));
+  EXPECT_EQ(rig.state_of("left"), ControllerState::active);
+  EXPECT_EQ(rig.state_of("probe"), ControllerState::inactive);
+  EXPECT_TRUE(rig.hardware->claimed("a/position"));
+  EXPECT_EQ(rig.manager->command_interfaces()[0].claimed_by, "left");
+
+  EXPECT_TRUE(rig.manager->switch_controllers(Names{"probe"}, Names{"left"}, Strictness::best_effort).ok());
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  EXPECT_FALSE(rig.hardware->claimed("a/position"));  // limp, and nobody holds it
+}
+
+TEST(Manager, HardwareCanRefuseASwitch) {
+  ManagerRig rig(kTwoGroups);
+  make_inactive(rig, {"left"});
+  rig.hardware->refuse_switch = "servo 3 is hot";
+  const Status status = rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::best_effort);
+  EXPECT_THAT(status.why(), HasSubstr("servo 3 is hot"));
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+}
+
+TEST(Manager, LifeCycleRefusals) {
+  ManagerRig rig(kTwoGroups);
+  rig.manager->load("left");
+  EXPECT_THAT(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).why(),
+              HasSubstr("not configured"));
+  EXPECT_TRUE(rig.manager->configure("left").ok());
+  EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
+  EXPECT_FALSE(rig.manager->configure("left").ok());
+  EXPECT_FALSE(rig.manager->unload("left").ok());
+  EXPECT_TRUE(rig.manager->switch_controllers(Names{}, Names{"left"}, Strictness::strict).ok());
+  EXPECT_TRUE(rig.manager->unload("left").ok());
+  EXPECT_TRUE(rig.manager->controllers().empty());
+  rig.manager->load("left");  // its node's names are free again
+  EXPECT_THAT(input_error_of([&] { rig.manager->load("left"); }), HasSubstr("loaded already"));
+  EXPECT_THAT(input_error_of([&] { rig.manager->load("lefft"); }), HasSubstr("did you mean 'left'?"));
+}
+
+TEST(Manager, UnknownTypeNamesTheNearestAtItsPlace) {
+  ManagerRig rig(
+      "controller_manager:\n  ros__parameters:\n    jsb:\n"
+      "      type: joint_state_broadcaster/JointStateBroadcastr\n");
+  const std::string error = input_error_of([&] { rig.manager->load("jsb"); });
+  EXPECT_THAT(error, HasSubstr("test.yaml:4:13: error: there is no controller type"));
+  EXPECT_THAT(error, HasSubstr("did you mean 'joint_state_broadcaster/JointStateBroadcaster'?"));
+  EXPECT_TRUE(rig.manager->controllers().empty());
+}
+
+TEST(Manager, UnknownJointIsAnErrorAtItsPlaceAndNothingIsLoaded) {
+  ManagerRig rig(R"(controller_manager:
+  ros__parameters:
+    arm:
+      type: position_controllers/JointGroupPositionController
+arm:
+  ros__parameters:
+    joints:
+      - Revolute 1
+      - Revolut 2
+)",
+                 {{"Revolute 1"}, {"Revolute 2"}});
+  const std::string error = input_error_of([&] { rig.manager->load("arm"); });
+  EXPECT_THAT(
+      error,
+      HasSubstr("test.yaml:9:9: error: controller 'arm' names joint 'Revolut 2', which the robot 'fake' does "
+                "not have; did you mean 'Revolute 2'?"));
+  EXPECT_TRUE(rig.manager->controllers().empty());
+  EXPECT_THAT(rig.bus.nodes(), testing::Not(testing::Contains("/arm")));
+}
+
+TEST(Manager, FixedAndDoubledJointsAreErrors) {
+  const std::vector<FakeJoint> joints = {{"a"}, {"flange", JointType::fixed}};
+  const auto error_for = [&](const std::string& list) {
+    ManagerRig rig(
+        "controller_manager: {ros__parameters: {g: {type: "
+        "position_controllers/JointGroupPositionController}}}\ng: {ros__parameters: {joints: " +
+            list + "}}",
+        joints);
+    return input_error_of([&] { rig.manager->load("g"); });
+  };
+  EXPECT_THAT(error_for("[a, flange]"), HasSubstr("'flange', which is fixed"));
+  EXPECT_THAT(error_for("[a, a]"), HasSubstr("lists joint 'a' twice"));
+  EXPECT_THAT(error_for("[]"), HasSubstr("commands nothing"));
+}
+
+TEST(Manager, MimicJointsAreDroppedWithAWarningThatNamesAll) {
+  ManagerRig rig(R"(controller_manager:
+  ros__parameters:
+    gripper: {type: position_controllers/JointGroupPositionController}
+gripper:
+  ros__parameters:
+    joints: [a, finger]
+)",
+                 {{"a"}, {.name = "finger", .mimics = "a"}});
+  rig.manager->start(Names{"gripper"});
+  EXPECT_EQ(rig.count(Severity::warning, "test.yaml:6:17: joint 'finger' mimics 'a'"), 1u) << rig.said();
+  EXPECT_THAT(rig.manager->controllers()[0].claimed, ElementsAre("a/position"));
+}
+
+TEST(Manager, RatesAreRoundedToWholeStepsWithAWarning) {
+  ManagerRig rig("controller_manager:\n  ros__parameters:\n    update_rate: 225\n");
+  EXPECT_EQ(rig.manager->steps_per_tick(), 4);
+  EXPECT_EQ(rig.manager->period(), Duration(4'000'000));
+  ASSERT_EQ(rig.diagnostics.all().size(), 1u);
+  EXPECT_THAT(rig.diagnostics.all()[0].str(),
+              HasSubstr("test.yaml:3:18: warning: 225 Hz does not divide the physics rate of "
+                        "1000 Hz; the controller manager runs every 4 steps, at 250 Hz"));
+  ManagerRig exact("controller_manager: {ros__parameters: {update_rate: 200}}");
+  EXPECT_EQ(exact.manager->steps_per_tick(), 5);
+  EXPECT_TRUE(exact.diagnostics.all().empty());
+  ManagerRig fast("controller_manager: {ros__parameters: {update_rate: 5000}}");
+  EXPECT_EQ(fast.manager->steps_per_tick(), 1);
+  EXPECT_EQ(fast.diagnostics.all().size(), 1u);
+  EXPECT_THAT(input_error_of([] { ManagerRig("controller_manager: {ros__parameters: {update_rate: 0}}"); }),
+              HasSubstr("more than 0 Hz"));
+}
+
+TEST(Manager, EachControllerHasItsRateAndOrder) {
+  ProbeRig rig(R"(
+controller_manager:
+  ros__parameters:
+    update_rate: 100
+    z_first: {type: test/Probe}
+    slow: {type: test/Probe}
+    odd: {type: test/Probe}
+slow: {ros__parameters: {update_rate: 25}}
+odd: {ros__parameters: {update_rate: 30}}
+)");
+  rig.manager->start(Names{"z_first", "slow", "odd"});
+  EXPECT_EQ(rig.count(Severity::warning,
+                      "30 Hz does not divide the controller manager's 100 Hz; 'odd' is updated every 3 "
+                      "ticks, at 33.3333 Hz"),
+            1u)
+      << rig.said();
+  rig.run(12);
+  std::string order;
+  for (const auto& call : rig.calls) order += call.who[0];
+  EXPECT_EQ(order,
+            "zso"
+            "z"
+            "z"
+            "zo"
+            "zs"
+            "z"
+            "zo"
+            "z"
+            "zs"
+            "zo"
+            "z"
+            "z");
+  for (const auto& call : rig.calls) {
+    EXPECT_EQ(call.period, call.who == "slow"  ? Duration(40'000'000)
+                           : call.who == "odd" ? Duration(30'000'000)
+                                               : Duration(10'000'000));
+  }
+  EXPECT_EQ(rig.manager->controllers()[1].update_rate, 25.0);
+}
+
+TEST(Manager, StartTellsBothPlacesOfADoubleClaimAndStartsNothing) {
+  ManagerRig rig(kTwoGroups);
+  const std::string error = input_error_of([&] { rig.manager->start(Names{"states", "left", "both"}); });
+  EXPECT_THAT(
+      error,
+      HasSubstr(
+          "test.yaml:13:14: error: 'both' claims the command interface 'a/position', which 'left' claims "
+          "too at test.yaml:10:14"));
+  EXPECT_TRUE(rig.manager->controllers().empty());
+  EXPECT_TRUE(rig.hardware->switches.empty());
+}
+
+TEST(Manager, StartTellsAMissingInterfaceAtTheJointsPlace) {
+  FakeHardwareOptions options;
+  options.joints = {"a"};
+  ManagerRig rig(kTwoGroups, {{"a"}, {"b"}}, options);
+  const std::string error = input_error_of([&] { rig.manager->start(Names{"both"}); });
+  EXPECT_THAT(
+      error,
+      HasSubstr(
+          "test.yaml:13:17: error: 'both' requires the command interface 'b/position', which no hardware "
+          "offers"));
+}
+
+TEST(Manager, StartCollectsTheErrorsOfAllControllers) {
+  ManagerRig rig(R"(
+controller_manager:
+  ros__parameters:
+    one: {type: position_controllers/JointGroupPositionController}
+    two: {type: position_controllers/JointGroupPositionController}
+one: {ros__parameters: {joints: [x]}}
+two: {ros__parameters: {joints: [y]}}
+)");
+  const std::string error = input_error_of([&] { rig.manager->start(Names{"one", "two"}); });
+  EXPECT_THAT(error, HasSubstr("'x'"));
+  EXPECT_THAT(error, HasSubstr("'y'"));
+}
+
+TEST(Manager, TyposInTheYamlAreTold) {
+  ManagerRig rig(R"(
+controller_manager:
+  ros__parameters:
+    updaterate: 50
+    left: {type: position_controllers/JointGroupPositionController}
+    other: {type: joint_state_broadcaster/JointStateBroadcaster}
+left: {ros__parameters: {joints: [a], jointss: [b]}}
+othr: {ros__parameters: {use_local_topics: true}}
+)");
+  ASSERT_EQ(rig.diagnostics.all().size(), 2u);
+  EXPECT_THAT(rig.diagnostics.all()[0].str(),
+              HasSubstr("no parameter 'updaterate', so this value does nothing; did you mean "
+                        "'update_rate'?"));
+  EXPECT_THAT(rig.diagnostics.all()[1].str(),
+              HasSubstr("the section 'othr' belongs to no controller; did you mean 'other'?"));
+  rig.manager->load("left");
+  EXPECT_EQ(rig.count(Severity::warning, "'left' has no parameter 'jointss'"), 1u) << rig.said();
+}
+
+TEST(Manager, DeclaredControllersKeepTheFilesOrder) {
+  ManagerRig rig(kTwoGroups);
+  const auto declared = rig.manager->declared_controllers();
+  ASSERT_EQ(declared.size(), 3u);
+  EXPECT_EQ(declared[0].first, "left");
+  EXPECT_EQ(declared[2].second, "joint_state_broadcaster/JointStateBroadcaster");
+}
+
+TEST(Manager, ParamsFileIsReadBesideTheFileThatNamesIt) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "doppel_params_file";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "left.yaml") << "left:\n  ros__parameters:\n    joints: [b]\n";
+  std::ofstream(folder / "main.yaml") << "controller_manager:\n  ros__parameters:\n    left:\n"
+                                         "      type: position_controllers/JointGroupPositionController\n"
+                                         "      params_file: left.yaml\n";
+  ManagerRig rig("");
+  const ParameterFile file = ParameterFile::load(folder / "main.yaml");
+  Bus bus;
+  ControllerManager manager(bus, rig.model, rig.registry, &file, {}, rig.log, rig.diagnostics);
+  FakeHardwareOptions options;
+  options.joints = {"a", "b"};
+  manager.add_hardware(std::make_unique<FakeHardware>(options));
+  manager.start(Names{"left"});
+  EXPECT_THAT(manager.controllers()[0].claimed, ElementsAre("b/position"));
+  EXPECT_TRUE(rig.diagnostics.all().empty());
+}
+
+TEST(Manager, RestartHoldsWhereEverythingIs) {
+  ProbeRig rig(kTwoGroups);
+  rig.manager->start(Names{"left"});
+  rig.hardware->switches.clear();
+  rig.manager->restart(Time{});
+  EXPECT_EQ(rig.state_of("left"), ControllerState::active);
+  EXPECT_THAT(rig.hardware->switches, ElementsAre("-a/position", "+a/position"));
+  EXPECT_TRUE(std::isnan(rig.manager->command("a/position")));
+}
+
+TEST(Manager, ControllersFromASharedLibrary) {
+  ManagerRig rig(
+      "controller_manager: {ros__parameters: {c: {type: test_plugin/Constant}}}\nc: {ros__parameters: "
+      "{value: 0.5}}");
+  rig.registry.load_library(DOPPEL_TEST_PLUGIN);
+  EXPECT_EQ(rig.registry.find("test_plugin/Constant")->library, DOPPEL_TEST_PLUGIN);
+  rig.manager->start(Names{"c"});
+  rig.run(2);
+  EXPECT_EQ(rig.hardware->position("a"), 0.5);
+  EXPECT_THAT(input_error_of([&] { rig.registry.load_library(DOPPEL_TEST_PLUGIN); }),
+              HasSubstr("registered already"));
+  EXPECT_THAT(input_error_of([&] { rig.registry.load_library(DOPPEL_TEST_EMPTY_PLUGIN); }),
+              HasSubstr("exports no controller"));
+  EXPECT_THAT(input_error_of([&] { rig.registry.load_library("/nowhere/lib.so"); }),
+              HasSubstr("check the path"));
+}
+
+}  // namespace
+}  // namespace doppel

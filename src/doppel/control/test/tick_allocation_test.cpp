@@ -1,0 +1,92 @@
+// The loop neither allocates nor frees: every operator new and delete of this program is counted.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "doppel/control/test/manager_rig.h"
+
+namespace {
+std::atomic<bool> counting{false};
+std::atomic<int> allocations{0};
+
+void* counted(std::size_t size) {
+  if (counting) ++allocations;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+
+void release(void* memory) {
+  if (counting) ++allocations;
+  std::free(memory);
+}
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return counted(size);
+}
+void* operator new[](std::size_t size) {
+  return counted(size);
+}
+void operator delete(void* memory) noexcept {
+  release(memory);
+}
+void operator delete[](void* memory) noexcept {
+  release(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  release(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  release(memory);
+}
+
+namespace doppel {
+namespace {
+
+constexpr const char* kAll = R"(
+controller_manager:
+  ros__parameters:
+    states: {type: joint_state_broadcaster/JointStateBroadcaster}
+    group: {type: position_controllers/JointGroupPositionController}
+    pid: {type: pid_controller/PidController}
+group: {ros__parameters: {joints: [a]}}
+pid: {ros__parameters: {dof_names: [b], command_interface: effort, reference_and_state_interfaces: [position],
+                        gains: {b: {p: 1.0, i: 1.0, d: 0.1}}}}
+)";
+
+TEST(Tick, NeitherAllocatesNorFrees) {
+  FakeHardwareOptions options;
+  options.commands = {kPosition, kEffort};
+  options.joints = {"a", "b"};
+  ManagerRig rig(kAll, {{.name = "a", .upper = 1, .velocity = 0.1}, {.name = "b", .effort = 1}}, options);
+  rig.manager->start(std::vector<std::string>{"states", "group", "pid"});
+  // With listeners, so that messages are built and sent, and with commands beyond the limits.
+  const auto edge = rig.bus.attach("listener");
+  for (const TopicInfo& topic : rig.bus.topics()) edge->subscribe(topic.id);
+  Node commander(rig.bus, "/commander");
+  const auto commands = commander.advertise<std_msgs::msg::Float64MultiArray>("/group/commands");
+  const auto references = commander.advertise<control_msgs::msg::MultiDOFCommand>("/pid/reference");
+  rig.run(2);
+  commands.publish({{}, {7.0}}, rig.now);
+  references.publish({{}, {100.0}, {}}, rig.now);
+  rig.run(2);
+
+  allocations = 0;
+  for (int i = 0; i < 500; ++i) {
+    counting = true;
+    rig.manager->tick(rig.now);
+    counting = false;
+    rig.now += rig.manager->period();
+  }
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(rig.manager->command("a/position"), 0.0);
+  EXPECT_EQ(rig.manager->command("b/effort"), 1.0);
+  Edge::Incoming message;
+  EXPECT_TRUE(edge->next(message));
+}
+
+}  // namespace
+}  // namespace doppel
