@@ -84,9 +84,9 @@ module base_upper() {
       along_x(21.5, 31) cheek_profile();
       translate([15.6, 0, shoulder.z]) rotate([0, 90, 0]) cylinder(d1 = 11, d2 = 16, h = 7, $fn = 12);   // idler's journal
       translate([30.9, 0, shoulder.z]) rotate([0, 90, 0]) cylinder(d = 22, h = 2.3, $fn = 16);          // bearing's cap
-      for (s = [-1, 1]) translate([0, s * 28, 53]) rotate([90, 0, 0])                                 // gussets
+      for (s = [-1, 1]) translate([0, s * 23, 52]) rotate([90, 0, 0])                                 // gussets
         linear_extrude(6, center = true) polygon([[-31, 0], [-31, 15], [-22, 0]]);
-      for (s = [-1, 1]) translate([0, s * 28, 53]) rotate([90, 0, 0])
+      for (s = [-1, 1]) translate([0, s * 23, 52]) rotate([90, 0, 0])
         linear_extrude(6, center = true) polygon([[14, 0], [22, 13], [22, 0]]);
     }
     translate([0, 0, turntable_z - 1]) cylinder(d = 24, h = 7.9, $fn = 12);                            // horn of Revolute 1
