@@ -46,7 +46,7 @@ module base_link() {
     translate([0, 62, 6]) linear_extrude(15) rounded([56, 36], 4, $fn = 4);                          // room for the boards
     translate([0, 90, 11]) rotate([90, 0, 0]) linear_extrude(12) rounded([12, 6], 2, $fn = 8);  // USB
     for (x = [-18:9:18]) translate([x, 60, 20]) linear_extrude(20) square([3, 20], center = true);
-    for (x = [-38, 38]) { translate([x, -34, -1]) cylinder(d = 4.5, h = 9, $fn = 8); translate([x * 0.86, 84, -1]) cylinder(d = 4.5, h = 9, $fn = 8); }
+    for (x = [-38, 38]) { translate([x, -34, -1]) cylinder(d = 4.5, h = 9, $fn = 8); translate([x * 1.05, 87, -1]) cylinder(d = 4.5, h = 9, $fn = 8); }
   }
 }
 
