@@ -14,6 +14,8 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using SmallMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;  // on the stack
 
 Eigen::Matrix3d skew(const Eigen::Vector3d& a) {
   Eigen::Matrix3d m;
@@ -133,7 +135,7 @@ void mass_matrix(const Model& model, Data& data, const ConstVector& q) {
     if (joint.nv == 0) continue;
     const Subspace S = subspace_of(joint, data.X_PL[child]);
     Subspace F = data.composite[child] * S;
-    const Subspace own = S.transpose() * F;
+    const SmallMatrix own = S.transpose() * F;
     data.M.block(joint.v, joint.v, joint.nv, joint.nv) = 0.5 * (own + own.transpose());
     for (const ModelJoint* at = &joint;;) {
       for (int k = 0; k < joint.nv; ++k) F.col(k) = force_to_parent(data.X_PL[at->child_link], F.col(k));

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 
 #include "doppel/core/names.h"
@@ -301,14 +300,14 @@ void MujocoEngine::step() {
   }
   if (any_wrench_) write_wrenches();
   const auto nq = static_cast<std::size_t>(m()->nq), nv = static_cast<std::size_t>(m()->nv);
-  std::memcpy(kept_.data(), d()->qpos, nq * sizeof(double));
-  std::memcpy(kept_.data() + nq, d()->qvel, nv * sizeof(double));
+  std::copy_n(d()->qpos, nq, kept_.data());
+  std::copy_n(d()->qvel, nv, kept_.data() + nq);
   if (!guarded([this] { advance(); }) || ran_away()) {
     // MuJoCo has set itself back to its zero pose; the state before the step is the last that means
     // something.
     diverged_ = true;
-    std::memcpy(d()->qpos, kept_.data(), nq * sizeof(double));
-    std::memcpy(d()->qvel, kept_.data() + nq, nv * sizeof(double));
+    std::copy_n(kept_.data(), nq, d()->qpos);
+    std::copy_n(kept_.data() + nq, nv, d()->qvel);
     return;
   }
   ++steps_;
