@@ -127,6 +127,7 @@ class MujocoEngine final : public Engine {
   CollisionMeshes meshes_;
   RobotMjcf robot_;
   std::unique_ptr<MujocoState> state_;
+  mutable DataHandle looked_;  // a copy for questions whose answers need computing; made when first asked
   std::vector<ExcludedPair> excluded_;
   std::vector<ServoParameters> servos_;  // [joints]
   std::vector<Drive> drives_;            // [actuators]
@@ -306,6 +307,7 @@ void MujocoEngine::step() {
     // MuJoCo has set itself back to its zero pose; the state before the step is the last that means
     // something.
     diverged_ = true;
+    d()->pstack = 0;  // given up in the middle of a call
     std::copy_n(kept_.data(), nq, d()->qpos);
     std::copy_n(kept_.data() + nq, nv, d()->qvel);
     return;
@@ -353,9 +355,9 @@ Contact MujocoEngine::describe(const mjContact& contact) const {
 void MujocoEngine::contacts(std::vector<Contact>& out) const {
   // The forces of this instant are only solved for in the next step; a copy is asked, so that looking changes
   // nothing.
-  const DataHandle copy(mj_copyData(nullptr, m(), d()));
+  if (looked_ == nullptr) looked_.reset(mj_makeData(m()));
+  mjData* const c = mj_copyData(looked_.get(), m(), d());
   out.clear();
-  mjData* const c = copy.get();
   if (!guarded([this, c] {
         mj_fwdActuation(m(), c);
         mj_fwdAcceleration(m(), c);
@@ -430,6 +432,7 @@ void MujocoEngine::rebuild(World world) {
   auto fresh = std::make_unique<MujocoState>(robot_, model_, world, meshes_, notes);
   fresh->apply_exclusions(robot_.pairs);
   carry_over(*state_, world_, *fresh, world);
+  looked_.reset();
   state_ = std::move(fresh);
   world_ = std::move(world);
   kept_.resize(static_cast<std::size_t>(m()->nq + m()->nv));
