@@ -46,6 +46,18 @@ Status not_negative(const ParameterValue& value) {
   return rate >= 0 ? Status{} : Status::refused(fmt::format("a rate cannot be negative, this is {}", rate));
 }
 
+// A controller from outside may throw anything; for the user it is a controller that cannot be loaded.
+void initialise(LoadedController& c) {
+  try {
+    c.controller->on_init(c.context);
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::exception& problem) {
+    throw InputError("control.on_init", {},
+                     fmt::format("'{}' cannot be initialised: {}", c.name, problem.what()));
+  }
+}
+
 }  // namespace
 
 std::string_view to_string(ControllerState state) {
@@ -224,6 +236,11 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   if (find(name) != nullptr) {
     throw InputError("control.loaded_already", {}, fmt::format("a controller '{}' is loaded already", name));
   }
+  const auto nodes = bus.nodes();
+  if (std::find(nodes.begin(), nodes.end(), "/" + name) != nodes.end()) {
+    throw InputError("control.bad_name", {},
+                     fmt::format("a node '/{}' is there already; a controller needs its own", name));
+  }
   const std::string type_name = given_type.empty() ? type_of(name) : given_type;
   const ControllerRegistry::Type* type = registry.find(type_name);
   if (type == nullptr) {
@@ -242,7 +259,7 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   c->context = {name, c->node.get(), &model, &log, &c->overrides, 0.0};
   choose_rate(*c);
   c->controller = type->make();
-  c->controller->on_init(c->context);
+  initialise(*c);
   Diagnostics unused;
   report_unused(c->overrides, name, c->node->parameters().names(), unused);
   for (const Diagnostic& finding : unused.all()) tell(log, name, finding);

@@ -194,6 +194,14 @@ ParameterValue fitted(const ParameterValue& value, const ParameterValue& wanted)
 }
 
 std::string how_to_fit(const ParameterValue& value, const ParameterValue& wanted) {
+  const bool texts =
+      std::holds_alternative<std::string>(wanted) || std::holds_alternative<std::vector<std::string>>(wanted);
+  if (texts && (std::holds_alternative<bool>(value) || std::holds_alternative<std::vector<bool>>(value))) {
+    return "put names into quotes: ROS 2 reads y, n, yes, no, on and off as true and false";
+  }
+  if (std::holds_alternative<std::int64_t>(wanted) && std::holds_alternative<double>(value)) {
+    return "write a whole number, without a decimal point";
+  }
   if (is_list(wanted) && !is_list(value)) return fmt::format("write it as a list: [{}]", to_string(value));
   if (std::holds_alternative<std::string>(wanted))
     return fmt::format("put it into quotes: \"{}\"", to_string(value));

@@ -13,7 +13,7 @@ struct FakeJoint {
   JointType type = JointType::revolute;
   double lower = -3.0, upper = 3.0;                 // rad or m
   double velocity = kInfinity, effort = kInfinity;  // rad/s, N m
-  std::string mimics;                               // leader's name; empty: none
+  std::string mimics = "";                          // leader's name; empty: none
 };
 
 inline Model fake_robot(const std::vector<FakeJoint>& joints, const std::string& name = "fake") {

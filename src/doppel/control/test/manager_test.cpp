@@ -170,6 +170,22 @@ TEST(Manager, LifeCycleRefusals) {
   EXPECT_THAT(input_error_of([&] { rig.manager->load("lefft"); }), HasSubstr("did you mean 'left'?"));
 }
 
+TEST(Manager, WhatAControllerThrowsIsToldAndLoadsNothing) {
+  ManagerRig rig("");
+  struct Thrower : Controller {
+    void on_init(ControllerContext&) override { throw std::runtime_error("no such file"); }
+    [[nodiscard]] InterfaceConfiguration command_interfaces() const override { return {}; }
+    [[nodiscard]] InterfaceConfiguration state_interfaces() const override { return {}; }
+    void update(Time, Duration) override {}
+  };
+  rig.registry.add("test/Thrower", [] { return std::make_unique<Thrower>(); });
+  EXPECT_THAT(input_error_of([&] { rig.manager->load("t", "test/Thrower"); }),
+              HasSubstr("'t' cannot be initialised: no such file"));
+  EXPECT_TRUE(rig.manager->controllers().empty());
+  EXPECT_THAT(input_error_of([&] { rig.manager->load("controller_manager", "test/Thrower"); }),
+              HasSubstr("needs its own"));
+}
+
 TEST(Manager, UnknownTypeNamesTheNearestAtItsPlace) {
   ManagerRig rig(
       "controller_manager:\n  ros__parameters:\n    jsb:\n"
@@ -320,11 +336,11 @@ controller_manager:
     one: {type: position_controllers/JointGroupPositionController}
     two: {type: position_controllers/JointGroupPositionController}
 one: {ros__parameters: {joints: [x]}}
-two: {ros__parameters: {joints: [y]}}
+two: {ros__parameters: {joints: [z]}}
 )");
   const std::string error = input_error_of([&] { rig.manager->start(Names{"one", "two"}); });
   EXPECT_THAT(error, HasSubstr("'x'"));
-  EXPECT_THAT(error, HasSubstr("'y'"));
+  EXPECT_THAT(error, HasSubstr("'z'"));
 }
 
 TEST(Manager, TyposInTheYamlAreTold) {

@@ -139,7 +139,7 @@ TEST(ParameterFile, RefusesWhatRos2WouldNotRead) {
   EXPECT_THAT(input_error_of([] { parse("a:\n  ros__parameters:\n    x:\n"); }),
               HasSubstr("p.yaml:3:5: error: parameter 'x' has no value"));
   EXPECT_THAT(input_error_of([] { parse("a:\n\t- b\n"); }),
-              HasSubstr("p.yaml:2:1: error: this is not well-formed YAML"));
+              HasSubstr("p.yaml:2:2: error: this is not well-formed YAML"));
   EXPECT_THAT(input_error_of([] { parse("{}"); }), HasSubstr("no ROS 2 parameter file"));
   EXPECT_THAT(input_error_of([] { parse("- a\n- b\n"); }), HasSubstr("no ROS 2 parameter file"));
   EXPECT_THAT(input_error_of([] { parse("ros__parameters: {x: 1}"); }), HasSubstr("write the node's name"));
@@ -172,6 +172,9 @@ TEST(Declare, RefusesWrongTypesAndValuesAtTheirPlace) {
       input_error_of([&] { declare<std::vector<std::string>>(parameters, &o, "joints", {}); });
   EXPECT_THAT(joints, HasSubstr("p.yaml:3:13: error: parameter 'joints' is a"));
   EXPECT_THAT(joints, HasSubstr("write it as a list: [a]"));
+  auto yes = parse("m: {ros__parameters: {joints: [y]}}").overrides_for("m");
+  EXPECT_THAT(input_error_of([&] { declare<std::vector<std::string>>(parameters, &yes, "joints", {}); }),
+              HasSubstr("put names into quotes"));
   EXPECT_THAT(input_error_of([&] { declare<std::int64_t>(parameters, &o, "rate", 1); }),
               HasSubstr("p.yaml:4:11"));
   const auto check = [](const ParameterValue& v) {

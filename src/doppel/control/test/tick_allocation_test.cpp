@@ -7,6 +7,8 @@
 #include <new>
 
 #include "doppel/control/test/manager_rig.h"
+#include "doppel/messages/control_msgs.h"
+#include "doppel/messages/std_msgs.h"
 
 namespace {
 std::atomic<bool> counting{false};
