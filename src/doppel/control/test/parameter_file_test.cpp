@@ -1,10 +1,12 @@
 #include "doppel/control/parameter_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
+#include <random>
 
 #include "doppel/control/test/manager_rig.h"
 
@@ -147,6 +149,50 @@ TEST(ParameterFile, RefusesWhatRos2WouldNotRead) {
               HasSubstr("/nowhere/x.yaml: error"));
   EXPECT_THAT(input_error_of([] { parse("a: {ros__parameters: &x {b: *x}}"); }), HasSubstr("error"));
   EXPECT_EQ(input_error_of([] { parse("a: {ros__parameters: }"); }), "");  // empty sections are common
+}
+
+// Whatever the bytes are, the answer is a file or an InputError, soon.
+TEST(ParameterFile, AnythingElseIsAnInputError) {
+  const std::string seed_text = R"(controller_manager:
+  ros__parameters:
+    update_rate: 100 # Hz
+    arm: {type: "x/Y", params_file: [a.yaml, 'b']}
+/**: &all
+  ros__parameters:
+    joints: [Revolute 1, "Revolute 2"]
+    gains: &g {a.b: {p: 1.0, i: .inf}}
+    other: *g
+)";
+  const std::string alphabet = ":{}[]&*!|>'\"#%@`-? \n\t,.<~0aZ\x80\xff";
+  for (unsigned seed = 1; seed <= 3000; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::string text = seed_text;
+    for (unsigned i = 0, n = 1 + random() % 6; i < n; ++i) {
+      const std::size_t at = random() % text.size();
+      const char c = alphabet[random() % alphabet.size()];
+      switch (random() % 3) {
+        case 0:
+          text[at] = c;
+          break;
+        case 1:
+          text.insert(at, 1 + random() % 3, c);
+          break;
+        default:
+          text.erase(at, 1 + random() % 20);
+          break;
+      }
+    }
+    input_error_of([&] { static_cast<void>(parse(text).overrides_for("/controller_manager")); });
+  }
+  input_error_of([] { parse("a: {ros__parameters: {b: " + std::string(100'000, '[') + "}}"); });
+  input_error_of([] { parse("a: {ros__parameters: {b: " + std::string(100'000, '{') + "}}"); });
+  std::string bomb = "a: {ros__parameters: {x0: &x0 {v: 1}";
+  for (int i = 1; i < 30; ++i) {
+    const std::string name = fmt::format("x{}", i), last = fmt::format("*x{}", i - 1);
+    bomb += ", " + name + ": &" + name + " {a: " + last + ", b: " + last + "}";
+  }
+  EXPECT_THAT(input_error_of([&] { parse(bomb + "}}"); }), HasSubstr("error"));
 }
 
 TEST(Declare, TakesTheOverrideAndRemembersIt) {
