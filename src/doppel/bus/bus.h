@@ -1,7 +1,8 @@
 #pragma once
-// In-process topics, services and parameters by ROS name and type. The loop's thread owns the bus: nodes live on it,
-// their callbacks run on it between steps. Edges (WebSocket, DDS, recorder) attach from other threads: what the loop
-// publishes reaches them through a lock-free ring each, what they send reaches the loop through its inbox.
+// In-process topics, services and parameters by ROS name and type. The loop's thread owns the bus: nodes live
+// on it, their callbacks run on it between steps. Edges (WebSocket, DDS, recorder) attach from other threads:
+// what the loop publishes reaches them through a lock-free ring each, what they send reaches the loop through
+// its inbox.
 //
 // publish() neither allocates nor locks, and costs a load and a branch where nobody listens.
 
@@ -27,6 +28,11 @@ namespace doppel {
 
 class Bus;
 class Node;
+namespace bus_detail {
+struct Topic;
+struct TopicOps;
+struct ServiceEntry;
+}  // namespace bus_detail
 
 struct Qos {
   std::size_t depth = 10;
@@ -40,7 +46,9 @@ struct TopicInfo {
   TopicId id = 0;
   std::string name, type;
   Qos qos;
-  std::vector<std::string> publishers, subscribers;  // node names, in-process ones
+  std::vector<std::string> publishers,
+      subscribers;             // names of nodes and, for what came through them, of edges
+  std::uint64_t received = 0;  // messages that edges have sent in
 };
 
 struct ServiceInfo {
@@ -56,16 +64,17 @@ template <Message M>
 class Publisher {
  public:
   Publisher() = default;
-  void publish(const M& message, Time stamp) const;          // the loop's thread only
-  [[nodiscard]] bool has_listeners() const;                  // false: publishing would reach nobody and keep nothing
+  void publish(const M& message, Time stamp) const;  // the loop's thread only
+  [[nodiscard]] bool has_listeners() const;          // false: publishing would reach nobody and keep nothing
 
  private:
   friend class Node;
-  Bus* bus_ = nullptr;
-  struct Topic* topic_ = nullptr;
+  explicit Publisher(bus_detail::Topic* topic) : topic_(topic) {}
+  bus_detail::Topic* topic_ = nullptr;  // lives as long as the bus
 };
 
-// A named participant: "/omarm_arm_controller". Destroying it removes all that it offered. The loop's thread only.
+// A named participant: "/omarm_arm_controller". Destroying it removes all that it offered. The loop's thread
+// only. It must go before its bus does.
 class Node {
  public:
   Node(Bus& bus, std::string name);  // name with its leading slash
@@ -76,11 +85,14 @@ class Node {
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] Bus& bus() const { return bus_; }
 
-  // "~/x" is under the node, "/x" absolute, "x" becomes "/x". Throws std::logic_error if the topic has another type.
+  // "~/x" is under the node, "/x" absolute, "x" becomes "/x".
+  // Throws std::logic_error if the topic has another type.
   template <Message M>
   Publisher<M> advertise(std::string_view topic, Qos qos = {});
   template <Message M>
   void subscribe(std::string_view topic, std::function<void(const M&)> callback, Qos qos = {});
+  // Serving a name again replaces one's own handler; throws std::logic_error if it is another node's. A
+  // caller whose responder is dropped unanswered is told so; so is one whose handler throws.
   template <Service S>
   void serve(std::string_view service,
              std::function<void(const typename S::Request&, Responder<typename S::Response>)> handler);
@@ -88,17 +100,25 @@ class Node {
   [[nodiscard]] Parameters& parameters() { return parameters_; }
 
  private:
+  [[nodiscard]] std::string resolve(std::string_view name) const;
+  bus_detail::Topic* advertise_topic(std::string_view topic, const bus_detail::TopicOps& ops, Qos qos);
+  void subscribe_topic(std::string_view topic, const bus_detail::TopicOps& ops,
+                       std::function<void(const void*)> callback);
+  void serve_entry(std::string_view service, bus_detail::ServiceEntry entry);
+
   Bus& bus_;
   std::string name_;
   Parameters parameters_;
 };
 
-// An edge's view: everything here may be called from the edge's one thread.
+// An edge's view: everything here may be called from the edge's one thread, wake() from any. It must go
+// before its bus does; replies that come after it are dropped, and none runs while or after it is destroyed.
 class Edge {
  public:
   virtual ~Edge() = default;
 
-  // Which topics this edge wants; takes effect at the loop's next step. Latched topics then deliver their last message.
+  // Which topics this edge wants; takes effect at the loop's next step. Latched topics then deliver their
+  // last message.
   virtual void subscribe(TopicId topic) = 0;
   virtual void unsubscribe(TopicId topic) = 0;
 
@@ -112,14 +132,17 @@ class Edge {
   // Waits until next() would give something, wake() is called or the time is over.
   virtual void wait(std::chrono::milliseconds at_most) = 0;
   virtual void wake() = 0;
-  // A file descriptor that becomes readable when next() would give something (for event loops); drained by next().
+  // A file descriptor that becomes readable when next() would give something (for event loops); drained by
+  // next().
   [[nodiscard]] virtual int readable_fd() const = 0;
   [[nodiscard]] virtual std::uint64_t dropped() const = 0;
 
-  // Sends a message in from outside, as node `from`. Refused: unknown topic's type differs, malformed bytes.
+  // Sends a message in from outside, as node `from`. Refused: a type that nobody knows or that is not the
+  // topic's, malformed bytes. Whoever subscribes gets it at the loop's next step, this edge too.
   virtual Status publish(std::string_view from, std::string_view topic, std::string_view type,
                          std::span<const std::byte> cdr) = 0;
-  // Calls a service; `reply` runs on the loop's thread with the response's CDR, or the reason why there is none.
+  // Calls a service; `reply` runs on the loop's thread with the response's CDR, or the reason why there is
+  // none.
   virtual void call(std::string_view service, std::span<const std::byte> request_cdr,
                     std::function<void(Status, Bytes)> reply) = 0;
   // Parameters of nodes, "/node" and "name"; answers on the loop's thread.
@@ -136,7 +159,8 @@ class Bus {
   Bus& operator=(const Bus&) = delete;
 
   // -- the loop's thread
-  // Runs what edges and other threads have sent; returns how many. Call it between steps. The fast path is one load.
+  // Runs what edges and other threads have sent; returns how many. Call it between steps. The fast path is
+  // one load.
   std::size_t spin() { return inbox_.run(); }
   void set_now(Time now) { now_ = now; }
   [[nodiscard]] Time now() const { return now_; }
@@ -154,8 +178,6 @@ class Bus {
   struct Impl;
 
  private:
-  template <Message M>
-  friend class Publisher;
   friend class Node;
   Inbox inbox_;
   Time now_{};

@@ -1,0 +1,253 @@
+#include "doppel/bus/bus.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "doppel/bus/bus_impl.h"
+
+namespace doppel {
+namespace bus_detail {
+namespace {
+
+// To one link or copied from the first to the others: a message is encoded once, straight into a ring.
+void write_to_links(Topic& topic, const void* message, Time stamp) {
+  const std::size_t size = topic.ops->size(message);
+  std::span<const std::byte> encoded;
+  if (topic.qos.latched) {
+    topic.last.resize(size);
+    topic.ops->write(message, topic.last);
+    topic.last_stamp = stamp;
+    encoded = topic.last;
+  }
+  for (const auto& link : topic.links) {
+    const auto room = link->begin(topic, stamp, size);
+    if (room.empty()) continue;
+    if (encoded.empty()) {
+      topic.ops->write(message, room);
+    } else {
+      std::memcpy(room.data(), encoded.data(), size);
+    }
+    encoded = room;  // only this thread writes to rings, so the bytes stay until this link's next message
+    link->commit(size);
+  }
+}
+
+void deliver_locally(Topic& topic, const void* message) {
+  ++topic.delivering;
+  for (std::size_t i = 0; i < topic.locals.size(); ++i) {
+    const auto callback = topic.locals[i].callback;  // held: the callback may take down its own node
+    if (callback) (*callback)(message);
+  }
+  --topic.delivering;
+  if (topic.delivering > 0) return;
+  std::erase_if(topic.locals, [](const LocalSubscriber& local) { return !local.callback; });
+}
+
+}  // namespace
+
+// Edges come first, so that they see a message before what its subscribers publish in answer to it.
+void deliver(Topic& topic, const void* message, Time stamp) {
+  if (!topic.links.empty() || topic.qos.latched) write_to_links(topic, message, stamp);
+  if (!topic.locals.empty()) deliver_locally(topic, message);
+}
+
+}  // namespace bus_detail
+
+using bus_detail::Endpoint;
+using bus_detail::Topic;
+
+Topic& Bus::Impl::make_topic(const std::string& name, const TypeSupport& support) {
+  auto topic = std::make_unique<Topic>();
+  topic->id = static_cast<TopicId>(topics.size() + 1);
+  topic->name = name;
+  topic->support = &support;
+  by_name[name] = topic.get();
+  topics.push_back(std::move(topic));
+  return *topics.back();
+}
+
+// Edges hold a name's type only until a node wants it with another: what comes from outside must not stop a
+// node.
+Topic& Bus::Impl::topic_for_node(const std::string& name, const bus_detail::TopicOps& ops,
+                                 const std::string& node) {
+  const TypeSupport& support = ops.support();
+  register_type(support);
+  const std::lock_guard lock(mutex);
+  const auto found = by_name.find(name);
+  Topic* topic = found == by_name.end() ? nullptr : found->second;
+  if (topic != nullptr && topic->support->name != support.name) {
+    for (const auto* endpoints : {&topic->publishers, &topic->subscribers}) {
+      const auto holder = std::ranges::find_if(*endpoints, &Endpoint::is_node);
+      if (holder == endpoints->end()) continue;
+      throw std::logic_error(fmt::format("topic {} is a {} of node {}; node {} cannot have it as a {}", name,
+                                         topic->support->name, holder->name, node, support.name));
+    }
+    if (is_listed(*topic)) graph_changed();
+    topic = nullptr;
+  }
+  if (topic == nullptr) topic = &make_topic(name, support);
+  topic->ops = &ops;
+  return *topic;
+}
+
+Topic* Bus::Impl::topic_for_edge(const std::string& name, const TypeSupport& support) {
+  const std::lock_guard lock(mutex);
+  const auto found = by_name.find(name);
+  if (found == by_name.end()) return &make_topic(name, support);
+  if (found->second->support->name == support.name) return found->second;
+  if (is_listed(*found->second)) return nullptr;
+  return &make_topic(name, support);
+}
+
+template <class Change>
+void Bus::Impl::change_endpoints(Topic& topic, Change change) {
+  const bool was_listed = is_listed(topic);
+  change();
+  if (topic.publishers.empty()) {
+    topic.qos = {};
+    topic.last.clear();
+  }
+  update_wanted(topic);
+  if (is_listed(topic) != was_listed) graph_changed();
+}
+
+void Bus::Impl::update_wanted(Topic& topic) {
+  const bool local = std::ranges::any_of(topic.locals, [](const auto& l) { return l.callback != nullptr; });
+  topic.wanted.store(local || !topic.links.empty() || topic.qos.latched, std::memory_order_relaxed);
+}
+
+void Bus::Impl::add_endpoint(Topic& topic, bool publishes, Endpoint endpoint) {
+  const std::lock_guard lock(mutex);
+  auto& endpoints = publishes ? topic.publishers : topic.subscribers;
+  const bool known = std::ranges::any_of(endpoints, [&endpoint](const Endpoint& e) {
+    return e.owner == endpoint.owner && e.name == endpoint.name;
+  });
+  change_endpoints(topic, [&] {
+    if (!known) endpoints.push_back(std::move(endpoint));
+  });
+}
+
+void Bus::Impl::subscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link) {
+  if (id == 0 || id > topics.size()) return;
+  Topic& topic = *topics[id - 1];
+  if (std::ranges::find(topic.links, link) != topic.links.end()) return;
+  topic.links.push_back(link);
+  add_endpoint(topic, false, {link.get(), false, link->name()});
+  deliver_last(topic, link);
+}
+
+// A latched message that finds the ring full is tried again at the next step: nobody will publish it anew.
+void Bus::Impl::deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link) {
+  const bool subscribed = std::ranges::find(topic.links, link) != topic.links.end();
+  if (topic.last.empty() || !subscribed) return;
+  const auto room = link->begin(topic, topic.last_stamp, topic.last.size());
+  if (!room.empty()) {
+    std::ranges::copy(topic.last, room.begin());
+    link->commit(topic.last.size());
+  } else if (link->could_ever_take(topic.last.size())) {
+    bus.post([this, &topic, link] { deliver_last(topic, link); });
+  }
+}
+
+void Bus::Impl::unsubscribe_link(TopicId id, const bus_detail::EdgeLink* link) {
+  if (id == 0 || id > topics.size()) return;
+  Topic& topic = *topics[id - 1];
+  const std::lock_guard lock(mutex);
+  change_endpoints(topic, [&] {
+    std::erase_if(topic.links, [link](const auto& l) { return l.get() == link; });
+    std::erase_if(topic.subscribers, [link](const Endpoint& e) { return e.owner == link; });
+  });
+}
+
+void Bus::Impl::remove_owner(const void* owner) {
+  // Handlers die behind the lock: what they hold may call the bus on its way out.
+  std::vector<std::shared_ptr<const void>> garbage;
+  const std::lock_guard lock(mutex);
+  const auto owned = [owner](const Endpoint& e) { return e.owner == owner; };
+  for (const auto& topic : topics) {
+    if (std::ranges::none_of(topic->publishers, owned) && std::ranges::none_of(topic->subscribers, owned))
+      continue;
+    change_endpoints(*topic, [&] {
+      std::erase_if(topic->publishers, owned);
+      std::erase_if(topic->subscribers, owned);
+      std::erase_if(topic->links, [owner](const auto& link) { return link.get() == owner; });
+      for (auto& local : topic->locals) {
+        if (local.node == owner) garbage.push_back(std::exchange(local.callback, nullptr));
+      }
+      if (topic->delivering == 0)
+        std::erase_if(topic->locals, [](const auto& local) { return !local.callback; });
+    });
+  }
+  for (const auto& [name, entry] : services) {
+    if (entry->node == owner) garbage.push_back(entry);
+  }
+  const std::size_t gone =
+      std::erase_if(services, [owner](const auto& s) { return s.second->node == owner; }) +
+      std::erase_if(nodes, [owner](const Node* node) { return node == owner; });
+  for (std::size_t i = 0; i < gone; ++i) graph_changed();
+}
+
+void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message) {
+  topic.received.fetch_add(1, std::memory_order_relaxed);
+  if (!topic.wanted.load(std::memory_order_relaxed)) return;
+  if (topic.ops != nullptr) {  // a node may have come since the edge looked
+    if (message != nullptr || topic.ops->decode(cdr, message))
+      bus_detail::deliver(topic, message.get(), bus.now());
+    return;
+  }
+  for (const auto& link : topic.links) {
+    const auto room = link->begin(topic, bus.now(), cdr.size());
+    if (room.empty()) continue;
+    std::ranges::copy(cdr, room.begin());
+    link->commit(cdr.size());
+  }
+}
+
+Node* Bus::Impl::find_node(std::string_view name) const {
+  const auto found = std::ranges::find_if(nodes, [name](const Node* node) { return node->name() == name; });
+  return found == nodes.end() ? nullptr : *found;
+}
+
+Bus::Bus() : impl_(std::make_unique<Impl>(*this)) {}
+Bus::~Bus() = default;
+
+std::vector<TopicInfo> Bus::topics() const {
+  const auto names = [](const std::vector<Endpoint>& endpoints) {
+    std::vector<std::string> result;
+    for (const Endpoint& endpoint : endpoints) result.push_back(endpoint.name);
+    return result;
+  };
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<TopicInfo> infos;
+  for (const auto& [name, topic] : impl_->by_name) {
+    if (topic->publishers.empty() && topic->subscribers.empty()) continue;
+    infos.push_back({topic->id, name, topic->support->name, topic->qos, names(topic->publishers),
+                     names(topic->subscribers), topic->received.load(std::memory_order_relaxed)});
+  }
+  return infos;
+}
+
+std::vector<ServiceInfo> Bus::services() const {
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<ServiceInfo> infos;
+  for (const auto& [name, entry] : impl_->services) {
+    infos.push_back({entry->id, name, entry->support->name, entry->node->name()});
+  }
+  return infos;
+}
+
+std::vector<std::string> Bus::nodes() const {
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<std::string> names;
+  for (const Node* node : impl_->nodes) names.push_back(node->name());
+  std::ranges::sort(names);
+  return names;
+}
+
+std::unique_ptr<Edge> Bus::attach(std::string name, std::size_t ring_bytes) {
+  return make_edge(*this, *impl_, std::move(name), ring_bytes);
+}
+
+}  // namespace doppel

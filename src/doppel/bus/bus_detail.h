@@ -1,0 +1,130 @@
+#pragma once
+// The typed surface of the bus over its type-erased inside: per message type one table of functions, nothing
+// more.
+
+#include <memory>
+#include <utility>
+
+#include "doppel/bus/bus.h"
+
+namespace doppel::bus_detail {
+
+// What the bus must know of a message type.
+struct TopicOps {
+  const TypeSupport& (*support)();
+  std::size_t (*size)(const void* message);
+  void (*write)(const void* message, std::span<std::byte> out);
+  Status (*decode)(std::span<const std::byte> cdr, std::shared_ptr<const void>& message);
+};
+
+template <Message M>
+inline constexpr TopicOps kTopicOps{
+    .support = &type_support<M>,
+    .size = [](const void* message) { return cdr_size(*static_cast<const M*>(message)); },
+    .write = [](const void* message,
+                std::span<std::byte> out) { write_cdr(*static_cast<const M*>(message), out); },
+    .decode =
+        [](std::span<const std::byte> cdr, std::shared_ptr<const void>& message) {
+          auto typed = std::make_shared<M>();
+          Status status = from_cdr(cdr, *typed);
+          message = std::move(typed);
+          return status;
+        },
+};
+
+class EdgeLink;
+
+// One who publishes or subscribes, by the node's or the edge's address.
+struct Endpoint {
+  const void* owner = nullptr;
+  bool is_node = false;
+  std::string name;
+};
+
+struct LocalSubscriber {
+  const Node* node = nullptr;
+  std::shared_ptr<std::function<void(const void*)>>
+      callback;  // null: unsubscribed while messages were delivered
+};
+
+struct Topic {
+  // Read by every publish(): whether anybody listens or the last message is kept.
+  std::atomic<bool> wanted{false};
+  std::atomic<std::uint64_t> received{0};
+  const TypeSupport* support = nullptr;
+
+  // Changed by the loop's thread under the graph's mutex; others read under it.
+  TopicId id = 0;
+  std::string name;
+  Qos qos;
+  const TopicOps* ops = nullptr;  // null: only edges have used the topic
+  std::vector<Endpoint> publishers, subscribers;
+
+  // The loop's thread only.
+  std::vector<LocalSubscriber> locals;
+  std::vector<std::shared_ptr<EdgeLink>> links;
+  int delivering = 0;  // depth of deliver() on this topic
+  Bytes last;          // of a latched topic, empty: none
+  Time last_stamp{};
+};
+
+// Hands a message to everybody who wants it; the loop's thread.
+void deliver(Topic& topic, const void* message, Time stamp);
+
+// A request on its way to be answered, once; dropped unanswered, it tells the caller so.
+class PendingReply {
+ public:
+  virtual ~PendingReply() = default;
+  virtual void answer(Status status, Bytes response) = 0;
+};
+
+struct ServiceEntry {
+  ServiceId id = 0;
+  std::string name;
+  const ServiceSupport* support = nullptr;
+  const Node* node = nullptr;
+  Status (*decode)(std::span<const std::byte> cdr, std::shared_ptr<const void>& request) = nullptr;
+  std::function<void(const void* request, std::shared_ptr<PendingReply> reply)> handle;
+};
+
+}  // namespace doppel::bus_detail
+
+namespace doppel {
+
+template <Message M>
+void Publisher<M>::publish(const M& message, Time stamp) const {
+  if (has_listeners()) bus_detail::deliver(*topic_, &message, stamp);
+}
+
+template <Message M>
+bool Publisher<M>::has_listeners() const {
+  return topic_ != nullptr && topic_->wanted.load(std::memory_order_relaxed);
+}
+
+template <Message M>
+Publisher<M> Node::advertise(std::string_view topic, Qos qos) {
+  return Publisher<M>(advertise_topic(topic, bus_detail::kTopicOps<M>, qos));
+}
+
+template <Message M>
+void Node::subscribe(std::string_view topic, std::function<void(const M&)> callback, Qos) {
+  subscribe_topic(topic, bus_detail::kTopicOps<M>, [call = std::move(callback)](const void* message) {
+    call(*static_cast<const M*>(message));
+  });
+}
+
+template <Service S>
+void Node::serve(std::string_view service,
+                 std::function<void(const typename S::Request&, Responder<typename S::Response>)> handler) {
+  bus_detail::ServiceEntry entry;
+  entry.support = &service_support<S>();
+  entry.decode = bus_detail::kTopicOps<typename S::Request>.decode;
+  entry.handle = [call = std::move(handler)](const void* request,
+                                             const std::shared_ptr<bus_detail::PendingReply>& reply) {
+    call(*static_cast<const typename S::Request*>(request),
+         [reply](const typename S::Response& response) { reply->answer({}, to_cdr(response)); });
+  };
+  serve_entry(service, std::move(entry));
+}
+
+}  // namespace doppel

@@ -1,0 +1,129 @@
+#pragma once
+// Private to the bus: the graph of topics, services and nodes, and the loop's end of an edge.
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <deque>
+#include <map>
+#include <system_error>
+
+#include "doppel/bus/bus.h"
+
+namespace doppel::bus_detail {
+
+// Stands before the CDR form in an edge's ring; sixteen bytes, so that the CDR form stays aligned to eight.
+struct RecordHeader {
+  TopicId topic = 0;
+  std::uint32_t unused = 0;
+  std::int64_t stamp = 0;
+};
+static_assert(sizeof(RecordHeader) == 16);
+
+// What the loop and an edge share: the ring, and how the edge is woken. `armed` is set by the reader when it
+// has found the ring empty; the writer that clears it signals, so that a busy reader costs the loop no system
+// call.
+class EdgeLink {
+ public:
+  EdgeLink(std::string name, std::size_t ring_bytes)
+      : name_(std::move(name)),
+        ring_bytes_(ring_bytes),
+        ring_(ring_bytes),
+        fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+    if (fd_ < 0)
+      throw std::system_error(errno, std::generic_category(), "cannot make an eventfd for an edge");
+  }
+  ~EdgeLink() { close(fd_); }
+  EdgeLink(const EdgeLink&) = delete;
+  EdgeLink& operator=(const EdgeLink&) = delete;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] int fd() const { return fd_; }
+  [[nodiscard]] ByteRing& ring() { return ring_; }
+  [[nodiscard]] const ByteRing& ring() const { return ring_; }
+  [[nodiscard]] bool could_ever_take(std::size_t size) const { return size + 64 < ring_bytes_; }
+
+  // The loop: room for a message's CDR form behind its header; empty: no room. Then commit().
+  std::span<std::byte> begin(const Topic& topic, Time stamp, std::size_t size) {
+    const auto record = ring_.begin_write(sizeof(RecordHeader) + size);
+    if (record.empty()) return {};
+    const RecordHeader header{topic.id, 0, stamp.count()};
+    std::memcpy(record.data(), &header, sizeof(header));
+    return record.subspan(sizeof(header));
+  }
+  void commit(std::size_t size) {
+    ring_.commit(sizeof(RecordHeader) + size);
+    std::atomic_thread_fence(std::memory_order_seq_cst);  // the record before the look at `armed`
+    if (armed_.load(std::memory_order_relaxed) && armed_.exchange(false)) signal();
+  }
+  void signal() const {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written =
+        write(fd_, &one, sizeof(one));  // full means it is signalled already
+  }
+
+  // The edge: the oldest record; if there is none, the next one will signal.
+  std::span<const std::byte> front_or_arm() {
+    if (const auto record = ring_.front(); record.data() != nullptr) return record;
+    armed_.store(true);
+    std::atomic_thread_fence(std::memory_order_seq_cst);
+    return ring_.front();
+  }
+  void drain() const {
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto got = read(fd_, &count, sizeof(count));
+  }
+
+ private:
+  const std::string name_;
+  const std::size_t ring_bytes_;
+  ByteRing ring_;
+  const int fd_;
+  std::atomic<bool> armed_{true};
+};
+
+}  // namespace doppel::bus_detail
+
+namespace doppel {
+
+struct Bus::Impl {
+  explicit Impl(Bus& owner) : bus(owner) {}
+
+  using Topic = bus_detail::Topic;
+  using ServiceEntry = bus_detail::ServiceEntry;
+
+  Bus& bus;
+  mutable std::mutex mutex;                   // publish() never takes it
+  std::deque<std::unique_ptr<Topic>> topics;  // by id - 1; kept, for publishers may outlive their node
+  std::map<std::string, Topic*, std::less<>> by_name;  // the topic that a name means now
+  std::map<std::string, std::shared_ptr<const ServiceEntry>, std::less<>> services;
+  ServiceId next_service = 1;
+  std::vector<Node*> nodes;
+
+  // The loop's thread; all take the mutex.
+  Topic& topic_for_node(const std::string& name, const bus_detail::TopicOps& ops, const std::string& node);
+  // nullptr: nodes use the topic with another type.
+  Topic* topic_for_edge(const std::string& name, const TypeSupport& support);
+  void add_endpoint(Topic& topic, bool publishes, bus_detail::Endpoint endpoint);
+  void subscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
+  void unsubscribe_link(TopicId id, const bus_detail::EdgeLink* link);
+  void remove_owner(const void* owner);  // a node or a link, with all that it offered
+  void receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message);
+  void deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link);
+
+  Node* find_node(std::string_view name) const;
+  void graph_changed() { bus.graph_version_.fetch_add(1, std::memory_order_acq_rel); }
+
+ private:
+  Topic& make_topic(const std::string& name, const TypeSupport& support);
+  template <class Change>
+  void change_endpoints(Topic& topic, Change change);
+  static bool is_listed(const Topic& topic) {
+    return !topic.publishers.empty() || !topic.subscribers.empty();
+  }
+  static void update_wanted(Topic& topic);
+};
+
+std::unique_ptr<Edge> make_edge(Bus& bus, Bus::Impl& impl, std::string name, std::size_t ring_bytes);
+
+}  // namespace doppel

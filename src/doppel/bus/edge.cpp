@@ -1,0 +1,236 @@
+// The edge's end of the bus. What it asks for is decoded here, on its own thread, and done by the loop.
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include "doppel/bus/bus_impl.h"
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+using bus_detail::EdgeLink;
+using bus_detail::RecordHeader;
+
+// Whether an edge is still there to be answered. Held while an answer runs, so that the edge waits for it to
+// end.
+struct Liveness {
+  std::recursive_mutex mutex;  // recursive: an answer may destroy its own edge
+  bool alive = true;
+
+  template <class Call>
+  void if_alive(Call call) {
+    const std::lock_guard lock(mutex);
+    if (alive) call();
+  }
+};
+
+using Reply = std::function<void(Status, Bytes)>;
+
+class EdgeReply : public bus_detail::PendingReply {
+ public:
+  EdgeReply(std::shared_ptr<Liveness> edge, std::string service, Reply reply)
+      : edge_(std::move(edge)), service_(std::move(service)), reply_(std::move(reply)) {}
+  ~EdgeReply() override {
+    answer(Status::refused(fmt::format("service {} went away without an answer", service_)), {});
+  }
+
+  void answer(Status status, Bytes response) override {
+    if (answered_) return;
+    answered_ = true;
+    edge_->if_alive([&] { reply_(std::move(status), std::move(response)); });
+  }
+
+ private:
+  std::shared_ptr<Liveness> edge_;
+  std::string service_;
+  Reply reply_;
+  bool answered_ = false;
+};
+
+void handle(const bus_detail::ServiceEntry& entry, const void* request,
+            const std::shared_ptr<bus_detail::PendingReply>& reply) {
+  try {
+    entry.handle(request, reply);
+  } catch (const std::exception& e) {
+    reply->answer(Status::refused(fmt::format("service {} failed: {}", entry.name, e.what())), {});
+  }
+}
+
+class EdgeImpl : public Edge {
+ public:
+  EdgeImpl(Bus& bus, Bus::Impl& impl, std::string name, std::size_t ring_bytes)
+      : bus_(bus), impl_(impl), link_(std::make_shared<EdgeLink>(std::move(name), ring_bytes)) {}
+
+  ~EdgeImpl() override {
+    {
+      const std::lock_guard lock(liveness_->mutex);
+      liveness_->alive = false;
+    }
+    // The task keeps the link, so that its ring is freed by a thread that posts and not by the loop.
+    bus_.post([&impl = impl_, link = link_] { impl.remove_owner(link.get()); });
+  }
+
+  void subscribe(TopicId topic) override {
+    bus_.post([&impl = impl_, link = link_, topic] { impl.subscribe_link(topic, link); });
+  }
+  void unsubscribe(TopicId topic) override {
+    bus_.post([&impl = impl_, link = link_, topic] { impl.unsubscribe_link(topic, link.get()); });
+  }
+
+  bool next(Incoming& message) override {
+    if (taken_) link_->ring().pop();
+    auto record = link_->ring().front();
+    if (record.data() == nullptr) {
+      link_->drain();
+      record = link_->front_or_arm();
+    }
+    taken_ = record.data() != nullptr;
+    if (!taken_) return false;
+    RecordHeader header;
+    std::memcpy(&header, record.data(), sizeof(header));
+    message = {header.topic, Time(header.stamp), record.subspan(sizeof(header))};
+    return true;
+  }
+
+  void wait(std::chrono::milliseconds at_most) override {
+    if (taken_) link_->ring().pop();
+    taken_ = false;
+    if (link_->front_or_arm().data() != nullptr) return;
+    pollfd poll_fd{link_->fd(), POLLIN, 0};
+    if (poll(&poll_fd, 1, static_cast<int>(at_most.count())) > 0) link_->drain();
+  }
+
+  void wake() override { link_->signal(); }
+  [[nodiscard]] int readable_fd() const override { return link_->fd(); }
+  [[nodiscard]] std::uint64_t dropped() const override { return link_->ring().dropped(); }
+
+  Status publish(std::string_view from, std::string_view topic, std::string_view type,
+                 std::span<const std::byte> cdr) override;
+  void call(std::string_view service, std::span<const std::byte> request_cdr, Reply reply) override;
+  void get_parameters(std::function<void(std::vector<NamedParameter>)> reply) override;
+  void set_parameter(std::string_view node, std::string_view name, const ParameterValue& value,
+                     std::function<void(Status)> reply) override;
+
+ private:
+  Status target_of(const std::string& topic, std::string_view type, const TypeSupport*& support,
+                   const bus_detail::TopicOps*& ops) const;
+  // What a call needs; weak, so that the loop alone decides when a handler dies.
+  struct Target {
+    std::weak_ptr<const bus_detail::ServiceEntry> entry;
+    decltype(bus_detail::ServiceEntry::decode) decode = nullptr;  // null: no such service
+  };
+  Target find_target(std::string_view name, std::string& why) const;
+
+  Bus& bus_;
+  Bus::Impl& impl_;
+  std::shared_ptr<EdgeLink> link_;
+  std::shared_ptr<Liveness> liveness_ = std::make_shared<Liveness>();
+  bool taken_ = false;  // the record at the ring's front has been handed out
+};
+
+// Finds out what a message's bytes must be, or why the topic cannot take them.
+Status EdgeImpl::target_of(const std::string& topic, std::string_view type, const TypeSupport*& support,
+                           const bus_detail::TopicOps*& ops) const {
+  support = find_type(type);
+  if (support == nullptr) {
+    return Status::refused(
+        fmt::format("nobody knows the message type '{}'{}", type, did_you_mean(type, type_names())));
+  }
+  const std::lock_guard lock(impl_.mutex);
+  const auto found = impl_.by_name.find(topic);
+  if (found == impl_.by_name.end()) return {};
+  const bus_detail::Topic& existing = *found->second;
+  if (existing.support->name == support->name) {
+    ops = existing.ops;
+    return {};
+  }
+  if (existing.publishers.empty() && existing.subscribers.empty()) return {};
+  return Status::refused(
+      fmt::format("topic {} is a {}, not a {}", topic, existing.support->name, support->name));
+}
+
+Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::string_view type,
+                         std::span<const std::byte> cdr) {
+  const std::string name = topic.starts_with('/') ? std::string(topic) : fmt::format("/{}", topic);
+  const TypeSupport* support = nullptr;
+  const bus_detail::TopicOps* ops = nullptr;
+  Status status = target_of(name, type, support, ops);
+  if (!status) return status;
+  std::shared_ptr<const void> message;
+  Bytes bytes;
+  status = ops != nullptr ? ops->decode(cdr, message) : support->recode(cdr, bytes);
+  if (!status) return status;
+  bus_.post([&impl = impl_, link = link_, from = std::string(from), name, support,
+             message = std::move(message), bytes = std::move(bytes)] {
+    bus_detail::Topic* target = impl.topic_for_edge(name, *support);
+    if (target == nullptr) return;  // a node has taken the name for another type since
+    impl.add_endpoint(*target, true, {link.get(), false, from});
+    impl.receive(*target, bytes, message);
+  });
+  return {};
+}
+
+EdgeImpl::Target EdgeImpl::find_target(std::string_view name, std::string& why) const {
+  const std::lock_guard lock(impl_.mutex);
+  const auto found = impl_.services.find(name);
+  if (found != impl_.services.end()) return {found->second, found->second->decode};
+  std::vector<std::string> names;
+  for (const auto& [known, entry] : impl_.services) names.push_back(known);
+  why = fmt::format("there is no service {}{}", name, did_you_mean(name, names));
+  return {};
+}
+
+void EdgeImpl::call(std::string_view service, std::span<const std::byte> request_cdr, Reply reply) {
+  std::string why;
+  std::shared_ptr<const void> request;
+  const Target target = find_target(service, why);
+  if (target.decode != nullptr) {
+    if (const Status status = target.decode(request_cdr, request); !status) {
+      why = fmt::format("request for {} refused: {}", service, status.why());
+    }
+  }
+  auto pending = std::make_shared<EdgeReply>(liveness_, std::string(service), std::move(reply));
+  bus_.post(
+      [why, entry = target.entry, request = std::move(request), pending = std::move(pending)]() mutable {
+        const auto reply_to = std::move(pending);  // not left in the task, which dies on another thread
+        if (!why.empty()) {
+          reply_to->answer(Status::refused(why), {});
+        } else if (const auto found = entry.lock()) {
+          handle(*found, request.get(), reply_to);
+        }
+      });
+}
+
+void EdgeImpl::get_parameters(std::function<void(std::vector<NamedParameter>)> reply) {
+  bus_.post([&impl = impl_, edge = liveness_, reply = std::move(reply)] {
+    std::vector<NamedParameter> parameters;
+    for (Node* node : impl.nodes) {
+      for (const auto& declared : node->parameters().all()) {
+        parameters.push_back({node->name(), declared.name, declared.value});
+      }
+    }
+    edge->if_alive([&] { reply(std::move(parameters)); });
+  });
+}
+
+void EdgeImpl::set_parameter(std::string_view node, std::string_view name, const ParameterValue& value,
+                             std::function<void(Status)> reply) {
+  bus_.post([&impl = impl_, &bus = bus_, edge = liveness_, node = std::string(node), name = std::string(name),
+             value, reply = std::move(reply)] {
+    Node* target = impl.find_node(node);
+    Status status =
+        target != nullptr
+            ? target->parameters().set(name, value)
+            : Status::refused(fmt::format("there is no node {}{}", node, did_you_mean(node, bus.nodes())));
+    edge->if_alive([&] { reply(std::move(status)); });
+  });
+}
+
+}  // namespace
+
+std::unique_ptr<Edge> make_edge(Bus& bus, Bus::Impl& impl, std::string name, std::size_t ring_bytes) {
+  return std::make_unique<EdgeImpl>(bus, impl, std::move(name), ring_bytes);
+}
+
+}  // namespace doppel

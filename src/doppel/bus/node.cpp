@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "doppel/bus/bus_impl.h"
+
+namespace doppel {
+
+Node::Node(Bus& bus, std::string name) : bus_(bus), name_(std::move(name)) {
+  if (!name_.starts_with('/'))
+    throw std::logic_error(fmt::format("node name '{}' needs its leading slash", name_));
+  const std::lock_guard lock(bus_.impl_->mutex);
+  bus_.impl_->nodes.push_back(this);
+  bus_.impl_->graph_changed();
+}
+
+Node::~Node() {
+  bus_.impl_->remove_owner(this);
+}
+
+std::string Node::resolve(std::string_view name) const {
+  if (name.starts_with("~/")) return fmt::format("{}{}", name_, name.substr(1));
+  return name.starts_with('/') ? std::string(name) : fmt::format("/{}", name);
+}
+
+bus_detail::Topic* Node::advertise_topic(std::string_view name, const bus_detail::TopicOps& ops, Qos qos) {
+  Bus::Impl& impl = *bus_.impl_;
+  bus_detail::Topic& topic = impl.topic_for_node(resolve(name), ops, name_);
+  {
+    const std::lock_guard lock(impl.mutex);
+    const bool latched = topic.qos.latched || qos.latched;
+    topic.qos = qos;
+    topic.qos.latched = latched;
+  }
+  impl.add_endpoint(topic, true, {this, true, name_});
+  return &topic;
+}
+
+void Node::subscribe_topic(std::string_view name, const bus_detail::TopicOps& ops,
+                           std::function<void(const void*)> callback) {
+  Bus::Impl& impl = *bus_.impl_;
+  bus_detail::Topic& topic = impl.topic_for_node(resolve(name), ops, name_);
+  auto shared = std::make_shared<std::function<void(const void*)>>(std::move(callback));
+  topic.locals.push_back({this, shared});
+  impl.add_endpoint(topic, false, {this, true, name_});
+  std::shared_ptr<const void> last;
+  if (!topic.last.empty() && ops.decode(topic.last, last)) (*shared)(last.get());
+}
+
+void Node::serve_entry(std::string_view name, bus_detail::ServiceEntry entry) {
+  Bus::Impl& impl = *bus_.impl_;
+  register_service(*entry.support);
+  entry.name = resolve(name);
+  entry.node = this;
+  std::shared_ptr<const bus_detail::ServiceEntry> replaced;  // freed outside the lock
+  const std::lock_guard lock(impl.mutex);
+  auto& slot = impl.services[entry.name];
+  if (slot != nullptr && slot->node != this) {
+    throw std::logic_error(
+        fmt::format("service {} is offered by node {} already; node {} cannot offer it too", entry.name,
+                    slot->node->name(), name_));
+  }
+  replaced = slot;
+  entry.id = impl.next_service++;
+  slot = std::make_shared<const bus_detail::ServiceEntry>(std::move(entry));
+  impl.graph_changed();
+}
+
+}  // namespace doppel

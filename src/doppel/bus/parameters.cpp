@@ -1,0 +1,216 @@
+#include "doppel/bus/parameters.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "doppel/core/names.h"
+#include "doppel/messages/type_description.h"
+
+namespace doppel {
+namespace {
+
+constexpr std::string_view kTypeNames[] = {"not set",       "bool",         "integer",
+                                           "double",        "string",       "bool array",
+                                           "integer array", "double array", "string array"};
+
+std::optional<std::int64_t> parse_integer(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  std::int64_t value = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::optional<double> parse_double(std::string_view text) {
+  const bool negative = text.starts_with('-');
+  if (negative || text.starts_with('+')) text.remove_prefix(1);
+  double value = std::numeric_limits<double>::infinity();
+  if (text == ".nan" || text == ".NaN" || text == ".NAN") return std::numeric_limits<double>::quiet_NaN();
+  if (text != ".inf" && text != ".Inf" && text != ".INF") {
+    if (text.empty() || std::string_view("0123456789.").find(text[0]) == std::string_view::npos)
+      return std::nullopt;
+    const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (problem != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  }
+  return negative ? -value : value;
+}
+
+ParameterValue parse_scalar(const YAML::Node& node) {
+  const std::string& text = node.Scalar();
+  if (node.Tag() == "!") return text;  // quoted
+  if (text == "true" || text == "True" || text == "TRUE") return true;
+  if (text == "false" || text == "False" || text == "FALSE") return false;
+  if (const auto integer = parse_integer(text)) return *integer;
+  if (const auto real = parse_double(text)) return *real;
+  return text;
+}
+
+template <class T>
+std::vector<T> all_as(const std::vector<ParameterValue>& values) {
+  std::vector<T> result;
+  for (const ParameterValue& value : values) {
+    if constexpr (std::same_as<T, double>) {
+      const auto* integer = std::get_if<std::int64_t>(&value);
+      result.push_back(integer != nullptr ? static_cast<double>(*integer) : std::get<double>(value));
+    } else {
+      result.push_back(std::get<T>(value));
+    }
+  }
+  return result;
+}
+
+ParameterValue parse_list(const YAML::Node& node) {
+  std::vector<ParameterValue> values;
+  for (const auto& item : node) {
+    if (!item.IsScalar()) return YAML::Dump(node);
+    values.push_back(parse_scalar(item));
+  }
+  const auto all_are = [&values](auto predicate) { return std::ranges::all_of(values, predicate); };
+  const auto is_integer = [](const auto& v) { return std::holds_alternative<std::int64_t>(v); };
+  if (values.empty()) return std::vector<std::string>{};
+  if (all_are([](const auto& v) { return std::holds_alternative<bool>(v); })) return all_as<bool>(values);
+  if (all_are(is_integer)) return all_as<std::int64_t>(values);
+  if (all_are([&](const auto& v) { return is_integer(v) || std::holds_alternative<double>(v); })) {
+    return all_as<double>(values);
+  }
+  std::vector<std::string> texts;
+  for (const auto& item : node) texts.push_back(item.Scalar());
+  return texts;
+}
+
+std::string shown(bool value) {
+  return value ? "true" : "false";
+}
+std::string shown(std::int64_t value) {
+  return std::to_string(value);
+}
+std::string shown(double value) {
+  const std::string text = shortest_decimal(value);
+  if (std::isfinite(value)) return text;
+  return value < 0 ? "-.inf" : "." + text;
+}
+// In a list, text that would read back as something else is quoted.
+std::string shown(const std::string& value) {
+  const bool plain = value.find_first_of(",[]{}'\":#&*!|>%@` \t\n") == std::string::npos && !value.empty();
+  if (plain && std::holds_alternative<std::string>(parse_parameter(value))) return value;
+  std::string quoted = "'";
+  for (const char c : value) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+template <class T>
+bool is_empty_list(const ParameterValue& value) {
+  const auto* list = std::get_if<std::vector<T>>(&value);
+  return list != nullptr && list->empty();
+}
+
+// The value as the parameter's type has it; none: it would be another type.
+std::optional<ParameterValue> converted(const ParameterValue& current, ParameterValue value) {
+  if (value.index() == current.index() || std::holds_alternative<std::monostate>(current)) return value;
+  if (const auto* integer = std::get_if<std::int64_t>(&value);
+      integer && std::holds_alternative<double>(current)) {
+    return static_cast<double>(*integer);
+  }
+  if (std::holds_alternative<std::vector<double>>(current)) {
+    if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&value)) {
+      return std::vector<double>(integers->begin(), integers->end());
+    }
+  }
+  if (is_empty_list<std::string>(value)) {  // "[]" tells no type
+    if (std::holds_alternative<std::vector<bool>>(current)) return std::vector<bool>{};
+    if (std::holds_alternative<std::vector<std::int64_t>>(current)) return std::vector<std::int64_t>{};
+    if (std::holds_alternative<std::vector<double>>(current)) return std::vector<double>{};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string_view parameter_type_name(const ParameterValue& value) {
+  return kTypeNames[value.index()];
+}
+
+std::string to_string(const ParameterValue& value) {
+  return std::visit(
+      []<class T>(const T& held) -> std::string {
+        if constexpr (std::same_as<T, std::monostate>) {
+          return "not set";
+        } else if constexpr (std::same_as<T, std::string>) {
+          return held;
+        } else if constexpr (requires { typename T::value_type; }) {
+          std::string text = "[";
+          for (const auto& element : held) {
+            text += text.size() > 1 ? ", " : "";
+            text += shown(static_cast<const typename T::value_type&>(element));
+          }
+          return text + "]";
+        } else {
+          return shown(held);
+        }
+      },
+      value);
+}
+
+ParameterValue parse_parameter(std::string_view text) {
+  try {
+    const YAML::Node node = YAML::Load(std::string(text));
+    if (node.IsScalar()) return parse_scalar(node);
+    if (node.IsSequence()) return parse_list(node);
+  } catch (const YAML::Exception&) {  // then it is text as it stands
+  }
+  return std::string(text);
+}
+
+void Parameters::declare(std::string name, ParameterValue initial, std::string description, bool read_only,
+                         Check check) {
+  if (find(name) != nullptr) throw std::logic_error(fmt::format("parameter '{}' is declared twice", name));
+  declared_.push_back(
+      {std::move(name), std::move(description), std::move(initial), read_only, std::move(check)});
+}
+
+const Parameters::Declared* Parameters::find(std::string_view name) const {
+  const auto found = std::ranges::find(declared_, name, &Declared::name);
+  return found == declared_.end() ? nullptr : &*found;
+}
+
+Status Parameters::check(std::string_view name, ParameterValue& value) const {
+  const Declared* declared = find(name);
+  if (declared == nullptr) {
+    return Status::refused(fmt::format("there is no parameter '{}'{}", name, did_you_mean(name, names())));
+  }
+  if (declared->read_only) return Status::refused(fmt::format("parameter '{}' cannot be changed", name));
+  const std::string_view given = parameter_type_name(value);
+  auto fitting = converted(declared->value, std::move(value));
+  if (!fitting) {
+    return Status::refused(fmt::format("parameter '{}' is of type {}, not {}", name,
+                                       parameter_type_name(declared->value), given));
+  }
+  value = std::move(*fitting);
+  return declared->check ? declared->check(value) : Status();
+}
+
+Status Parameters::set(std::string_view name, ParameterValue value) {
+  Status status = check(name, value);
+  if (!status) return status;
+  const auto declared = std::ranges::find(declared_, name, &Declared::name);
+  declared->value = std::move(value);
+  const std::string changed_name = declared->name;  // copies: a listener may declare more
+  const ParameterValue changed = declared->value;
+  for (std::size_t i = 0; i < listeners_.size(); ++i) listeners_[i](changed_name, changed);
+  return {};
+}
+
+std::vector<std::string> Parameters::names() const {
+  std::vector<std::string> result;
+  for (const Declared& declared : declared_) result.push_back(declared.name);
+  return result;
+}
+
+}  // namespace doppel
