@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "doppel/bus/parameter_services.h"
 #include "doppel/control/controller_manager_detail.h"
 #include "doppel/control/joint_list.h"
 #include "doppel/core/names.h"
@@ -260,6 +261,7 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   choose_rate(*c);
   c->controller = type->make();
   initialise(*c);
+  serve_parameters(*c->node);
   Diagnostics unused;
   report_unused(c->overrides, name, c->node->parameters().names(), unused);
   for (const Diagnostic& finding : unused.all()) tell(log, name, finding);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "doppel/bus/parameter_services.h"
 #include "doppel/control/controller_manager_detail.h"
 #include "doppel/core/names.h"
 
@@ -58,6 +59,7 @@ void ControllerManager::Impl::serve() {
   serve_lists();
   serve_life_cycle();
   serve_hardware();
+  serve_parameters(node);
   publish_activity();
 }
 

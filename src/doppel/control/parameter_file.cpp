@@ -242,8 +242,8 @@ ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* ove
     value = fitted(written->value, initial);
     if (std::holds_alternative<std::monostate>(value)) {
       throw InputError("parameter.type", written->source,
-                       fmt::format("parameter '{}' is a {}, but this is a {}", name,
-                                   parameter_type_name(initial), parameter_type_name(written->value)),
+                       fmt::format("parameter '{}' is {}, but this is {}", name, kind_of(initial),
+                                   kind_of(written->value)),
                        how_to_fit(written->value, initial));
     }
     if (options.check) {

@@ -84,6 +84,11 @@ SourceLocation yaml_place(const FileName& file, const YAML::Mark& mark) {
   return place;
 }
 
+std::string kind_of(const ParameterValue& value) {
+  const std::string_view name = parameter_type_name(value);
+  return fmt::format("{} {}", name.starts_with("integer") ? "an" : "a", name);
+}
+
 YamlValue read_scalar(const YAML::Node& node) {
   return {scalar_value(node), {}};
 }
@@ -120,11 +125,10 @@ YamlValue read_list(const YAML::Node& list, const std::string& name, const FileN
   }
   for (std::size_t i = 1; i < elements.size(); ++i) {
     if (elements[i].index() == elements[0].index()) continue;
-    errors.error(
-        "yaml.mixed_list", out.elements[i],
-        fmt::format("'{}' in the list '{}' is a {}, but its first element is a {}", to_string(elements[i]),
-                    name, parameter_type_name(elements[i]), parameter_type_name(elements[0])),
-        "write all elements alike; put quotes around names that look like numbers or yes and no");
+    errors.error("yaml.mixed_list", out.elements[i],
+                 fmt::format("'{}' in the list '{}' is {}, but its first element is {}",
+                             to_string(elements[i]), name, kind_of(elements[i]), kind_of(elements[0])),
+                 "write all elements alike; put quotes around names that look like numbers or yes and no");
     return {};
   }
   out.value = std::holds_alternative<bool>(elements[0]) ? ParameterValue(collect<bool>(elements))

@@ -22,8 +22,11 @@ struct YamlValue {
   std::vector<SourceLocation> elements;
 };
 
-// `name`: of the parameter, for the messages.
+// "a bool", "an integer array": for messages.
+std::string kind_of(const ParameterValue& value);
+
 YamlValue read_scalar(const YAML::Node& node);
+// `name`: of the parameter, for the messages.
 YamlValue read_list(const YAML::Node& list, const std::string& name, const FileName& file,
                     Diagnostics& errors);
 

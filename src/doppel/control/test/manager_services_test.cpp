@@ -8,6 +8,7 @@ namespace doppel {
 namespace {
 
 namespace srv = controller_manager_msgs::srv;
+using Names = std::vector<std::string>;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -173,6 +174,10 @@ TEST(Services, ParametersAreOnTheBus) {
   EXPECT_EQ(value("/controller_manager", "update_rate"), "100");
   EXPECT_EQ(value("/controller_manager", "group.type"), "position_controllers/JointGroupPositionController");
   EXPECT_EQ(value("/group", "joints"), "[a]");
+  Names services;
+  for (const ServiceInfo& service : rig.bus.services()) services.push_back(service.name);
+  EXPECT_THAT(services,
+              testing::IsSupersetOf({"/controller_manager/get_parameters", "/group/set_parameters"}));
 }
 
 }  // namespace
