@@ -61,7 +61,9 @@ Style style_of(std::string_view text) {
     white_before = is_white(c.code);
     before = c.code;
   }
-  if (special || break_then_space || space_then_break) return Style::double_quoted;
+  // PyYAML single-quotes breaks at the ends too, but yaml-cpp would not read them back.
+  const bool break_ends = !text.empty() && (text.front() == '\n' || text.back() == '\n');
+  if (special || break_then_space || space_then_break || break_ends) return Style::double_quoted;
   const bool white_ends = !text.empty() && (text.front() == ' ' || text.back() == ' ');
   if (indicator || breaks || white_ends || looks_like_another_type(text)) return Style::single_quoted;
   return Style::plain;
