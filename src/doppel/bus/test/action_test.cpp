@@ -1,0 +1,161 @@
+// The action protocol as a client on the other side of an edge sees it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "doppel/bus/action_server.h"
+#include "doppel/messages/control_msgs.h"
+
+namespace doppel {
+namespace {
+
+using Move = control_msgs::action::GripperCommand;
+using Cancel = action_msgs::srv::CancelGoal;
+using std::chrono::seconds;
+using testing::HasSubstr;
+
+GoalId id_of(std::uint8_t number) {
+  GoalId id{};
+  id[0] = number;
+  return id;
+}
+
+class Actions : public testing::Test {
+ protected:
+  Actions() { make_server(); }
+
+  void make_server() {
+    server_ = std::make_unique<ActionServer<Move>>(
+        node_, "~/move",
+        ActionServer<Move>::Callbacks{[this](const GoalId& id, const Move::Goal& goal) {
+                                        if (goal.command.position < 0)
+                                          return Status::refused("behind the stop");
+                                        if (goal.command.position == 0)
+                                          server_->finish(id, GoalStatus::succeeded, {0, 0, false, true});
+                                        return Status();
+                                      },
+                                      [this](const GoalId&) { return cancel_decision_; }});
+  }
+
+  // Fills in `response` when the answer comes; a refusal leaves its reason in why_.
+  template <class S>
+  void call(const std::string& service, const typename S::Request& request,
+            std::optional<typename S::Response>& response) {
+    edge_->call("/n/move/_action/" + service, to_cdr(request), [&](const Status& status, const Bytes& bytes) {
+      why_ = status.why();
+      EXPECT_TRUE(!status || from_cdr(bytes, response.emplace()));
+    });
+    bus_.spin();
+  }
+
+  bool send(std::uint8_t number, double position) {
+    std::optional<SendGoal<Move>::Response> response;
+    call<SendGoal<Move>>("send_goal", {{id_of(number)}, {{position, 1}}}, response);
+    return response.value().accepted;
+  }
+  Cancel::Response cancel(const GoalId& id, Time stamp = {}) {
+    std::optional<Cancel::Response> response;
+    call<Cancel>("cancel_goal", {{{id}, to_time_msg(stamp)}}, response);
+    return response.value();
+  }
+  std::optional<GetResult<Move>::Response> result(std::uint8_t number) {
+    std::optional<GetResult<Move>::Response> response;
+    call<GetResult<Move>>("get_result", {{id_of(number)}}, response);
+    return response;
+  }
+
+  Bus bus_;
+  Node node_{bus_, "/n"};
+  std::unique_ptr<Edge> edge_ = bus_.attach("edge");
+  std::unique_ptr<ActionServer<Move>> server_;
+  Status cancel_decision_;
+  std::string why_;
+};
+
+TEST_F(Actions, AGoalRunsToItsResult) {
+  std::vector<std::vector<int>> statuses;
+  node_.subscribe<action_msgs::msg::GoalStatusArray>("~/move/_action/status", [&](const auto& message) {
+    auto& list = statuses.emplace_back();
+    for (const auto& goal : message.status_list) list.push_back(goal.status);
+  });
+  int feedback = 0;
+  node_.subscribe<FeedbackMessage<Move>>("~/move/_action/feedback", [&](const auto& message) {
+    EXPECT_EQ(message.goal_id.uuid, id_of(1));
+    feedback += static_cast<int>(message.feedback.position);
+  });
+  EXPECT_TRUE(send(1, 0.5));
+  EXPECT_FALSE(send(1, 0.5)) << "the id is in use";
+  server_->set_executing(id_of(1));
+  server_->publish_feedback(id_of(1), {7, 0, false, false});
+  EXPECT_EQ(feedback, 7);
+  std::optional<GetResult<Move>::Response> response;
+  call<GetResult<Move>>("get_result", {{id_of(1)}}, response);
+  EXPECT_FALSE(response) << "waits until the goal is finished";
+  server_->finish(id_of(1), GoalStatus::succeeded, {0.5, 0, false, true});
+  ASSERT_TRUE(response);
+  EXPECT_EQ(response->status, 4);
+  EXPECT_TRUE(response->result.reached_goal);
+  EXPECT_EQ(result(1)->status, 4) << "kept for those who ask later";
+  server_->finish(id_of(1), GoalStatus::aborted, {});
+  EXPECT_EQ(result(1)->status, 4) << "what is finished stays so";
+  EXPECT_EQ(statuses, (std::vector<std::vector<int>>{{}, {1}, {2}, {4}}));
+  EXPECT_EQ(result(9)->status, 0) << "an unknown goal";
+}
+
+TEST_F(Actions, ARefusalIsToldInTheLog) {
+  std::string line;
+  node_.subscribe<rcl_interfaces::msg::Log>("/rosout", [&](const auto& log) { line = log.msg; });
+  EXPECT_FALSE(send(1, -1));
+  EXPECT_THAT(line, HasSubstr("behind the stop"));
+  EXPECT_EQ(result(1)->status, 0);
+  EXPECT_TRUE(send(2, 0)) << "may be finished at once";
+  EXPECT_EQ(result(2)->status, 4);
+}
+
+TEST_F(Actions, CancelMeansOneOrAllOrTheEarlierOnes) {
+  using Code = Cancel::Response;
+  bus_.set_now(seconds(1));
+  send(1, 1);
+  bus_.set_now(seconds(2));
+  send(2, 1);
+  bus_.set_now(seconds(3));
+  send(3, 1);
+  EXPECT_EQ(cancel(id_of(9)).return_code, Code::ERROR_UNKNOWN_GOAL_ID);
+  cancel_decision_ = Status::refused("no");
+  EXPECT_EQ(cancel(id_of(1)).return_code, Code::ERROR_REJECTED);
+  cancel_decision_ = {};
+  const auto one = cancel(id_of(2));
+  EXPECT_EQ(one.return_code, Code::ERROR_NONE);
+  ASSERT_EQ(one.goals_canceling.size(), 1U);
+  EXPECT_EQ(server_->status(id_of(1)), GoalStatus::accepted);
+  EXPECT_EQ(server_->status(id_of(2)), GoalStatus::canceling);
+  server_->finish(id_of(2), GoalStatus::canceled, {});
+  EXPECT_EQ(cancel(id_of(2)).return_code, Code::ERROR_GOAL_TERMINATED);
+  EXPECT_EQ(cancel({}, seconds(2)).goals_canceling.size(), 1U)
+      << "the first; the second is finished, the third later";
+  EXPECT_EQ(cancel({}).goals_canceling.size(), 2U);
+  EXPECT_EQ(server_->status(id_of(3)), GoalStatus::canceling);
+}
+
+TEST_F(Actions, TheLastSixteenResultsAreKept) {
+  for (std::uint8_t i = 1; i <= 20; ++i) send(i, 0);
+  EXPECT_EQ(result(4)->status, 0);
+  EXPECT_EQ(result(5)->status, 4);
+}
+
+TEST_F(Actions, AServerMayGoWithGoalsOpenAndComeAgain) {
+  send(1, 1);
+  std::optional<GetResult<Move>::Response> response;
+  call<GetResult<Move>>("get_result", {{id_of(1)}}, response);
+  server_.reset();
+  EXPECT_THAT(why_, HasSubstr("went away"));
+  std::optional<SendGoal<Move>::Response> refused;
+  call<SendGoal<Move>>("send_goal", {{id_of(2)}, {}}, refused);
+  EXPECT_FALSE(refused);
+  make_server();
+  EXPECT_TRUE(send(1, 1));
+  EXPECT_THROW(server_->finish(id_of(1), GoalStatus::executing, {}), std::logic_error);
+}
+
+}  // namespace
+}  // namespace doppel

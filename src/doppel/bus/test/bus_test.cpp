@@ -1,0 +1,345 @@
+// Topics and services between nodes and edges, in one thread.
+
+#include "doppel/bus/bus.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include "doppel/messages/sensor_msgs.h"
+#include "doppel/messages/std_srvs.h"
+
+namespace doppel {
+namespace {
+
+using std::chrono::milliseconds;
+using std_msgs::msg::Float64;
+using std_msgs::msg::Int32;
+using std_msgs::msg::String;
+using std_srvs::srv::SetBool;
+using std_srvs::srv::Trigger;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TopicInfo topic(const Bus& bus, std::string_view name) {
+  for (const TopicInfo& info : bus.topics()) {
+    if (info.name == name) return info;
+  }
+  return {};
+}
+
+bool is_readable(const Edge& edge) {
+  pollfd poll_fd{edge.readable_fd(), POLLIN, 0};
+  return poll(&poll_fd, 1, 0) == 1;
+}
+
+template <class M>
+std::vector<M> take_all(Edge& edge, TopicId id) {
+  std::vector<M> messages;
+  Edge::Incoming incoming;
+  while (edge.next(incoming)) {
+    EXPECT_EQ(incoming.topic, id);
+    const Status status = from_cdr(incoming.cdr, messages.emplace_back());
+    EXPECT_TRUE(status) << status.why();
+  }
+  return messages;
+}
+
+struct Answer {
+  int count = 0;
+  Status status;
+  Bytes bytes;
+  std::function<void(Status, Bytes)> receiver() {
+    return [this](Status s, Bytes b) {
+      ++count;
+      status = std::move(s);
+      bytes = std::move(b);
+    };
+  }
+};
+
+TEST(Bus, ResolvesNamesAndListsTheGraph) {
+  Bus bus;
+  Node a(bus, "/a"), b(bus, "/b");
+  a.advertise<String>("~/own");
+  a.advertise<String>("plain");
+  b.subscribe<String>("/a/own", [](const String&) {});
+  EXPECT_THAT(topic(bus, "/a/own").publishers, ElementsAre("/a"));
+  EXPECT_THAT(topic(bus, "/a/own").subscribers, ElementsAre("/b"));
+  EXPECT_EQ(topic(bus, "/plain").type, "std_msgs/msg/String");
+  EXPECT_THAT(bus.nodes(), ElementsAre("/a", "/b"));
+}
+
+TEST(Bus, SubscribersAreCalledAtOnce) {
+  Bus bus;
+  Node node(bus, "/n");
+  const auto publisher = node.advertise<Float64>("x");
+  EXPECT_FALSE(publisher.has_listeners());
+  double heard = 0;
+  node.subscribe<Float64>("x", [&](const Float64& m) { heard = m.data; });
+  EXPECT_TRUE(publisher.has_listeners());
+  publisher.publish({2.5}, {});
+  EXPECT_EQ(heard, 2.5);
+}
+
+TEST(Bus, TwoNodesMustAgreeOnATopicsType) {
+  Bus bus;
+  Node a(bus, "/a"), b(bus, "/b");
+  a.advertise<Float64>("x");
+  try {
+    b.subscribe<String>("x", [](const String&) {});
+    FAIL();
+  } catch (const std::logic_error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("/x is a std_msgs/msg/Float64 of node /a"));
+  }
+  EXPECT_THROW(Node(bus, "no_slash"), std::logic_error);
+}
+
+TEST(Bus, ANodeTakesEverythingWithIt) {
+  Bus bus;
+  const auto before = bus.graph_version();
+  {
+    Node node(bus, "/n");
+    node.advertise<Float64>("x");
+    node.subscribe<Float64>("y", [](const Float64&) {});
+    node.serve<Trigger>("~/go", [](const auto&, const auto&) {});
+    EXPECT_EQ(bus.graph_version(), before + 4);
+    EXPECT_EQ(bus.services().at(0).node, "/n");
+  }
+  EXPECT_THAT(bus.topics(), IsEmpty());
+  EXPECT_THAT(bus.services(), IsEmpty());
+  EXPECT_THAT(bus.nodes(), IsEmpty());
+  EXPECT_EQ(bus.graph_version(), before + 8);
+  Node other(bus, "/o");
+  EXPECT_NO_THROW(other.advertise<String>("x")) << "the name is free for another type";
+}
+
+TEST(Bus, ACallbackMayDestroyItsNodeAndSubscribeMore) {
+  Bus bus;
+  Node source(bus, "/source");
+  const auto publisher = source.advertise<Int32>("x");
+  auto node = std::make_unique<Node>(bus, "/n");
+  int heard = 0;
+  node->subscribe<Int32>("x", [&](const Int32&) {
+    ++heard;
+    source.subscribe<Int32>("x", [&heard](const Int32&) { heard += 100; });
+    node.reset();
+  });
+  publisher.publish({1}, {});
+  EXPECT_EQ(heard % 100, 1);
+  heard = 0;
+  publisher.publish({1}, {});
+  EXPECT_EQ(heard, 100);
+}
+
+TEST(Edge, GetsWhatItSubscribedTo) {
+  Bus bus;
+  Node node(bus, "/n");
+  const auto publisher = node.advertise<Int32>("x");
+  const auto edge = bus.attach("edge");
+  const TopicId id = topic(bus, "/x").id;
+  edge->subscribe(id);
+  publisher.publish({1}, {});  // not yet: the subscription takes effect at the next step
+  bus.spin();
+  EXPECT_THAT(topic(bus, "/x").subscribers, ElementsAre("edge"));
+  publisher.publish({2}, milliseconds(7));
+  EXPECT_TRUE(is_readable(*edge));
+  Edge::Incoming incoming;
+  ASSERT_TRUE(edge->next(incoming));
+  EXPECT_EQ(incoming.stamp, milliseconds(7));
+  EXPECT_FALSE(edge->next(incoming));
+  EXPECT_FALSE(is_readable(*edge)) << "next() drains the descriptor";
+  edge->unsubscribe(id);
+  bus.spin();
+  EXPECT_FALSE(publisher.has_listeners());
+}
+
+TEST(Edge, LatchedTopicsAreKeptForLateComers) {
+  Bus bus;
+  Node node(bus, "/n");
+  const auto publisher = node.advertise<String>("x", {.depth = 1, .latched = true});
+  publisher.publish({"first, and longer"}, {});
+  publisher.publish({"last"}, {});
+  const auto edge = bus.attach("edge");
+  edge->subscribe(topic(bus, "/x").id);
+  bus.spin();
+  const auto messages = take_all<String>(*edge, topic(bus, "/x").id);
+  ASSERT_EQ(messages.size(), 1U);
+  EXPECT_EQ(messages[0].data, "last");
+  std::string heard;
+  node.subscribe<String>("x", [&](const String& m) { heard = m.data; });
+  EXPECT_EQ(heard, "last");
+}
+
+TEST(Edge, ALatchedMessageThatFindsTheRingFullComesLater) {
+  Bus bus;
+  Node node(bus, "/n");
+  const auto stream = node.advertise<String>("stream");
+  const auto latched = node.advertise<String>("x", {.depth = 1, .latched = true});
+  latched.publish({std::string(500, 'l')}, {});
+  const auto edge = bus.attach("edge", 1024);
+  edge->subscribe(topic(bus, "/stream").id);
+  bus.spin();
+  stream.publish({std::string(700, 's')}, {});
+  edge->subscribe(topic(bus, "/x").id);
+  bus.spin();
+  Edge::Incoming incoming;
+  ASSERT_TRUE(edge->next(incoming));
+  EXPECT_EQ(incoming.topic, topic(bus, "/stream").id);
+  EXPECT_FALSE(edge->next(incoming));
+  bus.spin();
+  ASSERT_TRUE(edge->next(incoming));
+  EXPECT_EQ(incoming.topic, topic(bus, "/x").id);
+}
+
+TEST(Edge, ASlowOneLosesMessagesAndCountsThem) {
+  Bus bus;
+  Node node(bus, "/n");
+  const auto publisher = node.advertise<String>("x");
+  const auto edge = bus.attach("edge", 1024);
+  edge->subscribe(topic(bus, "/x").id);
+  bus.spin();
+  for (int i = 0; i < 100; ++i) publisher.publish({std::string(100, 'x')}, {});
+  const auto got = take_all<String>(*edge, topic(bus, "/x").id).size();
+  EXPECT_GT(got, 3U);
+  EXPECT_EQ(got + edge->dropped(), 100U);
+}
+
+TEST(Edge, PublishesToNodesAndEdges) {
+  Bus bus;
+  bus.set_now(milliseconds(5));
+  Node node(bus, "/n");
+  double heard = 0;
+  node.subscribe<Float64>("x", [&](const Float64& m) { heard = m.data; });
+  const auto one = bus.attach("one"), two = bus.attach("two");
+  two->subscribe(topic(bus, "/x").id);
+  bus.spin();
+  ASSERT_TRUE(one->publish("/cli", "/x", "std_msgs/Float64", to_cdr(Float64{4})));
+  EXPECT_EQ(heard, 0) << "nothing happens outside the loop";
+  bus.spin();
+  EXPECT_EQ(heard, 4);
+  EXPECT_THAT(topic(bus, "/x").publishers, ElementsAre("/cli"));
+  EXPECT_EQ(topic(bus, "/x").received, 1U);
+  const auto got = take_all<Float64>(*two, topic(bus, "/x").id);
+  ASSERT_EQ(got.size(), 1U);
+  EXPECT_EQ(got[0].data, 4);
+}
+
+TEST(Edge, MayPublishToATopicOfItsOwn) {
+  Bus bus;
+  auto one = bus.attach("one");
+  const auto two = bus.attach("two");
+  ASSERT_TRUE(one->publish("/cli", "x", "std_msgs/msg/Int32", to_cdr(Int32{1})));
+  bus.spin();
+  EXPECT_EQ(topic(bus, "/x").received, 1U);
+  two->subscribe(topic(bus, "/x").id);
+  ASSERT_TRUE(one->publish("/cli", "x", "std_msgs/msg/Int32", to_cdr(Int32{2})));
+  bus.spin();
+  EXPECT_EQ(take_all<Int32>(*two, topic(bus, "/x").id).size(), 1U);
+  EXPECT_FALSE(one->publish("/cli", "x", "std_msgs/msg/String", to_cdr(String{"a"})));
+  Node node(bus, "/n");
+  EXPECT_NO_THROW(node.advertise<String>("x")) << "what came from outside must not stop a node";
+  ASSERT_TRUE(one->publish("/cli", "x", "std_msgs/msg/String", to_cdr(String{"a"})));
+  one.reset();
+  bus.spin();
+  EXPECT_THAT(topic(bus, "/x").publishers, ElementsAre("/n"));
+}
+
+TEST(Edge, RefusesWhatItCannotPublish) {
+  Bus bus;
+  Node node(bus, "/n");
+  node.subscribe<Float64>("x", [](const Float64&) {});
+  const auto edge = bus.attach("edge");
+  EXPECT_THAT(edge->publish("/c", "/x", "std_msgs/msg/Int32", to_cdr(Int32{1})).why(),
+              HasSubstr("topic /x is a std_msgs/msg/Float64, not a std_msgs/msg/Int32"));
+  EXPECT_THAT(edge->publish("/c", "/x", "std_msgs/msg/Flaot64", to_cdr(Float64{1})).why(),
+              HasSubstr("did you mean 'std_msgs/msg/Float64'?"));
+  EXPECT_FALSE(edge->publish("/c", "/x", "std_msgs/msg/Float64", to_cdr(Int32{1})));
+  EXPECT_FALSE(edge->publish("/c", "/new", "std_msgs/msg/Float64", to_cdr(Int32{1})));
+}
+
+TEST(Service, AnswersNowOrLaterOnce) {
+  Bus bus;
+  Node node(bus, "/n");
+  Responder<SetBool::Response> later;
+  node.serve<SetBool>("~/set", [&](const SetBool::Request& request, Responder<SetBool::Response> respond) {
+    if (request.data) {
+      respond({true, "now"});
+      respond({true, "twice"});
+    } else {
+      later = respond;
+    }
+  });
+  const auto edge = bus.attach("edge");
+  Answer now, late;
+  edge->call("/n/set", to_cdr(SetBool::Request{true}), now.receiver());
+  edge->call("/n/set", to_cdr(SetBool::Request{false}), late.receiver());
+  EXPECT_EQ(now.count, 0);
+  bus.spin();
+  ASSERT_EQ(now.count, 1);
+  SetBool::Response response;
+  ASSERT_TRUE(from_cdr(now.bytes, response));
+  EXPECT_EQ(response.message, "now");
+  EXPECT_EQ(late.count, 0);
+  later({true, "later"});
+  EXPECT_EQ(late.count, 1);
+}
+
+TEST(Service, SaysWhyThereIsNoAnswer) {
+  Bus bus;
+  auto node = std::make_unique<Node>(bus, "/n");
+  Responder<Trigger::Response> kept;
+  node->serve<Trigger>("~/keep", [&](const auto&, const auto& respond) { kept = respond; });
+  node->serve<Trigger>("~/drop", [](const auto&, const auto&) {});
+  node->serve<Trigger>("~/throw", [](const auto&, const auto&) { throw std::runtime_error("no power"); });
+  const auto edge = bus.attach("edge");
+  const Bytes request = to_cdr(Trigger::Request{});
+  Answer unknown, malformed, dropped, thrown, gone;
+  edge->call("/n/kep", request, unknown.receiver());
+  edge->call("/n/keep", {}, malformed.receiver());
+  edge->call("/n/drop", request, dropped.receiver());
+  edge->call("/n/throw", request, thrown.receiver());
+  bus.spin();
+  EXPECT_THAT(unknown.status.why(), HasSubstr("no service /n/kep; did you mean '/n/keep'?"));
+  EXPECT_THAT(malformed.status.why(), HasSubstr("request for /n/keep refused"));
+  EXPECT_THAT(dropped.status.why(), HasSubstr("went away"));
+  EXPECT_THAT(thrown.status.why(), HasSubstr("no power"));
+  edge->call("/n/keep", request, gone.receiver());
+  node.reset();
+  bus.spin();
+  EXPECT_THAT(gone.status.why(), HasSubstr("went away")) << "its node has gone before the request came";
+}
+
+TEST(Service, NodeAndEdgeMayGoWhileARequestIsOpen) {
+  Bus bus;
+  auto node = std::make_unique<Node>(bus, "/n");
+  Responder<Trigger::Response> kept;
+  node->serve<Trigger>("~/keep", [&](const auto&, const auto& respond) { kept = respond; });
+  auto edge = bus.attach("edge");
+  Answer answer;
+  edge->call("/n/keep", to_cdr(Trigger::Request{}), answer.receiver());
+  bus.spin();
+  node.reset();
+  edge.reset();
+  kept({true, ""});
+  bus.spin();
+  EXPECT_EQ(answer.count, 0) << "the edge has gone, nobody is left to answer";
+}
+
+TEST(Service, OneNodeMayReplaceItsOwnOnly) {
+  Bus bus;
+  Node a(bus, "/a"), b(bus, "/b");
+  int called = 0;
+  a.serve<Trigger>("/go", [&](const auto&, const auto& respond) { respond({}); });
+  a.serve<Trigger>("/go", [&](const auto&, const auto& respond) { respond({}), ++called; });
+  EXPECT_THROW(b.serve<Trigger>("/go", [](const auto&, const auto&) {}), std::logic_error);
+  const auto edge = bus.attach("edge");
+  Answer answer;
+  edge->call("/go", to_cdr(Trigger::Request{}), answer.receiver());
+  bus.spin();
+  EXPECT_EQ(called, 1);
+}
+
+}  // namespace
+}  // namespace doppel

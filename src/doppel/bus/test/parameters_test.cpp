@@ -1,0 +1,150 @@
+// Parameters, as text, as values with types, and through ROS 2's services.
+
+#include "doppel/bus/parameters.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "doppel/bus/parameter_services.h"
+
+namespace doppel {
+namespace {
+
+namespace srv = rcl_interfaces::srv;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST(ParameterText, ReadsAsYamlReads) {
+  EXPECT_EQ(parse_parameter("1"), ParameterValue(std::int64_t{1}));
+  EXPECT_EQ(parse_parameter("-1.50"), ParameterValue(-1.5));
+  EXPECT_EQ(parse_parameter("1e3"), ParameterValue(1000.0));
+  EXPECT_EQ(parse_parameter("true"), ParameterValue(true));
+  EXPECT_EQ(parse_parameter("yes"), ParameterValue(std::string("yes")));
+  EXPECT_EQ(parse_parameter("'1'"), ParameterValue(std::string("1")));
+  EXPECT_EQ(parse_parameter("[1, 2]"), ParameterValue(std::vector<std::int64_t>{1, 2}));
+  EXPECT_EQ(parse_parameter("[1, 2.5]"), ParameterValue(std::vector<double>{1, 2.5}));
+  EXPECT_EQ(parse_parameter("[true, false]"), ParameterValue(std::vector<bool>{true, false}));
+  EXPECT_EQ(parse_parameter("[Revolute 2, '3']"),
+            ParameterValue(std::vector<std::string>{"Revolute 2", "3"}));
+  EXPECT_EQ(parse_parameter("[a"), ParameterValue(std::string("[a")));
+  EXPECT_EQ(parse_parameter(""), ParameterValue(std::string()));
+}
+
+TEST(ParameterText, WritesWhatItReads) {
+  const ParameterValue values[] = {true,
+                                   std::int64_t{-3},
+                                   1.0,
+                                   1e-9,
+                                   std::vector<bool>{false, true},
+                                   std::vector<double>{1, -INFINITY},
+                                   std::vector<std::int64_t>{1},
+                                   std::vector<std::string>{"a", "1", "b c", "it's", ""}};
+  for (const ParameterValue& value : values)
+    EXPECT_EQ(parse_parameter(to_string(value)), value) << to_string(value);
+  EXPECT_EQ(to_string(ParameterValue(1.0)), "1.0");
+  EXPECT_EQ(parameter_type_name(std::vector<double>{}), "double array");
+}
+
+Parameters some_parameters() {
+  Parameters parameters;
+  parameters.declare("rate", 100.0, "Hz", false, [](const ParameterValue& value) {
+    return std::get<double>(value) > 0 ? Status() : Status::refused("must be positive");
+  });
+  parameters.declare("joints", std::vector<std::string>{"a"}, "", true);
+  parameters.declare("gains.a.p", std::int64_t{1}, "gain");
+  parameters.declare("offsets", std::vector<double>{1}, "");
+  return parameters;
+}
+
+TEST(Parameters, KeepTheirTypes) {
+  Parameters parameters = some_parameters();
+  std::string heard;
+  parameters.on_change(
+      [&](const std::string& name, const ParameterValue& value) { heard = name + "=" + to_string(value); });
+  EXPECT_TRUE(parameters.set("rate", std::int64_t{50}));
+  EXPECT_EQ(heard, "rate=50.0");
+  EXPECT_THAT(parameters.set("rate", std::string("x")).why(), HasSubstr("is of type double, not string"));
+  EXPECT_THAT(parameters.set("rate", -1.0).why(), HasSubstr("must be positive"));
+  EXPECT_THAT(parameters.set("gains.a.p", 1.5).why(), HasSubstr("is of type integer, not double"));
+  EXPECT_THAT(parameters.set("joints", std::vector<std::string>{}).why(), HasSubstr("cannot be changed"));
+  EXPECT_THAT(parameters.set("rat", 1.0).why(), HasSubstr("did you mean 'rate'?"));
+  EXPECT_TRUE(parameters.set("offsets", parse_parameter("[1, 2]")));
+  EXPECT_TRUE(parameters.set("offsets", parse_parameter("[]")));
+  EXPECT_EQ(heard, "offsets=[]");
+  EXPECT_EQ(std::get<double>(parameters.find("rate")->value), 50.0);
+  EXPECT_THROW(parameters.declare("rate", 1.0, ""), std::logic_error);
+}
+
+class ParameterServices : public testing::Test {
+ protected:
+  ParameterServices() {
+    node_.parameters() = some_parameters();
+    serve_parameters(node_);
+  }
+
+  template <class S>
+  typename S::Response call(const std::string& service, const typename S::Request& request) {
+    typename S::Response response;
+    edge_->call("/n/" + service, to_cdr(request), [&](const Status& status, const Bytes& bytes) {
+      EXPECT_TRUE(status) << status.why();
+      EXPECT_TRUE(from_cdr(bytes, response));
+    });
+    bus_.spin();
+    return response;
+  }
+
+  Bus bus_;
+  Node node_{bus_, "/n"};
+  std::unique_ptr<Edge> edge_ = bus_.attach("edge");
+};
+
+TEST_F(ParameterServices, List) {
+  const auto all = call<srv::ListParameters>("list_parameters", {}).result;
+  EXPECT_THAT(all.names, ElementsAre("rate", "joints", "gains.a.p", "offsets"));
+  EXPECT_THAT(all.prefixes, ElementsAre("gains.a"));
+  EXPECT_THAT(call<srv::ListParameters>("list_parameters", {{"gains"}, 0}).result.names,
+              ElementsAre("gains.a.p"));
+  EXPECT_THAT(call<srv::ListParameters>("list_parameters", {{}, 1}).result.names,
+              ElementsAre("rate", "joints", "offsets"));
+}
+
+TEST_F(ParameterServices, GetDescribeAndTypes) {
+  const auto values = call<srv::GetParameters>("get_parameters", {{"rate", "none"}}).values;
+  ASSERT_EQ(values.size(), 2U);
+  EXPECT_EQ(values[0].double_value, 100.0);
+  EXPECT_EQ(values[1].type, rcl_interfaces::msg::ParameterType::PARAMETER_NOT_SET);
+  EXPECT_THAT(call<srv::GetParameterTypes>("get_parameter_types", {{"joints", "rate"}}).types,
+              ElementsAre(9, 3));
+  const auto described =
+      call<srv::DescribeParameters>("describe_parameters", {{"joints", "rate"}}).descriptors;
+  EXPECT_TRUE(described.at(0).read_only);
+  EXPECT_EQ(described.at(1).description, "Hz");
+}
+
+TEST_F(ParameterServices, SetEachOrAllOrNothing) {
+  const std::vector<rcl_interfaces::msg::Parameter> wanted = {{"rate", to_msg(5.0)},
+                                                              {"joints", to_msg(std::string("x"))}};
+  const auto atomic = call<srv::SetParametersAtomically>("set_parameters_atomically", {wanted}).result;
+  EXPECT_FALSE(atomic.successful);
+  EXPECT_EQ(std::get<double>(node_.parameters().find("rate")->value), 100.0);
+  const auto each = call<srv::SetParameters>("set_parameters", {wanted}).results;
+  EXPECT_TRUE(each.at(0).successful);
+  EXPECT_FALSE(each.at(1).successful);
+  EXPECT_EQ(std::get<double>(node_.parameters().find("rate")->value), 5.0);
+}
+
+TEST_F(ParameterServices, EdgesReachThemDirectly) {
+  Status status;
+  edge_->set_parameter("/n", "rate", 7.0, [&](Status s) { status = std::move(s); });
+  bus_.spin();
+  EXPECT_TRUE(status);
+  edge_->set_parameter("/m", "rate", 7.0, [&](Status s) { status = std::move(s); });
+  std::size_t count = 0;
+  edge_->get_parameters([&](const auto& parameters) { count = parameters.size(); });
+  bus_.spin();
+  EXPECT_THAT(status.why(), HasSubstr("there is no node /m"));
+  EXPECT_EQ(count, 4U);
+}
+
+}  // namespace
+}  // namespace doppel
