@@ -1,0 +1,122 @@
+#include "doppel/server/announcement.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Why the folder is not this user's alone, "" if it is: others must not be able to point shells at their
+// ports.
+std::string distrust(const fs::path& folder) {
+  struct stat facts {};
+  if (lstat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode) || facts.st_uid != geteuid() ||
+      (facts.st_mode & 077) != 0) {
+    return fmt::format("{} is no folder of this user alone", folder.string());
+  }
+  return "";
+}
+
+bool is_alive(int pid) {
+  return kill(pid, 0) == 0 || errno == EPERM;
+}
+
+bool is_listening(std::uint16_t port) {
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return false;
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const bool connected = connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+  close(fd);
+  return connected;
+}
+
+std::optional<RunningTwin> read_announcement(const fs::path& file) {
+  std::ifstream in(file);
+  const auto object = nlohmann::json::parse(in, nullptr, false);
+  if (!object.is_object()) return std::nullopt;
+  try {
+    RunningTwin twin{.pid = object.at("pid").get<int>(),
+                     .port = object.at("port").get<std::uint16_t>(),
+                     .robot = object.at("robot").get<std::string>(),
+                     .started = object.at("started").get<std::int64_t>()};
+    if (twin.pid > 0 && twin.port > 0) return twin;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+fs::path announcement_folder() {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  if (runtime != nullptr && *runtime == '/') return fs::path(runtime) / "doppel";
+  return fmt::format("/tmp/doppel-{}", geteuid());
+}
+
+Announcement::Announcement(std::string robot, std::uint16_t port) {
+  const fs::path folder = announcement_folder();
+  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
+    problem_ = fmt::format("cannot make {}: {}", folder.string(), std::strerror(errno));
+    return;
+  }
+  problem_ = distrust(folder);
+  if (!problem_.empty()) return;
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const nlohmann::json object{{"pid", getpid()},
+                              {"port", port},
+                              {"robot", std::move(robot)},
+                              {"started", std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()}};
+  const fs::path file = folder / fmt::format("{}-{}.json", getpid(), port);
+  const fs::path draft = file.string() + ".new";  // renamed when whole, so that nobody reads half of it
+  std::ofstream(draft) << object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  std::error_code failed;
+  fs::rename(draft, file, failed);
+  if (failed) {
+    problem_ = fmt::format("cannot write {}: {}", file.string(), failed.message());
+  } else {
+    file_ = file;
+  }
+}
+
+Announcement::~Announcement() {
+  std::error_code ignored;
+  if (!file_.empty()) fs::remove(file_, ignored);
+}
+
+std::vector<RunningTwin> find_running() {
+  std::vector<RunningTwin> twins;
+  if (!distrust(announcement_folder()).empty()) return twins;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(announcement_folder(), failed)) {
+    if (entry.path().extension() != ".json") continue;
+    const auto twin = read_announcement(entry.path());
+    if (twin && is_alive(twin->pid) && is_listening(twin->port)) {
+      twins.push_back(*twin);
+    } else {
+      std::error_code ignored;
+      fs::remove(entry.path(), ignored);
+    }
+  }
+  std::ranges::sort(twins, [](const RunningTwin& a, const RunningTwin& b) { return a.started > b.started; });
+  return twins;
+}
+
+}  // namespace doppel

@@ -1,0 +1,41 @@
+#pragma once
+// How shells find running twins: a file per twin in the user's run-time folder ($XDG_RUNTIME_DIR/doppel, else
+// /tmp/doppel-<uid>, readable by the user alone).
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace doppel {
+
+struct RunningTwin {
+  int pid = 0;
+  std::uint16_t port = 0;
+  std::string robot;
+  std::int64_t started = 0;  // ns since the epoch, wall time
+};
+
+// The announcement of this process; taken back when destroyed. Where the folder cannot be used the twin runs
+// unannounced: shells then need --port.
+class Announcement {
+ public:
+  Announcement(std::string robot, std::uint16_t port);
+  ~Announcement();
+  Announcement(const Announcement&) = delete;
+  Announcement& operator=(const Announcement&) = delete;
+
+  [[nodiscard]] const std::string& problem() const { return problem_; }  // empty: announced
+
+ private:
+  std::filesystem::path file_;
+  std::string problem_;
+};
+
+std::filesystem::path announcement_folder();
+
+// Newest first. Removes what processes that ended without cleaning up have left behind.
+std::vector<RunningTwin> find_running();
+
+}  // namespace doppel

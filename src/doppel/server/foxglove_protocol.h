@@ -1,0 +1,189 @@
+#pragma once
+// The Foxglove WebSocket protocol, version 1 (github.com/foxglove/ws-protocol, docs/spec.md): its messages as
+// plain structs, and their frames. Knows nothing of sockets. Times are nanoseconds, numbers on the wire
+// little endian.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "doppel/bus/parameters.h"
+#include "doppel/core/status.h"
+#include "doppel/core/time.h"
+
+namespace doppel::foxglove {
+
+inline constexpr std::string_view kSubprotocol = "foxglove.websocket.v1";
+inline constexpr std::string_view kSdkSubprotocol =
+    "foxglove.sdk.v1";  // the same frames under their later name
+inline constexpr std::string_view kCdr = "cdr", kJson = "json", kRos2Msg = "ros2msg";
+
+using FrameBytes = std::vector<std::byte>;
+using ByteView = std::span<const std::byte>;
+
+// -- what the server says
+
+struct ServerInfo {
+  std::string name, session_id;
+  std::vector<std::string> capabilities, encodings;
+};
+
+enum class StatusLevel : std::uint8_t { info = 0, warning = 1, error = 2 };
+
+struct StatusMessage {
+  StatusLevel level = StatusLevel::info;
+  std::string message;
+};
+
+struct Channel {
+  std::uint32_t id = 0;
+  std::string topic, schema_name, schema;  // encoding "cdr", schema in "ros2msg"
+};
+struct Channels {
+  std::vector<Channel> channels;
+};
+struct RemovedChannels {
+  std::vector<std::uint32_t> ids;
+};
+
+struct ServiceOffer {
+  std::uint32_t id = 0;
+  std::string name, type, request_schema, response_schema;
+};
+struct Services {
+  std::vector<ServiceOffer> services;
+};
+struct RemovedServices {
+  std::vector<std::uint32_t> ids;
+};
+
+struct Parameter {
+  std::string name;      // "/node.parameter"
+  ParameterValue value;  // monostate: not set
+};
+struct ParameterValues {
+  std::vector<Parameter> parameters;
+  std::string id;  // of the request that this answers; empty: none
+};
+
+struct NamedIds {
+  std::string name;
+  std::vector<std::string> ids;
+};
+struct GraphUpdate {
+  std::vector<NamedIds> published, subscribed, services;  // each replaces what was known of that name
+  std::vector<std::string> removed_topics, removed_services;
+};
+
+struct ServiceFailure {
+  std::uint32_t service = 0, call = 0;
+  std::string message;
+};
+struct MessageData {
+  std::uint32_t subscription = 0;
+  Time stamp{};
+  ByteView payload;
+};
+struct TimeMessage {
+  Time now{};
+};
+struct ServiceResponse {
+  std::uint32_t service = 0, call = 0;
+  std::string encoding;
+  ByteView payload;
+};
+
+std::string to_frame(const ServerInfo& info);
+std::string to_frame(const StatusMessage& status);
+std::string to_frame(const Channels& channels);
+std::string to_frame(const RemovedChannels& removed);
+std::string to_frame(const Services& services);
+std::string to_frame(const RemovedServices& removed);
+std::string to_frame(const ParameterValues& values);
+std::string to_frame(const GraphUpdate& update);
+std::string to_frame(const ServiceFailure& failure);
+FrameBytes to_frame(const TimeMessage& time);
+FrameBytes to_frame(const ServiceResponse& response);
+// What stands before the payload, so that one payload can go to many.
+constexpr std::size_t kDataHeadSize = 13;
+std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscription, Time stamp);
+
+using ServerMessage = std::variant<std::monostate, ServerInfo, StatusMessage, Channels, RemovedChannels,
+                                   Services, RemovedServices, ParameterValues, GraphUpdate, ServiceFailure,
+                                   MessageData, TimeMessage, ServiceResponse>;
+// monostate: well-formed, but of a kind that this version does not know. Views point into the frame.
+Status read_server_text(std::string_view frame, ServerMessage& out);
+Status read_server_binary(ByteView frame, ServerMessage& out);
+
+// -- what a client says
+
+struct Subscribe {
+  struct Item {
+    std::uint32_t id = 0, channel = 0;
+  };
+  std::vector<Item> items;
+};
+struct Unsubscribe {
+  std::vector<std::uint32_t> ids;
+};
+struct ClientChannel {
+  std::uint32_t id = 0;
+  std::string topic, encoding, schema_name;
+};
+struct Advertise {
+  std::vector<ClientChannel> channels;
+};
+struct Unadvertise {
+  std::vector<std::uint32_t> ids;
+};
+struct GetParameters {
+  std::vector<std::string> names;  // empty: all
+  std::string id;
+};
+struct SetParameters {
+  std::vector<Parameter> parameters;
+  std::string id;  // empty: no answer wanted
+};
+struct WatchParameters {
+  bool on = true;
+  std::vector<std::string> names;  // empty: all
+};
+struct WatchGraph {
+  bool on = true;
+};
+struct ClientData {
+  std::uint32_t channel = 0;
+  ByteView payload;
+};
+struct ServiceCall {
+  std::uint32_t service = 0, call = 0;
+  std::string encoding;
+  ByteView payload;
+};
+struct UnknownOperation {
+  std::string op;
+};
+
+using ClientMessage =
+    std::variant<UnknownOperation, Subscribe, Unsubscribe, Advertise, Unadvertise, GetParameters,
+                 SetParameters, WatchParameters, WatchGraph, ClientData, ServiceCall>;
+// Refused: what is no frame of this protocol. Views point into the frame.
+Status read_client_text(std::string_view frame, ClientMessage& out);
+Status read_client_binary(ByteView frame, ClientMessage& out);
+
+std::string to_frame(const Subscribe& subscribe);
+std::string to_frame(const Unsubscribe& unsubscribe);
+std::string to_frame(const Advertise& advertise);
+std::string to_frame(const GetParameters& get);
+std::string to_frame(const SetParameters& set);
+std::string to_frame(const WatchGraph& watch);
+FrameBytes to_frame(const ClientData& data);
+FrameBytes to_frame(const ServiceCall& call);
+
+}  // namespace doppel::foxglove

@@ -1,0 +1,373 @@
+#include "doppel/server/hub.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace doppel {
+
+using foxglove::StatusLevel;
+
+namespace {
+
+bool is_topic_name(std::string_view name) {
+  const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '/'; };
+  return name.size() > 1 && name.size() < 256 && name.front() == '/' && name.back() != '/' &&
+         std::ranges::all_of(name, allowed);
+}
+
+std::string_view as_text(foxglove::ByteView bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// A payload as CDR, whichever of the two encodings it came in.
+Status to_cdr_form(std::string_view encoding, const TypeSupport& type, foxglove::ByteView payload,
+                   Bytes& out) {
+  if (encoding == foxglove::kCdr) {
+    out.assign(payload.begin(), payload.end());
+    return {};
+  }
+  return type.yaml_to_cdr(payload.empty() ? "{}" : as_text(payload), out);  // JSON is YAML
+}
+
+bool is_known_encoding(std::string_view encoding) {
+  return encoding == foxglove::kCdr || encoding == foxglove::kJson;
+}
+
+}  // namespace
+
+OutgoingFrame make_frame(std::string text) {
+  auto owner = std::make_shared<const std::string>(std::move(text));
+  OutgoingFrame frame{.text = true, .owner = owner, .body = {}};
+  frame.body = std::as_bytes(std::span(*owner));
+  return frame;
+}
+
+OutgoingFrame make_frame(foxglove::FrameBytes bytes) {
+  auto owner = std::make_shared<const foxglove::FrameBytes>(std::move(bytes));
+  OutgoingFrame frame{.owner = owner, .body = {}};
+  frame.body = *owner;
+  return frame;
+}
+
+bool split_parameter_name(std::string_view full, std::string& node, std::string& name) {
+  const std::size_t dot = full.find('.');
+  if (dot == std::string_view::npos || dot == 0 || dot + 1 == full.size()) return false;
+  node = full.substr(0, dot);
+  name = full.substr(dot + 1);
+  if (!node.starts_with('/')) node = fmt::format("/{}", full.substr(0, dot));
+  return true;
+}
+
+Hub::Hub(Bus& bus, HubOptions options, Post post)
+    : bus_(bus),
+      options_(std::move(options)),
+      post_(std::move(post)),
+      session_id_(
+          std::to_string(std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1))),
+      edge_(bus.attach(kEdgeName, options_.ring_bytes)) {}
+
+Hub::~Hub() = default;
+
+Hub::ClientId Hub::join(ClientLink& link) {
+  refresh_offers();
+  const ClientId id = next_client_++;
+  Client& client = clients_[id];
+  client.link = &link;
+  client.node = fmt::format("/_client_{}", id);
+  link.send(make_frame(foxglove::to_frame(
+      foxglove::ServerInfo{.name = options_.name,
+                           .session_id = session_id_,
+                           .capabilities = {"clientPublish", "services", "parameters", "parametersSubscribe",
+                                            "connectionGraph", "time"},
+                           .encodings = {std::string(foxglove::kCdr), std::string(foxglove::kJson)}})));
+  link.send(channels_frame_);
+  link.send(services_frame_);
+  return id;
+}
+
+void Hub::leave(ClientId id) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return;
+  while (!found->second.subscriptions.empty()) {
+    unsubscribe_one(found->second, id, found->second.subscriptions.begin()->first);
+  }
+  clients_.erase(found);
+}
+
+Status Hub::on_text(ClientId id, std::string_view frame) {
+  foxglove::ClientMessage message;
+  const Status read = foxglove::read_client_text(frame, message);
+  return read ? dispatch(id, message) : read;
+}
+
+Status Hub::on_binary(ClientId id, foxglove::ByteView frame) {
+  foxglove::ClientMessage message;
+  const Status read = foxglove::read_client_binary(frame, message);
+  return read ? dispatch(id, message) : read;
+}
+
+Status Hub::dispatch(ClientId id, const foxglove::ClientMessage& message) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return {};
+  std::visit([&](const auto& operation) { handle(found->second, id, operation); }, message);
+  return {};
+}
+
+void Hub::say(Client& client, StatusLevel level, std::string message) {
+  client.link->send(make_frame(foxglove::to_frame(foxglove::StatusMessage{level, std::move(message)})));
+}
+
+void Hub::handle(Client& client, ClientId, const foxglove::UnknownOperation& unknown) {
+  say(client, StatusLevel::error, fmt::format("the operation '{:.64}' is not known here", unknown.op));
+}
+
+void Hub::handle(Client& client, ClientId id, const foxglove::Subscribe& subscribe) {
+  for (const auto& item : subscribe.items) subscribe_one(client, id, item);
+  follow_clock();
+}
+
+void Hub::subscribe_one(Client& client, ClientId id, const foxglove::Subscribe::Item& item) {
+  const auto found = channels_.find(item.channel);
+  if (found == channels_.end()) {
+    return say(client, StatusLevel::error,
+               fmt::format("there is no channel {} to subscribe to", item.channel));
+  }
+  if (client.subscriptions.contains(item.id)) {
+    return say(client, StatusLevel::error, fmt::format("the subscription id {} is in use", item.id));
+  }
+  ChannelState& channel = found->second;
+  if (std::ranges::any_of(channel.subscribers, [id](const auto& s) { return s.first == id; })) {
+    return say(client, StatusLevel::error, fmt::format("{} is subscribed to already", channel.offer.topic));
+  }
+  client.subscriptions[item.id] = item.channel;
+  channel.subscribers.emplace_back(id, item.id);
+  if (channel.subscribers.size() == 1) {
+    edge_->subscribe(item.channel);  // the bus then delivers what is latched
+  } else if (channel.last != nullptr) {
+    send_data(channel, client, item.id, channel.last_stamp, channel.last);
+  }
+}
+
+void Hub::handle(Client& client, ClientId id, const foxglove::Unsubscribe& unsubscribe) {
+  for (const std::uint32_t subscription : unsubscribe.ids) {
+    if (client.subscriptions.contains(subscription)) {
+      unsubscribe_one(client, id, subscription);
+    } else {
+      say(client, StatusLevel::warning, fmt::format("there is no subscription {} to end", subscription));
+    }
+  }
+}
+
+void Hub::unsubscribe_one(Client& client, ClientId id, std::uint32_t subscription) {
+  const std::uint32_t channel_id = client.subscriptions.at(subscription);
+  client.subscriptions.erase(subscription);
+  const auto found = channels_.find(channel_id);
+  if (found == channels_.end()) return;
+  ChannelState& channel = found->second;
+  std::erase_if(channel.subscribers, [id](const auto& s) { return s.first == id; });
+  if (channel.subscribers.empty()) {
+    channel.last = nullptr;
+    if (channel_id != clock_) edge_->unsubscribe(channel_id);
+  }
+  follow_clock();
+}
+
+void Hub::handle(Client& client, ClientId, const foxglove::Advertise& advertise) {
+  for (const foxglove::ClientChannel& wanted : advertise.channels) {
+    foxglove::ClientChannel channel = wanted;
+    if (!channel.topic.starts_with('/')) channel.topic = fmt::format("/{}", wanted.topic);
+    const TypeSupport* type = find_type(channel.schema_name);
+    const auto known =
+        std::ranges::find_if(channels_, [&](const auto& c) { return c.second.offer.topic == channel.topic; });
+    std::string why;
+    if (client.advertised.contains(channel.id)) {
+      why = fmt::format("the channel id {} is in use", channel.id);
+    } else if (client.advertised.size() >= options_.max_advertisements) {
+      why = fmt::format("{} channels of one client are the most", options_.max_advertisements);
+    } else if (!is_topic_name(channel.topic)) {
+      why = "that is no name for a topic";
+    } else if (!is_known_encoding(channel.encoding)) {
+      why = fmt::format("the encoding '{:.64}' is not supported; use cdr or json", channel.encoding);
+    } else if (type == nullptr) {
+      why = fmt::format("the type '{:.256}' is not known", channel.schema_name);
+    } else if (known != channels_.end() && known->second.offer.schema_name != type->name) {
+      why = fmt::format("the topic is a {}, not a {}", known->second.offer.schema_name, type->name);
+    } else {
+      channel.schema_name = type->name;
+      client.advertised[channel.id] = std::move(channel);
+      continue;
+    }
+    say(client, StatusLevel::error, fmt::format("cannot advertise {:.256}: {}", wanted.topic, why));
+  }
+}
+
+void Hub::handle(Client& client, ClientId, const foxglove::Unadvertise& unadvertise) {
+  for (const std::uint32_t channel : unadvertise.ids) {
+    if (client.advertised.erase(channel) == 0) {
+      say(client, StatusLevel::warning, fmt::format("there is no client channel {} to end", channel));
+    }
+  }
+}
+
+void Hub::handle(Client& client, ClientId, const foxglove::ClientData& data) {
+  const auto found = client.advertised.find(data.channel);
+  if (found == client.advertised.end()) {
+    return say(client, StatusLevel::error,
+               fmt::format("there is no client channel {} to publish on", data.channel));
+  }
+  const foxglove::ClientChannel& channel = found->second;
+  Bytes cdr;
+  Status status = to_cdr_form(channel.encoding, *find_type(channel.schema_name), data.payload, cdr);
+  if (status) status = edge_->publish(kEdgeName, channel.topic, channel.schema_name, cdr);
+  if (!status)
+    say(client, StatusLevel::error, fmt::format("{}: message refused: {}", channel.topic, status.why()));
+}
+
+void Hub::handle(Client& client, ClientId id, const foxglove::ServiceCall& call) {
+  const auto fail = [&](std::string why) {
+    client.link->send(
+        make_frame(foxglove::to_frame(foxglove::ServiceFailure{call.service, call.call, std::move(why)})));
+  };
+  const auto found = services_.find(call.service);
+  if (found == services_.end()) return fail(fmt::format("there is no service {}", call.service));
+  const ServiceState& service = found->second;
+  if (client.calls >= options_.max_calls) return fail("too many calls are waiting for their answers");
+  if (!is_known_encoding(call.encoding)) {
+    return fail(fmt::format("the encoding '{:.64}' is not supported; use cdr or json", call.encoding));
+  }
+  Bytes request;
+  if (const Status status = to_cdr_form(call.encoding, *service.support->request, call.payload, request);
+      !status) {
+    return fail(fmt::format("request for {} refused: {}", service.offer.name, status.why()));
+  }
+  ++client.calls;
+  const foxglove::ServiceCall origin{call.service, call.call, call.encoding, {}};
+  edge_->call(service.offer.name, request, [this, id, origin](Status status, Bytes response) {
+    post_([this, id, origin, status = std::move(status), response = std::move(response)] {
+      finish_call(id, origin, status, response);
+    });
+  });
+}
+
+void Hub::finish_call(ClientId id, const foxglove::ServiceCall& call, const Status& status,
+                      const Bytes& response) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return;
+  Client& client = found->second;
+  --client.calls;
+  Status outcome = status;
+  std::string json;
+  if (outcome && call.encoding == foxglove::kJson) {
+    const auto service = services_.find(call.service);
+    outcome = service != services_.end() ? service->second.support->response->cdr_to_json(response, json)
+                                         : Status::refused("the service has gone meanwhile");
+  }
+  if (!outcome) {
+    client.link->send(
+        make_frame(foxglove::to_frame(foxglove::ServiceFailure{call.service, call.call, outcome.why()})));
+    return;
+  }
+  const foxglove::ByteView payload =
+      call.encoding == foxglove::kJson ? std::as_bytes(std::span(json)) : foxglove::ByteView(response);
+  client.link->send(make_frame(
+      foxglove::to_frame(foxglove::ServiceResponse{call.service, call.call, call.encoding, payload})));
+}
+
+void Hub::handle(Client&, ClientId id, const foxglove::GetParameters& get) {
+  send_parameters(id, get.names, get.id);
+}
+
+void Hub::send_parameters(ClientId id, std::vector<std::string> names, std::string request) {
+  edge_->get_parameters([this, id, names = std::move(names), request = std::move(request)](const auto& all) {
+    foxglove::ParameterValues values{.parameters = {}, .id = request};
+    const std::set<std::string> wanted(names.begin(), names.end());
+    for (const NamedParameter& parameter : all) {
+      std::string full = parameter_name(parameter.node, parameter.name);
+      if (!wanted.empty() && !wanted.contains(full)) continue;
+      values.parameters.push_back({std::move(full), parameter.value});
+    }
+    post_([this, id, values = std::move(values)] {
+      const auto found = clients_.find(id);
+      if (found != clients_.end()) found->second.link->send(make_frame(foxglove::to_frame(values)));
+    });
+  });
+}
+
+void Hub::handle(Client& client, ClientId id, const foxglove::SetParameters& set) {
+  std::vector<std::string> names;
+  for (const foxglove::Parameter& parameter : set.parameters) {
+    std::string node, name;
+    if (!split_parameter_name(parameter.name, node, name)) {
+      say(client, StatusLevel::error,
+          fmt::format("'{:.256}' is no parameter; they are called /node.parameter", parameter.name));
+      continue;
+    }
+    names.push_back(parameter_name(node, name));
+    if (std::holds_alternative<std::monostate>(parameter.value)) {
+      say(client, StatusLevel::error, fmt::format("{:.256}: parameters cannot be removed", parameter.name));
+      continue;
+    }
+    edge_->set_parameter(node, name, parameter.value, [this, id, full = names.back()](const Status& status) {
+      if (status) return;
+      post_([this, id, text = fmt::format("{}: {}", full, status.why())] {
+        const auto found = clients_.find(id);
+        if (found != clients_.end()) say(found->second, StatusLevel::error, text);
+      });
+    });
+  }
+  if (!set.id.empty())
+    send_parameters(id, names.empty() ? std::vector<std::string>{""} : std::move(names), set.id);
+  poll_parameters();
+}
+
+void Hub::handle(Client& client, ClientId, const foxglove::WatchParameters& watch) {
+  if (watch.names.empty()) {
+    client.watches_all_parameters = watch.on;
+    if (!watch.on) client.watched_parameters.clear();
+  }
+  for (const std::string& name : watch.names) {
+    if (!watch.on) {
+      client.watched_parameters.erase(name);
+    } else if (client.watched_parameters.size() < options_.max_advertisements) {
+      client.watched_parameters.insert(name);
+    } else {
+      return say(client, StatusLevel::error, "too many parameters are watched");
+    }
+  }
+  poll_parameters();
+}
+
+void Hub::send_data(const ChannelState& channel, Client& client, std::uint32_t subscription, Time stamp,
+                    const std::shared_ptr<const Bytes>& payload) {
+  OutgoingFrame frame;
+  frame.droppable = !channel.latched;  // a latched message is not sent again
+  frame.head = foxglove::data_head(subscription, stamp);
+  frame.head_size = frame.head.size();
+  frame.owner = payload;
+  frame.body = *payload;
+  client.link->send(std::move(frame));
+}
+
+bool Hub::pump(std::size_t most) {
+  Edge::Incoming message;
+  for (std::size_t i = 0; i < most; ++i) {
+    if (!edge_->next(message)) return false;
+    now_ = message.stamp;
+    const auto found = channels_.find(message.topic);
+    if (found == channels_.end() || found->second.subscribers.empty()) continue;
+    ChannelState& channel = found->second;
+    const auto payload = std::make_shared<const Bytes>(message.cdr.begin(), message.cdr.end());
+    if (channel.latched) {
+      channel.last = payload;
+      channel.last_stamp = message.stamp;
+    }
+    for (const auto& [id, subscription] : channel.subscribers) {
+      send_data(channel, clients_.at(id), subscription, message.stamp, payload);
+    }
+  }
+  return true;
+}
+
+}  // namespace doppel

@@ -1,0 +1,248 @@
+#include <algorithm>
+
+#include "doppel/server/hub.h"
+
+// The bus's graph as clients see it: channels, services, who has what; the clock and watched parameters.
+
+namespace doppel {
+namespace {
+
+constexpr std::uint64_t kTicksPerGraph = 2, kTicksPerParameters = 5;
+
+foxglove::Channel describe(const TopicInfo& topic) {
+  const TypeSupport* type = find_type(topic.type);
+  return {
+      .id = topic.id, .topic = topic.name, .schema_name = topic.type, .schema = type ? type->schema() : ""};
+}
+
+foxglove::ServiceOffer describe(const ServiceInfo& service, const ServiceSupport& support) {
+  return {.id = service.id,
+          .name = service.name,
+          .type = service.type,
+          .request_schema = support.request->schema(),
+          .response_schema = support.response->schema()};
+}
+
+using Endpoints = std::map<std::string, std::vector<std::string>>;
+
+// What of `now` is new or different from `before`.
+std::vector<foxglove::NamedIds> changes(const Endpoints& before, const Endpoints& now) {
+  std::vector<foxglove::NamedIds> out;
+  for (const auto& [name, ids] : now) {
+    const auto found = before.find(name);
+    if (found == before.end() || found->second != ids) out.push_back({name, ids});
+  }
+  return out;
+}
+
+// What has lost its last owner but is still there in another list.
+void add_emptied(const Endpoints& before, const Endpoints& now, std::vector<foxglove::NamedIds>& out) {
+  for (const auto& [name, ids] : before) {
+    if (!now.contains(name)) out.push_back({name, {}});
+  }
+}
+
+}  // namespace
+
+void Hub::broadcast(std::string text) {
+  const OutgoingFrame frame = make_frame(std::move(text));
+  for (auto& [id, client] : clients_) client.link->send(frame);
+}
+
+void Hub::refresh_offers() {
+  const std::uint64_t version = bus_.graph_version();  // read first: what comes later is seen next time
+  if (version == seen_version_) return;
+  seen_version_ = version;
+  refresh_channels();
+  refresh_services();
+}
+
+void Hub::refresh_channels() {
+  for (auto& [id, channel] : channels_) channel.seen = false;
+  foxglove::Channels added;
+  for (const TopicInfo& topic : bus_.topics()) {
+    const auto [entry, is_new] = channels_.try_emplace(topic.id);
+    entry->second.seen = true;
+    entry->second.latched = topic.qos.latched;
+    if (!is_new) continue;
+    entry->second.offer = describe(topic);
+    added.channels.push_back(entry->second.offer);
+  }
+  foxglove::RemovedChannels removed;
+  for (auto& [id, channel] : channels_) {
+    if (channel.seen) continue;
+    removed.ids.push_back(id);
+    for (const auto& [client, subscription] : channel.subscribers)
+      clients_.at(client).subscriptions.erase(subscription);
+    if (!channel.subscribers.empty() || id == clock_) edge_->unsubscribe(id);
+    if (id == clock_) clock_ = 0;
+  }
+  std::erase_if(channels_, [](const auto& channel) { return !channel.second.seen; });
+  if (!removed.ids.empty()) broadcast(foxglove::to_frame(removed));
+  if (!added.channels.empty()) broadcast(foxglove::to_frame(added));
+  foxglove::Channels all;
+  for (const auto& [id, channel] : channels_) all.channels.push_back(channel.offer);
+  channels_frame_ = make_frame(foxglove::to_frame(all));
+}
+
+void Hub::refresh_services() {
+  for (auto& [id, service] : services_) service.seen = false;
+  foxglove::Services added;
+  for (const ServiceInfo& info : bus_.services()) {
+    const auto [entry, is_new] = services_.try_emplace(info.id);
+    entry->second.seen = true;
+    if (!is_new) continue;
+    entry->second.support = find_service(info.type);  // the bus registers what is served
+    entry->second.offer = describe(info, *entry->second.support);
+    added.services.push_back(entry->second.offer);
+  }
+  foxglove::RemovedServices removed;
+  for (const auto& [id, service] : services_) {
+    if (!service.seen) removed.ids.push_back(id);
+  }
+  std::erase_if(services_, [](const auto& service) { return !service.second.seen; });
+  if (!removed.ids.empty()) broadcast(foxglove::to_frame(removed));
+  if (!added.services.empty()) broadcast(foxglove::to_frame(added));
+  foxglove::Services all;
+  for (const auto& [id, service] : services_) all.services.push_back(service.offer);
+  services_frame_ = make_frame(foxglove::to_frame(all));
+}
+
+// The server itself is no participant: in its place stand the clients that it speaks for.
+Hub::Graph Hub::read_graph() const {
+  Graph graph;
+  const auto is_own = [](const std::string& name) { return name == kEdgeName; };
+  for (const TopicInfo& topic : bus_.topics()) {
+    auto& published = graph.published[topic.name] = topic.publishers;
+    auto& subscribed = graph.subscribed[topic.name] = topic.subscribers;
+    std::erase_if(published, is_own);
+    std::erase_if(subscribed, is_own);
+  }
+  for (const auto& [id, client] : clients_) {
+    for (const auto& [channel_id, channel] : client.advertised)
+      graph.published[channel.topic].push_back(client.node);
+    for (const auto& [subscription, channel] : client.subscriptions) {
+      graph.subscribed[channels_.at(channel).offer.topic].push_back(client.node);
+    }
+  }
+  for (const ServiceInfo& service : bus_.services()) graph.services[service.name].push_back(service.node);
+  std::erase_if(graph.published, [](const auto& entry) { return entry.second.empty(); });
+  std::erase_if(graph.subscribed, [](const auto& entry) { return entry.second.empty(); });
+  return graph;
+}
+
+void Hub::refresh_graph() {
+  Graph now = read_graph();
+  foxglove::GraphUpdate update;
+  update.published = changes(graph_.published, now.published);
+  update.subscribed = changes(graph_.subscribed, now.subscribed);
+  update.services = changes(graph_.services, now.services);
+  add_emptied(graph_.published, now.published, update.published);
+  add_emptied(graph_.subscribed, now.subscribed, update.subscribed);
+  for (const auto* endpoints : {&graph_.published, &graph_.subscribed}) {
+    for (const auto& [name, ids] : *endpoints) {
+      if (!now.published.contains(name) && !now.subscribed.contains(name))
+        update.removed_topics.push_back(name);
+    }
+  }
+  for (const auto& [name, ids] : graph_.services) {
+    if (!now.services.contains(name)) update.removed_services.push_back(name);
+  }
+  graph_ = std::move(now);
+  const bool changed = !update.published.empty() || !update.subscribed.empty() || !update.services.empty() ||
+                       !update.removed_services.empty();
+  if (!changed) return;
+  const OutgoingFrame frame = make_frame(foxglove::to_frame(update));
+  for (auto& [id, client] : clients_) {
+    if (client.watches_graph) client.link->send(frame);
+  }
+}
+
+void Hub::handle(Client& client, ClientId, const foxglove::WatchGraph& watch) {
+  client.watches_graph = false;
+  if (!watch.on) return;
+  refresh_offers();
+  refresh_graph();  // for the others; the newcomer gets all of it
+  foxglove::GraphUpdate all;
+  all.published = changes({}, graph_.published);
+  all.subscribed = changes({}, graph_.subscribed);
+  all.services = changes({}, graph_.services);
+  client.link->send(make_frame(foxglove::to_frame(all)));
+  client.watches_graph = true;
+}
+
+// The clock is listened to while somebody is subscribed to anything: without listeners the loop need not
+// publish it.
+void Hub::follow_clock() {
+  const bool wanted =
+      std::ranges::any_of(clients_, [](const auto& client) { return !client.second.subscriptions.empty(); });
+  if (wanted == (clock_ != 0)) return;
+  if (!wanted) {
+    if (channels_.at(clock_).subscribers.empty()) edge_->unsubscribe(clock_);
+    clock_ = 0;
+    return;
+  }
+  const auto found = std::ranges::find_if(
+      channels_, [](const auto& channel) { return channel.second.offer.topic == "/clock"; });
+  if (found == channels_.end()) return;
+  clock_ = found->first;
+  if (found->second.subscribers.empty()) edge_->subscribe(clock_);
+}
+
+void Hub::send_time() {
+  if (now_ == time_sent_) return;
+  time_sent_ = now_;
+  OutgoingFrame frame = make_frame(foxglove::to_frame(foxglove::TimeMessage{now_}));
+  frame.droppable = true;
+  for (auto& [id, client] : clients_) {
+    if (!client.subscriptions.empty()) client.link->send(frame);
+  }
+}
+
+void Hub::poll_parameters() {
+  const bool watched = std::ranges::any_of(clients_, [](const auto& client) {
+    return client.second.watches_all_parameters || !client.second.watched_parameters.empty();
+  });
+  if (!watched) {
+    parameters_.clear();
+    return;
+  }
+  edge_->get_parameters([this](std::vector<NamedParameter> all) {
+    post_([this, all = std::move(all)] { report_parameters(all); });
+  });
+}
+
+void Hub::report_parameters(const std::vector<NamedParameter>& now) {
+  const bool first = parameters_.empty();
+  std::vector<foxglove::Parameter> changed;
+  for (const NamedParameter& parameter : now) {
+    const std::string name = parameter_name(parameter.node, parameter.name);
+    const auto [entry, is_new] = parameters_.try_emplace(name, parameter.value);
+    if (!is_new && entry->second == parameter.value) continue;
+    entry->second = parameter.value;
+    if (!first) changed.push_back({name, parameter.value});
+  }
+  if (changed.empty()) return;
+  for (auto& [id, client] : clients_) {
+    foxglove::ParameterValues values;
+    for (const foxglove::Parameter& parameter : changed) {
+      if (client.watches_all_parameters || client.watched_parameters.contains(parameter.name)) {
+        values.parameters.push_back(parameter);
+      }
+    }
+    if (!values.parameters.empty()) client.link->send(make_frame(foxglove::to_frame(values)));
+  }
+}
+
+void Hub::tick() {
+  ++ticks_;
+  refresh_offers();
+  follow_clock();
+  send_time();
+  const bool graph_watched =
+      std::ranges::any_of(clients_, [](const auto& client) { return client.second.watches_graph; });
+  if (graph_watched && ticks_ % kTicksPerGraph == 0) refresh_graph();
+  if (ticks_ % kTicksPerParameters == 0) poll_parameters();
+}
+
+}  // namespace doppel

@@ -1,0 +1,48 @@
+#include "doppel/server/send_queue.h"
+
+namespace doppel {
+namespace {
+
+constexpr std::size_t kFrameOverhead = 128;  // so that a flood of empty frames is bounded too
+
+std::size_t cost(const OutgoingFrame& frame) {
+  return frame.size() + kFrameOverhead;
+}
+
+}  // namespace
+
+std::size_t SendQueue::push(OutgoingFrame frame) {
+  const std::size_t size = cost(frame);
+  if (!frame.droppable) {
+    answer_bytes_ += size;
+    answers_.push_back({next_order_++, std::move(frame)});
+    return 0;
+  }
+  std::size_t dropped = 0;
+  while (!data_.empty() && data_bytes_ + size > data_limit_) {
+    data_bytes_ -= cost(data_.front().frame);
+    data_.pop_front();
+    ++dropped;
+  }
+  data_bytes_ += size;
+  data_.push_back({next_order_++, std::move(frame)});
+  return dropped;
+}
+
+std::optional<OutgoingFrame> SendQueue::pop() {
+  if (empty()) return std::nullopt;
+  const bool answer = data_.empty() || (!answers_.empty() && answers_.front().order < data_.front().order);
+  std::deque<Entry>& from = answer ? answers_ : data_;
+  OutgoingFrame frame = std::move(from.front().frame);
+  from.pop_front();
+  (answer ? answer_bytes_ : data_bytes_) -= cost(frame);
+  return frame;
+}
+
+void SendQueue::clear() {
+  answers_.clear();
+  data_.clear();
+  answer_bytes_ = data_bytes_ = 0;
+}
+
+}  // namespace doppel

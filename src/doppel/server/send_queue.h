@@ -1,0 +1,38 @@
+#pragma once
+// What waits for one client: answers, which are never dropped, and messages, of which the oldest go when
+// there are too many. Taken in the order in which they were put in.
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "doppel/server/hub.h"
+
+namespace doppel {
+
+class SendQueue {
+ public:
+  explicit SendQueue(std::size_t data_limit) : data_limit_(data_limit) {}
+
+  // Returns how many messages were dropped to make room. A message that alone is over the limit still goes
+  // through when nothing else waits.
+  std::size_t push(OutgoingFrame frame);
+  std::optional<OutgoingFrame> pop();
+  void clear();
+
+  [[nodiscard]] bool empty() const { return answers_.empty() && data_.empty(); }
+  [[nodiscard]] std::size_t answer_bytes() const { return answer_bytes_; }
+  [[nodiscard]] std::size_t data_bytes() const { return data_bytes_; }
+
+ private:
+  struct Entry {
+    std::uint64_t order = 0;
+    OutgoingFrame frame;
+  };
+  std::size_t data_limit_;
+  std::uint64_t next_order_ = 0;
+  std::deque<Entry> answers_, data_;
+  std::size_t answer_bytes_ = 0, data_bytes_ = 0;
+};
+
+}  // namespace doppel

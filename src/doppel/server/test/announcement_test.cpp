@@ -1,0 +1,74 @@
+#include "doppel/server/announcement.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "doppel/core/log.h"
+#include "doppel/server/server.h"
+
+namespace doppel {
+namespace {
+
+class AnnouncementTest : public ::testing::Test {
+ protected:
+  AnnouncementTest() {
+    char name[] = "/tmp/doppel_test_XXXXXX";
+    folder_ = mkdtemp(name);
+    setenv("XDG_RUNTIME_DIR", folder_.c_str(), 1);
+  }
+  ~AnnouncementTest() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path folder_;
+  Log log_;
+  Bus bus_;
+};
+
+TEST_F(AnnouncementTest, IsFoundWhileItLives) {
+  const Server server(bus_, {.port = 0}, log_);
+  {
+    const Announcement announcement("arm \"one\"", server.port());
+    EXPECT_EQ(announcement.problem(), "");
+    const auto twins = find_running();
+    ASSERT_EQ(twins.size(), 1u);
+    EXPECT_EQ(twins[0].robot, "arm \"one\"");
+    EXPECT_EQ(twins[0].port, server.port());
+    EXPECT_EQ(twins[0].pid, getpid());
+    EXPECT_EQ(std::filesystem::status(announcement_folder()).permissions(),
+              std::filesystem::perms::owner_all);
+  }
+  EXPECT_TRUE(find_running().empty());
+}
+
+TEST_F(AnnouncementTest, TheNewestComesFirst) {
+  const Server first(bus_, {.port = 0}, log_), second(bus_, {.port = 0}, log_);
+  const Announcement older("first", first.port()), newer("second", second.port());
+  const auto twins = find_running();
+  ASSERT_EQ(twins.size(), 2u);
+  EXPECT_EQ(twins[0].robot, "second");
+}
+
+TEST_F(AnnouncementTest, WhatHasEndedIsIgnoredAndCleanedAway) {
+  std::uint16_t closed_port = 0;
+  {
+    const Server server(bus_, {.port = 0}, log_);
+    closed_port = server.port();
+  }
+  const Announcement ended("ended", closed_port);
+  std::ofstream(announcement_folder() / "1-2.json") << "{broken";
+  std::ofstream(announcement_folder() / "3-4.json") << R"({"pid":"x","port":1,"robot":"r","started":1})";
+  EXPECT_TRUE(find_running().empty());
+  EXPECT_TRUE(std::filesystem::is_empty(announcement_folder()));
+}
+
+TEST_F(AnnouncementTest, AFolderThatOthersCanUseIsNotTrusted) {
+  std::filesystem::create_directory(folder_ / "doppel");
+  chmod((folder_ / "doppel").c_str(), 0777);
+  const Announcement announcement("arm", 1);
+  EXPECT_NE(announcement.problem(), "");
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,29 @@
+// Whatever bytes come in: read or refused, never more. The first byte chooses the reader.
+
+#include "doppel/server/foxglove_protocol.h"
+#include "doppel/server/http_answers.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const auto bytes = std::as_bytes(std::span(data + 1, size - 1));
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  doppel::foxglove::ClientMessage from_client;
+  doppel::foxglove::ServerMessage from_server;
+  switch (data[0] % 5) {
+    case 0:
+      static_cast<void>(doppel::foxglove::read_client_text(text, from_client));
+      break;
+    case 1:
+      static_cast<void>(doppel::foxglove::read_client_binary(bytes, from_client));
+      break;
+    case 2:
+      static_cast<void>(doppel::foxglove::read_server_text(text, from_server));
+      break;
+    case 3:
+      static_cast<void>(doppel::foxglove::read_server_binary(bytes, from_server));
+      break;
+    default:
+      static_cast<void>(doppel::is_local_origin(text) || doppel::choose_subprotocol(text).empty());
+  }
+  return 0;
+}
