@@ -19,9 +19,10 @@ struct LoadedDescription {
   std::vector<std::filesystem::path> files;  // every file that was read (for reload on save)
 };
 
-// Warnings and notes go to `diagnostics`. Throws InputError with every error found: XML not well-formed, xacro errors,
-// two roots, loops, joints that name links that do not exist, numbers that are none.
-// A mesh that is missing is a warning ("mesh.missing", with what was tried and the nearest file); its path stays empty.
+// Warnings and notes go to `diagnostics`. Throws InputError with every error found: XML not well-formed,
+// xacro errors, two roots, loops, joints that name links that do not exist, numbers that are none. A mesh
+// that is missing is a warning ("mesh.missing", with what was tried and the nearest file); its path stays
+// empty.
 LoadedDescription load_description(const std::filesystem::path& file, const XacroArguments& arguments,
                                    PackageResolver& resolver, Diagnostics& diagnostics);
 
@@ -29,20 +30,24 @@ LoadedDescription load_description(const std::filesystem::path& file, const Xacr
 RobotDescription parse_urdf(const std::string& xml, const std::string& name, PackageResolver& resolver,
                             Diagnostics& diagnostics);
 
-// Element names of the xacro arguments that `file` declares with <xacro:arg>, for "did you mean" and for use_sim.
+// An argument that a file, or a file it includes without a condition on anything but $(find ...), declares
+// with <xacro:arg>.
 struct XacroArgumentDeclaration {
   std::string name;
   std::string default_value;
   bool has_default = false;
   SourceLocation source;
 };
+std::vector<XacroArgumentDeclaration> declared_xacro_arguments(const std::filesystem::path& file,
+                                                               const PackageResolver& resolver);
 
 // What `doppel up TARGET` was given: a bundled robot's name, a file, or the folder of a package or workspace.
 struct Target {
   std::filesystem::path description;     // .urdf or .xacro
   std::filesystem::path package_folder;  // folder with package.xml; empty: none
 };
-// Throws InputError with the candidates where a folder holds several or no descriptions, or with the nearest name.
+// Throws InputError with the candidates where a folder holds several or no descriptions, or with the nearest
+// name.
 Target resolve_target(const std::string& target, const std::filesystem::path& bundled_robots);
 
 }  // namespace doppel

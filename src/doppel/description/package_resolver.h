@@ -11,9 +11,10 @@ namespace doppel {
 
 class PackageResolver {
  public:
-  // Search order for a package: those added by hand; then package.xml found by walking up from `add_context`'s files and
-  // in the workspaces around them (siblings, src/, install/share); then ROS_PACKAGE_PATH, AMENT_PREFIX_PATH/share,
-  // GZ_SIM_RESOURCE_PATH, GAZEBO_MODEL_PATH; last the robots bundled with doppel.
+  // Search order for a package: those added by hand; then package.xml found by walking up from
+  // `add_context`'s files and in the workspaces around them (siblings, src/, install/share); then
+  // ROS_PACKAGE_PATH, AMENT_PREFIX_PATH/share, GZ_SIM_RESOURCE_PATH, GAZEBO_MODEL_PATH; last the robots
+  // bundled with doppel.
   PackageResolver();
 
   void add_package(std::string name, std::filesystem::path folder);
@@ -21,9 +22,9 @@ class PackageResolver {
   void add_bundled(const std::filesystem::path& robots_folder);
 
   struct Resolved {
-    std::filesystem::path path;         // empty: not found
-    std::vector<std::string> tried;     // what was looked at, in order
-    std::string nearest;                // a file or package with nearly this name; may be empty
+    std::filesystem::path path;      // empty: not found
+    std::vector<std::string> tried;  // what was looked at, in order
+    std::string nearest;             // a file or package with nearly this name; may be empty
   };
   [[nodiscard]] Resolved find_package(const std::string& name) const;
   // uri as in a URDF; `base` is the folder of the file that names it.

@@ -1,7 +1,7 @@
 #pragma once
-// A faithful typed tree of all that a URDF said, each element with its place in the user's source. Nothing is repaired
-// here; absent stays absent. Unknown elements are kept as XML text so that the writer can give them back.
-// Source: the URDF XML specification (ros.org/wiki/urdf/XML), ros2_control's and Gazebo's extensions.
+// A faithful typed tree of all that a URDF said, each element with its place in the user's source. Nothing is
+// repaired here; absent stays absent. Unknown elements are kept as XML text so that the writer can give them
+// back. Source: the URDF XML specification (ros.org/wiki/urdf/XML), ros2_control's and Gazebo's extensions.
 
 #include <Eigen/Core>
 #include <array>
@@ -33,14 +33,22 @@ struct Inertial {
   [[nodiscard]] Eigen::Matrix3d tensor() const;
 };
 
-struct Box { Eigen::Vector3d size = Eigen::Vector3d::Zero(); };  // full side lengths, m
-struct Cylinder { double radius = 0, length = 0; };              // axis z, centred
-struct Capsule { double radius = 0, length = 0; };               // axis z, centred, length without the caps
-struct Sphere { double radius = 0; };
+struct Box {
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+};  // full side lengths, m
+struct Cylinder {
+  double radius = 0, length = 0;
+};  // axis z, centred
+struct Capsule {
+  double radius = 0, length = 0;
+};  // axis z, centred, length without the caps
+struct Sphere {
+  double radius = 0;
+};
 struct MeshGeometry {
-  std::string uri;                                     // as written: "package://p/meshes/a.stl"
+  std::string uri;  // as written: "package://p/meshes/a.stl"
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
-  std::string path;                                    // resolved absolute file; empty: not found
+  std::string path;  // resolved absolute file; empty: not found
 };
 using Geometry = std::variant<Box, Cylinder, Capsule, Sphere, MeshGeometry>;
 
@@ -77,9 +85,9 @@ struct Link {
 enum class JointType { fixed, revolute, continuous, prismatic, floating, planar };
 
 struct JointLimits {
-  double lower = 0, upper = 0;              // rad or m; meaningless for continuous
-  std::optional<double> effort, velocity;   // N m or N; rad/s or m/s; absent: not written
-  bool has_position = false;                // lower or upper was written
+  double lower = 0, upper = 0;             // rad or m; meaningless for continuous
+  std::optional<double> effort, velocity;  // N m or N; rad/s or m/s; absent: not written
+  bool has_position = false;               // lower or upper was written
   SourceLocation source;
 };
 
@@ -107,8 +115,8 @@ struct Mimic {
 struct Joint {
   std::string name;
   JointType type = JointType::fixed;
-  std::string parent, child;  // link names
-  Origin origin;              // X_PJ at q = 0, in the parent link frame
+  std::string parent, child;                        // link names
+  Origin origin;                                    // X_PJ at q = 0, in the parent link frame
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  // in the joint frame, as written (not normalised)
   std::optional<JointLimits> limits;
   std::optional<JointDynamics> dynamics;
@@ -120,7 +128,7 @@ struct Joint {
 
 // <ros2_control>: a named hardware component and the interfaces it offers.
 struct HardwareInterfaceDescription {
-  std::string name;                   // "position"
+  std::string name;  // "position"
   std::optional<double> min, max, initial_value;
   std::vector<std::pair<std::string, std::string>> params;  // others
   SourceLocation source;
@@ -134,8 +142,8 @@ struct HardwareJointDescription {
 };
 
 struct HardwareDescription {
-  std::string name, type;   // type: "system", "actuator", "sensor"
-  std::string plugin;       // "gz_ros2_control/GazeboSimSystem"
+  std::string name, type;  // type: "system", "actuator", "sensor"
+  std::string plugin;      // "gz_ros2_control/GazeboSimSystem"
   std::vector<std::pair<std::string, std::string>> params;
   std::vector<HardwareJointDescription> joints, sensors, gpios;
   SourceLocation source, plugin_source;
@@ -154,7 +162,7 @@ struct GazeboExtension {
   std::vector<GazeboPlugin> plugins;
   std::optional<double> mu1, mu2, kp, kd;
   std::optional<bool> self_collide, gravity;
-  std::string material;   // "Gazebo/Orange"
+  std::string material;  // "Gazebo/Orange"
   std::string xml;
   SourceLocation source;
 };

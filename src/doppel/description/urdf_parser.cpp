@@ -1,0 +1,321 @@
+#include "doppel/description/urdf_parser.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "doppel/core/names.h"
+#include "doppel/description/urdf_reader.h"
+
+namespace doppel {
+namespace {
+
+class Parser {
+ public:
+  Parser(const std::filesystem::path& base, const PackageResolver& resolver, Diagnostics& diagnostics)
+      : base_(base), resolver_(resolver), diagnostics_(diagnostics), read_(diagnostics) {}
+
+  RobotDescription robot(const XmlNode& root);
+
+ private:
+  Link link(const XmlNode& node);
+  Joint joint(const XmlNode& node);
+  Origin origin(const XmlNode& parent);
+  std::optional<Inertial> inertial(const XmlNode& node);
+  std::optional<Geometry> geometry(const XmlNode& parent);
+  std::optional<Geometry> mesh(const XmlNode& node);
+  std::optional<Material> material(const XmlNode& node);
+  std::optional<JointLimits> limits(const XmlNode& node, const Joint& joint);
+  JointType joint_type(const XmlNode& node);
+  void joint_details(const XmlNode& node, Joint& out);
+  void look_up_materials(RobotDescription& robot);
+
+  std::filesystem::path base_;
+  const PackageResolver& resolver_;
+  Diagnostics& diagnostics_;
+  UrdfReader read_;
+};
+
+Origin Parser::origin(const XmlNode& parent) {
+  Origin out;
+  const XmlNode* node = parent.first("origin");
+  if (node == nullptr) return out;
+  out.source = node->where;
+  if (const auto xyz = read_.vector<3>(*node, "xyz")) out.xyz = *xyz;
+  if (const auto rpy = read_.vector<3>(*node, "rpy")) out.rpy = *rpy;
+  return out;
+}
+
+std::optional<Inertial> Parser::inertial(const XmlNode& node) {
+  Inertial out;
+  out.source = node.where;
+  out.origin = origin(node);
+  const XmlNode* mass = node.first("mass");
+  const XmlNode* inertia = node.first("inertia");
+  if (mass == nullptr || inertia == nullptr) {
+    diagnostics_.error("urdf.inertial", node.where,
+                       fmt::format("<inertial> has no <{}>", mass == nullptr ? "mass" : "inertia"),
+                       "write both, or leave the <inertial> out");
+    return std::nullopt;
+  }
+  read_.required(*mass, "value");
+  out.mass = read_.number_or(*mass, "value", 0.0);
+  const std::pair<const char*, double*> entries[] = {{"ixx", &out.ixx}, {"ixy", &out.ixy}, {"ixz", &out.ixz},
+                                                     {"iyy", &out.iyy}, {"iyz", &out.iyz}, {"izz", &out.izz}};
+  for (const auto& [name, value] : entries) *value = read_.number_or(*inertia, name, 0.0);
+  for (const char* name : {"ixx", "iyy", "izz"}) read_.required(*inertia, name);
+  return out;
+}
+
+std::optional<Geometry> Parser::mesh(const XmlNode& node) {
+  MeshGeometry out;
+  out.uri = read_.required(node, "filename");
+  if (node.find("scale") != nullptr) {
+    if (const auto scale = read_.vector<3>(node, "scale")) out.scale = *scale;
+  }
+  const PackageResolver::Resolved found = resolver_.resolve(out.uri, base_);
+  if (found.path.empty()) {
+    std::string tried;
+    for (const std::string& place : found.tried) tried += "\n    " + place;
+    diagnostics_.warning(
+        "mesh.missing", node.where,
+        fmt::format("the mesh '{}' is not found; a marked box takes its place. Tried:{}", out.uri, tried),
+        found.nearest.empty() ? "correct the name, or put the file there"
+                              : fmt::format("did you mean '{}'?", found.nearest));
+  }
+  out.path = found.path.string();
+  return out;
+}
+
+std::optional<Geometry> Parser::geometry(const XmlNode& parent) {
+  const XmlNode* node = parent.first("geometry");
+  const XmlNode* shape = nullptr;
+  if (node != nullptr) {
+    for (const XmlNode& child : node->children) {
+      if (child.kind == XmlNode::Kind::element) shape = &child;
+    }
+  }
+  if (shape == nullptr) {
+    diagnostics_.error("urdf.geometry", parent.where,
+                       fmt::format("<{}> has no <geometry> with a shape", parent.name));
+    return std::nullopt;
+  }
+  const auto size = [&](const char* name) {
+    read_.required(*shape, name);
+    const double value = read_.number_or(*shape, name, 1.0);
+    if (value < 0) {
+      diagnostics_.error("urdf.geometry", shape->where,
+                         fmt::format("the {} of <{}> is negative: {}", name, shape->name, value));
+    }
+    return value;
+  };
+  if (shape->name == "box") {
+    read_.required(*shape, "size");
+    return Box{read_.vector<3>(*shape, "size").value_or(Eigen::Vector3d::Ones())};
+  }
+  if (shape->name == "cylinder") return Cylinder{size("radius"), size("length")};
+  if (shape->name == "capsule") return Capsule{size("radius"), size("length")};
+  if (shape->name == "sphere") return Sphere{size("radius")};
+  if (shape->name == "mesh") return mesh(*shape);
+  const std::vector<std::string> shapes{"box", "cylinder", "capsule", "sphere", "mesh"};
+  diagnostics_.error("urdf.geometry", shape->where,
+                     fmt::format("<{}> is no shape{}", shape->name, did_you_mean(shape->name, shapes)));
+  return std::nullopt;
+}
+
+std::optional<Material> Parser::material(const XmlNode& node) {
+  Material out;
+  out.name = UrdfReader::optional(node, "name");
+  out.source = node.where;
+  if (const XmlNode* color = node.first("color")) out.rgba = read_.vector<4>(*color, "rgba");
+  if (const XmlNode* texture = node.first("texture"))
+    out.texture = UrdfReader::optional(*texture, "filename");
+  return out;
+}
+
+Link Parser::link(const XmlNode& node) {
+  Link out;
+  out.name = read_.required(node, "name");
+  out.source = node.where;
+  for (const XmlNode& child : node.children) {
+    if (child.is("inertial")) out.inertial = inertial(child);
+    if (child.is("visual")) {
+      Visual visual{UrdfReader::optional(child, "name"), origin(child), {}, {}, child.where};
+      if (const XmlNode* named = child.first("material")) visual.material = material(*named);
+      if (const auto shape = geometry(child)) {
+        visual.geometry = *shape;
+        out.visuals.push_back(std::move(visual));
+      }
+    }
+    if (child.is("collision")) {
+      Collision collision{UrdfReader::optional(child, "name"), origin(child), {}, child.where};
+      if (const auto shape = geometry(child)) {
+        collision.geometry = *shape;
+        out.collisions.push_back(std::move(collision));
+      }
+    }
+  }
+  return out;
+}
+
+JointType Parser::joint_type(const XmlNode& node) {
+  const std::map<std::string, JointType> types{
+      {"fixed", JointType::fixed},           {"revolute", JointType::revolute},
+      {"continuous", JointType::continuous}, {"prismatic", JointType::prismatic},
+      {"floating", JointType::floating},     {"planar", JointType::planar}};
+  const std::string type = read_.required(node, "type");
+  if (const auto found = types.find(type); found != types.end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& [name, value] : types) names.push_back(name);
+  if (!type.empty()) {
+    diagnostics_.error("urdf.joint_type", node.find("type")->where,
+                       fmt::format("'{}' is no type of joint{}", type, did_you_mean(type, names)));
+  }
+  return JointType::fixed;
+}
+
+std::optional<JointLimits> Parser::limits(const XmlNode& node, const Joint& joint) {
+  JointLimits out;
+  out.source = node.where;
+  const auto lower = read_.number(node, "lower"), upper = read_.number(node, "upper");
+  out.has_position = lower || upper;
+  out.lower = lower.value_or(0.0);
+  out.upper = upper.value_or(0.0);
+  out.effort = read_.number(node, "effort");
+  out.velocity = read_.number(node, "velocity");
+  if (out.lower > out.upper && joint.type != JointType::continuous) {
+    diagnostics_.error("urdf.limits_crossed", node.where,
+                       fmt::format("the lower limit {} of '{}' is above the upper limit {}", out.lower,
+                                   joint.name, out.upper),
+                       "exchange them, or correct the sign of one");
+  }
+  return out;
+}
+
+void Parser::joint_details(const XmlNode& node, Joint& out) {
+  for (const XmlNode& child : node.children) {
+    if (child.is("limit")) out.limits = limits(child, out);
+    if (child.is("dynamics")) {
+      out.dynamics = JointDynamics{read_.number_or(child, "damping", 0.0),
+                                   read_.number_or(child, "friction", 0.0), child.where};
+    }
+    if (child.is("mimic")) {
+      out.mimic = Mimic{read_.required(child, "joint"), read_.number_or(child, "multiplier", 1.0),
+                        read_.number_or(child, "offset", 0.0), child.where};
+    }
+    if (child.is("safety_controller")) {
+      out.safety = SafetyController{
+          read_.number_or(child, "soft_lower_limit", 0.0), read_.number_or(child, "soft_upper_limit", 0.0),
+          read_.number_or(child, "k_position", 0.0), read_.number_or(child, "k_velocity", 0.0), child.where};
+    }
+    if (child.is("calibration"))
+      out.calibration = JointCalibration{read_.number(child, "rising"), read_.number(child, "falling")};
+  }
+}
+
+Joint Parser::joint(const XmlNode& node) {
+  Joint out;
+  out.name = read_.required(node, "name");
+  out.source = node.where;
+  out.type = joint_type(node);
+  for (const auto& [tag, target] : {std::pair{"parent", &out.parent}, std::pair{"child", &out.child}}) {
+    const XmlNode* end = node.first(tag);
+    if (end == nullptr) {
+      diagnostics_.error("urdf.joint_end", node.where,
+                         fmt::format("the joint '{}' has no <{}>", out.name, tag),
+                         fmt::format("write <{} link=\"...\"/>", tag));
+    } else {
+      *target = read_.required(*end, "link");
+    }
+  }
+  out.origin = origin(node);
+  if (const XmlNode* axis = node.first("axis")) {
+    out.axis_source = axis->where;
+    if (const auto xyz = read_.vector<3>(*axis, "xyz")) out.axis = *xyz;
+  }
+  const bool has_axis = out.type != JointType::fixed && out.type != JointType::floating;
+  if (has_axis && out.axis.norm() < 1e-9) {
+    diagnostics_.error("urdf.axis_zero", out.axis_source,
+                       fmt::format("the axis of '{}' is zero: it can turn about nothing", out.name),
+                       "write a direction, as <axis xyz=\"0 0 1\"/>");
+  } else if (has_axis && std::abs(out.axis.norm() - 1.0) > 1e-3) {
+    diagnostics_.note("urdf.axis_not_unit", out.axis_source,
+                      fmt::format("the axis of '{}' has the length {:.6g}; it is taken as a direction",
+                                  out.name, out.axis.norm()));
+  }
+  joint_details(node, out);
+  return out;
+}
+
+// A visual's material may name one that is defined once, for the robot or in another visual.
+void Parser::look_up_materials(RobotDescription& robot) {
+  std::map<std::string, Material> known;
+  for (const Material& m : robot.materials) known.emplace(m.name, m);
+  for (const Link& link : robot.links) {
+    for (const Visual& visual : link.visuals) {
+      if (visual.material && !visual.material->name.empty() &&
+          (visual.material->rgba || !visual.material->texture.empty())) {
+        known.emplace(visual.material->name, *visual.material);
+      }
+    }
+  }
+  std::vector<std::string> names;
+  for (const auto& [name, value] : known) names.push_back(name);
+  for (Link& link : robot.links) {
+    for (Visual& visual : link.visuals) {
+      if (!visual.material || visual.material->rgba || !visual.material->texture.empty()) continue;
+      if (const auto found = known.find(visual.material->name); found != known.end()) {
+        visual.material->rgba = found->second.rgba;
+        visual.material->texture = found->second.texture;
+      } else if (!visual.material->name.empty()) {
+        diagnostics_.note("urdf.unknown_material", visual.material->source,
+                          fmt::format("the material '{}' has no colour anywhere{}", visual.material->name,
+                                      did_you_mean(visual.material->name, names)));
+      }
+    }
+  }
+}
+
+RobotDescription Parser::robot(const XmlNode& root) {
+  RobotDescription out;
+  out.source = root.where;
+  if (root.name != "robot") {
+    diagnostics_.error("urdf.no_robot", root.where,
+                       fmt::format("the root element is <{}>, not <robot>", root.name),
+                       "give a URDF or a xacro file that makes one");
+    return out;
+  }
+  out.name = read_.required(root, "name");
+  for (const XmlNode& child : root.children) {
+    if (child.kind != XmlNode::Kind::element) continue;
+    if (child.name == "link")
+      out.links.push_back(link(child));
+    else if (child.name == "joint")
+      out.joints.push_back(joint(child));
+    else if (child.name == "material")
+      out.materials.push_back(*material(child));
+    else if (child.name == "ros2_control")
+      out.hardware.push_back(read_hardware(child, diagnostics_));
+    else if (child.name == "gazebo")
+      out.gazebo.push_back(read_gazebo(child, base_, resolver_, diagnostics_));
+    else if (child.name == "transmission")
+      out.transmissions.push_back(read_transmission(child, diagnostics_));
+    else
+      out.unknown.emplace_back(to_xml(child), child.where);
+  }
+  if (out.links.empty()) {
+    diagnostics_.error("urdf.no_links", root.where, fmt::format("the robot '{}' has no links", out.name));
+  }
+  look_up_materials(out);
+  return out;
+}
+
+}  // namespace
+
+RobotDescription read_urdf(const XmlNode& root, const std::filesystem::path& base,
+                           const PackageResolver& resolver, Diagnostics& diagnostics) {
+  return Parser(base, resolver, diagnostics).robot(root);
+}
+
+}  // namespace doppel

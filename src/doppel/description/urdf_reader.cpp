@@ -1,0 +1,83 @@
+#include "doppel/description/urdf_reader.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+namespace doppel {
+
+std::optional<double> parse_number(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  if (begin == std::string_view::npos) return std::nullopt;
+  text = text.substr(begin, text.find_last_not_of(" \t\r\n") - begin + 1);
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::string UrdfReader::required(const XmlNode& node, std::string_view name) {
+  if (const XmlAttribute* attribute = node.find(name)) return attribute->value;
+  diagnostics_.error("urdf.missing_attribute", node.where,
+                     fmt::format("<{}> has no attribute '{}'", node.name, name),
+                     fmt::format("write <{} {}=\"...\">", node.name, name));
+  return "";
+}
+
+std::string UrdfReader::optional(const XmlNode& node, std::string_view name) {
+  const XmlAttribute* attribute = node.find(name);
+  return attribute == nullptr ? "" : attribute->value;
+}
+
+std::optional<double> UrdfReader::number(const XmlNode& node, std::string_view name) {
+  const XmlAttribute* attribute = node.find(name);
+  if (attribute == nullptr) return std::nullopt;
+  const auto value = parse_number(attribute->value);
+  if (!value) {
+    diagnostics_.error(
+        "urdf.number", attribute->where,
+        fmt::format("{}=\"{}\" of <{}> is not a finite number", name, attribute->value, node.name),
+        "write it with a decimal point and no unit, as 0.25 or 1e-3");
+  }
+  return value;
+}
+
+double UrdfReader::number_or(const XmlNode& node, std::string_view name, double fallback) {
+  return number(node, name).value_or(fallback);
+}
+
+std::optional<double> UrdfReader::number_inside(const XmlNode& node) {
+  const std::string text = node.content();
+  const auto value = parse_number(text);
+  if (!value) {
+    diagnostics_.error("urdf.number", node.where,
+                       fmt::format("<{}> holds '{}', which is not a finite number", node.name, text));
+  }
+  return value;
+}
+
+bool UrdfReader::numbers(const XmlNode& node, std::string_view name, double* out, int count) {
+  const XmlAttribute* attribute = node.find(name);
+  if (attribute == nullptr) return false;
+  std::istringstream words(attribute->value);
+  std::string word;
+  int found = 0;
+  bool good = true;
+  while (words >> word) {
+    const auto value = parse_number(word);
+    good = good && value.has_value();
+    if (value && found < count) out[found] = *value;
+    ++found;
+  }
+  if (good && found == count) return true;
+  diagnostics_.error(
+      "urdf.vector", attribute->where,
+      fmt::format("{}=\"{}\" of <{}> is not {} finite numbers", name, attribute->value, node.name, count),
+      "write them with decimal points and blanks between, as 0 0 0.25");
+  return false;
+}
+
+}  // namespace doppel

@@ -1,0 +1,42 @@
+#pragma once
+// Typed reading of XML attributes, each fault told at its place.
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/xml.h"
+
+namespace doppel {
+
+// A finite number in the C locale with nothing but blanks around it.
+std::optional<double> parse_number(std::string_view text);
+
+class UrdfReader {
+ public:
+  explicit UrdfReader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
+
+  // A required attribute; "" and an error where it is missing.
+  std::string required(const XmlNode& node, std::string_view name);
+  [[nodiscard]] static std::string optional(const XmlNode& node, std::string_view name);
+  std::optional<double> number(const XmlNode& node, std::string_view name);
+  double number_or(const XmlNode& node, std::string_view name, double fallback);
+  // The number that an element's text is: <mu1>0.8</mu1>.
+  std::optional<double> number_inside(const XmlNode& node);
+  // `count` numbers separated by blanks; nothing and an error where they are not.
+  template <int count>
+  std::optional<Eigen::Matrix<double, count, 1>> vector(const XmlNode& node, std::string_view name) {
+    Eigen::Matrix<double, count, 1> out;
+    if (!numbers(node, name, out.data(), count)) return std::nullopt;
+    return out;
+  }
+  [[nodiscard]] Diagnostics& diagnostics() { return diagnostics_; }
+
+ private:
+  bool numbers(const XmlNode& node, std::string_view name, double* out, int count);
+  Diagnostics& diagnostics_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,119 @@
+// The checks on the tree that joints make of links.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "doppel/core/names.h"
+#include "doppel/description/urdf_parser.h"
+
+namespace doppel {
+namespace {
+
+std::string quoted_list(const std::vector<std::string>& names) {
+  std::string out;
+  for (const std::string& name : names) out += fmt::format("{}'{}'", out.empty() ? "" : ", ", name);
+  return out;
+}
+
+template <class Element>
+void check_unique(const std::vector<Element>& elements, const char* what, Diagnostics& diagnostics) {
+  std::map<std::string, const Element*> seen;
+  for (const Element& element : elements) {
+    const auto [first, fresh] = seen.emplace(element.name, &element);
+    if (fresh) continue;
+    diagnostics.error("urdf.duplicate_name", element.source,
+                      fmt::format("there are two {}s named '{}'; the other is at {}", what, element.name,
+                                  first->second->source.str()),
+                      "rename one of them");
+  }
+}
+
+bool check_ends(const RobotDescription& robot, const std::vector<std::string>& links,
+                Diagnostics& diagnostics) {
+  bool good = true;
+  for (const Joint& joint : robot.joints) {
+    for (const std::string* end : {&joint.parent, &joint.child}) {
+      if (end->empty() || robot.find_link(*end) != nullptr) continue;
+      good = false;
+      diagnostics.error("urdf.unknown_link", joint.source,
+                        fmt::format("the joint '{}' joins a link '{}', which the robot does not have{}",
+                                    joint.name, *end, did_you_mean(*end, links)));
+    }
+  }
+  return good;
+}
+
+void check_roots(const RobotDescription& robot, Diagnostics& diagnostics) {
+  std::map<std::string, const Joint*> parent_of;
+  for (const Joint& joint : robot.joints) {
+    const auto [first, fresh] = parent_of.emplace(joint.child, &joint);
+    if (fresh) continue;
+    diagnostics.error(
+        "urdf.two_parents", joint.source,
+        fmt::format("the link '{}' is the child of '{}' and of '{}' (at {}); a URDF is a tree", joint.child,
+                    joint.name, first->second->name, first->second->source.place()),
+        "remove one of the joints; a closed chain needs a coupling outside the tree");
+  }
+  std::vector<std::string> roots;
+  std::set<std::string> in_loop;
+  for (const Link& link : robot.links) {
+    if (!parent_of.contains(link.name)) roots.push_back(link.name);
+    std::string at = link.name;
+    std::set<std::string> path;
+    while (parent_of.contains(at) && path.insert(at).second) at = parent_of[at]->parent;
+    if (parent_of.contains(at)) in_loop.insert(at);
+  }
+  if (!in_loop.empty()) {
+    const std::vector<std::string> names(in_loop.begin(), in_loop.end());
+    diagnostics.error(
+        "urdf.loop", parent_of[names.front()]->source,
+        fmt::format("the joints make a loop through the links {}; a URDF is a tree", quoted_list(names)),
+        "turn one of the joints around, or remove it");
+  } else if (roots.size() > 1) {
+    diagnostics.error("urdf.two_roots", robot.find_link(roots[1])->source,
+                      fmt::format("the robot has {} roots, {}: links that no joint joins to the rest",
+                                  roots.size(), quoted_list(roots)),
+                      "join them with a <joint type=\"fixed\">, or remove what is left over");
+  }
+}
+
+void check_mimics(const RobotDescription& robot, Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  for (const Joint& joint : robot.joints) names.push_back(joint.name);
+  for (const Joint& joint : robot.joints) {
+    if (!joint.mimic) continue;
+    const Joint* leader = robot.find_joint(joint.mimic->joint);
+    if (leader == nullptr) {
+      diagnostics.error("urdf.mimic_unknown", joint.mimic->source,
+                        fmt::format("'{}' mimics '{}', which is no joint{}", joint.name, joint.mimic->joint,
+                                    did_you_mean(joint.mimic->joint, names)));
+      continue;
+    }
+    std::set<std::string> path{joint.name};
+    while (leader != nullptr && leader->mimic && path.insert(leader->name).second) {
+      leader = robot.find_joint(leader->mimic->joint);
+    }
+    if (leader != nullptr && path.contains(leader->name)) {
+      diagnostics.error(
+          "urdf.mimic_loop", joint.mimic->source,
+          fmt::format("'{}' mimics itself{}", joint.name, path.size() > 1 ? " through others" : ""),
+          "one joint of the chain has to lead");
+    }
+  }
+}
+
+}  // namespace
+
+void check_tree(const RobotDescription& robot, Diagnostics& diagnostics) {
+  if (robot.links.empty()) return;
+  check_unique(robot.links, "link", diagnostics);
+  check_unique(robot.joints, "joint", diagnostics);
+  std::vector<std::string> links;
+  for (const Link& link : robot.links) links.push_back(link.name);
+  if (check_ends(robot, links, diagnostics)) check_roots(robot, diagnostics);
+  check_mimics(robot, diagnostics);
+}
+
+}  // namespace doppel
