@@ -53,8 +53,8 @@ class EdgeLink {
   }
   void commit(std::size_t size) {
     ring_.commit(sizeof(RecordHeader) + size);
-    std::atomic_thread_fence(std::memory_order_seq_cst);  // the record before the look at `armed`
-    if (armed_.load(std::memory_order_relaxed) && armed_.exchange(false)) signal();
+    // Both sides exchange: either this sees the reader armed, or the reader sees the record.
+    if (armed_.exchange(false, std::memory_order_acq_rel)) signal();
   }
   void signal() const {
     const std::uint64_t one = 1;
@@ -65,8 +65,7 @@ class EdgeLink {
   // The edge: the oldest record; if there is none, the next one will signal.
   std::span<const std::byte> front_or_arm() {
     if (const auto record = ring_.front(); record.data() != nullptr) return record;
-    armed_.store(true);
-    std::atomic_thread_fence(std::memory_order_seq_cst);
+    armed_.exchange(true, std::memory_order_acq_rel);
     return ring_.front();
   }
   void drain() const {
