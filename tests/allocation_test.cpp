@@ -8,6 +8,11 @@
 namespace {
 thread_local bool counting = false;
 thread_local std::size_t counted = 0;
+
+void release(void* memory) {
+  if (counting && memory != nullptr) ++counted;
+  std::free(memory);
+}
 }  // namespace
 
 void* operator new(std::size_t size) {
@@ -21,13 +26,10 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
   if (void* memory = std::aligned_alloc(to, (size + to - 1) / to * to)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept {
-  if (counting && memory != nullptr) ++counted;
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept { operator delete(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { operator delete(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { operator delete(memory); }
+void operator delete(void* memory) noexcept { release(memory); }
+void operator delete(void* memory, std::size_t) noexcept { release(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { release(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
 
 namespace doppel::test {
 namespace {

@@ -71,7 +71,7 @@ class Value {
   [[nodiscard]] std::string repr() const;
   // The items of a list or tuple, the keys of a dict, the characters of a string; nullptr-like empty flag
   // otherwise.
-  [[nodiscard]] bool items(ValueList& out) const;
+  bool items(ValueList& out) const;
   [[nodiscard]] const Value* get(const Value& key) const;  // of a dict
 
   Data data;

@@ -53,7 +53,7 @@ class SimulatedHardwares : public ::testing::Test {
 
 TEST_F(SimulatedHardwares, RefusesUnknownJointsWithTheNearest) {
   hardware_.joints = {entry("j_1", {"position"})};
-  make();
+  static_cast<void>(make());
   ASSERT_EQ(rules(), std::vector<std::string>{"ros2_control.unknown_joint"});
   EXPECT_NE(diagnostics_.all()[0].message.find("did you mean 'j 1'"), std::string::npos);
 }
