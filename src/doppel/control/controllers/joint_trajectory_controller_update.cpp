@@ -12,6 +12,10 @@ namespace doppel {
 
 using jtc::Kind;
 
+namespace {
+constexpr double kInstant = 0.5e-9;  // s; time is exact to the nanosecond, seconds as a double are not
+}
+
 void JointTrajectoryController::update(Time now, Duration period) {
   if (!active_) return;
   if (next_ != nullptr) take_next();
@@ -104,11 +108,11 @@ JointTrajectoryController::Ending JointTrajectoryController::judge(bool first) c
     ending.kind = Ending::Kind::path_violated;
   } else if (before_end) {
     return ending;
-  } else if (at_goal.any() && tolerances_.goal_time > 0 && ending.late > tolerances_.goal_time) {
+  } else if (at_goal.any() && tolerances_.goal_time > 0 && ending.late > tolerances_.goal_time + kInstant) {
     ending.kind = Ending::Kind::goal_missed;
   } else if (!at_goal.any() && goal_) {
     ending.kind = Ending::Kind::reached;
-  } else if (cmd_timeout_ > 0 && ending.late > cmd_timeout_) {
+  } else if (cmd_timeout_ > 0 && ending.late > cmd_timeout_ + kInstant) {
     ending.kind = Ending::Kind::timed_out;
   }
   return ending;

@@ -2,8 +2,12 @@
 // A joint_trajectory_controller "arm" under a controller manager with fake hardware, and a client that speaks
 // to it as the world outside does: topics from a node, the action through an edge.
 
-#include <map>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -43,13 +47,19 @@ inline std::string jtc_yaml(const JtcOptions& options) {
          (options.more.empty() ? "" : ", " + options.more) + "}\n";
 }
 
+inline std::vector<std::string> without_repeats(std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
 inline FakeHardwareOptions jtc_hardware(const JtcOptions& options) {
   FakeHardwareOptions hardware;
   for (const FakeJoint& joint : options.joints) {
     (joint.mimics.empty() ? hardware.joints : hardware.state_only_joints).push_back(joint.name);
   }
-  hardware.commands = options.commands;
-  hardware.states = options.states;
+  hardware.commands = without_repeats(options.commands);
+  hardware.states = without_repeats(options.states);
   hardware.more_commands = options.more_commands;
   hardware.more_states = options.more_states;
   hardware.time_constant = options.time_constant;

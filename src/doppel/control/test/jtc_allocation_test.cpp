@@ -1,0 +1,105 @@
+// update() neither allocates nor frees: not while it follows a trajectory, not when one begins, ends, is
+// violated or brakes.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "doppel/control/test/jtc_rig.h"
+
+namespace {
+std::atomic<bool> counting{false};
+std::atomic<int> touches{0};  // of the heap
+
+void* counted(std::size_t size) {
+  if (counting) ++touches;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+
+void release(void* memory) {
+  if (counting) ++touches;
+  std::free(memory);
+}
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return counted(size);
+}
+void* operator new[](std::size_t size) {
+  return counted(size);
+}
+void operator delete(void* memory) noexcept {
+  release(memory);
+}
+void operator delete[](void* memory) noexcept {
+  release(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  release(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  release(memory);
+}
+
+namespace doppel {
+namespace {
+
+const std::vector<std::string> kJoints = {"a", "b", "c"};
+
+// Heap touches in the ticks of this time; what runs between them is not counted.
+int touches_in(JtcRig& rig, double seconds) {
+  touches = 0;
+  for (double time = 0; time < seconds; time += 0.01) {
+    rig.bus.set_now(rig.now);
+    rig.bus.spin();
+    rig.manager->housekeeping(rig.now);
+    counting = true;
+    rig.manager->tick(rig.now);
+    counting = false;
+    rig.now += rig.manager->period();
+  }
+  return touches;
+}
+
+class JtcAllocation : public testing::TestWithParam<std::vector<std::string>> {};
+
+TEST_P(JtcAllocation, NoneInUpdate) {
+  JtcOptions options;
+  options.joints = {{.name = "a", .velocity = 9}, {.name = "b", .velocity = 9}, {.name = "c", .velocity = 9}};
+  options.commands = GetParam();
+  options.more =
+      "allow_integration_in_goal_trajectories: true, gains: {a: {p: 3.0, i: 1.0}, b: {p: 3.0}, c: {p: 3.0}}, "
+      "constraints: {decelerate_on_cancel: true, a: {max_deceleration_on_cancel: 3.0}, b: "
+      "{max_deceleration_on_cancel: "
+      "2.0, trajectory: 0.5}, c: {max_deceleration_on_cancel: 1.0}}";
+  JtcRig rig(options);
+  const auto edge = rig.bus.attach("listener");  // so that the state is built and sent
+  for (const TopicInfo& topic : rig.bus.topics()) edge->subscribe(topic.id);
+  rig.run(2);
+  rig.say(trajectory(kJoints, {point(0.5, {1, 1, 1}, {1, 1, 1}), point(1, {0, 0, 0}, {0, 0, 0})}));
+  EXPECT_EQ(touches_in(rig, 1.2), 0) << "topic";
+  rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1}), point(1, {0.5, 0.5, 0.5})}));
+  EXPECT_EQ(touches_in(rig, 1.2), 0) << "goal to its success";
+  const auto goal = rig.send(trajectory(kJoints, {point(1, {}, {1, 1, 1}), point(1.5, {}, {0, 0, 0})}));
+  EXPECT_EQ(touches_in(rig, 0.5), 0) << "integrated";
+  rig.cancel(goal);
+  EXPECT_EQ(touches_in(rig, 1.0), 0) << "braking";
+  rig.send(trajectory(kJoints, {point(0.5, {2, 2, 2})}));
+  EXPECT_EQ(touches_in(rig, 0.1), 0);
+  rig.hardware->set_offset("b", 2);
+  EXPECT_EQ(touches_in(rig, 0.5), 0) << "violation";
+  Edge::Incoming message;
+  EXPECT_TRUE(edge->next(message));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, JtcAllocation,
+                         testing::Values(std::vector<std::string>{kPosition},
+                                         std::vector<std::string>{kPosition, kVelocity, kAcceleration},
+                                         std::vector<std::string>{kVelocity},
+                                         std::vector<std::string>{kEffort}));
+
+}  // namespace
+}  // namespace doppel
