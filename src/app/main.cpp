@@ -41,7 +41,7 @@ void list_words(const CLI::App& command, const std::string& path) {
   }
 }
 
-constexpr const char* kBashCompletion = R"(# doppel's completion for bash: source <(doppel completion)
+constexpr const char* kBashCompletion = R"sh(# doppel's completion for bash: source <(doppel completion)
 _doppel() {
   local current=${COMP_WORDS[COMP_CWORD]} words=() word path=doppel
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do [[ $word == -* ]] || words+=("$word"); done
@@ -60,7 +60,7 @@ _doppel() {
     done)
 }
 complete -o filenames -F _doppel doppel ./doppel
-)";
+)sh";
 
 void add_completion(CLI::App& app) {
   CLI::App* completion = app.add_subcommand("completion", "Completion for bash: source <(doppel completion)");

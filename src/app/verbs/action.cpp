@@ -1,0 +1,136 @@
+#include <algorithm>
+
+#include "app/verbs/goals.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/names.h"
+
+namespace doppel::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr auto kForever = std::chrono::hours(24 * 365);
+constexpr auto kCancelPatience = std::chrono::seconds(5);
+
+struct ActionOptions {
+  std::string name, type, yaml;
+  bool types = false, feedback = false;
+};
+
+int list(Shell& shell, const ActionOptions& options) {
+  Client& twin = shell.twin();
+  for (const std::string& name : action_list(twin)) {
+    say("{}", options.types ? fmt::format("{} [{}]\n", name, find_action_type(twin, name)) : name + "\n");
+  }
+  return 0;
+}
+
+int info(Shell& shell, const ActionOptions& options) {
+  Client& twin = shell.twin();
+  const std::string name = absolute(options.name);
+  const std::string type = find_action_type(twin, name);
+  const auto& servers = twin.services().at(name + "/_action/send_goal").providers;
+  say("Action: {}\nType: {}\nAction servers: {}\n", name, type, servers.size());
+  for (const std::string& server : servers) say("    {}\n", server);
+  return 0;
+}
+
+std::string indented(const std::string& yaml) {
+  std::string out = "    ";
+  for (std::size_t i = 0; i < yaml.size(); ++i) {
+    out += yaml[i];
+    if (yaml[i] == '\n' && i + 1 < yaml.size()) out += "    ";
+  }
+  return out;
+}
+
+// Waits for the goal's end, printing feedback on the way.
+GoalOutcome follow(Client& twin, ActionGoal& goal, bool feedback, Clock::time_point until) {
+  GoalOutcome outcome;
+  while (true) {
+    Client::Received message;
+    bool done = false;
+    static_cast<void>(twin.wait_until(
+        [&] {
+          return (done = done || goal.take_outcome(outcome)) ||
+                 (feedback && twin.next(message, Clock::now()));
+        },
+        until));
+    if (!message.cdr.empty()) {
+      const std::string text = goal.feedback_yaml(message.cdr);
+      if (!text.empty()) say("Feedback:\n{}\n", indented(text));
+    }
+    if (done) return outcome;
+    if (Clock::now() >= until) throw ClientError("the goal does not end");
+  }
+}
+
+int report(const GoalOutcome& outcome) {
+  say("Result:\n{}\nGoal finished with status: {}\n", indented(outcome.result_yaml),
+      status_name(outcome.status));
+  return outcome.status == kSucceeded ? 0 : 1;
+}
+
+int send_goal(Shell& shell, const ActionOptions& options) {
+  const ActionSupport* type = find_action(options.type);
+  if (type == nullptr) {
+    wrong_use(fmt::format("'{}' is no known action type{}", options.type,
+                          did_you_mean(options.type, action_names())),
+              "'doppel interface list' shows all");
+  }
+  const Bytes goal_cdr = to_request(*type->goal, options.yaml);
+  const std::string name = absolute(options.name);
+  Client& twin = shell.twin();
+  if (const std::string offered = find_action_type(twin, name); offered != type->name) {
+    wrong_use(fmt::format("{} is a {}, not a {}", name, offered, type->name));
+  }
+  Shell::catch_interrupts();
+  if (options.feedback) {
+    const std::string topic = name + "/_action/feedback";
+    if (twin.topics().contains(topic)) twin.subscribe(topic);
+  }
+  ActionGoal goal(twin, name, *type, goal_cdr);
+  say("Goal accepted with ID: {}\n\n", to_text(goal.id()));
+  try {
+    return report(follow(twin, goal, options.feedback, Clock::now() + kForever));
+  } catch (const Interrupted&) {
+    Shell::clear_interrupt();
+    print_note("Canceling goal...");
+    goal.cancel();
+    return report(follow(twin, goal, false, Clock::now() + kCancelPatience));
+  }
+}
+
+}  // namespace
+
+void add_action(CLI::App& app, int& exit_code) {
+  CLI::App& group = add_group(app, "action", "Send goals to actions");
+  add_verb<ActionOptions>(
+      group, "list", "The actions there are", "doppel action list -t", exit_code,
+      [](CLI::App& verb, ActionOptions& options) {
+        verb.add_flag("-t,--show-types", options.types, "With their types");
+      },
+      list);
+  add_verb<ActionOptions>(
+      group, "info", "Who serves an action",
+      "doppel action info /omarm_arm_controller/follow_joint_trajectory", exit_code,
+      [](CLI::App& verb, ActionOptions& options) {
+        verb.add_option("action", options.name, "Name of the action")->required();
+        verb.add_flag("-t,--show-types", options.types, "Accepted as in ROS 2; the type is always shown");
+      },
+      info);
+  add_verb<ActionOptions>(
+      group, "send_goal", "Send a goal and wait for its end; Ctrl-C cancels it",
+      R"(doppel action send_goal --feedback /omarm_arm_controller/follow_joint_trajectory \
+    control_msgs/action/FollowJointTrajectory \
+    '{trajectory: {joint_names: ["Revolute 1"], points: [{positions: [1.2], time_from_start: {sec: 3}}]}}')",
+      exit_code,
+      [](CLI::App& verb, ActionOptions& options) {
+        verb.add_option("action", options.name, "Name of the action")->required();
+        verb.add_option("type", options.type, "Its type")->required();
+        verb.add_option("goal", options.yaml, "The goal as YAML")->required();
+        verb.add_flag("-f,--feedback", options.feedback, "Print feedback as it comes");
+      },
+      send_goal);
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,279 @@
+#include <algorithm>
+
+#include "app/verbs/controllers.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/names.h"
+
+namespace doppel::app {
+
+namespace msg = controller_manager_msgs::msg;
+namespace srv = controller_manager_msgs::srv;
+
+std::vector<msg::ControllerState> list_controllers(Client& twin, const std::string& manager) {
+  return call<srv::ListControllers>(twin, absolute(manager) + "/list_controllers").controller;
+}
+
+namespace {
+
+struct ControlOptions {
+  std::string manager = "/controller_manager";
+  bool verbose = false;
+  std::string name, type, state;
+  std::vector<std::string> activate, deactivate;
+  bool strict = false, best_effort = false, as_soon_as_possible = false;
+};
+
+std::string service(const ControlOptions& options, std::string_view name) {
+  return fmt::format("{}/{}", absolute(options.manager), name);
+}
+
+void print_list(const char* heading, const std::vector<std::string>& names) {
+  say("\t{}:\n", heading);
+  for (const std::string& name : names) say("\t\t{}\n", name);
+}
+
+int controllers(Shell& shell, const ControlOptions& options) {
+  const auto all = list_controllers(shell.twin(), options.manager);
+  if (all.empty()) print_note("No controllers are currently loaded!");
+  std::size_t name_width = 0, type_width = 0;
+  for (const auto& c : all) {
+    name_width = std::max(name_width, c.name.size());
+    type_width = std::max(type_width, c.type.size());
+  }
+  for (const auto& c : all) {
+    say("{:<{}} {:<{}}  {}\n", c.name, name_width, c.type, type_width, c.state);
+    if (!options.verbose) continue;
+    say("\tupdate_rate: {} Hz\n", c.update_rate);
+    print_list("claimed interfaces", c.claimed_interfaces);
+    print_list("required command interfaces", c.required_command_interfaces);
+    print_list("required state interfaces", c.required_state_interfaces);
+  }
+  return 0;
+}
+
+int controller_types(Shell& shell, const ControlOptions& options) {
+  const auto all = call<srv::ListControllerTypes>(shell.twin(), service(options, "list_controller_types"));
+  for (std::size_t i = 0; i < all.types.size(); ++i) {
+    say("{:<70} {}\n", all.types[i], i < all.base_classes.size() ? all.base_classes[i] : "");
+  }
+  return 0;
+}
+
+std::string availability(const msg::HardwareInterface& interface) {
+  return fmt::format("[{}] [{}]", interface.is_available ? "available" : "unavailable",
+                     interface.is_claimed ? "claimed" : "unclaimed");
+}
+
+int hardware_interfaces(Shell& shell, const ControlOptions& options) {
+  const auto all =
+      call<srv::ListHardwareInterfaces>(shell.twin(), service(options, "list_hardware_interfaces"));
+  say("command interfaces\n");
+  for (const auto& interface : all.command_interfaces)
+    say("\t{} {}\n", interface.name, availability(interface));
+  say("state interfaces\n");
+  for (const auto& interface : all.state_interfaces) say("\t{}\n", interface.name);
+  return 0;
+}
+
+int hardware_components(Shell& shell, const ControlOptions& options) {
+  const auto all =
+      call<srv::ListHardwareComponents>(shell.twin(), service(options, "list_hardware_components"));
+  int number = 0;
+  for (const auto& c : all.component) {
+    say("Hardware Component {}\n\tname: {}\n\ttype: {}\n\tplugin name: {}\n\tstate: id={} label={}\n",
+        ++number, c.name, c.type, c.plugin_name, c.state.id, c.state.label);
+    say("\tread/write rate: {} Hz\n\tis_async: {}\n\tcommand interfaces\n", c.rw_rate, c.is_async);
+    for (const auto& interface : c.command_interfaces)
+      say("\t\t{} {}\n", interface.name, availability(interface));
+    if (!options.verbose) continue;
+    say("\tstate interfaces\n");
+    for (const auto& interface : c.state_interfaces) say("\t\t{} [available]\n", interface.name);
+  }
+  return 0;
+}
+
+// The state of a controller; "" if it is not loaded.
+std::string state_of(Client& twin, const ControlOptions& options, const std::string& name) {
+  const auto all = list_controllers(twin, options.manager);
+  const auto found = std::ranges::find(all, name, &msg::ControllerState::name);
+  return found == all.end() ? "" : found->state;
+}
+
+[[noreturn]] void not_loaded(Client& twin, const ControlOptions& options, const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& c : list_controllers(twin, options.manager)) names.push_back(c.name);
+  throw ClientError(fmt::format("no controller '{}' is loaded{}", name, did_you_mean(name, names)));
+}
+
+void switch_to(Client& twin, const ControlOptions& options, const std::vector<std::string>& activate,
+               const std::vector<std::string>& deactivate, std::int32_t strictness) {
+  srv::SwitchController::Request request;
+  request.activate_controllers = activate;
+  request.deactivate_controllers = deactivate;
+  request.strictness = strictness;
+  request.activate_asap = options.as_soon_as_possible;
+  const auto response = call<srv::SwitchController>(twin, service(options, "switch_controller"), request);
+  if (!response.ok) {
+    throw ClientError(response.message.empty() ? "the controllers could not be switched" : response.message);
+  }
+}
+
+// Along unconfigured, inactive, active, or back.
+void bring_to_state(Client& twin, const ControlOptions& options, const std::string& name, std::string state,
+                    const std::string& wanted) {
+  constexpr auto kStrict = srv::SwitchController::Request::STRICT;
+  if (state == "unconfigured" && wanted != "unconfigured") {
+    if (!call<srv::ConfigureController>(twin, service(options, "configure_controller"), {name}).ok) {
+      throw ClientError(fmt::format("{} could not be configured; the twin's own terminal says why", name));
+    }
+    state = "inactive";
+  }
+  if (state == "inactive" && wanted == "active") {
+    switch_to(twin, options, {name}, {}, kStrict);
+  } else if (state == "active" && wanted == "inactive") {
+    switch_to(twin, options, {}, {name}, kStrict);
+  } else if (state != wanted) {
+    throw ClientError(fmt::format("{} cannot go from {} to {}", name, state, wanted));
+  }
+}
+
+int load(Shell& shell, const ControlOptions& options) {
+  Client& twin = shell.twin();
+  const std::string before = state_of(twin, options, options.name);
+  if (!before.empty() && (before == options.state || options.state.empty())) {
+    say("{} is loaded and {} already\n", options.name, before);
+    return 0;
+  }
+  if (before.empty()) {
+    if (!options.type.empty()) {
+      const Status status =
+          twin.set_parameter(absolute(options.manager), options.name + ".type", options.type);
+      if (!status) throw ClientError(status.why());
+    }
+    if (!call<srv::LoadController>(twin, service(options, "load_controller"), {options.name}).ok) {
+      throw ClientError(
+          fmt::format("{} could not be loaded; the twin's own terminal says why", options.name));
+    }
+  }
+  if (options.state.empty()) {
+    say("Successfully loaded controller {}\n", options.name);
+    return 0;
+  }
+  bring_to_state(twin, options, options.name, before.empty() ? "unconfigured" : before, options.state);
+  say("Successfully loaded controller {} into state {}\n", options.name, options.state);
+  return 0;
+}
+
+int set_state(Shell& shell, const ControlOptions& options) {
+  Client& twin = shell.twin();
+  const std::string before = state_of(twin, options, options.name);
+  if (before.empty()) not_loaded(twin, options, options.name);
+  if (before == options.state) {
+    say("{} is {} already\n", options.name, before);
+    return 0;
+  }
+  bring_to_state(twin, options, options.name, before, options.state);
+  say("Successfully set {} to {}\n", options.name, options.state);
+  return 0;
+}
+
+int switch_controllers(Shell& shell, const ControlOptions& options) {
+  using Request = srv::SwitchController::Request;
+  if (options.activate.empty() && options.deactivate.empty()) {
+    wrong_use("there is nothing to switch", "name controllers after --activate or --deactivate");
+  }
+  if (options.strict && options.best_effort) wrong_use("--strict and --best-effort exclude each other");
+  Client& twin = shell.twin();
+  for (const auto* names : {&options.activate, &options.deactivate}) {
+    for (const std::string& name : *names) {
+      if (options.strict && state_of(twin, options, name).empty()) not_loaded(twin, options, name);
+    }
+  }
+  switch_to(twin, options, options.activate, options.deactivate,
+            options.strict ? Request::STRICT : Request::BEST_EFFORT);
+  say("Successfully switched controllers\n");
+  return 0;
+}
+
+int unload(Shell& shell, const ControlOptions& options) {
+  Client& twin = shell.twin();
+  if (state_of(twin, options, options.name).empty()) not_loaded(twin, options, options.name);
+  if (!call<srv::UnloadController>(twin, service(options, "unload_controller"), {options.name}).ok) {
+    throw ClientError(fmt::format("{} could not be unloaded; is it active still?", options.name));
+  }
+  say("Successfully unloaded controller {}\n", options.name);
+  return 0;
+}
+
+void declare_manager(CLI::App& verb, ControlOptions& options) {
+  verb.add_option("-c,--controller-manager", options.manager, "Name of the controller manager");
+}
+
+void declare_listing(CLI::App& verb, ControlOptions& options) {
+  declare_manager(verb, options);
+  verb.add_flag("-v,--verbose", options.verbose, "With interfaces");
+}
+
+void declare_controller(CLI::App& verb, ControlOptions& options) {
+  declare_manager(verb, options);
+  verb.add_option("controller", options.name, "Name of the controller")->required();
+}
+
+void add_changes(CLI::App& group, int& exit_code) {
+  add_verb<ControlOptions>(
+      group, "load_controller", "Load a controller, and bring it to a state",
+      "doppel control load_controller --set-state active joint_state_broadcaster", exit_code,
+      [](CLI::App& verb, ControlOptions& options) {
+        declare_controller(verb, options);
+        verb.add_option("type", options.type, "Its type, where the controllers' YAML has none");
+        verb.add_option("--set-state", options.state, "inactive or active")
+            ->check(CLI::IsMember({"inactive", "active"}));
+      },
+      load);
+  add_verb<ControlOptions>(
+      group, "set_controller_state", "Activate or deactivate a controller",
+      "doppel control set_controller_state omarm_arm_controller inactive", exit_code,
+      [](CLI::App& verb, ControlOptions& options) {
+        declare_controller(verb, options);
+        verb.add_option("state", options.state, "inactive or active")
+            ->required()
+            ->check(CLI::IsMember({"inactive", "active"}));
+      },
+      set_state);
+  add_verb<ControlOptions>(
+      group, "switch_controllers", "Activate some controllers and deactivate others at once",
+      "doppel control switch_controllers --activate pid --deactivate omarm_arm_controller --strict",
+      exit_code,
+      [](CLI::App& verb, ControlOptions& options) {
+        declare_manager(verb, options);
+        verb.add_option("--activate,--start", options.activate, "Controllers to activate");
+        verb.add_option("--deactivate,--stop", options.deactivate, "Controllers to deactivate");
+        verb.add_flag("--strict", options.strict, "All of it or nothing");
+        verb.add_flag("--best-effort", options.best_effort, "As much as can be (the default)");
+        verb.add_flag("--activate-asap,--start-asap", options.as_soon_as_possible,
+                      "As soon as their hardware is ready");
+      },
+      switch_controllers);
+  add_verb<ControlOptions>(group, "unload_controller", "Unload a controller that is not active",
+                           "doppel control unload_controller pid", exit_code, declare_controller, unload);
+}
+
+}  // namespace
+
+void add_control(CLI::App& app, int& exit_code) {
+  CLI::App& group = add_group(app, "control", "The controller manager: controllers and hardware");
+  add_verb<ControlOptions>(group, "list_controllers", "The controllers that are loaded, and their states",
+                           "doppel control list_controllers -v", exit_code, declare_listing, controllers);
+  add_verb<ControlOptions>(group, "list_controller_types", "The types of controllers that can be loaded",
+                           "doppel control list_controller_types", exit_code, declare_manager,
+                           controller_types);
+  add_verb<ControlOptions>(group, "list_hardware_interfaces", "What can be commanded and what is measured",
+                           "doppel control list_hardware_interfaces", exit_code, declare_manager,
+                           hardware_interfaces);
+  add_verb<ControlOptions>(group, "list_hardware_components", "The hardware and its state",
+                           "doppel control list_hardware_components -v", exit_code, declare_listing,
+                           hardware_components);
+  add_changes(group, exit_code);
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,190 @@
+#include "app/verbs/field_value.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+#include "doppel/core/names.h"
+
+namespace doppel::app {
+namespace {
+
+// A message as a tree; small enough, for one is looked at at a time.
+struct Value {
+  std::string name;  // of the field that it is, in its message
+  std::string scalar;
+  bool is_list = false, is_message = false;
+  std::vector<Value> children;
+};
+
+class TreeBuilder : public ValueSink {
+ public:
+  Value root;
+
+  void begin_message(const TypeDescription&) override { open().is_message = true; }
+  void field(const FieldDescription& field) override { name_ = field.name; }
+  void end_message() override { path_.pop_back(); }
+  void begin_list(std::size_t) override { open().is_list = true; }
+  void end_list() override { path_.pop_back(); }
+  void boolean(bool value) override { add().scalar = value ? "true" : "false"; }
+  void integer(std::int64_t value) override { add().scalar = std::to_string(value); }
+  void natural(std::uint64_t value) override { add().scalar = std::to_string(value); }
+  void real(double value) override { add().scalar = shortest_decimal(value); }
+  void text(std::string_view value) override { add().scalar = value; }
+
+ private:
+  Value& add() {
+    if (path_.empty()) return root;
+    path_.back()->children.push_back({.name = std::exchange(name_, {}), .scalar = {}, .children = {}});
+    return path_.back()->children.back();
+  }
+  // Only the last child of each level grows, so that the pointers to its parents stay.
+  Value& open() {
+    Value& value = add();
+    path_.push_back(&value);
+    return value;
+  }
+  std::string name_;
+  std::vector<Value*> path_;
+};
+
+struct Step {
+  std::string name;
+  std::vector<std::size_t> indices;
+};
+
+Status parse_path(std::string_view path, std::vector<Step>& steps) {
+  while (true) {
+    const std::size_t dot = path.find('.');
+    std::string_view part = path.substr(0, dot);
+    Step step{.name = std::string(part.substr(0, part.find('['))), .indices = {}};
+    part.remove_prefix(step.name.size());
+    while (!part.empty()) {
+      std::size_t index = 0;
+      const auto [end, problem] = std::from_chars(part.data() + 1, part.data() + part.size(), index);
+      if (part.front() != '[' || problem != std::errc() || end == part.data() + part.size() || *end != ']') {
+        return Status::refused(fmt::format("'{}' is no path of a field; write name[0].name", path));
+      }
+      step.indices.push_back(index);
+      part.remove_prefix(static_cast<std::size_t>(end + 1 - part.data()));
+    }
+    steps.push_back(std::move(step));
+    if (dot == std::string_view::npos) return {};
+    path.remove_prefix(dot + 1);
+  }
+}
+
+void write_block(const Value& value, std::size_t indent, std::string& out);
+
+void write_child(const Value& child, std::size_t indent, std::string& out) {
+  if (!child.is_message && !child.is_list) {
+    out += fmt::format(" {}\n", child.scalar);
+  } else if (child.children.empty()) {
+    out += child.is_list ? " []\n" : " {}\n";
+  } else {
+    out += '\n';
+    write_block(child, indent, out);
+  }
+}
+
+void write_block(const Value& value, std::size_t indent, std::string& out) {
+  for (const Value& child : value.children) {
+    out += std::string(indent, ' ') + (value.is_list ? "-" : child.name + ":");
+    write_child(child, indent + 2, out);
+  }
+}
+
+std::string write(const Value& value) {
+  if (!value.is_message && !value.is_list) return value.scalar + "\n";
+  const bool flat =
+      std::ranges::none_of(value.children, [](const Value& v) { return v.is_message || v.is_list; });
+  if (value.is_list && flat) {
+    std::string out = "[";
+    for (const Value& child : value.children) out += (out.size() > 1 ? ", " : "") + child.scalar;
+    return out + "]\n";
+  }
+  std::string out;
+  write_block(value, 0, out);
+  return out;
+}
+
+const FieldDescription* find_field(const TypeDescription& type, const std::string& name) {
+  const auto found = std::ranges::find(type.fields, name, &FieldDescription::name);
+  return found == type.fields.end() ? nullptr : &*found;
+}
+
+std::string type_text(const FieldDescription& field) {
+  std::string name = field.kind == FieldKind::text      ? "string"
+                     : field.kind == FieldKind::message ? field.type->name
+                                                        : std::string(to_string(field.kind));
+  if (const std::size_t middle = name.find("/msg/"); middle != std::string::npos) name.erase(middle, 4);
+  if (field.shape == FieldShape::sequence) name += "[]";
+  if (field.shape == FieldShape::array) name += fmt::format("[{}]", field.count);
+  return name;
+}
+
+void show_fields(const TypeDescription& type, std::size_t depth, std::string& out) {
+  const std::string indent(depth, '\t');
+  for (const ConstantDescription& constant : type.constants) {
+    out += fmt::format("{}{} {}={}\n", indent, to_string(constant.kind), constant.name, constant.value);
+  }
+  for (const FieldDescription& field : type.fields) {
+    out += fmt::format("{}{} {}\n", indent, type_text(field), field.name);
+    if (field.type != nullptr) show_fields(*field.type, depth + 1, out);
+  }
+}
+
+}  // namespace
+
+Status check_field_path(const TypeDescription& type, std::string_view path) {
+  std::vector<Step> steps;
+  if (const Status status = parse_path(path, steps); !status) return status;
+  const TypeDescription* at = &type;
+  for (const Step& step : steps) {
+    if (at == nullptr)
+      return Status::refused(fmt::format("'{}': what stands before '{}' has no fields", path, step.name));
+    const FieldDescription* field = find_field(*at, step.name);
+    if (field == nullptr) {
+      std::vector<std::string> names;
+      for (const FieldDescription& known : at->fields) names.push_back(known.name);
+      return Status::refused(
+          fmt::format("{} has no field '{}'{}", at->name, step.name, did_you_mean(step.name, names)));
+    }
+    const std::size_t lists = field->shape == FieldShape::single ? 0 : 1;
+    if (step.indices.size() > lists) return Status::refused(fmt::format("'{}' is no list", step.name));
+    at = step.indices.size() == lists ? field->type : nullptr;
+  }
+  return {};
+}
+
+Status field_as_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string_view path,
+                     std::string& out) {
+  std::vector<Step> steps;
+  if (Status status = check_field_path(type, path); !status) return status;
+  if (Status status = parse_path(path, steps); !status) return status;
+  TreeBuilder builder;
+  if (Status status = walk_cdr(type, cdr, builder); !status) return status;
+  const Value* at = &builder.root;
+  for (const Step& step : steps) {
+    at = &*std::ranges::find(at->children, step.name, &Value::name);
+    for (const std::size_t index : step.indices) {
+      if (index >= at->children.size()) {
+        return Status::refused(fmt::format("{} has {} elements; there is none with index {}", step.name,
+                                           at->children.size(), index));
+      }
+      at = &at->children[index];
+    }
+  }
+  out = write(*at);
+  return {};
+}
+
+std::string show_type(const TypeDescription& type) {
+  std::string out;
+  show_fields(type, 0, out);
+  return out;
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,22 @@
+#pragma once
+// One field of a message, by its path: "position", "header.stamp.sec", "transforms[0].child_frame_id".
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "doppel/messages/type_description.h"
+
+namespace doppel::app {
+
+// The field's value as YAML with a line's end: scalars and lists of scalars on one line, messages in block
+// style. Refused: a field that the type does not have (with the nearest), an index outside the list.
+Status field_as_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string_view path,
+                     std::string& out);
+// Whether the type has such a field, before there is any message.
+Status check_field_path(const TypeDescription& type, std::string_view path);
+
+// The fields of a type as `ros2 interface show` lists them, nested ones indented.
+std::string show_type(const TypeDescription& type);
+
+}  // namespace doppel::app

@@ -1,0 +1,50 @@
+#pragma once
+// A goal of an action, as its client sees it: ROS 2's services and topics under <action>/_action.
+
+#include <array>
+#include <string>
+
+#include "app/verbs/shell.h"
+#include "doppel/messages/type_description.h"
+
+namespace doppel::app {
+
+using GoalId = std::array<std::uint8_t, 16>;
+
+GoalId new_goal_id();
+std::string to_text(const GoalId& id);             // 32 hexadecimal digits
+std::string_view status_name(std::int8_t status);  // of action_msgs/msg/GoalStatus
+constexpr std::int8_t kSucceeded = 4;
+
+struct GoalOutcome {
+  std::int8_t status = 0;
+  std::string result_yaml;
+};
+
+class ActionGoal {
+ public:
+  // Sends the goal; throws ClientError if there is no such action or it refuses.
+  ActionGoal(Client& twin, std::string action, const ActionSupport& type,
+             std::span<const std::byte> goal_cdr);
+
+  [[nodiscard]] const GoalId& id() const { return id_; }
+  [[nodiscard]] std::string feedback_topic() const { return action_ + "/_action/feedback"; }
+  // The feedback in a message of that topic as YAML; "" if it is of another goal.
+  [[nodiscard]] std::string feedback_yaml(std::span<const std::byte> cdr) const;
+  // Whether the result has come; asked for at the goal's sending.
+  bool take_outcome(GoalOutcome& outcome);
+  void cancel();
+
+ private:
+  Client& twin_;
+  std::string action_;
+  const ActionSupport& type_;
+  GoalId id_;
+  std::uint32_t result_call_ = 0;
+};
+
+// The type of an action that the twin offers; throws ClientError with the nearest name.
+std::string find_action_type(Client& twin, const std::string& action);
+std::vector<std::string> action_list(Client& twin);
+
+}  // namespace doppel::app

@@ -1,0 +1,58 @@
+#include "app/verbs/field_value.h"
+#include "app/verbs/shell.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/names.h"
+
+namespace doppel::app {
+namespace {
+
+struct ShowOptions {
+  std::string type;
+};
+
+int show(Shell&, const ShowOptions& options) {
+  if (const ServiceSupport* service = find_service(options.type)) {
+    say("{}---\n{}", show_type(*service->request->description()),
+        show_type(*service->response->description()));
+  } else if (const ActionSupport* action = find_action(options.type)) {
+    say("{}---\n{}---\n{}", show_type(*action->goal->description()),
+        show_type(*action->result->description()), show_type(*action->feedback->description()));
+  } else if (const TypeSupport* type = find_type(options.type)) {
+    say("{}", show_type(*type->description()));
+  } else {
+    std::vector<std::string> names = type_names();
+    for (const auto& more : {service_names(), action_names()})
+      names.insert(names.end(), more.begin(), more.end());
+    wrong_use(fmt::format("'{}' is no known type{}", options.type, did_you_mean(options.type, names)),
+              "'doppel interface list' shows all");
+  }
+  return 0;
+}
+
+int list(Shell&, const NoOptions&) {
+  const auto print = [](const char* heading, const std::vector<std::string>& names) {
+    say("{}:\n", heading);
+    for (const std::string& name : names) say("    {}\n", name);
+  };
+  print("Messages", type_names());
+  print("Services", service_names());
+  print("Actions", action_names());
+  return 0;
+}
+
+}  // namespace
+
+void add_interface(CLI::App& app, int& exit_code) {
+  CLI::App& group = add_group(app, "interface", "Types of messages, services and actions");
+  add_verb<ShowOptions>(
+      group, "show", "The fields of a type", "doppel interface show sensor_msgs/msg/JointState", exit_code,
+      [](CLI::App& verb, ShowOptions& options) {
+        verb.add_option("type", options.type, "Name of the type")->required();
+      },
+      show);
+  add_verb<NoOptions>(
+      group, "list", "The types that are known", "doppel interface list", exit_code,
+      [](CLI::App&, NoOptions&) {}, list);
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,164 @@
+#include <algorithm>
+#include <map>
+
+#include "app/verbs/shell.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/names.h"
+#include "doppel/messages/rcl_interfaces.h"
+
+namespace doppel::app {
+namespace {
+
+struct ParamOptions {
+  std::string node, name, value;
+};
+
+int list(Shell& shell, const ParamOptions& options) {
+  Client& twin = shell.twin();
+  const std::string only = options.node.empty() ? "" : find_node_name(twin, options.node);
+  std::map<std::string, std::vector<std::string>> by_node;
+  for (const NamedParameter& parameter : twin.parameters()) by_node[parameter.node].push_back(parameter.name);
+  for (auto& [node, names] : by_node) {
+    if (!only.empty() && node != only) continue;
+    if (only.empty()) say("{}:\n", node);
+    std::ranges::sort(names);
+    for (const std::string& name : names) say("  {}\n", name);
+  }
+  return 0;
+}
+
+NamedParameter find(Client& twin, const ParamOptions& options) {
+  const std::string node = find_node_name(twin, options.node);
+  std::vector<std::string> names;
+  for (NamedParameter& parameter : twin.parameters()) {
+    if (parameter.node != node) continue;
+    if (parameter.name == options.name) return std::move(parameter);
+    names.push_back(parameter.name);
+  }
+  throw ClientError(
+      fmt::format("node {} has no parameter '{}'{}", node, options.name, did_you_mean(options.name, names)));
+}
+
+std::string heading(const ParameterValue& value) {
+  struct Heading {
+    std::string operator()(std::monostate) const { return "Parameter not set."; }
+    std::string operator()(bool) const { return "Boolean value is: "; }
+    std::string operator()(std::int64_t) const { return "Integer value is: "; }
+    std::string operator()(double) const { return "Double value is: "; }
+    std::string operator()(const std::string&) const { return "String value is: "; }
+    std::string operator()(const std::vector<bool>&) const { return "Boolean values are: "; }
+    std::string operator()(const std::vector<std::int64_t>&) const { return "Integer values are: "; }
+    std::string operator()(const std::vector<double>&) const { return "Double values are: "; }
+    std::string operator()(const std::vector<std::string>&) const { return "String values are: "; }
+  };
+  return std::visit(Heading(), value);
+}
+
+int get(Shell& shell, const ParamOptions& options) {
+  const NamedParameter parameter = find(shell.twin(), options);
+  const auto* text = std::get_if<std::string>(&parameter.value);
+  const bool is_set = !std::holds_alternative<std::monostate>(parameter.value);
+  say("{}{}\n", heading(parameter.value), text != nullptr ? *text : is_set ? to_string(parameter.value) : "");
+  return 0;
+}
+
+int set(Shell& shell, const ParamOptions& options) {
+  Client& twin = shell.twin();
+  const NamedParameter parameter = find(twin, options);
+  ParameterValue value = parse_parameter(options.value);
+  if (std::holds_alternative<std::string>(parameter.value) && !std::holds_alternative<std::string>(value)) {
+    value = options.value;  // a text may look like a number
+  }
+  const Status status = twin.set_parameter(parameter.node, parameter.name, value);
+  if (!status) throw ClientError(fmt::format("setting the parameter failed: {}", status.why()));
+  say("Set parameter successful\n");
+  return 0;
+}
+
+int describe(Shell& shell, const ParamOptions& options) {
+  using rcl_interfaces::srv::DescribeParameters;
+  Client& twin = shell.twin();
+  const NamedParameter parameter = find(twin, options);
+  say("Parameter name: {}\n  Type: {}\n", parameter.name, parameter_type_name(parameter.value));
+  const std::string service = parameter.node + "/describe_parameters";
+  if (!twin.services().contains(service)) return 0;
+  const auto response = call<DescribeParameters>(twin, service, {.names = {parameter.name}});
+  if (response.descriptors.empty()) return 0;
+  const auto& about = response.descriptors.front();
+  if (!about.description.empty()) say("  Description: {}\n", about.description);
+  say("  Constraints:\n    Read only: {}\n", about.read_only);
+  if (!about.additional_constraints.empty())
+    say("    Additional constraints: {}\n", about.additional_constraints);
+  return 0;
+}
+
+// Parameters with dots in their names as nested maps.
+struct Branch {
+  std::map<std::string, Branch> below;
+  std::string value;
+};
+
+void print_branch(const Branch& branch, std::size_t indent, std::string& out) {
+  for (const auto& [name, child] : branch.below) {
+    out += std::string(indent, ' ') + name + ":" + (child.value.empty() ? "\n" : " " + child.value + "\n");
+    print_branch(child, indent + 2, out);
+  }
+}
+
+int dump(Shell& shell, const ParamOptions& options) {
+  Client& twin = shell.twin();
+  const std::string node = find_node_name(twin, options.node);
+  Branch root;
+  for (const NamedParameter& parameter : twin.parameters()) {
+    if (parameter.node != node) continue;
+    Branch* at = &root;
+    std::string_view rest = parameter.name;
+    for (std::size_t dot = rest.find('.'); dot != std::string_view::npos; dot = rest.find('.')) {
+      at = &at->below[std::string(rest.substr(0, dot))];
+      rest.remove_prefix(dot + 1);
+    }
+    const auto* text = std::get_if<std::string>(&parameter.value);
+    at->below[std::string(rest)].value = text != nullptr && text->empty() ? "''" : to_string(parameter.value);
+  }
+  std::string out = fmt::format("{}:\n  ros__parameters:\n", node);
+  print_branch(root, 4, out);
+  print_out(out);
+  return 0;
+}
+
+}  // namespace
+
+void add_param(CLI::App& app, int& exit_code) {
+  CLI::App& group = add_group(app, "param", "Read and change nodes' parameters");
+  const auto node_and_name = [](CLI::App& verb, ParamOptions& options) {
+    verb.add_option("node", options.node, "Name of the node")->required();
+    verb.add_option("parameter", options.name, "Name of the parameter")->required();
+  };
+  add_verb<ParamOptions>(
+      group, "list", "The parameters there are", "doppel param list /controller_manager", exit_code,
+      [](CLI::App& verb, ParamOptions& options) {
+        verb.add_option("node", options.node, "Only this node's");
+      },
+      list);
+  add_verb<ParamOptions>(group, "get", "The value of a parameter",
+                         "doppel param get /controller_manager update_rate", exit_code, node_and_name, get);
+  add_verb<ParamOptions>(
+      group, "set", "Change a parameter", "doppel param set /omarm_arm_controller constraints.goal_time 0.5",
+      exit_code,
+      [node_and_name](CLI::App& verb, ParamOptions& options) {
+        node_and_name(verb, options);
+        verb.add_option("value", options.value, "Its value as YAML")->required();
+      },
+      set);
+  add_verb<ParamOptions>(group, "describe", "What a parameter is for",
+                         "doppel param describe /controller_manager update_rate", exit_code, node_and_name,
+                         describe);
+  add_verb<ParamOptions>(
+      group, "dump", "All parameters of a node as YAML", "doppel param dump /controller_manager", exit_code,
+      [](CLI::App& verb, ParamOptions& options) {
+        verb.add_option("node", options.node, "Name of the node")->required();
+      },
+      dump);
+}
+
+}  // namespace doppel::app

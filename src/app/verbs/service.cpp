@@ -1,0 +1,124 @@
+#include <algorithm>
+
+#include "app/verbs/shell.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/names.h"
+
+namespace doppel::app {
+namespace {
+
+struct ServiceOptions {
+  std::string name, second, third;
+  bool types = false, hidden = false, count = false;
+  double patience = 10;
+};
+
+const Client::Service& find(Client& twin, const std::string& name) {
+  const auto found = twin.services().find(name);
+  if (found != twin.services().end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& [known, service] : twin.services()) names.push_back(known);
+  throw ClientError(fmt::format("there is no service {}{}", name, did_you_mean(name, names)));
+}
+
+int list(Shell& shell, const ServiceOptions& options) {
+  std::size_t count = 0;
+  for (const auto& [name, service] : shell.twin().services()) {
+    if (is_hidden(name) && !options.hidden) continue;
+    ++count;
+    if (options.count) continue;
+    say("{}", options.types ? fmt::format("{} [{}]\n", name, service.type) : name + "\n");
+  }
+  if (options.count) say("{}\n", count);
+  return 0;
+}
+
+int print_type(Shell& shell, const ServiceOptions& options) {
+  say("{}\n", find(shell.twin(), absolute(options.name)).type);
+  return 0;
+}
+
+int find_by_type(Shell& shell, const ServiceOptions& options) {
+  for (const auto& [name, service] : shell.twin().services()) {
+    if (service.type == options.name) say("{}\n", name);
+  }
+  return 0;
+}
+
+// "std_srvs/srv/Trigger" or its short form, rather than YAML.
+bool looks_like_type(const std::string& text) {
+  return text.find('/') != std::string::npos && std::ranges::all_of(text, [](unsigned char c) {
+           return std::isalnum(c) != 0 || c == '_' || c == '/';
+         });
+}
+
+const ServiceSupport& known_service(const std::string& type) {
+  if (const ServiceSupport* support = find_service(type)) return *support;
+  wrong_use(fmt::format("'{}' is no known service type{}", type, did_you_mean(type, service_names())),
+            "'doppel interface list' shows all");
+}
+
+int call_service(Shell& shell, const ServiceOptions& options) {
+  const std::string name = absolute(options.name);
+  const bool typed = looks_like_type(options.second);
+  const ServiceSupport* support = typed ? &known_service(options.second) : nullptr;
+  const std::string& yaml = typed ? options.third : options.second;
+  if (!typed && !options.third.empty()) wrong_use(fmt::format("'{}' is no service type", options.second));
+  Client& twin = shell.twin();
+  const Client::Service& service = find(twin, name);
+  if (support == nullptr) support = find_service(service.type);
+  if (support == nullptr)
+    throw ClientError(fmt::format("{} is a {}, which this program does not know", name, service.type));
+  if (support->name != service.type)
+    wrong_use(fmt::format("{} is a {}, not a {}", name, service.type, support->name));
+  const Bytes request = to_request(*support->request, yaml.empty() ? "{}" : yaml);
+  const Bytes response = call_raw(
+      twin, name, request, std::chrono::milliseconds(static_cast<std::int64_t>(options.patience * 1000)));
+  std::string text;
+  if (const Status status = support->response->cdr_to_yaml(response, text); !status)
+    throw ClientError(status.why());
+  say("{}", text);
+  return 0;
+}
+
+}  // namespace
+
+void add_service(CLI::App& app, int& exit_code) {
+  CLI::App& group = add_group(app, "service", "Call services");
+  add_verb<ServiceOptions>(
+      group, "list", "The services there are", "doppel service list -t", exit_code,
+      [](CLI::App& verb, ServiceOptions& options) {
+        verb.add_flag("-t,--show-types", options.types, "With their types");
+        verb.add_flag("-c,--count-services", options.count, "Only their number");
+        verb.add_flag("-a,--include-hidden-services", options.hidden, "Those of actions too");
+      },
+      list);
+  add_verb<ServiceOptions>(
+      group, "type", "The type of a service", "doppel service type /gazebo/pause_physics", exit_code,
+      [](CLI::App& verb, ServiceOptions& options) {
+        verb.add_option("service", options.name, "Name of the service")->required();
+      },
+      print_type);
+  add_verb<ServiceOptions>(
+      group, "find", "The services of a type", "doppel service find std_srvs/srv/Empty", exit_code,
+      [](CLI::App& verb, ServiceOptions& options) {
+        verb.add_option("type", options.name, "Type of services")->required();
+      },
+      find_by_type);
+  add_verb<ServiceOptions>(
+      group, "call", "Call a service and print its response",
+      R"(doppel service call /gazebo/apply_joint_effort gazebo_msgs/srv/ApplyJointEffort \
+    '{joint_name: "Revolute 1", effort: 0.01, duration: {sec: 1}}'
+  doppel service call /gazebo/pause_physics          (the type may be left out))",
+      exit_code,
+      [](CLI::App& verb, ServiceOptions& options) {
+        verb.add_option("service", options.name, "Name of the service")->required();
+        verb.add_option("type", options.second, "Its type; may be left out");
+        verb.add_option("values", options.third, "The request as YAML");
+        verb.add_option("--timeout", options.patience, "Seconds to wait for the response (default 10)")
+            ->check(CLI::PositiveNumber);
+      },
+      call_service);
+}
+
+}  // namespace doppel::app

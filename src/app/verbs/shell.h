@@ -1,0 +1,105 @@
+#pragma once
+// What every verb needs: the twin to speak to, output that is flushed line by line, Ctrl-C, and names that
+// are checked. stdout carries data, stderr what is said about it.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/server/client.h"
+
+namespace doppel::app {
+
+// Nobody reads stdout any more (| head): the verb has done its work.
+struct OutputClosed {};
+
+void print_out(std::string_view text);   // flushed; throws OutputClosed
+void print_note(std::string_view text);  // to stderr, with a line's end
+
+template <class... Args>
+void say(fmt::format_string<Args...> format, Args&&... args) {
+  print_out(fmt::format(format, std::forward<Args>(args)...));
+}
+
+[[noreturn]] void wrong_use(std::string message, std::string mend = "");  // exit code 2
+
+class Shell {
+ public:
+  explicit Shell(int port) : port_(port) {}
+
+  // The twin of --port, of DOPPEL_PORT, or the newest that runs; connected to on first use.
+  Client& twin();
+  // From now on Ctrl-C leaves waits with Interrupted instead of ending the program.
+  static void catch_interrupts();
+  static bool interrupted();
+  static void clear_interrupt();
+
+ private:
+  int port_;
+  std::unique_ptr<Client> client_;
+};
+
+// A verb with its own options: `declare` adds them to the command line, `run` returns the exit code.
+template <class Options>
+CLI::App* add_verb(CLI::App& group, const std::string& name, const std::string& help,
+                   const std::string& example, int& exit_code,
+                   const std::function<void(CLI::App&, Options&)>& declare,
+                   std::function<int(Shell&, const Options&)> run);
+struct NoOptions {};
+
+// The verbs of one group; without one of them the group's help is shown.
+CLI::App& add_group(CLI::App& app, const std::string& name, const std::string& help);
+
+// -- names
+std::string absolute(std::string_view name);  // with its leading slash
+bool is_hidden(std::string_view name);        // a part of it begins with an underscore
+const Client::Topic& find_topic(Client& twin,
+                                const std::string& name);  // throws ClientError with the nearest
+const TypeSupport& known_type(const std::string& name);    // throws InputError with the nearest
+const TypeSupport& type_of_topic(Client& twin, const std::string& name);
+std::string find_node_name(Client& twin, const std::string& name);
+std::vector<std::string> node_names(Client& twin, bool hidden);
+Bytes to_request(const TypeSupport& type, std::string_view yaml);  // throws InputError
+
+// -- calls
+Bytes call_raw(Client& twin, const std::string& service, std::span<const std::byte> request,
+               std::chrono::milliseconds at_most = std::chrono::seconds(10));
+
+template <Message M>
+M decode(std::span<const std::byte> cdr) {
+  M message;
+  if (const Status status = from_cdr(cdr, message); !status) throw ClientError(status.why());
+  return message;
+}
+
+template <Service S>
+typename S::Response call(Client& twin, const std::string& service, const typename S::Request& request = {}) {
+  return decode<typename S::Response>(call_raw(twin, service, to_cdr(request)));
+}
+
+int run_verb(int port, const std::function<int(Shell&)>& run);
+
+template <class Options>
+CLI::App* add_verb(CLI::App& group, const std::string& name, const std::string& help,
+                   const std::string& example, int& exit_code,
+                   const std::function<void(CLI::App&, Options&)>& declare,
+                   std::function<int(Shell&, const Options&)> run) {
+  CLI::App* verb = group.add_subcommand(name, help);
+  verb->footer("Example:\n  " + example);
+  auto options = std::make_shared<Options>();
+  auto port = std::make_shared<int>(0);
+  declare(*verb, *options);
+  verb->add_option("--port", *port, "Port of the twin; default: DOPPEL_PORT, else the newest that runs")
+      ->check(CLI::Range(1, 65535));
+  verb->callback([&exit_code, options, port, run = std::move(run)] {
+    exit_code = run_verb(*port, [&](Shell& shell) { return run(shell, *options); });
+  });
+  return verb;
+}
+
+}  // namespace doppel::app

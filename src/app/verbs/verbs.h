@@ -1,0 +1,25 @@
+#pragma once
+// ROS 2's verbs against a running twin: topic, control, tf, node, service, param, action, interface; and
+// move.
+
+namespace CLI {
+class App;
+}
+
+namespace doppel::app {
+
+// Adds all verbs; when one has run, `exit_code` is the program's: 0 fine, 1 it failed. Wrong use leaves as
+// InputError.
+void add_verbs(CLI::App& app, int& exit_code);
+
+void add_topic(CLI::App& app, int& exit_code);
+void add_interface(CLI::App& app, int& exit_code);
+void add_control(CLI::App& app, int& exit_code);
+void add_tf(CLI::App& app, int& exit_code);
+void add_node(CLI::App& app, int& exit_code);
+void add_service(CLI::App& app, int& exit_code);
+void add_param(CLI::App& app, int& exit_code);
+void add_action(CLI::App& app, int& exit_code);
+void add_move(CLI::App& app, int& exit_code);
+
+}  // namespace doppel::app
