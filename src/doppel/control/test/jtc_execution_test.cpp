@@ -503,13 +503,18 @@ TEST(JtcExecution, B64_TheCommandRampsToZero) {
 }
 
 TEST(JtcExecution, B64_ATimeoutBrakesToo) {
-  JtcOptions options = braking_options();
-  options.more = braking(", cmd_timeout: 0.05, allow_nonzero_velocity_at_trajectory_end: true");
+  JtcOptions options = braking_options({kVelocity});
+  options.more = braking(
+      ", cmd_timeout: 0.05, allow_nonzero_velocity_at_trajectory_end: true, "
+      "gains: {a: {ff_velocity_scale: 1.0}, b: {ff_velocity_scale: 1.0}}");
   JtcRig rig(options);
-  rig.say(trajectory({"a", "b"}, {point(0.5, {1, 1}, {0, 0})}));
-  rig.run_for(0.52);
-  rig.hardware->set_velocity("b", 2);
-  rig.run_for(0.5);
+  rig.say(trajectory({"a", "b"}, {point(1, {1, 1}, {2, 2})}));
+  rig.run_for(1.03);
+  EXPECT_DOUBLE_EQ(rig.command("b/velocity"), 2);
+  rig.run_for(0.25);  // the timeout at 1.06 s, then 4 rad/s^2
+  EXPECT_NEAR(rig.command("b/velocity"), 2 - 4 * 0.22, 0.1);
+  rig.run_for(1.5);
+  EXPECT_DOUBLE_EQ(rig.command("b/velocity"), 0);
   EXPECT_EQ(rig.count(Severity::error, "command timeout"), 1u);
 }
 

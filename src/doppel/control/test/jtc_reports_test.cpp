@@ -12,7 +12,6 @@ namespace doppel {
 namespace {
 
 using testing::AllOf;
-using testing::Each;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -87,11 +86,18 @@ TEST(JtcReports, B67_TimesFromStart) {
 }
 
 TEST(JtcReports, B68_OutputOnlyOnceAllCommandsAreNumbers) {
-  JtcOptions options = options_of({kPosition}, {kPosition}, "constraints: {a: {trajectory: 0.1}}");
+  JtcOptions options = options_of({kVelocity}, {kPosition, kVelocity});
+  options.start = false;
   JtcRig rig(options);
+  rig.hardware->set_velocity("a", std::nan(""));  // so that its loop has nothing to say
+  rig.start();
   Listener<State> heard(rig.bus, "/arm/controller_state");
   rig.run(1);
-  EXPECT_THAT(heard.messages.back().output.positions, ElementsAre(0, 0, 0));
+  EXPECT_THAT(heard.messages.back().output.velocities, IsEmpty());
+  EXPECT_DOUBLE_EQ(rig.command("b/velocity"), 0);
+  rig.hardware->set_velocity("a", 0);
+  rig.run(1);
+  EXPECT_THAT(heard.messages.back().output.velocities, ElementsAre(0, 0, 0));
 }
 
 Query::Response query(JtcRig& rig, double time) {
