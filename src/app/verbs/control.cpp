@@ -99,6 +99,22 @@ std::string state_of(Client& twin, const ControlOptions& options, const std::str
   return found == all.end() ? "" : found->state;
 }
 
+// Names that could have been meant: of what is loaded, and of what the controllers' YAML declares.
+[[noreturn]] void cannot_load(Client& twin, const ControlOptions& options) {
+  std::vector<std::string> names;
+  for (const auto& c : list_controllers(twin, options.manager)) names.push_back(c.name);
+  for (const NamedParameter& parameter : twin.parameters()) {
+    if (parameter.node != absolute(options.manager) || !parameter.name.ends_with(".type")) continue;
+    names.push_back(parameter.name.substr(0, parameter.name.rfind('.')));
+  }
+  std::ranges::sort(names);
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  throw ClientError(
+      std::ranges::find(names, options.name) == names.end()
+          ? fmt::format("no controller '{}' is declared{}", options.name, did_you_mean(options.name, names))
+          : fmt::format("{} could not be loaded; the twin's own terminal says why", options.name));
+}
+
 [[noreturn]] void not_loaded(Client& twin, const ControlOptions& options, const std::string& name) {
   std::vector<std::string> names;
   for (const auto& c : list_controllers(twin, options.manager)) names.push_back(c.name);
@@ -151,8 +167,7 @@ int load(Shell& shell, const ControlOptions& options) {
       if (!status) throw ClientError(status.why());
     }
     if (!call<srv::LoadController>(twin, service(options, "load_controller"), {options.name}).ok) {
-      throw ClientError(
-          fmt::format("{} could not be loaded; the twin's own terminal says why", options.name));
+      cannot_load(twin, options);
     }
   }
   if (options.state.empty()) {

@@ -39,11 +39,12 @@ Bytes with_id(const GoalId& id, std::span<const std::byte> body) {
 
 // What stands below "result:" in a response.
 std::string result_part(const std::string& yaml) {
+  constexpr std::size_t kIndent = 2;
   std::string out;
   for (std::size_t begin = yaml.find('\n', yaml.find("result:"));
-       begin != std::string::npos && begin + 1 < yaml.size();) {
+       begin != std::string::npos && begin + kIndent + 1 < yaml.size();) {
     const std::size_t end = yaml.find('\n', begin + 1);
-    out += yaml.substr(begin + 1, end == std::string::npos ? end : end - begin);
+    out += yaml.substr(begin + 1 + kIndent, end == std::string::npos ? end : end - begin - kIndent);
     begin = end;
   }
   return out;

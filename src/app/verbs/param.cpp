@@ -110,7 +110,7 @@ int dump(Shell& shell, const ParamOptions& options) {
   const std::string node = find_node_name(twin, options.node);
   Branch root;
   for (const NamedParameter& parameter : twin.parameters()) {
-    if (parameter.node != node) continue;
+    if (parameter.node != node || std::holds_alternative<std::monostate>(parameter.value)) continue;
     Branch* at = &root;
     std::string_view rest = parameter.name;
     for (std::size_t dot = rest.find('.'); dot != std::string_view::npos; dot = rest.find('.')) {
