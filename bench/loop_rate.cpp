@@ -1,5 +1,5 @@
-// The whole loop (physics, servos, controllers, publishing with no listener) at full speed, against a bare mj_step on the
-// same compiled model, in turn, in one run:  build/bin/bench_loop_rate [robot] [rounds]
+// The whole loop (physics, servos, controllers, publishing with no listener) at full speed, against a bare
+// mj_step on the same compiled model, in turn, in one run:  build/bin/bench_loop_rate [robot] [rounds]
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Real time kept: so many seconds of simulation at --speed 1, the wall time they took, and how late each step began:
+// Real time kept: so many seconds of simulation at --speed 1, the wall time they took, and how late each step
+// began:
 //   build/bin/bench_pace [seconds] [robot]
 #include <fmt/format.h>
 
@@ -22,8 +23,11 @@ int main(int argc, char** argv) {
   const doppel::RunStatistics run = runner.run(never);
   const double wall = static_cast<double>(run.wall.count()) * 1e-9;
   fmt::print("{}: {:.3f} s simulated in {:.4f} s, off by {:+.4f} %\n", scenario.target,
-             doppel::to_seconds(run.simulated), wall, (wall / doppel::to_seconds(run.simulated) - 1.0) * 100.0);
-  fmt::print("  a step began late by  p50 {:.1f} us  p99 {:.1f} us  p99.9 {:.1f} us  worst {:.1f} us  ({} overruns)\n",
-             run.lateness.percentile(0.5), run.lateness.percentile(0.99), run.lateness.percentile(0.999),
-             run.lateness.worst(), run.overruns);
+             doppel::to_seconds(run.simulated), wall,
+             (wall / doppel::to_seconds(run.simulated) - 1.0) * 100.0);
+  fmt::print(
+      "  a step began late by  p50 {:.1f} us  p99 {:.1f} us  p99.9 {:.1f} us  worst {:.1f} us  ({} "
+      "overruns)\n",
+      run.lateness.percentile(0.5), run.lateness.percentile(0.99), run.lateness.percentile(0.999),
+      run.lateness.worst(), run.overruns);
 }

@@ -1,5 +1,6 @@
-// Cold starts: from the start of the process to the first /joint_states, and the most memory held, as the program itself
-// reports them, and the time that the ./doppel script adds:  build/bin/bench_startup [runs] [robot]
+// Cold starts: from the start of the process to the first /joint_states, and the most memory held, as the
+// program itself reports them, and the time that the ./doppel script adds:  build/bin/bench_startup [runs]
+// [robot]
 #include <fmt/format.h>
 #include <sys/wait.h>
 
@@ -38,8 +39,8 @@ double milliseconds(const std::string& command) {
 
 void print(const char* what, std::vector<double> values, const char* unit) {
   std::sort(values.begin(), values.end());
-  fmt::print("  {:34} median {:7.1f}  least {:7.1f}  most {:7.1f} {}\n", what, values[values.size() / 2], values.front(),
-             values.back(), unit);
+  fmt::print("  {:34} median {:7.1f}  least {:7.1f}  most {:7.1f} {}\n", what, values[values.size() / 2],
+             values.front(), values.back(), unit);
 }
 
 }  // namespace
@@ -51,7 +52,8 @@ int main(int argc, char** argv) {
   const std::string here = root != nullptr ? root : ".";
   std::vector<double> startup, memory, with_script, without_script;
   for (int i = 0; i < runs; ++i) {
-    const std::string json = output_of(here + "/doppel up " + robot + " --headless --duration 0.05 --json 2>/dev/null");
+    const std::string json =
+        output_of(here + "/doppel up " + robot + " --headless --duration 0.05 --json 2>/dev/null");
     startup.push_back(field(json, "startup_ms"));
     memory.push_back(field(json, "peak_rss_mb"));
     with_script.push_back(milliseconds(here + "/doppel --version"));

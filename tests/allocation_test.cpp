@@ -1,5 +1,5 @@
-// The loop neither allocates nor frees, at rest or on a trajectory, with listeners or without: every operator new and
-// delete of this program is counted.
+// The loop neither allocates nor frees, at rest or on a trajectory, with listeners or without: every operator
+// new and delete of this program is counted.
 #include <cstdlib>
 #include <new>
 
@@ -26,10 +26,18 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
   if (void* memory = std::aligned_alloc(to, (size + to - 1) / to * to)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { release(memory); }
-void operator delete(void* memory, std::size_t) noexcept { release(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { release(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
+void operator delete(void* memory) noexcept {
+  release(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  release(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  release(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  release(memory);
+}
 
 namespace doppel::test {
 namespace {

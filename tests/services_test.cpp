@@ -11,7 +11,8 @@ TEST_F(Services, PauseStepAndUnpause) {
   run(0.1);
   call("/gazebo/pause_physics", "std_srvs/srv/Empty", "{}");
   EXPECT_TRUE(twin_->time_control().paused);
-  EXPECT_NE(call("/gazebo/step", "doppel_msgs/srv/Step", "{steps: 5}").find("success: true"), std::string::npos);
+  EXPECT_NE(call("/gazebo/step", "doppel_msgs/srv/Step", "{steps: 5}").find("success: true"),
+            std::string::npos);
   EXPECT_EQ(twin_->time_control().steps_owed, 5u);
   call("/gazebo/unpause_physics", "std_srvs/srv/Empty", "{}");
   EXPECT_FALSE(twin_->time_control().paused);
@@ -19,7 +20,8 @@ TEST_F(Services, PauseStepAndUnpause) {
 
 TEST_F(Services, StepWithoutPauseIsRefused) {
   bring_up("omarm_one");
-  EXPECT_NE(call("/gazebo/step", "doppel_msgs/srv/Step", "{steps: 5}").find("success: false"), std::string::npos);
+  EXPECT_NE(call("/gazebo/step", "doppel_msgs/srv/Step", "{steps: 5}").find("success: false"),
+            std::string::npos);
 }
 
 TEST_F(Services, SpeedIsCheckedAndTaken) {
@@ -53,7 +55,8 @@ TEST_F(Services, JointEffortActsForItsTimeOnly) {
   bring_up(scenario);
   const double start = joint("Revolute 1").q;  // about the vertical: gravity does not turn it
   EXPECT_NE(call("/gazebo/apply_joint_effort", "gazebo_msgs/srv/ApplyJointEffort",
-                 "{joint_name: 'Revolute 1', effort: 0.5, start_time: {sec: 0}, duration: {sec: 0, nanosec: 200000000}}")
+                 "{joint_name: 'Revolute 1', effort: 0.5, start_time: {sec: 0}, duration: {sec: 0, nanosec: "
+                 "200000000}}")
                 .find("success: true"),
             std::string::npos);
   run(0.2);
@@ -74,8 +77,8 @@ TEST_F(Services, UnknownNamesAreAnsweredWithTheNearest) {
 TEST_F(Services, StateCanBeReadAndWritten) {
   bring_up("lab_arm");
   run(0.1);
-  const std::string answer =
-      call("/gazebo/set_state", "doppel_msgs/srv/SetState", "{names: [j1], positions: [0.4], velocities: []}");
+  const std::string answer = call("/gazebo/set_state", "doppel_msgs/srv/SetState",
+                                  "{names: [j1], positions: [0.4], velocities: []}");
   EXPECT_NE(answer.find("success: true"), std::string::npos) << answer;
   EXPECT_NEAR(joint("j1").q, 0.4, 1e-9);
   EXPECT_NE(call("/gazebo/get_state", "doppel_msgs/srv/GetState", "{}").find("j1"), std::string::npos);

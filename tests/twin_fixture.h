@@ -50,7 +50,8 @@ class TwinFixture : public ::testing::Test {
     const ServiceSupport* support = find_service(type);
     if (support == nullptr) return "no such type";
     Bytes request;
-    if (const Status converted = support->request->yaml_to_cdr(yaml, request); !converted) return converted.why();
+    if (const Status converted = support->request->yaml_to_cdr(yaml, request); !converted)
+      return converted.why();
     std::string out = "no answer";
     edge_->call(service, request, [&](Status status, Bytes response) {
       if (!status) {

@@ -1,10 +1,9 @@
 // The twin as a whole: what a newcomer would see it do.
-#include "twin_fixture.h"
-
 #include <map>
 
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/messages/tf2_msgs.h"
+#include "twin_fixture.h"
 
 namespace doppel::test {
 namespace {
@@ -35,9 +34,11 @@ TEST_F(Twins, CollapsesWithNoControllerActive) {
   scenario.target = "omarm_one";
   scenario.start_controllers = false;
   bring_up(scenario);
-  const double before = twin_->engine().link_pose(twin_->model().find_link("gripper_base_1")).translation().z();
+  const double before =
+      twin_->engine().link_pose(twin_->model().find_link("gripper_base_1")).translation().z();
   run(3.0);
-  const double after = twin_->engine().link_pose(twin_->model().find_link("gripper_base_1")).translation().z();
+  const double after =
+      twin_->engine().link_pose(twin_->model().find_link("gripper_base_1")).translation().z();
   EXPECT_LT(after, before - 0.05);
 }
 
@@ -48,27 +49,46 @@ TEST_F(Twins, FollowsTheOmArmOneSample) {
           R"({joint_names: ["Revolute 1","Revolute 2","Revolute 3","Revolute 4","Revolute 5","Revolute 6"],
 points: [{positions: [1.57, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 3}}]})");
   run(4.0);
-  expect_at({{"Revolute 1", 1.57}, {"Revolute 2", 1.2}, {"Revolute 3", 1.57}, {"Revolute 4", 1.57},
-             {"Revolute 5", 1.57}, {"Revolute 6", 1.57}}, 0.01);
+  expect_at({{"Revolute 1", 1.57},
+             {"Revolute 2", 1.2},
+             {"Revolute 3", 1.57},
+             {"Revolute 4", 1.57},
+             {"Revolute 5", 1.57},
+             {"Revolute 6", 1.57}},
+            0.01);
 }
 
 // The two samples of the OmArm Zero walkthrough; Revolute 1 may turn 0.2 rad/s only, so it arrives late.
 TEST_F(Twins, FollowsTheOmArmZeroSamples) {
   bring_up("omarm_zero");
-  publish("/joint_trajectory_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
-          R"({joint_names: ['Revolute 1', 'Revolute 2', 'Revolute 3', 'Revolute 4', 'Revolute 5', 'Revolute 6'],
+  publish(
+      "/joint_trajectory_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
+      R"({joint_names: ['Revolute 1', 'Revolute 2', 'Revolute 3', 'Revolute 4', 'Revolute 5', 'Revolute 6'],
 points: [{positions: [1.57, -1.57, -1.57, -1.57, -1.57, 0.0],
 time_from_start: {sec: 3, nanosec: 0}}]})");
   run(10.0);
-  expect_at({{"Revolute 1", 1.57}, {"Revolute 2", -1.57}, {"Revolute 3", -1.57}, {"Revolute 4", -1.57},
-             {"Revolute 5", -1.57}, {"Revolute 6", 0.0}, {"Revolute 7", 0.0}}, 0.01);
-  publish("/joint_trajectory_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
-          R"({joint_names: ['Revolute 1', 'Revolute 2', 'Revolute 3', 'Revolute 4', 'Revolute 5', 'Revolute 6'],
+  expect_at({{"Revolute 1", 1.57},
+             {"Revolute 2", -1.57},
+             {"Revolute 3", -1.57},
+             {"Revolute 4", -1.57},
+             {"Revolute 5", -1.57},
+             {"Revolute 6", 0.0},
+             {"Revolute 7", 0.0}},
+            0.01);
+  publish(
+      "/joint_trajectory_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
+      R"({joint_names: ['Revolute 1', 'Revolute 2', 'Revolute 3', 'Revolute 4', 'Revolute 5', 'Revolute 6'],
 points: [{positions: [1.57, -1.0, -2.0, -1.57, -1.57, -0.3],
 time_from_start: {sec: 4, nanosec: 0}}]})");
   run(8.0);
-  expect_at({{"Revolute 1", 1.57}, {"Revolute 2", -1.0}, {"Revolute 3", -2.0}, {"Revolute 4", -1.57},
-             {"Revolute 5", -1.57}, {"Revolute 6", -0.3}, {"Revolute 7", 0.3}}, 0.01);
+  expect_at({{"Revolute 1", 1.57},
+             {"Revolute 2", -1.0},
+             {"Revolute 3", -2.0},
+             {"Revolute 4", -1.57},
+             {"Revolute 5", -1.57},
+             {"Revolute 6", -0.3},
+             {"Revolute 7", 0.3}},
+            0.01);
 }
 
 TEST_F(Twins, FollowsTheLabArmSample) {
@@ -120,12 +140,14 @@ TEST_F(Twins, TransformsAgreeWithThePhysics) {
     Pose X_PC = Pose::Identity();
     X_PC.translation() << t.transform.translation.x, t.transform.translation.y, t.transform.translation.z;
     X_PC.linear() = Eigen::Quaterniond(t.transform.rotation.w, t.transform.rotation.x, t.transform.rotation.y,
-                                       t.transform.rotation.z).toRotationMatrix();
+                                       t.transform.rotation.z)
+                        .toRotationMatrix();
     X = X_PC * X;
     frame = t.header.frame_id;
   }
   const Pose truth = twin_->engine().link_pose(model.find_link("gripper_finger_left_1"));
-  EXPECT_LT((X.matrix() - truth.matrix()).norm(), 1e-3);  // the arm holds still, so the stamp's age does not matter
+  EXPECT_LT((X.matrix() - truth.matrix()).norm(),
+            1e-3);  // the arm holds still, so the stamp's age does not matter
 }
 
 TEST_F(Twins, MimicFollowsItsLeaderAndTakesNoCommands) {

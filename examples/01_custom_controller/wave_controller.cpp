@@ -1,5 +1,6 @@
 // A controller from outside: waves one joint by a sine. Run it with
-//   doppel up lab_arm --plugin build/examples/libwave_controller.so --controllers examples/01_custom_controller/wave.yaml
+//   doppel up lab_arm --plugin build/examples/libwave_controller.so --controllers
+//   examples/01_custom_controller/wave.yaml
 #include <cmath>
 #include <numbers>
 
@@ -12,7 +13,8 @@ class WaveController : public doppel::Controller {
  public:
   void on_init(doppel::ControllerContext& context) override {
     auto& parameters = context.node->parameters();
-    joint_ = doppel::declare<std::string>(parameters, context.overrides, "joint", "", {.description = "Which joint waves"});
+    joint_ = doppel::declare<std::string>(parameters, context.overrides, "joint", "",
+                                          {.description = "Which joint waves"});
     amplitude_ = doppel::declare(parameters, context.overrides, "amplitude", 0.3, {.description = "rad"});
     frequency_ = doppel::declare(parameters, context.overrides, "frequency", 0.5, {.description = "Hz"});
     if (context.model->find_joint(joint_) < 0) {
@@ -24,7 +26,9 @@ class WaveController : public doppel::Controller {
   [[nodiscard]] doppel::InterfaceConfiguration command_interfaces() const override {
     return {doppel::InterfaceConfiguration::Kind::individual, {joint_ + "/position"}};
   }
-  [[nodiscard]] doppel::InterfaceConfiguration state_interfaces() const override { return command_interfaces(); }
+  [[nodiscard]] doppel::InterfaceConfiguration state_interfaces() const override {
+    return command_interfaces();
+  }
 
   doppel::Status on_activate() override {
     centre_ = state_handles[0].get();

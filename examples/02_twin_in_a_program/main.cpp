@@ -1,4 +1,5 @@
-// The twin as a library: bring a robot up, let it hold itself for a second of simulated time, print where it stands.
+// The twin as a library: bring a robot up, let it hold itself for a second of simulated time, print where it
+// stands.
 #include <fmt/format.h>
 
 #include "doppel/twin/twin.h"

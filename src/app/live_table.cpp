@@ -79,13 +79,14 @@ std::string angle(double value) {
 
 std::string joint_row(const JointSnapshot& joint, std::size_t name_width, const Painter& paint) {
   const double error = joint.target - joint.q;
-  std::string row = fmt::format("  {}  {} {}  {}  {}", padded(joint.name, name_width), paint.bold(angle(joint.q)),
-                                paint.dim(fmt::format("{:7.1f}", joint.q * 180.0 / std::numbers::pi)),
-                                angle(joint.target), paint.dim(std::isfinite(error) ? fmt::format("{:8.4f}", error)
-                                                                                    : fmt::format("{:>8}", "-")));
+  std::string row = fmt::format(
+      "  {}  {} {}  {}  {}", padded(joint.name, name_width), paint.bold(angle(joint.q)),
+      paint.dim(fmt::format("{:7.1f}", joint.q * 180.0 / std::numbers::pi)), angle(joint.target),
+      paint.dim(std::isfinite(error) ? fmt::format("{:8.4f}", error) : fmt::format("{:>8}", "-")));
   if (joint.mimics) return row + paint.dim("  follows");
   if (std::isfinite(joint.effort) && joint.effort > 0) {
-    return row + fmt::format("  {} {:6.3f} / {:.3g}", paint.bar(joint.tau / joint.effort), joint.tau, joint.effort);
+    return row +
+           fmt::format("  {} {:6.3f} / {:.3g}", paint.bar(joint.tau / joint.effort), joint.tau, joint.effort);
   }
   return row + fmt::format("  {:>{}} {:6.3f}", "", kBarWidth, joint.tau);
 }
@@ -111,7 +112,8 @@ TableStyle terminal_style(int fd) {
   }
   const char* term = std::getenv("TERM");
   const char* no_colour = std::getenv("NO_COLOR");
-  style.colour = (no_colour == nullptr || *no_colour == '\0') && term != nullptr && std::string_view(term) != "dumb";
+  style.colour =
+      (no_colour == nullptr || *no_colour == '\0') && term != nullptr && std::string_view(term) != "dumb";
   const locale_t locale = newlocale(LC_CTYPE_MASK, "", nullptr);
   style.unicode = locale != nullptr && std::string_view(nl_langinfo_l(CODESET, locale)) == "UTF-8";
   if (locale != nullptr) freelocale(locale);
@@ -121,17 +123,18 @@ TableStyle terminal_style(int fd) {
 std::vector<std::string> render(const TableView& view, const TableStyle& style) {
   const Painter paint(style);
   std::vector<std::string> lines;
-  const std::string pace = view.paused ? paint.paint("33", "paused")
-                                       : fmt::format("{:.2f} x real time", view.real_time_factor);
+  const std::string pace =
+      view.paused ? paint.paint("33", "paused") : fmt::format("{:.2f} x real time", view.real_time_factor);
   lines.push_back(fmt::format(" {}  {}  {}", paint.bold(view.title),
                               fmt::format("t = {:.2f} s", to_seconds(view.snapshot.now)), pace));
   lines.emplace_back();
 
   std::size_t name_width = 5;
-  for (const JointSnapshot& joint : view.snapshot.joints) name_width = std::max(name_width, columns(joint.name));
+  for (const JointSnapshot& joint : view.snapshot.joints)
+    name_width = std::max(name_width, columns(joint.name));
   name_width = std::min<std::size_t>(name_width, 24);
-  lines.push_back(paint.dim(fmt::format("  {}  {:>8} {:>7}  {:>8}  {:>8}  {}", padded("joint", name_width), "rad", "deg",
-                                        "target", "error", "effort / limit")));
+  lines.push_back(paint.dim(fmt::format("  {}  {:>8} {:>7}  {:>8}  {:>8}  {}", padded("joint", name_width),
+                                        "rad", "deg", "target", "error", "effort / limit")));
   const auto room = static_cast<std::size_t>(std::max(4, style.height - 10));
   for (std::size_t i = 0; i < view.snapshot.joints.size(); ++i) {
     if (i + 1 == room && view.snapshot.joints.size() > room) {
@@ -143,13 +146,17 @@ std::vector<std::string> render(const TableView& view, const TableStyle& style) 
   lines.emplace_back();
   lines.push_back("  " + controllers_line(view.snapshot, paint));
   for (const LogLine& line : view.log) {
-    const char* colour = line.severity == Severity::error ? "31" : line.severity == Severity::warning ? "33" : "2";
+    const char* colour = line.severity == Severity::error     ? "31"
+                         : line.severity == Severity::warning ? "33"
+                                                              : "2";
     const std::string first = line.text.substr(0, line.text.find('\n'));
-    lines.push_back("  " + paint.paint(colour, shortened(line.origin + ": " + first,
-                                                         static_cast<std::size_t>(std::max(20, style.width - 4)))));
+    lines.push_back("  " +
+                    paint.paint(colour, shortened(line.origin + ": " + first,
+                                                  static_cast<std::size_t>(std::max(20, style.width - 4)))));
   }
-  lines.push_back(paint.dim(fmt::format("  Ctrl-C ends {} doppel topic echo /joint_states {} doppel move \"JOINT=RAD\" --in 3",
-                                        paint.dot(), paint.dot())));
+  lines.push_back(paint.dim(
+      fmt::format("  Ctrl-C ends {} doppel topic echo /joint_states {} doppel move \"JOINT=RAD\" --in 3",
+                  paint.dot(), paint.dot())));
   return lines;
 }
 
@@ -166,7 +173,8 @@ void LiveTable::draw(const TableView& view) {
   const auto lines = render(view, style);
   for (const std::string& line : lines) {
     const bool fits = columns(line) < static_cast<std::size_t>(style.width);
-    out += (fits ? line : shortened(line, static_cast<std::size_t>(style.width) - 1) + "\x1b[0m") + "\x1b[K\r\n";
+    out +=
+        (fits ? line : shortened(line, static_cast<std::size_t>(style.width) - 1) + "\x1b[0m") + "\x1b[K\r\n";
   }
   out += "\x1b[J";
   lines_ = lines.size();

@@ -1,5 +1,6 @@
 #pragma once
-// The twin in the terminal: a table that is drawn in place a few times a second, with the latest log lines below it.
+// The twin in the terminal: a table that is drawn in place a few times a second, with the latest log lines
+// below it.
 
 #include <deque>
 #include <mutex>
@@ -13,8 +14,8 @@ namespace doppel::app {
 struct TableStyle {
   bool colour = true;
   bool unicode = true;
-  int width = 100;   // columns of the terminal
-  int height = 40;   // its rows
+  int width = 100;  // columns of the terminal
+  int height = 40;  // its rows
 };
 
 // For the terminal on `fd`: size, NO_COLOR, TERM and the locale's character set.
@@ -22,7 +23,7 @@ TableStyle terminal_style(int fd);
 
 // The complete picture as text, one line each, never wider than the style allows.
 struct TableView {
-  std::string title;        // "omarm_one · mujoco 2.2.2"
+  std::string title;  // "omarm_one · mujoco 2.2.2"
   Snapshot snapshot;
   double real_time_factor = 0;
   bool paused = false;

@@ -18,7 +18,8 @@ std::vector<std::string> bundled_robots() {
   std::vector<std::string> names;
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(doppel::app::root_folder() / "robots", none)) {
-    if (std::filesystem::exists(entry.path() / "package.xml", none)) names.push_back(entry.path().filename().string());
+    if (std::filesystem::exists(entry.path() / "package.xml", none))
+      names.push_back(entry.path().filename().string());
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -108,7 +109,8 @@ int main(int argc, char** argv) {
   CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
   app.set_version_flag("--version", "doppel " DOPPEL_VERSION);
   app.require_subcommand(1);
-  app.footer("Start here:\n  doppel up omarm_one\nand from another shell:\n  doppel topic echo /joint_states");
+  app.footer(
+      "Start here:\n  doppel up omarm_one\nand from another shell:\n  doppel topic echo /joint_states");
   int exit_code = 0;
   doppel::app::add_up(app, exit_code);
   doppel::app::add_verbs(app, exit_code);

@@ -12,13 +12,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
 
 std::string_view to_string(RunEnd end) {
   switch (end) {
-    case RunEnd::duration_reached: return "duration_reached";
-    case RunEnd::stopped: return "stopped";
-    case RunEnd::diverged: return "diverged";
+    case RunEnd::duration_reached:
+      return "duration_reached";
+    case RunEnd::stopped:
+      return "stopped";
+    case RunEnd::diverged:
+      return "diverged";
   }
   return "stopped";
 }
@@ -51,12 +56,15 @@ std::string to_json(const Summary& summary) {
   out["peak_rss_mb"] = peak_rss_mb();
   out["controllers"] = Json::object();
   for (const ControllerView& controller : summary.last.controllers) {
-    out["controllers"][controller.name] = {{"type", controller.type}, {"state", doppel::to_string(controller.state)}};
+    out["controllers"][controller.name] = {{"type", controller.type},
+                                           {"state", doppel::to_string(controller.state)}};
   }
   out["joints"] = Json::object();
   for (const JointSnapshot& joint : summary.last.joints) {
-    out["joints"][joint.name] = {
-        {"q", number(joint.q)}, {"v", number(joint.v)}, {"tau", number(joint.tau)}, {"target", number(joint.target)}};
+    out["joints"][joint.name] = {{"q", number(joint.q)},
+                                 {"v", number(joint.v)},
+                                 {"tau", number(joint.tau)},
+                                 {"target", number(joint.target)}};
   }
   return out.dump(2);
 }

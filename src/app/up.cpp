@@ -25,7 +25,9 @@ namespace {
 
 std::atomic<bool> stop_requested{false};
 
-void request_stop(int /*signal*/) { stop_requested.store(true); }
+void request_stop(int /*signal*/) {
+  stop_requested.store(true);
+}
 
 struct UpOptions {
   std::vector<std::string> target;  // TARGET and its name:=value arguments
@@ -49,7 +51,8 @@ std::pair<std::string, std::string> split_argument(const std::string& text) {
 Scenario make_scenario(const UpOptions& options) {
   Scenario scenario;
   scenario.target = options.target.front();
-  for (std::size_t i = 1; i < options.target.size(); ++i) scenario.arguments.push_back(split_argument(options.target[i]));
+  for (std::size_t i = 1; i < options.target.size(); ++i)
+    scenario.arguments.push_back(split_argument(options.target[i]));
   for (const std::string& text : options.set) scenario.arguments.push_back(split_argument(text));
   if (!options.world.empty()) scenario.world = options.world;
   if (!options.controllers.empty()) scenario.controllers = options.controllers;
@@ -73,7 +76,8 @@ double parse_speed(const std::string& text) {
     used = 0;
   }
   if (used != text.size() || !(speed > 0.0) || speed > 1e6) {
-    throw InputError("cli.speed", {}, fmt::format("--speed is '{}'; it has to be a positive number, or max", text),
+    throw InputError("cli.speed", {},
+                     fmt::format("--speed is '{}'; it has to be a positive number, or max", text),
                      "1 is real time, 0.5 half of it, max as fast as it goes");
   }
   return speed;
@@ -170,7 +174,8 @@ void print_diagnostics(const Diagnostics& diagnostics) {
 std::string controllers_text(const std::vector<ControllerView>& controllers) {
   std::string out;
   for (const ControllerView& controller : controllers) {
-    out += fmt::format("{}{} ({})", out.empty() ? "" : ", ", controller.name, doppel::to_string(controller.state));
+    out += fmt::format("{}{} ({})", out.empty() ? "" : ", ", controller.name,
+                       doppel::to_string(controller.state));
   }
   return out.empty() ? "none: the joints are limp" : out;
 }
@@ -181,18 +186,21 @@ void print_banner(Twin& twin, const std::string& engine, const std::string& url)
              model.joints.size(), model.driven_joint_names().size(), model.total_mass * 1e3);
   fmt::print(stderr, "  physics      {}, {:g} Hz; simulated time on /clock stamps every message\n", engine,
              1.0 / to_seconds(twin.step_size()));
-  fmt::print(stderr, "  controllers  {}\n               from {}\n", controllers_text(twin.controller_manager().controllers()),
-             twin.controllers_origin());
+  fmt::print(stderr, "  controllers  {}\n               from {}\n",
+             controllers_text(twin.controller_manager().controllers()), twin.controllers_origin());
   const auto& excluded = twin.engine().excluded_pairs();
   std::size_t touching = 0;
-  for (const ExcludedPair& pair : excluded) touching += pair.reason.find("touching") != std::string::npos ? 1 : 0;
-  fmt::print(stderr, "  contact      ground and links; {} neighbouring and {} initially touching pairs left out\n",
+  for (const ExcludedPair& pair : excluded)
+    touching += pair.reason.find("touching") != std::string::npos ? 1 : 0;
+  fmt::print(stderr,
+             "  contact      ground and links; {} neighbouring and {} initially touching pairs left out\n",
              excluded.size() - touching, touching);
   bool heading = false;
   for (const SagReport& sag : twin.gravity_sag()) {
     if (std::abs(sag.sag) < 5e-4 && sag.margin >= 0) continue;
-    fmt::print(stderr, "  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}\n", heading ? "" : "gravity", sag.joint,
-               sag.torque, sag.sag, sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
+    fmt::print(stderr, "  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}\n", heading ? "" : "gravity",
+               sag.joint, sag.torque, sag.sag,
+               sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
     heading = true;
   }
   fmt::print(stderr, "  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n", url);
@@ -251,9 +259,12 @@ int run_up(const UpOptions& options) {
   summary.last = take_snapshot(twin);
   if (options.json) fmt::print("{}\n", to_json(summary));
   if (summary.run.end == RunEnd::diverged) {
-    fmt::print(stderr, "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
-                       "finite number\n  mend: look for tiny masses on strong joints, or choose a smaller step in a "
-                       "world file (--world)\n", to_seconds(twin.now()));
+    fmt::print(
+        stderr,
+        "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
+        "finite number\n  mend: look for tiny masses on strong joints, or choose a smaller step in a "
+        "world file (--world)\n",
+        to_seconds(twin.now()));
     return 1;
   }
   if (!options.json) {
@@ -269,13 +280,16 @@ int run_up(const UpOptions& options) {
 void add_up(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<UpOptions>();
   CLI::App* up = app.add_subcommand("up", "Bring a robot up: physics, controllers, topics");
-  up->add_option("TARGET", options->target,
-                 "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or workspace, and "
-                 "name:=value arguments for its xacro")
+  up->add_option(
+        "TARGET", options->target,
+        "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or workspace, and "
+        "name:=value arguments for its xacro")
       ->required();
   up->add_option("--set", options->set, "An argument for the description's xacro, name:=value")->take_all();
-  up->add_option("--controllers", options->controllers, "The controllers' YAML, in place of the description's");
-  up->add_option("--activate", options->activate, "Start only these controllers; the others are loaded, inactive")
+  up->add_option("--controllers", options->controllers,
+                 "The controllers' YAML, in place of the description's");
+  up->add_option("--activate", options->activate,
+                 "Start only these controllers; the others are loaded, inactive")
       ->delimiter(',');
   up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are limp");
   up->add_option("--plugin", options->plugins, "A shared library with controllers of your own")->take_all();
@@ -288,7 +302,8 @@ void add_up(CLI::App& app, int& exit_code) {
   up->add_option("--speed", options->speed, "1: real time, N: N times that, max: as fast as it goes");
   up->add_flag("--headless", options->headless, "No live table; log lines only");
   up->add_flag("--json", options->json, "One summary object on stdout at the end");
-  up->add_option("--port", options->port, "The server's port on 127.0.0.1 (else 8700 or the next that is free)")
+  up->add_option("--port", options->port,
+                 "The server's port on 127.0.0.1 (else 8700 or the next that is free)")
       ->check(CLI::Range(1, 65535));
   up->footer(
       "Examples:\n"

@@ -177,6 +177,9 @@ int tree(Shell& shell, const TfOptions&) {
   if (!frames.gather(enough, Clock::now() + kPatience) && frames.all().empty()) {
     throw ClientError("nothing has come over /tf and /tf_static; is the twin paused?");
   }
+  if (!frames.heard_moving() && frames.moving_expected()) {
+    print_note("note: nothing comes over /tf, so that moving frames are missing; is the twin paused?");
+  }
   std::multimap<std::string, std::string> children;
   std::set<std::string> roots;
   for (const auto& [name, frame] : frames.all()) {

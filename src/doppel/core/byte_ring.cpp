@@ -8,12 +8,15 @@ namespace {
 
 constexpr std::uint64_t kSkip = ~std::uint64_t{0};  // header of the unused tail before the ring wraps
 
-constexpr std::size_t padded(std::size_t size) { return (size + 7) & ~std::size_t{7}; }
+constexpr std::size_t padded(std::size_t size) {
+  return (size + 7) & ~std::size_t{7};
+}
 
 }  // namespace
 
 ByteRing::ByteRing(std::size_t capacity)
-    : mask_(std::bit_ceil(capacity < 64 ? std::size_t{64} : capacity) - 1), bytes_(new std::byte[mask_ + 1]) {}
+    : mask_(std::bit_ceil(capacity < 64 ? std::size_t{64} : capacity) - 1),
+      bytes_(new std::byte[mask_ + 1]) {}
 
 std::span<std::byte> ByteRing::begin_write(std::size_t size) {
   const std::size_t need = kHeader + padded(size);
@@ -52,7 +55,8 @@ std::span<const std::byte> ByteRing::front() {
 void ByteRing::pop() {
   const auto record = front();
   if (record.data() == nullptr) return;
-  read_.store(read_.load(std::memory_order_relaxed) + kHeader + padded(record.size()), std::memory_order_release);
+  read_.store(read_.load(std::memory_order_relaxed) + kHeader + padded(record.size()),
+              std::memory_order_release);
 }
 
 }  // namespace doppel

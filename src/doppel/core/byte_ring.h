@@ -1,6 +1,6 @@
 #pragma once
-// A ring of byte records from the loop to one edge: one thread writes, one reads, nobody waits. A record that does not
-// fit is dropped and counted, so that a slow reader is skipped ahead and never a brake on the loop.
+// A ring of byte records from the loop to one edge: one thread writes, one reads, nobody waits. A record that
+// does not fit is dropped and counted, so that a slow reader is skipped ahead and never a brake on the loop.
 
 #include <atomic>
 #include <cstddef>
@@ -30,9 +30,9 @@ class ByteRing {
   static constexpr std::size_t kHeader = 8;
   std::size_t mask_;
   std::unique_ptr<std::byte[]> bytes_;
-  std::size_t begun_ = 0;                 // writer: position of the record being written
-  std::atomic<std::size_t> written_{0};   // total bytes ever written
-  std::atomic<std::size_t> read_{0};      // total bytes ever read
+  std::size_t begun_ = 0;                // writer: position of the record being written
+  std::atomic<std::size_t> written_{0};  // total bytes ever written
+  std::atomic<std::size_t> read_{0};     // total bytes ever read
   std::atomic<std::uint64_t> dropped_{0};
 };
 

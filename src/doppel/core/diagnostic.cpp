@@ -20,9 +20,12 @@ std::string joined(const std::vector<Diagnostic>& diagnostics) {
 
 std::string_view to_string(Severity severity) {
   switch (severity) {
-    case Severity::note: return "note";
-    case Severity::warning: return "warning";
-    case Severity::error: return "error";
+    case Severity::note:
+      return "note";
+    case Severity::warning:
+      return "warning";
+    case Severity::error:
+      return "error";
   }
   return "error";
 }
@@ -35,7 +38,9 @@ std::string Diagnostic::str() const {
   return out;
 }
 
-void Diagnostics::add(Diagnostic diagnostic) { all_.push_back(std::move(diagnostic)); }
+void Diagnostics::add(Diagnostic diagnostic) {
+  all_.push_back(std::move(diagnostic));
+}
 
 void Diagnostics::error(std::string rule, SourceLocation where, std::string message, std::string mend) {
   add({Severity::error, std::move(rule), std::move(message), std::move(where), std::move(mend)});
@@ -67,6 +72,7 @@ InputError::InputError(std::vector<Diagnostic> diagnostics)
     : std::runtime_error(joined(diagnostics)), diagnostics_(std::move(diagnostics)) {}
 
 InputError::InputError(std::string rule, SourceLocation where, std::string message, std::string mend)
-    : InputError(Diagnostic{Severity::error, std::move(rule), std::move(message), std::move(where), std::move(mend)}) {}
+    : InputError(Diagnostic{Severity::error, std::move(rule), std::move(message), std::move(where),
+                            std::move(mend)}) {}
 
 }  // namespace doppel

@@ -1,6 +1,7 @@
 #pragma once
-// Findings about the user's input. Parsers collect into a Diagnostics; the caller decides whether to print, to serve
-// as JSON or to stop. InputError is how bad input leaves a function that cannot go on: the program's exit code 2.
+// Findings about the user's input. Parsers collect into a Diagnostics; the caller decides whether to print,
+// to serve as JSON or to stop. InputError is how bad input leaves a function that cannot go on: the program's
+// exit code 2.
 
 #include <stdexcept>
 #include <string>
@@ -20,7 +21,7 @@ struct Diagnostic {
   std::string rule;     // stable id, dotted: "urdf.two_roots"
   std::string message;  // what is wrong and why it matters
   SourceLocation where;
-  std::string mend;     // what to do about it; may be empty
+  std::string mend;  // what to do about it; may be empty
 
   // "arm.urdf:12:3: error: <message> [urdf.two_roots]\n  mend: ..." in one string.
   [[nodiscard]] std::string str() const;

@@ -9,7 +9,8 @@ Inbox::~Inbox() {
 
 void Inbox::push(std::atomic<Node*>& head, Node* node) {
   node->next = head.load(std::memory_order_relaxed);
-  while (!head.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {
+  while (
+      !head.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {
   }
 }
 

@@ -1,7 +1,8 @@
 #pragma once
-// Work handed to the loop from other threads, and back again: a lock-free stack that many push to and one empties.
-// The loop takes everything in the order it was pushed; what it has run is freed by the threads that push, so that
-// neither the fast path (one atomic load) nor the disposal allocates, frees or locks in the loop.
+// Work handed to the loop from other threads, and back again: a lock-free stack that many push to and one
+// empties. The loop takes everything in the order it was pushed; what it has run is freed by the threads that
+// push, so that neither the fast path (one atomic load) nor the disposal allocates, frees or locks in the
+// loop.
 
 #include <atomic>
 #include <functional>
@@ -21,7 +22,8 @@ class Inbox {
   // Any thread. Also frees the tasks that the loop has finished with.
   void post(Task task);
 
-  // The loop's thread only. Runs all tasks posted so far, oldest first; returns how many. A task must not throw.
+  // The loop's thread only. Runs all tasks posted so far, oldest first; returns how many. A task must not
+  // throw.
   std::size_t run();
 
   [[nodiscard]] bool empty() const { return head_.load(std::memory_order_relaxed) == nullptr; }

@@ -1,6 +1,6 @@
 #pragma once
-// What the running program tells: one stream of lines with level and origin, to sinks (terminal, /rosout, a test).
-// Not for the step itself: whoever has something to say there notes it and says it between steps.
+// What the running program tells: one stream of lines with level and origin, to sinks (terminal, /rosout, a
+// test). Not for the step itself: whoever has something to say there notes it and says it between steps.
 
 #include <functional>
 #include <string>
@@ -25,11 +25,15 @@ class Log {
     const LogLine l{severity, std::move(origin), std::move(text)};
     for (const Sink& sink : sinks_) sink(l);
   }
-  void note(std::string origin, std::string text) const { line(Severity::note, std::move(origin), std::move(text)); }
+  void note(std::string origin, std::string text) const {
+    line(Severity::note, std::move(origin), std::move(text));
+  }
   void warning(std::string origin, std::string text) const {
     line(Severity::warning, std::move(origin), std::move(text));
   }
-  void error(std::string origin, std::string text) const { line(Severity::error, std::move(origin), std::move(text)); }
+  void error(std::string origin, std::string text) const {
+    line(Severity::error, std::move(origin), std::move(text));
+  }
 
  private:
   std::vector<Sink> sinks_;

@@ -9,7 +9,8 @@
 
 namespace doppel {
 
-// Edit distance with adjacent transpositions (Damerau-Levenshtein, optimal string alignment), case-insensitive.
+// Edit distance with adjacent transpositions (Damerau-Levenshtein, optimal string alignment),
+// case-insensitive.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
 // The candidate nearest to `name`, if near enough to be a typo of it (about a third of its length).

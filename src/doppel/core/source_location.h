@@ -1,6 +1,6 @@
 #pragma once
-// Where something was written: file, line and column in the user's own source, through the macros and includes that
-// led there. Every node of a description and every diagnostic carries one.
+// Where something was written: file, line and column in the user's own source, through the macros and
+// includes that led there. Every node of a description and every diagnostic carries one.
 
 #include <memory>
 #include <string>
@@ -8,7 +8,8 @@
 namespace doppel {
 
 struct SourceLocation {
-  // One step of an expansion: the place that called or included, and what it called ("in macro 'servo_joint'").
+  // One step of an expansion: the place that called or included, and what it called ("in macro
+  // 'servo_joint'").
   struct Within;
 
   std::shared_ptr<const std::string> file;  // as the user named it; null: unknown

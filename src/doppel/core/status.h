@@ -1,5 +1,6 @@
 #pragma once
-// The outcome of something that may be refused in ordinary operation: a sentence for the person who asked, or nothing.
+// The outcome of something that may be refused in ordinary operation: a sentence for the person who asked, or
+// nothing.
 
 #include <string>
 #include <utility>

@@ -9,7 +9,9 @@ namespace doppel {
 using Duration = std::chrono::nanoseconds;
 using Time = std::chrono::nanoseconds;  // since the start of the simulation
 
-constexpr double to_seconds(Duration d) { return static_cast<double>(d.count()) * 1e-9; }
+constexpr double to_seconds(Duration d) {
+  return static_cast<double>(d.count()) * 1e-9;
+}
 
 // Rounds to the nearest nanosecond. Precondition: |seconds| < 9e9.
 constexpr Duration from_seconds(double seconds) {

@@ -110,21 +110,15 @@ Target from_folder(const fs::path& folder) {
     if (is_package(entry.path())) names.push_back(entry.path().filename().string());
   }
   const fs::path path(target);
-  if (!target.ends_with(".urdf") && !target.ends_with(".xacro") && path.parent_path().empty()) {
-    std::sort(names.begin(), names.end());
-    throw InputError("up.unknown_target", {},
-                     fmt::format("'{}' is neither a bundled robot nor a file or folder{}", target,
-                                 did_you_mean(target, names)),
-                     "doppel robots lists the robots that come with it");
-  }
-  names.clear();
   const fs::path folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
+  if (!path.parent_path().empty()) names.clear();
   for (const auto& entry : fs::directory_iterator(folder, none))
     names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
   throw InputError("up.unknown_target", {},
-                   fmt::format("there is no file or folder '{}'{}", target,
-                               did_you_mean(path.filename().string(), names)));
+                   fmt::format("'{}' is neither a bundled robot nor a file or folder{}", target,
+                               did_you_mean(path.filename().string(), names)),
+                   "doppel robots lists the robots that come with it");
 }
 
 }  // namespace

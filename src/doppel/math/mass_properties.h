@@ -10,9 +10,9 @@
 namespace doppel {
 
 struct MassProperties {
-  double mass = 0.0;                                 // kg
-  Eigen::Vector3d com = Eigen::Vector3d::Zero();     // p_FoCo_F, m: centre of mass in the frame F of the input
-  Eigen::Matrix3d I = Eigen::Matrix3d::Zero();       // kg m^2, about the centre of mass, in F's axes
+  double mass = 0.0;                              // kg
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();  // p_FoCo_F, m: centre of mass in the frame F of the input
+  Eigen::Matrix3d I = Eigen::Matrix3d::Zero();    // kg m^2, about the centre of mass, in F's axes
 };
 
 // The same body seen from frame G: X_GF is F in G.

@@ -98,6 +98,7 @@ class YamlReader {
 
   void message(const TypeDescription& type, const YAML::Node& node) {
     if (stands_for_now(type, node)) return initial(type);
+    if (is_time(type) && node.IsScalar() && nanoseconds(node)) return;
     if (!node.IsMap()) refuse(node.Mark(), expected_map(type, node));
     const std::vector<YAML::Node> values = by_field(type, node);
     if (type.fields.empty()) out_.number(std::uint8_t{0});
@@ -111,6 +112,19 @@ class YamlReader {
   }
 
  private:
+  // ROS 1: a whole number where a time or duration is wanted is nanoseconds.
+  bool nanoseconds(const YAML::Node& node) {
+    std::int64_t total = 0;
+    const std::string& text = node.Scalar();
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), total);
+    constexpr std::int64_t kBillion = 1'000'000'000;
+    const bool fits = total >= 0 && total / kBillion <= std::numeric_limits<std::int32_t>::max();
+    if (error != std::errc{} || end != text.data() + text.size() || !fits) return false;
+    out_.number(static_cast<std::int32_t>(total / kBillion));
+    out_.number(static_cast<std::uint32_t>(total % kBillion));
+    return true;
+  }
+
   static bool stands_for_now(const TypeDescription& type, const YAML::Node& node) {
     if (!node.IsScalar()) return false;
     return (type.name == "std_msgs/msg/Header" && node.Scalar() == "auto") ||

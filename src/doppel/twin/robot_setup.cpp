@@ -12,9 +12,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Arguments by which descriptions switch between a simulator and real hardware, and the value that means simulation.
-constexpr std::pair<const char*, const char*> kSimulationArguments[] = {
-    {"use_sim", "true"}, {"sim_gazebo", "true"}, {"use_gazebo", "true"}, {"sim_gz", "true"}, {"sim_ignition", "true"}};
+// Arguments by which descriptions switch between a simulator and real hardware, and the value that means
+// simulation.
+constexpr std::pair<const char*, const char*> kSimulationArguments[] = {{"use_sim", "true"},
+                                                                        {"sim_gazebo", "true"},
+                                                                        {"use_gazebo", "true"},
+                                                                        {"sim_gz", "true"},
+                                                                        {"sim_ignition", "true"}};
 
 XacroArguments with_simulation(const fs::path& file, XacroArguments arguments, PackageResolver& resolver,
                                Diagnostics& diagnostics) {
@@ -25,10 +29,11 @@ XacroArguments with_simulation(const fs::path& file, XacroArguments arguments, P
     const auto found = std::find_if(declared.begin(), declared.end(), is);
     if (found == declared.end() || std::any_of(arguments.begin(), arguments.end(), given)) continue;
     arguments.emplace_back(name, value);
-    diagnostics.note("up.use_sim", found->source,
-                     fmt::format("the description has an argument '{}'; it is set to '{}', for this is a simulation",
-                                 name, value),
-                     fmt::format("give {}:=... to choose otherwise", name));
+    diagnostics.note(
+        "up.use_sim", found->source,
+        fmt::format("the description has an argument '{}'; it is set to '{}', for this is a simulation", name,
+                    value),
+        fmt::format("give {}:=... to choose otherwise", name));
     break;
   }
   return arguments;
@@ -46,7 +51,8 @@ bool declares_controllers(const fs::path& file) {
   }
 }
 
-// Parameter files with a controller_manager section in the config folders of the package, else of its neighbours.
+// Parameter files with a controller_manager section in the config folders of the package, else of its
+// neighbours.
 std::vector<fs::path> files_of_package(const fs::path& package) {
   std::vector<fs::path> found;
   const auto search = [&found](const fs::path& folder) {
@@ -76,9 +82,10 @@ std::vector<fs::path> named_by_plugin(const RobotDescription& robot) {
     for (const GazeboPlugin& plugin : gazebo.plugins) {
       for (const std::string& file : plugin.parameter_files) {
         if (!fs::exists(file)) {
-          throw InputError("up.controllers_missing", plugin.source,
-                           fmt::format("the plugin's <parameters> name the file '{}', which does not exist", file),
-                           "correct the path, or give the file with --controllers FILE");
+          throw InputError(
+              "up.controllers_missing", plugin.source,
+              fmt::format("the plugin's <parameters> name the file '{}', which does not exist", file),
+              "correct the path, or give the file with --controllers FILE");
         }
         files.emplace_back(file);
       }
@@ -100,9 +107,24 @@ std::vector<std::string> joints_to_drive(const RobotDescription& robot) {
   for (const Joint& joint : robot.joints) {
     const bool moves = joint.type == JointType::revolute || joint.type == JointType::continuous ||
                        joint.type == JointType::prismatic;
-    if (moves && !joint.mimic && (offered.empty() || offered.contains(joint.name))) joints.push_back(joint.name);
+    if (moves && !joint.mimic && (offered.empty() || offered.contains(joint.name)))
+      joints.push_back(joint.name);
   }
   return joints;
+}
+
+bool offers_velocities(const RobotDescription& robot, const std::vector<std::string>& joints) {
+  if (robot.hardware.empty()) return true;
+  return std::all_of(joints.begin(), joints.end(), [&robot](const std::string& name) {
+    for (const auto& hardware : robot.hardware) {
+      for (const auto& joint : hardware.joints) {
+        if (joint.name != name) continue;
+        return std::any_of(joint.state_interfaces.begin(), joint.state_interfaces.end(),
+                           [](const auto& i) { return i.name == "velocity"; });
+      }
+    }
+    return true;
+  });
 }
 
 std::string quoted(const std::string& text) {
@@ -145,12 +167,14 @@ ParameterFile choose_controllers(const Scenario& scenario, const RobotSetup& set
                                  joints.size(), joints.size() == 1 ? "" : "s"),
                      "give your own with --controllers FILE, or put it into the package's config/");
   }
-  return ParameterFile::parse(generated_controllers(joints), "<generated controllers>");
+  return ParameterFile::parse(
+      generated_controllers(joints, offers_velocities(setup.description.robot, joints)),
+      "<generated controllers>");
 }
 
 }  // namespace
 
-std::string generated_controllers(const std::vector<std::string>& joints) {
+std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states) {
   std::string yaml =
       "controller_manager:\n  ros__parameters:\n    update_rate: 100\n"
       "    joint_state_broadcaster:\n      type: joint_state_broadcaster/JointStateBroadcaster\n";
@@ -159,7 +183,8 @@ std::string generated_controllers(const std::vector<std::string>& joints) {
       "    joint_trajectory_controller:\n      type: joint_trajectory_controller/JointTrajectoryController\n"
       "joint_trajectory_controller:\n  ros__parameters:\n    joints:\n";
   for (const std::string& joint : joints) yaml += fmt::format("      - {}\n", quoted(joint));
-  yaml += "    command_interfaces: [position]\n    state_interfaces: [position, velocity]\n";
+  yaml += "    command_interfaces: [position]\n    state_interfaces: [position";
+  yaml += velocity_states ? ", velocity]\n" : "]\n";
   return yaml;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
-// From a scenario to everything that must be known before anything is built: the description as the simulation wants it
-// (use_sim), the controllers' files that belong to it, and the choices that were made on the user's behalf.
+// From a scenario to everything that must be known before anything is built: the description as the
+// simulation wants it (use_sim), the controllers' files that belong to it, and the choices that were made on
+// the user's behalf.
 
 #include <memory>
 #include <vector>
@@ -21,10 +22,12 @@ struct RobotSetup {
   World world;
 };
 
-// Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are notes.
+// Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are
+// notes.
 RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics);
 
 // The YAML that makes any robot move: a broadcaster, and a trajectory controller over `joints`.
-std::string generated_controllers(const std::vector<std::string>& joints);
+// `velocity_states`: the hardware offers them.
+std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states);
 
 }  // namespace doppel

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kGiveUp{100};  // further behind than this, the schedule is moved
 constexpr std::chrono::milliseconds kPauseNap{2};
-constexpr std::uint64_t kViewEvery = 256;          // steps between looks at the real-time factor
+constexpr std::uint64_t kViewEvery = 256;  // steps between looks at the real-time factor
 
 void sleep_until(std::chrono::steady_clock::time_point due) {
   const auto since = due.time_since_epoch();
@@ -64,7 +64,8 @@ void Runner::keep_pace() {
   if (anchor_speed_ <= 0.0) return;
   const double simulated_ns =
       static_cast<double>(twin_.steps() - anchor_steps_) * static_cast<double>(twin_.step_size().count());
-  const auto due = anchor_wall_ + std::chrono::nanoseconds(static_cast<std::int64_t>(simulated_ns / anchor_speed_));
+  const auto due =
+      anchor_wall_ + std::chrono::nanoseconds(static_cast<std::int64_t>(simulated_ns / anchor_speed_));
   auto now = Clock::now();
   if (now < due) {
     sleep_until(due);
@@ -117,7 +118,8 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
   const std::uint64_t begin_steps = twin_.steps();
   const std::uint64_t step_ns = static_cast<std::uint64_t>(twin_.step_size().count());
   const std::uint64_t last_step =
-      options_.duration ? begin_steps + static_cast<std::uint64_t>(options_.duration->count()) / step_ns : UINT64_MAX;
+      options_.duration ? begin_steps + static_cast<std::uint64_t>(options_.duration->count()) / step_ns
+                        : UINT64_MAX;
   statistics_ = {};
   restart_schedule();
   window_wall_ = begin_wall;

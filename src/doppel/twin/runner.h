@@ -1,6 +1,6 @@
 #pragma once
-// Keeps a twin's time: steps it in pace with the wall clock (or as fast as it goes), pauses it, ends it. Runs on the
-// calling thread, which is then the loop's.
+// Keeps a twin's time: steps it in pace with the wall clock (or as fast as it goes), pauses it, ends it. Runs
+// on the calling thread, which is then the loop's.
 
 #include <array>
 #include <atomic>
@@ -14,7 +14,8 @@
 
 namespace doppel {
 
-// How late steps began, in bins a fifth of an octave wide from 1 microsecond to 4 seconds. Adding allocates nothing.
+// How late steps began, in bins a fifth of an octave wide from 1 microsecond to 4 seconds. Adding allocates
+// nothing.
 class LatenessHistogram {
  public:
   void add(std::chrono::nanoseconds late);
@@ -39,11 +40,11 @@ enum class RunEnd { duration_reached, stopped, diverged };
 
 struct RunStatistics {
   RunEnd end = RunEnd::stopped;
-  Duration simulated{};              // in this run
-  std::chrono::nanoseconds wall{};   // without the time spent paused
+  Duration simulated{};             // in this run
+  std::chrono::nanoseconds wall{};  // without the time spent paused
   std::uint64_t steps = 0;
-  std::uint64_t overruns = 0;        // times that the loop fell 100 ms behind and its schedule was moved
-  LatenessHistogram lateness;        // empty at full speed
+  std::uint64_t overruns = 0;  // times that the loop fell 100 ms behind and its schedule was moved
+  LatenessHistogram lateness;  // empty at full speed
   [[nodiscard]] double real_time_factor() const;
 };
 

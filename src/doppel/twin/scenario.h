@@ -13,17 +13,17 @@
 namespace doppel {
 
 struct Scenario {
-  std::string target;                        // bundled name, .urdf, .xacro, or folder of a package or workspace
-  XacroArguments arguments;                  // name := value, in order
+  std::string target;        // bundled name, .urdf, .xacro, or folder of a package or workspace
+  XacroArguments arguments;  // name := value, in order
   std::optional<std::filesystem::path> world;        // a world file; none: empty, with ground
   std::optional<std::filesystem::path> controllers;  // a YAML file in place of what the description names
-  std::vector<std::string> activate;         // controllers to start; empty: all that the files declare
-  bool start_controllers = true;             // false: nothing is loaded, the joints are limp
-  std::vector<std::string> plugins;          // shared libraries with controllers
-  BaseKind base = BaseKind::fixed;           // how a root link other than "world" stands
-  bool ideal = false;                        // joints follow commands exactly, whatever they carry
+  std::vector<std::string> activate;  // controllers to start; empty: all that the files declare
+  bool start_controllers = true;      // false: nothing is loaded, the joints are limp
+  std::vector<std::string> plugins;   // shared libraries with controllers
+  BaseKind base = BaseKind::fixed;    // how a root link other than "world" stands
+  bool ideal = false;                 // joints follow commands exactly, whatever they carry
   bool enforce_limits = true;
-  std::filesystem::path bundled_robots;      // folder of the robots that ship with doppel
+  std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
 };
 
 }  // namespace doppel

@@ -11,15 +11,19 @@
 namespace doppel {
 namespace {
 
-constexpr std::array<std::string_view, 8> kSimulatorPlugins{
-    "gz_ros2_control/GazeboSimSystem",     "ign_ros2_control/IgnitionSystem", "gazebo_ros2_control/GazeboSystem",
-    "mujoco_ros2_control/MujocoSystem",    "mock_components/GenericSystem",   "fake_components/GenericSystem",
-    "topic_based_ros2_control/TopicBasedSystem", "doppel/SimulatedSystem"};
+constexpr std::array<std::string_view, 8> kSimulatorPlugins{"gz_ros2_control/GazeboSimSystem",
+                                                            "ign_ros2_control/IgnitionSystem",
+                                                            "gazebo_ros2_control/GazeboSystem",
+                                                            "mujoco_ros2_control/MujocoSystem",
+                                                            "mock_components/GenericSystem",
+                                                            "fake_components/GenericSystem",
+                                                            "topic_based_ros2_control/TopicBasedSystem",
+                                                            "doppel/SimulatedSystem"};
 
 }  // namespace
 
-SimulatedHardware::SimulatedHardware(const HardwareDescription& description, const Model& model, Engine& engine,
-                                     Diagnostics& diagnostics)
+SimulatedHardware::SimulatedHardware(const HardwareDescription& description, const Model& model,
+                                     Engine& engine, Diagnostics& diagnostics)
     : name_(description.name), plugin_(description.plugin), model_(model), engine_(engine) {
   std::vector<std::string> names;
   for (const ModelJoint& joint : model.joints) names.push_back(joint.name);
@@ -32,38 +36,43 @@ SimulatedHardware::SimulatedHardware(const HardwareDescription& description, con
   for (const HardwareJointDescription& joint : description.joints) {
     const int index = model.find_joint(joint.name);
     if (index < 0) {
-      diagnostics.error("ros2_control.unknown_joint", joint.source,
-                        fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have{}", name_,
-                                    joint.name, did_you_mean(joint.name, names)),
-                        "write the joint's name as its <joint> element has it, or remove the entry");
+      diagnostics.error(
+          "ros2_control.unknown_joint", joint.source,
+          fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have{}", name_,
+                      joint.name, did_you_mean(joint.name, names)),
+          "write the joint's name as its <joint> element has it, or remove the entry");
       continue;
     }
     const ModelJoint& target = model.joints[static_cast<std::size_t>(index)];
     if (!target.scalar()) {
-      diagnostics.warning("ros2_control.fixed_joint", joint.source,
-                          fmt::format("<ros2_control> '{}' lists '{}', which cannot move by one number; it is left out",
-                                      name_, joint.name),
-                          "list revolute, continuous and prismatic joints only");
+      diagnostics.warning(
+          "ros2_control.fixed_joint", joint.source,
+          fmt::format("<ros2_control> '{}' lists '{}', which cannot move by one number; it is left out",
+                      name_, joint.name),
+          "list revolute, continuous and prismatic joints only");
       continue;
     }
     for (const HardwareInterfaceDescription& state : joint.state_interfaces) {
-      states_.push_back({{joint.name, state.name, state.initial_value.value_or(0.0)}, index, quantity(state.name)});
+      states_.push_back(
+          {{joint.name, state.name, state.initial_value.value_or(0.0)}, index, quantity(state.name)});
     }
     for (const HardwareInterfaceDescription& command : joint.command_interfaces) {
       if (target.mimics()) {
         diagnostics.warning(
             "ros2_control.mimic_commanded", command.source,
-            fmt::format("'{}' follows '{}' (<mimic>) and takes no commands of its own; its {} command interface is "
-                        "left out",
-                        joint.name, model.joints[static_cast<std::size_t>(target.mimic_leader)].name, command.name),
+            fmt::format(
+                "'{}' follows '{}' (<mimic>) and takes no commands of its own; its {} command interface is "
+                "left out",
+                joint.name, model.joints[static_cast<std::size_t>(target.mimic_leader)].name, command.name),
             "remove the <command_interface>, or the <mimic>");
         continue;
       }
       if (quantity(command.name) == Quantity::constant) {
-        diagnostics.warning("ros2_control.unknown_interface", command.source,
-                            fmt::format("the simulated '{}' has no command interface '{}' (position, velocity and "
-                                        "effort are there); it is left out",
-                                        joint.name, command.name));
+        diagnostics.warning(
+            "ros2_control.unknown_interface", command.source,
+            fmt::format("the simulated '{}' has no command interface '{}' (position, velocity and "
+                        "effort are there); it is left out",
+                        joint.name, command.name));
         continue;
       }
       commands_.push_back({{joint.name, command.name, std::nan("")}, index, quantity(command.name)});
@@ -72,10 +81,12 @@ SimulatedHardware::SimulatedHardware(const HardwareDescription& description, con
   for (const auto* extra : {&description.sensors, &description.gpios}) {
     for (const HardwareJointDescription& part : *extra) {
       for (const HardwareInterfaceDescription& state : part.state_interfaces) {
-        states_.push_back({{part.name, state.name, state.initial_value.value_or(0.0)}, -1, Quantity::constant});
+        states_.push_back(
+            {{part.name, state.name, state.initial_value.value_or(0.0)}, -1, Quantity::constant});
       }
       for (const HardwareInterfaceDescription& command : part.command_interfaces) {
-        commands_.push_back({{part.name, command.name, command.initial_value.value_or(0.0)}, -1, Quantity::constant});
+        commands_.push_back(
+            {{part.name, command.name, command.initial_value.value_or(0.0)}, -1, Quantity::constant});
       }
     }
   }
@@ -101,7 +112,8 @@ Status SimulatedHardware::deactivate() {
   return {};
 }
 
-Status SimulatedHardware::prepare_switch(std::span<const std::string> start, std::span<const std::string> /*stop*/) {
+Status SimulatedHardware::prepare_switch(std::span<const std::string> start,
+                                         std::span<const std::string> /*stop*/) {
   for (const Interface& i : commands_) {
     if (std::find(start.begin(), start.end(), i.description.full_name()) == start.end()) continue;
     const bool velocity_with_effort =
@@ -109,14 +121,15 @@ Status SimulatedHardware::prepare_switch(std::span<const std::string> start, std
         std::find(start.begin(), start.end(), i.description.prefix + "/" + kEffort) != start.end() &&
         std::find(start.begin(), start.end(), i.description.prefix + "/" + kPosition) == start.end();
     if (velocity_with_effort) {
-      return Status::refused(fmt::format("'{}' cannot be driven by velocity and effort at once; claim one of them",
-                                         i.description.prefix));
+      return Status::refused(fmt::format(
+          "'{}' cannot be driven by velocity and effort at once; claim one of them", i.description.prefix));
     }
   }
   return {};
 }
 
-void SimulatedHardware::perform_switch(std::span<const std::string> start, std::span<const std::string> stop) {
+void SimulatedHardware::perform_switch(std::span<const std::string> start,
+                                       std::span<const std::string> stop) {
   for (Interface& i : commands_) {
     const std::string full = i.description.full_name();
     if (std::find(stop.begin(), stop.end(), full) != stop.end()) i.claimed = false;
@@ -147,10 +160,17 @@ void SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::span<double
     if (s.joint < 0) continue;
     const auto j = static_cast<std::size_t>(s.joint);
     switch (s.quantity) {
-      case Quantity::position: states[i] = q[static_cast<std::size_t>(model_.joints[j].q)]; break;
-      case Quantity::velocity: states[i] = v[static_cast<std::size_t>(model_.joints[j].v)]; break;
-      case Quantity::effort: states[i] = effort[j]; break;
-      case Quantity::constant: break;
+      case Quantity::position:
+        states[i] = q[static_cast<std::size_t>(model_.joints[j].q)];
+        break;
+      case Quantity::velocity:
+        states[i] = v[static_cast<std::size_t>(model_.joints[j].v)];
+        break;
+      case Quantity::effort:
+        states[i] = effort[j];
+        break;
+      case Quantity::constant:
+        break;
     }
   }
 }
@@ -177,9 +197,11 @@ HardwareDescription generated_hardware(const Model& model) {
     HardwareJointDescription entry;
     entry.name = joint.name;
     if (!joint.mimics()) {
-      for (const char* name : {kPosition, kVelocity, kEffort}) entry.command_interfaces.emplace_back().name = name;
+      for (const char* name : {kPosition, kVelocity, kEffort})
+        entry.command_interfaces.emplace_back().name = name;
     }
-    for (const char* name : {kPosition, kVelocity, kEffort}) entry.state_interfaces.emplace_back().name = name;
+    for (const char* name : {kPosition, kVelocity, kEffort})
+      entry.state_interfaces.emplace_back().name = name;
     hardware.joints.push_back(std::move(entry));
   }
   return hardware;
@@ -202,9 +224,10 @@ void report_plugin(const HardwareDescription& hardware, Diagnostics& diagnostics
     diagnostics.warning("ros2_control.no_plugin", hardware.source,
                         fmt::format("<ros2_control> '{}' names no <plugin>; it is simulated", hardware.name));
   } else if (near) {
-    diagnostics.warning("ros2_control.plugin_typo", hardware.plugin_source,
-                        fmt::format("'{}' is no plugin that doppel knows; did you mean '{}'? It is simulated all the same",
-                                    hardware.plugin, *near));
+    diagnostics.warning(
+        "ros2_control.plugin_typo", hardware.plugin_source,
+        fmt::format("'{}' is no plugin that doppel knows; did you mean '{}'? It is simulated all the same",
+                    hardware.plugin, *near));
   } else {
     diagnostics.note("ros2_control.plugin_simulated", hardware.plugin_source,
                      fmt::format("'{}' drives real hardware; here it is simulated", hardware.plugin));
@@ -223,10 +246,11 @@ void apply_initial_values(const RobotDescription& robot, const Model& model, Eig
         const double wanted = *state.initial_value;
         const double value = std::clamp(wanted, joint.lower, joint.upper);
         if (value != wanted) {
-          diagnostics.warning("ros2_control.initial_value_outside", state.source,
-                              fmt::format("the initial_value {} of '{}' is outside its limits [{}, {}]; it starts at {}",
-                                          wanted, joint.name, joint.lower, joint.upper, value),
-                              "choose an initial_value inside the joint's <limit>");
+          diagnostics.warning(
+              "ros2_control.initial_value_outside", state.source,
+              fmt::format("the initial_value {} of '{}' is outside its limits [{}, {}]; it starts at {}",
+                          wanted, joint.name, joint.lower, joint.upper, value),
+              "choose an initial_value inside the joint's <limit>");
         }
         q[joint.q] = value;
       }

@@ -1,6 +1,7 @@
 #pragma once
-// ros2_control's hardware, played by a physics engine: each <ros2_control> system of the description becomes one of
-// these. A claimed interface chooses the joint's drive (position before velocity before effort); an unclaimed joint is limp.
+// ros2_control's hardware, played by a physics engine: each <ros2_control> system of the description becomes
+// one of these. A claimed interface chooses the joint's drive (position before velocity before effort); an
+// unclaimed joint is limp.
 
 #include <memory>
 #include <vector>
@@ -14,8 +15,10 @@ namespace doppel {
 
 class SimulatedHardware : public SystemInterface {
  public:
-  // Joints that the model lacks are errors in `diagnostics`, fixed ones and commanded mimics warnings; they are left out.
-  SimulatedHardware(const HardwareDescription& description, const Model& model, Engine& engine, Diagnostics& diagnostics);
+  // Joints that the model lacks are errors in `diagnostics`, fixed ones and commanded mimics warnings; they
+  // are left out.
+  SimulatedHardware(const HardwareDescription& description, const Model& model, Engine& engine,
+                    Diagnostics& diagnostics);
 
   [[nodiscard]] const std::string& name() const override { return name_; }
   [[nodiscard]] const std::string& plugin() const override { return plugin_; }
@@ -44,14 +47,15 @@ class SimulatedHardware : public SystemInterface {
   std::vector<Interface> states_, commands_;
 };
 
-// A system for a description without <ros2_control>: position commands, position, velocity and effort states for every
-// driven joint, and states of the mimics.
+// A system for a description without <ros2_control>: position commands, position, velocity and effort states
+// for every driven joint, and states of the mimics.
 HardwareDescription generated_hardware(const Model& model);
 
 // What the plugin's name means to doppel; a note or a warning for the user says so.
 void report_plugin(const HardwareDescription& hardware, Diagnostics& diagnostics);
 
-// q with every position state interface's initial_value written into `q`; values outside the limits are warnings.
+// q with every position state interface's initial_value written into `q`; values outside the limits are
+// warnings.
 void apply_initial_values(const RobotDescription& robot, const Model& model, Eigen::VectorXd& q,
                           Diagnostics& diagnostics);
 

@@ -15,7 +15,9 @@ namespace {
 constexpr std::size_t kMostLoads = 256;
 constexpr double kFastest = 1e6;
 
-Eigen::Vector3d vector(const geometry_msgs::msg::Vector3& v) { return {v.x, v.y, v.z}; }
+Eigen::Vector3d vector(const geometry_msgs::msg::Vector3& v) {
+  return {v.x, v.y, v.z};
+}
 
 template <class Response>
 Response answer(const Status& status, std::string good) {
@@ -50,8 +52,8 @@ void SimulatorServices::forget_loads() {
 Status SimulatorServices::find_scalar_joint(const std::string& name, int& joint) const {
   joint = model_.find_joint(name);
   if (joint >= 0 && model_.joints[static_cast<std::size_t>(joint)].scalar()) return {};
-  return Status::refused(fmt::format("there is no moving joint '{}'{}", name,
-                                     did_you_mean(name, model_.scalar_joint_names())));
+  return Status::refused(
+      fmt::format("there is no moving joint '{}'{}", name, did_you_mean(name, model_.scalar_joint_names())));
 }
 
 Status SimulatorServices::find_link(const std::string& name, int& link) const {
@@ -93,11 +95,13 @@ void SimulatorServices::apply_due(Time now) {
 
 Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Time& start,
                                    const builtin_interfaces::msg::Duration& duration) {
-  if (loads_.size() >= kMostLoads) return Status::refused("too many efforts and wrenches act at once; clear some");
+  if (loads_.size() >= kMostLoads)
+    return Status::refused("too many efforts and wrenches act at once; clear some");
   const Duration acts = from_msg(duration);
   if (acts == Duration::zero()) {
-    return Status::refused("the duration is zero, so nothing would act; give for instance duration: {sec: 1}, or "
-                           "{sec: -1} for as long as it is not cleared");
+    return Status::refused(
+        "the duration is zero, so nothing would act; give for instance duration: {sec: 1}, or "
+        "{sec: -1} for as long as it is not cleared");
   }
   load.start = std::max(from_msg(start), engine_.time());
   load.end = acts < Duration::zero() ? Time::max() : load.start + acts;
@@ -110,10 +114,11 @@ Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Tim
 void SimulatorServices::offer_time_services() {
   using std_srvs::srv::Empty;
   const auto offer = [this](const char* name, std::function<void()> action) {
-    node_.serve<Empty>(name, [action = std::move(action)](const Empty::Request&, Responder<Empty::Response> respond) {
-      action();
-      respond({});
-    });
+    node_.serve<Empty>(
+        name, [action = std::move(action)](const Empty::Request&, Responder<Empty::Response> respond) {
+          action();
+          respond({});
+        });
   };
   offer("~/pause_physics", [this] { time_control_.paused = true; });
   offer("~/unpause_physics", [this] {
@@ -137,15 +142,17 @@ void SimulatorServices::offer_time_services() {
   });
 
   using doppel_msgs::srv::SetSpeed;
-  node_.serve<SetSpeed>("~/set_speed", [this](const SetSpeed::Request& request, Responder<SetSpeed::Response> respond) {
-    Status status;
-    if (!(request.factor >= 0.0 && request.factor <= kFastest)) {
-      status = Status::refused(fmt::format("the factor is {}; 1 is real time, 0 as fast as it goes", request.factor));
-    } else {
-      time_control_.speed = request.factor;
-    }
-    respond(answer<SetSpeed::Response>(status, "set"));
-  });
+  node_.serve<SetSpeed>(
+      "~/set_speed", [this](const SetSpeed::Request& request, Responder<SetSpeed::Response> respond) {
+        Status status;
+        if (!(request.factor >= 0.0 && request.factor <= kFastest)) {
+          status = Status::refused(
+              fmt::format("the factor is {}; 1 is real time, 0 as fast as it goes", request.factor));
+        } else {
+          time_control_.speed = request.factor;
+        }
+        respond(answer<SetSpeed::Response>(status, "set"));
+      });
 }
 
 void SimulatorServices::offer_joint_efforts() {
@@ -155,7 +162,8 @@ void SimulatorServices::offer_joint_efforts() {
       [this](const ApplyJointEffort::Request& request, Responder<ApplyJointEffort::Response> respond) {
         Load load;
         Status status = find_scalar_joint(request.joint_name, load.joint);
-        if (status && !std::isfinite(request.effort)) status = Status::refused("the effort is not a finite number");
+        if (status && !std::isfinite(request.effort))
+          status = Status::refused("the effort is not a finite number");
         load.effort = request.effort;
         if (status) status = add_load(load, request.start_time, request.duration);
         respond(answer<ApplyJointEffort::Response>(
@@ -173,7 +181,8 @@ void SimulatorServices::offer_joint_efforts() {
 }
 
 Status SimulatorServices::add_wrench(const std::string& link, const std::string& frame,
-                                     const geometry_msgs::msg::Point& point, const geometry_msgs::msg::Wrench& wrench,
+                                     const geometry_msgs::msg::Point& point,
+                                     const geometry_msgs::msg::Wrench& wrench,
                                      const builtin_interfaces::msg::Time& start,
                                      const builtin_interfaces::msg::Duration& duration) {
   Load load;
@@ -196,18 +205,18 @@ Status SimulatorServices::add_wrench(const std::string& link, const std::string&
 void SimulatorServices::offer_link_wrenches() {
   using gazebo_msgs::srv::ApplyBodyWrench;
   using gazebo_msgs::srv::ApplyLinkWrench;
-  node_.serve<ApplyLinkWrench>(
-      "~/apply_link_wrench",
-      [this](const ApplyLinkWrench::Request& r, Responder<ApplyLinkWrench::Response> respond) {
-        respond(answer<ApplyLinkWrench::Response>(
-            add_wrench(r.link_name, r.reference_frame, r.reference_point, r.wrench, r.start_time, r.duration), "acts"));
-      });
-  node_.serve<ApplyBodyWrench>(
-      "~/apply_body_wrench",
-      [this](const ApplyBodyWrench::Request& r, Responder<ApplyBodyWrench::Response> respond) {
-        respond(answer<ApplyBodyWrench::Response>(
-            add_wrench(r.body_name, r.reference_frame, r.reference_point, r.wrench, r.start_time, r.duration), "acts"));
-      });
+  node_.serve<ApplyLinkWrench>("~/apply_link_wrench", [this](const ApplyLinkWrench::Request& r,
+                                                             Responder<ApplyLinkWrench::Response> respond) {
+    respond(answer<ApplyLinkWrench::Response>(
+        add_wrench(r.link_name, r.reference_frame, r.reference_point, r.wrench, r.start_time, r.duration),
+        "acts"));
+  });
+  node_.serve<ApplyBodyWrench>("~/apply_body_wrench", [this](const ApplyBodyWrench::Request& r,
+                                                             Responder<ApplyBodyWrench::Response> respond) {
+    respond(answer<ApplyBodyWrench::Response>(
+        add_wrench(r.body_name, r.reference_frame, r.reference_point, r.wrench, r.start_time, r.duration),
+        "acts"));
+  });
   const auto clear = [this](const std::string& name) {
     int link = -1;
     if (!find_link(name, link)) return;
@@ -228,7 +237,8 @@ void SimulatorServices::offer_link_wrenches() {
                            });
 }
 
-Status SimulatorServices::write_state(const std::vector<std::string>& names, const std::vector<double>& positions,
+Status SimulatorServices::write_state(const std::vector<std::string>& names,
+                                      const std::vector<double>& positions,
                                       const std::vector<double>& velocities) {
   if (names.size() != positions.size() || (!velocities.empty() && velocities.size() != names.size())) {
     return Status::refused(fmt::format("{} names, {} positions and {} velocities do not match", names.size(),
@@ -253,35 +263,39 @@ Status SimulatorServices::write_state(const std::vector<std::string>& names, con
     v[joint.v] = velocity;
   }
   model_.apply_mimics(q);
-  engine_.set_state({q.data(), static_cast<std::size_t>(q.size())}, {v.data(), static_cast<std::size_t>(v.size())});
+  engine_.set_state({q.data(), static_cast<std::size_t>(q.size())},
+                    {v.data(), static_cast<std::size_t>(v.size())});
   callbacks_.state_written();
   return {};
 }
 
 void SimulatorServices::offer_joint_state() {
   using doppel_msgs::srv::GetState;
-  node_.serve<GetState>("~/get_state", [this](const GetState::Request&, Responder<GetState::Response> respond) {
-    GetState::Response response;
-    response.sim_time = to_seconds(engine_.time());
-    for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-      const ModelJoint& joint = model_.joints[j];
-      if (!joint.scalar()) continue;
-      response.names.push_back(joint.name);
-      response.positions.push_back(engine_.q()[static_cast<std::size_t>(joint.q)]);
-      response.velocities.push_back(engine_.v()[static_cast<std::size_t>(joint.v)]);
-      response.efforts.push_back(engine_.drive_effort()[j]);
-    }
-    respond(response);
-  });
+  node_.serve<GetState>("~/get_state",
+                        [this](const GetState::Request&, Responder<GetState::Response> respond) {
+                          GetState::Response response;
+                          response.sim_time = to_seconds(engine_.time());
+                          for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+                            const ModelJoint& joint = model_.joints[j];
+                            if (!joint.scalar()) continue;
+                            response.names.push_back(joint.name);
+                            response.positions.push_back(engine_.q()[static_cast<std::size_t>(joint.q)]);
+                            response.velocities.push_back(engine_.v()[static_cast<std::size_t>(joint.v)]);
+                            response.efforts.push_back(engine_.drive_effort()[j]);
+                          }
+                          respond(response);
+                        });
   using doppel_msgs::srv::SetState;
-  node_.serve<SetState>("~/set_state", [this](const SetState::Request& r, Responder<SetState::Response> respond) {
-    respond(answer<SetState::Response>(write_state(r.names, r.positions, r.velocities), "set"));
-  });
+  node_.serve<SetState>(
+      "~/set_state", [this](const SetState::Request& r, Responder<SetState::Response> respond) {
+        respond(answer<SetState::Response>(write_state(r.names, r.positions, r.velocities), "set"));
+      });
   using gazebo_msgs::srv::SetModelConfiguration;
   node_.serve<SetModelConfiguration>(
       "~/set_model_configuration",
       [this](const SetModelConfiguration::Request& r, Responder<SetModelConfiguration::Response> respond) {
-        respond(answer<SetModelConfiguration::Response>(write_state(r.joint_names, r.joint_positions, {}), "set"));
+        respond(answer<SetModelConfiguration::Response>(write_state(r.joint_names, r.joint_positions, {}),
+                                                        "set"));
       });
   using gazebo_msgs::srv::GetJointProperties;
   node_.serve<GetJointProperties>(
@@ -305,42 +319,45 @@ void SimulatorServices::offer_joint_state() {
 
 void SimulatorServices::offer_model_state() {
   using gazebo_msgs::srv::GetModelState;
-  node_.serve<GetModelState>(
-      "~/get_model_state", [this](const GetModelState::Request& r, Responder<GetModelState::Response> respond) {
-        Pose X_WM = Pose::Identity();
-        Status status;
-        if (is_robot(r.model_name)) {
-          X_WM = engine_.link_pose(0);
-        } else if (!engine_.object_pose(r.model_name, X_WM)) {
-          status = Status::refused(fmt::format("there is no model '{}'; the robot is '{}'", r.model_name, model_.name));
-        }
-        auto response = answer<GetModelState::Response>(status, "");
-        response.header.stamp = to_time_msg(engine_.time());
-        response.header.frame_id = "world";
-        const Eigen::Quaterniond rotation(X_WM.linear());
-        response.pose.position = {X_WM.translation().x(), X_WM.translation().y(), X_WM.translation().z()};
-        response.pose.orientation = {rotation.x(), rotation.y(), rotation.z(), rotation.w()};
-        respond(response);
-      });
+  node_.serve<GetModelState>("~/get_model_state", [this](const GetModelState::Request& r,
+                                                         Responder<GetModelState::Response> respond) {
+    Pose X_WM = Pose::Identity();
+    Status status;
+    if (is_robot(r.model_name)) {
+      X_WM = engine_.link_pose(0);
+    } else if (!engine_.object_pose(r.model_name, X_WM)) {
+      status = Status::refused(
+          fmt::format("there is no model '{}'; the robot is '{}'", r.model_name, model_.name));
+    }
+    auto response = answer<GetModelState::Response>(status, "");
+    response.header.stamp = to_time_msg(engine_.time());
+    response.header.frame_id = "world";
+    const Eigen::Quaterniond rotation(X_WM.linear());
+    response.pose.position = {X_WM.translation().x(), X_WM.translation().y(), X_WM.translation().z()};
+    response.pose.orientation = {rotation.x(), rotation.y(), rotation.z(), rotation.w()};
+    respond(response);
+  });
   using gazebo_msgs::srv::SetModelState;
-  node_.serve<SetModelState>(
-      "~/set_model_state", [this](const SetModelState::Request& r, Responder<SetModelState::Response> respond) {
-        const auto& pose = r.model_state.pose;
-        const Eigen::Quaterniond rotation(pose.orientation.w, pose.orientation.x, pose.orientation.y,
-                                          pose.orientation.z);
-        Pose X_WM = Pose::Identity();
-        X_WM.translation() << pose.position.x, pose.position.y, pose.position.z;
-        Status status;
-        if (!X_WM.translation().allFinite() || !(rotation.norm() > 1e-6)) {
-          status = Status::refused("the pose is no pose: a position of finite numbers and a quaternion of length 1");
-        } else if (X_WM.linear() = rotation.normalized().toRotationMatrix();
-                   !engine_.set_object_pose(r.model_state.model_name, X_WM)) {
-          status = Status::refused(fmt::format("there is no loose object '{}' in the world; the robot's joints are set "
-                                               "with /gazebo/set_state",
-                                               r.model_state.model_name));
-        }
-        respond(answer<SetModelState::Response>(status, "set"));
-      });
+  node_.serve<SetModelState>("~/set_model_state", [this](const SetModelState::Request& r,
+                                                         Responder<SetModelState::Response> respond) {
+    const auto& pose = r.model_state.pose;
+    const Eigen::Quaterniond rotation(pose.orientation.w, pose.orientation.x, pose.orientation.y,
+                                      pose.orientation.z);
+    Pose X_WM = Pose::Identity();
+    X_WM.translation() << pose.position.x, pose.position.y, pose.position.z;
+    Status status;
+    if (!X_WM.translation().allFinite() || !(rotation.norm() > 1e-6)) {
+      status =
+          Status::refused("the pose is no pose: a position of finite numbers and a quaternion of length 1");
+    } else if (X_WM.linear() = rotation.normalized().toRotationMatrix();
+               !engine_.set_object_pose(r.model_state.model_name, X_WM)) {
+      status = Status::refused(
+          fmt::format("there is no loose object '{}' in the world; the robot's joints are set "
+                      "with /gazebo/set_state",
+                      r.model_state.model_name));
+    }
+    respond(answer<SetModelState::Response>(status, "set"));
+  });
 }
 
 }  // namespace doppel

@@ -1,6 +1,6 @@
 #pragma once
-// The simulator as a node, /gazebo, by the names and types that its users know: pause, step, reset, speed, efforts and
-// wrenches on the machine, and its state. Everything runs on the loop's thread, between steps.
+// The simulator as a node, /gazebo, by the names and types that its users know: pause, step, reset, speed,
+// efforts and wrenches on the machine, and its state. Everything runs on the loop's thread, between steps.
 
 #include <functional>
 #include <string>

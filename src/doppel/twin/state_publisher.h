@@ -1,6 +1,6 @@
 #pragma once
-// robot_state_publisher and the clock: /robot_description and /tf_static (latched), /tf, /clock. TF is computed from the
-// true state of every joint, mimics included.
+// robot_state_publisher and the clock: /robot_description and /tf_static (latched), /tf, /clock. TF is
+// computed from the true state of every joint, mimics included.
 
 #include <memory>
 

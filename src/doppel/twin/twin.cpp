@@ -15,12 +15,13 @@
 namespace doppel {
 namespace {
 
-constexpr Duration kTransformPeriod{20'000'000};     // /tf at 50 Hz
-constexpr Duration kClockPeriod{10'000'000};         // /clock at 100 Hz
-constexpr Duration kHousekeepingPeriod{5'000'000};   // controllers choose slower rates of their own
+constexpr Duration kTransformPeriod{20'000'000};    // /tf at 50 Hz
+constexpr Duration kClockPeriod{10'000'000};        // /clock at 100 Hz
+constexpr Duration kHousekeepingPeriod{5'000'000};  // controllers choose slower rates of their own
 
 std::uint64_t steps_in(Duration period, Duration step) {
-  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>((period.count() + step.count() / 2) / step.count()));
+  return std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>((period.count() + step.count() / 2) / step.count()));
 }
 
 std::uint64_t mixed(std::uint64_t hash, double value) {
@@ -43,20 +44,23 @@ BaseKind base_of(const RobotDescription& robot, const Scenario& scenario, Diagno
   return scenario.base;
 }
 
-std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Model& model, Diagnostics& diagnostics) {
+std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Model& model,
+                                             Diagnostics& diagnostics) {
   const RobotDescription& robot = setup.description.robot;
   bool position = false;
   for (const auto& hardware : robot.hardware) {
     for (const auto& joint : hardware.joints) {
-      for (const auto& interface : joint.command_interfaces) position = position || interface.name == kPosition;
+      for (const auto& interface : joint.command_interfaces)
+        position = position || interface.name == kPosition;
     }
   }
   if (robot.hardware.empty() || (setup.controllers_origin == "generated" && !position)) {
-    diagnostics.note("up.hardware_generated", robot.source,
-                     robot.hardware.empty()
-                         ? "there is no <ros2_control>; every joint that can be driven gets simulated interfaces"
-                         : "no joint under <ros2_control> takes position commands; every joint that can be driven gets "
-                           "simulated interfaces instead");
+    diagnostics.note(
+        "up.hardware_generated", robot.source,
+        robot.hardware.empty()
+            ? "there is no <ros2_control>; every joint that can be driven gets simulated interfaces"
+            : "no joint under <ros2_control> takes position commands; every joint that can be driven gets "
+              "simulated interfaces instead");
     return {generated_hardware(model)};
   }
   for (const auto& hardware : robot.hardware) report_plugin(hardware, diagnostics);
@@ -103,7 +107,8 @@ struct Twin::Impl {
     ControllerManagerOptions options;
     options.physics_step = setup.world.step;
     options.enforce_limits = scenario.enforce_limits;
-    manager = std::make_unique<ControllerManager>(bus, model, registry, &setup.controllers, options, log, diagnostics);
+    manager = std::make_unique<ControllerManager>(bus, model, registry, &setup.controllers, options, log,
+                                                  diagnostics);
     for (const HardwareDescription& hardware : hardware_of(setup, model, diagnostics)) {
       manager->add_hardware(std::make_unique<SimulatedHardware>(hardware, model, *engine, diagnostics));
     }
@@ -122,7 +127,8 @@ struct Twin::Impl {
     manager->start(names);
     for (const std::string& name : rest) {
       manager->load(name);
-      if (const Status configured = manager->configure(name); !configured) log.warning(name, configured.why());
+      if (const Status configured = manager->configure(name); !configured)
+        log.warning(name, configured.why());
     }
   }
 
@@ -189,22 +195,54 @@ Twin::Twin(const Scenario& scenario, const Log& log, Diagnostics& diagnostics)
 
 Twin::~Twin() = default;
 
-void Twin::step() { impl_->step(); }
-void Twin::between_steps() { impl_->between_steps(); }
-void Twin::reset() { impl_->reset(); }
-Time Twin::now() const { return impl_->engine->time(); }
-std::uint64_t Twin::steps() const { return impl_->count; }
-std::uint64_t Twin::state_hash() const { return impl_->hash; }
-bool Twin::diverged() const { return impl_->engine->diverged(); }
-const std::string& Twin::robot_name() const { return impl_->model.name; }
-const std::string& Twin::controllers_origin() const { return impl_->setup.controllers_origin; }
-const Model& Twin::model() const { return impl_->model; }
-const RobotDescription& Twin::description() const { return impl_->setup.description.robot; }
-Engine& Twin::engine() { return *impl_->engine; }
-ControllerManager& Twin::controller_manager() { return *impl_->manager; }
-Bus& Twin::bus() { return impl_->bus; }
-TimeControl& Twin::time_control() { return impl_->services->time_control(); }
-Duration Twin::step_size() const { return impl_->setup.world.step; }
+void Twin::step() {
+  impl_->step();
+}
+void Twin::between_steps() {
+  impl_->between_steps();
+}
+void Twin::reset() {
+  impl_->reset();
+}
+Time Twin::now() const {
+  return impl_->engine->time();
+}
+std::uint64_t Twin::steps() const {
+  return impl_->count;
+}
+std::uint64_t Twin::state_hash() const {
+  return impl_->hash;
+}
+bool Twin::diverged() const {
+  return impl_->engine->diverged();
+}
+const std::string& Twin::robot_name() const {
+  return impl_->model.name;
+}
+const std::string& Twin::controllers_origin() const {
+  return impl_->setup.controllers_origin;
+}
+const Model& Twin::model() const {
+  return impl_->model;
+}
+const RobotDescription& Twin::description() const {
+  return impl_->setup.description.robot;
+}
+Engine& Twin::engine() {
+  return *impl_->engine;
+}
+ControllerManager& Twin::controller_manager() {
+  return *impl_->manager;
+}
+Bus& Twin::bus() {
+  return impl_->bus;
+}
+TimeControl& Twin::time_control() {
+  return impl_->services->time_control();
+}
+Duration Twin::step_size() const {
+  return impl_->setup.world.step;
+}
 
 std::vector<JointSnapshot> Twin::joints() const {
   std::vector<std::pair<std::string_view, double>> targets;
@@ -242,7 +280,8 @@ std::vector<SagReport> Twin::gravity_sag() const {
   std::vector<SagReport> out;
   for (const Sag& sag :
        static_sag(impl_->model, data, impl_->servos, configuration, impl_->setup.world.gravity)) {
-    out.push_back({impl_->model.joints[static_cast<std::size_t>(sag.joint)].name, sag.torque, sag.sag, sag.margin});
+    out.push_back(
+        {impl_->model.joints[static_cast<std::size_t>(sag.joint)].name, sag.torque, sag.sag, sag.margin});
   }
   return out;
 }

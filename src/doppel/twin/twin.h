@@ -1,7 +1,7 @@
 #pragma once
-// The twin: one robot in one world under its controllers, on one clock. Construction does everything that may fail or
-// allocate; step() is the loop's body: read - update - write - step - publish, at fixed simulated time. The same inputs
-// give the same bytes.
+// The twin: one robot in one world under its controllers, on one clock. Construction does everything that may
+// fail or allocate; step() is the loop's body: read - update - write - step - publish, at fixed simulated
+// time. The same inputs give the same bytes.
 
 #include <cstdint>
 #include <memory>
@@ -21,8 +21,8 @@ struct TimeControl;  // simulator_services.h
 
 struct JointSnapshot {
   std::string name;
-  double q = 0, v = 0, tau = 0;  // rad or m, per s, N m or N
-  double target = 0;             // NaN: nothing commands it
+  double q = 0, v = 0, tau = 0;             // rad or m, per s, N m or N
+  double target = 0;                        // NaN: nothing commands it
   double lower = 0, upper = 0, effort = 0;  // limits; infinite: none
   bool mimics = false;
 };
@@ -34,14 +34,16 @@ struct SagReport {
 
 class Twin {
  public:
-  // Throws InputError. Warnings and notes go to `diagnostics`; what is said later goes to `log`, which outlives the twin.
+  // Throws InputError. Warnings and notes go to `diagnostics`; what is said later goes to `log`, which
+  // outlives the twin.
   Twin(const Scenario& scenario, const Log& log, Diagnostics& diagnostics);
   ~Twin();
   Twin(const Twin&) = delete;
   Twin& operator=(const Twin&) = delete;
 
   // -- the loop's thread
-  // One physics step, with the controllers' tick and the publications that are due. No allocation, no lock, no throw.
+  // One physics step, with the controllers' tick and the publications that are due. No allocation, no lock,
+  // no throw.
   void step();
   // Between steps: what edges sent, reports, results. Allocates only where there is something to do.
   void between_steps();
@@ -61,8 +63,8 @@ class Twin {
   [[nodiscard]] ControllerManager& controller_manager();
   [[nodiscard]] Bus& bus();
   [[nodiscard]] TimeControl& time_control();
-  [[nodiscard]] std::vector<JointSnapshot> joints() const;    // scalar joints, in the model's order
-  [[nodiscard]] std::vector<SagReport> gravity_sag() const;   // at the present pose
+  [[nodiscard]] std::vector<JointSnapshot> joints() const;   // scalar joints, in the model's order
+  [[nodiscard]] std::vector<SagReport> gravity_sag() const;  // at the present pose
   [[nodiscard]] Duration step_size() const;
 
  private:

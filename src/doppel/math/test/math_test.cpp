@@ -32,9 +32,11 @@ TEST(Pose, RpyRoundTripsAlsoAtTheSingularity) {
 TEST(MassProperties, BoxMeshMatchesTheClosedForm) {
   const Eigen::Vector3f lo(1, 2, 3), hi(1.2f, 2.6f, 4.0f);
   std::vector<Eigen::Vector3f> v;
-  for (int i = 0; i < 8; ++i) v.emplace_back(i & 1 ? hi.x() : lo.x(), i & 2 ? hi.y() : lo.y(), i & 4 ? hi.z() : lo.z());
-  const std::vector<std::array<std::uint32_t, 3>> t{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                                                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  for (int i = 0; i < 8; ++i)
+    v.emplace_back(i & 1 ? hi.x() : lo.x(), i & 2 ? hi.y() : lo.y(), i & 4 ? hi.z() : lo.z());
+  const std::vector<std::array<std::uint32_t, 3>> t{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
+                                                    {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                                                    {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   const SolidProperties s = solid_properties(v, t);
   const double x = 0.2, y = 0.6, z = 1.0, m = x * y * z;
   EXPECT_NEAR(s.volume, m, 1e-6);
@@ -46,7 +48,8 @@ TEST(MassProperties, BoxMeshMatchesTheClosedForm) {
 
 TEST(MassProperties, CombiningTwoHalvesGivesTheWhole) {
   // Two point masses on x: I about y and z is 2 * m * r^2.
-  const MassProperties a{1.0, {0.5, 0, 0}, Eigen::Matrix3d::Zero()}, b{1.0, {-0.5, 0, 0}, Eigen::Matrix3d::Zero()};
+  const MassProperties a{1.0, {0.5, 0, 0}, Eigen::Matrix3d::Zero()},
+      b{1.0, {-0.5, 0, 0}, Eigen::Matrix3d::Zero()};
   const MassProperties sum = combined(a, b);
   EXPECT_DOUBLE_EQ(sum.mass, 2.0);
   EXPECT_TRUE(sum.I.isApprox(Eigen::Vector3d(0, 0.5, 0.5).asDiagonal().toDenseMatrix()));

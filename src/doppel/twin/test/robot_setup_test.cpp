@@ -1,7 +1,6 @@
 #include "doppel/twin/robot_setup.h"
 
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <filesystem>
@@ -29,7 +28,8 @@ class RobotSetups : public ::testing::Test {
           "<robot name=\"my_arm\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">"
           "<xacro:arg name=\"use_sim\" default=\"false\"/>"
           "<link name=\"base\"/><link name=\"arm $(arg use_sim)\"/>"
-          "<joint name=\"the joint\" type=\"revolute\"><parent link=\"base\"/><child link=\"arm $(arg use_sim)\"/>"
+          "<joint name=\"the joint\" type=\"revolute\"><parent link=\"base\"/><child link=\"arm $(arg "
+          "use_sim)\"/>"
           "<axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>" +
               extra + "</robot>");
   }
@@ -80,8 +80,9 @@ TEST_F(RobotSetups, ThePluginsParametersComeFirst) {
 }
 
 TEST_F(RobotSetups, PluginsParametersThatDoNotExistAreAnError) {
-  write_robot("<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\"><parameters>/no/such.yaml</parameters>"
-              "</plugin></gazebo>");
+  write_robot(
+      "<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\"><parameters>/no/such.yaml</parameters>"
+      "</plugin></gazebo>");
   EXPECT_THROW(set_up(), InputError);
 }
 

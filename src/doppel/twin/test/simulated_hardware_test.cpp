@@ -59,10 +59,11 @@ TEST_F(SimulatedHardwares, RefusesUnknownJointsWithTheNearest) {
 }
 
 TEST_F(SimulatedHardwares, LeavesOutFixedJointsCommandedMimicsAndUnknownInterfaces) {
-  hardware_.joints = {entry("j 1", {"position", "torque"}), entry("j 2", {"position"}), entry("glue", {"position"})};
+  hardware_.joints = {entry("j 1", {"position", "torque"}), entry("j 2", {"position"}),
+                      entry("glue", {"position"})};
   const SimulatedHardware system = make();
-  EXPECT_EQ(rules(), (std::vector<std::string>{"ros2_control.unknown_interface", "ros2_control.mimic_commanded",
-                                               "ros2_control.fixed_joint"}));
+  EXPECT_EQ(rules(), (std::vector<std::string>{"ros2_control.unknown_interface",
+                                               "ros2_control.mimic_commanded", "ros2_control.fixed_joint"}));
   ASSERT_EQ(system.command_interfaces().size(), 1u);
   EXPECT_EQ(system.command_interfaces()[0].full_name(), "j 1/position");
   EXPECT_EQ(system.state_interfaces().size(), 6u);
@@ -73,7 +74,8 @@ TEST_F(SimulatedHardwares, ClaimsChooseTheDriveAndUnclaimedJointsAreLimp) {
   SimulatedHardware system = make();
   const int joint = model_.find_joint("j 1");
   EXPECT_EQ(engine_->drive(joint), DriveMode::limp);
-  const std::vector<std::string> position{"j 1/position"}, velocity{"j 1/velocity"}, effort{"j 1/effort"}, none;
+  const std::vector<std::string> position{"j 1/position"}, velocity{"j 1/velocity"}, effort{"j 1/effort"},
+      none;
   system.perform_switch(velocity, none);
   EXPECT_EQ(engine_->drive(joint), DriveMode::velocity);
   system.perform_switch(position, none);
