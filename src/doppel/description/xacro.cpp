@@ -232,8 +232,7 @@ void Expander::macro(const XmlNode& in, Scope& scope, const Context& context, No
   }
   made->where = placed(in.where, context);
   if (const XmlAttribute* parameters = in.find("params")) {
-    made->parameters =
-        parse_parameters(value_of(*parameters, scope, context), placed(parameters->where, context));
+    made->parameters = parse_parameters(parameters->value, placed(parameters->where, context));
   }
   made->body = in.children;
   scope.add_macro(std::move(made));

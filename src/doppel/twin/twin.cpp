@@ -96,9 +96,14 @@ struct Twin::Impl {
     EngineOptions options;
     options.q0 = model.neutral();
     apply_initial_values(setup.description.robot, model, options.q0, diagnostics);
-    options.servos = choose_servos(model, ServoOptions{.ideal = scenario.ideal}, setup.world.gravity);
+    options.servos = choose_servos(model, ServoOptions{.ideal = scenario.ideal}, gravity_R());
     servos = options.servos;
     engine = make_mujoco_engine(setup.description.robot, model, setup.world, options, diagnostics);
+  }
+
+  // Gravity in the axes of the robot's root link.
+  [[nodiscard]] Eigen::Vector3d gravity_R() const {
+    return setup.world.X_WR.linear().transpose() * setup.world.gravity;
   }
 
   void build_control(const Scenario& scenario, Diagnostics& diagnostics) {
@@ -278,8 +283,7 @@ std::vector<SagReport> Twin::gravity_sag() const {
   const auto q = impl_->engine->q();
   const Eigen::Map<const Eigen::VectorXd> configuration(q.data(), impl_->model.nq);
   std::vector<SagReport> out;
-  for (const Sag& sag :
-       static_sag(impl_->model, data, impl_->servos, configuration, impl_->setup.world.gravity)) {
+  for (const Sag& sag : static_sag(impl_->model, data, impl_->servos, configuration, impl_->gravity_R())) {
     out.push_back(
         {impl_->model.joints[static_cast<std::size_t>(sag.joint)].name, sag.torque, sag.sag, sag.margin});
   }

@@ -61,7 +61,7 @@ TEST(Urdf, KeepsWhatTheFileSaid) {
   EXPECT_EQ(robot.hardware[0].joints[0].command_interfaces[0].min, -1.0);
   EXPECT_EQ(robot.gazebo[0].mu1, 0.3);
   EXPECT_EQ(robot.unknown.size(), 1u);
-  EXPECT_EQ(j.source.place(), "r.urdf:2:203");
+  EXPECT_EQ(j.source.place(), "r.urdf:2:175");
 }
 
 TEST(Urdf, RefusesWhatIsNoTreeAtItsPlace) {
