@@ -189,12 +189,16 @@ void print_banner(Twin& twin, const std::string& engine, const std::string& url)
   fmt::print(stderr, "  controllers  {}\n               from {}\n",
              controllers_text(twin.controller_manager().controllers()), twin.controllers_origin());
   const auto& excluded = twin.engine().excluded_pairs();
-  std::size_t touching = 0;
-  for (const ExcludedPair& pair : excluded)
-    touching += pair.reason.find("touching") != std::string::npos ? 1 : 0;
-  fmt::print(stderr,
-             "  contact      ground and links; {} neighbouring and {} initially touching pairs left out\n",
-             excluded.size() - touching, touching);
+  std::vector<std::string> touching;
+  for (const ExcludedPair& pair : excluded) {
+    if (pair.reason.find("touching") != std::string::npos)
+      touching.push_back(pair.link_a + " + " + pair.link_b);
+  }
+  fmt::print(stderr, "  contact      ground and links; {} pairs of neighbours left out\n",
+             excluded.size() - touching.size());
+  if (!touching.empty()) {
+    fmt::print(stderr, "               and what touches at the start: {}\n", fmt::join(touching, ", "));
+  }
   bool heading = false;
   for (const SagReport& sag : twin.gravity_sag()) {
     if (std::abs(sag.sag) < 5e-4 && sag.margin >= 0) continue;
