@@ -14,9 +14,9 @@ class WaveController : public doppel::Controller {
   void on_init(doppel::ControllerContext& context) override {
     auto& parameters = context.node->parameters();
     joint_ = doppel::declare<std::string>(parameters, context.overrides, "joint", "",
-                                          {.description = "Which joint waves"});
-    amplitude_ = doppel::declare(parameters, context.overrides, "amplitude", 0.3, {.description = "rad"});
-    frequency_ = doppel::declare(parameters, context.overrides, "frequency", 0.5, {.description = "Hz"});
+                                          {"Which joint waves", false, {}});
+    amplitude_ = doppel::declare(parameters, context.overrides, "amplitude", 0.3, {"rad", false, {}});
+    frequency_ = doppel::declare(parameters, context.overrides, "frequency", 0.5, {"Hz", false, {}});
     if (context.model->find_joint(joint_) < 0) {
       throw doppel::InputError("wave.joint", {}, context.name + ": the robot has no joint '" + joint_ + "'",
                                "set the parameter 'joint' in the controllers' YAML");
