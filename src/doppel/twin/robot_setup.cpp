@@ -159,7 +159,7 @@ ParameterFile choose_controllers(const Scenario& scenario, const RobotSetup& set
   origin = "generated";
   if (joints.empty()) {
     diagnostics.note("up.nothing_to_drive", setup.description.robot.source,
-                     "no joint of this robot can be driven; it has a joint_state_broadcaster only");
+                     "no joint of this robot can be driven; there is nothing to control");
   } else {
     diagnostics.note("up.controllers_generated", setup.description.robot.source,
                      fmt::format("no controllers' YAML was found; made a joint_state_broadcaster and a "
@@ -175,11 +175,10 @@ ParameterFile choose_controllers(const Scenario& scenario, const RobotSetup& set
 }  // namespace
 
 std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states) {
-  std::string yaml =
-      "controller_manager:\n  ros__parameters:\n    update_rate: 100\n"
-      "    joint_state_broadcaster:\n      type: joint_state_broadcaster/JointStateBroadcaster\n";
+  std::string yaml = "controller_manager:\n  ros__parameters:\n    update_rate: 100\n";
   if (joints.empty()) return yaml;
   yaml +=
+      "    joint_state_broadcaster:\n      type: joint_state_broadcaster/JointStateBroadcaster\n"
       "    joint_trajectory_controller:\n      type: joint_trajectory_controller/JointTrajectoryController\n"
       "joint_trajectory_controller:\n  ros__parameters:\n    joints:\n";
   for (const std::string& joint : joints) yaml += fmt::format("      - {}\n", quoted(joint));
