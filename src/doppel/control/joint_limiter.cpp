@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace doppel {
 namespace {
@@ -98,14 +99,18 @@ double JointLimiter::limit_position(Entry& entry, double asked, Time now, double
   const ModelJoint& joint = *entry.joint;
   const double inside = std::clamp(asked, joint.lower, joint.upper);
   if (std::abs(inside - asked) > kSlack) note(entry.episodes[kRange], asked, now);
-  const double from = std::isfinite(entry.last_applied) ? entry.last_applied
-                      : entry.position != nullptr       ? *entry.position
-                                                        : inside;
+  double from = std::isfinite(entry.last_applied) ? entry.last_applied
+                : entry.position != nullptr       ? *entry.position
+                                                  : inside;
+  double before = std::isfinite(entry.last_asked) ? entry.last_asked : from;
+  if (joint.type == JointType::continuous) {  // whole turns are the same place: it takes the short way
+    from = inside - std::remainder(inside - from, 2.0 * std::numbers::pi);
+    before = asked - std::remainder(asked - before, 2.0 * std::numbers::pi);
+  }
   const double most = joint.velocity * dt;
   if (!std::isfinite(most) || std::abs(inside - from) <= most) return inside;
   // What was asked is the change of the command over its controller's period; after that the command is only
   // caught up.
-  const double before = std::isfinite(entry.last_asked) ? entry.last_asked : from;
   const double rate = std::abs(asked - before) / (entry.ticks * dt);
   Episode& episode = entry.episodes[kRate];
   if (beyond(rate, joint.velocity) ||

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "doppel/core/names.h"
 
@@ -183,8 +184,16 @@ void SimulatedHardware::write(Time /*now*/, Duration /*period*/, std::span<const
     const bool drives = (c.quantity == Quantity::position && mode == DriveMode::position) ||
                         (c.quantity == Quantity::velocity && mode == DriveMode::velocity) ||
                         (c.quantity == Quantity::effort && mode == DriveMode::effort);
-    if (drives) engine_.set_target(c.joint, commands[i]);
+    if (drives) engine_.set_target(c.joint, nearest_turn(c, commands[i]));
   }
+}
+
+// A continuous joint takes the short way: whole turns are the same place.
+double SimulatedHardware::nearest_turn(const Interface& command, double value) const {
+  const ModelJoint& joint = model_.joints[static_cast<std::size_t>(command.joint)];
+  if (joint.type != JointType::continuous || command.quantity != Quantity::position) return value;
+  const double q = engine_.q()[static_cast<std::size_t>(joint.q)];
+  return q + std::remainder(value - q, 2.0 * std::numbers::pi);
 }
 
 HardwareDescription generated_hardware(const Model& model) {

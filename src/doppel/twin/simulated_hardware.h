@@ -40,6 +40,7 @@ class SimulatedHardware : public SystemInterface {
     bool claimed = false;  // command interfaces only
   };
   void choose_drive(int joint);
+  [[nodiscard]] double nearest_turn(const Interface& command, double value) const;
 
   std::string name_, plugin_;
   const Model& model_;

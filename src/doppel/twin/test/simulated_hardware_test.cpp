@@ -114,6 +114,24 @@ TEST_F(SimulatedHardwares, InitialValuesAreHeldToTheLimitsAndMimicsFollow) {
   EXPECT_EQ(q[1], 2.0);
 }
 
+TEST_F(SimulatedHardwares, ContinuousJointsTakeTheShortWay) {
+  std::string wheel = kArm;
+  wheel.replace(wheel.find("revolute"), 8, "continuous");
+  PackageResolver resolver;
+  robot_ = parse_urdf(wheel, "wheel.urdf", resolver, diagnostics_);
+  model_ = compile_model(robot_, BaseKind::fixed, diagnostics_);
+  engine_ = make_mujoco_engine(robot_, model_, World{}, EngineOptions{}, diagnostics_);
+  hardware_.joints = {entry("j 1", {"position"})};
+  SimulatedHardware system = make();
+  system.perform_switch(std::vector<std::string>{"j 1/position"}, {});
+  const std::vector<double> command{6.0};  // -0.28 rad and a turn
+  for (int i = 0; i < 2000; ++i) {
+    system.write({}, {}, command);
+    engine_->step();
+  }
+  EXPECT_NEAR(engine_->q()[0], 6.0 - 2.0 * 3.14159265358979, 0.02);
+}
+
 TEST_F(SimulatedHardwares, PluginsAreMappedAndTyposFound) {
   hardware_.plugin = "ign_ros2_control/IgnitionSystem";
   report_plugin(hardware_, diagnostics_);
