@@ -80,6 +80,7 @@ void add_completion(CLI::App& app) {
 int report_usage(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
   if (error.get_exit_code() == 0) return app.exit(error);
   const CLI::App* deepest = &app;
+  std::string path = app.get_name();
   for (int i = 1; i < argc; ++i) {
     std::vector<std::string> names;
     const CLI::App* next = nullptr;
@@ -89,16 +90,16 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, int argc, ch
     }
     if (next == nullptr) {
       if (!names.empty() && argv[i][0] != '-') {
-        fmt::print(stderr, "error: '{}' is no verb of {}{}\n", argv[i], deepest->get_name(),
+        fmt::print(stderr, "error: '{}' is no verb of {}{}\n", argv[i], path,
                    doppel::did_you_mean(argv[i], names));
         return kBadInput;
       }
       break;
     }
     deepest = next;
+    path += " " + next->get_name();
   }
-  fmt::print(stderr, "error: {}\n  mend: {} --help tells how it is used\n", error.what(),
-             deepest == &app ? "doppel" : "doppel " + deepest->get_name());
+  fmt::print(stderr, "error: {}\n  mend: {} --help tells how it is used\n", error.what(), path);
   return kBadInput;
 }
 
