@@ -22,4 +22,15 @@ void add_param(CLI::App& app, int& exit_code);
 void add_action(CLI::App& app, int& exit_code);
 void add_move(CLI::App& app, int& exit_code);
 
+// Without a twin, over descriptions in files.
+void add_xacro(CLI::App& app, int& exit_code);
+void add_check(CLI::App& app, int& exit_code);
+void add_overlay(CLI::App& app, int& exit_code);
+void add_diff(CLI::App& app, int& exit_code);
+void add_calibrate(CLI::App& app, int& exit_code);
+void add_tree(CLI::App& app, int& exit_code);
+void add_info(CLI::App& app, int& exit_code);
+void add_mass(CLI::App& app, int& exit_code);
+void add_convert(CLI::App& app, int& exit_code);
+
 }  // namespace doppel::app

@@ -14,23 +14,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-RobotDescription read(const XmlNode& root, const fs::path& base, const PackageResolver& resolver,
-                      Diagnostics& diagnostics) {
-  RobotDescription robot = read_urdf(root, base, resolver, diagnostics);
-  check_tree(robot, diagnostics);
-  diagnostics.throw_if_errors();
-  robot.xml = to_xml(root);
-  return robot;
-}
-
 void report_unknown_arguments(const XacroArguments& arguments, const XacroResult& expansion,
-                              Diagnostics& diagnostics) {
+                              const SourceLocation& root, Diagnostics& diagnostics) {
   std::set<std::string> known(expansion.declared_arguments.begin(), expansion.declared_arguments.end());
   known.insert(expansion.used_arguments.begin(), expansion.used_arguments.end());
   const std::vector<std::string> names(known.begin(), known.end());
   for (const auto& [name, value] : arguments) {
     if (known.contains(name)) continue;
-    diagnostics.warning("xacro.unknown_argument", expansion.root.where,
+    diagnostics.warning("xacro.unknown_argument", root,
                         fmt::format("the argument '{}' is given, but nothing asks for it{}", name,
                                     did_you_mean(name, names)));
   }
@@ -68,28 +59,51 @@ void collect_included(const XmlNode& node, const fs::path& folder, const Package
 
 }  // namespace
 
+ExpandedDescription expand_description(const fs::path& file, const XacroArguments& arguments,
+                                       PackageResolver& resolver, Diagnostics& diagnostics) {
+  resolver.add_context(file);
+  ExpandedDescription out;
+  out.file = file;
+  out.root = load_xml(file.string());
+  XacroResult expansion;
+  if (needs_xacro(out.root)) {
+    out.was_xacro = true;
+    expansion = expand_xacro(std::move(out.root), file, arguments, resolver, diagnostics);
+    out.root = std::move(expansion.root);
+    out.files = std::move(expansion.files);
+  } else {
+    out.files = {file};
+  }
+  report_unknown_arguments(arguments, expansion, out.root.where, diagnostics);
+  return out;
+}
+
+RobotDescription read_description(const ExpandedDescription& expanded, const PackageResolver& resolver,
+                                  Diagnostics& diagnostics) {
+  RobotDescription robot = read_urdf(expanded.root, expanded.folder(), resolver, diagnostics);
+  check_tree(robot, diagnostics);
+  robot.xml = to_xml(expanded.root);
+  return robot;
+}
+
 LoadedDescription load_description(const fs::path& file, const XacroArguments& arguments,
                                    PackageResolver& resolver, Diagnostics& diagnostics) {
-  resolver.add_context(file);
-  XmlNode root = load_xml(file.string());
+  const ExpandedDescription expanded = expand_description(file, arguments, resolver, diagnostics);
   LoadedDescription out;
-  const fs::path base = fs::absolute(file).parent_path();
-  if (!needs_xacro(root)) {
-    out.files = {file};
-    if (!arguments.empty()) report_unknown_arguments(arguments, {root, {}, {}, {}}, diagnostics);
-    out.robot = read(root, base, resolver, diagnostics);
-    return out;
-  }
-  const XacroResult expansion = expand_xacro(std::move(root), file, arguments, resolver, diagnostics);
-  report_unknown_arguments(arguments, expansion, diagnostics);
-  out.files = expansion.files;
-  out.robot = read(expansion.root, base, resolver, diagnostics);
+  out.robot = read_description(expanded, resolver, diagnostics);
+  diagnostics.throw_if_errors();
+  out.files = expanded.files;
   return out;
 }
 
 RobotDescription parse_urdf(const std::string& xml, const std::string& name, PackageResolver& resolver,
                             Diagnostics& diagnostics) {
-  return read(parse_xml(xml, name), fs::current_path(), resolver, diagnostics);
+  ExpandedDescription expanded;
+  expanded.root = parse_xml(xml, name);
+  expanded.file = name;
+  RobotDescription robot = read_description(expanded, resolver, diagnostics);
+  diagnostics.throw_if_errors();
+  return robot;
 }
 
 std::vector<XacroArgumentDeclaration> declared_xacro_arguments(const fs::path& file,

@@ -9,20 +9,42 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/package_resolver.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/description/xml.h"
 
 namespace doppel {
 
 using XacroArguments = std::vector<std::pair<std::string, std::string>>;  // name := value, in order
+
+// The two halves of loading, for those who look at the tree between them (overlays) or want a faulty robot
+// whole (the audit).
+struct ExpandedDescription {
+  XmlNode root;                              // plain URDF; every node knows its place in the source
+  std::filesystem::path file;                // as given
+  std::vector<std::filesystem::path> files;  // every file that was read, `file` first
+  bool was_xacro = false;
+
+  [[nodiscard]] std::filesystem::path folder() const { return std::filesystem::absolute(file).parent_path(); }
+};
+
+// Reads the file and expands xacro where it is one. Throws InputError: unreadable, XML not well-formed, a
+// xacro error.
+ExpandedDescription expand_description(const std::filesystem::path& file, const XacroArguments& arguments,
+                                       PackageResolver& resolver, Diagnostics& diagnostics);
+
+// Makes the typed tree and judges its structure. Faults go to `diagnostics`, errors as well: the result then
+// holds what could be read.
+RobotDescription read_description(const ExpandedDescription& expanded, const PackageResolver& resolver,
+                                  Diagnostics& diagnostics);
 
 struct LoadedDescription {
   RobotDescription robot;
   std::vector<std::filesystem::path> files;  // every file that was read (for reload on save)
 };
 
-// Warnings and notes go to `diagnostics`. Throws InputError with every error found: XML not well-formed,
-// xacro errors, two roots, loops, joints that name links that do not exist, numbers that are none. A mesh
-// that is missing is a warning ("mesh.missing", with what was tried and the nearest file); its path stays
-// empty.
+// Both halves. Warnings and notes go to `diagnostics`. Throws InputError with every error found: XML not
+// well-formed, xacro errors, two roots, loops, joints that name links that do not exist, numbers that are
+// none. A mesh that is missing is a warning ("mesh.missing", with what was tried and the nearest file); its
+// path stays empty.
 LoadedDescription load_description(const std::filesystem::path& file, const XacroArguments& arguments,
                                    PackageResolver& resolver, Diagnostics& diagnostics);
 

@@ -1,0 +1,1 @@
+#include "doppel/audit/audit.h"

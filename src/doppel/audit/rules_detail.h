@@ -1,0 +1,38 @@
+#pragma once
+// How a rule is written: a function over the input that adds findings. One file per subject; the table of
+// what each rule is for stands in rule_table.cpp.
+
+#include <fmt/format.h>
+
+#include "doppel/audit/audit.h"
+#include "doppel/geometry/mesh_report.h"
+
+namespace doppel::audit_rules {
+
+class Findings {
+ public:
+  // The severity is the rule's own, unless a lower one is given. The id must stand in the table.
+  Finding& add(std::string_view rule, std::string subject, SourceLocation where, std::string message,
+               std::string mend = "");
+  Finding& add(std::string_view rule, Severity severity, std::string subject, SourceLocation where,
+               std::string message, std::string mend = "");
+  [[nodiscard]] std::vector<Finding>& all() { return all_; }
+
+ private:
+  std::vector<Finding> all_;
+};
+
+void check_schema(const AuditInput& in, Findings& out);        // rules_schema.cpp
+void check_joints(const AuditInput& in, Findings& out);        // rules_joints.cpp
+void check_mimics(const AuditInput& in, Findings& out);        // rules_joints.cpp
+void check_inertia(const AuditInput& in, Findings& out);       // rules_inertia.cpp
+void check_meshes(const AuditInput& in, Findings& out);        // rules_meshes.cpp
+void check_names(const AuditInput& in, Findings& out);         // rules_names.cpp
+void check_collisions(const AuditInput& in, Findings& out);    // rules_collisions.cpp
+void check_ros2_control(const AuditInput& in, Findings& out);  // rules_ros2_control.cpp
+void check_controllers(const AuditInput& in, Findings& out);   // rules_controllers.cpp
+void check_package(const AuditInput& in, Findings& out);       // rules_package.cpp
+void check_world(const AuditInput& in, Findings& out);         // rules_world.cpp
+void check_datasheet(const AuditInput& in, Findings& out);     // rules_datasheet.cpp
+
+}  // namespace doppel::audit_rules

@@ -1,0 +1,1 @@
+#include "doppel/calibration/calibration.h"

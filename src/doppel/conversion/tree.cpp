@@ -1,0 +1,1 @@
+#include "doppel/conversion/tree.h"

@@ -1,0 +1,2 @@
+#pragma once
+// The tree of links and joints as text, Graphviz, SVG and PDF.

@@ -1,0 +1,1 @@
+#include "doppel/geometry/collision.h"

@@ -1,0 +1,46 @@
+#pragma once
+// Which links of a robot touch, and how deep: convex hulls first, the triangles themselves where asked. A
+// link is what its <collision> elements say. Not for the simulation, which has the engine's own; for judging
+// a description and for self-collision matrices. Algorithm: GJK/EPA and bounding volume trees of FCL (Pan,
+// Chitta, Manocha 2012).
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "doppel/description/robot_description.h"
+#include "doppel/math/pose.h"
+
+namespace doppel {
+
+enum class CollisionDetail {
+  hulls,      // every mesh as its convex hull: fast, solid; what physics uses
+  triangles,  // the meshes' own surfaces
+};
+
+struct LinkContact {
+  int link_a = 0, link_b = 0;  // indices into RobotDescription::links, a < b
+  double depth = 0;            // m, along the shortest way out; of hulls
+};
+
+class LinkCollider {
+ public:
+  // Meshes without a file are left out.
+  LinkCollider(const RobotDescription& robot, CollisionDetail detail);
+  ~LinkCollider();
+  LinkCollider(LinkCollider&&) noexcept;
+
+  [[nodiscard]] bool has_shape(int link) const;
+  // X_WL: every link's pose, by index into RobotDescription::links.
+  [[nodiscard]] bool touch(int link_a, int link_b, std::span<const Pose> X_WL) const;
+  [[nodiscard]] double depth(int link_a, int link_b, std::span<const Pose> X_WL) const;  // 0: apart
+  // Every pair that touches.
+  [[nodiscard]] std::vector<LinkContact> contacts(std::span<const Pose> X_WL) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,1 @@
+#include "doppel/geometry/mesh_report.h"

@@ -1,0 +1,48 @@
+#pragma once
+// What can be said of a mesh file by looking at it: size, closedness, volume, hull. Computed once per file
+// and kept in the user's cache folder, so that a second look costs a stat and a small read.
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/description/robot_description.h"
+#include "doppel/math/mass_properties.h"
+
+namespace doppel {
+
+// All in the file's own units and frame, before the URDF's scale.
+struct MeshReport {
+  std::string problem;  // not empty: the file cannot be read, and why
+  std::size_t vertices = 0, triangles = 0;
+  std::size_t degenerate = 0;     // triangles of no area
+  std::size_t open_edges = 0;     // edges with one triangle: not watertight
+  std::size_t crossed_edges = 0;  // edges whose triangles disagree about outside, or with more than two
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero(), upper = Eigen::Vector3d::Zero();  // bounds
+  double area = 0;
+  SolidProperties solid;              // of the closed surface; the volume is negative where it faces inwards
+  std::vector<Eigen::Vector3f> hull;  // vertices of the convex hull, at most 500
+  double hull_volume = 0;
+  [[nodiscard]] bool watertight() const { return open_edges == 0 && crossed_edges == 0; }
+};
+
+// Never throws; what is wrong stands in `problem`.
+MeshReport report_mesh(const std::filesystem::path& file);
+// The same through the cache ($XDG_CACHE_HOME/doppel, else ~/.cache/doppel; keyed by path, size and time of
+// change). A cache that cannot be written is done without.
+const MeshReport& cached_mesh_report(const std::filesystem::path& file);
+
+// A shape as written in a link, in metres: bounds, solid and hull in the frame of the shape. Nothing for a
+// mesh without a file or with a problem.
+struct ShapeReport {
+  Eigen::AlignedBox3d bounds;
+  SolidProperties solid;
+  std::vector<Eigen::Vector3d> hull;
+};
+std::optional<ShapeReport> report_shape(const Geometry& geometry);
+
+}  // namespace doppel

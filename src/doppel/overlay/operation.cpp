@@ -1,0 +1,1 @@
+#include "doppel/overlay/operation.h"

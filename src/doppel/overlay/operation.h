@@ -1,0 +1,122 @@
+#pragma once
+// One small typed correction to a description: what it does, to what, why, on what evidence, and what its
+// target looked like when it was made. Operations work on the expanded XML tree, so that whatever doppel does
+// not know itself stays as it was.
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "doppel/core/source_location.h"
+
+namespace doppel {
+
+// Negates the joint's axis: it turns the other way.
+struct FlipAxis {
+  std::string joint;
+};
+struct SetAxis {
+  std::string joint;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  // in the joint frame
+};
+// Turns the joint's frame: R_new = R_old R_rpy, R_rpy by URDF's convention (rad, fixed axes x y z).
+struct RotateFrame {
+  std::string joint;
+  Eigen::Vector3d rpy = Eigen::Vector3d::Zero();
+};
+// Bakes a measured zero: R_new = R_old R_axis(-offset), so that the model at angle s looks as it did at
+// s - offset. rad. A prismatic joint slides: p_new = p_old - R_old axis offset, m.
+struct BakeZero {
+  std::string joint;
+  double offset = 0;
+};
+struct SetOrigin {  // of a joint
+  std::string joint;
+  std::optional<Eigen::Vector3d> xyz, rpy;  // m, rad
+};
+struct SetLimit {
+  std::string joint;
+  std::optional<double> lower, upper, effort, velocity;  // rad or m, N m or N, per second
+};
+struct SetDynamics {
+  std::string joint;
+  std::optional<double> damping, friction;
+};
+struct SetJointType {
+  std::string joint, type;
+};
+// Only what is given is written; the tensor is about the centre of mass, in the axes of <inertial>'s origin.
+struct SetInertia {
+  std::string link;
+  std::optional<double> mass;                // kg
+  std::optional<Eigen::Vector3d> com;        // m, in the link frame
+  std::map<std::string, double> components;  // "ixx" ... "izz", kg m^2
+};
+// From the link's visual (or collision) shapes, solid and of even density; the mass as it stands, or given,
+// or from the density.
+struct ComputeInertia {
+  std::string link;
+  std::optional<double> mass, density;  // kg, kg/m^3
+};
+// All masses and tensors by one factor, so that the robot weighs `total`.
+struct ScaleMasses {
+  double total = 0;  // kg
+};
+// A link `world` with a fixed joint `world_to_<root>`.
+struct AttachToWorld {
+  std::string link;  // empty: the root
+  Eigen::Vector3d xyz = Eigen::Vector3d::Zero(), rpy = Eigen::Vector3d::Zero();
+};
+struct AddMimic {
+  std::string joint, leader;
+  double multiplier = 1, offset = 0;
+};
+struct ReplaceCollision {
+  std::string link;
+  std::string by;  // "hull", "box", "decomposition", "none"
+};
+struct SetMeshScale {
+  std::string link;
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();
+};
+struct Rename {
+  std::string kind;  // "link", "joint", "robot"
+  std::string from, to;
+};
+struct AddRos2Control {
+  std::string name, plugin;
+  std::vector<std::string> joints, command_interfaces, state_interfaces;
+  std::vector<std::pair<std::string, std::string>> params;
+};
+struct Remove {
+  std::string kind;  // "link" (with its joint, if a leaf), "joint", "mimic", "collision", "visual",
+                     // "ros2_control", ...
+  std::string name;
+};
+
+using OperationAction =
+    std::variant<FlipAxis, SetAxis, RotateFrame, BakeZero, SetOrigin, SetLimit, SetDynamics, SetJointType,
+                 SetInertia, ComputeInertia, ScaleMasses, AttachToWorld, AddMimic, ReplaceCollision,
+                 SetMeshScale, Rename, AddRos2Control, Remove>;
+
+struct Operation {
+  OperationAction action;
+  std::string why;
+  std::vector<std::string> evidence;  // measurements, datasheets, in words
+  // What the operation depends on, as it was: "axis" -> "1 0 0". Compared by number where both are numbers.
+  std::vector<std::pair<std::string, std::string>> was;
+  SourceLocation where;  // in the overlay's file
+};
+
+// "flip_axis", as the overlay's file writes it.
+std::string operation_name(const OperationAction& action);
+// "joint 'Revolute 2'", "link 'arm'", "the robot"
+std::string operation_target(const OperationAction& action);
+// One line for people: "set the limit of joint 'Revolute 1': velocity 5.2 rad/s"
+std::string describe(const OperationAction& action);
+
+}  // namespace doppel
