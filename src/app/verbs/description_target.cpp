@@ -1,0 +1,59 @@
+#include "app/verbs/description_target.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "app/process.h"
+#include "doppel/overlay/overlay.h"
+
+namespace doppel::app {
+
+void add_target(CLI::App& verb, std::vector<std::string>& words) {
+  verb.add_option("TARGET", words,
+                  "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or "
+                  "workspace, and name:=value arguments for its xacro")
+      ->required();
+}
+
+std::pair<std::string, std::string> split_argument(const std::string& text) {
+  const std::size_t at = text.find(":=");
+  if (at == std::string::npos || at == 0) {
+    throw InputError("cli.argument", {}, fmt::format("'{}' is not of the form name:=value", text),
+                     "write for instance use_sim:=true");
+  }
+  return {text.substr(0, at), text.substr(at + 2)};
+}
+
+DescriptionTarget open_target(const std::string& target, XacroArguments arguments) {
+  DescriptionTarget opened;
+  const std::filesystem::path bundled = root_folder() / "robots";
+  opened.resolver.add_bundled(bundled);
+  opened.target = resolve_target(target, bundled);
+  opened.resolver.add_context(opened.target.description);
+  opened.arguments = std::move(arguments);
+  return opened;
+}
+
+DescriptionTarget open_target(const std::vector<std::string>& words) {
+  XacroArguments arguments;
+  for (std::size_t i = 1; i < words.size(); ++i) arguments.push_back(split_argument(words[i]));
+  return open_target(words.front(), std::move(arguments));
+}
+
+LoadedDescription load_target(DescriptionTarget& target) {
+  Diagnostics diagnostics;
+  LoadedDescription loaded =
+      load_corrected(target.target.description, target.arguments, target.resolver, diagnostics);
+  print_diagnostics(diagnostics);
+  return loaded;
+}
+
+void print_diagnostics(const Diagnostics& diagnostics, bool notes) {
+  for (const Diagnostic& diagnostic : diagnostics.all()) {
+    if (diagnostic.severity == Severity::note && !notes) continue;
+    fmt::print(stderr, "{}\n", diagnostic.str());
+  }
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,43 @@
+#pragma once
+// What every verb over a description begins with: TARGET and its name:=value arguments, as `doppel up` takes
+// them, become a file with packages known; what was found on the way is said on stderr.
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/load.h"
+
+namespace CLI {
+class App;
+}
+
+namespace doppel::app {
+
+struct DescriptionTarget {
+  Target target;
+  XacroArguments arguments;
+  PackageResolver resolver;  // knows the target's packages and the bundled robots
+};
+
+// Adds TARGET (required) and its arguments to a verb; `words` is what open_target takes.
+void add_target(CLI::App& verb, std::vector<std::string>& words);
+
+// Throws InputError: no such target, an argument that is not name:=value.
+DescriptionTarget open_target(const std::vector<std::string>& words);
+
+// One that was given by a single word (`doppel diff A B`).
+DescriptionTarget open_target(const std::string& target, XacroArguments arguments = {});
+
+// The description with its overlay, as every command sees it. Warnings go to stderr.
+LoadedDescription load_target(DescriptionTarget& target);
+
+// "name:=value". Throws InputError.
+std::pair<std::string, std::string> split_argument(const std::string& text);
+
+// Warnings and errors to stderr, and notes where asked for.
+void print_diagnostics(const Diagnostics& diagnostics, bool notes = false);
+
+}  // namespace doppel::app
