@@ -1,6 +1,6 @@
 #pragma once
 // XML with places: every element, attribute and text knows its file, line and column. Small on purpose: what
-// xacro copies, and what the URDF parser reads.
+// xacro copies, and what the URDF parser reads. Source: Extensible Markup Language 1.0, fifth edition.
 
 #include <string>
 #include <string_view>
@@ -16,10 +16,11 @@ struct XmlAttribute {
 };
 
 struct XmlNode {
-  enum class Kind { element, text };
+  enum class Kind { element, text, comment, instruction };
   Kind kind = Kind::element;
-  std::string name;  // of an element, with its prefix
-  std::string text;  // of a text
+  bool cdata = false;  // a text written as <![CDATA[...]]>
+  std::string name;    // of an element, with its prefix; of an instruction, its target
+  std::string text;    // of everything but an element
   std::vector<XmlAttribute> attributes;
   std::vector<XmlNode> children;
   SourceLocation where;
@@ -30,12 +31,29 @@ struct XmlNode {
   [[nodiscard]] std::string content() const;  // the texts directly below, trimmed
 };
 
-// Comments and processing instructions are left out. Throws InputError "xml.not_well_formed" with the place.
-XmlNode parse_xml(const std::string& text, const std::string& file);
+// A file as it is written: what stands before and behind the root element.
+struct XmlDocument {
+  std::vector<XmlNode> before, after;  // comments and instructions
+  XmlNode root;
+};
 
-// Reads the file first; throws InputError "file.unreadable".
+// `content` leaves out comments, processing instructions, and blank text beside elements; `everything` is
+// what an editor shows. One root element; names, references, nesting and characters are checked, entities of
+// an internal DTD are put in, nothing outside of the file is read. Bounded: 64 MB, 400 levels, 1 MB of
+// entities. UTF-8, UTF-16 with a byte order mark, Latin-1. Throws InputError "xml.not_well_formed" with the
+// place.
+enum class XmlKeep { content, everything };
+XmlDocument parse_xml_document(std::string_view text, const std::string& file,
+                               XmlKeep keep = XmlKeep::everything);
+XmlNode parse_xml(std::string_view text, const std::string& file);
+
+// Reads the file first; throws InputError "file.unreadable" for what is no regular file or is too large.
+XmlDocument load_xml_document(const std::string& file, XmlKeep keep = XmlKeep::everything);
 XmlNode load_xml(const std::string& file);
+// The bytes of a regular file of at most `largest` bytes.
+std::string read_file(const std::string& file, std::size_t largest);
 
 std::string to_xml(const XmlNode& node);
+std::string escape_xml(std::string_view text, bool quotes);
 
 }  // namespace doppel

@@ -1,0 +1,24 @@
+#pragma once
+// The character encodings of XML files.
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace doppel {
+
+class UnknownEncoding : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// `text` without its byte order mark, as UTF-8 (not checked where it claims to be that); a view of `text` or
+// of `converted`. Knows UTF-8, UTF-16 of both byte orders with a mark, Latin-1 and ASCII by declaration.
+std::string_view as_utf8(std::string_view text, std::string& converted);
+
+// How many bytes the character at the beginning takes; 0: not valid UTF-8.
+std::size_t utf8_length(std::string_view text);
+void append_utf8(std::string& out, char32_t code);
+// "65", "x41"; 0 where it is no character that XML allows.
+char32_t character_reference(std::string_view digits);
+
+}  // namespace doppel
