@@ -14,6 +14,7 @@
 
 #include "app/live_table.h"
 #include "app/process.h"
+#include "app/reload.h"
 #include "app/snapshot.h"
 #include "doppel/server/announcement.h"
 #include "doppel/server/server.h"
@@ -35,6 +36,7 @@ struct UpOptions {
   std::string world, controllers, base = "fixed", speed = "1";
   std::vector<std::string> activate, plugins;
   double duration = 0;
+  bool no_reload = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
   int port = 0;
 };
@@ -243,6 +245,8 @@ int run_up(const UpOptions& options) {
   summary.engine = twin.engine().capabilities().name;
   print_banner(twin, summary.engine, server.url());
 
+  std::unique_ptr<Reloader> reloader;
+  if (!options.no_reload) reloader = std::make_unique<Reloader>(twin, log);
   RunnerOptions runner_options;
   runner_options.speed = speed;
   if (options.duration > 0) runner_options.duration = from_seconds(options.duration);
@@ -258,6 +262,7 @@ int run_up(const UpOptions& options) {
   } else {
     summary.run = runner.run(stop_requested);
   }
+  reloader.reset();
   terminal.table_ends();
   summary.state_hash = twin.state_hash();
   summary.last = take_snapshot(twin);
@@ -304,6 +309,7 @@ void add_up(CLI::App& app, int& exit_code) {
   up->add_flag("--no-limits", options->no_limits, "Do not hold commands to the joints' limits");
   up->add_option("--duration", options->duration, "End after so many simulated seconds");
   up->add_option("--speed", options->speed, "1: real time, N: N times that, max: as fast as it goes");
+  up->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
   up->add_flag("--headless", options->headless, "No live table; log lines only");
   up->add_flag("--json", options->json, "One summary object on stdout at the end");
   up->add_option("--port", options->port,

@@ -402,6 +402,9 @@ Status ControllerManager::unload(const std::string& name) {
 void ControllerManager::start(std::span<const std::string> names) {
   impl_->start(names);
 }
+void ControllerManager::model_changed() {
+  impl_->limiter.model_changed();
+}
 int ControllerManager::steps_per_tick() const {
   return impl_->steps_per_tick;
 }

@@ -75,6 +75,10 @@ class ControllerManager {
   // where it is.
   void restart(Time now);
 
+  // Between steps, when the model given at construction was replaced in its place by one with the same
+  // joints: controllers, claims and trajectories go on, limits are the new ones.
+  void model_changed();
+
   [[nodiscard]] std::vector<ControllerView> controllers() const;
   [[nodiscard]] std::vector<InterfaceView> command_interfaces() const;
   [[nodiscard]] std::vector<InterfaceView> state_interfaces() const;

@@ -23,6 +23,16 @@ bool beyond(double asked, double limit) {
 
 }  // namespace
 
+const ModelJoint* JointLimiter::find_joint(const std::string& name) const {
+  const int joint = model_.find_joint(name);
+  if (joint < 0 || !model_.joints[static_cast<std::size_t>(joint)].scalar()) return nullptr;
+  return &model_.joints[static_cast<std::size_t>(joint)];
+}
+
+void JointLimiter::model_changed() {
+  for (Entry& entry : entries_) entry.joint = find_joint(entry.joint_name);
+}
+
 void JointLimiter::add(ResourceTable& table, std::size_t command) {
   const InterfaceDescription& description = table.command_description(command);
   Entry entry;
@@ -32,10 +42,8 @@ void JointLimiter::add(ResourceTable& table, std::size_t command) {
   if (description.name == kPosition) entry.quantity = Quantity::position;
   if (description.name == kVelocity) entry.quantity = Quantity::velocity;
   if (description.name == kEffort) entry.quantity = Quantity::effort;
-  const int joint = model_.find_joint(description.prefix);
-  if (joint >= 0 && model_.joints[static_cast<std::size_t>(joint)].scalar()) {
-    entry.joint = &model_.joints[static_cast<std::size_t>(joint)];
-  }
+  entry.joint_name = description.prefix;
+  entry.joint = find_joint(entry.joint_name);
   if (const auto state = table.find_state(description.prefix + "/" + kPosition))
     entry.position = &table.state(*state);
   entry.last_asked = entry.last_applied = kNaN;

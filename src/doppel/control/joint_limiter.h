@@ -23,6 +23,8 @@ class JointLimiter {
   void add(ResourceTable& table, std::size_t command);
   // A controller that updates every `ticks` ticks takes a command; the first one is held against the state.
   void claim(std::size_t command, const std::string& controller, int ticks);
+  // The model was replaced by one with the same joints: their limits are looked up anew.
+  void model_changed();
   // Lets a last command through (a velocity's zero, say) and forgets the controller.
   void release(std::size_t command, Time now, Duration tick);
   // Logs what happened since; about every 50 ms of simulated time.
@@ -40,7 +42,7 @@ class JointLimiter {
     double asked = 0;  // the most so far
   };
   struct Entry {
-    std::string full_name, controller;
+    std::string full_name, joint_name, controller;
     const ModelJoint* joint = nullptr;  // null: no joint's command, unlimited
     Quantity quantity = Quantity::other;
     const double* asked = nullptr;
@@ -52,6 +54,7 @@ class JointLimiter {
     std::array<Episode, kKinds> episodes;
   };
 
+  [[nodiscard]] const ModelJoint* find_joint(const std::string& name) const;
   void apply(Entry& entry, Time now, double dt) const;
   static double limit_position(Entry& entry, double asked, Time now, double dt);
   static double limit_velocity(Entry& entry, double asked, Time now, double dt);

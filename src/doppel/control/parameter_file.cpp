@@ -297,6 +297,7 @@ ParameterFile ParameterFile::parse(const std::string& yaml, const std::string& n
   }
   ParameterFile out;
   out.name_ = name;
+  out.text_ = yaml;
   for (auto& section : reader.sections)
     out.sections_.push_back({std::move(section.node), std::move(section.values)});
   return out;

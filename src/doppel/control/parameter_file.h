@@ -67,13 +67,14 @@ class ParameterFile {
   [[nodiscard]] ParameterOverrides overrides_for(std::string_view node) const;
   [[nodiscard]] std::vector<std::string> nodes() const;  // as written, wildcards left out
   [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::string& text() const { return text_; }  // as it was read
 
  private:
   struct Section {
     std::string node;
     std::vector<ParameterOverride> values;
   };
-  std::string name_;
+  std::string name_, text_;
   std::vector<Section> sections_;
 };
 

@@ -69,6 +69,8 @@ class Engine {
   // One step of World::step.
   virtual void step() = 0;
   [[nodiscard]] virtual Time time() const = 0;  // steps since reset, exact
+  // Goes on counting from the last whole step before `now`: how an engine takes over from another one.
+  virtual void set_time(Time now) = 0;
   // True from the step on in which the numbers ran away. That step and all further ones leave state and time
   // unchanged.
   [[nodiscard]] virtual bool diverged() const = 0;
@@ -87,6 +89,9 @@ class Engine {
   virtual void set_drive(int joint, DriveMode mode) = 0;
   [[nodiscard]] virtual DriveMode drive(int joint) const = 0;
   virtual void set_target(int joint, double target) = 0;
+  // Where the servo's own reference stands on its way to the target; under load the joint sags behind it.
+  [[nodiscard]] virtual double drive_reference(int joint) const = 0;
+  virtual void set_drive_reference(int joint, double reference) = 0;
 
   // External effort on a scalar joint and wrench on a link (at the point p_LoP_L, force and torque in world
   // axes), until cleared; a second one on the same joint or link replaces the first.

@@ -20,6 +20,9 @@ class SimulatedHardware : public SystemInterface {
   SimulatedHardware(const HardwareDescription& description, const Model& model, Engine& engine,
                     Diagnostics& diagnostics);
 
+  // Another engine for a model with the same joints takes over: what is claimed drives there, too.
+  void rebind(Engine& engine);
+
   [[nodiscard]] const std::string& name() const override { return name_; }
   [[nodiscard]] const std::string& plugin() const override { return plugin_; }
   [[nodiscard]] std::vector<InterfaceDescription> state_interfaces() const override;
@@ -44,7 +47,7 @@ class SimulatedHardware : public SystemInterface {
 
   std::string name_, plugin_;
   const Model& model_;
-  Engine& engine_;
+  Engine* engine_;
   std::vector<Interface> states_, commands_;
 };
 

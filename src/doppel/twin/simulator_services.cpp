@@ -34,7 +34,7 @@ Response answer(const Status& status, std::string good) {
 }  // namespace
 
 SimulatorServices::SimulatorServices(Bus& bus, const Model& model, Engine& engine, Callbacks callbacks)
-    : model_(model), engine_(engine), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
+    : model_(model), engine_(&engine), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
   loads_.reserve(kMostLoads);
   offer_time_services();
   offer_joint_efforts();
@@ -45,8 +45,13 @@ SimulatorServices::SimulatorServices(Bus& bus, const Model& model, Engine& engin
 
 void SimulatorServices::forget_loads() {
   loads_.clear();
-  engine_.clear_applied();
+  engine_->clear_applied();
   next_change_ = Time::max();
+}
+
+void SimulatorServices::rebind(Engine& engine) {
+  engine_ = &engine;
+  next_change_ = Time::zero();
 }
 
 Status SimulatorServices::find_scalar_joint(const std::string& name, int& joint) const {
@@ -77,7 +82,7 @@ double SimulatorServices::effort_on(int joint, Time now) const {
 
 void SimulatorServices::apply_due(Time now) {
   std::erase_if(loads_, [now](const Load& load) { return load.end <= now; });
-  engine_.clear_applied();
+  engine_->clear_applied();
   next_change_ = Time::max();
   for (const Load& load : loads_) {
     if (load.start > now) {
@@ -86,9 +91,9 @@ void SimulatorServices::apply_due(Time now) {
     }
     next_change_ = std::min(next_change_, load.end);
     if (load.joint >= 0) {
-      engine_.apply_joint_effort(load.joint, effort_on(load.joint, now));
+      engine_->apply_joint_effort(load.joint, effort_on(load.joint, now));
     } else {
-      engine_.apply_wrench(load.link, load.p_LoP_L, load.force_W, load.torque_W);
+      engine_->apply_wrench(load.link, load.p_LoP_L, load.force_W, load.torque_W);
     }
   }
 }
@@ -103,7 +108,7 @@ Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Tim
         "the duration is zero, so nothing would act; give for instance duration: {sec: 1}, or "
         "{sec: -1} for as long as it is not cleared");
   }
-  load.start = std::max(from_msg(start), engine_.time());
+  load.start = std::max(from_msg(start), engine_->time());
   load.end = acts < Duration::zero() ? Time::max() : load.start + acts;
   if (load.link >= 0) std::erase_if(loads_, [&load](const Load& old) { return old.link == load.link; });
   loads_.push_back(load);
@@ -137,7 +142,7 @@ void SimulatorServices::offer_time_services() {
       time_control_.steps_owed += request.steps;
     }
     auto response = answer<Step::Response>(status, fmt::format("{} steps", request.steps));
-    response.sim_time = to_seconds(engine_.time());
+    response.sim_time = to_seconds(engine_->time());
     respond(response);
   });
 
@@ -191,7 +196,7 @@ Status SimulatorServices::add_wrench(const std::string& link, const std::string&
   if (!frame.empty() && frame != "world") {
     int reference = -1;
     if (const Status found = find_link(frame, reference); !found) return found;
-    R_WF = engine_.link_pose(reference).linear();
+    R_WF = engine_->link_pose(reference).linear();
   }
   load.p_LoP_L = {point.x, point.y, point.z};
   load.force_W = R_WF * vector(wrench.force);
@@ -244,7 +249,7 @@ Status SimulatorServices::write_state(const std::vector<std::string>& names,
     return Status::refused(fmt::format("{} names, {} positions and {} velocities do not match", names.size(),
                                        positions.size(), velocities.size()));
   }
-  const auto now_q = engine_.q();
+  const auto now_q = engine_->q();
   Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(now_q.data(), model_.nq);
   Eigen::VectorXd v = Eigen::VectorXd::Zero(model_.nv);
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -263,8 +268,8 @@ Status SimulatorServices::write_state(const std::vector<std::string>& names,
     v[joint.v] = velocity;
   }
   model_.apply_mimics(q);
-  engine_.set_state({q.data(), static_cast<std::size_t>(q.size())},
-                    {v.data(), static_cast<std::size_t>(v.size())});
+  engine_->set_state({q.data(), static_cast<std::size_t>(q.size())},
+                     {v.data(), static_cast<std::size_t>(v.size())});
   callbacks_.state_written();
   return {};
 }
@@ -274,14 +279,14 @@ void SimulatorServices::offer_joint_state() {
   node_.serve<GetState>("~/get_state",
                         [this](const GetState::Request&, Responder<GetState::Response> respond) {
                           GetState::Response response;
-                          response.sim_time = to_seconds(engine_.time());
+                          response.sim_time = to_seconds(engine_->time());
                           for (std::size_t j = 0; j < model_.joints.size(); ++j) {
                             const ModelJoint& joint = model_.joints[j];
                             if (!joint.scalar()) continue;
                             response.names.push_back(joint.name);
-                            response.positions.push_back(engine_.q()[static_cast<std::size_t>(joint.q)]);
-                            response.velocities.push_back(engine_.v()[static_cast<std::size_t>(joint.v)]);
-                            response.efforts.push_back(engine_.drive_effort()[j]);
+                            response.positions.push_back(engine_->q()[static_cast<std::size_t>(joint.q)]);
+                            response.velocities.push_back(engine_->v()[static_cast<std::size_t>(joint.v)]);
+                            response.efforts.push_back(engine_->drive_effort()[j]);
                           }
                           respond(response);
                         });
@@ -310,8 +315,8 @@ void SimulatorServices::offer_joint_state() {
                           : joint.type == JointType::continuous ? Response::CONTINUOUS
                                                                 : Response::REVOLUTE;
           response.damping = {joint.damping};
-          response.position = {engine_.q()[static_cast<std::size_t>(joint.q)]};
-          response.rate = {engine_.v()[static_cast<std::size_t>(joint.v)]};
+          response.position = {engine_->q()[static_cast<std::size_t>(joint.q)]};
+          response.rate = {engine_->v()[static_cast<std::size_t>(joint.v)]};
         }
         respond(response);
       });
@@ -324,13 +329,13 @@ void SimulatorServices::offer_model_state() {
     Pose X_WM = Pose::Identity();
     Status status;
     if (is_robot(r.model_name)) {
-      X_WM = engine_.link_pose(0);
-    } else if (!engine_.object_pose(r.model_name, X_WM)) {
+      X_WM = engine_->link_pose(0);
+    } else if (!engine_->object_pose(r.model_name, X_WM)) {
       status = Status::refused(
           fmt::format("there is no model '{}'; the robot is '{}'", r.model_name, model_.name));
     }
     auto response = answer<GetModelState::Response>(status, "");
-    response.header.stamp = to_time_msg(engine_.time());
+    response.header.stamp = to_time_msg(engine_->time());
     response.header.frame_id = "world";
     const Eigen::Quaterniond rotation(X_WM.linear());
     response.pose.position = {X_WM.translation().x(), X_WM.translation().y(), X_WM.translation().z()};
@@ -350,7 +355,7 @@ void SimulatorServices::offer_model_state() {
       status =
           Status::refused("the pose is no pose: a position of finite numbers and a quaternion of length 1");
     } else if (X_WM.linear() = rotation.normalized().toRotationMatrix();
-               !engine_.set_object_pose(r.model_state.model_name, X_WM)) {
+               !engine_->set_object_pose(r.model_state.model_name, X_WM)) {
       status = Status::refused(
           fmt::format("there is no loose object '{}' in the world; the robot's joints are set "
                       "with /gazebo/set_state",

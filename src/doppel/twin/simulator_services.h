@@ -32,6 +32,8 @@ class SimulatorServices {
     if (now >= next_change_) apply_due(now);
   }
   void forget_loads();
+  // Another engine for a model with the same links and joints takes over, with the loads that act.
+  void rebind(Engine& engine);
 
   [[nodiscard]] TimeControl& time_control() { return time_control_; }
 
@@ -65,7 +67,7 @@ class SimulatorServices {
   [[nodiscard]] bool is_robot(const std::string& name) const { return name.empty() || name == model_.name; }
 
   const Model& model_;
-  Engine& engine_;
+  Engine* engine_;
   Callbacks callbacks_;
   Node node_;
   TimeControl time_control_;

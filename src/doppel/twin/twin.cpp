@@ -7,8 +7,6 @@
 #include <cmath>
 
 #include "doppel/messages/rcl_interfaces.h"
-#include "doppel/twin/robot_setup.h"
-#include "doppel/twin/simulated_hardware.h"
 #include "doppel/twin/simulator_services.h"
 #include "doppel/twin/state_publisher.h"
 
@@ -29,118 +27,62 @@ std::uint64_t mixed(std::uint64_t hash, double value) {
   return hash ^ (hash >> 29);
 }
 
-BaseKind base_of(const RobotDescription& robot, const Scenario& scenario, Diagnostics& diagnostics) {
-  std::string root;
-  for (const Link& link : robot.links) {
-    const auto child = [&](const Joint& joint) { return joint.child == link.name; };
-    if (std::none_of(robot.joints.begin(), robot.joints.end(), child)) root = link.name;
-  }
-  if (root == "world") return BaseKind::fixed;
-  if (scenario.base == BaseKind::fixed) {
-    diagnostics.note("up.base_fixed", robot.source,
-                     fmt::format("the root link '{}' is fixed to the world (there is no link 'world')", root),
-                     "--base floating lets it fall and move");
-  }
-  return scenario.base;
-}
-
-std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Model& model,
-                                             Diagnostics& diagnostics) {
-  const RobotDescription& robot = setup.description.robot;
-  bool position = false;
-  for (const auto& hardware : robot.hardware) {
-    for (const auto& joint : hardware.joints) {
-      for (const auto& interface : joint.command_interfaces)
-        position = position || interface.name == kPosition;
-    }
-  }
-  if (robot.hardware.empty() || (setup.controllers_origin == "generated" && !position)) {
-    diagnostics.note(
-        "up.hardware_generated", robot.source,
-        robot.hardware.empty()
-            ? "there is no <ros2_control>; every joint that can be driven gets simulated interfaces"
-            : "no joint under <ros2_control> takes position commands; every joint that can be driven gets "
-              "simulated interfaces instead");
-    return {generated_hardware(model)};
-  }
-  for (const auto& hardware : robot.hardware) report_plugin(hardware, diagnostics);
-  return robot.hardware;
-}
-
 }  // namespace
 
 struct Twin::Impl {
-  Impl(const Scenario& scenario, const Log& the_log, Diagnostics& diagnostics)
-      : log(the_log), setup(set_up_robot(scenario, resolver, diagnostics)) {
-    const RobotDescription& robot = setup.description.robot;
-    model = compile_model(robot, base_of(robot, scenario, diagnostics), diagnostics);
-    build_engine(scenario, diagnostics);
-    build_control(scenario, diagnostics);
-    diagnostics.throw_if_errors();
+  Impl(Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
+      : scenario(std::move(the_scenario)),
+        log(the_log),
+        machine(std::make_unique<Machine>(scenario, diagnostics)) {
+    registry = ControllerRegistry::with_builtin();
+    for (const std::string& plugin : scenario.plugins) registry.load_library(plugin);
+    build_control(diagnostics);
+    make_publisher();
+    if (scenario.start_controllers) control->start(control->wish_of(scenario.activate), log);
+  }
 
-    publisher = std::make_unique<StatePublisher>(bus, robot, model);
+  // What is on the bus for the machine, but for what publishes its state.
+  void build_control(Diagnostics& diagnostics) {
+    control =
+        std::make_unique<ControlStack>(bus, *machine, registry, scenario.enforce_limits, log, diagnostics);
     services = std::make_unique<SimulatorServices>(
-        bus, model, *engine,
-        SimulatorServices::Callbacks{[this] { reset(); }, [this] { manager->restart(engine->time()); }});
-    publisher->publish_latched(Time{});
-    const Duration step = setup.world.step;
-    steps_per_tick = static_cast<std::uint64_t>(manager->steps_per_tick());
+        bus, control->model(), *machine->engine,
+        SimulatorServices::Callbacks{[this] { reset(); },
+                                     [this] { control->manager().restart(machine->engine->time()); }});
+    const Duration step = machine->setup.world.step;
+    steps_per_tick = static_cast<std::uint64_t>(control->manager().steps_per_tick());
     steps_per_transforms = steps_in(kTransformPeriod, step);
     steps_per_clock = steps_in(kClockPeriod, step);
     steps_per_housekeeping = steps_in(kHousekeepingPeriod, step);
-    if (scenario.start_controllers) start_controllers(scenario);
-    next_tick = next_transforms = next_clock = next_housekeeping = 0;
+    all_due_now();
   }
 
-  void build_engine(const Scenario& scenario, Diagnostics& diagnostics) {
-    EngineOptions options;
-    options.q0 = model.neutral();
-    apply_initial_values(setup.description.robot, model, options.q0, diagnostics);
-    options.servos = choose_servos(model, ServoOptions{.ideal = scenario.ideal}, gravity_R());
-    servos = options.servos;
-    engine = make_mujoco_engine(setup.description.robot, model, setup.world, options, diagnostics);
+  void make_publisher() {
+    publisher.reset();
+    publisher = std::make_unique<StatePublisher>(bus, machine->setup.description.robot, control->model());
+    publisher->publish_latched(machine->engine->time());
   }
 
-  // Gravity in the axes of the robot's root link.
-  [[nodiscard]] Eigen::Vector3d gravity_R() const {
-    return setup.world.X_WR.linear().transpose() * setup.world.gravity;
+  void all_due_now() { next_tick = next_transforms = next_clock = next_housekeeping = count; }
+
+  // Controllers and services for the machine in place of those that are there, with the same pace of time.
+  void rebuild_control(const ControllerWish& wish) {
+    const TimeControl time = services->time_control();
+    services.reset();
+    control.reset();
+    Diagnostics told_before;
+    build_control(told_before);
+    services->time_control() = time;
+    control->start(wish, log);
   }
 
-  void build_control(const Scenario& scenario, Diagnostics& diagnostics) {
-    registry = ControllerRegistry::with_builtin();
-    for (const std::string& plugin : scenario.plugins) registry.load_library(plugin);
-    ControllerManagerOptions options;
-    options.physics_step = setup.world.step;
-    options.enforce_limits = scenario.enforce_limits;
-    manager = std::make_unique<ControllerManager>(bus, model, registry, &setup.controllers, options, log,
-                                                  diagnostics);
-    for (const HardwareDescription& hardware : hardware_of(setup, model, diagnostics)) {
-      manager->add_hardware(std::make_unique<SimulatedHardware>(hardware, model, *engine, diagnostics));
-    }
-  }
-
-  void start_controllers(const Scenario& scenario) {
-    std::vector<std::string> names = scenario.activate;
-    std::vector<std::string> rest;
-    for (const auto& [name, type] : manager->declared_controllers()) {
-      if (scenario.activate.empty()) {
-        names.push_back(name);
-      } else if (std::find(names.begin(), names.end(), name) == names.end()) {
-        rest.push_back(name);
-      }
-    }
-    manager->start(names);
-    for (const std::string& name : rest) {
-      manager->load(name);
-      if (const Status configured = manager->configure(name); !configured)
-        log.warning(name, configured.why());
-    }
-  }
+  Reload replace(Replacement& fresh);
 
   void step() {
+    Engine* const engine = machine->engine.get();
     const Time now = engine->time();
     if (count == next_tick) {
-      manager->tick(now);
+      control->manager().tick(now);
       next_tick += steps_per_tick;
     }
     services->before_step(now);
@@ -151,7 +93,8 @@ struct Twin::Impl {
     for (const double value : engine->v()) hash = mixed(hash, value);
     for (const double value : engine->drive_effort()) hash = mixed(hash, value);
     if (count >= next_transforms) {
-      publisher->publish_transforms(engine->time(), Eigen::Map<const Eigen::VectorXd>(q.data(), model.nq));
+      publisher->publish_transforms(engine->time(),
+                                    Eigen::Map<const Eigen::VectorXd>(q.data(), machine->model.nq));
       next_transforms += steps_per_transforms;
     }
     if (count >= next_clock) {
@@ -161,32 +104,30 @@ struct Twin::Impl {
   }
 
   void between_steps() {
-    bus.set_now(engine->time());
+    bus.set_now(machine->engine->time());
     bus.spin();
     if (count >= next_housekeeping) {
-      manager->housekeeping(engine->time());
+      control->manager().housekeeping(machine->engine->time());
       next_housekeeping = count + steps_per_housekeeping;
     }
   }
 
   void reset() {
-    engine->reset();
+    Engine& engine = *machine->engine;
+    engine.reset();
     services->forget_loads();
-    bus.set_now(engine->time());
-    manager->restart(engine->time());
-    publisher->publish_latched(engine->time());
-    next_tick = next_transforms = next_clock = next_housekeeping = count;
+    bus.set_now(engine.time());
+    control->manager().restart(engine.time());
+    publisher->publish_latched(engine.time());
+    all_due_now();
   }
 
+  const Scenario scenario;
   const Log& log;
-  PackageResolver resolver;
-  RobotSetup setup;
-  Model model;
-  std::vector<ServoParameters> servos;
   Bus bus;
-  std::unique_ptr<Engine> engine;
   ControllerRegistry registry;
-  std::unique_ptr<ControllerManager> manager;
+  std::unique_ptr<Machine> machine;
+  std::unique_ptr<ControlStack> control;
   std::unique_ptr<StatePublisher> publisher;
   std::unique_ptr<SimulatorServices> services;
 
@@ -194,6 +135,32 @@ struct Twin::Impl {
   std::uint64_t steps_per_tick = 1, steps_per_transforms = 1, steps_per_clock = 1, steps_per_housekeeping = 1;
   std::uint64_t next_tick = 0, next_transforms = 0, next_clock = 0, next_housekeeping = 0;
 };
+
+struct Twin::Replacement {
+  std::unique_ptr<Machine> machine;
+  ControllerWish wish;
+};
+
+Twin::Reload Twin::Impl::replace(Replacement& fresh) {
+  carry_over_state(*machine, *fresh.machine);
+  std::swap(machine, fresh.machine);  // the old one waits there, to run on if controllers refuse the new one
+  if (same_structure(*fresh.machine, *machine)) {
+    control->take_over(*fresh.machine, *machine);
+    services->rebind(*machine->engine);
+    make_publisher();
+    return Reload::controllers_went_on;
+  }
+  const ControllerWish before = control->present_wish();
+  try {
+    rebuild_control(fresh.wish);
+  } catch (const InputError&) {
+    std::swap(machine, fresh.machine);
+    rebuild_control(before);
+    throw;
+  }
+  make_publisher();
+  return Reload::controllers_made_anew;
+}
 
 Twin::Twin(const Scenario& scenario, const Log& log, Diagnostics& diagnostics)
     : impl_(std::make_unique<Impl>(scenario, log, diagnostics)) {}
@@ -209,8 +176,57 @@ void Twin::between_steps() {
 void Twin::reset() {
   impl_->reset();
 }
+ControllerWish Twin::present_controllers() const {
+  return impl_->control->present_wish();
+}
+
+namespace {
+
+// What ran goes on where it is still declared; what the YAML declares newly is treated as at the start.
+ControllerWish renewed(const ControllerWish& before,
+                       const std::vector<std::pair<std::string, std::string>>& declared,
+                       const Scenario& scenario) {
+  ControllerWish wish = before;
+  const auto gone = [&declared](const std::string& name) {
+    return std::none_of(declared.begin(), declared.end(), [&name](const auto& d) { return d.first == name; });
+  };
+  std::erase_if(wish.active, gone);
+  std::erase_if(wish.inactive, gone);
+  for (const auto& [name, type] : declared) {
+    const bool known =
+        std::find(before.declared.begin(), before.declared.end(), name) != before.declared.end();
+    if (known || !scenario.start_controllers) continue;
+    (scenario.activate.empty() ? wish.active : wish.inactive).push_back(name);
+  }
+  return wish;
+}
+
+}  // namespace
+
+std::shared_ptr<Twin::Replacement> Twin::prepare(const ControllerWish& wish, Diagnostics& diagnostics) const {
+  auto fresh = std::make_shared<Replacement>();
+  fresh->machine = std::make_unique<Machine>(impl_->scenario, diagnostics);
+  // A rehearsal on a bus of its own: whatever controllers refuse, they refuse here.
+  Bus bus;
+  const Log quiet;
+  ControlStack rehearsal(bus, *fresh->machine, impl_->registry, impl_->scenario.enforce_limits, quiet,
+                         diagnostics);
+  fresh->wish = renewed(wish, rehearsal.manager().declared_controllers(), impl_->scenario);
+  rehearsal.start(fresh->wish, quiet);
+  fresh->machine->engine->reset();
+  return fresh;
+}
+
+Twin::Reload Twin::replace(const std::shared_ptr<Replacement>& replacement) {
+  return impl_->replace(*replacement);
+}
+
+std::vector<std::filesystem::path> Twin::files() const {
+  return impl_->machine->files(impl_->scenario);
+}
+
 Time Twin::now() const {
-  return impl_->engine->time();
+  return impl_->machine->engine->time();
 }
 std::uint64_t Twin::steps() const {
   return impl_->count;
@@ -219,25 +235,25 @@ std::uint64_t Twin::state_hash() const {
   return impl_->hash;
 }
 bool Twin::diverged() const {
-  return impl_->engine->diverged();
+  return impl_->machine->engine->diverged();
 }
 const std::string& Twin::robot_name() const {
-  return impl_->model.name;
+  return impl_->control->model().name;
 }
 const std::string& Twin::controllers_origin() const {
-  return impl_->setup.controllers_origin;
+  return impl_->machine->setup.controllers_origin;
 }
 const Model& Twin::model() const {
-  return impl_->model;
+  return impl_->control->model();
 }
 const RobotDescription& Twin::description() const {
-  return impl_->setup.description.robot;
+  return impl_->machine->setup.description.robot;
 }
 Engine& Twin::engine() {
-  return *impl_->engine;
+  return *impl_->machine->engine;
 }
 ControllerManager& Twin::controller_manager() {
-  return *impl_->manager;
+  return impl_->control->manager();
 }
 Bus& Twin::bus() {
   return impl_->bus;
@@ -246,16 +262,16 @@ TimeControl& Twin::time_control() {
   return impl_->services->time_control();
 }
 Duration Twin::step_size() const {
-  return impl_->setup.world.step;
+  return impl_->machine->setup.world.step;
 }
 
 std::vector<JointSnapshot> Twin::joints() const {
   std::vector<std::pair<std::string_view, double>> targets;
-  impl_->manager->targets(targets);
+  impl_->control->manager().targets(targets);
   std::vector<JointSnapshot> out;
-  const Engine& engine = *impl_->engine;
-  for (std::size_t j = 0; j < impl_->model.joints.size(); ++j) {
-    const ModelJoint& joint = impl_->model.joints[j];
+  const Engine& engine = *impl_->machine->engine;
+  for (std::size_t j = 0; j < impl_->control->model().joints.size(); ++j) {
+    const ModelJoint& joint = impl_->control->model().joints[j];
     if (!joint.scalar()) continue;
     JointSnapshot snapshot;
     snapshot.name = joint.name;
@@ -265,7 +281,8 @@ std::vector<JointSnapshot> Twin::joints() const {
     snapshot.target = std::nan("");
     for (const auto& [name, target] : targets) {
       if (name == joint.name) snapshot.target = target;
-      if (joint.mimics() && name == impl_->model.joints[static_cast<std::size_t>(joint.mimic_leader)].name) {
+      if (joint.mimics() &&
+          name == impl_->control->model().joints[static_cast<std::size_t>(joint.mimic_leader)].name) {
         snapshot.target = joint.mimic_multiplier * target + joint.mimic_offset;
       }
     }
@@ -279,13 +296,14 @@ std::vector<JointSnapshot> Twin::joints() const {
 }
 
 std::vector<SagReport> Twin::gravity_sag() const {
-  Data data(impl_->model);
-  const auto q = impl_->engine->q();
-  const Eigen::Map<const Eigen::VectorXd> configuration(q.data(), impl_->model.nq);
+  Data data(impl_->control->model());
+  const auto q = impl_->machine->engine->q();
+  const Eigen::Map<const Eigen::VectorXd> configuration(q.data(), impl_->control->model().nq);
   std::vector<SagReport> out;
-  for (const Sag& sag : static_sag(impl_->model, data, impl_->servos, configuration, impl_->gravity_R())) {
-    out.push_back(
-        {impl_->model.joints[static_cast<std::size_t>(sag.joint)].name, sag.torque, sag.sag, sag.margin});
+  for (const Sag& sag : static_sag(impl_->control->model(), data, impl_->machine->servos, configuration,
+                                   impl_->machine->gravity_R())) {
+    out.push_back({impl_->control->model().joints[static_cast<std::size_t>(sag.joint)].name, sag.torque,
+                   sag.sag, sag.margin});
   }
   return out;
 }

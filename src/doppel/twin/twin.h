@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "doppel/bus/bus.h"
-#include "doppel/control/controller_manager.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/log.h"
 #include "doppel/physics/engine.h"
+#include "doppel/twin/control_stack.h"
 #include "doppel/twin/scenario.h"
 
 namespace doppel {
@@ -48,6 +48,23 @@ class Twin {
   // Between steps: what edges sent, reports, results. Allocates only where there is something to do.
   void between_steps();
   void reset();  // to the start: time 0, start pose, at rest; active controllers hold there
+
+  // -- reload of the sources
+  // What the scenario's files say now, built beside the running machine; opaque.
+  struct Replacement;
+  // What is to run after a reload; the loop's thread.
+  [[nodiscard]] ControllerWish present_controllers() const;
+  // On any thread. Throws InputError where the files cannot be used: what runs is untouched.
+  [[nodiscard]] std::shared_ptr<Replacement> prepare(const ControllerWish& wish,
+                                                     Diagnostics& diagnostics) const;
+  // The loop's thread, between steps: the replacement goes on from the present time and joint state. With the
+  // same links, joints, interfaces and controllers' YAML, controllers go on with what they are doing; else
+  // they are made anew, and those that were active are so again. Throws InputError where they cannot; the old
+  // machine runs on then.
+  enum class Reload { controllers_went_on, controllers_made_anew };
+  Reload replace(const std::shared_ptr<Replacement>& replacement);
+  // Every file that the twin was made of: what a reload watches. The loop's thread.
+  [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
   [[nodiscard]] Time now() const;
   [[nodiscard]] std::uint64_t steps() const;

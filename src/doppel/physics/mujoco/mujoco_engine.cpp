@@ -65,6 +65,7 @@ class MujocoEngine final : public Engine {
   void reset() override;
   void step() override;
   [[nodiscard]] Time time() const override { return steps_ * world_.step; }
+  void set_time(Time now) override { steps_ = now / world_.step; }
   [[nodiscard]] bool diverged() const override { return diverged_; }
 
   [[nodiscard]] std::span<const double> q() const override {
@@ -81,6 +82,13 @@ class MujocoEngine final : public Engine {
     return drive_of_joint_[joint] < 0 ? DriveMode::limp : drives_[drive_of_joint_[joint]].mode();
   }
   void set_target(int joint, double target) override { drives_[drive_of_joint_[joint]].set_target(target); }
+
+  [[nodiscard]] double drive_reference(int joint) const override {
+    return drives_[drive_of_joint_[joint]].reference();
+  }
+  void set_drive_reference(int joint, double reference) override {
+    drives_[drive_of_joint_[joint]].follow(reference);
+  }
 
   void apply_joint_effort(int joint, double effort) override {
     d()->qfrc_applied[model_.joints[joint].v] = effort;

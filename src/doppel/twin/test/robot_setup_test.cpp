@@ -15,12 +15,14 @@ constexpr const char* kManager = "controller_manager:\n  ros__parameters:\n    u
 
 class RobotSetups : public ::testing::Test {
  protected:
-  RobotSetups() : folder_(fs::temp_directory_path() / ("doppel_setup_" + std::to_string(::getpid()))) {
+  // In a folder of its own, because a package's neighbours are looked at, too.
+  RobotSetups()
+      : folder_(fs::temp_directory_path() / ("doppel_setup_" + std::to_string(::getpid())) / "my_arm") {
     fs::create_directories(folder_ / "urdf");
     fs::create_directories(folder_ / "config");
     write("package.xml", "<package format=\"3\"><name>my_arm</name></package>");
   }
-  ~RobotSetups() override { fs::remove_all(folder_); }
+  ~RobotSetups() override { fs::remove_all(folder_.parent_path()); }
 
   void write(const std::string& file, const std::string& text) { std::ofstream(folder_ / file) << text; }
   void write_robot(const std::string& extra) {

@@ -1,0 +1,48 @@
+#pragma once
+// The controller manager with its simulated hardware, for one machine. Model and YAML are copies of its own,
+// so that another machine with the same structure can take the first one's place under running controllers.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "doppel/control/controller_manager.h"
+#include "doppel/twin/machine.h"
+#include "doppel/twin/simulated_hardware.h"
+
+namespace doppel {
+
+// Which controllers are to be active, and which only loaded and configured.
+struct ControllerWish {
+  std::vector<std::string> active, inactive;
+  std::vector<std::string> declared;  // in the YAML that they come from
+};
+
+class ControlStack {
+ public:
+  // Throws InputError for what is wrong in the YAML or among the interfaces.
+  ControlStack(Bus& bus, const Machine& machine, const ControllerRegistry& registry, bool enforce_limits,
+               const Log& log, Diagnostics& diagnostics);
+
+  // Throws InputError; nothing is active then.
+  void start(const ControllerWish& wish, const Log& log);
+  // All that the YAML declares, or what `activate` names and the rest inactive.
+  [[nodiscard]] ControllerWish wish_of(const std::vector<std::string>& activate) const;
+  // What runs now.
+  [[nodiscard]] ControllerWish present_wish() const;
+
+  // The machine has the same structure as the one before. Drives, claims and references go on.
+  void take_over(const Machine& before, const Machine& machine);
+
+  [[nodiscard]] ControllerManager& manager() { return *manager_; }
+  [[nodiscard]] const ControllerManager& manager() const { return *manager_; }
+  [[nodiscard]] const Model& model() const { return model_; }
+
+ private:
+  Model model_;
+  ParameterFile controllers_;
+  std::unique_ptr<ControllerManager> manager_;
+  std::vector<SimulatedHardware*> hardware_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,138 @@
+#include "doppel/twin/machine.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "doppel/twin/simulated_hardware.h"
+
+namespace doppel {
+namespace {
+
+BaseKind base_of(const RobotDescription& robot, const Scenario& scenario, Diagnostics& diagnostics) {
+  std::string root;
+  for (const Link& link : robot.links) {
+    const auto child = [&](const Joint& joint) { return joint.child == link.name; };
+    if (std::none_of(robot.joints.begin(), robot.joints.end(), child)) root = link.name;
+  }
+  if (root == "world") return BaseKind::fixed;
+  if (scenario.base == BaseKind::fixed) {
+    diagnostics.note("up.base_fixed", robot.source,
+                     fmt::format("the root link '{}' is fixed to the world (there is no link 'world')", root),
+                     "--base floating lets it fall and move");
+  }
+  return scenario.base;
+}
+
+std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Model& model,
+                                             Diagnostics& diagnostics) {
+  const RobotDescription& robot = setup.description.robot;
+  bool position = false;
+  for (const auto& hardware : robot.hardware) {
+    for (const auto& joint : hardware.joints) {
+      for (const auto& interface : joint.command_interfaces)
+        position = position || interface.name == kPosition;
+    }
+  }
+  if (robot.hardware.empty() || (setup.controllers_origin == "generated" && !position)) {
+    diagnostics.note(
+        "up.hardware_generated", robot.source,
+        robot.hardware.empty()
+            ? "there is no <ros2_control>; every joint that can be driven gets simulated interfaces"
+            : "no joint under <ros2_control> takes position commands; every joint that can be driven gets "
+              "simulated interfaces instead");
+    return {generated_hardware(model)};
+  }
+  for (const auto& hardware : robot.hardware) report_plugin(hardware, diagnostics);
+  return robot.hardware;
+}
+
+// All that controllers and their hardware were told of a component.
+std::string signature(const HardwareDescription& hardware) {
+  std::string out = hardware.name + '\n' + hardware.plugin + '\n';
+  for (const auto* parts : {&hardware.joints, &hardware.sensors, &hardware.gpios}) {
+    for (const HardwareJointDescription& part : *parts) {
+      out += "part " + part.name + '\n';
+      for (const auto& i : part.command_interfaces) out += "command " + i.name + '\n';
+      for (const auto& i : part.state_interfaces) out += "state " + i.name + '\n';
+    }
+  }
+  return out;
+}
+
+bool same_joint(const ModelJoint& a, const ModelJoint& b) {
+  return a.name == b.name && a.type == b.type && a.q == b.q && a.v == b.v && a.parent_link == b.parent_link &&
+         a.mimic_leader == b.mimic_leader;
+}
+
+}  // namespace
+
+Machine::Machine(const Scenario& scenario, Diagnostics& diagnostics)
+    : setup(set_up_robot(scenario, resolver, diagnostics)) {
+  const RobotDescription& robot = setup.description.robot;
+  model = compile_model(robot, base_of(robot, scenario, diagnostics), diagnostics);
+  EngineOptions options;
+  options.q0 = model.neutral();
+  apply_initial_values(robot, model, options.q0, diagnostics);
+  servos = choose_servos(model, ServoOptions{.ideal = scenario.ideal}, gravity_R());
+  options.servos = servos;
+  engine = make_mujoco_engine(robot, model, setup.world, options, diagnostics);
+  hardware = hardware_of(setup, model, diagnostics);
+}
+
+Eigen::Vector3d Machine::gravity_R() const {
+  return setup.world.X_WR.linear().transpose() * setup.world.gravity;
+}
+
+std::vector<std::filesystem::path> Machine::files(const Scenario& scenario) const {
+  std::vector<std::filesystem::path> out = setup.description.files;
+  if (setup.controllers_origin != "generated") out.emplace_back(setup.controllers_origin);
+  if (scenario.world) out.push_back(*scenario.world);
+  const auto add = [&out](const Geometry& geometry) {
+    const auto* mesh = std::get_if<MeshGeometry>(&geometry);
+    if (mesh != nullptr && !mesh->path.empty()) out.emplace_back(mesh->path);
+  };
+  for (const Link& link : setup.description.robot.links) {
+    for (const Visual& visual : link.visuals) add(visual.geometry);
+    for (const Collision& collision : link.collisions) add(collision.geometry);
+  }
+  return out;
+}
+
+bool same_structure(const Machine& a, const Machine& b) {
+  const auto same_link = [](const ModelLink& x, const ModelLink& y) { return x.name == y.name; };
+  const auto same_hardware = [](const HardwareDescription& x, const HardwareDescription& y) {
+    return signature(x) == signature(y);
+  };
+  return a.setup.controllers.text() == b.setup.controllers.text() &&
+         a.setup.world.step == b.setup.world.step &&
+         std::equal(a.model.links.begin(), a.model.links.end(), b.model.links.begin(), b.model.links.end(),
+                    same_link) &&
+         std::equal(a.model.joints.begin(), a.model.joints.end(), b.model.joints.begin(),
+                    b.model.joints.end(), same_joint) &&
+         std::equal(a.hardware.begin(), a.hardware.end(), b.hardware.begin(), b.hardware.end(),
+                    same_hardware);
+}
+
+void carry_over_state(const Machine& from, Machine& to) {
+  Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(to.engine->q().data(), to.model.nq);
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(to.model.nv);
+  for (const ModelJoint& joint : to.model.joints) {
+    const int index = from.model.find_joint(joint.name);
+    if (index < 0) continue;
+    const ModelJoint& old = from.model.joints[static_cast<std::size_t>(index)];
+    if (old.nq != joint.nq || old.nv != joint.nv) continue;
+    for (int i = 0; i < joint.nq; ++i) q[joint.q + i] = from.engine->q()[static_cast<std::size_t>(old.q + i)];
+    for (int i = 0; i < joint.nv; ++i) v[joint.v + i] = from.engine->v()[static_cast<std::size_t>(old.v + i)];
+  }
+  to.engine->set_time(from.engine->time());
+  for (const WorldObject& object : to.setup.world.objects) {
+    if (Pose X_WO; object.mass > 0 && from.engine->object_pose(object.name, X_WO)) {
+      to.engine->set_object_pose(object.name, X_WO);
+    }
+  }
+  to.engine->set_state({q.data(), static_cast<std::size_t>(q.size())},
+                       {v.data(), static_cast<std::size_t>(v.size())});
+}
+
+}  // namespace doppel

@@ -1,0 +1,40 @@
+#pragma once
+// What a scenario's files make before anything is on the bus: description, model, engine, controllers' YAML.
+// Built on any thread, so that an edit is judged while the old machine runs on.
+
+#include <memory>
+#include <vector>
+
+#include "doppel/physics/engine.h"
+#include "doppel/twin/robot_setup.h"
+
+namespace doppel {
+
+struct Machine {
+  // Throws InputError.
+  Machine(const Scenario& scenario, Diagnostics& diagnostics);
+  Machine(const Machine&) = delete;
+  Machine& operator=(const Machine&) = delete;
+
+  // Gravity in the axes of the robot's root link, m/s^2.
+  [[nodiscard]] Eigen::Vector3d gravity_R() const;
+  // Every file that it was made of: the description's, the controllers', the world's, the meshes.
+  [[nodiscard]] std::vector<std::filesystem::path> files(const Scenario& scenario) const;
+
+  PackageResolver resolver;
+  RobotSetup setup;
+  Model model;
+  std::vector<HardwareDescription> hardware;  // the description's, or one made up
+  std::vector<ServoParameters> servos;        // [joints]
+  std::unique_ptr<Engine> engine;
+};
+
+// Whether controllers made for `a` can go on with `b`: the same links, joints, interfaces, controllers' YAML
+// and step; limits, inertia, geometry and places may differ.
+bool same_structure(const Machine& a, const Machine& b);
+
+// Time, the state and drives' references of every joint with the same name and type, and the poses of
+// objects.
+void carry_over_state(const Machine& from, Machine& to);
+
+}  // namespace doppel

@@ -1,0 +1,163 @@
+// Hot reload: an edit takes over from the running machine, or leaves it alone.
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "twin_fixture.h"
+
+namespace doppel::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Reload : public TwinFixture {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / "reload" / info->name() /
+              "omarm_one";  // alone: packages look at neighbours
+    fs::remove_all(folder_);
+    fs::create_directories(folder_.parent_path());
+    fs::copy(DOPPEL_SOURCE_DIR "/robots/omarm_one", folder_, fs::copy_options::recursive);
+    bring_up(folder_.string());
+  }
+  void TearDown() override {
+    edge_.reset();
+    twin_.reset();
+    fs::remove_all(folder_);
+  }
+
+  void edit(const std::string& file, const std::string& from, const std::string& to) {
+    std::ifstream in(folder_ / file);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
+    std::ofstream(folder_ / file) << text.replace(at, from.size(), to);
+  }
+
+  Twin::Reload reload() {
+    Diagnostics said;
+    const auto fresh = twin_->prepare(twin_->present_controllers(), said);
+    return twin_->replace(fresh);
+  }
+
+  std::map<std::string, double> positions() {
+    std::map<std::string, double> out;
+    for (const JointSnapshot& j : twin_->joints()) out[j.name] = j.q;
+    return out;
+  }
+
+  void expect_state(const std::string& controller, ControllerState state) {
+    for (const ControllerView& view : twin_->controller_manager().controllers()) {
+      if (view.name == controller) {
+        EXPECT_EQ(view.state, state) << controller;
+        return;
+      }
+    }
+    ADD_FAILURE() << controller << " is not loaded";
+  }
+
+  void send_trajectory() {
+    publish("/omarm_arm_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
+            R"({joint_names: ["Revolute 1","Revolute 2","Revolute 3","Revolute 4","Revolute 5","Revolute 6"],
+points: [{positions: [1.0, 1.2, 1.4, 1.5, 1.3, 1.1], time_from_start: {sec: 2}}]})");
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Reload, ATrajectoryGoesOnThroughAnEditOfLimitsAndInertia) {
+  send_trajectory();
+  run(1.0);
+  const auto before = positions();
+  const Time time = twin_->now();
+  edit("urdf/omarm.xacro", "velocity=\"5.2\"", "velocity=\"4.4\"");
+  EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
+  EXPECT_EQ(twin_->now(), time);
+  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-6) << name;
+  EXPECT_EQ(twin_->model().joints[static_cast<std::size_t>(twin_->model().find_joint("Revolute 1"))].velocity,
+            4.4);
+  run(0.002);
+  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 0.01) << name << " must not jump";
+  run(1.5);
+  EXPECT_NEAR(joint("Revolute 1").q, 1.0, 0.01);
+  EXPECT_NEAR(joint("Revolute 3").q, 1.4, 0.01);
+}
+
+TEST_F(Reload, AnEditThatChangesNothingThatMovesLeavesTheMotionAlone) {
+  run(1.0);
+  const auto before = positions();
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
+    run(0.1);
+  }
+  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-5) << name << " crept away";
+}
+
+TEST_F(Reload, TheControllersYamlIsReadAgain) {
+  run(0.2);
+  const auto before = positions();
+  edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 200");
+  EXPECT_EQ(reload(), Twin::Reload::controllers_made_anew);
+  EXPECT_EQ(twin_->controller_manager().steps_per_tick(), 5);
+  for (const char* name : {"omarm_arm_controller", "omarm_gripper_controller", "joint_state_broadcaster"})
+    expect_state(name, ControllerState::active);
+  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-6) << name;
+  send_trajectory();
+  run(3.0);
+  EXPECT_NEAR(joint("Revolute 2").q, 1.2, 0.01);
+}
+
+TEST_F(Reload, AStoppedControllerStaysStopped) {
+  call("/controller_manager/switch_controller", "controller_manager_msgs/srv/SwitchController",
+       "{deactivate_controllers: [omarm_gripper_controller], strictness: 2}");
+  run(0.1);
+  expect_state("omarm_gripper_controller", ControllerState::inactive);
+  edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 50");
+  reload();
+  expect_state("omarm_gripper_controller", ControllerState::inactive);
+  expect_state("omarm_arm_controller", ControllerState::active);
+}
+
+TEST_F(Reload, ServicesTopicsAndPauseSurvive) {
+  twin_->time_control().paused = true;
+  twin_->time_control().speed = 0.5;
+  const std::uint64_t steps = twin_->steps();
+  edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 50");
+  reload();
+  EXPECT_TRUE(twin_->time_control().paused);
+  EXPECT_EQ(twin_->time_control().speed, 0.5);
+  EXPECT_EQ(twin_->steps(), steps);
+  EXPECT_NE(call("/controller_manager/list_controllers", "controller_manager_msgs/srv/ListControllers", "{}")
+                .find("omarm_arm_controller"),
+            std::string::npos);
+}
+
+TEST_F(Reload, WhatCannotBeUsedChangesNothing) {
+  run(0.5);
+  const auto before = positions();
+  const std::string text = "<mimic joint=\"Revolute 8\"";
+  edit("urdf/omarm.xacro", text, "<mimic joint=\"Revolute 88\"");
+  EXPECT_THROW(reload(), InputError);
+  edit("urdf/omarm.xacro", "<mimic joint=\"Revolute 88\"", text);
+  edit("urdf/omarm.xacro", "<robot", "<robot <");
+  EXPECT_THROW(reload(), InputError);
+  edit("urdf/omarm.xacro", "<robot <", "<robot");
+  edit("config/ros2_controllers.yaml", "\"Revolute 8\"", "\"Revolute 7\"");
+  EXPECT_THROW(reload(), InputError);
+  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-6) << name;
+  run(0.5);
+  expect_state("omarm_arm_controller", ControllerState::active);
+  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-4) << name;
+}
+
+TEST_F(Reload, EveryFileThatMattersIsWatched) {
+  std::map<std::string, int> names;
+  for (const fs::path& file : twin_->files()) ++names[file.filename().string()];
+  for (const char* name : {"omarm.xacro", "materials.xacro", "omarm.ros2control", "omarm.gazebo",
+                           "ros2_controllers.yaml", "link_1_1.stl"})
+    EXPECT_GT(names[name], 0) << name;
+}
+
+}  // namespace
+}  // namespace doppel::test
