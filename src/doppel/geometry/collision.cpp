@@ -1,1 +1,160 @@
 #include "doppel/geometry/collision.h"
+
+#include <fcl/fcl.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "doppel/description/mesh.h"
+#include "doppel/geometry/convex.h"
+#include "doppel/geometry/mesh_report.h"
+
+namespace doppel {
+namespace {
+
+using Tree = fcl::BVHModel<fcl::OBBRSSd>;
+
+struct Shape {
+  Pose X_LS = Pose::Identity();                      // in the link
+  ConvexSolid solid;                                 // of a mesh: its hull
+  std::shared_ptr<fcl::CollisionGeometryd> surface;  // with CollisionDetail::triangles
+  bool is_mesh = false;
+};
+
+bool has_size(const Geometry& geometry) {
+  if (const auto* box = std::get_if<Box>(&geometry)) return box->size.minCoeff() > 0;
+  if (const auto* cylinder = std::get_if<Cylinder>(&geometry))
+    return cylinder->radius > 0 && cylinder->length > 0;
+  if (const auto* capsule = std::get_if<Capsule>(&geometry))
+    return capsule->radius > 0 && capsule->length >= 0;
+  if (const auto* sphere = std::get_if<Sphere>(&geometry)) return sphere->radius > 0;
+  return !std::get<MeshGeometry>(geometry).path.empty();
+}
+
+std::optional<ConvexShape> convex_shape(const Geometry& geometry) {
+  if (!has_size(geometry)) return std::nullopt;
+  if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
+    const MeshReport& report = cached_mesh_report(mesh->path);
+    if (!report.problem.empty() || report.hull.empty()) return std::nullopt;
+    ConvexPoints points;
+    points.vertices.resize(3, static_cast<Eigen::Index>(report.hull.size()));
+    for (std::size_t i = 0; i < report.hull.size(); ++i) {
+      points.vertices.col(static_cast<Eigen::Index>(i)) =
+          report.hull[i].cast<double>().cwiseProduct(mesh->scale);
+    }
+    return points;
+  }
+  if (const auto* box = std::get_if<Box>(&geometry)) return *box;
+  if (const auto* cylinder = std::get_if<Cylinder>(&geometry)) return *cylinder;
+  if (const auto* capsule = std::get_if<Capsule>(&geometry)) return *capsule;
+  return std::get<Sphere>(geometry);
+}
+
+std::shared_ptr<Tree> surface_of(const MeshGeometry& geometry) {
+  const TriangleMesh mesh = load_mesh(geometry.path, geometry.scale);
+  std::vector<fcl::Vector3d> vertices;
+  vertices.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3f& p : mesh.vertices) vertices.push_back(p.cast<double>());
+  std::vector<fcl::Triangle> triangles;
+  triangles.reserve(mesh.triangles.size());
+  for (const auto& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+  auto tree = std::make_shared<Tree>();
+  tree->beginModel(static_cast<int>(triangles.size()), static_cast<int>(vertices.size()));
+  tree->addSubModel(vertices, triangles);
+  tree->endModel();
+  return tree;
+}
+
+std::shared_ptr<fcl::CollisionGeometryd> surface_of(const Geometry& geometry) {
+  if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) return surface_of(*mesh);
+  if (const auto* box = std::get_if<Box>(&geometry)) return std::make_shared<fcl::Boxd>(box->size);
+  if (const auto* c = std::get_if<Cylinder>(&geometry))
+    return std::make_shared<fcl::Cylinderd>(c->radius, c->length);
+  if (const auto* c = std::get_if<Capsule>(&geometry))
+    return std::make_shared<fcl::Capsuled>(c->radius, c->length);
+  return std::make_shared<fcl::Sphered>(std::get<Sphere>(geometry).radius);
+}
+
+bool surfaces_touch(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB) {
+  const fcl::CollisionRequestd request;  // one contact is enough
+  fcl::CollisionResultd result;
+  fcl::collide(a.surface.get(), X_WA, b.surface.get(), X_WB, request, result);
+  return result.isCollision();
+}
+
+}  // namespace
+
+struct LinkCollider::Impl {
+  std::vector<std::vector<Shape>> links;
+
+  // The deepest of the shapes of two links; without `exact`, as soon as one overlaps.
+  [[nodiscard]] ConvexDepth overlap(int link_a, int link_b, std::span<const Pose> X_WL, bool exact) const {
+    ConvexDepth deepest;
+    const Pose X_LaLb = X_WL[link_a].inverse() * X_WL[link_b];
+    for (const Shape& a : links[link_a]) {
+      const Pose X_ALb = a.X_LS.inverse() * X_LaLb;
+      for (const Shape& b : links[link_b]) {
+        const ConvexDepth found = pair_overlap(a, b, X_ALb * b.X_LS, exact);
+        deepest.overlap = deepest.overlap || found.overlap;
+        deepest.depth = std::max(deepest.depth, found.depth);
+        if (deepest.overlap && !exact) return deepest;
+      }
+    }
+    return deepest;
+  }
+
+  // The surfaces decide where there are meshes and triangles were asked for; the depth is the hulls'.
+  static ConvexDepth pair_overlap(const Shape& a, const Shape& b, const Pose& X_AB, bool exact) {
+    const bool by_surface = a.surface != nullptr && b.surface != nullptr && (a.is_mesh || b.is_mesh);
+    if (!by_surface) return convex_depth(a.solid, b.solid, X_AB, exact);
+    if (!surfaces_touch(a, Pose::Identity(), b, X_AB)) return {};
+    ConvexDepth found;
+    if (exact) found = convex_depth(a.solid, b.solid, X_AB, true);
+    found.overlap = true;
+    return found;
+  }
+};
+
+LinkCollider::LinkCollider(const RobotDescription& robot, CollisionDetail detail)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->links.resize(robot.links.size());
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    for (const Collision& collision : robot.links[i].collisions) {
+      auto convex = convex_shape(collision.geometry);
+      if (!convex) continue;
+      Shape shape{collision.origin.pose(), ConvexSolid(std::move(*convex)), nullptr,
+                  std::holds_alternative<MeshGeometry>(collision.geometry)};
+      if (detail == CollisionDetail::triangles) shape.surface = surface_of(collision.geometry);
+      impl_->links[i].push_back(std::move(shape));
+    }
+  }
+}
+
+LinkCollider::~LinkCollider() = default;
+LinkCollider::LinkCollider(LinkCollider&&) noexcept = default;
+
+bool LinkCollider::has_shape(int link) const {
+  return !impl_->links[link].empty();
+}
+
+bool LinkCollider::touch(int link_a, int link_b, std::span<const Pose> X_WL) const {
+  return impl_->overlap(link_a, link_b, X_WL, false).overlap;
+}
+
+double LinkCollider::depth(int link_a, int link_b, std::span<const Pose> X_WL) const {
+  return impl_->overlap(link_a, link_b, X_WL, true).depth;
+}
+
+std::vector<LinkContact> LinkCollider::contacts(std::span<const Pose> X_WL) const {
+  std::vector<LinkContact> out;
+  const int count = static_cast<int>(impl_->links.size());
+  for (int a = 0; a < count; ++a) {
+    for (int b = a + 1; b < count; ++b) {
+      const ConvexDepth found = impl_->overlap(a, b, X_WL, true);
+      if (found.overlap) out.push_back({a, b, found.depth});
+    }
+  }
+  return out;
+}
+
+}  // namespace doppel

@@ -1,8 +1,8 @@
 #pragma once
-// Which links of a robot touch, and how deep: convex hulls first, the triangles themselves where asked. A
-// link is what its <collision> elements say. Not for the simulation, which has the engine's own; for judging
-// a description and for self-collision matrices. Algorithm: GJK/EPA and bounding volume trees of FCL (Pan,
-// Chitta, Manocha 2012).
+// Which links of a robot touch, and how deep. A link is what its <collision> elements say: primitives as they
+// are, meshes as their convex hulls or, where asked, by their own triangles. Not for the simulation, which
+// has the engine's own; for judging a description and for self-collision matrices. Hulls and primitives:
+// convex.h; triangles: the bounding volume trees of FCL (Pan, Chitta, Manocha 2012).
 
 #include <memory>
 #include <span>
@@ -16,7 +16,7 @@ namespace doppel {
 
 enum class CollisionDetail {
   hulls,      // every mesh as its convex hull: fast, solid; what physics uses
-  triangles,  // the meshes' own surfaces
+  triangles,  // the meshes' own surfaces; one that is wholly inside another touches nothing
 };
 
 struct LinkContact {
@@ -26,13 +26,14 @@ struct LinkContact {
 
 class LinkCollider {
  public:
-  // Meshes without a file are left out.
+  // Meshes without a file, or that cannot be read, are left out, and so are primitives without a size.
   LinkCollider(const RobotDescription& robot, CollisionDetail detail);
   ~LinkCollider();
   LinkCollider(LinkCollider&&) noexcept;
 
   [[nodiscard]] bool has_shape(int link) const;
-  // X_WL: every link's pose, by index into RobotDescription::links.
+  // X_WL: every link's pose, by index into RobotDescription::links. Hulls that overlap by less than 1e-6 m
+  // only lie on each other and do not touch.
   [[nodiscard]] bool touch(int link_a, int link_b, std::span<const Pose> X_WL) const;
   [[nodiscard]] double depth(int link_a, int link_b, std::span<const Pose> X_WL) const;  // 0: apart
   // Every pair that touches.

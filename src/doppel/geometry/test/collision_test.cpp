@@ -1,0 +1,263 @@
+#include "doppel/geometry/collision.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+#include "doppel/description/load.h"
+#include "doppel/description/mesh.h"
+#include "doppel/geometry/convex.h"
+
+namespace doppel {
+namespace {
+
+using Eigen::Vector3d;
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : generator_(seed) {}
+  double in(double low, double high) { return std::uniform_real_distribution(low, high)(generator_); }
+  Vector3d vector(double reach) { return {in(-reach, reach), in(-reach, reach), in(-reach, reach)}; }
+  Pose pose(double reach) { return make_pose(vector(reach), vector(std::numbers::pi)); }
+
+ private:
+  std::mt19937 generator_;
+};
+
+double depth(const ConvexShape& a, const ConvexShape& b, const Pose& X_AB) {
+  return convex_depth(ConvexSolid(a), ConvexSolid(b), X_AB, true).depth;
+}
+
+Pose moved(double x, double y, double z) {
+  return make_pose({x, y, z}, Vector3d::Zero());
+}
+
+// The separating axis test of two boxes: the least overlap over the 15 axes that matter.
+double box_depth(const Box& a, const Box& b, const Pose& X_AB) {
+  std::vector<Vector3d> axes;
+  for (int i = 0; i < 3; ++i) {
+    axes.emplace_back(Vector3d::Unit(i));
+    axes.emplace_back(X_AB.linear().col(i));
+    for (int j = 0; j < 3; ++j) axes.push_back(Vector3d::Unit(i).cross(X_AB.linear().col(j)));
+  }
+  double least = 1e9;
+  for (Vector3d axis : axes) {
+    if (axis.norm() < 1e-9) continue;
+    axis.normalize();
+    const double reach_a = 0.5 * a.size.dot(axis.cwiseAbs());
+    const double reach_b = 0.5 * b.size.dot((X_AB.linear().transpose() * axis).cwiseAbs());
+    least = std::min(least, reach_a + reach_b - std::abs(X_AB.translation().dot(axis)));
+  }
+  return std::max(0.0, least);
+}
+
+TEST(ConvexDepthTest, BoxesAgreeWithTheSeparatingAxisTest) {
+  const unsigned seed = 41;
+  SCOPED_TRACE("seed 41");
+  Random random(seed);
+  int overlapping = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    const Box a{{random.in(0.01, 0.3), random.in(0.01, 0.3), random.in(0.01, 0.3)}};
+    const Box b{{random.in(0.01, 0.3), random.in(0.01, 0.3), random.in(0.01, 0.3)}};
+    Pose X_AB = random.pose(0.2);
+    if (trial % 3 == 0) {  // as robots stand: axes along axes
+      const Vector3d quarter(std::round(random.in(-2, 2)), std::round(random.in(-2, 2)), 0);
+      X_AB.linear() = rotation_from_rpy(quarter * (std::numbers::pi / 2));
+    }
+    if (trial % 7 == 0) X_AB.translation().setZero();
+    const double expected = box_depth(a, b, X_AB);
+    overlapping += expected > 0 ? 1 : 0;
+    ASSERT_NEAR(depth(a, b, X_AB), expected > kTouching ? expected : 0, 2e-7) << "trial " << trial;
+    if (std::abs(expected - kTouching) > 1e-9) {
+      ASSERT_EQ(convex_depth(ConvexSolid(a), ConvexSolid(b), X_AB, false).overlap, expected > kTouching)
+          << "trial " << trial;
+    }
+  }
+  EXPECT_GT(overlapping, 5000);
+}
+
+TEST(ConvexDepthTest, BoxesOfPointsAreBoxes) {
+  SCOPED_TRACE("seed 42");
+  Random random(42);
+  for (int trial = 0; trial < 2000; ++trial) {
+    const Box a{{random.in(0.01, 0.3), random.in(0.01, 0.3), random.in(0.01, 0.3)}};
+    const Box b{{random.in(0.01, 0.3), random.in(0.01, 0.3), random.in(0.01, 0.3)}};
+    const Pose X_AB = random.pose(0.2);
+    ConvexPoints points;
+    points.vertices.resize(3, 8);
+    for (int i = 0; i < 8; ++i)
+      points.vertices.col(i) =
+          0.5 * a.size.cwiseProduct(Vector3d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
+    const double expected = box_depth(a, b, X_AB);
+    ASSERT_NEAR(depth(points, b, X_AB), expected > kTouching ? expected : 0, 2e-7) << "trial " << trial;
+  }
+}
+
+TEST(ConvexDepthTest, RoundShapesAgreeWithClosedForms) {
+  SCOPED_TRACE("seed 43");
+  Random random(43);
+  for (int trial = 0; trial < 500; ++trial) {
+    const Sphere a{random.in(0.01, 0.2)}, b{random.in(0.01, 0.2)};
+    const Pose X_AB = random.pose(0.15);
+    const double expected = std::max(0.0, a.radius + b.radius - X_AB.translation().norm());
+    ASSERT_NEAR(depth(a, b, X_AB), expected, 1e-6);
+    // Two cylinders side by side, axes parallel, one slid along: out sideways or along the axis.
+    const Cylinder c{random.in(0.02, 0.1), random.in(0.05, 0.4)},
+        d{random.in(0.02, 0.1), random.in(0.05, 0.4)};
+    const Vector3d p = random.vector(0.15);
+    Pose X_CD = moved(p.x(), p.y(), p.z());
+    X_CD.linear() = rotation_from_rpy({0, 0, random.in(-3, 3)});
+    const double sideways = c.radius + d.radius - p.head<2>().norm();
+    const double along = 0.5 * (c.length + d.length) - std::abs(p.z());
+    ASSERT_NEAR(depth(c, d, X_CD), std::max(0.0, std::min(sideways, along)), 2e-6);
+    // A capsule that lies across a box's face.
+    const Capsule k{random.in(0.01, 0.05), random.in(0.05, 0.2)};
+    const Box table{{2, 2, 2}};
+    const double height = random.in(0.95, 1.2);
+    Pose X_TK = moved(0, 0, height);
+    X_TK.linear() = rotation_from_rpy({std::numbers::pi / 2, 0, random.in(-3, 3)});
+    ASSERT_NEAR(depth(table, k, X_TK), std::max(0.0, 1 + k.radius - height), 2e-6);
+  }
+}
+
+TEST(ConvexDepthTest, CrossedCylindersAndTheSymmetricCases) {
+  const Cylinder rod{0.05, 2};
+  Pose across = moved(0, 0.07, 0);
+  across.linear() = rotation_from_rpy({0, std::numbers::pi / 2, 0});
+  EXPECT_NEAR(depth(rod, rod, across), 0.03, 1e-6);
+  EXPECT_NEAR(depth(rod, rod, Pose::Identity()), 0.1, 1e-5);
+  EXPECT_NEAR(depth(Sphere{0.1}, Sphere{0.2}, Pose::Identity()), 0.3, 1e-9);
+  EXPECT_EQ(depth(Box{{1, 1, 1}}, Box{{1, 1, 1}}, moved(1, 0, 0)), 0) << "face on face";
+  EXPECT_NEAR(depth(Box{{1, 1, 1}}, Box{{1, 1, 1}}, moved(0.9, 0, 0)), 0.1, 1e-9);
+  EXPECT_NEAR(depth(Box{{1, 1, 1}}, Box{{0.1, 0.1, 0.1}}, moved(0, 0, 0)), 0.55, 1e-9) << "wholly inside";
+  ConvexPoints flat;
+  flat.vertices.resize(3, 4);
+  flat.vertices << 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0;
+  EXPECT_EQ(depth(flat, flat, moved(0.5, 0, 0)), 0) << "two sheets in one plane";
+  EXPECT_NEAR(depth(flat, Box{{1, 1, 1}}, moved(0.5, 0.5, 0)), 0.5, 1e-9);
+}
+
+// -- links
+
+std::string write_tetrahedra(const std::string& name, const std::vector<std::array<Vector3d, 4>>& solids) {
+  const std::string path = testing::TempDir() + "/" + name;
+  std::ofstream file(path);
+  file << "solid s\n";
+  const auto face = [&file](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+    file << "facet normal 0 0 0\nouter loop\n";
+    for (const Vector3d& p : {a, b, c}) file << "vertex " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+    file << "endloop\nendfacet\n";
+  };
+  for (const auto& t : solids) {
+    face(t[0], t[1], t[2]);
+    face(t[0], t[3], t[1]);
+    face(t[1], t[3], t[2]);
+    face(t[2], t[3], t[0]);
+  }
+  file << "endsolid s\n";
+  return path;
+}
+
+// Moeller 1997 in its simplest form: some edge of one triangle crosses the other.
+bool edge_crosses(const std::array<Vector3d, 3>& edges_of, const std::array<Vector3d, 3>& t) {
+  const Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]);
+  for (int e = 0; e < 3; ++e) {
+    const Vector3d p = edges_of[e], q = edges_of[(e + 1) % 3];
+    const double dp = n.dot(p - t[0]), dq = n.dot(q - t[0]);
+    if ((dp > 0) == (dq > 0)) continue;
+    const Vector3d x = p + (q - p) * (dp / (dp - dq));
+    bool inside = true;
+    for (int i = 0; i < 3; ++i) inside = inside && n.dot((t[(i + 1) % 3] - t[i]).cross(x - t[i])) >= 0;
+    if (inside) return true;
+  }
+  return false;
+}
+
+bool brute_force_touch(const TriangleMesh& a, const TriangleMesh& b, const Pose& X_AB) {
+  for (const auto& s : a.triangles) {
+    const std::array<Vector3d, 3> first{a.vertices[s[0]].cast<double>(), a.vertices[s[1]].cast<double>(),
+                                        a.vertices[s[2]].cast<double>()};
+    for (const auto& t : b.triangles) {
+      const std::array<Vector3d, 3> second{X_AB * b.vertices[t[0]].cast<double>(),
+                                           X_AB * b.vertices[t[1]].cast<double>(),
+                                           X_AB * b.vertices[t[2]].cast<double>()};
+      if (edge_crosses(first, second) || edge_crosses(second, first)) return true;
+    }
+  }
+  return false;
+}
+
+std::string link_with(const std::string& name, const std::string& geometry) {
+  return "<link name=\"" + name + "\"><collision><geometry>" + geometry + "</geometry></collision></link>";
+}
+
+RobotDescription robot_of(const std::string& links) {
+  PackageResolver resolver;
+  Diagnostics diagnostics;
+  std::string joints;
+  return parse_urdf(
+      "<robot name=\"r\">" + links +
+          "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint></robot>",
+      "test.urdf", resolver, diagnostics);
+}
+
+TEST(LinkColliderTest, TrianglesAgreeWithBruteForce) {
+  SCOPED_TRACE("seed 44");
+  Random random(44);
+  std::vector<std::array<Vector3d, 4>> solids;
+  for (int i = 0; i < 12; ++i) {
+    const Vector3d at = random.vector(0.3);
+    solids.push_back(
+        {at + random.vector(0.1), at + random.vector(0.1), at + random.vector(0.1), at + random.vector(0.1)});
+  }
+  const std::string first = write_tetrahedra("first.stl", {solids.begin(), solids.begin() + 6});
+  const std::string second = write_tetrahedra("second.stl", {solids.begin() + 6, solids.end()});
+  const RobotDescription robot = robot_of(link_with("a", "<mesh filename=\"file://" + first + "\"/>") +
+                                          link_with("b", "<mesh filename=\"file://" + second + "\"/>"));
+  const LinkCollider triangles(robot, CollisionDetail::triangles), hulls(robot, CollisionDetail::hulls);
+  const TriangleMesh mesh_a = load_mesh(first, Vector3d::Ones()),
+                     mesh_b = load_mesh(second, Vector3d::Ones());
+  int touching = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const std::vector<Pose> X_WL{random.pose(0.5), random.pose(0.5)};
+    const bool expected = brute_force_touch(mesh_a, mesh_b, X_WL[0].inverse() * X_WL[1]);
+    ASSERT_EQ(triangles.touch(0, 1, X_WL), expected) << "trial " << trial;
+    if (expected) {
+      ASSERT_TRUE(hulls.touch(0, 1, X_WL)) << "trial " << trial;
+    }
+    touching += expected ? 1 : 0;
+  }
+  EXPECT_GT(touching, 100);
+  EXPECT_LT(touching, 1900);
+}
+
+TEST(LinkColliderTest, ShapesStandWhereTheirOriginsSay) {
+  const RobotDescription robot = robot_of(
+      "<link name=\"a\"><collision><origin xyz=\"1 0 0\"/><geometry><box size=\"0.2 0.2 0.2\"/></geometry>"
+      "</collision><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>" +
+      link_with("b", "<cylinder radius=\"0.05\" length=\"0.4\"/>"));
+  const LinkCollider collider(robot, CollisionDetail::hulls);
+  EXPECT_TRUE(collider.has_shape(0));
+  const auto at = [](double x) { return std::vector<Pose>{Pose::Identity(), moved(x, 0, 0)}; };
+  EXPECT_NEAR(collider.depth(0, 1, at(1.1)), 0.05, 1e-6);
+  EXPECT_NEAR(collider.depth(1, 0, at(0.12)), 0.03, 1e-6);
+  EXPECT_EQ(collider.depth(0, 1, at(0.5)), 0);
+  ASSERT_EQ(collider.contacts(at(1.1)).size(), 1u);
+  EXPECT_EQ(collider.contacts(at(1.1))[0].link_a, 0);
+  EXPECT_EQ(collider.contacts(at(1.1))[0].link_b, 1);
+}
+
+TEST(LinkColliderTest, MissingMeshesAndEmptyShapesAreLeftOut) {
+  const RobotDescription robot =
+      robot_of(link_with("a", "<mesh filename=\"nowhere.stl\"/>") + link_with("b", "<sphere radius=\"0\"/>"));
+  const LinkCollider collider(robot, CollisionDetail::triangles);
+  EXPECT_FALSE(collider.has_shape(0));
+  EXPECT_FALSE(collider.has_shape(1));
+  EXPECT_TRUE(collider.contacts(std::vector<Pose>(2, Pose::Identity())).empty());
+}
+
+}  // namespace
+}  // namespace doppel
