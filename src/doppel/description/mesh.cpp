@@ -1,17 +1,21 @@
 #include "doppel/description/mesh.h"
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <fmt/format.h>
 
-#include <assimp/Importer.hpp>
+#include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <unordered_map>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/description/mesh_detail.h"
+#include "doppel/description/xml.h"
 
 namespace doppel {
 namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLargestMesh = std::size_t{1} << 30;  // bytes
 
 struct Bits {
   std::array<std::uint32_t, 3> words;
@@ -26,61 +30,72 @@ struct BitsHash {
   }
 };
 
-class Collector {
+// Scaled, with one vertex for corners at one place; points that no triangle uses are left out.
+class Welder {
  public:
-  Collector(const Eigen::Vector3d& scale, TriangleMesh& mesh)
-      : scale_(scale), flipped_(scale.prod() < 0), mesh_(mesh) {}
+  Welder(const mesh::Soup& soup, const Eigen::Vector3d& scale)
+      : soup_(soup), scale_(scale), index_(soup.points.size(), kNone) {
+    places_.reserve(soup.points.size());
+  }
 
-  void add(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X_parent) {
-    Eigen::Matrix4d local;
-    const aiMatrix4x4& t = node.mTransformation;
-    local << t.a1, t.a2, t.a3, t.a4, t.b1, t.b2, t.b3, t.b4, t.c1, t.c2, t.c3, t.c4, t.d1, t.d2, t.d3, t.d4;
-    const Eigen::Matrix4d X = X_parent * local;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) add_part(scene, *scene.mMeshes[node.mMeshes[i]], X);
-    for (unsigned i = 0; i < node.mNumChildren; ++i) add(scene, *node.mChildren[i], X);
+  TriangleMesh weld() {
+    out_.rgba = soup_.rgba;
+    out_.triangles.reserve(soup_.triangles.size());
+    const bool flipped = scale_.prod() < 0;
+    for (const auto& corners : soup_.triangles) {
+      std::array<std::uint32_t, 3> t{vertex(corners[0]), vertex(corners[1]), vertex(corners[2])};
+      if (t[0] == t[1] || t[1] == t[2] || t[0] == t[2]) {
+        ++out_.collapsed;
+        continue;
+      }
+      if (flipped) std::swap(t[1], t[2]);
+      out_.triangles.push_back(t);
+    }
+    return std::move(out_);
   }
 
  private:
-  void add_part(const aiScene& scene, const aiMesh& part, const Eigen::Matrix4d& X) {
-    std::vector<std::uint32_t> index(part.mNumVertices);
-    for (unsigned i = 0; i < part.mNumVertices; ++i) {
-      const aiVector3D& p = part.mVertices[i];
-      const Eigen::Vector4d moved = X * Eigen::Vector4d(p.x, p.y, p.z, 1.0);
-      index[i] = welded((moved.head<3>().array() * scale_.array()).matrix().cast<float>());
-    }
-    const bool inside_out = flipped_ != (X.topLeftCorner<3, 3>().determinant() < 0);
-    for (unsigned f = 0; f < part.mNumFaces; ++f) {
-      const aiFace& face = part.mFaces[f];
-      if (face.mNumIndices != 3) continue;
-      std::array<std::uint32_t, 3> t{index[face.mIndices[0]], index[face.mIndices[1]],
-                                     index[face.mIndices[2]]};
-      if (t[0] == t[1] || t[1] == t[2] || t[0] == t[2]) continue;
-      if (inside_out) std::swap(t[1], t[2]);
-      mesh_.triangles.push_back(t);
-    }
-    aiColor4D colour;
-    const bool coloured =
-        part.mMaterialIndex < scene.mNumMaterials && !mesh_.rgba &&
-        scene.mMaterials[part.mMaterialIndex]->Get(AI_MATKEY_COLOR_DIFFUSE, colour) == AI_SUCCESS;
-    if (coloured) mesh_.rgba = Eigen::Vector4f(colour.r, colour.g, colour.b, colour.a);
-  }
+  static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  std::uint32_t welded(Eigen::Vector3f p) {
+  std::uint32_t vertex(std::uint32_t point) {
+    if (index_[point] != kNone) return index_[point];
+    Eigen::Vector3f p = (soup_.points[point].cast<double>().array() * scale_.array()).matrix().cast<float>();
     p += Eigen::Vector3f::Zero();  // -0 and 0 are one place
     Bits bits{};
     std::memcpy(bits.words.data(), p.data(), sizeof bits.words);
-    const auto [found, fresh] = index_.try_emplace(bits, static_cast<std::uint32_t>(mesh_.vertices.size()));
-    if (fresh) mesh_.vertices.push_back(p);
-    return found->second;
+    const auto [found, fresh] = places_.try_emplace(bits, static_cast<std::uint32_t>(out_.vertices.size()));
+    if (fresh) out_.vertices.push_back(p);
+    return index_[point] = found->second;
   }
 
-  Eigen::Vector3d scale_;
-  bool flipped_;
-  TriangleMesh& mesh_;
-  std::unordered_map<Bits, std::uint32_t, BitsHash> index_;
+  const mesh::Soup& soup_;
+  const Eigen::Vector3d scale_;
+  std::vector<std::uint32_t> index_;  // by point: its vertex
+  std::unordered_map<Bits, std::uint32_t, BitsHash> places_;
+  TriangleMesh out_;
 };
 
+TriangleMesh finished(const mesh::Soup& soup, const std::string& name, const Eigen::Vector3d& scale) {
+  TriangleMesh out = Welder(soup, scale).weld();
+  if (out.triangles.empty()) {
+    throw InputError("mesh.empty", make_location(name), "the mesh has no triangles",
+                     "export it again with its faces");
+  }
+  return out;
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return text;
+}
+
 }  // namespace
+
+void mesh::refuse(const std::string& name, int line, std::string message) {
+  throw InputError("mesh.unreadable", make_location(name, line), std::move(message),
+                   "STL, OBJ, COLLADA (.dae) and glTF are read; export it again as one of them");
+}
 
 Eigen::AlignedBox3f TriangleMesh::bounds() const {
   Eigen::AlignedBox3f box;
@@ -88,22 +103,31 @@ Eigen::AlignedBox3f TriangleMesh::bounds() const {
   return box;
 }
 
+TriangleMesh parse_mesh(std::string_view bytes, std::string_view format, const std::string& name,
+                        const Eigen::Vector3d& scale) {
+  if (format == "stl") return finished(mesh::read_stl(bytes, name), name, scale);
+  if (format == "dae") return finished(mesh::read_collada(bytes, name), name, scale);
+  if (format == "obj") {
+    const fs::path folder = fs::path(name).parent_path();
+    const mesh::Sidecar beside = [&folder](const std::string& file) {
+      try {
+        return read_file((folder / file).string(), std::size_t{1} << 20);
+      } catch (const InputError&) {
+        return std::string();
+      }
+    };
+    return finished(mesh::read_obj(bytes, name, beside), name, scale);
+  }
+  mesh::refuse(name, 0, fmt::format("'{}' is no format that is read from memory", format));
+}
+
 TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale) {
-  Assimp::Importer importer;
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    throw InputError("mesh.unreadable", make_location(path),
-                     fmt::format("the mesh cannot be read: {}", importer.GetErrorString()),
-                     "STL, OBJ, COLLADA (.dae) and glTF are read; export it again as one of them");
+  std::string format = lower(fs::path(path).extension().string());
+  if (!format.empty()) format.erase(0, 1);
+  if (format == "stl" || format == "obj" || format == "dae") {
+    return parse_mesh(read_file(path, kLargestMesh), format, path, scale);
   }
-  TriangleMesh mesh;
-  Collector(scale, mesh).add(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity());
-  if (mesh.triangles.empty()) {
-    throw InputError("mesh.empty", make_location(path), "the mesh has no triangles",
-                     "export it again with its faces");
-  }
-  return mesh;
+  return finished(mesh::read_by_assimp(path), path, scale);
 }
 
 }  // namespace doppel

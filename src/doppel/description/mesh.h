@@ -1,5 +1,6 @@
 #pragma once
-// Triangle meshes from STL, OBJ, COLLADA and glTF files (through assimp, which no other room sees).
+// Triangle meshes from STL, OBJ and COLLADA files, read by readers of our own, which are fuzzed, and from
+// glTF and others through assimp, which no other room sees.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -7,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace doppel {
@@ -15,13 +17,19 @@ struct TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;                // in the file's frame and, after load_mesh, scaled: m
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
   std::optional<Eigen::Vector4f> rgba;                  // the file's own colour, where it has one
+  std::size_t collapsed = 0;  // triangles of the file that have two corners at one place, and are left out
 
   [[nodiscard]] Eigen::AlignedBox3f bounds() const;
 };
 
 // Reads `path`, merges its parts with their node transforms, multiplies by `scale` (a negative product flips
 // the triangles back outward). COLLADA's unit and up axis: the unit is applied, the up axis is not, as RViz
-// and Gazebo do. Throws InputError (rule "mesh.unreadable", "mesh.empty").
+// and Gazebo do. Throws InputError (rules "file.unreadable", "mesh.unreadable", "mesh.empty").
 TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale);
+
+// The same for the bytes of a file; format: "stl", "obj" or "dae". `name` stands for the file in messages,
+// and an OBJ's materials are looked for beside it.
+TriangleMesh parse_mesh(std::string_view bytes, std::string_view format, const std::string& name,
+                        const Eigen::Vector3d& scale);
 
 }  // namespace doppel

@@ -1,0 +1,42 @@
+#pragma once
+// What the readers of mesh formats share: triangles as a file gives them, corner by corner, before scale and
+// welding.
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+
+namespace doppel::mesh {
+
+struct Soup {
+  std::vector<Eigen::Vector3f> points;                  // file units
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // indices into points
+  std::optional<Eigen::Vector4f> rgba;
+};
+
+// Reads a file that the mesh names, beside it; empty: it cannot be read.
+using Sidecar = std::function<std::string(const std::string& name)>;
+
+// All throw InputError "mesh.unreadable" with the place in the file where there is one. Time and memory are
+// bounded by the size of `bytes`.
+Soup read_stl(std::string_view bytes, const std::string& name);
+Soup read_obj(std::string_view bytes, const std::string& name, const Sidecar& sidecar);
+Soup read_collada(std::string_view bytes, const std::string& name);
+// glTF and whatever else assimp knows.
+Soup read_by_assimp(const std::string& path);
+
+// Cuts a polygon into triangles: by ears, so that hollow corners stay hollow. Source: G. Meisters, "Polygons
+// have ears", 1975. Corners are indices into soup.points; above kMostCorners, or where no ear is found, a
+// fan.
+inline constexpr std::size_t kMostCorners = 256;
+void add_polygon(Soup& soup, const std::vector<std::uint32_t>& corners);
+
+[[noreturn]] void refuse(const std::string& name, int line, std::string message);
+
+}  // namespace doppel::mesh
