@@ -246,7 +246,7 @@ TEST(Collada, FaultsAreToldWithTheirLine) {
 TEST(Collada, AgreesWithAssimp) {
   const std::string path = ::testing::TempDir() + "doppel_mesh_test.dae";
   std::ofstream(path) << collada(R"(<unit meter="0.01"/>)",
-                                 "<node><translate>1 2 3</translate><rotate>1 2 3 40</rotate>" + kShow +
+                                 "<node><translate>1 2 3</translate><rotate>0.6 0 0.8 40</rotate>" + kShow +
                                      "</node><node><scale>1 -2 3</scale>" + kShow + "</node>",
                                  kFaces);
   const TriangleMesh ours = load_mesh(path, kOnes);
