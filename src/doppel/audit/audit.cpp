@@ -1,1 +1,147 @@
 #include "doppel/audit/audit.h"
+
+#include <algorithm>
+#include <cassert>
+#include <tuple>
+
+#include "doppel/audit/rules_detail.h"
+
+namespace doppel {
+namespace audit_rules {
+
+Finding& Findings::add(std::string_view rule, Severity severity, std::string subject, SourceLocation where,
+                       std::string message, std::string mend) {
+  assert(find_rule(rule) != nullptr && "every rule stands in the table");
+  Finding finding;
+  finding.rule = rule;
+  finding.severity = severity;
+  finding.subject = std::move(subject);
+  finding.message = std::move(message);
+  finding.where = std::move(where);
+  finding.mend = std::move(mend);
+  return all_.emplace_back(std::move(finding));
+}
+
+Finding& Findings::add(std::string_view rule, std::string subject, SourceLocation where, std::string message,
+                       std::string mend) {
+  const RuleInfo* info = find_rule(rule);
+  return add(rule, info == nullptr ? Severity::error : info->severity, std::move(subject), std::move(where),
+             std::move(message), std::move(mend));
+}
+
+}  // namespace audit_rules
+
+namespace {
+
+using audit_rules::Findings;
+
+bool same_place(const SourceLocation& a, const SourceLocation& b) {
+  return a.line == b.line && a.column == b.column && a.within == b.within && a.known() && b.known() &&
+         (a.file == b.file || *a.file == *b.file);
+}
+
+bool holds(const XmlNode& node, const SourceLocation& where) {
+  if (same_place(node.where, where)) return true;
+  for (const XmlAttribute& attribute : node.attributes) {
+    if (same_place(attribute.where, where)) return true;
+  }
+  return std::any_of(node.children.begin(), node.children.end(),
+                     [&](const XmlNode& child) { return holds(child, where); });
+}
+
+// "joint 'Revolute 1'": the element below <robot> that the place lies in.
+std::string subject_at(const XmlNode& root, const SourceLocation& where) {
+  if (!where.known()) return "";
+  for (const XmlNode& child : root.children) {
+    if (child.kind != XmlNode::Kind::element || !holds(child, where)) continue;
+    const XmlAttribute* name = child.find("name");
+    if (name == nullptr) name = child.find("reference");
+    return name == nullptr ? fmt::format("<{}>", child.name)
+                           : fmt::format("{} '{}'", child.name, name->value);
+  }
+  return "the robot";
+}
+
+void take_over(const Diagnostics& diagnostics, const XmlNode& root, Findings& out) {
+  for (const Diagnostic& d : diagnostics.all()) {
+    out.add(d.rule, d.severity, subject_at(root, d.where), d.where, d.message, d.mend);
+  }
+}
+
+std::optional<Model> compile(const RobotDescription& robot, const XmlNode& root, Findings& out) {
+  // What compiling assumes and repairs is what the rules on joints and inertia tell with more to it.
+  Diagnostics assumptions;
+  try {
+    return compile_model(robot, BaseKind::fixed, assumptions);
+  } catch (const InputError& error) {
+    Diagnostics refused;
+    for (const Diagnostic& d : error.diagnostics()) refused.add(d);
+    take_over(refused, root, out);
+    return std::nullopt;
+  }
+}
+
+void apply_rules(const AuditInput& in, Findings& out) {
+  using namespace audit_rules;
+  for (const auto check :
+       {check_schema, check_joints, check_mimics, check_inertia, check_meshes, check_names, check_collisions,
+        check_ros2_control, check_controllers, check_package, check_world, check_datasheet}) {
+    check(in, out);
+  }
+}
+
+void sort_by_weight(std::vector<Finding>& findings, const std::vector<std::filesystem::path>& files) {
+  const auto file_rank = [&](const Finding& f) {
+    if (!f.where.known()) return files.size() + 1;
+    return static_cast<std::size_t>(std::find(files.begin(), files.end(), *f.where.file) - files.begin());
+  };
+  const auto key = [&](const Finding& f) {
+    return std::tuple(-static_cast<int>(f.severity), file_rank(f), f.where.line, f.where.column);
+  };
+  std::stable_sort(findings.begin(), findings.end(),
+                   [&](const Finding& a, const Finding& b) { return key(a) < key(b); });
+}
+
+void keep_chosen(std::vector<Finding>& findings, unsigned profiles) {
+  std::erase_if(findings, [&](const Finding& f) {
+    const RuleInfo* rule = find_rule(f.rule);
+    return rule != nullptr && (rule->profiles & profiles) == 0;
+  });
+}
+
+}  // namespace
+
+std::size_t AuditReport::count(Severity severity) const {
+  return static_cast<std::size_t>(std::count_if(findings.begin(), findings.end(),
+                                                [&](const Finding& f) { return f.severity == severity; }));
+}
+
+AuditReport audit(const std::filesystem::path& file, const XacroArguments& arguments,
+                  PackageResolver& resolver, const AuditOptions& options) {
+  Diagnostics diagnostics;
+  const ExpandedDescription expanded = expand_description(file, arguments, resolver, diagnostics);
+  if (expanded.root.name != "robot") {
+    throw InputError("urdf.no_robot", expanded.root.where,
+                     fmt::format("the root element is <{}>, not <robot>", expanded.root.name),
+                     "give a URDF or a xacro file that makes one");
+  }
+  const RobotDescription robot = read_description(expanded, resolver, diagnostics);
+  Findings found;
+  take_over(diagnostics, expanded.root, found);
+  std::optional<Model> model;
+  if (!diagnostics.has_errors()) model = compile(robot, expanded.root, found);
+  apply_rules({expanded, robot, model ? &*model : nullptr, resolver, options}, found);
+
+  AuditReport report;
+  report.robot = robot.name;
+  report.file = file;
+  report.findings = std::move(found.all());
+  keep_chosen(report.findings, options.profiles);
+  sort_by_weight(report.findings, expanded.files);
+  report.links = robot.links.size();
+  report.joints = robot.joints.size();
+  for (const Link& link : robot.links) report.mass += link.inertial ? link.inertial->mass : 0.0;
+  return report;
+}
+
+}  // namespace doppel

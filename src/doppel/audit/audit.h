@@ -29,7 +29,7 @@ struct RuleInfo {
   unsigned profiles = kAllProfiles;
 };
 // Every rule, sorted by id, those of the parsers (urdf.*, xacro.*, mesh.*, overlay.*) included.
-const std::vector<RuleInfo>& audit_rules();
+const std::vector<RuleInfo>& rule_table();
 const RuleInfo* find_rule(std::string_view id);
 std::string rules_markdown();  // docs/rules.md
 

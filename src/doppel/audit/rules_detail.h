@@ -1,8 +1,10 @@
 #pragma once
 // How a rule is written: a function over the input that adds findings. One file per subject; the table of
-// what each rule is for stands in rule_table.cpp.
+// what each rule is for stands in rule_table.cpp and rule_table_ros.cpp.
 
 #include <fmt/format.h>
+
+#include <span>
 
 #include "doppel/audit/audit.h"
 #include "doppel/geometry/mesh_report.h"
@@ -11,7 +13,8 @@ namespace doppel::audit_rules {
 
 class Findings {
  public:
-  // The severity is the rule's own, unless a lower one is given. The id must stand in the table.
+  // The severity is the rule's own, unless a lower one is given. The id must stand in the table. The
+  // reference holds until the next add().
   Finding& add(std::string_view rule, std::string subject, SourceLocation where, std::string message,
                std::string mend = "");
   Finding& add(std::string_view rule, Severity severity, std::string subject, SourceLocation where,
@@ -21,6 +24,11 @@ class Findings {
  private:
   std::vector<Finding> all_;
 };
+
+// The rows of the table: those of the description and of the parsers, and those about ROS.
+std::span<const RuleInfo> description_rules();  // rule_table.cpp
+std::span<const RuleInfo> parser_rules();       // rule_table_parsers.cpp
+std::span<const RuleInfo> ros_rules();          // rule_table_ros.cpp
 
 void check_schema(const AuditInput& in, Findings& out);        // rules_schema.cpp
 void check_joints(const AuditInput& in, Findings& out);        // rules_joints.cpp

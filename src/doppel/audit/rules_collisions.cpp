@@ -1,0 +1,178 @@
+// Links that touch where the robot stands when nothing is commanded: at zero, or at the nearest pose inside
+// the limits. Hulls first, as physics uses them; a pair whose hulls overlap by more than their shapes would
+// allow is looked at by its triangles.
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/geometry/collision.h"
+#include "doppel/kinematics/kinematics.h"
+
+namespace doppel::audit_rules {
+namespace {
+
+constexpr double kDepth = 1e-3;          // m; less is a touch, not an overlap
+constexpr double kNeighbourShare = 0.5;  // of the smaller body's least width
+constexpr std::size_t kPairsByTriangles = 4;
+
+// Links that fixed joints make one body, and which bodies share a joint.
+class Bodies {
+ public:
+  explicit Bodies(const RobotDescription& robot) {
+    for (std::size_t i = 0; i < robot.links.size(); ++i) {
+      body_.push_back(static_cast<int>(i));
+      index_.emplace(robot.links[i].name, static_cast<int>(i));
+    }
+    for (const Joint& joint : robot.joints) {
+      if (joint.type != JointType::fixed) continue;
+      merge(of(joint.parent), of(joint.child));
+    }
+    for (const Joint& joint : robot.joints) {
+      if (joint.type == JointType::fixed) continue;
+      const int a = of(joint.parent), b = of(joint.child);
+      if (a >= 0 && b >= 0) neighbours_.insert(std::minmax(a, b));
+    }
+  }
+  [[nodiscard]] bool same(int link_a, int link_b) const { return at(link_a) == at(link_b); }
+  [[nodiscard]] bool neighbours(int link_a, int link_b) const {
+    return neighbours_.contains(std::minmax(at(link_a), at(link_b)));
+  }
+
+ private:
+  [[nodiscard]] int at(int link) const { return body_[static_cast<std::size_t>(link)]; }
+  [[nodiscard]] int of(const std::string& name) const {
+    const auto found = index_.find(name);
+    return found == index_.end() ? -1 : at(found->second);
+  }
+  void merge(int a, int b) {
+    if (a < 0 || b < 0) return;
+    std::replace(body_.begin(), body_.end(), b, a);
+  }
+  std::vector<int> body_;
+  std::map<std::string, int> index_;
+  std::set<std::pair<int, int>> neighbours_;
+};
+
+std::vector<Pose> poses_of(const AuditInput& in) {
+  Data data(*in.model);
+  forward_kinematics(*in.model, data, in.model->neutral());
+  std::vector<Pose> out(in.robot.links.size(), Pose::Identity());
+  for (std::size_t i = 0; i < in.robot.links.size(); ++i) {
+    const int link = in.model->find_link(in.robot.links[i].name);
+    if (link >= 0) out[i] = data.X_WL[static_cast<std::size_t>(link)];
+  }
+  return out;
+}
+
+// The two links alone, with their triangles.
+bool triangles_touch(const AuditInput& in, int a, int b, const std::vector<Pose>& X_WL) {
+  RobotDescription pair;
+  pair.links = {in.robot.links[static_cast<std::size_t>(a)], in.robot.links[static_cast<std::size_t>(b)]};
+  const LinkCollider collider(pair, CollisionDetail::triangles);
+  const std::vector<Pose> poses{X_WL[static_cast<std::size_t>(a)], X_WL[static_cast<std::size_t>(b)]};
+  return collider.touch(0, 1, poses);
+}
+
+bool has_mesh(const Link& link) {
+  return std::any_of(link.collisions.begin(), link.collisions.end(),
+                     [](const Collision& c) { return std::holds_alternative<MeshGeometry>(c.geometry); });
+}
+
+double least_width(const Link& link) {
+  double out = 0;
+  for (const Collision& c : link.collisions) {
+    if (const auto shape = report_shape(c.geometry)) out = std::max(out, shape->bounds.sizes().minCoeff());
+  }
+  return out;
+}
+
+class Overlaps {
+ public:
+  Overlaps(const AuditInput& in, Findings& out)
+      : in_(in), out_(out), bodies_(in.robot), X_WL_(poses_of(in)) {}
+
+  void check() {
+    const LinkCollider collider(in_.robot, CollisionDetail::hulls);
+    auto contacts = collider.contacts(X_WL_);
+    std::erase_if(contacts,
+                  [&](const LinkContact& c) { return c.depth < kDepth || bodies_.same(c.link_a, c.link_b); });
+    // The deepest first: where there are many, they are what is looked at closely.
+    std::sort(contacts.begin(), contacts.end(),
+              [](const auto& a, const auto& b) { return a.depth > b.depth; });
+    for (const LinkContact& contact : contacts) {
+      if (bodies_.neighbours(contact.link_a, contact.link_b)) {
+        neighbours(contact);
+      } else {
+        apart(contact);
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] const Link& link(int index) const { return in_.robot.links[static_cast<std::size_t>(index)]; }
+  [[nodiscard]] std::string subject(const LinkContact& c) const {
+    return fmt::format("links '{}' and '{}'", link(c.link_a).name, link(c.link_b).name);
+  }
+
+  void neighbours(const LinkContact& c) {
+    const double width = std::min(least_width(link(c.link_a)), least_width(link(c.link_b)));
+    if (width <= 0 || c.depth < kNeighbourShare * width) return;
+    out_.add(
+        "collision.neighbours", subject(c), link(c.link_b).source,
+        fmt::format(
+            "they share a joint and overlap by {:.1f} mm, more than half of the smaller one's least width",
+            1000 * c.depth),
+        "see whether the shapes stand where they should; else exclude the pair from collision checks");
+  }
+
+  void apart(const LinkContact& c) {
+    const bool meshes = has_mesh(link(c.link_a)) || has_mesh(link(c.link_b));
+    bool only_hulls = meshes;
+    if (meshes && looked_at_ < kPairsByTriangles) {
+      ++looked_at_;
+      only_hulls = !triangles_touch(in_, c.link_a, c.link_b, X_WL_);
+    }
+    out_.add(
+        "collision.overlap", only_hulls ? Severity::note : Severity::warning, subject(c),
+        link(c.link_b).source,
+        fmt::format(
+            "they do not share a joint and overlap by {:.1f} mm where the robot stands with all joints at "
+            "zero (or the limit nearest to it){}",
+            1000 * c.depth, only_hulls ? "; of their convex hulls, the shapes themselves may be apart" : ""),
+        only_hulls ? "nothing, if the shapes are apart; physics engines that use hulls exclude the pair"
+                   : "correct the shapes or the zero pose, or exclude the pair (SRDF disable_collisions)");
+  }
+
+  const AuditInput& in_;
+  Findings& out_;
+  Bodies bodies_;
+  std::vector<Pose> X_WL_;
+  std::size_t looked_at_ = 0;
+};
+
+void check_missing(const AuditInput& in, Findings& out) {
+  Names names;
+  SourceLocation where;
+  for (const Link& link : in.robot.links) {
+    if (link.visuals.empty() || !link.collisions.empty()) continue;
+    if (names.empty()) where = link.source;
+    names.push_back(link.name);
+  }
+  const bool any = std::any_of(in.robot.links.begin(), in.robot.links.end(),
+                               [](const Link& link) { return !link.collisions.empty(); });
+  if (names.empty()) return;
+  out.add("collision.missing", names.size() == 1 ? fmt::format("link '{}'", names[0]) : "the robot", where,
+          any ? fmt::format("{} can be seen and not touched: no <collision>", quoted_list(names))
+              : "no link has a <collision>; nothing can touch this robot",
+          "add a <collision>; a box or a cylinder will do");
+}
+
+}  // namespace
+
+void check_collisions(const AuditInput& in, Findings& out) {
+  check_missing(in, out);
+  if (in.model != nullptr) Overlaps(in, out).check();
+}
+
+}  // namespace doppel::audit_rules

@@ -1,0 +1,177 @@
+// Limits against what the actuators can do. Where another rule has already found a limit to be an exporter's
+// default, the sheet adds its value and the repair to that finding; a fault is told once.
+#include <algorithm>
+#include <cmath>
+
+#include "doppel/audit/datasheet.h"
+#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/core/names.h"
+
+namespace doppel::audit_rules {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kTolerance = 0.025;  // sheets and descriptions round: 1.8 kg cm is written 0.18 N m
+constexpr double kFarBelow = 0.3;     // of what the sheet promises
+
+double two_digits(double value) {
+  const double scale = std::pow(10.0, std::floor(std::log10(value)) - 1);
+  const double rounded = std::round(value / scale) * scale;
+  // A power of ten leaves a last bit behind; the text form has none.
+  return std::round(rounded * 1e9) / 1e9;
+}
+
+struct Quantity {
+  const char* name;  // "effort", as the finding's message and the operation say
+  const char* unit;
+  double claimed = 0;
+  double able = 0;
+  std::string sheet;  // "DS3240: 36 kg cm at 5 V"
+};
+
+class SheetCheck {
+ public:
+  SheetCheck(const AuditInput& in, Findings& out) : in_(in), out_(out) {}
+
+  void check(const JointDrive& drive, const fs::path& file) {
+    const Joint* joint = in_.robot.find_joint(drive.joint);
+    if (joint == nullptr) {
+      const Names names = joint_names(in_.robot);
+      out_.add("datasheet.unknown_joint", fmt::format("joint '{}'", drive.joint), drive.source,
+               fmt::format("{} gives an actuator to '{}', which the robot does not have{}",
+                           file.filename().string(), drive.joint, did_you_mean(drive.joint, names)),
+               "write the joint's name as the URDF has it");
+      return;
+    }
+    const bool linear = joint->type == JointType::prismatic;
+    if (!driven_kind(*joint) || linear != drive.actuator.linear) return;
+    const ActuatorSheet& a = drive.actuator;
+    // A voltage that the sheet does not reach is said with the row that was taken.
+    if (const auto torque = rated(a.stall_torque, drive.voltage)) {
+      limit(*joint, {"effort", linear ? "N" : "N m", claimed(*joint, true),
+                     torque->value * drive.reduction * drive.count, describe(drive, *torque)});
+    }
+    if (const auto speed = rated(a.no_load_speed, drive.voltage)) {
+      limit(*joint, {"velocity", linear ? "m/s" : "rad/s", claimed(*joint, false),
+                     speed->value / drive.reduction, describe(drive, *speed)});
+    }
+    if (a.travel) range(*joint, *a.travel / drive.reduction, a);
+  }
+
+ private:
+  static double claimed(const Joint& joint, bool effort) {
+    if (!joint.limits) return 0;
+    return (effort ? joint.limits->effort : joint.limits->velocity).value_or(0);
+  }
+  static std::string describe(const JointDrive& drive, const RatedValue& value) {
+    std::string out = fmt::format("{}: {}", drive.actuator.name, value.written);
+    if (drive.reduction != 1) out += fmt::format(", geared {:g} to 1", drive.reduction);
+    if (drive.count != 1) out += fmt::format(", {} of them", drive.count);
+    return out;
+  }
+
+  // A finding of another rule about the same limit of the same joint.
+  Finding* told_already(const std::string& subject, std::string_view quantity) {
+    for (Finding& finding : out_.all()) {
+      const bool same = finding.subject == subject && finding.severity != Severity::note &&
+                        !finding.rule.starts_with("datasheet.");
+      if (same && finding.message.find(quantity) != std::string::npos) return &finding;
+    }
+    return nullptr;
+  }
+
+  void limit(const Joint& joint, const Quantity& q) {
+    const std::string subject = fmt::format("joint '{}'", joint.name);
+    const double honest = two_digits(q.able);
+    const bool above = q.claimed > q.able * (1 + kTolerance);
+    const SourceLocation where = joint.limits ? joint.limits->source : joint.source;
+    if (!above && q.claimed > 0) {
+      if (q.claimed >= kFarBelow * q.able) return;
+      out_.add("datasheet.far_below", subject, where,
+               fmt::format("{} {:g} {} is {:.0f} % of what the sheet gives ({}, {:.3g} {})", q.name,
+                           q.claimed, q.unit, 100 * q.claimed / q.able, q.sheet, q.able, q.unit),
+               "nothing, if it is meant as a margin");
+      return;
+    }
+    if (joint.mimic && !above) return;
+    Operation operation;
+    SetLimit set;
+    set.joint = joint.name;
+    (std::string_view(q.name) == "effort" ? set.effort : set.velocity) = honest;
+    operation.action = set;
+    operation.why = "the limit is what the actuator can do";
+    operation.evidence = {q.sheet};
+    const std::string mend = fmt::format("write {}=\"{:g}\" ({})", q.name, honest, q.sheet);
+    if (Finding* other = told_already(subject, q.name)) {
+      other->mend = mend;
+      if (other->repair.empty()) other->repair.push_back(std::move(operation));
+      return;
+    }
+    if (!above) return;  // not written or 0: told by the rules on limits
+    Finding& finding = out_.add("datasheet.above", subject, where,
+                                fmt::format("{} {:g} {} is above what the actuator can do ({}, {:.3g} {})",
+                                            q.name, q.claimed, q.unit, q.sheet, q.able, q.unit),
+                                mend);
+    finding.repair.push_back(std::move(operation));
+  }
+
+  void range(const Joint& joint, double travel, const ActuatorSheet& sheet) {
+    if (!joint.limits || !joint.limits->has_position || joint.type == JointType::continuous || joint.mimic)
+      return;
+    const double asked = joint.limits->upper - joint.limits->lower;
+    if (asked <= travel * (1 + kTolerance)) return;
+    const bool linear = joint.type == JointType::prismatic;
+    const double show = linear ? 1000 : 180 / M_PI;
+    out_.add("datasheet.travel", fmt::format("joint '{}'", joint.name), joint.limits->source,
+             fmt::format("its limits span {:.1f} {}, and {} turns {:.1f} from stop to stop", asked * show,
+                         linear ? "mm" : "degrees", sheet.name, travel * show),
+             "narrow lower and upper to what the actuator reaches, or name the version with more travel");
+  }
+
+  const AuditInput& in_;
+  Findings& out_;
+};
+
+// The joints that have a motor: those that <ros2_control> commands, else all that can move and mimic nothing.
+std::vector<JointDrive> all_driven(const RobotDescription& robot, const ActuatorSheet& actuator) {
+  Names commanded;
+  for (const HardwareDescription& hardware : robot.hardware) {
+    for (const HardwareJointDescription& joint : hardware.joints) {
+      if (offers_commands(joint)) commanded.push_back(joint.name);
+    }
+  }
+  std::vector<JointDrive> out;
+  for (const Joint& joint : robot.joints) {
+    if (!driven_kind(joint) || joint.mimic) continue;
+    if (!commanded.empty() && !contains(commanded, joint.name)) continue;
+    out.push_back({joint.name, actuator, std::nullopt, 1, 1, joint.source});
+  }
+  return out;
+}
+
+}  // namespace
+
+void check_datasheet(const AuditInput& in, Findings& out) {
+  std::optional<Datasheet> sheet;
+  if (in.options.datasheet) {
+    sheet = load_datasheet(*in.options.datasheet, in.options.datasheet_folder);
+  } else if (!in.options.package_folder.empty()) {
+    const fs::path own = in.options.package_folder / "config" / "actuators.yaml";
+    std::error_code none;
+    if (!fs::is_regular_file(own, none)) return;
+    try {
+      sheet = load_datasheet(own, in.options.datasheet_folder);
+    } catch (const InputError& error) {
+      for (const Diagnostic& d : error.diagnostics()) {
+        out.add("datasheet.invalid", own.filename().string(), d.where, d.message, d.mend);
+      }
+    }
+  }
+  if (!sheet) return;
+  const auto drives = sheet->actuator ? all_driven(in.robot, *sheet->actuator) : sheet->drives;
+  SheetCheck check(in, out);
+  for (const JointDrive& drive : drives) check.check(drive, sheet->file);
+}
+
+}  // namespace doppel::audit_rules

@@ -1,0 +1,7 @@
+#include "doppel/audit/rules_detail.h"
+
+namespace doppel::audit_rules {
+
+void check_inertia(const AuditInput&, Findings&) {}
+
+}  // namespace doppel::audit_rules

@@ -1,0 +1,238 @@
+// The package around a description: its package.xml, and whether what the description names reaches share/
+// when the package is built and installed.
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+
+#include "doppel/audit/package_files.h"
+#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/core/names.h"
+
+namespace doppel::audit_rules {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Package {
+  fs::path folder;
+  PackageManifest manifest;
+};
+
+std::optional<Package> read_package(const AuditInput& in, Findings& out) {
+  const fs::path& folder = in.options.package_folder;
+  try {
+    Package package{folder, read_manifest(folder / "package.xml")};
+    const PackageManifest& m = package.manifest;
+    if (contains(m.missing, "name")) {
+      out.add("package.invalid", "package.xml", m.source, "it has no <name>", "write the package's name");
+      return std::nullopt;
+    }
+    if (!m.missing.empty()) {
+      out.add("package.incomplete", fmt::format("package '{}'", m.name), m.source,
+              fmt::format("package.xml lacks {}", quoted_list(m.missing)), "add what is missing");
+    }
+    return package;
+  } catch (const InputError& error) {
+    for (const Diagnostic& d : error.diagnostics()) {
+      out.add("package.invalid", "package.xml", d.where, d.message, d.mend);
+    }
+    return std::nullopt;
+  }
+}
+
+// A folder that was meant as a package: build files beside the description's folder, and no package.xml.
+void check_missing_manifest(const AuditInput& in, Findings& out) {
+  const fs::path folder = in.expanded.folder().parent_path();
+  std::error_code none;
+  const bool setup = fs::exists(folder / "setup.py", none) && fs::exists(folder / "resource", none);
+  std::ifstream cmake(folder / "CMakeLists.txt");
+  const std::string text{std::istreambuf_iterator<char>(cmake), {}};
+  if (!setup && text.find("ament_package") == std::string::npos &&
+      text.find("catkin_package") == std::string::npos)
+    return;
+  out.add("package.no_manifest", "the package",
+          make_location((folder / (setup ? "setup.py" : "CMakeLists.txt")).string(), 1, 1),
+          fmt::format("'{}' has a build file of ROS and no package.xml", folder.string()),
+          "write a package.xml with the package's name");
+}
+
+// $(find NAME) and package://NAME as the sources write them, with the first place of each.
+void packages_in(const std::string& text, const SourceLocation& where,
+                 std::map<std::string, SourceLocation>& out) {
+  for (const auto& [open, ends] : {std::pair{"$(find ", ")"}, std::pair{"package://", "/\"' \n"}}) {
+    for (std::size_t at = text.find(open); at != std::string::npos; at = text.find(open, at + 1)) {
+      const std::size_t from = at + std::string_view(open).size();
+      const std::size_t end = text.find_first_of(ends, from);
+      std::string name = text.substr(from, end == std::string::npos ? end : end - from);
+      std::erase(name, ' ');
+      if (!name.empty() && name.find_first_of("${}()") == std::string::npos) out.emplace(name, where);
+    }
+  }
+}
+
+void packages_in(const XmlNode& node, std::map<std::string, SourceLocation>& out) {
+  if (node.kind == XmlNode::Kind::text) packages_in(node.text, node.where, out);
+  for (const XmlAttribute& attribute : node.attributes) packages_in(attribute.value, attribute.where, out);
+  for (const XmlNode& child : node.children) packages_in(child, out);
+}
+
+std::map<std::string, SourceLocation> packages_named(const AuditInput& in) {
+  std::map<std::string, SourceLocation> out;
+  packages_in(in.expanded.root, out);
+  for (const fs::path& file : in.expanded.files) {
+    if (file.extension() == ".yaml" || file.extension() == ".yml") continue;
+    try {
+      packages_in(load_xml(file.string()), out);
+    } catch (const InputError&) {
+      continue;
+    }
+  }
+  return out;
+}
+
+void check_names(const AuditInput& in, const Package& package,
+                 const std::map<std::string, SourceLocation>& named, Findings& out) {
+  const Names own{package.manifest.name};
+  const std::string folder = package.folder.filename().string();
+  for (const auto& [name, where] : named) {
+    if (name == own.front() || !in.resolver.find_package(name).path.empty()) continue;
+    const bool meant = name == folder || nearest_name(name, own).has_value();
+    if (!meant) continue;
+    out.add("package.name_mismatch", fmt::format("package '{}'", name), where,
+            fmt::format("no package is called '{}'; package.xml calls this one '{}'{}", name, own.front(),
+                        name == folder ? ", and only its folder has that name" : ""),
+            fmt::format("write {}, or rename the package", own.front()));
+  }
+}
+
+void check_dependencies(const Package& package, const std::map<std::string, SourceLocation>& named,
+                        Findings& out) {
+  const PackageManifest& m = package.manifest;
+  for (const auto& [name, where] : named) {
+    if (name == m.name || contains(m.dependencies, name) || name == package.folder.filename().string())
+      continue;
+    if (nearest_name(name, Names{m.name}).has_value()) continue;  // a slip of its own name, told above
+    out.add("package.dependency", fmt::format("package '{}'", m.name), where,
+            fmt::format("the description uses the package '{}', which package.xml does not depend on", name),
+            fmt::format("add <exec_depend>{}</exec_depend> to {}", name, m.source.place()));
+  }
+}
+
+// Files below the package that the description needs at run time, each with what for.
+std::map<std::string, std::string> needed_files(const AuditInput& in, const fs::path& package) {
+  std::map<std::string, std::string> out;
+  const fs::path top = fs::absolute(package).lexically_normal();
+  const auto take = [&](const fs::path& file, const char* what) {
+    if (file.empty()) return;
+    const fs::path relative = fs::absolute(file).lexically_normal().lexically_relative(top);
+    if (relative.empty() || *relative.begin() == "..") return;
+    out.emplace(relative.generic_string(), what);
+  };
+  for (const fs::path& file : in.expanded.files) take(file, "the description");
+  const auto mesh = [&](const Geometry& geometry) {
+    if (const auto* m = std::get_if<MeshGeometry>(&geometry)) take(m->path, "a mesh");
+  };
+  for (const Link& link : in.robot.links) {
+    for (const Visual& visual : link.visuals) mesh(visual.geometry);
+    for (const Collision& collision : link.collisions) mesh(collision.geometry);
+  }
+  std::error_code none;
+  for (const GazeboExtension& gazebo : in.robot.gazebo) {
+    for (const GazeboPlugin& plugin : gazebo.plugins) {
+      for (const std::string& file : plugin.parameter_files) {
+        if (fs::exists(file, none)) take(file, "the controllers' parameters");
+      }
+    }
+  }
+  return out;
+}
+
+void check_installed(const AuditInput& in, const Package& package, const InstallRules& rules, Findings& out) {
+  if (!rules.understood) return;
+  struct Left {
+    std::string what, first;
+    std::size_t count = 0;
+    std::optional<std::string> elsewhere;
+  };
+  std::map<std::string, Left> left_out;  // by top folder
+  for (const auto& [file, what] : needed_files(in, package.folder)) {
+    const auto installed = rules.installed(file);
+    if (installed && *installed == file) continue;
+    // An overlay beside the description is doppel's own.
+    if (file.ends_with(".overlay.yaml")) continue;
+    const std::size_t slash = file.find('/');
+    Left& left = left_out[slash == std::string::npos ? file : file.substr(0, slash)];
+    if (left.count++ == 0) {
+      left.what = what;
+      left.first = file;
+      left.elsewhere = installed;
+    }
+  }
+  const bool cmake = rules.source.file->ends_with("CMakeLists.txt");
+  for (const auto& [folder, left] : left_out) {
+    const SourceLocation where = rules.paths.empty() ? rules.source : rules.paths.back().source;
+    const std::string more = left.count > 1 ? fmt::format(" and {} more", left.count - 1) : "";
+    if (left.elsewhere) {
+      out.add("package.installed_elsewhere", fmt::format("folder '{}'", folder), where,
+              fmt::format("'{}'{} ({}) is installed as share/{}/{}, where the description does not look",
+                          left.first, more, left.what, package.manifest.name, *left.elsewhere),
+              "install the folder under its own name: without a slash at the end of its name");
+      continue;
+    }
+    out.add("package.not_installed", fmt::format("folder '{}'", folder), where,
+            fmt::format("'{}'{} ({}) is not installed", left.first, more, left.what),
+            cmake ? fmt::format("add it: install(DIRECTORY {} DESTINATION share/${{PROJECT_NAME}})", folder)
+                  : fmt::format(
+                        "add it to data_files: (os.path.join('share', package_name, '{0}'), glob('{0}/*'))",
+                        folder));
+  }
+}
+
+void check_build(const AuditInput& in, const Package& package, Findings& out) {
+  std::error_code none;
+  const fs::path cmake = package.folder / "CMakeLists.txt", setup = package.folder / "setup.py";
+  const PackageManifest& m = package.manifest;
+  const std::string subject = fmt::format("package '{}'", m.name);
+  if (fs::exists(cmake, none)) {
+    const InstallRules rules = read_cmake(cmake);
+    if (!rules.project.empty() && rules.project.find('$') == std::string::npos && rules.project != m.name) {
+      out.add("package.project_name", subject, rules.project_source,
+              fmt::format("project({}) and package.xml's name '{}' differ", rules.project, m.name),
+              fmt::format("write project({})", m.name));
+    }
+    check_installed(in, package, rules, out);
+    if (m.build_type == "ament_python") {
+      out.add("package.build_type", subject, m.source,
+              "build_type is ament_python, and there is a CMakeLists.txt",
+              "write <build_type>ament_cmake</build_type>, or remove the CMakeLists.txt");
+    }
+  } else if (fs::exists(setup, none)) {
+    check_installed(in, package, read_setup_py(setup), out);
+    if (m.build_type != "ament_python") {
+      out.add("package.build_type", subject, m.source,
+              m.build_type.empty() ? "there is a setup.py and no build_type"
+                                   : fmt::format("there is a setup.py, and build_type is {}", m.build_type),
+              "write <export><build_type>ament_python</build_type></export>");
+    }
+  }
+}
+
+}  // namespace
+
+void check_package(const AuditInput& in, Findings& out) {
+  if (in.options.package_folder.empty()) {
+    check_missing_manifest(in, out);
+    return;
+  }
+  const auto package = read_package(in, out);
+  if (!package) return;
+  const auto named = packages_named(in);
+  check_names(in, *package, named, out);
+  check_dependencies(*package, named, out);
+  check_build(in, *package, out);
+  check_launch(in, out);
+}
+
+}  // namespace doppel::audit_rules
