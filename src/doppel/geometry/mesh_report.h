@@ -19,29 +19,38 @@ namespace doppel {
 struct MeshReport {
   std::string problem;  // not empty: the file cannot be read, and why
   std::size_t vertices = 0, triangles = 0;
-  std::size_t degenerate = 0;     // triangles of no area
-  std::size_t open_edges = 0;     // edges with one triangle: not watertight
-  std::size_t crossed_edges = 0;  // edges whose triangles disagree about outside, or with more than two
+  std::size_t degenerate = 0;  // triangles of no area
+  std::size_t open_edges = 0;  // edges with one triangle: not watertight
+  // Edges whose triangles disagree about where outside is. Four that agree, as where two bodies of one file
+  // touch, are no fault.
+  std::size_t crossed_edges = 0;
   Eigen::Vector3d lower = Eigen::Vector3d::Zero(), upper = Eigen::Vector3d::Zero();  // bounds
   double area = 0;
   SolidProperties solid;              // of the closed surface; the volume is negative where it faces inwards
-  std::vector<Eigen::Vector3f> hull;  // vertices of the convex hull, at most 500
+  std::vector<Eigen::Vector3f> hull;  // vertices of the convex hull, at most kHullVertices
   double hull_volume = 0;
   [[nodiscard]] bool watertight() const { return open_edges == 0 && crossed_edges == 0; }
 };
+inline constexpr std::size_t kHullVertices = 500;
 
 // Never throws; what is wrong stands in `problem`.
 MeshReport report_mesh(const std::filesystem::path& file);
 // The same through the cache ($XDG_CACHE_HOME/doppel, else ~/.cache/doppel; keyed by path, size and time of
-// change). A cache that cannot be written is done without.
+// change). A cache that cannot be written is done without. The reference holds as long as the program runs.
 const MeshReport& cached_mesh_report(const std::filesystem::path& file);
 
-// A shape as written in a link, in metres: bounds, solid and hull in the frame of the shape. Nothing for a
-// mesh without a file or with a problem.
+// The cache's bytes (mesh_report_cache.cpp): with version and checksum; nothing where they are not whole.
+std::string to_bytes(const MeshReport& report, const std::string& key);
+std::optional<MeshReport> from_bytes(std::string_view bytes, const std::string& key);
+
+// A shape as written in a link, in metres: bounds, solid and hull in the frame of the shape. The solid of a
+// mesh that is not watertight says nothing. Nothing for a mesh without a file or with a problem.
 struct ShapeReport {
   Eigen::AlignedBox3d bounds;
   SolidProperties solid;
   std::vector<Eigen::Vector3d> hull;
+  double hull_volume = 0;  // m^3
+  bool watertight = true;
 };
 std::optional<ShapeReport> report_shape(const Geometry& geometry);
 

@@ -1,0 +1,102 @@
+#include "doppel/geometry/convex_hull.h"
+
+#include <libqhull_r/qhull_ra.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numbers>
+
+namespace doppel {
+namespace {
+
+constexpr int kFlatDirections = 50;
+
+// Qhull's state with its memory. What it would print goes nowhere.
+class Qhull {
+ public:
+  explicit Qhull(std::vector<coordT>& coordinates) {
+    qh_zero(&state_, quiet_.get());
+    state_.NOerrexit = True;
+    char options[] = "qhull Qt Pp FA";
+    failed_ = qh_new_qhull(&state_, 3, static_cast<int>(coordinates.size() / 3), coordinates.data(), False,
+                           options, nullptr, quiet_.get()) != 0;
+  }
+  Qhull(const Qhull&) = delete;
+  Qhull& operator=(const Qhull&) = delete;
+  ~Qhull() {
+    qh_freeqhull(&state_, !qh_ALL);
+    int long_blocks = 0, bytes = 0;
+    qh_memfreeshort(&state_, &long_blocks, &bytes);
+  }
+
+  [[nodiscard]] bool failed() const { return failed_; }
+  qhT* operator->() { return &state_; }
+  qhT* get() { return &state_; }
+
+ private:
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> quiet_{std::fopen("/dev/null", "w"), &std::fclose};
+  qhT state_{};
+  bool failed_ = false;
+};
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> even_directions(int count) {
+  std::vector<Eigen::Vector3d> out;
+  out.reserve(static_cast<std::size_t>(count));
+  const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  for (int i = 0; i < count; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / count;
+    const double r = std::sqrt(1.0 - z * z);
+    out.emplace_back(r * std::cos(golden * i), r * std::sin(golden * i), z);
+  }
+  return out;
+}
+
+std::vector<std::uint32_t> extreme_points(std::span<const Eigen::Vector3f> points, int directions) {
+  std::vector<std::uint32_t> out;
+  if (points.empty()) return out;
+  const auto furthest = [&](const Eigen::Vector3d& d) {
+    const auto along = [&](const Eigen::Vector3f& p) { return p.cast<double>().dot(d); };
+    const auto best = std::max_element(points.begin(), points.end(),
+                                       [&](const auto& a, const auto& b) { return along(a) < along(b); });
+    out.push_back(static_cast<std::uint32_t>(best - points.begin()));
+  };
+  for (const Eigen::Vector3d& d : even_directions(directions)) furthest(d);
+  for (int axis = 0; axis < 3; ++axis) {
+    furthest(Eigen::Vector3d::Unit(axis));
+    furthest(-Eigen::Vector3d::Unit(axis));
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+ConvexHull convex_hull(std::span<const Eigen::Vector3f> points) {
+  ConvexHull out;
+  if (points.size() < 4) {
+    for (std::uint32_t i = 0; i < points.size(); ++i) out.vertices.push_back(i);
+    return out;
+  }
+  std::vector<coordT> coordinates;
+  coordinates.reserve(points.size() * 3);
+  for (const Eigen::Vector3f& p : points) {
+    for (int i = 0; i < 3; ++i) coordinates.push_back(static_cast<double>(p[i]));
+  }
+  Qhull hull(coordinates);
+  if (hull.failed()) {
+    out.vertices = extreme_points(points, kFlatDirections);
+    return out;
+  }
+  for (const vertexT* v = hull->vertex_list; v != nullptr && v->next != nullptr; v = v->next) {
+    out.vertices.push_back(static_cast<std::uint32_t>((v->point - coordinates.data()) / 3));
+  }
+  std::sort(out.vertices.begin(), out.vertices.end());
+  qh_getarea(hull.get(), hull->facet_list);
+  out.volume = hull->totvol;
+  return out;
+}
+
+}  // namespace doppel
