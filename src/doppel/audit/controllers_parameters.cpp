@@ -1,0 +1,98 @@
+#include <algorithm>
+#include <set>
+
+#include "doppel/audit/controllers_detail.h"
+#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/core/names.h"
+
+namespace doppel::audit_rules {
+namespace {
+
+// Said by rules of this room, with more around it.
+bool told_elsewhere(const std::string& rule) {
+  static const Names kRules{"control.unknown_joint", "control.joint_twice", "control.joint_not_driven",
+                            "control.mimic_joint"};
+  return contains(kRules, rule);
+}
+
+// Parameters that every controller has in ROS 2 and that no on_init declares.
+bool of_every_controller(std::string_view name) {
+  constexpr std::string_view kNames[] = {"type",
+                                         "update_rate",
+                                         "is_async",
+                                         "use_sim_time",
+                                         "thread_priority",
+                                         "async_parameters",
+                                         "fallback_controllers"};
+  for (const std::string_view known : kNames) {
+    if (name == known || (name.starts_with(known) && name.size() > known.size() && name[known.size()] == '.'))
+      return true;
+  }
+  return name.starts_with("qos_overrides.");
+}
+
+bool whole_number_for_decimal(const ParameterValue& written, const ParameterValue& declared) {
+  const bool one = std::holds_alternative<std::int64_t>(written) && std::holds_alternative<double>(declared);
+  const bool list = std::holds_alternative<std::vector<std::int64_t>>(written) &&
+                    std::holds_alternative<std::vector<double>>(declared);
+  return one || list;
+}
+
+void check_whole_numbers(const DeclaredController& c, const Parameters& parameters, Findings& out) {
+  Names names;
+  SourceLocation where;
+  std::string first;
+  for (const ParameterOverride& o : c.parameters.all()) {
+    const Parameters::Declared* declared = parameters.find(o.name);
+    if (declared == nullptr || !whole_number_for_decimal(o.value, declared->value)) continue;
+    if (names.empty()) {
+      where = o.source;
+      first = to_string(o.value);
+    }
+    names.push_back(o.name);
+  }
+  if (names.empty()) return;
+  out.add("controllers.whole_number", c.subject(), where,
+          fmt::format("{} {} written as a whole number, and ROS 2 takes only a decimal there",
+                      quoted_list(names, 4), names.size() == 1 ? "is" : "are"),
+          fmt::format("write {}.0", first));
+}
+
+// `complete`: every parameter was declared. Otherwise an unknown name may only not have had its turn.
+void check_unknown(const DeclaredController& c, const Parameters& parameters, bool complete, Findings& out) {
+  if (!complete || c.has_other_files) return;
+  const Names valid = parameters.names();
+  for (const ParameterOverride& o : c.parameters.all()) {
+    if (o.used || of_every_controller(o.name) || parameters.find(o.name) != nullptr) continue;
+    out.add("controllers.unknown_parameter", c.subject(), o.source,
+            fmt::format("{} has no parameter '{}', so this value does nothing{}", c.type, o.name,
+                        did_you_mean(o.name, valid)),
+            "correct the name, or remove it");
+  }
+}
+
+}  // namespace
+
+void check_parameters(const AuditInput& in, const ControllersFile& file, DeclaredController& c,
+                      const ControllerRegistry::Type& type, Findings& out) {
+  if (in.model == nullptr || c.parameters.all().empty()) return;
+  Bus bus;
+  Node node(bus, "/" + c.name);
+  const Log log;
+  ControllerContext context{c.name, &node, in.model, &log, &c.parameters, file.update_rate};
+  bool complete = true;
+  try {
+    type.make()->on_init(context);
+  } catch (const InputError& error) {
+    complete = false;
+    for (const Diagnostic& d : error.diagnostics()) {
+      if (told_elsewhere(d.rule)) continue;
+      out.add("controllers.parameter", file.chosen ? Severity::error : Severity::warning, c.subject(),
+              d.where, d.message, d.mend);
+    }
+  }
+  check_whole_numbers(c, node.parameters(), out);
+  check_unknown(c, node.parameters(), complete, out);
+}
+
+}  // namespace doppel::audit_rules

@@ -1,0 +1,43 @@
+#pragma once
+// A ROS 2 package's own files, as far as they decide what reaches the user: package.xml, and what
+// CMakeLists.txt or setup.py install. Read as text, without running anything; what cannot be understood so
+// counts as unknown.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/core/source_location.h"
+
+namespace doppel {
+
+struct PackageManifest {
+  std::string name, build_type;
+  std::vector<std::string> dependencies;  // needed at run time: depend, exec_depend, run_depend
+  std::vector<std::string> missing;       // required elements that are not there
+  SourceLocation source, name_source;
+};
+// Throws InputError: unreadable, no XML, no <package>.
+PackageManifest read_manifest(const std::filesystem::path& file);
+
+struct InstalledPath {
+  std::string from;      // below the package, '/' between; a folder, a file or a pattern with '*'
+  bool pattern = false;  // `from` is one
+  std::string to;        // below share/<package>; "." is its top
+  SourceLocation source;
+};
+
+struct InstallRules {
+  bool understood =
+      true;  // false: something there is beyond this reader, and nothing can be said to be left out
+  std::vector<InstalledPath> paths;
+  std::string project;  // of project(...) or name=...
+  SourceLocation source, project_source;
+  // Where the package's own file lands below share/<package>; nothing where it is left out.
+  [[nodiscard]] std::optional<std::string> installed(const std::string& file) const;
+};
+InstallRules read_cmake(const std::filesystem::path& file);
+InstallRules read_setup_py(const std::filesystem::path& file);
+
+}  // namespace doppel

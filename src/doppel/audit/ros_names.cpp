@@ -1,0 +1,142 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "doppel/audit/ros_rules_detail.h"
+
+namespace doppel::audit_rules {
+namespace {
+
+constexpr std::array kSimulatorPlugins{
+    HardwarePlugin{"gz_ros2_control/GazeboSimSystem", "", "Gazebo", true},
+    HardwarePlugin{"ign_ros2_control/IgnitionSystem", "gz_ros2_control/GazeboSimSystem",
+                   "Gazebo when it was called Ignition", true},
+    HardwarePlugin{"gazebo_ros2_control/GazeboSystem", "gz_ros2_control/GazeboSimSystem",
+                   "Gazebo Classic, which ended in January 2025", true},
+    HardwarePlugin{"mock_components/GenericSystem", "", "ros2_control's own mirror of commands"},
+    HardwarePlugin{"fake_components/GenericSystem", "mock_components/GenericSystem",
+                   "ros2_control before it was renamed"},
+    HardwarePlugin{"mujoco_ros2_control/MujocoSystem", "", "MuJoCo"},
+    HardwarePlugin{"topic_based_ros2_control/TopicBasedSystem", "", "Isaac Sim and others, by topics"},
+    HardwarePlugin{"doppel/SimulatedSystem", "", "doppel"}};
+
+constexpr std::string_view kGazeboFile = "gz_ros2_control-system";
+constexpr std::string_view kGazeboClass = "gz_ros2_control::GazeboSimROS2ControlPlugin";
+constexpr std::array kGazeboControlPlugins{
+    GazeboControlPlugin{kGazeboFile, kGazeboClass, "", ""},
+    GazeboControlPlugin{"ign_ros2_control-system", "ign_ros2_control::IgnitionROS2ControlPlugin", kGazeboFile,
+                        kGazeboClass},
+    GazeboControlPlugin{"gazebo_ros2_control", "", kGazeboFile, kGazeboClass},
+    GazeboControlPlugin{"gazebo_ros_control", "", kGazeboFile, kGazeboClass}};
+
+}  // namespace
+
+std::span<const HardwarePlugin> simulator_plugins() {
+  return kSimulatorPlugins;
+}
+
+const HardwarePlugin* find_simulator_plugin(std::string_view name) {
+  const auto found = std::find_if(kSimulatorPlugins.begin(), kSimulatorPlugins.end(),
+                                  [&](const HardwarePlugin& p) { return p.name == name; });
+  return found == kSimulatorPlugins.end() ? nullptr : &*found;
+}
+
+std::span<const GazeboControlPlugin> gazebo_control_plugins() {
+  return kGazeboControlPlugins;
+}
+
+std::string library_name(std::string_view file) {
+  if (file.starts_with("lib")) file.remove_prefix(3);
+  if (file.ends_with(".so")) file.remove_suffix(3);
+  return std::string(file);
+}
+
+const GazeboControlPlugin* find_gazebo_control_plugin(std::string_view file) {
+  const std::string name = library_name(file);
+  const auto found = std::find_if(kGazeboControlPlugins.begin(), kGazeboControlPlugins.end(),
+                                  [&](const GazeboControlPlugin& p) { return p.file == name; });
+  return found == kGazeboControlPlugins.end() ? nullptr : &*found;
+}
+
+const Names& other_controller_types() {
+  static const Names types{"ackermann_steering_controller/AckermannSteeringController",
+                           "admittance_controller/AdmittanceController",
+                           "bicycle_steering_controller/BicycleSteeringController",
+                           "chained_filter_controller/ChainedFilter",
+                           "diff_drive_controller/DiffDriveController",
+                           "effort_controllers/GripperActionController",
+                           "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster",
+                           "gpio_controllers/GpioCommandController",
+                           "gps_sensor_broadcaster/GPSSensorBroadcaster",
+                           "imu_sensor_broadcaster/IMUSensorBroadcaster",
+                           "mecanum_drive_controller/MecanumDriveController",
+                           "motion_primitives_controllers/MotionPrimitivesForwardController",
+                           "omni_wheel_drive_controller/OmniWheelDriveController",
+                           "parallel_gripper_action_controller/GripperActionController",
+                           "pose_broadcaster/PoseBroadcaster",
+                           "position_controllers/GripperActionController",
+                           "range_sensor_broadcaster/RangeSensorBroadcaster",
+                           "state_interfaces_broadcaster/StateInterfacesBroadcaster",
+                           "steering_controllers_library/SteeringControllersLibrary",
+                           "tricycle_controller/TricycleController",
+                           "tricycle_steering_controller/TricycleSteeringController"};
+  return types;
+}
+
+bool switches_simulation(std::string_view argument) {
+  constexpr std::array<std::string_view, 16> kNames{
+      "use_sim",       "sim_gazebo",        "use_gazebo",        "sim_gz",
+      "sim_ignition",  "sim_ign",           "use_ignition",      "is_sim",
+      "sim",           "sim_mode",          "use_fake_hardware", "use_mock_hardware",
+      "fake_hardware", "use_real_hardware", "simulation",        "is_simulation"};
+  return std::find(kNames.begin(), kNames.end(), argument) != kNames.end();
+}
+
+bool moves(const Joint& joint) {
+  return joint.type != JointType::fixed;
+}
+
+bool driven_kind(const Joint& joint) {
+  return joint.type == JointType::revolute || joint.type == JointType::continuous ||
+         joint.type == JointType::prismatic;
+}
+
+Names joint_names(const RobotDescription& robot) {
+  Names out;
+  for (const Joint& joint : robot.joints) out.push_back(joint.name);
+  return out;
+}
+
+Names link_names(const RobotDescription& robot) {
+  Names out;
+  for (const Link& link : robot.links) out.push_back(link.name);
+  return out;
+}
+
+std::string quoted_list(const Names& names, std::size_t at_most) {
+  std::string out;
+  for (std::size_t i = 0; i < names.size() && i < at_most; ++i) {
+    out += fmt::format("{}'{}'", i == 0 ? "" : ", ", names[i]);
+  }
+  if (names.size() > at_most) out += fmt::format(" and {} more", names.size() - at_most);
+  return out;
+}
+
+bool contains(const Names& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::vector<const XmlNode*> hardware_nodes(const AuditInput& in) {
+  std::vector<const XmlNode*> out;
+  for (const XmlNode& child : in.expanded.root.children) {
+    if (child.is("ros2_control")) out.push_back(&child);
+  }
+  return out;
+}
+
+bool offers_commands(const HardwareJointDescription& joint) {
+  return !joint.command_interfaces.empty();
+}
+
+}  // namespace doppel::audit_rules

@@ -1,0 +1,127 @@
+// The components of <ros2_control> themselves: their type, their plugin, their sensors.
+#include <algorithm>
+#include <set>
+
+#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/core/names.h"
+
+namespace doppel::audit_rules {
+namespace {
+
+std::string subject_of(const HardwareDescription& hardware) {
+  return fmt::format("<ros2_control> '{}'", hardware.name);
+}
+
+void check_type(const HardwareDescription& hardware, Findings& out) {
+  static const Names kTypes{"system", "actuator", "sensor"};
+  if (contains(kTypes, hardware.type)) return;
+  if (hardware.type.empty()) {
+    out.add("ros2_control.type", subject_of(hardware), hardware.source, "it has no type",
+            "write type=\"system\"");
+    return;
+  }
+  out.add("ros2_control.type", subject_of(hardware), hardware.source,
+          fmt::format("there is no type '{}'{}", hardware.type, did_you_mean(hardware.type, kTypes)),
+          "write type=\"system\", \"actuator\" or \"sensor\"");
+}
+
+void check_plugin(const HardwareDescription& hardware, Findings& out) {
+  if (hardware.plugin.empty()) {
+    out.add(
+        "ros2_control.no_plugin", subject_of(hardware), hardware.source,
+        "it names no plugin, so nothing drives its joints",
+        "write <hardware><plugin>gz_ros2_control/GazeboSimSystem</plugin></hardware>, or the driver's name");
+    return;
+  }
+  if (const HardwarePlugin* known = find_simulator_plugin(hardware.plugin)) {
+    if (known->present.empty()) return;
+    out.add("ros2_control.old_plugin", subject_of(hardware), hardware.plugin_source,
+            fmt::format("'{}' is the plugin of {}; today it is '{}'", hardware.plugin, known->whose,
+                        known->present),
+            fmt::format("write <plugin>{}</plugin>", known->present));
+    return;
+  }
+  Names names;
+  for (const HardwarePlugin& plugin : simulator_plugins()) names.emplace_back(plugin.name);
+  const auto near = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
+    return edit_distance(hardware.plugin, name) <= 3;
+  });
+  if (near != names.end()) {
+    const std::string_view present = find_simulator_plugin(*near)->present;
+    const std::string meant = present.empty() ? *near : std::string(present);
+    out.add("ros2_control.plugin_name", subject_of(hardware), hardware.plugin_source,
+            fmt::format("no plugin is called '{}'; did you mean '{}'?", hardware.plugin, meant),
+            fmt::format("write <plugin>{}</plugin>", meant));
+  } else if (hardware.plugin.find('/') == std::string::npos &&
+             hardware.plugin.find("::") == std::string::npos) {
+    out.add("ros2_control.plugin_name", Severity::note, subject_of(hardware), hardware.plugin_source,
+            fmt::format("'{}' is no usual name of a plugin, which is PACKAGE/CLASS", hardware.plugin),
+            "write it as the plugin's package exports it");
+  }
+}
+
+// Names of the <sensor> elements in <gazebo>.
+void sensor_names(const XmlNode& node, std::set<std::string>& out) {
+  for (const XmlNode& child : node.children) {
+    const XmlAttribute* name = child.is("sensor") ? child.find("name") : nullptr;
+    if (name != nullptr) out.insert(name->value);
+    sensor_names(child, out);
+  }
+}
+
+void check_sensors(const AuditInput& in, const HardwareDescription& hardware, Findings& out) {
+  if (hardware.sensors.empty()) return;
+  const Names links = link_names(in.robot), joints = joint_names(in.robot);
+  const HardwarePlugin* plugin = find_simulator_plugin(hardware.plugin);
+  std::set<std::string> simulated;
+  for (const XmlNode& child : in.expanded.root.children) {
+    if (child.is("gazebo")) sensor_names(child, simulated);
+  }
+  for (const HardwareJointDescription& sensor : hardware.sensors) {
+    const std::string subject = fmt::format("sensor '{}' of <ros2_control>", sensor.name);
+    for (const auto& [name, value] : sensor.params) {
+      if (name != "frame_id" || value.empty() || contains(links, value)) continue;
+      out.add("ros2_control.sensor_frame", subject, sensor.source,
+              fmt::format("its frame_id '{}' is no link of the robot{}", value, did_you_mean(value, links)),
+              "name the link that the sensor stands on");
+    }
+    const bool in_gazebo = plugin != nullptr && plugin->needs_gazebo;
+    if (!in_gazebo || simulated.contains(sensor.name) || contains(joints, sensor.name)) continue;
+    const Names there(simulated.begin(), simulated.end());
+    out.add(
+        "ros2_control.sensor_unknown", subject, sensor.source,
+        fmt::format("no <sensor> of a <gazebo> element has this name, so the simulator has nothing to read{}",
+                    did_you_mean(sensor.name, there)),
+        "give the <gazebo><sensor> and this entry the same name");
+  }
+}
+
+// Descriptions that prepare for ros2_control (an include that is still empty, as exporters leave it) and lack
+// it.
+void check_presence(const AuditInput& in, Findings& out) {
+  if (!in.robot.hardware.empty()) return;
+  const auto prepared =
+      std::find_if(in.expanded.files.begin(), in.expanded.files.end(), [](const auto& file) {
+        return file.filename().string().find("ros2_control") != std::string::npos ||
+               file.filename().string().find("ros2control") != std::string::npos;
+      });
+  const bool can_move = std::any_of(in.robot.joints.begin(), in.robot.joints.end(), driven_kind);
+  if (prepared == in.expanded.files.end() || !can_move) return;
+  out.add("ros2_control.missing", "the robot", make_location(prepared->string(), 1, 1),
+          "this file is included and holds no <ros2_control> that takes effect, so no controller can move "
+          "the robot",
+          "write a <ros2_control> block with the driven joints, or choose one by the file's arguments");
+}
+
+}  // namespace
+
+void check_hardware(const AuditInput& in, Findings& out) {
+  for (const HardwareDescription& hardware : in.robot.hardware) {
+    check_type(hardware, out);
+    check_plugin(hardware, out);
+    check_sensors(in, hardware, out);
+  }
+  check_presence(in, out);
+}
+
+}  // namespace doppel::audit_rules

@@ -1,0 +1,141 @@
+// Launch files of the package, read as text: what they give to xacro and to the spawner.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "doppel/audit/ros_rules_detail.h"
+
+namespace doppel::audit_rules {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct LaunchFile {
+  fs::path path;
+  std::string text;  // comments are blanks
+
+  [[nodiscard]] SourceLocation place(std::size_t at) const {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    const std::size_t start = at == 0 ? std::string::npos : text.rfind('\n', at - 1);
+    return make_location(path.string(), static_cast<int>(line),
+                         static_cast<int>(start == std::string::npos ? at + 1 : at - start));
+  }
+  [[nodiscard]] bool says(std::string_view word) const { return text.find(word) != std::string::npos; }
+  [[nodiscard]] bool simulates() const {
+    return says("ros_gz_sim") || says("gz_sim") || says("gazebo_ros") || says("ros_ign") ||
+           says("ign_gazebo") || says("spawn_entity");
+  }
+  [[nodiscard]] std::string subject() const {
+    return fmt::format("launch file '{}'", path.filename().string());
+  }
+};
+
+std::string blank_comments(std::string text) {
+  char quote = 0;
+  bool comment = false;
+  for (char& c : text) {
+    if (c == '\n') {
+      comment = false;
+      quote = 0;
+    } else if (comment) {
+      c = ' ';
+    } else if (quote != 0) {
+      if (c == quote) quote = 0;
+    } else if (c == '\'' || c == '"') {
+      quote = c;
+    } else if (c == '#') {
+      comment = true;
+      c = ' ';
+    }
+  }
+  return text;
+}
+
+std::vector<LaunchFile> launch_files(const fs::path& package) {
+  std::vector<LaunchFile> out;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(package / "launch", none)) {
+    if (entry.path().extension() != ".py") continue;
+    std::ifstream in(entry.path(), std::ios::binary);
+    out.push_back({entry.path(), blank_comments({std::istreambuf_iterator<char>(in), {}})});
+  }
+  std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.path < b.path; });
+  return out;
+}
+
+bool fixed_to_world(const RobotDescription& robot) {
+  const auto is_world = [](const Joint& joint) {
+    return joint.parent == "world" && joint.type == JointType::fixed;
+  };
+  return robot.find_link("world") != nullptr &&
+         std::any_of(robot.joints.begin(), robot.joints.end(), is_world);
+}
+
+// '-z', '0.32' in the spawner's arguments.
+void check_spawn_height(const LaunchFile& file, Findings& out) {
+  for (const char* option : {"'-z'", "\"-z\""}) {
+    const std::size_t at = file.text.find(option);
+    if (at == std::string::npos) continue;
+    const std::size_t from = file.text.find_first_not_of(" \t\n,", at + 4);
+    if (from == std::string::npos || (file.text[from] != '\'' && file.text[from] != '"')) return;
+    double height = 0;
+    const char* begin = file.text.data() + from + 1;
+    const auto [end, error] = std::from_chars(begin, file.text.data() + file.text.size(), height);
+    if (error != std::errc() || *end != file.text[from] || std::abs(height) < 1e-9) return;
+    out.add("package.spawn_height", file.subject(), file.place(at),
+            fmt::format("it spawns the robot at z = {:g} m, and the description fixes it to 'world'", height),
+            "spawn at 0, or write the height into the joint to 'world'");
+    return;
+  }
+}
+
+std::size_t end_of_call(const std::string& text, std::size_t open) {
+  int depth = 0;
+  for (std::size_t at = open; at < text.size(); ++at) {
+    if (text[at] == '(') ++depth;
+    if (text[at] == ')' && --depth == 0) return at;
+  }
+  return text.size();
+}
+
+// A simulator's launch file that expands the description without its switch.
+void check_mapping(const AuditInput& in, const LaunchFile& file, Findings& out) {
+  if (!file.simulates()) return;
+  std::string wanted;
+  for (const auto& argument : declared_xacro_arguments(in.expanded.file, in.resolver)) {
+    const bool off = argument.has_default && argument.default_value == "false";
+    if (off && switches_simulation(argument.name) && argument.name.find("hardware") == std::string::npos)
+      wanted = argument.name;
+  }
+  if (wanted.empty() || file.says(wanted)) return;
+  for (const char* call : {"process_file(", "Command("}) {
+    const std::size_t at = file.text.find(call);
+    if (at == std::string::npos) continue;
+    const std::size_t end = end_of_call(file.text, at + std::string_view(call).size() - 1);
+    const std::string inside = file.text.substr(at, end - at);
+    if (std::string_view(call) == "Command(" && inside.find("xacro") == std::string::npos) continue;
+    if (inside.find("mappings") != std::string::npos || inside.find(":=") != std::string::npos) continue;
+    out.add(
+        "package.launch_mapping", file.subject(), file.place(at),
+        fmt::format("it starts a simulator and expands the description without '{}', whose default is false",
+                    wanted),
+        std::string_view(call) == "Command("
+            ? fmt::format("add ' {}:=true' to the command", wanted)
+            : fmt::format("write process_file(..., mappings={{'{}': 'true'}})", wanted));
+    return;
+  }
+}
+
+}  // namespace
+
+void check_launch(const AuditInput& in, Findings& out) {
+  const bool fixed = fixed_to_world(in.robot);
+  for (const LaunchFile& file : launch_files(in.options.package_folder)) {
+    if (fixed) check_spawn_height(file, out);
+    check_mapping(in, file, out);
+  }
+}
+
+}  // namespace doppel::audit_rules
