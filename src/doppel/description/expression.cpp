@@ -3,209 +3,51 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <list>
-#include <unordered_map>
 
 #include "doppel/core/names.h"
+#include "doppel/description/expression_operators.h"
 #include "doppel/description/expression_parser.h"
 
 namespace doppel {
 namespace {
 
-constexpr std::size_t kLongest = 1'000'000;  // items or characters that one operation may make
+using Kind = Expression::Kind;
+constexpr std::ptrdiff_t kStack = std::ptrdiff_t{3} << 20;  // of the 8 MB that threads usually have
 
-[[noreturn]] void unsupported(const std::string& op, const Value& a, const Value& b) {
-  throw ExpressionError(fmt::format("unsupported operand types for {}: '{}' ({}) and '{}' ({})", op, a.str(),
-                                    a.type_name(), b.str(), b.type_name()));
-}
+thread_local const char* stack_begin = nullptr;
 
-std::int64_t floor_divide(std::int64_t a, std::int64_t b) {
-  const std::int64_t q = a / b;
-  return (a % b != 0 && (a < 0) != (b < 0)) ? q - 1 : q;
-}
-
-Value power(const Value& a, const Value& b) {
-  if (a.integral() && b.integral() && b.integer() >= 0) {
-    std::int64_t result = 1;
-    bool fits = true;
-    for (std::int64_t i = 0; i < b.integer() && fits && i < 64; ++i)
-      fits = !__builtin_mul_overflow(result, a.integer(), &result);
-    if (fits && b.integer() < 64) return Value(result);
-  }
-  return Value(std::pow(a.real(), b.real()));
-}
-
-Value arithmetic(const std::string& op, const Value& a, const Value& b) {
-  if (op == "**") return power(a, b);
-  if (op == "/") {
-    if (b.real() == 0.0) throw ExpressionError("division by zero");
-    return Value(a.real() / b.real());
-  }
-  if ((op == "//" || op == "%") && b.real() == 0.0) throw ExpressionError("division by zero");
-  if (a.integral() && b.integral()) {
-    const std::int64_t x = a.integer(), y = b.integer();
-    std::int64_t out = 0;
-    if (op == "+" && !__builtin_add_overflow(x, y, &out)) return Value(out);
-    if (op == "-" && !__builtin_sub_overflow(x, y, &out)) return Value(out);
-    if (op == "*" && !__builtin_mul_overflow(x, y, &out)) return Value(out);
-    if (op == "//" && y != -1) return Value(floor_divide(x, y));
-    if (op == "%" && y != -1) return Value(x - floor_divide(x, y) * y);
-    if (op == "%") return Value(std::int64_t{0});
-    if (op == "&") return Value(x & y);
-    if (op == "|") return Value(x | y);
-    if (op == "^") return Value(x ^ y);
-    if ((op == "<<" || op == ">>") && y >= 0 && y < 63)
-      return Value(op == "<<" ? x * (std::int64_t{1} << y) : x >> y);
-  }
-  const double x = a.real(), y = b.real();
-  if (op == "+") return Value(x + y);
-  if (op == "-") return Value(x - y);
-  if (op == "*") return Value(x * y);
-  if (op == "//") return Value(std::floor(x / y));
-  if (op == "%") return Value(x - std::floor(x / y) * y);
-  unsupported(op, a, b);
-}
-
-void check_length(std::size_t length) {
-  if (length > kLongest) throw ExpressionError("the result is too long");
-}
-
-Value repeated(const Value& what, std::int64_t times) {
-  const auto n = static_cast<std::size_t>(std::max<std::int64_t>(0, times));
-  if (what.is<std::string>()) {
-    check_length(what.as<std::string>().size() * std::min(n, kLongest + 1));
-    std::string out;
-    for (std::size_t i = 0; i < n; ++i) out += what.as<std::string>();
-    return Value(out);
-  }
-  ValueList items, out;
-  what.items(items);
-  check_length(items.size() * std::min(n, kLongest + 1));
-  for (std::size_t i = 0; i < n; ++i) out.insert(out.end(), items.begin(), items.end());
-  return what.is<Value::List>() ? Value::list(std::move(out)) : Value::tuple(std::move(out));
-}
-
-Value formatted(const std::string& format, const Value& value);
-
-Value binary(const std::string& op, const Value& a, const Value& b) {
-  if (a.number() && b.number()) return arithmetic(op, a, b);
-  const bool sequence_a = a.is<std::string>() || a.is<Value::List>() || a.is<Value::Tuple>();
-  const bool sequence_b = b.is<std::string>() || b.is<Value::List>() || b.is<Value::Tuple>();
-  if (op == "+" && sequence_a && a.data.index() == b.data.index()) {
-    if (a.is<std::string>()) {
-      check_length(a.as<std::string>().size() + b.as<std::string>().size());
-      return Value(a.as<std::string>() + b.as<std::string>());
-    }
-    ValueList x, y;
-    a.items(x);
-    b.items(y);
-    check_length(x.size() + y.size());
-    x.insert(x.end(), y.begin(), y.end());
-    return a.is<Value::List>() ? Value::list(std::move(x)) : Value::tuple(std::move(x));
-  }
-  if (op == "*" && sequence_a && b.integral()) return repeated(a, b.integer());
-  if (op == "*" && sequence_b && a.integral()) return repeated(b, a.integer());
-  if (op == "%" && a.is<std::string>()) return formatted(a.as<std::string>(), b);
-  unsupported(op, a, b);
-}
-
-// Python's "..." % values, for %s %d %i %f %g %e %% with flags, width and precision.
-Value formatted(const std::string& format, const Value& value) {
-  ValueList arguments{value};
-  if (value.is<Value::Tuple>()) value.items(arguments);
-  std::string out;
-  std::size_t used = 0;
-  for (std::size_t i = 0; i < format.size(); ++i) {
-    if (format[i] != '%') {
-      out += format[i];
-      continue;
-    }
-    const std::size_t end = format.find_first_of("sdifgeFGEr%", i + 1);
-    if (end == std::string::npos) throw ExpressionError("incomplete format '" + format + "'");
-    const char kind = format[end];
-    const std::string flags = format.substr(i + 1, end - i - 1);
-    i = end;
-    if (kind == '%') {
-      out += '%';
-      continue;
-    }
-    if (used >= arguments.size())
-      throw ExpressionError("not enough arguments for the format '" + format + "'");
-    const Value& argument = arguments[used++];
-    if (flags.find_first_not_of("0123456789.+- #") != std::string::npos || flags.size() > 8)
-      throw ExpressionError("unknown format '" + format + "'");
-    char buffer[512];
-    if (kind == 's' || kind == 'r') {
-      std::snprintf(buffer, sizeof buffer, ("%" + flags + "s").c_str(),
-                    (kind == 's' ? argument.str() : argument.repr()).c_str());
-    } else if (!argument.number()) {
-      throw ExpressionError(fmt::format("%{} needs a number, not '{}'", kind, argument.str()));
-    } else if (kind == 'd' || kind == 'i') {
-      std::snprintf(buffer, sizeof buffer, ("%" + flags + "lld").c_str(),
-                    static_cast<long long>(argument.real()));
-    } else {
-      std::snprintf(buffer, sizeof buffer, ("%" + flags + kind).c_str(), argument.real());
-    }
-    out += buffer;
-  }
-  return Value(out);
-}
-
-bool less(const Value& a, const Value& b, const std::string& op) {
-  if (a.number() && b.number()) return a.real() < b.real();
-  if (a.is<std::string>() && b.is<std::string>()) return a.as<std::string>() < b.as<std::string>();
-  ValueList x, y;
-  const bool lists = (a.is<Value::List>() || a.is<Value::Tuple>()) && a.data.index() == b.data.index();
-  if (!lists || !a.items(x) || !b.items(y)) unsupported(op, a, b);
-  return std::lexicographical_compare(x.begin(), x.end(), y.begin(), y.end(),
-                                      [&op](const Value& l, const Value& r) { return less(l, r, op); });
-}
-
-bool contains(const Value& container, const Value& item) {
-  if (container.is<std::string>()) {
-    if (!item.is<std::string>()) unsupported("in", item, container);
-    return container.as<std::string>().find(item.as<std::string>()) != std::string::npos;
-  }
-  ValueList items;
-  if (!container.items(items)) unsupported("in", item, container);
-  return std::any_of(items.begin(), items.end(), [&item](const Value& v) { return equal(v, item); });
-}
-
-bool compare(const std::string& op, const Value& a, const Value& b) {
-  if (op == "==") return equal(a, b);
-  if (op == "!=") return !equal(a, b);
-  if (op == "is" || op == "is not") return (a.data.index() == b.data.index() && equal(a, b)) == (op == "is");
-  if (op == "in" || op == "not in") return contains(b, a) == (op == "in");
-  if (op == "<") return less(a, b, op);
-  if (op == ">") return less(b, a, op);
-  if (op == "<=") return !less(b, a, op);
-  return !less(a, b, op);
-}
-
-// A comprehension's names in front of the scope around it.
-class LoopScope : public NameScope {
+// Names of a comprehension or lambda in front of the scope around them.
+class InnerScope : public NameScope {
  public:
-  explicit LoopScope(NameScope& outer) : outer_(outer) {}
-  std::optional<Value> find(const std::string& name) override {
-    for (const auto& [n, value] : names_) {
-      if (n == name) return value;
+  explicit InnerScope(NameScope& outer) : outer_(outer) {}
+  const Value* find(const std::string& name) override {
+    for (auto at = names_.rbegin(); at != names_.rend(); ++at) {
+      if (at->first == name) return &at->second;
     }
     return outer_.find(name);
   }
-  [[nodiscard]] std::vector<std::string> names() const override { return outer_.names(); }
-  void bind(const std::vector<std::string>& names, const Value& value) {
-    names_.clear();
-    if (names.size() == 1) {
-      names_.emplace_back(names[0], value);
-      return;
+  [[nodiscard]] std::vector<std::string> names() const override {
+    std::vector<std::string> out = outer_.names();
+    for (const auto& [name, value] : names_) out.push_back(name);
+    return out;
+  }
+  void set(const std::string& name, Value value) {
+    for (auto& [known, old] : names_) {
+      if (known == name) {
+        old = std::move(value);
+        return;
+      }
     }
-    ValueList parts;
-    if (!value.items(parts) || parts.size() != names.size()) {
-      throw ExpressionError(
-          fmt::format("'{}' cannot be taken apart into {} names", value.str(), names.size()));
-    }
-    for (std::size_t i = 0; i < names.size(); ++i) names_.emplace_back(names[i], parts[i]);
+    names_.emplace_back(name, std::move(value));
+  }
+  // For a lambda that outlives this scope: its names, behind those of the scopes around it.
+  void copy_names(std::vector<std::pair<std::string, Value>>& out) const {
+    if (const auto* inner = dynamic_cast<const InnerScope*>(&outer_)) inner->copy_names(out);
+    out.insert(out.end(), names_.begin(), names_.end());
+  }
+  [[nodiscard]] NameScope& outermost() {
+    auto* inner = dynamic_cast<InnerScope*>(&outer_);
+    return inner != nullptr ? inner->outermost() : outer_;
   }
 
  private:
@@ -213,13 +55,37 @@ class LoopScope : public NameScope {
   std::vector<std::pair<std::string, Value>> names_;
 };
 
+void bind(const Target& target, const Value& value, InnerScope& scope) {
+  if (target.parts.empty()) return scope.set(target.name, value);
+  const ValueList items = items_of(value);
+  const auto star =
+      std::find_if(target.parts.begin(), target.parts.end(), [](const Target& part) { return part.starred; });
+  const bool starred = star != target.parts.end();
+  const std::size_t wanted = target.parts.size() - (starred ? 1 : 0);
+  if (starred ? items.size() < wanted : items.size() != wanted) {
+    throw ExpressionError(fmt::format("{} cannot be taken apart into {} names", value.brief(), wanted));
+  }
+  std::size_t next = 0;
+  for (auto part = target.parts.begin(); part != target.parts.end(); ++part) {
+    if (part != star) {
+      bind(*part, items[next++], scope);
+      continue;
+    }
+    const auto from = items.begin() + static_cast<std::ptrdiff_t>(next);
+    const std::size_t many = items.size() - wanted;
+    scope.set(part->name, Value::list(ValueList(from, from + static_cast<std::ptrdiff_t>(many))));
+    next += many;
+  }
+}
+
 class Evaluator {
  public:
   Evaluator(NameScope& scope, std::int64_t& budget) : scope_(scope), budget_(budget) {}
 
   Value value(const Expression& e) {
-    if (--budget_ < 0) throw ExpressionError("the evaluation takes too many steps", "xacro.too_much");
-    using Kind = Expression::Kind;
+    spend(1);
+    if (StackGuard::exhausted())
+      throw ExpressionError("the evaluation is nested too deeply", "xacro.too_deep");
     switch (e.kind) {
       case Kind::constant:
         return e.value;
@@ -229,54 +95,81 @@ class Evaluator {
         return Value::list(values(e.parts));
       case Kind::tuple:
         return Value::tuple(values(e.parts));
+      case Kind::set:
+        return Value::set(values(e.parts));
       case Kind::dict:
         return dict(e);
       case Kind::unary:
-        return unary(e);
-      case Kind::binary: {
-        const Value left = value(e.parts[0]);
-        return binary(e.text, left, value(e.parts[1]));
-      }
+        return unary_operation(e.op, value(e.parts[0]));
+      case Kind::binary:
+        return binary(e);
       case Kind::compare:
         return comparison(e);
-      case Kind::logic_and: {
-        const Value left = value(e.parts[0]);
-        return left.truth() ? value(e.parts[1]) : left;
-      }
+      case Kind::logic_and:
       case Kind::logic_or: {
-        const Value left = value(e.parts[0]);
-        return left.truth() ? left : value(e.parts[1]);
+        Value left = value(e.parts[0]);
+        return left.truth() == (e.kind == Kind::logic_and) ? value(e.parts[1]) : left;
       }
       case Kind::logic_not:
         return Value(!value(e.parts[0]).truth());
       case Kind::ternary:
-        return value(e.parts[0]).truth() ? value(e.parts[1]) : value(e.parts[2]);
+        return value(e.parts[value(e.parts[0]).truth() ? 1 : 2]);
       case Kind::index: {
         const Value object = value(e.parts[0]);
-        return index(object, value(e.parts[1]));
+        return index_value(object, value(e.parts[1]));
       }
-      case Kind::slice:
-        return slice(e);
+      case Kind::slice: {
+        const Value object = value(e.parts[0]);
+        const Value from = value(e.parts[1]), to = value(e.parts[2]);
+        return slice_value(object, from, to, value(e.parts[3]));
+      }
       case Kind::attribute:
         return get_attribute(value(e.parts[0]), e.text);
       case Kind::call:
         return call(e);
       case Kind::comprehension:
         return comprehension(e);
+      case Kind::lambda:
+        return lambda(e);
+      case Kind::format:
+        return format(e);
+      case Kind::starred:
+      case Kind::double_starred:
+        break;
     }
-    return {};
+    throw ExpressionError("'*' was not expected");
   }
 
  private:
+  void spend(std::int64_t steps) {
+    if ((budget_ -= steps) < 0)
+      throw ExpressionError("the evaluation takes too many steps", "xacro.too_much");
+  }
+  // What is made costs steps as well, so that memory is bounded with them.
+  Value charged(Value made) {
+    spend(made.weight() / 8);
+    return made;
+  }
+
   ValueList values(const std::vector<Expression>& parts) {
     ValueList out;
-    for (const Expression& part : parts) out.push_back(value(part));
+    out.reserve(parts.size());
+    for (const Expression& part : parts) add(part, out);
     return out;
+  }
+  void add(const Expression& part, ValueList& out) {
+    if (part.kind != Kind::starred) {
+      out.push_back(value(part));
+      return;
+    }
+    const ValueList items = items_of(value(part.parts[0]));
+    spend(static_cast<std::int64_t>(items.size()));
+    out.insert(out.end(), items.begin(), items.end());
   }
 
   Value name(const std::string& text) {
-    if (auto known = scope_.find(text)) return *known;
-    if (auto builtin = find_builtin(text)) return *builtin;
+    if (const Value* known = scope_.find(text)) return *known;
+    if (const Value* builtin = find_builtin(text)) return *builtin;
     std::vector<std::string> names = scope_.names();
     const auto builtins = builtin_names();
     names.insert(names.end(), builtins.begin(), builtins.end());
@@ -284,123 +177,138 @@ class Evaluator {
                           "xacro.undefined_name");
   }
 
+  Value binary(const Expression& e) {
+    const Value left = value(e.parts[0]);
+    Value out = binary_operation(e.op, left, value(e.parts[1]));
+    return out.number() ? out : charged(std::move(out));
+  }
+
   Value dict(const Expression& e) {
     ValueDict out;
     for (std::size_t i = 0; i + 1 < e.parts.size(); i += 2) {
-      const Value key = value(e.parts[i]);
-      out.emplace_back(key, value(e.parts[i + 1]));
+      if (e.parts[i].kind == Kind::double_starred) {
+        const Value more = value(e.parts[i].parts[0]);
+        if (!more.is<Value::Dict>()) throw ExpressionError("'**' needs a dict");
+        for (const auto& [key, item] : more.as<Value::Dict>().entries->dict) out.set(key, item);
+        continue;
+      }
+      Value key = value(e.parts[i]);
+      out.set(std::move(key), value(e.parts[i + 1]));
     }
-    return Value::dict(std::move(out));
-  }
-
-  Value unary(const Expression& e) {
-    const Value operand = value(e.parts[0]);
-    if (!operand.number())
-      throw ExpressionError(fmt::format("'{}' ({}) has no {}", operand.str(), operand.type_name(), e.text));
-    if (operand.is<double>()) return Value(e.text == "-" ? -operand.real() : operand.real());
-    const std::int64_t whole = operand.integer();
-    if (e.text == "~") return Value(~whole);
-    return Value(e.text == "-" && whole != INT64_MIN ? -whole : whole);
+    return charged(Value::dict(std::move(out)));
   }
 
   Value comparison(const Expression& e) {
     Value left = value(e.parts[0]);
-    for (std::size_t i = 0; i < e.keywords.size(); ++i) {
+    for (std::size_t i = 0; i < e.operators.size(); ++i) {
       Value right = value(e.parts[i + 1]);
-      if (!compare(e.keywords[i], left, right)) return Value(false);
+      spend((left.weight() + right.weight()) / 8);
+      if (!compare_values(e.operators[i], left, right)) return Value(false);
       left = std::move(right);
     }
     return Value(true);
   }
 
-  static Value index(const Value& object, const Value& key) {
-    if (object.is<Value::Dict>()) {
-      if (const Value* found = object.get(key)) return *found;
-      ValueList keys;
-      object.items(keys);
-      std::vector<std::string> names;
-      for (const Value& k : keys) names.push_back(k.str());
-      throw ExpressionError(fmt::format("there is no key {}{}", key.repr(), did_you_mean(key.str(), names)),
-                            "xacro.key");
-    }
-    ValueList items;
-    if (!object.items(items))
-      throw ExpressionError(fmt::format("'{}' ({}) has no items", object.str(), object.type_name()));
-    if (!key.integral())
-      throw ExpressionError(fmt::format("an index is a whole number, not '{}'", key.str()));
-    const auto size = static_cast<std::int64_t>(items.size());
-    const std::int64_t i = key.integer() < 0 ? key.integer() + size : key.integer();
-    if (i < 0 || i >= size)
-      throw ExpressionError(fmt::format("the index {} is outside of {} items", key.integer(), size));
-    return items[static_cast<std::size_t>(i)];
-  }
-
-  Value slice(const Expression& e) {
-    const Value object = value(e.parts[0]);
-    ValueList items, out;
-    if (!object.items(items) || object.is<Value::Dict>())
-      throw ExpressionError(fmt::format("'{}' cannot be sliced", object.str()));
-    const auto bound = [&](std::size_t part) -> std::optional<std::int64_t> {
-      const Value v = value(e.parts[part]);
-      if (v.is<Value::None>()) return std::nullopt;
-      if (!v.integral()) throw ExpressionError("a slice is made of whole numbers");
-      return v.integer();
-    };
-    const auto size = static_cast<std::int64_t>(items.size());
-    const std::int64_t step = bound(3).value_or(1);
-    if (step == 0) throw ExpressionError("a slice's step cannot be zero");
-    const auto placed = [&](std::optional<std::int64_t> v, std::int64_t absent) {
-      if (!v) return absent;
-      const std::int64_t at = *v < 0 ? *v + size : *v;
-      return std::clamp<std::int64_t>(at, step > 0 ? 0 : -1, step > 0 ? size : size - 1);
-    };
-    const std::int64_t from = placed(bound(1), step > 0 ? 0 : size - 1),
-                       to = placed(bound(2), step > 0 ? size : -1);
-    for (std::int64_t i = from; step > 0 ? i < to : i > to; i += step)
-      out.push_back(items[static_cast<std::size_t>(i)]);
-    if (object.is<Value::Tuple>()) return Value::tuple(std::move(out));
-    if (object.is<Value::List>()) return Value::list(std::move(out));
-    std::string text;
-    for (const Value& c : out) text += c.as<std::string>();
-    return Value(text);
-  }
-
   Value call(const Expression& e) {
     const Value function = value(e.parts[0]);
     if (!function.is<Value::Function>())
-      throw ExpressionError(fmt::format("'{}' ({}) cannot be called", function.str(), function.type_name()));
+      throw ExpressionError(fmt::format("{} ({}) cannot be called", function.brief(), function.type_name()));
     ValueList arguments;
     KeywordArguments keywords;
-    const std::size_t positional = e.parts.size() - 1 - e.keywords.size();
-    for (std::size_t i = 0; i < positional; ++i) arguments.push_back(value(e.parts[i + 1]));
-    for (std::size_t i = 0; i < e.keywords.size(); ++i)
-      keywords.emplace_back(e.keywords[i], value(e.parts[positional + 1 + i]));
-    return (*function.as<Value::Function>().call)(arguments, keywords);
+    for (std::size_t i = 0; i < e.names.size(); ++i) {
+      const Expression& part = e.parts[i + 1];
+      if (part.kind == Kind::double_starred) {
+        const Value more = value(part.parts[0]);
+        if (!more.is<Value::Dict>()) throw ExpressionError("'**' needs a dict");
+        for (const auto& [key, item] : more.as<Value::Dict>().entries->dict)
+          keywords.emplace_back(key.str(), item);
+      } else if (!e.names[i].empty()) {
+        keywords.emplace_back(e.names[i], value(part));
+      } else {
+        add(part, arguments);
+      }
+    }
+    for (const Value& argument : arguments) spend(argument.weight() / 16);
+    return charged((*function.as<Value::Function>().call)(arguments, keywords));
+  }
+
+  // One loop of a comprehension inside the other.
+  template <class Make>
+  void loop(const Expression& e, std::size_t which, InnerScope& names, Evaluator& inside, const Make& make) {
+    if (which == e.loops.size()) return make();
+    const Expression::Loop& at = e.loops[which];
+    const Value iterable = which == 0 ? value(at.items) : inside.value(at.items);
+    for (const Value& item : items_of(iterable)) {
+      spend(1);
+      bind(at.target, item, names);
+      const bool wanted =
+          std::all_of(at.conditions.begin(), at.conditions.end(),
+                      [&](const Expression& condition) { return inside.value(condition).truth(); });
+      if (wanted) loop(e, which + 1, names, inside, make);
+    }
   }
 
   Value comprehension(const Expression& e) {
-    const std::size_t elements = e.text == "dict" ? 2 : 1;
-    ValueList items;
-    const Value iterable = value(e.parts[elements]);
-    if (!iterable.items(items))
-      throw ExpressionError(fmt::format("'{}' has no items to go through", iterable.str()));
-    LoopScope loop(scope_);
-    Evaluator inside(loop, budget_);
+    InnerScope names(scope_);
+    Evaluator inside(names, budget_);
     ValueList out;
     ValueDict entries;
-    for (const Value& item : items) {
-      loop.bind(e.keywords, item);
-      bool wanted = true;
-      for (std::size_t c = elements + 1; c < e.parts.size() && wanted; ++c)
-        wanted = inside.value(e.parts[c]).truth();
-      if (!wanted) continue;
-      const Value first = inside.value(e.parts[0]);
-      if (elements == 2)
-        entries.emplace_back(first, inside.value(e.parts[1]));
+    loop(e, 0, names, inside, [&] {
+      Value first = inside.value(e.parts[0]);
+      spend(first.weight() / 8);
+      if (e.form == 'd')
+        entries.set(std::move(first), inside.value(e.parts[1]));
       else
-        out.push_back(first);
+        out.push_back(std::move(first));
+    });
+    if (e.form == 'd') return charged(Value::dict(std::move(entries)));
+    return charged(e.form == 's' ? Value::set(out) : Value::list(std::move(out)));
+  }
+
+  // A lambda keeps the loops' names around it as they are now, and the scope outside of them.
+  Value lambda(const Expression& e) {
+    std::vector<std::pair<std::string, Value>> captured;
+    NameScope* outer = &scope_;
+    if (auto* inner = dynamic_cast<InnerScope*>(&scope_)) {
+      inner->copy_names(captured);
+      outer = &inner->outermost();
     }
-    return elements == 2 ? Value::dict(std::move(entries)) : Value::list(std::move(out));
+    outer->retain();
+    std::vector<Value> defaults;
+    for (std::size_t i = 1; i < e.parts.size(); ++i) defaults.push_back(value(e.parts[i]));
+    const auto body = std::make_shared<const Expression>(e.parts[0]);
+    return Value::function("<lambda>", [body, outer, captured, defaults, names = e.names, &budget = budget_](
+                                           ValueList& arguments, KeywordArguments& keywords) {
+      InnerScope scope(*outer);
+      for (const auto& [name, kept] : captured) scope.set(name, kept);
+      if (arguments.size() > names.size())
+        throw ExpressionError(
+            fmt::format("the lambda takes {} arguments, not {}", names.size(), arguments.size()));
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        const auto given = std::find_if(keywords.begin(), keywords.end(),
+                                        [&](const auto& k) { return k.first == names[i]; });
+        if (i < arguments.size())
+          scope.set(names[i], arguments[i]);
+        else if (given != keywords.end())
+          scope.set(names[i], given->second);
+        else if (i + defaults.size() >= names.size())
+          scope.set(names[i], defaults[i + defaults.size() - names.size()]);
+        else
+          throw ExpressionError(fmt::format("the lambda needs '{}'", names[i]));
+      }
+      return Evaluator(scope, budget).value(*body);
+    });
+  }
+
+  Value format(const Expression& e) {
+    if (e.form != 0) {
+      const Value field = value(e.parts[0]);
+      if (e.form == 'r') return Value(format_value(Value(field.repr()), e.text));
+      return Value(format_value(field, e.text));
+    }
+    std::string out;
+    for (const Expression& part : e.parts) out += value(part).str();
+    return charged(Value(std::move(out)));
   }
 
   NameScope& scope_;
@@ -409,8 +317,25 @@ class Evaluator {
 
 }  // namespace
 
+StackGuard::StackGuard() : outermost_(stack_begin == nullptr) {
+  if (outermost_) stack_begin = static_cast<const char*>(__builtin_frame_address(0));
+}
+StackGuard::~StackGuard() {
+  if (outermost_) stack_begin = nullptr;
+}
+bool StackGuard::exhausted() {
+  if (stack_begin == nullptr) return false;
+  const auto used = stack_begin - static_cast<const char*>(__builtin_frame_address(0));
+  return used > kStack || used < -kStack;
+}
+
+Value evaluate(const Expression& expression, NameScope& scope, std::int64_t& budget) {
+  const StackGuard guard;
+  return Evaluator(scope, budget).value(expression);
+}
+
 Value evaluate(std::string_view text, NameScope& scope, std::int64_t& budget) {
-  return Evaluator(scope, budget).value(parse_expression(text));
+  return evaluate(*parse_expression(text), scope, budget);
 }
 
 }  // namespace doppel

@@ -1,9 +1,8 @@
 #pragma once
 // The Python-like expressions of ${...}: a tokeniser and parser of our own that make a tree, and an evaluator
-// over it, without file, network or process access, bounded in depth and steps. Source: The Python Language
-// Reference, chapter 6 (expressions).
+// over it, without file, network or process access, bounded in depth, steps and size. Source: The Python
+// Language Reference, chapter 6 (expressions).
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -23,24 +22,49 @@ class ExpressionError : public std::runtime_error {
   std::string rule;
 };
 
-// Where names come from; nothing: unknown. May itself evaluate (xacro's properties are lazy).
+// Where names come from; null: unknown. May itself evaluate (xacro's properties are lazy).
 class NameScope {
  public:
   virtual ~NameScope() = default;
-  virtual std::optional<Value> find(const std::string& name) = 0;
+  virtual const Value* find(const std::string& name) = 0;
   [[nodiscard]] virtual std::vector<std::string> names() const = 0;
+  // A lambda was made that looks names up here, now and later.
+  virtual void retain() {}
 };
 
-// Evaluates `text`. Names that `scope` does not know are looked for among Python's built-ins and the math
-// module. Throws ExpressionError. `budget` counts steps down across calls; at zero evaluation stops with an
-// error.
+struct Expression;
+// Throws ExpressionError with what was expected. Immutable, so it can be kept and evaluated many times.
+std::shared_ptr<const Expression> parse_expression(std::string_view text);
+
+// Names that `scope` does not know are looked for in `builtins`. Throws ExpressionError. `budget` counts
+// steps down across calls; at zero evaluation stops with an error. Lambdas keep references to all of the
+// arguments.
+Value evaluate(const Expression& expression, NameScope& scope, std::int64_t& budget);
 Value evaluate(std::string_view text, NameScope& scope, std::int64_t& budget);
 
-// math's functions and constants, and the built-ins that xacro allows.
-std::optional<Value> find_builtin(const std::string& name);
+// The names that every expression of xacro knows: math's, and some of Python's built-ins; the modules `math`
+// and `python` (with more built-ins).
+const Value* find_builtin(const std::string& name);
 std::vector<std::string> builtin_names();
 
-// Attributes and methods: str.split, dict.get, and a dict's entries by dot. Throws ExpressionError.
+// Attributes and methods: str.split, dict.get, and a dotted dict's entries. Throws ExpressionError.
 Value get_attribute(const Value& object, const std::string& name);
+
+// Python's format(value, spec).
+std::string format_value(const Value& value, const std::string& spec);
+
+// Whether the stack is used up so far that nothing should recurse deeper; expressions, properties, macros and
+// includes nest within each other, so no single limit on depth would do.
+class StackGuard {
+ public:
+  StackGuard();  // the outermost one on a thread marks where its stack begins
+  ~StackGuard();
+  StackGuard(const StackGuard&) = delete;
+  StackGuard& operator=(const StackGuard&) = delete;
+  static bool exhausted();
+
+ private:
+  bool outermost_;
+};
 
 }  // namespace doppel

@@ -2,19 +2,32 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
+
+#include "doppel/description/expression.h"
 
 namespace doppel {
 namespace {
+
+constexpr int kDeepest = 64;
+constexpr std::int64_t kHeaviest = 4'000'000;  // characters and items in one value
+constexpr std::size_t kIndexFrom = 12;
 
 std::string quoted(const std::string& text) {
   const char quote = text.find('\'') != std::string::npos && text.find('"') == std::string::npos ? '"' : '\'';
   std::string out(1, quote);
   for (const char c : text) {
-    if (c == quote || c == '\\') out += '\\';
-    if (c == '\n')
+    if (c == quote || c == '\\')
+      out += '\\', out += c;
+    else if (c == '\n')
       out += "\\n";
+    else if (c == '\t')
+      out += "\\t";
+    else if (c == '\r')
+      out += "\\r";
+    else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+      out += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
     else
       out += c;
   }
@@ -27,29 +40,111 @@ std::string joined(const ValueList& items) {
   return out;
 }
 
+// Equal values have equal hashes: numbers by their value, whatever their type.
+std::size_t hash(const Value& v) {
+  if (v.number()) return std::hash<double>{}(v.real());
+  if (v.is<std::string>()) return std::hash<std::string>{}(v.as<std::string>());
+  if (v.is<Value::None>()) return 7;
+  if (v.is<Value::Tuple>()) {
+    std::size_t out = 11;
+    for (const Value& item : v.values()) out = out * 1'000'003 + hash(item);
+    return out;
+  }
+  if (v.is<Value::Function>()) return std::hash<const void*>{}(v.as<Value::Function>().call.get());
+  throw ExpressionError(fmt::format("a {} cannot be a key", v.type_name()));
+}
+
+template <class T>
+void weigh(T& container, const Value& item) {
+  container.depth = std::max(container.depth, item.depth() + 1);
+  container.weight += item.weight();
+}
+template <class T>
+void check(const T& container) {
+  if (container.depth > kDeepest) throw ExpressionError("lists and dicts are nested too deeply");
+  if (container.weight > kHeaviest) throw ExpressionError("the value is too large", "xacro.too_much");
+}
+
+std::shared_ptr<const Value::Items> made(ValueList values, std::string shown) {
+  auto out = std::make_shared<Value::Items>();
+  for (const Value& value : values) weigh(*out, value);
+  out->values = std::move(values);
+  out->shown = std::move(shown);
+  check(*out);
+  return out;
+}
+
+std::shared_ptr<const Value::Entries> made(ValueDict dict) {
+  auto out = std::make_shared<Value::Entries>(Value::Entries{std::move(dict)});
+  for (const auto& [key, value] : out->dict) {
+    weigh(*out, key);
+    weigh(*out, value);
+  }
+  check(*out);
+  return out;
+}
+
+bool same_entries(const ValueDict& a, const ValueDict& b) {
+  if (a.size() != b.size()) return false;
+  return std::all_of(a.begin(), a.end(), [&b](const auto& entry) {
+    const Value* other = b.find(entry.first);
+    return other != nullptr && equal(entry.second, *other);
+  });
+}
+
 }  // namespace
 
-std::string format_real(double value) {
-  if (std::isnan(value)) return "nan";
-  if (std::isinf(value)) return value < 0 ? "-inf" : "inf";
-  char buffer[64];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::scientific).ptr;
-  const std::string text(buffer, end);
-  const std::size_t e = text.find('e');
-  const int exponent = std::stoi(text.substr(e + 1));
-  std::string sign = text[0] == '-' ? "-" : "";
-  std::string digits;
-  for (const char c : text.substr(0, e)) {
-    if (c >= '0' && c <= '9') digits += c;
+ValueDict::ValueDict() = default;
+ValueDict::~ValueDict() = default;
+ValueDict::ValueDict(const ValueDict&) = default;
+ValueDict::ValueDict(ValueDict&&) noexcept = default;
+
+std::size_t ValueDict::position(const Value& key) const {
+  if (index_.empty()) {
+    const auto found = std::find_if(entries_.begin(), entries_.end(),
+                                    [&key](const auto& entry) { return equal(entry.first, key); });
+    return static_cast<std::size_t>(found - entries_.begin());
   }
-  if (exponent < -4 || exponent >= 16) {
-    const std::string mantissa = digits.size() == 1 ? digits : digits.substr(0, 1) + "." + digits.substr(1);
-    return fmt::format("{}{}e{}{:02}", sign, mantissa, exponent < 0 ? '-' : '+', std::abs(exponent));
+  const auto [from, to] = index_.equal_range(hash(key));
+  for (auto at = from; at != to; ++at) {
+    if (equal(entries_[at->second].first, key)) return at->second;
   }
-  if (exponent < 0) return sign + "0." + std::string(static_cast<std::size_t>(-exponent - 1), '0') + digits;
-  const auto whole = static_cast<std::size_t>(exponent) + 1;
-  if (digits.size() <= whole) return sign + digits + std::string(whole - digits.size(), '0') + ".0";
-  return sign + digits.substr(0, whole) + "." + digits.substr(whole);
+  return entries_.size();
+}
+
+void ValueDict::set(Value key, Value value) {
+  const std::size_t h = hash(key);
+  const std::size_t at = position(key);
+  if (at < entries_.size()) {
+    entries_[at].second = std::move(value);
+    return;
+  }
+  entries_.emplace_back(std::move(key), std::move(value));
+  if (!index_.empty()) {
+    index_.emplace(h, entries_.size() - 1);
+  } else if (entries_.size() >= kIndexFrom) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) index_.emplace(hash(entries_[i].first), i);
+  }
+}
+
+const Value* ValueDict::find(const Value& key) const {
+  const std::size_t at = position(key);
+  return at < entries_.size() ? &entries_[at].second : nullptr;
+}
+
+Value Value::list(ValueList items, std::string shown) {
+  return wrap(List{made(std::move(items), std::move(shown))});
+}
+Value Value::tuple(ValueList items) {
+  return wrap(Tuple{made(std::move(items), "")});
+}
+Value Value::dict(ValueDict entries, bool dotted) {
+  return wrap(Dict{made(std::move(entries)), dotted});
+}
+Value Value::set(const ValueList& items) {
+  ValueDict entries;
+  for (const Value& item : items) entries.set(item, Value());
+  return wrap(Set{made(std::move(entries))});
 }
 
 std::int64_t Value::integer() const {
@@ -63,15 +158,16 @@ double Value::real() const {
 bool Value::truth() const {
   if (number()) return real() != 0.0;
   if (is<std::string>()) return !as<std::string>().empty();
-  if (is<List>()) return !as<List>().items->empty();
-  if (is<Tuple>()) return !as<Tuple>().items->empty();
-  if (is<Dict>()) return !as<Dict>().items->empty();
+  if (sequence()) return !values().empty();
+  if (is<Dict>()) return !as<Dict>().entries->dict.empty();
+  if (is<Set>()) return !as<Set>().entries->dict.empty();
   return !is<None>();
 }
 
 const char* Value::type_name() const {
-  static constexpr const char* kNames[] = {"NoneType", "bool",  "int",  "float",   "str",
-                                           "list",     "tuple", "dict", "function"};
+  static constexpr const char* kNames[] = {"NoneType", "bool", "int", "float",    "str",      "list",
+                                           "tuple",    "dict", "set", "function", "namespace"};
+  if (is<Function>() && as<Function>().type) return "type";
   return kNames[data.index()];
 }
 
@@ -85,36 +181,70 @@ std::string Value::repr() const {
   if (is<std::int64_t>()) return std::to_string(as<std::int64_t>());
   if (is<double>()) return format_real(as<double>());
   if (is<std::string>()) return quoted(as<std::string>());
-  if (is<List>()) return "[" + joined(*as<List>().items) + "]";
-  if (is<Tuple>()) return "(" + joined(*as<Tuple>().items) + (as<Tuple>().items->size() == 1 ? ",)" : ")");
+  if (is<List>()) {
+    const Items& items = *as<List>().items;
+    return items.shown.empty() ? "[" + joined(items.values) + "]" : items.shown;
+  }
+  if (is<Tuple>()) return "(" + joined(values()) + (values().size() == 1 ? ",)" : ")");
   if (is<Dict>()) {
     std::string out;
-    for (const auto& [key, value] : *as<Dict>().items)
+    for (const auto& [key, value] : as<Dict>().entries->dict)
       out += (out.empty() ? "" : ", ") + key.repr() + ": " + value.repr();
     return "{" + out + "}";
   }
-  return "<function " + as<Function>().name + ">";
+  if (is<Set>()) {
+    ValueList keys;
+    items(keys);
+    return keys.empty() ? "set()" : "{" + joined(keys) + "}";
+  }
+  if (is<Object>()) return "<namespace " + as<Object>().name + ">";
+  return as<Function>().type ? "<class '" + as<Function>().name + "'>"
+                             : "<function " + as<Function>().name + ">";
+}
+
+std::string Value::brief() const {
+  std::string out = repr();
+  if (out.size() <= 80) return out;
+  std::size_t end = 77;
+  while (end > 0 && (static_cast<unsigned char>(out[end]) & 0xC0) == 0x80) --end;
+  return out.substr(0, end) + "...";
+}
+
+const ValueList& Value::values() const {
+  return is<List>() ? as<List>().items->values : as<Tuple>().items->values;
 }
 
 bool Value::items(ValueList& out) const {
-  if (is<List>()) return out = *as<List>().items, true;
-  if (is<Tuple>()) return out = *as<Tuple>().items, true;
+  if (sequence()) return out = values(), true;
   out.clear();
-  if (is<Dict>()) {
-    for (const auto& [key, value] : *as<Dict>().items) out.push_back(key);
+  if (is<Dict>() || is<Set>()) {
+    for (const auto& [key, value] : is<Dict>() ? as<Dict>().entries->dict : as<Set>().entries->dict)
+      out.push_back(key);
     return true;
   }
   if (!is<std::string>()) return false;
-  for (const char c : as<std::string>()) out.emplace_back(std::string(1, c));
+  std::string_view rest = as<std::string>();
+  while (!rest.empty()) {
+    const std::size_t length = character_length(rest);
+    out.emplace_back(std::string(rest.substr(0, length)));
+    rest.remove_prefix(length);
+  }
   return true;
 }
 
-const Value* Value::get(const Value& key) const {
-  if (!is<Dict>()) return nullptr;
-  for (const auto& [k, v] : *as<Dict>().items) {
-    if (equal(k, key)) return &v;
-  }
-  return nullptr;
+std::int64_t Value::weight() const {
+  if (is<std::string>()) return static_cast<std::int64_t>(as<std::string>().size()) + 1;
+  if (is<List>()) return as<List>().items->weight;
+  if (is<Tuple>()) return as<Tuple>().items->weight;
+  if (is<Dict>()) return as<Dict>().entries->weight;
+  return is<Set>() ? as<Set>().entries->weight : 1;
+}
+
+int Value::depth() const {
+  if (is<List>()) return as<List>().items->depth;
+  if (is<Tuple>()) return as<Tuple>().items->depth;
+  if (is<Dict>()) return as<Dict>().entries->depth;
+  return is<Set>() ? as<Set>().entries->depth : 0;
 }
 
 bool equal(const Value& a, const Value& b) {
@@ -125,23 +255,12 @@ bool equal(const Value& a, const Value& b) {
   if (a.is<Value::None>()) return true;
   if (a.is<std::string>()) return a.as<std::string>() == b.as<std::string>();
   if (a.is<Value::Function>()) return a.as<Value::Function>().call == b.as<Value::Function>().call;
-  if (a.is<Value::Dict>()) {
-    const ValueDict& x = *a.as<Value::Dict>().items;
-    if (x.size() != b.as<Value::Dict>().items->size()) return false;
-    for (const auto& [key, value] : x) {
-      const Value* other = b.get(key);
-      if (other == nullptr || !equal(value, *other)) return false;
-    }
-    return true;
-  }
-  ValueList x, y;
-  a.items(x);
-  b.items(y);
-  if (x.size() != y.size()) return false;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!equal(x[i], y[i])) return false;
-  }
-  return true;
+  if (a.is<Value::Object>()) return a.as<Value::Object>().object == b.as<Value::Object>().object;
+  if (a.is<Value::Dict>())
+    return same_entries(a.as<Value::Dict>().entries->dict, b.as<Value::Dict>().entries->dict);
+  if (a.is<Value::Set>())
+    return same_entries(a.as<Value::Set>().entries->dict, b.as<Value::Set>().entries->dict);
+  return std::equal(a.values().begin(), a.values().end(), b.values().begin(), b.values().end(), equal);
 }
 
 }  // namespace doppel

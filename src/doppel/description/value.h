@@ -1,11 +1,13 @@
 #pragma once
 // Values of xacro's expressions: Python's, as far as robot descriptions use them, printed as Python prints
-// them.
+// them. They never change once made, so they hold no cycles; depth and size are bounded when they are made.
 
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -14,29 +16,79 @@ namespace doppel {
 
 class Value;
 using ValueList = std::vector<Value>;
-using ValueDict = std::vector<std::pair<Value, Value>>;  // in order of insertion
 using KeywordArguments = std::vector<std::pair<std::string, Value>>;
 using ValueFunction = std::function<Value(ValueList& arguments, KeywordArguments& keywords)>;
+
+// A dict's or set's entries in order of insertion, found by key. Keys are what Python can hash.
+class ValueDict {
+ public:
+  ValueDict();
+  ~ValueDict();
+  ValueDict(const ValueDict&);
+  ValueDict(ValueDict&&) noexcept;
+  ValueDict& operator=(const ValueDict&) = delete;
+
+  void set(Value key, Value value);  // throws ExpressionError for a key that cannot be one
+  [[nodiscard]] const Value* find(const Value& key) const;
+  [[nodiscard]] std::size_t size() const { return entries_.size(); }
+  [[nodiscard]] bool empty() const { return entries_.empty(); }
+  [[nodiscard]] auto begin() const { return entries_.begin(); }
+  [[nodiscard]] auto end() const { return entries_.end(); }
+
+ private:
+  [[nodiscard]] std::size_t position(const Value& key) const;
+  std::vector<std::pair<Value, Value>> entries_;
+  std::unordered_multimap<std::size_t, std::size_t> index_;  // by hash; empty while a search is as quick
+};
+
+// Something with attributes that are looked up when asked for: a module, a namespace of an include.
+class ValueObject {
+ public:
+  virtual ~ValueObject() = default;
+  virtual const Value* find(const std::string& name) = 0;
+  [[nodiscard]] virtual std::vector<std::string> names() const = 0;
+};
 
 class Value {
  public:
   struct None {
     bool operator==(const None&) const = default;
   };
+  struct Items {
+    ValueList values;
+    int depth = 1;            // of containers within each other
+    std::int64_t weight = 1;  // of all that is inside
+    std::string shown;        // how Python prints a range or view; empty: as a list
+  };
+  struct Entries {
+    ValueDict dict;
+    int depth = 1;
+    std::int64_t weight = 1;
+  };
   struct List {
-    std::shared_ptr<ValueList> items;
+    std::shared_ptr<const Items> items;
   };
   struct Tuple {
-    std::shared_ptr<ValueList> items;
+    std::shared_ptr<const Items> items;
   };
   struct Dict {
-    std::shared_ptr<ValueDict> items;
+    std::shared_ptr<const Entries> entries;
+    bool dotted = false;  // its entries are attributes too, and those of what is inside
+  };
+  struct Set {
+    std::shared_ptr<const Entries> entries;
   };
   struct Function {
     std::string name;
     std::shared_ptr<ValueFunction> call;
+    bool type = false;  // str, int, list: also what isinstance() and type() know
   };
-  using Data = std::variant<None, bool, std::int64_t, double, std::string, List, Tuple, Dict, Function>;
+  struct Object {
+    std::string name;
+    std::shared_ptr<ValueObject> object;
+  };
+  using Data =
+      std::variant<None, bool, std::int64_t, double, std::string, List, Tuple, Dict, Set, Function, Object>;
 
   Value() = default;
   Value(bool v) : data(v) {}
@@ -45,11 +97,16 @@ class Value {
   Value(std::string v) : data(std::move(v)) {}
   Value(const char* v) : data(std::string(v)) {}
 
-  static Value list(ValueList items) { return wrap(List{std::make_shared<ValueList>(std::move(items))}); }
-  static Value tuple(ValueList items) { return wrap(Tuple{std::make_shared<ValueList>(std::move(items))}); }
-  static Value dict(ValueDict items) { return wrap(Dict{std::make_shared<ValueDict>(std::move(items))}); }
-  static Value function(std::string name, ValueFunction call) {
-    return wrap(Function{std::move(name), std::make_shared<ValueFunction>(std::move(call))});
+  // Throw ExpressionError where the result would be too deep or too large.
+  static Value list(ValueList items, std::string shown = "");
+  static Value tuple(ValueList items);
+  static Value dict(ValueDict entries, bool dotted = false);
+  static Value set(const ValueList& items);
+  static Value function(std::string name, ValueFunction call, bool type = false) {
+    return wrap(Function{std::move(name), std::make_shared<ValueFunction>(std::move(call)), type});
+  }
+  static Value object(std::string name, std::shared_ptr<ValueObject> object) {
+    return wrap(Object{std::move(name), std::move(object)});
   }
 
   template <class T>
@@ -69,10 +126,13 @@ class Value {
   [[nodiscard]] const char* type_name() const;  // "int"
   [[nodiscard]] std::string str() const;        // as Python's str()
   [[nodiscard]] std::string repr() const;
-  // The items of a list or tuple, the keys of a dict, the characters of a string; nullptr-like empty flag
-  // otherwise.
+  [[nodiscard]] std::string brief() const;  // repr() for a message, cut where it is long
+  [[nodiscard]] bool sequence() const { return is<List>() || is<Tuple>(); }
+  [[nodiscard]] const ValueList& values() const;  // precondition: sequence()
+  // The items of a list or tuple, the keys of a dict or set, the characters of a string; false: has none.
   bool items(ValueList& out) const;
-  [[nodiscard]] const Value* get(const Value& key) const;  // of a dict
+  [[nodiscard]] std::int64_t weight() const;
+  [[nodiscard]] int depth() const;
 
   Data data;
 
@@ -89,5 +149,13 @@ bool equal(const Value& a, const Value& b);
 
 // Python's repr of a float: the shortest text that reads back the same.
 std::string format_real(double value);
+
+// The numbers that Python's int(text) and float(text) read: blanks around, a sign, no underscores.
+bool parse_integer(std::string_view text, std::int64_t& out, int base = 10);
+bool parse_real(std::string_view text, double& out);
+
+// The bytes of the character at the beginning of UTF-8; at least 1.
+std::size_t character_length(std::string_view text);
+std::size_t count_characters(std::string_view text);
 
 }  // namespace doppel

@@ -1,7 +1,7 @@
 #pragma once
 // The xacro expander: properties, macros, conditions, includes and substitutions over a tree whose nodes keep
-// their places. The tree goes straight to the URDF parser; only /robot_description needs it as text. Source:
-// ros/xacro's documentation (ROS 2 branch).
+// their places. The tree goes straight to the URDF parser; `doppel xacro` writes it as ros/xacro does.
+// Source: ros/xacro's documentation and behaviour (ROS 2 branch).
 
 #include <filesystem>
 #include <string>
@@ -16,22 +16,28 @@ namespace doppel {
 
 struct XacroResult {
   XmlNode root;
-  std::vector<std::filesystem::path> files;     // every file that was read
+  std::vector<std::filesystem::path> files;     // every file that was read, the first one first
   std::vector<std::string> declared_arguments;  // names of <xacro:arg>
   std::vector<std::string> used_arguments;      // names that $(arg ...) asked for
 };
 
 // Throws InputError with the place through macros and includes. Bounded in depth, steps and size: a macro
-// that calls itself for ever is an error, soon.
+// that calls itself for ever is an error, soon. With XmlKeep::everything comments and blank text stay as
+// ros/xacro keeps them.
 XacroResult expand_xacro(const std::filesystem::path& file,
                          const std::vector<std::pair<std::string, std::string>>& arguments,
                          const PackageResolver& resolver, Diagnostics& diagnostics);
 // The same for a tree that was read already.
 XacroResult expand_xacro(XmlNode root, const std::filesystem::path& file,
                          const std::vector<std::pair<std::string, std::string>>& arguments,
-                         const PackageResolver& resolver, Diagnostics& diagnostics);
+                         const PackageResolver& resolver, Diagnostics& diagnostics,
+                         XmlKeep keep = XmlKeep::content);
 
 // Whether the tree holds anything for xacro to do.
 bool needs_xacro(const XmlNode& root);
+
+// The text that ros/xacro writes for a document: its layout, its order of attributes, its banner, which names
+// `input` as the user named it.
+std::string xacro_text(const XmlDocument& expanded, const std::string& input);
 
 }  // namespace doppel

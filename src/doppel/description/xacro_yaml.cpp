@@ -1,91 +1,243 @@
+// YAML files as values, scalars read as YAML 1.1 reads them (PyYAML's safe_load).
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include <cmath>
 #include <map>
 #include <numbers>
 
-#include "doppel/description/urdf_reader.h"
 #include "doppel/description/xacro_detail.h"
 
 namespace doppel::xacro {
 namespace {
 
-constexpr int kDeepestYaml = 100;
+constexpr int kDeepestYaml = 50;
+constexpr std::int64_t kMostNodes = 200'000;
+constexpr std::size_t kLargest = std::size_t{4} << 20;
 
 // Units of xacro's YAML tags, in SI.
 const std::map<std::string, double>& units() {
-  static const std::map<std::string, double> table{{"!degrees", std::numbers::pi / 180},
-                                                   {"!radians", 1.0},
-                                                   {"!meters", 1.0},
-                                                   {"!millimeters", 1e-3},
-                                                   {"!foot", 0.3048},
-                                                   {"!inches", 0.0254}};
+  static const std::map<std::string, double> table{
+      {"!radians", 1.0},      {"!meters", 1.0},  {"!degrees", std::numbers::pi / 180},
+      {"!millimeters", 1e-3}, {"!foot", 0.3048}, {"!inches", 0.0254}};
   return table;
 }
 
-Value scalar(const YAML::Node& node, const SourceLocation& where) {
-  const std::string& text = node.Scalar();
-  if (const auto unit = units().find(node.Tag()); unit != units().end()) {
-    const auto number = parse_number(text);
-    if (number) return Value(*number * unit->second);
-    class Nothing : public NameScope {
-     public:
-      std::optional<Value> find(const std::string&) override { return std::nullopt; }
-      [[nodiscard]] std::vector<std::string> names() const override { return {}; }
-    } nothing;
-    std::int64_t budget = 10'000;
-    try {
-      return Value(evaluate(text, nothing, budget).real() * unit->second);
-    } catch (const std::exception& problem) {
-      throw InputError("xacro.yaml", where,
-                       fmt::format("'{} {}' is no number: {}", node.Tag(), text, problem.what()));
-    }
-  }
-  if (node.Tag() == "!") return Value(text);  // quoted
-  if (text == "null" || text == "~" || text.empty()) return Value();
-  for (const char* yes : {"true", "True", "TRUE", "yes", "Yes", "on", "On"}) {
-    if (text == yes) return Value(true);
-  }
-  for (const char* no : {"false", "False", "FALSE", "no", "No", "off", "Off"}) {
-    if (text == no) return Value(false);
-  }
-  const Value read = literal(text);
-  return read.number() ? read : Value(text);
+class Nothing : public NameScope {
+ public:
+  const Value* find(const std::string&) override { return nullptr; }
+  [[nodiscard]] std::vector<std::string> names() const override { return {}; }
+};
+
+bool digits_only(std::string_view text, std::string_view allowed) {
+  return !text.empty() && text.find_first_not_of(allowed) == std::string_view::npos;
 }
 
-Value convert(const YAML::Node& node, const SourceLocation& where, int depth) {
-  if (depth > kDeepestYaml) throw InputError("xacro.yaml", where, "the YAML is nested too deeply");
-  switch (node.Type()) {
-    case YAML::NodeType::Scalar:
-      return scalar(node, where);
-    case YAML::NodeType::Sequence: {
-      ValueList out;
-      for (const auto& item : node) out.push_back(convert(item, where, depth + 1));
-      return Value::list(std::move(out));
-    }
-    case YAML::NodeType::Map: {
-      ValueDict out;
-      for (const auto& entry : node)
-        out.emplace_back(scalar(entry.first, where), convert(entry.second, where, depth + 1));
-      return Value::dict(std::move(out));
-    }
-    default:
-      return {};
+// [-+]?[0-9][0-9_]*, 0b..., 0x..., and octal with a leading zero.
+std::optional<Value> integer(const std::string& text) {
+  const std::size_t sign = text.starts_with('-') || text.starts_with('+') ? 1 : 0;
+  std::string digits = text.substr(sign);
+  std::erase(digits, '_');
+  if (digits.empty() || text[sign] == '_') return std::nullopt;
+  int base = 10;
+  std::string_view allowed = "0123456789";
+  if (digits.starts_with("0b")) {
+    base = 2, allowed = "01", digits.erase(0, 2);
+  } else if (digits.starts_with("0x")) {
+    base = 16, allowed = "0123456789abcdefABCDEF", digits.erase(0, 2);
+  } else if (digits.size() > 1 && digits[0] == '0') {
+    base = 8, allowed = "01234567";
   }
+  if (!digits_only(digits, allowed)) return std::nullopt;
+  std::int64_t out = 0;
+  if (!parse_integer((sign == 1 && text[0] == '-' ? "-" : "") + digits, out, base)) return std::nullopt;
+  return Value(out);
 }
+
+// A point is required, and a sign in the exponent: 1e-5 is a text in YAML 1.1.
+std::optional<Value> real(const std::string& text) {
+  const std::size_t sign = text.starts_with('-') || text.starts_with('+') ? 1 : 0;
+  const std::string body = text.substr(sign);
+  const bool minus = text.starts_with('-');
+  if (body == ".inf" || body == ".Inf" || body == ".INF") return Value(minus ? -HUGE_VAL : HUGE_VAL);
+  if (sign == 0 && (body == ".nan" || body == ".NaN" || body == ".NAN")) return Value(std::nan(""));
+  const std::size_t point = body.find('.');
+  if (point == std::string::npos || body.find('.', point + 1) != std::string::npos) return std::nullopt;
+  const std::size_t e = std::min(body.find_first_of("eE"), body.size());
+  if (e < point) return std::nullopt;
+  std::string mantissa = body.substr(0, e);
+  const std::string exponent = body.substr(e);
+  const bool signed_exponent = exponent.size() > 2 && (exponent[1] == '-' || exponent[1] == '+') &&
+                               digits_only(std::string_view(exponent).substr(2), "0123456789");
+  if (!exponent.empty() && !signed_exponent) return std::nullopt;
+  std::erase(mantissa, '_');
+  if (mantissa.size() < 2 || !digits_only(mantissa, "0123456789.") || body[0] == '_') return std::nullopt;
+  double out = 0;
+  if (!parse_real((minus ? "-" : "") + mantissa + exponent, out)) return std::nullopt;
+  return Value(out);
+}
+
+// 1:30 is 90.
+std::optional<Value> sexagesimal(const std::string& text) {
+  if (text.find(':') == std::string::npos) return std::nullopt;
+  const bool minus = text.starts_with('-');
+  std::string rest = text.substr(minus || text.starts_with('+') ? 1 : 0);
+  double total = 0;
+  bool point = false, first = true;
+  while (true) {
+    const std::size_t end = std::min(rest.find(':'), rest.size());
+    const std::string part = rest.substr(0, end);
+    const bool last = end == rest.size();
+    if (!digits_only(part, last ? "0123456789." : "0123456789")) return std::nullopt;
+    double value = 0;
+    if (!parse_real(part, value) || (!first && value >= 60)) return std::nullopt;
+    if (first && (part[0] == '0' || last)) return std::nullopt;
+    point = part.find('.') != std::string::npos;
+    total = total * 60 + value;
+    if (last) break;
+    rest.erase(0, end + 1);
+    first = false;
+  }
+  if (minus) total = -total;
+  if (point) return Value(total);
+  return std::abs(total) < 9e15 ? std::optional<Value>(Value(static_cast<std::int64_t>(total)))
+                                : std::nullopt;
+}
+
+Value plain(const std::string& text) {
+  if (text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL") return {};
+  for (const char* yes : {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON"}) {
+    if (text == yes) return Value(true);
+  }
+  for (const char* no : {"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF"}) {
+    if (text == no) return Value(false);
+  }
+  if (std::string_view("0123456789+-.").find(text[0]) == std::string_view::npos) return Value(text);
+  if (auto whole = integer(text)) return *whole;
+  if (auto number = real(text)) return *number;
+  if (auto number = sexagesimal(text)) return *number;
+  return Value(text);
+}
+
+class Converter {
+ public:
+  Converter(const std::filesystem::path& file, const SourceLocation& where)
+      : file_(std::make_shared<const std::string>(file.string())), where_(where) {}
+
+  Value value(const YAML::Node& node, int depth) {
+    if (depth > kDeepestYaml) fail(node, "the YAML is nested too deeply");
+    if (++count_ > kMostNodes) fail(node, "the YAML holds too much, its aliases counted");
+    switch (node.Type()) {
+      case YAML::NodeType::Scalar:
+        return scalar(node);
+      case YAML::NodeType::Sequence: {
+        ValueList out;
+        for (const auto& item : node) out.push_back(value(item, depth + 1));
+        return Value::list(std::move(out));
+      }
+      case YAML::NodeType::Map:
+        return map(node, depth);
+      default:
+        return {};
+    }
+  }
+
+  [[nodiscard]] SourceLocation place(const YAML::Mark& mark) const {
+    return {file_, mark.line + 1, mark.column + 1,
+            std::make_shared<SourceLocation::Within>(SourceLocation::Within{where_, "in load_yaml"})};
+  }
+
+ private:
+  [[noreturn]] void fail(const YAML::Node& node, const std::string& what) const {
+    throw InputError("xacro.yaml", place(node.Mark()), what);
+  }
+
+  Value map(const YAML::Node& node, int depth) {
+    ValueDict out;
+    try {
+      for (const auto& entry : node) {
+        if (entry.first.IsScalar() && entry.first.Scalar() == "<<" && entry.first.Tag() == "?")
+          merge(entry.second, depth, out);
+      }
+      for (const auto& entry : node) {
+        if (entry.first.IsScalar() && entry.first.Scalar() == "<<" && entry.first.Tag() == "?") continue;
+        out.set(value(entry.first, depth + 1), value(entry.second, depth + 1));
+      }
+      return Value::dict(std::move(out), true);
+    } catch (const ExpressionError& problem) {
+      fail(node, problem.what());
+    }
+  }
+  void merge(const YAML::Node& from, int depth, ValueDict& out) {
+    const Value merged = value(from, depth + 1);
+    ValueList maps{merged};
+    if (merged.is<Value::List>()) maps = merged.values();
+    for (const Value& one : maps) {
+      if (!one.is<Value::Dict>()) fail(from, "'<<' needs a map");
+      for (const auto& [key, item] : one.as<Value::Dict>().entries->dict) {
+        if (out.find(key) == nullptr) out.set(key, item);
+      }
+    }
+  }
+
+  Value scalar(const YAML::Node& node) {
+    const std::string &text = node.Scalar(), &tag = node.Tag();
+    if (tag == "?" || tag.empty()) return plain(text);
+    if (tag == "!" || tag == "tag:yaml.org,2002:str") return Value(text);
+    if (const auto unit = units().find(tag); unit != units().end()) return quantity(node, unit->second);
+    double number = 0;
+    std::int64_t whole = 0;
+    if (tag == "tag:yaml.org,2002:float" && parse_real(text, number)) return Value(number);
+    if (tag == "tag:yaml.org,2002:int" && parse_integer(text, whole)) return Value(whole);
+    if (tag == "tag:yaml.org,2002:bool" || tag == "tag:yaml.org,2002:null") return plain(text);
+    fail(node, fmt::format("the tag '{}' of '{}' is not known; there are !degrees, !radians, !meters, "
+                           "!millimeters, !foot, !inches",
+                           tag, text));
+  }
+
+  Value quantity(const YAML::Node& node, double unit) {
+    std::int64_t budget = 100'000;
+    try {
+      Nothing nothing;
+      const Value value = evaluate(node.Scalar(), nothing, budget);
+      double number = value.number() ? value.real() : 0;
+      if (!value.number() && !(value.is<std::string>() && parse_real(value.as<std::string>(), number)))
+        throw ExpressionError("it is no number");
+      return Value(number * unit);
+    } catch (const ExpressionError& problem) {
+      fail(node, fmt::format("'{} {}' cannot be evaluated: {}", node.Tag(), node.Scalar(), problem.what()));
+    }
+  }
+
+  std::shared_ptr<const std::string> file_;
+  const SourceLocation& where_;
+  std::int64_t count_ = 0;
+};
 
 }  // namespace
 
 Value load_yaml(const std::filesystem::path& file, const SourceLocation& where) {
+  std::string text;
   try {
-    return convert(YAML::LoadFile(file.string()), where, 0);
-  } catch (const YAML::BadFile&) {
-    throw InputError("xacro.file_not_found", where,
-                     fmt::format("the YAML file '{}' cannot be read", file.string()));
+    text = read_file(file.string(), kLargest);
+  } catch (const InputError&) {
+    std::error_code none;
+    const bool missing = !std::filesystem::exists(file, none);
+    throw InputError(missing ? "xacro.file_not_found" : "file.unreadable", where,
+                     fmt::format("the YAML file '{}' {}", file.string(),
+                                 missing ? "does not exist" : "is no regular file of at most 4 MB"));
+  }
+  Converter converter(file, where);
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() > 1)
+      throw InputError("xacro.yaml", converter.place(documents[1].Mark()), "there are two documents in it");
+    return documents.empty() ? Value() : converter.value(documents[0], 0);
   } catch (const YAML::Exception& problem) {
-    SourceLocation place = make_location(file.string(), problem.mark.line + 1, problem.mark.column + 1);
-    place.within = std::make_shared<SourceLocation::Within>(SourceLocation::Within{where, "in load_yaml"});
-    throw InputError("xacro.yaml", place, fmt::format("the YAML is not well-formed: {}", problem.msg));
+    throw InputError("xacro.yaml", converter.place(problem.mark),
+                     fmt::format("the YAML is not well-formed: {}", problem.msg));
+  } catch (const ExpressionError& problem) {
+    throw InputError("xacro.yaml", where, problem.what());
   }
 }
 

@@ -32,15 +32,16 @@ TEST(Xacro, PropertiesAreLazyAndKeepTheirTypes) {
             "<l x=\"6\" y=\"30\" z=\"${b}\"/>\n");
 }
 
+// A default is evaluated where the macro is called, so it does not see the other parameters.
 TEST(Xacro, MacrosTakeDefaultsForwardsAndBlocks) {
   const std::string macro =
       "<xacro:macro name=\"m\" params=\"a b:='x y' c:=${a * 2} d:=^|9 *origin **rest\">"
       "<l a=\"${a}\" b=\"${b}\" c=\"${c}\" d=\"${d}\"><xacro:insert_block "
       "name=\"origin\"/><xacro:insert_block name=\"rest\"/></l></xacro:macro>";
   EXPECT_EQ(
-      expanded(macro +
-               "<xacro:property name=\"d\" value=\"4\"/><xacro:m a=\"1\"><o/><all><p/><q/></all></xacro:m>"),
-      "<l a=\"1\" b=\"x y\" c=\"2\" d=\"4\">\n  <o/>\n  <p/>\n  <q/>\n</l>\n");
+      expanded(macro + "<xacro:property name=\"d\" value=\"4\"/><xacro:property name=\"a\" value=\"1\"/>"
+                       "<xacro:m a=\"5\"><o/><all><p/><q/></all></xacro:m>"),
+      "<l a=\"5\" b=\"x y\" c=\"2\" d=\"4\">\n  <o/>\n  <p/>\n  <q/>\n</l>\n");
 }
 
 TEST(Xacro, ConditionsTakeLiteralsAndExpressions) {
@@ -80,7 +81,7 @@ TEST(Xacro, RunawaysEndSoon) {
             std::string::npos);
   EXPECT_NE(expanded("<xacro:property name=\"a\" value=\"${b}\"/><xacro:property name=\"b\" "
                      "value=\"${a}\"/><l x=\"${a}\"/>")
-                .find("defined by itself"),
+                .find("needs itself"),
             std::string::npos);
   std::string doubling = "<xacro:macro name=\"m0\" params=\"\"><l/></xacro:macro>";
   for (int i = 1; i <= 60; ++i) {
