@@ -129,7 +129,8 @@ class Parser {
     if (ahead("<!--") || ahead("<?")) return aside(list);
     if (ahead("<!DOCTYPE") && !has_root_) return doctype();
     if (has_root_) fail(at_, "there are two root elements; it has to have one");
-    markup();
+    if (ahead("</") || ahead("<!")) fail(at_, "it begins with what can only stand within an element");
+    element();
   }
 
   // A comment or an instruction.
