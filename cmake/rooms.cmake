@@ -2,6 +2,9 @@
 #
 #   doppel_room(NAME <name> [SOURCES ...] [USES <lower rooms>] [PUBLIC <libs>] [PRIVATE <libs>])
 #   doppel_room_tests(NAME <name> SOURCES ... [LINKS ...])   -> program <name>_test, registered with ctest
+#
+# A room's fuzz/*_fuzz.cpp are libFuzzer targets, built with DOPPEL_FUZZ (clang only): <room>_<name>_fuzz, with first
+# inputs in fuzz/corpus/<name>/. `./test --fuzz` runs them.
 include_guard()
 
 find_package(Threads REQUIRED)
@@ -21,6 +24,12 @@ if(DOPPEL_WERROR)
   target_compile_options(doppel_flags INTERFACE -Werror)
 endif()
 target_include_directories(doppel_flags INTERFACE ${PROJECT_SOURCE_DIR}/src)
+if(DOPPEL_FUZZ)
+  target_compile_options(doppel_flags INTERFACE -g -O1 -fno-omit-frame-pointer
+    -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined)
+  target_link_options(doppel_flags INTERFACE -fsanitize=address,undefined)
+  add_custom_target(fuzz)
+endif()
 
 function(doppel_room)
   cmake_parse_arguments(ROOM "" "NAME" "SOURCES;USES;PUBLIC;PRIVATE" ${ARGN})
@@ -30,6 +39,16 @@ function(doppel_room)
   foreach(lower IN LISTS ROOM_USES)
     target_link_libraries(doppel_${ROOM_NAME} PUBLIC doppel_${lower})
   endforeach()
+  if(DOPPEL_FUZZ)
+    file(GLOB fuzz_sources CONFIGURE_DEPENDS fuzz/*_fuzz.cpp)
+    foreach(source IN LISTS fuzz_sources)
+      get_filename_component(stem ${source} NAME_WE)
+      add_executable(${ROOM_NAME}_${stem} ${source})
+      target_link_options(${ROOM_NAME}_${stem} PRIVATE -fsanitize=fuzzer)
+      target_link_libraries(${ROOM_NAME}_${stem} PRIVATE doppel_${ROOM_NAME})
+      add_dependencies(fuzz ${ROOM_NAME}_${stem})
+    endforeach()
+  endif()
 endfunction()
 
 function(doppel_room_tests)

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "messages_testing.h"
+#include "../test/messages_testing.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const auto types = doppel::messages_testing::all_types();
