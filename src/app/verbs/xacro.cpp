@@ -1,0 +1,181 @@
+// doppel xacro: expands a xacro file to the text that ros/xacro writes.
+#include "doppel/description/xacro.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "app/process.h"
+#include "app/verbs/verbs.h"
+
+namespace doppel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct XacroOptions {
+  std::vector<std::string> words;  // the file, and name:=value
+  std::string output;
+  int verbosity = 1;
+  bool deps = false;
+  bool ignored = false;  // what ros/xacro takes and does nothing with any more
+};
+
+struct Request {
+  std::string file;
+  std::vector<std::pair<std::string, std::string>> arguments;
+};
+
+[[noreturn]] void wrong_use(const std::string& message) {
+  throw InputError("cli.use", {}, message, "doppel xacro --help tells how it is used");
+}
+
+std::string trimmed(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(" \t\r\n") - begin + 1);
+}
+
+// As ros/xacro reads them: blanks around are nothing, an empty value is as if it were not given, and _name is
+// a node's private parameter, none of xacro's.
+Request read_words(const std::vector<std::string>& words) {
+  Request out;
+  for (const std::string& word : words) {
+    const std::size_t at = word.find(":=");
+    if (at == std::string::npos) {
+      if (!out.file.empty()) wrong_use(fmt::format("one file is expanded at a time, not '{}' as well", word));
+      out.file = word;
+      continue;
+    }
+    if (word.find(":=", at + 2) != std::string::npos)
+      wrong_use(fmt::format("'{}' is not of the form name:=value", word));
+    const std::string name = trimmed(word.substr(0, at)), value = trimmed(word.substr(at + 2));
+    const bool node_parameter = name.size() > 1 && name[0] == '_' && name[1] != '_';
+    if (!name.empty() && !value.empty() && !node_parameter) out.arguments.emplace_back(name, value);
+  }
+  if (out.file.empty()) wrong_use("a file to expand is missing");
+  return out;
+}
+
+void print_messages(const Diagnostics& diagnostics, int verbosity) {
+  for (const Diagnostic& d : diagnostics.all()) {
+    if (d.rule == "xacro.message" && d.severity == Severity::note)
+      fmt::print(stderr, "{}\n", d.message);
+    else if (verbosity > 0)
+      fmt::print(stderr, "{}\n", d.str());
+  }
+}
+
+[[noreturn]] void refuse_output(const std::string& file, int error) {
+  throw InputError("file.unwritable", make_location(file),
+                   fmt::format("'{}' cannot be written: {}", file, std::strerror(error)));
+}
+
+void write_all(int descriptor, std::string_view text, const std::string& file) {
+  while (!text.empty()) {
+    const ssize_t n = write(descriptor, text.data(), text.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) refuse_output(file, errno);
+    text.remove_prefix(static_cast<std::size_t>(n));
+  }
+}
+
+// Whole or not at all: beside the place first, then renamed. What is no regular file (/dev/stdout) is written
+// straight.
+void write_output(const std::string& file, std::string_view text) {
+  std::error_code none;
+  const fs::path place = fs::is_symlink(file, none) ? fs::weakly_canonical(file, none) : fs::path(file);
+  if (place.has_parent_path()) fs::create_directories(place.parent_path(), none);
+  struct stat status {};
+  const bool exists = stat(place.c_str(), &status) == 0;
+  const bool special = exists && !S_ISREG(status.st_mode);
+  const std::string written = special ? place.string() : fmt::format("{}.{}.tmp", place.string(), getpid());
+  const int descriptor =
+      open(written.c_str(), O_WRONLY | O_CLOEXEC | (special ? 0 : O_CREAT | O_TRUNC), 0666);
+  if (descriptor < 0) refuse_output(file, errno);
+  if (exists && !special) fchmod(descriptor, status.st_mode & 07777);
+  try {
+    write_all(descriptor, text, file);
+  } catch (...) {
+    close(descriptor);
+    if (!special) unlink(written.c_str());
+    throw;
+  }
+  if (close(descriptor) != 0) refuse_output(file, errno);
+  if (special || rename(written.c_str(), place.c_str()) == 0) return;
+  const int error = errno;
+  unlink(written.c_str());
+  refuse_output(file, error);
+}
+
+std::string dependencies(const XacroResult& result) {
+  std::string out;
+  for (std::size_t i = 1; i < result.files.size(); ++i) out += (i > 1 ? " " : "") + result.files[i].string();
+  return out;
+}
+
+int run(const XacroOptions& options) {
+  const Request request = read_words(options.words);
+  PackageResolver resolver;
+  resolver.add_context(request.file);
+  resolver.add_bundled(root_folder() / "robots");
+  Diagnostics diagnostics;
+  std::string text;
+  try {
+    XmlDocument document = load_xml_document(request.file);
+    XacroResult result = expand_xacro(std::move(document.root), request.file, request.arguments, resolver,
+                                      diagnostics, XmlKeep::everything);
+    document.root = std::move(result.root);
+    text = options.deps ? dependencies(result) : xacro_text(document, request.file);
+  } catch (const InputError&) {
+    print_messages(diagnostics, options.verbosity);
+    throw;
+  }
+  print_messages(diagnostics, options.verbosity);
+  if (!options.output.empty()) {
+    write_output(options.output, text);
+    return 0;
+  }
+  try {
+    write_all(STDOUT_FILENO, text, "stdout");
+  } catch (const InputError&) {
+    if (errno != EPIPE) throw;  // | head has seen enough
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_xacro(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand("xacro", "Expand a xacro file, as ros/xacro does");
+  verb->footer(
+      "Examples:\n"
+      "  doppel xacro arm.urdf.xacro > arm.urdf\n"
+      "  doppel xacro arm.urdf.xacro use_sim:=true prefix:=left_ -o build/left.urdf\n"
+      "  doppel xacro arm.urdf.xacro --deps       # the files it includes and loads, for make and CMake\n"
+      "The language, and where doppel differs: docs/xacro.md");
+  const auto options = std::make_shared<XacroOptions>();
+  verb->add_option("FILE", options->words, "The file to expand, and name:=value for its <xacro:arg>s")
+      ->required();
+  verb->add_option("-o", options->output, "Write to this file, not to stdout; folders are made")
+      ->type_name("FILE");
+  verb->add_flag("--deps", options->deps, "Print the files that it depends on, not the expansion");
+  verb->add_flag("-i,--inorder", options->ignored, "Accepted: reading in order is the only way since ROS 2");
+  verb->add_flag_callback(
+      "-q", [options] { options->verbosity = 0; }, "No warnings");
+  verb->add_flag(
+      "-v", [options](std::int64_t n) { options->verbosity += static_cast<int>(n); },
+      "Accepted: errors always tell their whole path");
+  verb->add_option("--verbosity", options->verbosity, "0: no warnings; 1: warnings")->type_name("LEVEL");
+  verb->add_flag("--xacro-ns", options->ignored, "Accepted: xacro's elements always need their prefix");
+  verb->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace doppel::app
