@@ -1,1 +1,176 @@
 #include "doppel/conversion/tree.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "doppel/conversion/drawing_detail.h"
+#include "doppel/conversion/tree_labels.h"
+
+namespace doppel {
+namespace {
+
+using Row = std::vector<std::string>;
+
+std::size_t columns_of(const std::string& utf8) {
+  return code_points(utf8).size();
+}
+
+// Left-aligned columns with two blanks between them, without blanks at the ends of lines.
+std::string table(const std::vector<Row>& rows) {
+  std::vector<std::size_t> widths;
+  for (const Row& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], columns_of(row[i]));
+  }
+  std::string out;
+  for (const Row& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i)
+      line += row[i] + std::string(widths[i] - columns_of(row[i]) + 2, ' ');
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
+  }
+  return out;
+}
+
+// The lines that lead to each node, like those of `tree`.
+std::vector<std::string> branches(const std::vector<TreeNode>& nodes, bool unicode) {
+  const char* through = unicode ? "│  " : "|  ";
+  const char* tee = unicode ? "├─ " : "|- ";
+  const char* corner = unicode ? "└─ " : "`- ";
+  std::vector<std::string> lead(nodes.size()), below(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i].parent < 0) continue;
+    const bool last = nodes[nodes[i].parent].children.back() == static_cast<int>(i);
+    lead[i] = below[nodes[i].parent] + (last ? corner : tee);
+    below[i] = below[nodes[i].parent] + (last ? "   " : through);
+  }
+  return lead;
+}
+
+// Text order: a node is followed by its whole subtree.
+std::vector<int> depth_first(const std::vector<TreeNode>& nodes) {
+  std::vector<int> order, open;
+  for (int i = static_cast<int>(nodes.size()) - 1; i >= 0; --i) {
+    if (nodes[i].parent < 0) open.push_back(i);
+  }
+  while (!open.empty()) {
+    const int at = open.back();
+    open.pop_back();
+    order.push_back(at);
+    open.insert(open.end(), nodes[at].children.rbegin(), nodes[at].children.rend());
+  }
+  return order;
+}
+
+// Terminals that have no box-drawing characters have no degree sign either.
+std::string plain(std::string text, bool unicode) {
+  const std::size_t at = unicode ? std::string::npos : text.find("\u00B0");
+  return at == std::string::npos ? text : text.replace(at, 2, " deg");
+}
+
+std::string quoted(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+std::string topic_of(const Joint& joint) {
+  return joint.type == JointType::fixed ? "/tf_static" : "/tf";
+}
+
+std::string dot_document(const RobotDescription& robot, const std::string& body) {
+  return fmt::format(
+      "digraph {} {{\n  node [shape=box, style=\"rounded\", fontname=\"Helvetica\"];\n"
+      "  edge [fontname=\"Helvetica\", fontsize=10];\n{}}}\n",
+      quoted(robot.name), body);
+}
+
+}  // namespace
+
+std::vector<TreeNode> link_tree(const RobotDescription& robot) {
+  std::map<std::string_view, std::vector<const Joint*>> below;
+  std::map<std::string_view, int> is_child;
+  for (const Joint& joint : robot.joints) {
+    below[joint.parent].push_back(&joint);
+    ++is_child[joint.child];
+  }
+  std::vector<TreeNode> nodes;
+  for (const Link& link : robot.links) {
+    if (!is_child.contains(link.name)) nodes.push_back({&link, nullptr, -1, {}});
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    for (const Joint* joint : below[nodes[i].link->name]) {
+      const Link* child = robot.find_link(joint->child);
+      if (child == nullptr) continue;
+      nodes[i].children.push_back(static_cast<int>(nodes.size()));
+      nodes.push_back({child, joint, static_cast<int>(i), {}});
+    }
+  }
+  return nodes;
+}
+
+std::string tree_text(const RobotDescription& robot, bool unicode) {
+  const std::vector<TreeNode> nodes = link_tree(robot);
+  const std::vector<std::string> lead = branches(nodes, unicode);
+  std::vector<Row> rows = {{"link", "mass", "joint", "type", "axis", "limits", "xyz [m]", "rpy [deg]"}};
+  for (const int i : depth_first(nodes)) {
+    Row row = {lead[i] + nodes[i].link->name, mass_word(*nodes[i].link)};
+    if (const Joint* joint = nodes[i].joint) {
+      const bool moves = joint->type != JointType::fixed && joint->type != JointType::floating;
+      std::string limits = plain(limits_word(*joint), unicode);
+      if (joint->mimic) limits = fmt::format("{:g} x {}", joint->mimic->multiplier, joint->mimic->joint);
+      row.insert(row.end(), {joint->name, type_word(joint->type), moves ? axis_word(joint->axis) : "", limits,
+                             short_numbers(joint->origin.xyz), degrees_word(joint->origin.rpy)});
+    }
+    rows.push_back(std::move(row));
+  }
+  return headline(robot) + "\n\n" + table(rows);
+}
+
+std::string frames_text(const RobotDescription& robot, bool unicode) {
+  const std::vector<TreeNode> nodes = link_tree(robot);
+  const std::vector<std::string> lead = branches(nodes, unicode);
+  std::vector<Row> rows = {{"frame", "comes on", "from joint"}};
+  for (const int i : depth_first(nodes)) {
+    Row row = {lead[i] + nodes[i].link->name};
+    if (nodes[i].joint != nullptr) row.insert(row.end(), {topic_of(*nodes[i].joint), nodes[i].joint->name});
+    rows.push_back(std::move(row));
+  }
+  return table(rows);
+}
+
+std::string tree_dot(const RobotDescription& robot) {
+  std::string body;
+  for (const TreeNode& node : link_tree(robot)) {
+    const std::string mass = mass_word(*node.link);
+    body += fmt::format("  {} [label={}];\n", quoted(node.link->name),
+                        quoted(node.link->name + (mass.empty() ? "" : "\n" + mass)));
+    if (node.joint == nullptr) continue;
+    const Joint& joint = *node.joint;
+    std::string label = joint.name + "\n" + type_word(joint.type);
+    if (joint.type != JointType::fixed && joint.type != JointType::floating)
+      label += " about " + axis_word(joint.axis);
+    label +=
+        "\nxyz " + short_numbers(joint.origin.xyz) + "\nrpy " + degrees_word(joint.origin.rpy) + "\u00B0";
+    body += fmt::format("  {} -> {} [label={}];\n", quoted(joint.parent), quoted(joint.child), quoted(label));
+  }
+  return dot_document(robot, body);
+}
+
+std::string frames_dot(const RobotDescription& robot) {
+  std::string body;
+  for (const TreeNode& node : link_tree(robot)) {
+    if (node.joint == nullptr) continue;
+    body += fmt::format("  {} -> {} [label={}];\n", quoted(node.joint->parent), quoted(node.joint->child),
+                        quoted("Broadcaster: robot_state_publisher\n" + topic_of(*node.joint)));
+  }
+  return dot_document(robot, body);
+}
+
+}  // namespace doppel

@@ -1,2 +1,36 @@
 #pragma once
-// The tree of links and joints as text, Graphviz, SVG and PDF.
+// The tree of links and joints as text, Graphviz, SVG and PDF; and the tree of frames as view_frames draws
+// it.
+
+#include <string>
+#include <vector>
+
+#include "doppel/conversion/drawing.h"
+#include "doppel/description/robot_description.h"
+
+namespace doppel {
+
+struct TreeNode {
+  const Link* link = nullptr;
+  const Joint* joint = nullptr;  // to the parent; null: a root
+  int parent = -1;
+  std::vector<int> children;
+};
+
+// Every link, parents before their children, in the description's order.
+std::vector<TreeNode> link_tree(const RobotDescription& robot);
+
+// One line for each link: the tree, then columns for the joint above it and for its mass.
+// `unicode`: box-drawing characters, else ASCII.
+std::string tree_text(const RobotDescription& robot, bool unicode);
+std::string frames_text(const RobotDescription& robot, bool unicode);
+
+// For `dot -Tpdf`.
+std::string tree_dot(const RobotDescription& robot);
+std::string frames_dot(const RobotDescription& robot);
+
+// Laid out from the top down or from left to right, whichever is nearer to a page's proportions.
+Drawing tree_drawing(const RobotDescription& robot);
+Drawing frames_drawing(const RobotDescription& robot);
+
+}  // namespace doppel

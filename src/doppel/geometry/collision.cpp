@@ -21,18 +21,8 @@ struct Shape {
   bool is_mesh = false;
 };
 
-bool has_size(const Geometry& geometry) {
-  if (const auto* box = std::get_if<Box>(&geometry)) return box->size.minCoeff() > 0;
-  if (const auto* cylinder = std::get_if<Cylinder>(&geometry))
-    return cylinder->radius > 0 && cylinder->length > 0;
-  if (const auto* capsule = std::get_if<Capsule>(&geometry))
-    return capsule->radius > 0 && capsule->length >= 0;
-  if (const auto* sphere = std::get_if<Sphere>(&geometry)) return sphere->radius > 0;
-  return !std::get<MeshGeometry>(geometry).path.empty();
-}
-
 std::optional<ConvexShape> convex_shape(const Geometry& geometry) {
-  if (!has_size(geometry)) return std::nullopt;
+  if (!has_extent(geometry)) return std::nullopt;
   if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
     const MeshReport& report = cached_mesh_report(mesh->path);
     if (!report.problem.empty() || report.hull.empty()) return std::nullopt;
@@ -83,6 +73,16 @@ bool surfaces_touch(const Shape& a, const Pose& X_WA, const Shape& b, const Pose
 }
 
 }  // namespace
+
+bool has_extent(const Geometry& geometry) {
+  if (const auto* box = std::get_if<Box>(&geometry)) return box->size.minCoeff() > 0;
+  if (const auto* cylinder = std::get_if<Cylinder>(&geometry))
+    return cylinder->radius > 0 && cylinder->length > 0;
+  if (const auto* capsule = std::get_if<Capsule>(&geometry))
+    return capsule->radius > 0 && capsule->length >= 0;
+  if (const auto* sphere = std::get_if<Sphere>(&geometry)) return sphere->radius > 0;
+  return !std::get<MeshGeometry>(geometry).path.empty();
+}
 
 struct LinkCollider::Impl {
   std::vector<std::vector<Shape>> links;

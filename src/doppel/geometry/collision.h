@@ -14,6 +14,9 @@
 
 namespace doppel {
 
+// A primitive with positive measures, or a mesh whose file is known.
+bool has_extent(const Geometry& geometry);
+
 enum class CollisionDetail {
   hulls,      // every mesh as its convex hull: fast, solid; what physics uses
   triangles,  // the meshes' own surfaces; one that is wholly inside another touches nothing

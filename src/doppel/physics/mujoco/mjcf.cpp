@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -37,16 +36,9 @@ std::string place(const Pose& X) {
 }
 
 std::string inertial(const MassProperties& body) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(body.I);
-  Eigen::Vector3d moments = eigen.eigenvalues();
-  // MuJoCo allows no rounding in the triangle inequality, which point masses and rods just meet.
-  const double excess = moments[2] - (moments[0] + moments[1]);
-  if (excess > -1e-9 * moments[2])
-    moments.head<2>().array() += 0.5 * std::max(excess, 0.0) + 1e-9 * moments[2];
-  Eigen::Matrix3d axes = eigen.eigenvectors();
-  if (axes.determinant() < 0) axes.col(0) *= -1;
+  const PrincipalInertia principal = principal_inertia(body.I);
   return fmt::format("<inertial pos=\"{}\" quat=\"{}\" mass=\"{:.17g}\" diaginertia=\"{}\"/>\n",
-                     vec(body.com), quat(axes), body.mass, vec(moments));
+                     vec(body.com), quat(principal.axes), body.mass, vec(principal.moments));
 }
 
 // The vertices as an asset, unless they are one already; returns the asset's name.

@@ -1,0 +1,48 @@
+#pragma once
+// How a written document names its meshes: by a path relative to itself, or as the package's; where asked,
+// with copies that travel along.
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/robot_description.h"
+
+namespace doppel {
+
+struct MeshPlacement {
+  std::filesystem::path out_folder;              // where the document will lie
+  bool package_uris = false;                     // package://NAME/... instead of relative paths
+  std::optional<std::filesystem::path> copy_to;  // folder for copies, relative to out_folder or absolute
+};
+
+class MeshFiles {
+ public:
+  explicit MeshFiles(MeshPlacement placement);
+
+  // What to write for the mesh; its URI as it stands where the file is not known.
+  std::string reference(const MeshGeometry& mesh);
+  // The same for a tool that reads only these kinds ("stl", "obj"; "stl" means a binary one): another file is
+  // written anew as OBJ, in meshes/ where no folder for copies was given.
+  std::string reference(const MeshGeometry& mesh, const std::vector<std::string>& kinds);
+
+  // Copies and writes what was referred to. Throws InputError.
+  void write() const;
+  [[nodiscard]] std::size_t to_write() const { return planned_.size(); }
+
+ private:
+  struct Planned {
+    std::filesystem::path from;
+    bool as_obj = false;
+  };
+  std::filesystem::path planned_name(const std::filesystem::path& from, bool as_obj);
+  [[nodiscard]] std::string relative(const std::filesystem::path& file) const;
+
+  MeshPlacement placement_;
+  std::map<std::filesystem::path, Planned> planned_;  // by the file to be written
+};
+
+}  // namespace doppel

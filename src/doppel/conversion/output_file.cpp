@@ -1,0 +1,89 @@
+#include "doppel/conversion/output_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include "doppel/core/diagnostic.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const fs::path& file, int reason) {
+  std::string mend = "choose another place for it";
+  if (reason == ENOENT) mend = fmt::format("make the folder '{}' first", file.parent_path().string());
+  if (reason == ENOSPC || reason == EDQUOT)
+    mend = "make room on the disk; what was there before is untouched";
+  if (reason == EISDIR) mend = "give the name of a file";
+  throw InputError("output.unwritable", make_location(file.string()),
+                   fmt::format("the file cannot be written: {}", std::strerror(reason)), mend);
+}
+
+// A file that goes when it is not wanted in the end.
+class Draft {
+ public:
+  explicit Draft(const fs::path& file) : file_(file), name_((file.string() + ".XXXXXX")) {
+    descriptor_ = mkstemp(name_.data());
+    if (descriptor_ < 0) refuse(file_, errno);
+  }
+  Draft(const Draft&) = delete;
+  Draft& operator=(const Draft&) = delete;
+  ~Draft() {
+    if (descriptor_ >= 0) close(descriptor_);
+    if (!done_) unlink(name_.c_str());
+  }
+
+  void write(std::string_view content) {
+    while (!content.empty()) {
+      const ssize_t written = ::write(descriptor_, content.data(), content.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) refuse(file_, errno);
+      content.remove_prefix(static_cast<std::size_t>(written));
+    }
+  }
+
+  void put_in_place() {
+    const mode_t mask = umask(0);
+    umask(mask);
+    if (fchmod(descriptor_, 0666 & ~mask) != 0 || fsync(descriptor_) != 0) refuse(file_, errno);
+    const int descriptor = descriptor_;
+    descriptor_ = -1;
+    if (close(descriptor) != 0 || rename(name_.c_str(), file_.c_str()) != 0) refuse(file_, errno);
+    done_ = true;
+  }
+
+ private:
+  fs::path file_;
+  std::string name_;
+  int descriptor_ = -1;
+  bool done_ = false;
+};
+
+}  // namespace
+
+void write_whole(const fs::path& file, std::string_view content) {
+  std::error_code none;
+  if (file.filename().empty() || fs::is_directory(file, none)) refuse(file, EISDIR);
+  const bool replaceable = !fs::exists(file, none) || fs::is_regular_file(file, none);
+  if (!replaceable) {  // /dev/stdout, /dev/full, a pipe: there is nothing to keep
+    const int descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor < 0) refuse(file, errno);
+    const ssize_t written = ::write(descriptor, content.data(), content.size());
+    const int reason = errno;
+    close(descriptor);
+    if (written < 0 || static_cast<std::size_t>(written) != content.size()) refuse(file, reason);
+    return;
+  }
+  Draft draft(fs::is_symlink(file, none) ? fs::canonical(file) : file);
+  draft.write(content);
+  draft.put_in_place();
+}
+
+}  // namespace doppel

@@ -1,0 +1,13 @@
+#pragma once
+// Writing results: whole or not at all.
+
+#include <filesystem>
+#include <string_view>
+
+namespace doppel {
+
+// Writes a file beside `file` and puts it in its place once it is whole on the disk, so that an old one stays
+// if anything fails. Throws InputError "output.unwritable" with the system's reason.
+void write_whole(const std::filesystem::path& file, std::string_view content);
+
+}  // namespace doppel

@@ -1,0 +1,235 @@
+#include "doppel/conversion/planning_groups.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <set>
+
+#include "doppel/conversion/document.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kGripperWords[] = {"grip", "finger", "hand", "jaw", "knuckle", "thumb", "claw"};
+constexpr const char* kTipWords[] = {"tcp", "tool0", "tool", "flange", "ee", "end_effector", "grasp", "tip"};
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+template <std::size_t count>
+bool has_word(const std::string& text, const char* const (&words)[count]) {
+  const std::string small = lower(text);
+  return std::any_of(std::begin(words), std::end(words),
+                     [&small](const char* word) { return small.find(word) != std::string::npos; });
+}
+
+class Finder {
+ public:
+  explicit Finder(const Model& model) : model_(model), below_(model.links.size()) {
+    for (std::size_t i = 0; i < model.joints.size(); ++i)
+      below_[model.joints[i].parent_link].push_back(static_cast<int>(i));
+  }
+
+  std::vector<PlanningGroup> run(const std::vector<JointGroup>& controllers) {
+    for (const JointGroup& controller : controllers) take_controller(controller);
+    if (groups_.empty()) take_tree();
+    for (PlanningGroup& group : groups_) finish(group);
+    name_groups();
+    join_grippers();
+    return std::move(groups_);
+  }
+
+ private:
+  [[nodiscard]] bool driven(int joint) const {
+    return model_.joints[joint].scalar() && !model_.joints[joint].mimics();
+  }
+  [[nodiscard]] int parent_joint(int joint) const {
+    return model_.links[model_.joints[joint].parent_link].joint;
+  }
+
+  // The nearest joint above that moves; -1: none.
+  [[nodiscard]] int moving_above(int joint) const {
+    int at = parent_joint(joint);
+    while (at >= 0 && model_.joints[at].type == JointType::fixed) at = parent_joint(at);
+    return at;
+  }
+
+  void take_controller(const JointGroup& controller) {
+    PlanningGroup group;
+    for (const std::string& name : controller.joints) {
+      const int joint = model_.find_joint(name);
+      if (joint >= 0 && model_.joints[joint].scalar()) group.joints.push_back(joint);
+    }
+    std::sort(group.joints.begin(), group.joints.end());
+    if (group.joints.empty()) return;
+    const bool same = std::any_of(groups_.begin(), groups_.end(), [&group](const PlanningGroup& other) {
+      return other.joints == group.joints;
+    });
+    if (same) return;
+    group.name = controller.name;
+    group.gripper = has_word(controller.name, kGripperWords) || looks_like_gripper(group.joints);
+    groups_.push_back(std::move(group));
+  }
+
+  // Something leads mimics, or goes by such a name, or it is a few joints beside each other.
+  [[nodiscard]] bool looks_like_gripper(const std::vector<int>& joints) const {
+    const bool named = std::all_of(joints.begin(), joints.end(), [this](int joint) {
+      return has_word(model_.joints[joint].name, kGripperWords) ||
+             has_word(model_.links[model_.joints[joint].child_link].name, kGripperWords);
+    });
+    const bool leads =
+        std::any_of(model_.joints.begin(), model_.joints.end(), [&joints](const ModelJoint& j) {
+          return j.mimics() && std::find(joints.begin(), joints.end(), j.mimic_leader) != joints.end();
+        });
+    return named || (leads && joints.size() <= 2);
+  }
+
+  // Gripper joints first: from a joint that looks like one, all that moves below its siblings' parent. What
+  // is left falls into chains between branches.
+  void take_tree() {
+    std::set<int> grippers;
+    for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
+      if (!driven(joint)) continue;
+      const int above = moving_above(joint);
+      if (grippers.contains(above) || looks_like_gripper({joint})) grippers.insert(joint);
+    }
+    std::vector<std::vector<int>> hands;
+    for (const int joint : grippers) {
+      const auto with = std::find_if(hands.begin(), hands.end(), [&](const std::vector<int>& hand) {
+        const int above = moving_above(joint);
+        return above == moving_above(hand.front()) || std::count(hand.begin(), hand.end(), above) != 0;
+      });
+      (with == hands.end() ? hands.emplace_back() : *with).push_back(joint);
+    }
+    std::vector<int> moving_children(model_.joints.size() + 1, 0);  // by the joint above, shifted by one
+    const auto in_arm = [&](int joint) { return driven(joint) && !grippers.contains(joint); };
+    for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
+      if (in_arm(joint)) ++moving_children[moving_above(joint) + 1];
+    }
+    std::vector<int> chain_of(model_.joints.size(), -1);
+    std::vector<std::vector<int>> chains;
+    for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
+      if (!in_arm(joint)) continue;
+      const int above = moving_above(joint);
+      const bool goes_on = above >= 0 && chain_of[above] >= 0 && moving_children[above + 1] == 1;
+      if (!goes_on) chains.emplace_back();
+      chain_of[joint] = goes_on ? chain_of[above] : static_cast<int>(chains.size()) - 1;
+      chains[chain_of[joint]].push_back(joint);
+    }
+    for (std::vector<int>& chain : chains) {
+      const bool wheel = chain.size() == 1 && model_.joints[chain[0]].type == JointType::continuous;
+      if (!wheel) groups_.push_back({"", false, std::move(chain)});
+    }
+    for (std::vector<int>& hand : hands) groups_.push_back({"", true, std::move(hand)});
+  }
+
+  void finish(PlanningGroup& group) {
+    if (group.gripper) {
+      for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
+        const int leader = model_.joints[joint].mimic_leader;
+        if (leader >= 0 && std::count(group.joints.begin(), group.joints.end(), leader) != 0 &&
+            std::count(group.joints.begin(), group.joints.end(), joint) == 0) {
+          group.joints.push_back(joint);
+        }
+      }
+      std::sort(group.joints.begin(), group.joints.end());
+      group.parent_link = seat(group.joints.front());
+      return;
+    }
+    for (std::size_t i = 1; i < group.joints.size(); ++i) {
+      if (!is_above(group.joints[i - 1], group.joints[i])) return;  // no chain: a set of joints
+    }
+    group.base_link = model_.joints[group.joints.front()].parent_link;
+    group.tip_link = tip_of(model_.joints[group.joints.back()].child_link);
+  }
+
+  [[nodiscard]] bool is_above(int upper, int joint) const {
+    for (int at = parent_joint(joint); at >= 0; at = parent_joint(at)) {
+      if (at == upper) return true;
+    }
+    return false;
+  }
+
+  // The link that the gripper's body is fixed to: the child of the last joint that moves above it.
+  [[nodiscard]] int seat(int joint) const {
+    const int above = moving_above(joint);
+    return above < 0 ? 0 : model_.joints[above].child_link;
+  }
+
+  // Down fixed joints to a frame with the name of a tip, if there is one; a gripper's links are none.
+  [[nodiscard]] int tip_of(int link) const {
+    int best = link;
+    std::size_t best_word = std::size(kTipWords);
+    std::vector<int> open{link};
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      const std::string name = lower(model_.links[open[i]].name);
+      for (std::size_t w = 0; open[i] != link && w < best_word; ++w) {
+        const std::string word = kTipWords[w];
+        const bool whole = name == word || name.ends_with("_" + word) ||
+                           name.ends_with("_" + word + "_link") || name == word + "_link" ||
+                           name.starts_with(word + "_");
+        if (whole) {
+          best = open[i];
+          best_word = w;
+        }
+      }
+      for (const int joint : below_[open[i]]) {
+        if (model_.joints[joint].type == JointType::fixed) open.push_back(model_.joints[joint].child_link);
+      }
+    }
+    return best;
+  }
+
+  // "arm" and "gripper" where there is one of them; else with what the joints' names begin with, or a number.
+  void name_groups() {
+    const auto count = [this](bool gripper) {
+      return std::count_if(groups_.begin(), groups_.end(),
+                           [gripper](const PlanningGroup& group) { return group.gripper == gripper; });
+    };
+    const auto arms = count(false), hands = count(true);
+    std::vector<std::string> taken;
+    for (PlanningGroup& group : groups_) {
+      const std::string kind = group.gripper ? "gripper" : "arm";
+      const std::string prefix = (group.gripper ? hands : arms) > 1 ? side_of(group) : "";
+      group.name = unique_name(prefix.empty() ? kind : prefix + "_" + kind, taken);
+    }
+  }
+
+  [[nodiscard]] std::string side_of(const PlanningGroup& group) const {
+    for (const char* side : {"left", "right", "front", "rear", "back"}) {
+      if (lower(group.name).find(side) != std::string::npos) return side;
+      const bool all = std::all_of(group.joints.begin(), group.joints.end(), [&](int joint) {
+        return lower(model_.joints[joint].name).find(side) != std::string::npos;
+      });
+      if (all) return side;
+    }
+    return "";
+  }
+
+  void join_grippers() {
+    for (PlanningGroup& group : groups_) {
+      if (!group.gripper) continue;
+      for (std::size_t i = 0; i < groups_.size(); ++i) {
+        const PlanningGroup& arm = groups_[i];
+        if (arm.gripper || arm.tip_link < 0) continue;
+        if (model_.joints[arm.joints.back()].child_link == group.parent_link)
+          group.parent_group = static_cast<int>(i);
+      }
+    }
+  }
+
+  const Model& model_;
+  std::vector<std::vector<int>> below_;  // joints below each link
+  std::vector<PlanningGroup> groups_;
+};
+
+}  // namespace
+
+std::vector<PlanningGroup> find_planning_groups(const Model& model,
+                                                const std::vector<JointGroup>& controllers) {
+  return Finder(model).run(controllers);
+}
+
+}  // namespace doppel

@@ -1,0 +1,24 @@
+#pragma once
+// The description as an SDF 1.11 model for Gazebo (gz). Links keep their names and their frames: each link
+// stands at its joint (relative_to), fixed joints are kept and nothing is lumped. Two things differ because
+// SDF wants it: a root link "world" is SDF's world, and a fixed link without mass and shape (tool0) becomes a
+// <frame>, for a <link> without <inertial> would weigh 1 kg.
+// Source: sdformat.org/spec?ver=1.11.
+
+#include <string>
+
+#include "doppel/conversion/mesh_files.h"
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/robot_description.h"
+#include "doppel/kinematics/model.h"
+
+namespace doppel {
+
+// `model` is compiled from `robot` with a fixed base. Warnings: "sdf.no_mass" (a link with a shape and no
+// mass: 1 g is written), "sdf.joint_type" (planar and floating joints have no counterpart: the link is left
+// free), "sdf.renamed" (SDF has one name for one thing), "sdf.dropped" (a <gazebo> element without a place in
+// SDF).
+std::string to_sdf(const RobotDescription& robot, const Model& model, MeshFiles& meshes,
+                   Diagnostics& diagnostics);
+
+}  // namespace doppel

@@ -1,0 +1,184 @@
+#include "doppel/conversion/self_collision.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "doppel/kinematics/kinematics.h"
+
+namespace doppel {
+namespace {
+
+constexpr int kAlwaysSamples = 200;
+constexpr double kAlwaysFraction = 0.95;  // of them, as in MoveIt
+constexpr int kProgressEvery = 100;       // samples
+
+// splitmix64 (Steele, Lea, Flood 2014), as a number in [0, 1).
+double next_number(std::uint64_t& state) {
+  state += 0x9E3779B97F4A7C15ull;
+  std::uint64_t z = state;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
+  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
+// Shoemake 1992: evenly over all rotations.
+Eigen::Quaterniond next_rotation(std::uint64_t& state) {
+  const double u = next_number(state), v = 2 * std::numbers::pi * next_number(state),
+               w = 2 * std::numbers::pi * next_number(state);
+  const double a = std::sqrt(1 - u), b = std::sqrt(u);
+  return {b * std::cos(w), a * std::sin(v), a * std::cos(v), b * std::sin(w)};
+}
+
+struct Pair {
+  int a, b;               // model links
+  int shape_a, shape_b;   // description links
+  bool collided = false;  // in any sample
+  int times = 0;          // in the first kAlwaysSamples
+};
+
+class Sampling {
+ public:
+  Sampling(const RobotDescription& robot, const Model& model, const SelfCollisionOptions& options)
+      : model_(model), options_(options), collider_(robot, options.detail), data_(model) {
+    X_WL_.resize(robot.links.size(), Pose::Identity());
+    for (const ModelLink& link : model.links) {
+      const auto is = [&link](const Link& candidate) { return candidate.name == link.name; };
+      const auto found = std::find_if(robot.links.begin(), robot.links.end(), is);
+      in_description_.push_back(found == robot.links.end() ? -1
+                                                           : static_cast<int>(found - robot.links.begin()));
+    }
+  }
+
+  SelfCollisions run() {
+    gather_pairs();
+    out_.checked_pairs = static_cast<int>(pairs_.size());
+    place(model_.neutral());
+    settle([this](const Pair& pair) { return touch(pair) || adjacent(pair); },
+           [this](const Pair& pair) {
+             return adjacent(pair) ? DisabledReason::adjacent : DisabledReason::by_default;
+           });
+    if (!sample()) return {{}, out_.checked_pairs, true};
+    const int counted = std::min(options_.samples, kAlwaysSamples);
+    settle([&](const Pair& pair) { return counted > 0 && pair.times >= kAlwaysFraction * counted; },
+           [](const Pair&) { return DisabledReason::always; });
+    settle([this](const Pair& pair) { return options_.samples > 0 && !pair.collided; },
+           [](const Pair&) { return DisabledReason::never; });
+    std::sort(out_.disabled.begin(), out_.disabled.end(), [](const DisabledPair& x, const DisabledPair& y) {
+      return std::pair(x.link_a, x.link_b) < std::pair(y.link_a, y.link_b);
+    });
+    return std::move(out_);
+  }
+
+ private:
+  void gather_pairs() {
+    const int count = static_cast<int>(model_.links.size());
+    const auto solid = [this](int link) {
+      return in_description_[link] >= 0 && collider_.has_shape(in_description_[link]);
+    };
+    for (int a = 0; a < count; ++a) {
+      for (int b = a + 1; solid(a) && b < count; ++b) {
+        if (solid(b)) pairs_.push_back({a, b, in_description_[a], in_description_[b]});
+      }
+    }
+  }
+
+  // Joined by a joint, or with nothing but links without shapes between them.
+  [[nodiscard]] bool adjacent(const Pair& pair) const {
+    for (int at = pair.b; model_.links[at].joint >= 0;) {
+      at = model_.joints[model_.links[at].joint].parent_link;
+      if (at == pair.a) return true;
+      if (in_description_[at] >= 0 && collider_.has_shape(in_description_[at])) return false;
+    }
+    return false;
+  }
+
+  void place(const Eigen::VectorXd& q) {
+    forward_kinematics(model_, data_, q);
+    for (std::size_t i = 0; i < in_description_.size(); ++i) {
+      if (in_description_[i] >= 0) X_WL_[in_description_[i]] = data_.X_WL[i];
+    }
+  }
+
+  [[nodiscard]] bool touch(const Pair& pair) const {
+    return collider_.touch(pair.shape_a, pair.shape_b, X_WL_);
+  }
+
+  template <class Is, class Why>
+  void settle(Is&& is, Why&& why) {
+    std::erase_if(pairs_, [&](const Pair& pair) {
+      if (!is(pair)) return false;
+      out_.disabled.push_back({pair.a, pair.b, why(pair)});
+      return true;
+    });
+  }
+
+  // Every pair in the first samples, afterwards only those that have never touched. False: given up.
+  bool sample() {
+    std::uint64_t state = options_.seed;
+    for (int i = 0; i < options_.samples; ++i) {
+      if (i % kProgressEvery == 0 && options_.progress &&
+          !options_.progress(static_cast<double>(i) / options_.samples)) {
+        return false;
+      }
+      place(random_configuration(model_, state));
+      for (Pair& pair : pairs_) {
+        if (i >= kAlwaysSamples && pair.collided) continue;
+        if (!touch(pair)) continue;
+        pair.collided = true;
+        pair.times += i < kAlwaysSamples ? 1 : 0;
+      }
+    }
+    return !options_.progress || options_.progress(1.0);
+  }
+
+  const Model& model_;
+  const SelfCollisionOptions& options_;
+  LinkCollider collider_;
+  Data data_;
+  std::vector<Pose> X_WL_;           // [description links]
+  std::vector<int> in_description_;  // [model links]; -1: not there
+  std::vector<Pair> pairs_;
+  SelfCollisions out_;
+};
+
+}  // namespace
+
+std::string_view to_string(DisabledReason reason) {
+  switch (reason) {
+    case DisabledReason::adjacent:
+      return "Adjacent";
+    case DisabledReason::by_default:
+      return "Default";
+    case DisabledReason::always:
+      return "Always";
+    case DisabledReason::never:
+      break;
+  }
+  return "Never";
+}
+
+Eigen::VectorXd random_configuration(const Model& model, std::uint64_t& state) {
+  Eigen::VectorXd q = model.neutral();
+  for (const ModelJoint& joint : model.joints) {
+    const auto within = [&state](double low, double high) { return low + (high - low) * next_number(state); };
+    const bool limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
+    const double reach = joint.type == JointType::prismatic ? 1.0 : std::numbers::pi;
+    if (joint.scalar()) {
+      if (!joint.mimics()) q[joint.q] = limited ? within(joint.lower, joint.upper) : within(-reach, reach);
+    } else if (joint.type == JointType::planar) {
+      q.segment<3>(joint.q) << within(-1, 1), within(-1, 1), within(-reach, reach);
+    } else if (joint.type == JointType::floating) {
+      q.segment<3>(joint.q) << within(-1, 1), within(-1, 1), within(-1, 1);
+      q.segment<4>(joint.q + 3) = next_rotation(state).coeffs();
+    }
+  }
+  model.apply_mimics(q);
+  return q;
+}
+
+SelfCollisions find_self_collisions(const RobotDescription& robot, const Model& model,
+                                    const SelfCollisionOptions& options) {
+  return Sampling(robot, model, options).run();
+}
+
+}  // namespace doppel

@@ -1,0 +1,17 @@
+#pragma once
+// A first SRDF for MoveIt: groups, end effectors, the virtual joint, a home state, and the pairs of links
+// that need no collision checking. Source: wiki.ros.org/srdf, moveit_setup_assistant.
+
+#include <string>
+#include <vector>
+
+#include "doppel/conversion/planning_groups.h"
+#include "doppel/conversion/self_collision.h"
+#include "doppel/kinematics/model.h"
+
+namespace doppel {
+
+std::string to_srdf(const Model& model, const std::vector<PlanningGroup>& groups,
+                    const std::vector<DisabledPair>& disabled);
+
+}  // namespace doppel

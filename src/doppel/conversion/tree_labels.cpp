@@ -1,0 +1,111 @@
+#include "doppel/conversion/tree_labels.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <numbers>
+
+namespace doppel {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+std::string short_number(double value) {
+  const std::string text = fmt::format("{:.4g}", value);
+  return text == "-0" ? "0" : text;
+}
+
+}  // namespace
+
+std::string type_word(JointType type) {
+  constexpr std::array<const char*, 6> words = {"fixed",     "revolute", "continuous",
+                                                "prismatic", "floating", "planar"};
+  return words[static_cast<std::size_t>(type)];
+}
+
+bool turns(JointType type) {
+  return type == JointType::revolute || type == JointType::continuous;
+}
+
+std::string axis_word(const Eigen::Vector3d& axis) {
+  for (int i = 0; i < 3; ++i) {
+    for (const double sign : {1.0, -1.0}) {
+      if ((axis - sign * Eigen::Vector3d::Unit(i)).norm() < 1e-6)
+        return std::string(sign < 0 ? "-" : "") + "xyz"[i];
+    }
+  }
+  return short_numbers(axis);
+}
+
+std::string short_numbers(const Eigen::Vector3d& v) {
+  return short_number(v.x()) + " " + short_number(v.y()) + " " + short_number(v.z());
+}
+
+std::string degrees_word(const Eigen::Vector3d& rpy) {
+  std::string out;
+  for (int i = 0; i < 3; ++i) {
+    // A hundredth of a degree is less than any description means.
+    const std::string text = fmt::format("{:.2f}", rpy[i] * kDegrees);
+    std::string_view shown = text;
+    while (shown.ends_with('0')) shown.remove_suffix(1);
+    if (shown.ends_with('.')) shown.remove_suffix(1);
+    out += (i == 0 ? "" : " ") + std::string(shown == "-0" ? "0" : shown);
+  }
+  return out;
+}
+
+std::string limits_word(const Joint& joint) {
+  const bool limited = joint.type == JointType::revolute || joint.type == JointType::prismatic;
+  if (!limited || !joint.limits || !joint.limits->has_position) return "";
+  const double scale = turns(joint.type) ? kDegrees : 1.0;
+  const auto number = [&](double value) {
+    return turns(joint.type) ? fmt::format("{:.0f}", value * scale) : short_number(value);
+  };
+  return number(joint.limits->lower) + ".." + number(joint.limits->upper) +
+         (turns(joint.type) ? "\u00B0" : " m");
+}
+
+std::string mass_word(double kilograms) {
+  if (kilograms < 2) return fmt::format("{:.4g} g", kilograms * 1e3);
+  return fmt::format("{:.4g} kg", kilograms);
+}
+
+std::string mass_word(const Link& link) {
+  return link.inertial ? mass_word(link.inertial->mass) : "";
+}
+
+Tone joint_tone(JointType type) {
+  switch (type) {
+    case JointType::fixed:
+      return Tone::fixed;
+    case JointType::revolute:
+      return Tone::revolute;
+    case JointType::continuous:
+      return Tone::continuous;
+    case JointType::prismatic:
+      return Tone::prismatic;
+    case JointType::floating:
+    case JointType::planar:
+      break;
+  }
+  return Tone::other;
+}
+
+std::string headline(const RobotDescription& robot) {
+  std::array<int, 6> counts{};
+  for (const Joint& joint : robot.joints) ++counts[static_cast<std::size_t>(joint.type)];
+  std::string types;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] == 0) continue;
+    types +=
+        fmt::format("{}{} {}", types.empty() ? "" : ", ", counts[i], type_word(static_cast<JointType>(i)));
+  }
+  double mass = 0;
+  for (const Link& link : robot.links) mass += link.inertial ? link.inertial->mass : 0.0;
+  const auto plural = [](std::size_t count) { return count == 1 ? "" : "s"; };
+  return fmt::format("{}: {} link{}, {} joint{}{}, {}", robot.name, robot.links.size(),
+                     plural(robot.links.size()), robot.joints.size(), plural(robot.joints.size()),
+                     types.empty() ? "" : " (" + types + ")", mass_word(mass));
+}
+
+}  // namespace doppel

@@ -1,0 +1,13 @@
+#pragma once
+// The description as one plain URDF: expanded, corrected, with mesh paths that work where it lies.
+
+#include <string>
+
+#include "doppel/conversion/mesh_files.h"
+#include "doppel/description/robot_description.h"
+
+namespace doppel {
+
+std::string to_urdf(const RobotDescription& robot, MeshFiles& meshes);
+
+}  // namespace doppel
