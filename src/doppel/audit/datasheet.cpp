@@ -192,7 +192,7 @@ class Reader {
       YAML::Node name = entry.second;
       if (entry.second.IsMap()) {
         only(entry.second, {"actuator", "voltage", "reduction", "count"});
-        name = required(entry.second, "actuator");
+        name.reset(required(entry.second, "actuator"));  // assigning would write into the file's tree
         if (entry.second["voltage"]) drive.voltage = number(entry.second["voltage"]);
         if (entry.second["reduction"]) drive.reduction = number(entry.second["reduction"]);
         if (entry.second["count"]) drive.count = static_cast<int>(number(entry.second["count"]));

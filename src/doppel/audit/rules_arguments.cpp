@@ -16,7 +16,12 @@ struct Use {
   std::string name;
   SourceLocation where;
   bool declared_before = false;
+  bool in_root = false;  // in an attribute of <robot>, which xacro evaluates before anything else
 };
+
+bool is_condition(const XmlNode& node) {
+  return node.is("xacro:if") || node.is("xacro:unless");
+}
 
 // One walk through the source in document order, includes in their place.
 class Arguments {
@@ -34,11 +39,17 @@ class Arguments {
     }
     if (files.empty()) return;
     const auto main = sources_.find(files.front().lexically_normal());
-    if (main != sources_.end()) walk(main->first, main->second);
+    if (main == sources_.end()) return;
+    for (const XmlAttribute& attribute : main->second.attributes) {
+      read(attribute.value, attribute.where, false);
+    }
+    for (auto& [name, use] : used) use.in_root = true;
+    walk(main->first, main->second);
   }
 
   std::map<std::string, SourceLocation> declared;
   std::map<std::string, Use> used;  // the first use of each
+  std::string conditions;           // the texts of all <xacro:if> and <xacro:unless>
   bool complete = true;             // every include was followed
 
  private:
@@ -53,7 +64,10 @@ class Arguments {
       read(node.text, node.where, in_macro);
       return;
     }
-    for (const XmlAttribute& attribute : node.attributes) read(attribute.value, attribute.where, in_macro);
+    for (const XmlAttribute& attribute : node.attributes) {
+      read(attribute.value, attribute.where, in_macro);
+      if (is_condition(node)) conditions += attribute.value;
+    }
     const bool macro = in_macro || node.is("xacro:macro");
     if (node.is("xacro:arg")) {
       if (const XmlAttribute* name = node.find("name")) declared.emplace(name->value, node.where);
@@ -109,11 +123,21 @@ void check_declared(const Arguments& arguments, Findings& out) {
     const auto found = arguments.declared.find(name);
     if (found == arguments.declared.end()) {
       if (!arguments.complete) continue;
+      // An argument that has to be given is a way to write; a switch that has to be is a trap.
       out.add(
-          "xacro.argument_undeclared", fmt::format("xacro argument '{}'", name), use.where,
+          "xacro.argument_undeclared", switches_simulation(name) ? Severity::warning : Severity::note,
+          fmt::format("xacro argument '{}'", name), use.where,
           fmt::format("'$(arg {})' is read, but no <xacro:arg> declares it{}", name,
                       did_you_mean(name, declared)),
           fmt::format("add <xacro:arg name=\"{}\" default=\"...\"/> before the includes that read it", name));
+    } else if (use.in_root) {
+      out.add(
+          "xacro.argument_late", Severity::note, fmt::format("xacro argument '{}'", name), use.where,
+          fmt::format(
+              "<robot> itself reads '$(arg {})', and its attributes are evaluated before any declaration: "
+              "the default never acts",
+              name),
+          "write a fixed name, or always give the argument");
     } else if (!use.declared_before) {
       out.add("xacro.argument_late", fmt::format("xacro argument '{}'", name), found->second,
               fmt::format("'$(arg {})' is read at {}, before this declaration", name, use.where.place()),
@@ -142,6 +166,8 @@ void check_unused(const Arguments& arguments, Findings& out) {
 void check_switches(const AuditInput& in, const Arguments& arguments, Findings& out) {
   for (const auto& [name, where] : arguments.declared) {
     if (!switches_simulation(name) || !arguments.used.contains(name)) continue;
+    // What stands in a condition switches; only what is handed on needs the proof.
+    if (arguments.conditions.find("$(arg " + name + ")") != std::string::npos) continue;
     try {
       PackageResolver resolver = in.resolver;
       Diagnostics ignored;

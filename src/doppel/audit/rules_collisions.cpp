@@ -31,12 +31,21 @@ class Bodies {
     for (const Joint& joint : robot.joints) {
       if (joint.type == JointType::fixed) continue;
       const int a = of(joint.parent), b = of(joint.child);
-      if (a >= 0 && b >= 0) neighbours_.insert(std::minmax(a, b));
+      if (a < 0 || b < 0) continue;
+      neighbours_.insert(std::minmax(a, b));
+      chain_.emplace_back(a, b);
+      const Joint* leader = joint.mimic ? robot.find_joint(joint.mimic->joint) : nullptr;
+      const int led = leader == nullptr ? -1 : of(leader->child);
+      if (led >= 0) coupled_.insert(std::minmax(b, led));
     }
+    look_through_frames(robot);
   }
   [[nodiscard]] bool same(int link_a, int link_b) const { return at(link_a) == at(link_b); }
   [[nodiscard]] bool neighbours(int link_a, int link_b) const {
     return neighbours_.contains(std::minmax(at(link_a), at(link_b)));
+  }
+  [[nodiscard]] bool coupled(int link_a, int link_b) const {
+    return coupled_.contains(std::minmax(at(link_a), at(link_b)));
   }
 
  private:
@@ -45,13 +54,29 @@ class Bodies {
     const auto found = index_.find(name);
     return found == index_.end() ? -1 : at(found->second);
   }
+  // A body without a shape, as between the two axes of a wheel that is steered, parts nothing from nothing.
+  void look_through_frames(const RobotDescription& robot) {
+    std::set<int> shaped;
+    for (std::size_t i = 0; i < robot.links.size(); ++i) {
+      if (!robot.links[i].collisions.empty()) shaped.insert(body_[i]);
+    }
+    for (const int body : std::set<int>(body_.begin(), body_.end())) {
+      if (shaped.contains(body)) continue;
+      for (const auto& [parent, middle] : chain_) {
+        for (const auto& [same, child] : chain_) {
+          if (middle == body && same == body) neighbours_.insert(std::minmax(parent, child));
+        }
+      }
+    }
+  }
   void merge(int a, int b) {
     if (a < 0 || b < 0) return;
     std::replace(body_.begin(), body_.end(), b, a);
   }
   std::vector<int> body_;
   std::map<std::string, int> index_;
-  std::set<std::pair<int, int>> neighbours_;
+  std::set<std::pair<int, int>> neighbours_, coupled_;
+  std::vector<std::pair<int, int>> chain_;  // parent and child of each joint that moves
 };
 
 std::vector<Pose> poses_of(const AuditInput& in) {
@@ -116,6 +141,9 @@ class Overlaps {
   }
 
   void neighbours(const LinkContact& c) {
+    // Hulls of parts that reach around each other overlap deeply and rightly; only exact shapes can be
+    // judged.
+    if (has_mesh(link(c.link_a)) || has_mesh(link(c.link_b))) return;
     const double width = std::min(least_width(link(c.link_a)), least_width(link(c.link_b)));
     if (width <= 0 || c.depth < kNeighbourShare * width) return;
     out_.add(
@@ -127,6 +155,8 @@ class Overlaps {
   }
 
   void apart(const LinkContact& c) {
+    // Where one joint mimics the other, the links mesh as gears do, or are fingers that close on each other.
+    if (bodies_.coupled(c.link_a, c.link_b)) return;
     const bool meshes = has_mesh(link(c.link_a)) || has_mesh(link(c.link_b));
     bool only_hulls = meshes;
     if (meshes && looked_at_ < kPairsByTriangles) {

@@ -150,16 +150,25 @@ std::vector<JointDrive> all_driven(const RobotDescription& robot, const Actuator
   return out;
 }
 
+// The package's config/actuators.yaml; of an export that is kept inside a package, that package's.
+fs::path sheet_of_package(const fs::path& package) {
+  std::error_code none;
+  if (package.empty()) return {};
+  const fs::path around = fs::absolute(package, none).lexically_normal();
+  for (const fs::path& folder : {around, around.parent_path()}) {
+    const fs::path own = folder / "config" / "actuators.yaml";
+    if (fs::exists(folder / "package.xml", none) && fs::is_regular_file(own, none)) return own;
+  }
+  return {};
+}
+
 }  // namespace
 
 void check_datasheet(const AuditInput& in, Findings& out) {
   std::optional<Datasheet> sheet;
   if (in.options.datasheet) {
     sheet = load_datasheet(*in.options.datasheet, in.options.datasheet_folder);
-  } else if (!in.options.package_folder.empty()) {
-    const fs::path own = in.options.package_folder / "config" / "actuators.yaml";
-    std::error_code none;
-    if (!fs::is_regular_file(own, none)) return;
+  } else if (const fs::path own = sheet_of_package(in.options.package_folder); !own.empty()) {
     try {
       sheet = load_datasheet(own, in.options.datasheet_folder);
     } catch (const InputError& error) {

@@ -60,6 +60,11 @@ void check_root(const AuditInput& in, const Link& root, Findings& out) {
           "add a link 'world' with a fixed joint to it, if the robot is bolted down");
 }
 
+// Descriptions that bring their surroundings along.
+bool is_ground(const std::string& name) {
+  return name.find("ground") != std::string::npos || name.find("floor") != std::string::npos;
+}
+
 // The lowest point of the bodies that stand still with `world`, in its frame.
 struct Lowest {
   double z = kInfinity;
@@ -90,7 +95,7 @@ void check_ground(const AuditInput& in, Findings& out) {
     const ModelJoint& joint = model.joints[static_cast<std::size_t>(model.links[i].joint)];
     still[i] = joint.type == JointType::fixed && still[static_cast<std::size_t>(joint.parent_link)];
     const Link* link = still[i] ? in.robot.find_link(model.links[i].name) : nullptr;
-    if (link == nullptr) continue;
+    if (link == nullptr || is_ground(link->name)) continue;
     for (const Collision& c : link->collisions) lower(c.geometry, data.X_WL[i], c.origin, link->name, base);
     if (link->collisions.empty()) {
       for (const Visual& v : link->visuals) lower(v.geometry, data.X_WL[i], v.origin, link->name, base);

@@ -1,0 +1,148 @@
+// Datasheets: units, interpolation, the library that ships, and what the audit makes of them.
+#include "doppel/audit/datasheet.h"
+
+#include <numbers>
+
+#include "doppel/audit/test/audit_rig.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+const fs::path kLibrary = fs::path(DOPPEL_SOURCE_DIR) / "datasheets";
+
+class Sheet : public AuditRig {
+ protected:
+  static std::string sheet(const std::string& more) {
+    return "actuator: X\n" + more + "source: {title: t, url: u, date: 2026-11}\n";
+  }
+  std::string refusal(const std::string& yaml) {
+    write("x.yaml", yaml);
+    try {
+      load_datasheet(folder_ / "x.yaml", kLibrary);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+};
+
+TEST_F(Sheet, ConvertsUnitsToSi) {
+  const auto torque = [&](const std::string& value) {
+    write("x.yaml", sheet("stall_torque: [{voltage: 5, " + value + "}]\n"));
+    return load_datasheet(folder_ / "x.yaml", kLibrary).actuator->stall_torque.at(0).value;
+  };
+  EXPECT_NEAR(torque("value: 36, unit: kg cm"), 36 * 0.0980665, 1e-12);
+  EXPECT_NEAR(torque("value: 100, unit: N cm"), 1, 1e-12);
+  EXPECT_NEAR(torque("value: 100, unit: oz in"), 0.70615518, 1e-7);
+  const auto speed = [&](const std::string& value) {
+    write("x.yaml", sheet("no_load_speed: [{voltage: 5, " + value + "}]\n"));
+    return load_datasheet(folder_ / "x.yaml", kLibrary).actuator->no_load_speed.at(0).value;
+  };
+  EXPECT_NEAR(speed("value: 0.20, unit: s/60deg"), 5.2359877559829888, 1e-12);
+  EXPECT_NEAR(speed("value: 60, unit: rpm"), 2 * std::numbers::pi, 1e-12);
+  EXPECT_NEAR(speed("value: 180, unit: deg/s"), std::numbers::pi, 1e-12);
+}
+
+TEST_F(Sheet, InterpolatesBetweenVoltagesAndNotBeyond) {
+  const std::vector<RatedValue> rows{{5, 10, "a"}, {7, 20, "b"}};
+  EXPECT_DOUBLE_EQ(rated(rows, 6)->value, 15);
+  EXPECT_DOUBLE_EQ(rated(rows, 4)->value, 10);
+  EXPECT_DOUBLE_EQ(rated(rows, 9)->value, 20);
+  EXPECT_DOUBLE_EQ(rated(rows, std::nullopt)->value, 20)
+      << "without a voltage the most that the sheet promises";
+  EXPECT_FALSE(rated({}, 5));
+}
+
+TEST_F(Sheet, RefusesWithAPlaceAndTheNearestName) {
+  EXPECT_THAT(refusal(sheet("stal_torque: []\n")), HasSubstr("x.yaml:2:1"));
+  EXPECT_THAT(refusal(sheet("stal_torque: []\n")), HasSubstr("did you mean 'stall_torque'?"));
+  EXPECT_THAT(refusal(sheet("stall_torque: [{voltage: 5, value: 36, unit: kgcm}]\n")),
+              HasSubstr("did you mean 'kg cm'?"));
+  EXPECT_THAT(refusal(sheet("stall_torque: [{voltage: 5, value: -1, unit: N m}]\n")),
+              HasSubstr("no number above 0"));
+  EXPECT_THAT(refusal(sheet("stall_torque: [{voltage: 5, value: \"3,6\", unit: N m}]\n")),
+              HasSubstr("no number above 0"));
+  EXPECT_THAT(refusal("actuator: X\n"), HasSubstr("'source' is missing"));
+  EXPECT_THAT(refusal("arm: a\njoints: {j: ds3241}\n"), HasSubstr("did you mean 'ds3240'?"));
+  EXPECT_THAT(refusal("arm: a\njoints: {j: {actuator: ds3240, redution: 2}}\n"),
+              HasSubstr("did you mean 'reduction'?"));
+  EXPECT_THAT(refusal("a: [\n"), HasSubstr("no YAML"));
+}
+
+TEST_F(Sheet, OfTheLibraryAreWholeAndPlausible) {
+  std::size_t count = 0;
+  for (const auto& entry : fs::directory_iterator(kLibrary)) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++count;
+    const Datasheet sheet = load_datasheet(entry.path().stem(), kLibrary);
+    ASSERT_TRUE(sheet.actuator) << entry.path();
+    const ActuatorSheet& a = *sheet.actuator;
+    ASSERT_FALSE(a.stall_torque.empty() || a.no_load_speed.empty() || !a.travel) << entry.path();
+    EXPECT_THAT(a.source, HasSubstr("http")) << entry.path();
+    for (const RatedValue& row : a.stall_torque)
+      EXPECT_TRUE(row.value > 0.1 && row.value < 20) << entry.path();
+    for (const RatedValue& row : a.no_load_speed)
+      EXPECT_TRUE(row.value > 2 && row.value < 20) << entry.path();
+    EXPECT_TRUE(*a.travel >= std::numbers::pi - 1e-9 && *a.travel <= 2 * std::numbers::pi + 1e-9)
+        << entry.path();
+  }
+  EXPECT_GE(count, 6u);
+}
+
+TEST_F(Sheet, HoldsLimitsAgainstTheActuator) {
+  // The rig's joints: effort 3, velocity 4, 3 rad of range; the DS3240 has 3.53 N m, 5.24 rad/s, 180 degrees.
+  options.datasheet = "DS3240";
+  options.datasheet_folder = kLibrary;
+  EXPECT_THAT(of("datasheet.above", ""), IsEmpty());
+  EXPECT_THAT(of("datasheet.travel", ""), IsEmpty());
+  options.datasheet = "sg90";
+  const auto above = of("datasheet.above", "");
+  ASSERT_THAT(above, SizeIs(2)) << "the efforts of the two joints with a motor, not of the mimic";
+  EXPECT_EQ(above[0].severity, Severity::error);
+  EXPECT_THAT(above[0].message, HasSubstr("1.8 kg cm at 4.8 V"));
+  ASSERT_THAT(above[0].repair, SizeIs(1));
+  const auto& set = std::get<SetLimit>(above[0].repair[0].action);
+  EXPECT_EQ(set.joint, "shoulder");
+  EXPECT_DOUBLE_EQ(set.effort.value(), 0.18);
+  EXPECT_FALSE(set.velocity);
+  options.datasheet = "xm430_w350";
+  EXPECT_THAT(of("datasheet.far_below", ""), IsEmpty());
+  options.datasheet = "no_such";
+  EXPECT_THROW(of("datasheet.above", ""), InputError);
+}
+
+TEST_F(Sheet, OfAnArmKnowsVoltageReductionAndCount) {
+  write("arm.yaml",
+        "arm: a\nvoltage: 5\njoints:\n  shoulder: {actuator: sg90, reduction: 20, count: 2}\n  elbo: sg90\n");
+  options.datasheet = folder_ / "arm.yaml";
+  options.datasheet_folder = kLibrary;
+  // 2 * 20 * 0.1765 N m = 7.06 is enough; 10.47 / 20 = 0.52 rad/s is too slow for 4, and 9 degrees for 3 rad.
+  const auto above = of("datasheet.above", "");
+  ASSERT_THAT(above, SizeIs(1));
+  EXPECT_THAT(above[0].message, HasSubstr("velocity 4 rad/s"));
+  EXPECT_DOUBLE_EQ(std::get<SetLimit>(above[0].repair.at(0).action).velocity.value(), 0.52);
+  EXPECT_THAT(of("datasheet.travel", ""), SizeIs(1));
+  const auto unknown = of("datasheet.unknown_joint", "");
+  ASSERT_THAT(unknown, SizeIs(1));
+  EXPECT_THAT(unknown[0].message, HasSubstr("did you mean 'elbow'?"));
+  EXPECT_EQ(unknown[0].where.line, 5);
+}
+
+TEST_F(Sheet, OfThePackageIsTakenByItself) {
+  write("package.xml", "<package><name>r</name></package>");
+  write("config/actuators.yaml", "arm: a\njoints: {elbow: sg90}\n");
+  options.datasheet_folder = kLibrary;
+  EXPECT_THAT(of("datasheet.above", ""), SizeIs(1));
+  write("config/actuators.yaml", "arm: a\njoints: {elbow: sg91x}\n");
+  const auto invalid = of("datasheet.invalid", "");
+  ASSERT_THAT(invalid, SizeIs(1)) << "the rest is judged all the same";
+  EXPECT_EQ(invalid[0].severity, Severity::warning);
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,388 @@
+// One small broken input for each rule on controllers, the package, launch files, the world and contact, and
+// the good one beside it.
+#include "doppel/audit/test/audit_rig.h"
+
+namespace doppel {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+class Controllers : public AuditRig {
+ protected:
+  static std::string manager(
+      const std::string& more = "", const std::string& rate = "100",
+      const std::string& type = "joint_trajectory_controller/JointTrajectoryController") {
+    return "controller_manager:\n  ros__parameters:\n    update_rate: " + rate +
+           "\n    arm:\n      type: " + type + "\n" + more;
+  }
+  static std::string section(const std::string& joints = "[shoulder, elbow]", const std::string& more = "",
+                             const std::string& commands = "[position]", const std::string& name = "arm") {
+    return name + ":\n  ros__parameters:\n    joints: " + joints + "\n    command_interfaces: " + commands +
+           "\n    state_interfaces: [position, velocity]\n" + more;
+  }
+  std::vector<Finding> of(const std::string& rule, const std::string& yaml) {
+    write("urdf/r.urdf", robot(good_hardware()));
+    write("config/c.yaml", yaml);
+    options.controllers = folder_ / "config/c.yaml";
+    return AuditRig::of(rule);
+  }
+};
+class Package : public AuditRig {
+ protected:
+  void package(const std::string& more = "", const std::string& name = "r_description") {
+    write("package.xml", "<package format=\"3\"><name>" + name +
+                             "</name><version>1.0.0</version><description>d</description><maintainer "
+                             "email=\"a@b.c\">m</maintainer>"
+                             "<license>Apache-2.0</license>" +
+                             more + "<export><build_type>ament_cmake</build_type></export></package>");
+  }
+  void cmake(const std::string& more, const std::string& project = "r_description") {
+    write("CMakeLists.txt",
+          "cmake_minimum_required(VERSION 3.8)\nproject(" + project + ")\n" + more + "\nament_package()\n");
+  }
+};
+class World : public AuditRig {};
+class Contact : public AuditRig {};
+
+TEST_F(Controllers, AreQuietAboutAGoodFile) {
+  write("urdf/r.urdf", robot(good_hardware()));
+  write("config/c.yaml", manager() + section());
+  options.controllers = folder_ / "config/c.yaml";
+  for (const Finding& f : report().findings) {
+    EXPECT_FALSE(f.rule.starts_with("controllers.")) << f.rule << ": " << f.message;
+  }
+}
+
+TEST_F(Controllers, NameJointsThatExistOnce) {
+  const auto unknown = of("controllers.unknown_joint", manager() + section("[shoulder, elbwo]"));
+  ASSERT_THAT(unknown, SizeIs(1));
+  EXPECT_THAT(unknown[0].message, HasSubstr("did you mean 'elbow'?"));
+  EXPECT_EQ(unknown[0].where.line, 8);
+  EXPECT_EQ(unknown[0].severity, Severity::error);
+  EXPECT_THAT(of("controllers.joint_twice", manager() + section("[elbow, elbow]")), SizeIs(1));
+  EXPECT_THAT(of("controllers.fixed_joint", manager() + section("[elbow, stand]")), SizeIs(1));
+  const auto mimic = of("controllers.mimic_joint", manager() + section("[elbow, follower]"));
+  ASSERT_THAT(mimic, SizeIs(1));
+  EXPECT_THAT(mimic[0].message, HasSubstr("mimics 'elbow'"));
+}
+
+TEST_F(Controllers, FoundBesideTheDescriptionAreOnlyWarned) {
+  write("package.xml",
+        "<package><name>r</name><version>1.0.0</version><description>d</description>"
+        "<maintainer email=\"a\">m</maintainer><license>l</license></package>");
+  write("urdf/r.urdf", robot(""));
+  write("config/c.yaml", manager() + section("[elbwo]"));
+  const auto found = AuditRig::of("controllers.unknown_joint");
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_EQ(found[0].severity, Severity::warning);
+  write("config/d.yaml", manager() + section("[other]"));
+  EXPECT_THAT(AuditRig::of("controllers.unknown_joint"), IsEmpty()) << "two files: nobody knows which";
+}
+
+TEST_F(Controllers, WantWhatTheHardwareOffers) {
+  const auto command = of("controllers.command_interface", manager() + section("[elbow]", "", "[velocity]"));
+  ASSERT_THAT(command, SizeIs(1));
+  EXPECT_THAT(command[0].message, HasSubstr("it offers 'position'"));
+  EXPECT_THAT(
+      of("controllers.state_interface",
+         manager() + "arm:\n  ros__parameters:\n    joints: [elbow]\n    command_interfaces: [position]\n"
+                     "    state_interfaces: [position, velocity, acceleration]\n"),
+      SizeIs(1));
+  const auto left = of("controllers.uncontrolled_joint", manager() + section("[elbow]"));
+  ASSERT_THAT(left, SizeIs(1));
+  EXPECT_EQ(left[0].subject, "joint 'shoulder'");
+}
+
+TEST_F(Controllers, SayThatGainsAreIdle) {
+  const std::string gains = "    gains:\n      elbow: {p: 200.0, i: 1.0, d: 20.0}\n";
+  const auto found = of("controllers.idle_gains", manager() + section("[shoulder, elbow]", gains));
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_THAT(found[0].message, HasSubstr("no PID runs"));
+  EXPECT_EQ(found[0].where.line, 12);
+  EXPECT_THAT(of("controllers.idle_gains", manager() + section("[elbow]", gains, "[effort]")), IsEmpty());
+  EXPECT_THAT(
+      of("controllers.idle_gains", manager() + section("[elbow]", "    gains:\n      elbow: {p: 0.0}\n")),
+      IsEmpty());
+}
+
+TEST_F(Controllers, AreDeclaredAndHaveASection) {
+  const auto type =
+      of("controllers.unknown_type",
+         manager("", "100", "joint_trajectory_controller/JointTrajectoryControler") + section());
+  ASSERT_THAT(type, SizeIs(1));
+  EXPECT_THAT(type[0].message, HasSubstr("did you mean"));
+  EXPECT_THAT(of("controllers.unknown_type", manager("", "100", "my_package/MyController") + section()),
+              IsEmpty());
+  EXPECT_THAT(of("controllers.unknown_type", manager("", "100", "diff_drive_controller/DiffDriveController")),
+              IsEmpty());
+  EXPECT_THAT(of("controllers.no_section", manager()), SizeIs(1));
+  const auto typo =
+      of("controllers.section_of_nobody", manager() + section("[elbow]", "", "[position]", "amr"));
+  ASSERT_THAT(typo, SizeIs(1));
+  EXPECT_THAT(typo[0].message, HasSubstr("did you mean 'arm'?"));
+  EXPECT_THAT(of("controllers.no_type", manager("    other:\n      params_file: x.yaml\n") + section()),
+              SizeIs(1));
+}
+
+TEST_F(Controllers, RunAtRatesThatFit) {
+  EXPECT_THAT(of("controllers.rate_uneven", manager("", "225") + section()), SizeIs(1));
+  EXPECT_THAT(of("controllers.rate_uneven", manager("", "250") + section()), IsEmpty());
+  EXPECT_THAT(of("controllers.rate_above_physics", manager("", "2000") + section()), SizeIs(1));
+  EXPECT_THAT(of("controllers.rate_above_manager", manager() + section("[elbow]", "    update_rate: 200\n")),
+              SizeIs(1));
+  EXPECT_THAT(of("controllers.rate_above_manager", manager() + section("[elbow]", "    update_rate: 50\n")),
+              IsEmpty());
+}
+
+TEST_F(Controllers, ClaimApart) {
+  const std::string second = "    other:\n      type: forward_command_controller/ForwardCommandController\n";
+  const auto other = [](const std::string& joints) {
+    return "other:\n  ros__parameters:\n    joints: " + joints + "\n    interface_name: position\n";
+  };
+  EXPECT_THAT(of("controllers.shared_claim", manager(second) + section() + other("[elbow]")), SizeIs(1));
+  EXPECT_THAT(of("controllers.shared_claim", manager(second) + section("[shoulder]") + other("[elbow]")),
+              IsEmpty());
+}
+
+TEST_F(Controllers, HaveParametersOfTheRightNameAndType) {
+  const auto name = of("controllers.unknown_parameter",
+                       manager() + section("[elbow]", "    allow_partial_joint_goal: true\n"));
+  ASSERT_THAT(name, SizeIs(1));
+  EXPECT_THAT(name[0].message, HasSubstr("did you mean 'allow_partial_joints_goal'?"));
+  const auto whole =
+      of("controllers.whole_number", manager() + section("[elbow]", "    constraints: {goal_time: 2}\n"));
+  ASSERT_THAT(whole, SizeIs(1));
+  EXPECT_THAT(whole[0].mend, HasSubstr("2.0"));
+  EXPECT_THAT(
+      of("controllers.whole_number", manager() + section("[elbow]", "    constraints: {goal_time: 2.0}\n")),
+      IsEmpty());
+  EXPECT_THAT(of("controllers.parameter", manager() + section("[elbow]", "", "[positon]")), SizeIs(1));
+  EXPECT_THAT(of("controllers.unreadable", "arm: [\n"), SizeIs(1));
+}
+
+TEST_F(Controllers, StandWhereTheDescriptionSays) {
+  write("config/c.yaml", manager() + section());
+  const auto with = [&](const std::string& file) {
+    write("urdf/r.urdf", robot(hardware(driven("shoulder") + driven("elbow")) +
+                               gazebo_plugin("<parameters>" + (folder_ / file).string() + "</parameters>")));
+    return AuditRig::of("controllers.file_missing");
+  };
+  const auto found = with("config/d.yaml");
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_THAT(found[0].message, HasSubstr("did you mean 'c.yaml'?"));
+  EXPECT_EQ(found[0].severity, Severity::error);
+  EXPECT_THAT(with("config/c.yaml"), IsEmpty());
+}
+
+TEST_F(Package, HasAManifest) {
+  write("urdf/r.urdf", robot(""));
+  cmake("install(DIRECTORY urdf DESTINATION share/${PROJECT_NAME})");
+  EXPECT_THAT(of("package.no_manifest"), SizeIs(1));
+  write("package.xml", "<package><name>r</name>");
+  EXPECT_THAT(of("package.invalid"), SizeIs(1));
+  write("package.xml", "<package><name>r_description</name></package>");
+  EXPECT_THAT(of("package.incomplete"), SizeIs(1));
+  package();
+  EXPECT_THAT(of("package.no_manifest"), IsEmpty());
+  EXPECT_THAT(of("package.invalid"), IsEmpty());
+  EXPECT_THAT(of("package.incomplete"), IsEmpty());
+}
+
+TEST_F(Package, InstallsWhatTheDescriptionNeeds) {
+  package();
+  write("meshes/a.stl", "solid a\nendsolid a\n");
+  write("urdf/r.urdf",
+        robot("<link name=\"m\"><visual><geometry><mesh filename=\"package://r_description/meshes/a.stl\"/>"
+              "</geometry></visual></link><joint name=\"jm\" type=\"fixed\"><parent link=\"base\"/><child "
+              "link=\"m\"/></joint>"));
+  cmake("install(DIRECTORY urdf launch\n  # meshes\n  DESTINATION share/${PROJECT_NAME})");
+  const auto found = of("package.not_installed");
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_EQ(found[0].subject, "folder 'meshes'");
+  EXPECT_EQ(found[0].where.line, 3);
+  EXPECT_THAT(found[0].mend, HasSubstr("install(DIRECTORY meshes"));
+  for (const char* good : {"install(DIRECTORY urdf meshes DESTINATION share/${PROJECT_NAME}/)",
+                           "foreach(dir urdf meshes)\n install(DIRECTORY ${dir}/ DESTINATION "
+                           "share/${PROJECT_NAME}/${dir})\nendforeach()",
+                           "install(DIRECTORY . DESTINATION share/r_description)",
+                           "ament_auto_package(INSTALL_TO_SHARE urdf meshes)",
+                           "install(DIRECTORY ${FOLDERS} DESTINATION share/${PROJECT_NAME})"}) {
+    cmake(good);
+    EXPECT_THAT(of("package.not_installed"), IsEmpty()) << good;
+    EXPECT_THAT(of("package.installed_elsewhere"), IsEmpty()) << good;
+  }
+  cmake("install(DIRECTORY urdf meshes/ DESTINATION share/${PROJECT_NAME})");
+  const auto elsewhere = of("package.installed_elsewhere");
+  ASSERT_THAT(elsewhere, SizeIs(1));
+  EXPECT_THAT(elsewhere[0].message, HasSubstr("share/r_description/a.stl"));
+}
+
+TEST_F(Package, ReadsSetupPy) {
+  package();
+  write("meshes/a.stl", "solid a\nendsolid a\n");
+  write("urdf/r.urdf",
+        robot("<link name=\"m\"><visual><geometry><mesh filename=\"package://r_description/meshes/a.stl\"/>"
+              "</geometry></visual></link><joint name=\"jm\" type=\"fixed\"><parent link=\"base\"/><child "
+              "link=\"m\"/></joint>"));
+  const auto setup = [&](const std::string& entry) {
+    write("setup.py",
+          "package_name = 'r_description'\nsetup(name=package_name, data_files=[\n"
+          "  ('share/ament_index/resource_index/packages', ['resource/' + package_name]),\n"
+          "  ('share/' + package_name, ['package.xml']),\n"
+          "  (os.path.join('share', package_name, 'urdf'), glob('urdf/*')),\n" +
+              entry + "])\n");
+    return of("package.not_installed");
+  };
+  EXPECT_THAT(setup(""), SizeIs(1));
+  EXPECT_THAT(setup("  (os.path.join('share', package_name, 'meshes'), glob('meshes/*.dae')),\n"), SizeIs(1));
+  EXPECT_THAT(setup("  (os.path.join('share', package_name, 'meshes'), glob('meshes/*.stl')),\n"), IsEmpty());
+  EXPECT_THAT(
+      setup("  (os.path.join('share', package_name, 'meshes'), glob(os.path.join('meshes', '*'))),\n"),
+      IsEmpty());
+  EXPECT_THAT(setup("  ('share/' + package_name + '/meshes', ['meshes/a.stl']),\n"), IsEmpty());
+  EXPECT_THAT(setup("  *everything_below('meshes'),\n"), IsEmpty())
+      << "what it cannot read it does not judge";
+  EXPECT_THAT(of("package.build_type"), SizeIs(1)) << "setup.py with ament_cmake";
+}
+
+TEST_F(Package, IsNamedOnceAndForAll) {
+  package();
+  write("urdf/r.urdf", robot(""));
+  cmake("", "r_descripton");
+  EXPECT_THAT(of("package.project_name"), SizeIs(1));
+  cmake("");
+  EXPECT_THAT(of("package.project_name"), IsEmpty());
+  const auto mesh = [&](const std::string& name) {
+    return "<link name=\"m\"><visual><geometry><mesh filename=\"package://" + name +
+           "/meshes/a.stl\"/></geometry></visual></link><joint name=\"jm\" type=\"fixed\"><parent "
+           "link=\"base\"/><child "
+           "link=\"m\"/></joint>";
+  };
+  const auto found = of("package.name_mismatch", mesh("r_desription"));
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_THAT(found[0].mend, HasSubstr("r_description"));
+  EXPECT_THAT(of("package.name_mismatch", mesh("r_description")), IsEmpty());
+  EXPECT_THAT(of("package.dependency", mesh("other_robot")), SizeIs(1));
+  package("<exec_depend>other_robot</exec_depend>");
+  EXPECT_THAT(of("package.dependency", mesh("other_robot")), IsEmpty());
+}
+
+TEST_F(Package, LaunchesWhatWasMeant) {
+  package();
+  write("urdf/r.urdf", robot(""));
+  const auto spawn = [&](const std::string& z) {
+    write("launch/gazebo.launch.py",
+          "Node(package='ros_gz_sim', executable='create',\n  arguments=['-topic', "
+          "'robot_description', '-z', '" +
+              z + "'])\n");
+    return of("package.spawn_height");
+  };
+  const auto found = spawn("0.32");
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_EQ(found[0].where.line, 2);
+  EXPECT_THAT(spawn("0.0"), IsEmpty());
+  name_ = "urdf/r.urdf.xacro";
+  write(name_,
+        "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<xacro:arg name=\"use_sim\" "
+        "default=\"false\"/>\n<xacro:if value=\"$(arg use_sim)\"><gazebo/></xacro:if>" +
+            tree() + "</robot>");
+  const auto expand = [&](const std::string& arguments) {
+    write("launch/gazebo.launch.py",
+          "# mappings\ndoc = xacro.process_file(path" + arguments + ")\nstart('ros_gz_sim')\n");
+    return of("package.launch_mapping");
+  };
+  const auto mapping = expand("");
+  ASSERT_THAT(mapping, SizeIs(1));
+  EXPECT_EQ(mapping[0].where.line, 2);
+  EXPECT_THAT(mapping[0].mend, HasSubstr("'use_sim': 'true'"));
+  EXPECT_THAT(expand(", mappings={'use_sim': 'true'}"), IsEmpty());
+  write("launch/gazebo.launch.py", "doc = xacro.process_file(path)\nstart('rviz2')\n");
+  EXPECT_THAT(of("package.launch_mapping"), IsEmpty()) << "looking needs no simulator";
+}
+
+TEST_F(World, StandsSomewhere) {
+  const std::string arm =
+      "<robot name=\"r\"><link name=\"base\"><inertial><mass value=\"1\"/><inertia ixx=\"1e-3\" ixy=\"0\" "
+      "ixz=\"0\" "
+      "iyy=\"1e-3\" iyz=\"0\" izz=\"1e-3\"/></inertial></link><link name=\"a\"/><joint name=\"NAME\" "
+      "type=\"continuous\"><parent link=\"base\"/><child link=\"a\"/></joint></robot>";
+  write(name_, arm);
+  EXPECT_THAT(of("world.no_world_link"), SizeIs(1));
+  EXPECT_THAT(of("world.root_inertia"), SizeIs(1));
+  std::string rover = arm;
+  rover.replace(rover.find("NAME"), 4, "left_wheel");
+  write(name_, rover);
+  EXPECT_THAT(of("world.no_world_link"), IsEmpty()) << "what drives is not bolted down";
+  write(name_, robot(""));
+  EXPECT_THAT(of("world.no_world_link"), IsEmpty());
+  EXPECT_THAT(of("world.root_inertia"), IsEmpty());
+}
+
+TEST_F(World, StandsOnTheGround) {
+  const auto at = [&](const std::string& z) {
+    std::string text = robot("");
+    const std::string child = "<child link=\"base\"/>";
+    text.replace(text.find(child), child.size(), child + "<origin xyz=\"0 0 " + z + "\"/>");
+    write(name_, text);
+  };
+  at("-0.02");
+  const auto below = of("world.below_ground");
+  ASSERT_THAT(below, SizeIs(1));
+  EXPECT_THAT(below[0].message, HasSubstr("20.0 mm"));
+  at("0.7");
+  EXPECT_THAT(of("world.above_ground"), SizeIs(1));
+  at("0");
+  EXPECT_THAT(of("world.below_ground"), IsEmpty());
+  EXPECT_THAT(of("world.above_ground"), IsEmpty());
+}
+
+TEST_F(Contact, FindsWhatOverlapsWhereItStarts) {
+  const auto block = [](const std::string& z) {
+    return "<link name=\"block\"><collision><origin xyz=\"0 0 " + z +
+           "\"/><geometry><box size=\"0.05 0.05 0.05\"/></geometry></collision></link><joint name=\"bolted\" "
+           "type=\"fixed\"><parent link=\"base\"/><child link=\"block\"/></joint>";
+  };
+  const auto found = of("collision.overlap", block("0.25"));
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_EQ(found[0].severity, Severity::warning);
+  EXPECT_THAT(found[0].subject, HasSubstr("'lower' and 'block'"));
+  EXPECT_THAT(of("collision.overlap", block("0.05")), IsEmpty()) << "one body with the base";
+  EXPECT_THAT(of("collision.neighbours", block("0.16")), SizeIs(1)) << "inside the upper arm";
+  EXPECT_THAT(of("collision.neighbours", block("0.05")), IsEmpty());
+}
+
+TEST_F(Contact, AllowsWhatIsCoupled) {
+  std::string gears = "<robot name=\"r\"><link name=\"world\"/>";
+  for (const std::string side : {"left", "right"}) {
+    gears += "<link name=\"" + side +
+             "\"><collision><geometry><cylinder radius=\"0.01\" length=\"0.005\"/></geometry>"
+             "</collision></link><joint name=\"j_" +
+             side + "\" type=\"revolute\"><parent link=\"world\"/><child link=\"" + side +
+             "\"/><origin xyz=\"" + (side == "left" ? "0" : "0.018") +
+             " 0 0.1\"/><axis xyz=\"0 0 1\"/><limit lower=\"0\" "
+             "upper=\"1\" effort=\"1\" velocity=\"1\"/>" +
+             (side == "left" ? "" : "<mimic joint=\"j_left\"/>") + "</joint>";
+  }
+  gears += "</robot>";
+  write(name_, gears);
+  EXPECT_THAT(of("collision.overlap"), IsEmpty()) << "gears mesh";
+  const std::string mimic = "<mimic joint=\"j_left\"/>";
+  gears.erase(gears.find(mimic), mimic.size());
+  write(name_, gears);
+  EXPECT_THAT(of("collision.overlap"), SizeIs(1));
+}
+
+TEST_F(Contact, TellsWhatCannotBeTouched) {
+  const auto found =
+      of("collision.missing",
+         "<link name=\"m\"><visual><geometry><box size=\"1 1 1\"/></geometry></visual></link><joint "
+         "name=\"jm\" type=\"fixed\"><parent link=\"base\"/><child link=\"m\"/></joint>");
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_EQ(found[0].subject, "link 'm'");
+  EXPECT_THAT(of("collision.missing", ""), IsEmpty());
+}
+
+}  // namespace
+}  // namespace doppel
