@@ -134,6 +134,16 @@ void report_missing(const GazeboPlugin& plugin, const std::string& file, Finding
           "correct the path, or write the file");
 }
 
+// A plain URDF that is always run through xacro keeps its $(find NAME) here.
+std::string with_packages(std::string file, const PackageResolver& resolver) {
+  constexpr std::string_view kOpen = "$(find ";
+  const std::size_t at = file.find(kOpen);
+  const std::size_t end = file.find(')', at);
+  if (at == std::string::npos || end == std::string::npos) return file;
+  const auto found = resolver.find_package(file.substr(at + kOpen.size(), end - at - kOpen.size()));
+  return found.path.empty() ? file : file.replace(at, end - at + 1, found.path.string());
+}
+
 }  // namespace
 
 std::vector<PlacedName> DeclaredController::texts(std::string_view parameter) const {
@@ -195,7 +205,8 @@ std::vector<ControllersFile> read_controllers(const AuditInput& in, Findings& ou
   for (const GazeboExtension& gazebo : in.robot.gazebo) {
     for (const GazeboPlugin& plugin : gazebo.plugins) {
       if (find_gazebo_control_plugin(plugin.filename) == nullptr) continue;
-      for (const std::string& file : plugin.parameter_files) {
+      for (const std::string& written : plugin.parameter_files) {
+        const std::string file = with_packages(written, in.resolver);
         if (contains(named, file)) continue;
         named.push_back(file);
         std::error_code none;

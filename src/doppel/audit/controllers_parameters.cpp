@@ -15,8 +15,8 @@ bool told_elsewhere(const std::string& rule) {
   return contains(kRules, rule);
 }
 
-// Parameters that every controller has in ROS 2 and that no on_init declares.
-bool of_every_controller(std::string_view name) {
+// Parameters that ROS 2's controllers have and that no on_init of doppel's declares.
+bool of_ros2_only(std::string_view name) {
   constexpr std::string_view kNames[] = {"type",
                                          "update_rate",
                                          "is_async",
@@ -28,7 +28,8 @@ bool of_every_controller(std::string_view name) {
     if (name == known || (name.starts_with(known) && name.size() > known.size() && name[known.size()] == '.'))
       return true;
   }
-  return name.starts_with("qos_overrides.");
+  // The PID's earlier name of antiwindup_strategy, which ROS 2 still takes.
+  return name.starts_with("qos_overrides.") || name.ends_with(".antiwindup");
 }
 
 bool whole_number_for_decimal(const ParameterValue& written, const ParameterValue& declared) {
@@ -63,7 +64,7 @@ void check_unknown(const DeclaredController& c, const Parameters& parameters, bo
   if (!complete || c.has_other_files) return;
   const Names valid = parameters.names();
   for (const ParameterOverride& o : c.parameters.all()) {
-    if (o.used || of_every_controller(o.name) || parameters.find(o.name) != nullptr) continue;
+    if (o.used || of_ros2_only(o.name) || parameters.find(o.name) != nullptr) continue;
     out.add("controllers.unknown_parameter", c.subject(), o.source,
             fmt::format("{} has no parameter '{}', so this value does nothing{}", c.type, o.name,
                         did_you_mean(o.name, valid)),

@@ -12,9 +12,9 @@
 namespace doppel::audit_rules {
 namespace {
 
-constexpr double kDepth = 1e-3;          // m; less is a touch, not an overlap
-constexpr double kNeighbourShare = 0.5;  // of the smaller body's least width
-constexpr std::size_t kPairsByTriangles = 4;
+constexpr double kDepth = 1e-3;            // m; less is a touch, not an overlap
+constexpr double kNeighbourShare = 0.5;    // of the smaller body's least width
+constexpr std::size_t kTriangles = 10000;  // looked at in one audit, which is to take milliseconds
 
 // Links that fixed joints make one body, and which bodies share a joint.
 class Bodies {
@@ -104,6 +104,16 @@ bool has_mesh(const Link& link) {
                      [](const Collision& c) { return std::holds_alternative<MeshGeometry>(c.geometry); });
 }
 
+// What looking at a link's triangles costs.
+std::size_t triangles_of(const Link& link) {
+  std::size_t count = 0;
+  for (const Collision& c : link.collisions) {
+    const auto* mesh = std::get_if<MeshGeometry>(&c.geometry);
+    if (mesh != nullptr && !mesh->path.empty()) count += cached_mesh_report(mesh->path).triangles;
+  }
+  return count;
+}
+
 double least_width(const Link& link) {
   double out = 0;
   for (const Collision& c : link.collisions) {
@@ -159,8 +169,9 @@ class Overlaps {
     if (bodies_.coupled(c.link_a, c.link_b)) return;
     const bool meshes = has_mesh(link(c.link_a)) || has_mesh(link(c.link_b));
     bool only_hulls = meshes;
-    if (meshes && looked_at_ < kPairsByTriangles) {
-      ++looked_at_;
+    const std::size_t cost = triangles_of(link(c.link_a)) + triangles_of(link(c.link_b));
+    if (meshes && cost <= triangles_left_) {
+      triangles_left_ -= cost;
       only_hulls = !triangles_touch(in_, c.link_a, c.link_b, X_WL_);
     }
     out_.add(
@@ -178,7 +189,7 @@ class Overlaps {
   Findings& out_;
   Bodies bodies_;
   std::vector<Pose> X_WL_;
-  std::size_t looked_at_ = 0;
+  std::size_t triangles_left_ = kTriangles;
 };
 
 void check_missing(const AuditInput& in, Findings& out) {

@@ -105,12 +105,21 @@ void check_interface_names(const HardwareJoint& joint, bool simulated, Findings&
   }
 }
 
-void check_completeness(const HardwareJoint& joint, Findings& out) {
+// A joint's state may come from another component, as from an encoder on the output side.
+bool has_state(const RobotDescription& robot, const std::string& joint) {
+  return std::any_of(robot.hardware.begin(), robot.hardware.end(), [&](const Hardware& hardware) {
+    return std::any_of(hardware.joints.begin(), hardware.joints.end(), [&](const HardwareJoint& other) {
+      return other.name == joint && !other.state_interfaces.empty();
+    });
+  });
+}
+
+void check_completeness(const AuditInput& in, const HardwareJoint& joint, Findings& out) {
   if (joint.state_interfaces.empty() && joint.command_interfaces.empty()) {
     out.add("ros2_control.no_interface", subject_of(joint), joint.source,
             "it has neither a command nor a state interface",
             "give it the interfaces that the hardware has, or remove it");
-  } else if (joint.state_interfaces.empty()) {
+  } else if (!has_state(in.robot, joint.name)) {
     out.add("ros2_control.no_state", subject_of(joint), joint.source,
             "it can be commanded, but has no state interface", "add <state_interface name=\"position\"/>");
   }
@@ -223,7 +232,7 @@ void check_component(const AuditInput& in, const Hardware& hardware, const XmlNo
     if (joint.name.empty()) continue;
     check_against_urdf(in, joint, node, out);
     check_interface_names(joint, simulated, out);
-    check_completeness(joint, out);
+    check_completeness(in, joint, out);
     const Joint* urdf = in.robot.find_joint(joint.name);
     if (urdf == nullptr || !moves(*urdf)) continue;
     check_limits(joint, *urdf, out);

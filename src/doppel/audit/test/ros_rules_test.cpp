@@ -66,6 +66,12 @@ TEST_F(Ros2Control, WantsStatesInterfacesAndBounds) {
   EXPECT_THAT(of("ros2_control.no_state",
                  hardware("<joint name=\"elbow\"><command_interface name=\"position\"/></joint>")),
               SizeIs(1));
+  EXPECT_THAT(
+      of("ros2_control.no_state",
+         hardware("<joint name=\"elbow\"><command_interface name=\"position\"/></joint>", "m/Motor", "a") +
+             hardware("<joint name=\"elbow\"><state_interface name=\"position\"/></joint>", "m/Encoder",
+                      "b")),
+      IsEmpty());
   EXPECT_THAT(of("ros2_control.no_interface", hardware("<joint name=\"elbow\"/>")), SizeIs(1));
   EXPECT_THAT(
       of("ros2_control.limits_crossed",
