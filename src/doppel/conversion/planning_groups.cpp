@@ -227,6 +227,26 @@ class Finder {
 
 }  // namespace
 
+std::vector<JointGroup> joint_groups(const ParameterFile& controllers) {
+  std::vector<JointGroup> groups;
+  const ParameterOverrides manager = controllers.overrides_for("controller_manager");
+  for (const ParameterOverride& entry : manager.all()) {
+    const auto* type = std::get_if<std::string>(&entry.value);
+    if (type == nullptr || !entry.name.ends_with(".type") || type->find("Broadcaster") != std::string::npos)
+      continue;
+    JointGroup group{entry.name.substr(0, entry.name.size() - 5), {}};
+    ParameterOverrides own = controllers.overrides_for(group.name);
+    for (const char* key : {"joints", "joint"}) {
+      const ParameterOverride* named = own.find(key);
+      if (named == nullptr) continue;
+      if (const auto* list = std::get_if<std::vector<std::string>>(&named->value)) group.joints = *list;
+      if (const auto* one = std::get_if<std::string>(&named->value)) group.joints = {*one};
+    }
+    if (!group.joints.empty()) groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
 std::vector<PlanningGroup> find_planning_groups(const Model& model,
                                                 const std::vector<JointGroup>& controllers) {
   return Finder(model).run(controllers);

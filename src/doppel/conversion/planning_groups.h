@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/control/parameter_file.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
@@ -15,6 +16,9 @@ struct JointGroup {
   std::string name;  // of the controller
   std::vector<std::string> joints;
 };
+
+// Of every controller that a file declares and that names joints; broadcasters move nothing.
+std::vector<JointGroup> joint_groups(const ParameterFile& controllers);
 
 struct PlanningGroup {
   std::string name;  // "arm", "left_gripper"

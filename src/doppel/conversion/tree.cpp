@@ -5,35 +5,11 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/conversion/drawing_detail.h"
+#include "doppel/conversion/table.h"
 #include "doppel/conversion/tree_labels.h"
 
 namespace doppel {
 namespace {
-
-using Row = std::vector<std::string>;
-
-std::size_t columns_of(const std::string& utf8) {
-  return code_points(utf8).size();
-}
-
-// Left-aligned columns with two blanks between them, without blanks at the ends of lines.
-std::string table(const std::vector<Row>& rows) {
-  std::vector<std::size_t> widths;
-  for (const Row& row : rows) {
-    widths.resize(std::max(widths.size(), row.size()));
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], columns_of(row[i]));
-  }
-  std::string out;
-  for (const Row& row : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i)
-      line += row[i] + std::string(widths[i] - columns_of(row[i]) + 2, ' ');
-    line.erase(line.find_last_not_of(' ') + 1);
-    out += line + "\n";
-  }
-  return out;
-}
 
 // The lines that lead to each node, like those of `tree`.
 std::vector<std::string> branches(const std::vector<TreeNode>& nodes, bool unicode) {
@@ -118,9 +94,9 @@ std::vector<TreeNode> link_tree(const RobotDescription& robot) {
 std::string tree_text(const RobotDescription& robot, bool unicode) {
   const std::vector<TreeNode> nodes = link_tree(robot);
   const std::vector<std::string> lead = branches(nodes, unicode);
-  std::vector<Row> rows = {{"link", "mass", "joint", "type", "axis", "limits", "xyz [m]", "rpy [deg]"}};
+  std::vector<TableRow> rows = {{"link", "mass", "joint", "type", "axis", "limits", "xyz [m]", "rpy [deg]"}};
   for (const int i : depth_first(nodes)) {
-    Row row = {lead[i] + nodes[i].link->name, mass_word(*nodes[i].link)};
+    TableRow row = {lead[i] + nodes[i].link->name, mass_word(*nodes[i].link)};
     if (const Joint* joint = nodes[i].joint) {
       const bool moves = joint->type != JointType::fixed && joint->type != JointType::floating;
       std::string limits = plain(limits_word(*joint), unicode);
@@ -130,19 +106,19 @@ std::string tree_text(const RobotDescription& robot, bool unicode) {
     }
     rows.push_back(std::move(row));
   }
-  return headline(robot) + "\n\n" + table(rows);
+  return headline(robot) + "\n\n" + text_table(rows, {1});
 }
 
 std::string frames_text(const RobotDescription& robot, bool unicode) {
   const std::vector<TreeNode> nodes = link_tree(robot);
   const std::vector<std::string> lead = branches(nodes, unicode);
-  std::vector<Row> rows = {{"frame", "comes on", "from joint"}};
+  std::vector<TableRow> rows = {{"frame", "comes on", "from joint"}};
   for (const int i : depth_first(nodes)) {
-    Row row = {lead[i] + nodes[i].link->name};
+    TableRow row = {lead[i] + nodes[i].link->name};
     if (nodes[i].joint != nullptr) row.insert(row.end(), {topic_of(*nodes[i].joint), nodes[i].joint->name});
     rows.push_back(std::move(row));
   }
-  return table(rows);
+  return text_table(rows);
 }
 
 std::string tree_dot(const RobotDescription& robot) {

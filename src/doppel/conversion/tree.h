@@ -17,7 +17,7 @@ struct TreeNode {
   std::vector<int> children;
 };
 
-// Every link, parents before their children, in the description's order.
+// Every link, parents before their children and siblings in the description's order.
 std::vector<TreeNode> link_tree(const RobotDescription& robot);
 
 // One line for each link: the tree, then columns for the joint above it and for its mass.

@@ -174,6 +174,11 @@ ParameterFile choose_controllers(const Scenario& scenario, const RobotSetup& set
 
 }  // namespace
 
+std::vector<fs::path> controller_files(const RobotDescription& robot, const Target& target) {
+  std::vector<fs::path> files = named_by_plugin(robot);
+  return files.empty() ? files_of_package(target.package_folder) : files;
+}
+
 std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states) {
   std::string yaml = "controller_manager:\n  ros__parameters:\n    update_rate: 100\n";
   if (joints.empty()) return yaml;

@@ -3,6 +3,7 @@
 // simulation wants it (use_sim), the controllers' files that belong to it, and the choices that were made on
 // the user's behalf.
 
+#include <filesystem>
 #include <memory>
 #include <vector>
 
@@ -25,6 +26,11 @@ struct RobotSetup {
 // Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are
 // notes.
 RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics);
+
+// The controllers' files that belong to a description: those that its plugins name, else those in the config
+// folder of its package or of the packages beside it. Throws InputError where a plugin names a file that does
+// not exist.
+std::vector<std::filesystem::path> controller_files(const RobotDescription& robot, const Target& target);
 
 // The YAML that makes any robot move: a broadcaster, and a trajectory controller over `joints`.
 // `velocity_states`: the hardware offers them.

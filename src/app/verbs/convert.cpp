@@ -1,0 +1,172 @@
+// doppel convert: the description for other tools.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <memory>
+
+#include "app/verbs/description_target.h"
+#include "app/verbs/output.h"
+#include "app/verbs/verbs.h"
+#include "doppel/conversion/mjcf.h"
+#include "doppel/conversion/sdf.h"
+#include "doppel/conversion/srdf.h"
+#include "doppel/conversion/urdf.h"
+#include "doppel/core/names.h"
+#include "doppel/twin/robot_setup.h"
+
+namespace doppel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kInterrupted = 130;
+std::atomic<bool> interrupted{false};
+
+struct ConvertOptions {
+  std::vector<std::string> target;
+  std::string format, out, copy_meshes, controllers, base = "fixed";
+  bool package_uris = false, hulls = false;
+  int samples = 10000;
+  std::uint64_t seed = 1;
+};
+
+const std::vector<std::string> kFormats = {"urdf", "sdf", "mjcf", "srdf"};
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+std::string choose_format(const ConvertOptions& options) {
+  std::string wanted = lower(options.format);
+  if (wanted.empty()) {
+    const std::string extension = lower(fs::path(options.out).extension().string());
+    wanted = extension == ".xml" ? "mjcf" : extension.empty() ? "" : extension.substr(1);
+    if (wanted.empty()) {
+      throw InputError("cli.format", {}, "what to convert to is not given",
+                       "add --to urdf, sdf, mjcf or srdf, or name a file with such an extension with -o");
+    }
+  }
+  if (std::find(kFormats.begin(), kFormats.end(), wanted) == kFormats.end()) {
+    throw InputError(
+        "cli.format", {},
+        fmt::format("'{}' is no format that can be written{}", wanted, did_you_mean(wanted, kFormats)),
+        "--to takes urdf, sdf, mjcf or srdf");
+  }
+  return wanted;
+}
+
+std::vector<JointGroup> controlled_groups(const ConvertOptions& options, const RobotDescription& robot,
+                                          const Target& target) {
+  std::vector<fs::path> files = controller_files(robot, target);
+  if (!options.controllers.empty()) files = {options.controllers};
+  std::vector<JointGroup> groups;
+  for (const fs::path& file : files) {
+    for (JointGroup& group : joint_groups(ParameterFile::load(file))) groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+// On stderr, and only where somebody looks at it.
+bool tell_progress(double done) {
+  if (isatty(STDERR_FILENO) != 0) {
+    fmt::print(stderr, "\r  looking for collisions {:3.0f} %{}", 100 * done, done < 1 ? "" : "\n");
+    std::fflush(stderr);
+  }
+  return !interrupted.load();
+}
+
+int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot, const Target& target,
+                    const Model& model) {
+  const auto groups = find_planning_groups(model, controlled_groups(options, robot, target));
+  SelfCollisionOptions sampling;
+  sampling.samples = options.samples;
+  sampling.seed = options.seed;
+  sampling.detail = options.hulls ? CollisionDetail::hulls : CollisionDetail::triangles;
+  sampling.progress = tell_progress;
+  struct sigaction action {
+  }, before{};
+  action.sa_handler = [](int) { interrupted.store(true); };
+  sigaction(SIGINT, &action, &before);
+  const SelfCollisions found = find_self_collisions(robot, model, sampling);
+  sigaction(SIGINT, &before, nullptr);
+  if (found.cancelled) {
+    fmt::print(stderr, "\ninterrupted; nothing was written\n");
+    return kInterrupted;
+  }
+  deliver(to_srdf(model, groups, found.disabled), options.out);
+  fmt::print(stderr, "{}: {} group{}; of {} pairs of links {} need no collision checking\n", robot.name,
+             groups.size(), groups.size() == 1 ? "" : "s", found.checked_pairs, found.disabled.size());
+  return 0;
+}
+
+int run_convert(const ConvertOptions& options) {
+  const std::string format = choose_format(options);
+  DescriptionTarget target = open_target(options.target);
+  const RobotDescription robot = load_target(target).robot;
+  MeshPlacement placement;
+  const bool to_stdout = options.out.empty() || options.out == "-";
+  placement.out_folder = to_stdout ? fs::current_path() : fs::absolute(options.out).parent_path();
+  placement.package_uris = options.package_uris;
+  if (!options.copy_meshes.empty()) placement.copy_to = options.copy_meshes;
+  MeshFiles meshes(placement);
+  if (format == "urdf") {
+    const std::string text = to_urdf(robot, meshes);
+    meshes.write();
+    deliver(text, options.out);
+    return 0;
+  }
+  const BaseKind base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
+  Diagnostics diagnostics;
+  const Model model = compile_model(robot, format == "mjcf" ? base : BaseKind::fixed, diagnostics);
+  if (format == "srdf") {
+    print_diagnostics(diagnostics);
+    return convert_to_srdf(options, robot, target.target, model);
+  }
+  const std::string text = format == "sdf" ? to_sdf(robot, model, meshes, diagnostics)
+                                           : to_mjcf(robot, model, meshes, diagnostics);
+  print_diagnostics(diagnostics);
+  meshes.write();
+  deliver(text, options.out);
+  return 0;
+}
+
+}  // namespace
+
+void add_convert(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<ConvertOptions>();
+  CLI::App* verb = app.add_subcommand("convert", "Write the description as URDF, SDF, MJCF or SRDF");
+  add_target(*verb, options->target);
+  verb->add_option("--to", options->format, "urdf, sdf, mjcf or srdf; else by OUT's extension")
+      ->type_name("FORMAT");
+  verb->add_option("-o,--out", options->out, "The file to write, whole or not at all; else stdout")
+      ->type_name("OUT");
+  verb->add_flag("--copy-meshes{meshes}", options->copy_meshes,
+                 "Copy the meshes beside OUT, into meshes/ or with --copy-meshes=DIR another folder");
+  verb->add_flag("--package-uris", options->package_uris,
+                 "URDF, SDF: package://... instead of relative paths");
+  verb->add_option("--base", options->base,
+                   "MJCF: how a robot without a link 'world' stands: fixed or floating")
+      ->check(CLI::IsMember({"fixed", "floating"}));
+  verb->add_option("--samples", options->samples, "SRDF: how many configurations are tried for collisions")
+      ->check(CLI::Range(0, 100'000'000));
+  verb->add_option("--seed", options->seed, "SRDF: of the configurations; the same seed gives the same file");
+  verb->add_flag("--hulls", options->hulls, "SRDF: convex hulls instead of the meshes' triangles; faster");
+  verb->add_option("--controllers", options->controllers, "SRDF: the controllers' YAML that tells the groups")
+      ->type_name("FILE");
+  verb->footer(
+      "Examples:\n"
+      "  doppel convert my_arm.urdf.xacro use_sim:=true -o build/my_arm.urdf --copy-meshes\n"
+      "  doppel convert omarm_one -o omarm.sdf\n"
+      "  doppel convert omarm_one -o omarm.xml        # MJCF\n"
+      "  doppel convert omarm_one --to srdf --samples 100000 -o omarm.srdf\n"
+      "What is carried over, and what is not: docs/convert.md");
+  verb->callback([options, &exit_code] { exit_code = run_convert(*options); });
+}
+
+}  // namespace doppel::app

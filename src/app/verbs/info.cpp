@@ -1,0 +1,145 @@
+// doppel info: a description on one screen.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/verbs/description_target.h"
+#include "app/verbs/output.h"
+#include "app/verbs/verbs.h"
+#include "doppel/conversion/summary.h"
+#include "doppel/conversion/tree_labels.h"
+#include "doppel/overlay/overlay.h"
+
+namespace doppel::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct InfoOptions {
+  std::vector<std::string> target;
+  bool json = false;
+};
+
+struct OverlayState {
+  std::filesystem::path file;  // empty: there is none
+  std::size_t operations = 0, applied = 0, already_there = 0;
+};
+
+OverlayState overlay_state(DescriptionTarget& target) {
+  OverlayState state;
+  const std::filesystem::path file = overlay_path(target.target.description);
+  if (!std::filesystem::exists(file)) return state;
+  state.file = file;
+  const Overlay overlay = read_overlay(file);
+  Diagnostics told_on_loading;
+  ExpandedDescription expanded =
+      expand_description(target.target.description, target.arguments, target.resolver, told_on_loading);
+  const auto outcomes = apply_overlay(overlay, expanded, target.resolver, told_on_loading);
+  const auto count = [&outcomes](OperationState wanted) {
+    return static_cast<std::size_t>(std::count_if(
+        outcomes.begin(), outcomes.end(), [wanted](const OperationOutcome& o) { return o.state == wanted; }));
+  };
+  state.operations = overlay.operations.size();
+  state.applied = count(OperationState::applied);
+  state.already_there = count(OperationState::already_there);
+  return state;
+}
+
+std::string overlay_line(const OverlayState& state) {
+  if (state.file.empty()) return "none";
+  std::string out = fmt::format("{}: {} of {} applied", state.file.string(), state.applied, state.operations);
+  if (state.already_there > 0) out += fmt::format(", {} already in the description", state.already_there);
+  return out;
+}
+
+Json joints_json(const RobotDescription& robot) {
+  Json out = Json::array();
+  const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
+  for (const Joint& joint : robot.joints) {
+    Json node{{"name", joint.name},
+              {"type", type_word(joint.type)},
+              {"parent", joint.parent},
+              {"child", joint.child}};
+    if (joint.limits) {
+      if (joint.limits->has_position) {
+        node["lower"] = joint.limits->lower;
+        node["upper"] = joint.limits->upper;
+      }
+      node["effort"] = number(joint.limits->effort);
+      node["velocity"] = number(joint.limits->velocity);
+    }
+    if (joint.mimic) node["mimic"] = joint.mimic->joint;
+    out.push_back(std::move(node));
+  }
+  return out;
+}
+
+Json hardware_json(const RobotDescription& robot) {
+  Json out = Json::array();
+  for (const HardwareDescription& hardware : robot.hardware) {
+    Json joints = Json::array();
+    for (const HardwareJointDescription& joint : hardware.joints) joints.push_back(joint.name);
+    out.push_back(
+        {{"name", hardware.name}, {"type", hardware.type}, {"plugin", hardware.plugin}, {"joints", joints}});
+  }
+  return out;
+}
+
+std::string to_json(const LoadedDescription& loaded, const RobotSummary& summary,
+                    const OverlayState& overlay) {
+  const RobotDescription& robot = loaded.robot;
+  const auto vector_json = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
+  Json out{{"version", 1}, {"robot", robot.name}, {"files", Json::array()}};
+  for (const auto& file : loaded.files) out["files"].push_back(file.string());
+  out["links"] = robot.links.size();
+  out["joints"] = joints_json(robot);
+  out["driven"] = summary.driven;
+  out["mass"] = summary.mass;
+  out["reach"] = summary.reach;
+  if (!summary.bounds.isEmpty()) {
+    out["bounds"] = {{"lower", vector_json(summary.bounds.min())},
+                     {"upper", vector_json(summary.bounds.max())}};
+  }
+  out["meshes"] = {{"files", summary.meshes.files},
+                   {"triangles", summary.meshes.triangles},
+                   {"missing", summary.meshes.missing},
+                   {"unreadable", summary.meshes.unreadable}};
+  out["ros2_control"] = hardware_json(robot);
+  out["overlay"] = Json();
+  if (!overlay.file.empty()) {
+    out["overlay"] = {{"file", overlay.file.string()},
+                      {"operations", overlay.operations},
+                      {"applied", overlay.applied},
+                      {"already_there", overlay.already_there}};
+  }
+  return out.dump(2) + "\n";
+}
+
+int run_info(const InfoOptions& options) {
+  DescriptionTarget target = open_target(options.target);
+  const LoadedDescription loaded = load_target(target);
+  Diagnostics diagnostics;
+  const Model model = compile_model(loaded.robot, BaseKind::fixed, diagnostics);
+  print_diagnostics(diagnostics);
+  const RobotSummary summary = summarise(loaded.robot, model);
+  const OverlayState overlay = overlay_state(target);
+  deliver(options.json ? to_json(loaded, summary, overlay)
+                       : summary_text(loaded.robot, summary, loaded.files, overlay_line(overlay)));
+  return 0;
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<InfoOptions>();
+  CLI::App* verb = app.add_subcommand("info", "A description on one screen");
+  add_target(*verb, options->target);
+  verb->add_flag("--json", options->json, "One object on stdout, in SI units");
+  verb->footer("Example:\n  doppel info omarm_one");
+  verb->callback([options, &exit_code] { exit_code = run_info(*options); });
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,70 @@
+// doppel tree: links and joints as text, Graphviz, SVG and PDF.
+#include "doppel/conversion/tree.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <memory>
+
+#include "app/verbs/description_target.h"
+#include "app/verbs/output.h"
+#include "app/verbs/verbs.h"
+
+namespace doppel::app {
+namespace {
+
+struct TreeOptions {
+  std::vector<std::string> target;
+  std::string svg, pdf;
+  bool dot = false, frames = false, ascii = false;
+};
+
+// As the C library would say it, without asking for a locale.
+bool terminal_knows_unicode() {
+  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
+    const char* value = std::getenv(name);
+    if (value == nullptr || *value == '\0') continue;
+    const std::string text = value;
+    return text.find("UTF-8") != std::string::npos || text.find("utf8") != std::string::npos;
+  }
+  return false;
+}
+
+int run_tree(const TreeOptions& options) {
+  DescriptionTarget target = open_target(options.target);
+  const RobotDescription robot = load_target(target).robot;
+  if (!options.svg.empty() || !options.pdf.empty()) {
+    const Drawing drawing = options.frames ? frames_drawing(robot) : tree_drawing(robot);
+    if (!options.svg.empty()) deliver(to_svg(drawing), options.svg);
+    if (!options.pdf.empty()) deliver(to_pdf(drawing), options.pdf);
+    return 0;
+  }
+  if (options.dot) {
+    deliver(options.frames ? frames_dot(robot) : tree_dot(robot));
+    return 0;
+  }
+  const bool unicode = !options.ascii && terminal_knows_unicode();
+  deliver(options.frames ? frames_text(robot, unicode) : tree_text(robot, unicode));
+  return 0;
+}
+
+}  // namespace
+
+void add_tree(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<TreeOptions>();
+  CLI::App* verb = app.add_subcommand("tree", "The tree of links and joints: text, Graphviz, SVG, PDF");
+  add_target(*verb, options->target);
+  verb->add_flag("--frames", options->frames, "The tree of frames, as view_frames draws it");
+  verb->add_flag("--dot", options->dot, "For Graphviz, on stdout");
+  verb->add_option("--svg", options->svg, "Draw it into this file (-: stdout)")->type_name("FILE");
+  verb->add_option("--pdf", options->pdf, "Draw it into this file (-: stdout)")->type_name("FILE");
+  verb->add_flag("--ascii", options->ascii, "No box-drawing characters (else where the locale is UTF-8)");
+  verb->footer(
+      "Examples:\n"
+      "  doppel tree omarm_one\n"
+      "  doppel tree my_arm.urdf.xacro --svg arm.svg --pdf arm.pdf\n"
+      "  doppel tree my_arm.urdf --frames --pdf frames.pdf\n"
+      "  doppel tree my_arm.urdf --dot | dot -Tpng > arm.png");
+  verb->callback([options, &exit_code] { exit_code = run_tree(*options); });
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,43 @@
+#pragma once
+// What a robot weighs, link by link, and what gravity asks of its joints.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/kinematics/model.h"
+
+namespace doppel {
+
+struct LinkMass {
+  std::string link;
+  double mass = 0, share = 0;                         // kg; of the total, 0..1
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();      // m, in the link frame
+  double gyration = 0;                                // m: root mean square distance of the mass from com
+  Eigen::Vector3d moments = Eigen::Vector3d::Zero();  // kg m^2, principal, ascending
+};
+
+struct JointLoad {
+  std::string joint;
+  bool slides = false;                   // N, not N m
+  double at_zero = 0;                    // N m or N that gravity asks of the drive
+  double worst = 0;                      // the largest size over the sampled configurations
+  std::optional<double> effort, margin;  // the limit; limit minus worst, negative: cannot hold everywhere
+};
+
+struct MassReport {
+  double total = 0;                               // kg
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();  // of the robot at zero, in the root link's frame
+  std::vector<LinkMass> links;                    // those that weigh something
+  std::vector<JointLoad> joints;                  // those with a drive
+};
+
+// Gravity along -z of the root link, 9.81 m/s^2; `samples` configurations within the limits.
+MassReport mass_report(const Model& model, int samples = 4000);
+
+std::string mass_text(const MassReport& report);
+
+// How the description compares with a scale, in one or two lines. measured: kg, positive.
+std::string compared_with_scale(const MassReport& report, double measured);
+
+}  // namespace doppel
