@@ -1,1 +1,201 @@
 #include "doppel/calibration/calibration.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kWorstResidual = 5.0 * kDegree;
+constexpr double kLeastMotion = 0.05;  // machine per model: less is a joint that did not turn
+constexpr double kSameZero = 1e-9;     // rad or m
+
+bool slides(const Joint& joint) {
+  return joint.type == JointType::prismatic;
+}
+
+// In the unit that people measure in.
+std::string shown(const Joint& joint, double value) {
+  return slides(joint) ? fmt::format("{:.4g} mm", value * 1e3) : fmt::format("{:.4g} deg", value / kDegree);
+}
+
+[[noreturn]] void refuse(const Joint& joint, std::string rule, const std::string& message, std::string mend) {
+  throw InputError(std::move(rule), joint.source, fmt::format("'{}': {}", joint.name, message),
+                   std::move(mend));
+}
+
+void check_joint(const Joint& joint) {
+  if (joint.mimic) {
+    refuse(joint, "calibrate.mimic",
+           fmt::format("it follows '{}' and has no servo of its own", joint.mimic->joint),
+           "measure the leader");
+  }
+  const bool one_number =
+      joint.type == JointType::revolute || joint.type == JointType::continuous || slides(joint);
+  if (!one_number) {
+    refuse(joint, "calibrate.no_position", "a joint of this type has no position to measure",
+           "measure revolute, continuous and prismatic joints");
+  }
+}
+
+double least_spread(const Joint& joint) {
+  if (!slides(joint)) return kLeastSpread;
+  return joint.limits ? (joint.limits->upper - joint.limits->lower) / 3.0 : 0.0;
+}
+
+void check_spread(const Joint& joint, std::span<const Measurement> measurements) {
+  if (measurements.size() < 2) {
+    refuse(
+        joint, "calibrate.too_few",
+        fmt::format("{} measurement{} cannot separate the zero from the direction: an offset, or a mirrored "
+                    "direction with another offset, would explain it as well",
+                    measurements.size(), measurements.size() == 1 ? "" : "s"),
+        "measure at two poses at least 60 degrees apart");
+  }
+  const auto [low, high] =
+      std::minmax_element(measurements.begin(), measurements.end(),
+                          [](const auto& a, const auto& b) { return a.model < b.model; });
+  const double spread = high->model - low->model, least = least_spread(joint);
+  if (spread < least - 1e-9 || spread <= 0) {
+    refuse(
+        joint, "calibrate.too_close",
+        fmt::format(
+            "the measurements are {} apart; with less than {} between them an error of reading hides in the "
+            "scale",
+            shown(joint, spread), shown(joint, least)),
+        "measure at poses further apart");
+  }
+}
+
+}  // namespace
+
+double JointFit::worst_residual() const {
+  double worst = 0;
+  for (const double residual : residuals) worst = std::max(worst, std::abs(residual));
+  return worst;
+}
+
+JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements) {
+  check_joint(joint);
+  check_spread(joint, measurements);
+  const auto n = static_cast<double>(measurements.size());
+  double model = 0, machine = 0, variance = 0, covariance = 0;
+  for (const Measurement& m : measurements) {
+    model += m.model / n;
+    machine += m.machine / n;
+  }
+  for (const Measurement& m : measurements) {
+    variance += (m.model - model) * (m.model - model);
+    covariance += (m.model - model) * (m.machine - machine);
+  }
+  const double slope = covariance / variance;
+  if (std::abs(slope) < kLeastMotion) {
+    refuse(joint, "calibrate.no_motion", "the machine's numbers hardly differ, although the model's do",
+           "check that this joint is the one that was driven");
+  }
+  JointFit fit;
+  fit.joint = joint.name;
+  fit.direction = slope < 0 ? -1 : 1;
+  fit.scale = std::abs(slope);
+  fit.offset = machine - slope * model;
+  for (const Measurement& m : measurements)
+    fit.residuals.push_back(m.machine - (slope * m.model + fit.offset));
+  if (!slides(joint) && fit.worst_residual() > kWorstResidual) {
+    refuse(joint, "calibrate.inconsistent",
+           fmt::format("the measurements do not lie on one line: one is {} off",
+                       shown(joint, fit.worst_residual())),
+           "measure again; did the joint slip, or does one number belong to another joint?");
+  }
+  return fit;
+}
+
+std::vector<Operation> calibration_operations(const Joint& joint, const JointFit& fit,
+                                              std::span<const Measurement> measurements, LimitChoice limits) {
+  std::vector<std::string> evidence;
+  for (const Measurement& m : measurements)
+    evidence.push_back(fmt::format("model {}, machine {}", shown(joint, m.model), shown(joint, m.machine)));
+  std::vector<Operation> out;
+  const auto add = [&](OperationAction action, std::string why) {
+    Operation operation;
+    operation.action = std::move(action);
+    operation.why = std::move(why);
+    operation.evidence = evidence;
+    out.push_back(std::move(operation));
+  };
+  if (fit.direction < 0) add(FlipAxis{joint.name}, "the machine turns the other way");
+  // The scale is the driver's, so the zero is the machine's number in the model's scale.
+  const double zero = fit.offset / fit.scale;
+  if (std::abs(zero) > kSameZero) {
+    add(BakeZero{joint.name, zero},
+        fmt::format("the machine says {} where the model was at zero", shown(joint, fit.offset)));
+  }
+  const bool limited = joint.limits && joint.limits->has_position && joint.type != JointType::continuous;
+  if (limits == LimitChoice::move && limited && !out.empty()) {
+    const double a = fit.direction * joint.limits->lower + zero,
+                 b = fit.direction * joint.limits->upper + zero;
+    SetLimit moved;
+    moved.joint = joint.name;
+    moved.lower = std::min(a, b);
+    moved.upper = std::max(a, b);
+    add(moved, "the stops stay where they are and get the machine's numbers");
+  }
+  return out;
+}
+
+namespace {
+
+double number(std::string_view text, const std::string& whole) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+    throw InputError("calibrate.measure", {}, fmt::format("'{}' in '{}' is no number", text, whole),
+                     "write JOINT: MODEL=MACHINE MODEL=MACHINE, for instance \"Revolute 2: 0=45 90=135\"");
+  }
+  return value;
+}
+
+}  // namespace
+
+NamedMeasurements parse_measurements(const std::string& text, const RobotDescription& robot) {
+  const std::size_t colon = text.rfind(':');
+  const auto form = [&](const std::string& what) {
+    return InputError("calibrate.measure", {}, fmt::format("'{}' {}", text, what),
+                      "write JOINT: MODEL=MACHINE MODEL=MACHINE, for instance \"Revolute 2: 0=45 90=135\"");
+  };
+  if (colon == std::string::npos) throw form("names no joint");
+  NamedMeasurements out;
+  out.joint = text.substr(0, colon);
+  const Joint* joint = robot.find_joint(out.joint);
+  if (joint == nullptr) {
+    std::vector<std::string> names;
+    for (const Joint& j : robot.joints) names.push_back(j.name);
+    throw InputError("calibrate.joint", {},
+                     fmt::format("the robot has no joint '{}'{}", out.joint, did_you_mean(out.joint, names)));
+  }
+  const double unit = slides(*joint) ? 1e-3 : kDegree;
+  std::string_view rest = std::string_view(text).substr(colon + 1);
+  while (true) {
+    const std::size_t begin = rest.find_first_not_of(" \t,");
+    if (begin == std::string_view::npos) break;
+    const std::size_t end = std::min(rest.find_first_of(" \t,", begin), rest.size());
+    const std::string_view pair = rest.substr(begin, end - begin);
+    const std::size_t equals = pair.find('=');
+    if (equals == std::string_view::npos)
+      throw form(fmt::format("has '{}', which is no MODEL=MACHINE", pair));
+    out.measurements.push_back(
+        {number(pair.substr(0, equals), text) * unit, number(pair.substr(equals + 1), text) * unit});
+    rest.remove_prefix(end);
+  }
+  if (out.measurements.empty()) throw form("holds no measurement");
+  return out;
+}
+
+}  // namespace doppel

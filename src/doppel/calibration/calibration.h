@@ -1,8 +1,11 @@
 #pragma once
-// Direction, zero and scale of a joint from measurements: pairs of what the model says and what the machine
-// says at the same pose. One measurement separates nothing; two that are at least 60 degrees apart fit a line
-// machine = scale * model + offset, more give residuals.
+// Direction, zero and scale of a joint from measurements: what the model says and what the machine says at
+// the same pose. The machine's value is fitted as a line over the model's,
+//     machine = direction * scale * model + offset,
+// by least squares. One measurement separates nothing; two have to be at least 60 degrees apart, so that an
+// error of reading of a degree turns no sign and moves the scale by 2 % at most.
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,16 +15,46 @@
 namespace doppel {
 
 struct Measurement {
-  double machine = 0;  // what the machine (the servo) says: rad or m
-  double model = 0;    // what the uncorrected model has to be set to for the same pose: rad or m
+  double model = 0;    // the joint's position in the model as it is now: rad or m
+  double machine = 0;  // the machine's own number (the servo's) at the same pose: rad or m
 };
 
-struct JointCalibrationFit {
+struct JointFit {
   std::string joint;
   int direction = 1;              // -1: the model turns the other way
-  double offset = 0;              // machine's value where the (direction-corrected) model is zero; rad or m
   double scale = 1;               // machine per model, positive
-  std::vector<double> residuals;  // rad or m, machine minus fit, of each measurement
+  double offset = 0;              // the machine's number where the model is at zero: rad or m
+  std::vector<double> residuals;  // machine minus fit, of each measurement: rad or m
+  [[nodiscard]] double worst_residual() const;
 };
+
+inline constexpr double kLeastSpread = 60.0 * 0.017453292519943295;  // rad, between the model's values
+inline constexpr double kScaleTolerance = 0.02;                      // more than this is no error of reading
+
+// Throws InputError: fewer than two measurements, all within 60 degrees (for a prismatic joint: within a
+// third of its range), a machine that did not move, residuals beyond 5 degrees, a joint that is unknown,
+// fixed or a mimic.
+JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements);
+
+enum class LimitChoice {
+  keep,  // the numbers stay: they were the machine's all along, as a servo's 0 to 180 degrees
+  move,  // the places stay: the stops of the model's geometry get the machine's numbers
+};
+
+// The operations that make the model's number the machine's: FlipAxis where the direction is -1, BakeZero
+// where the zero differs (R_new = R_old R_axis(-offset)), SetLimit where `limits` says so. The scale cannot
+// be baked into geometry; it is the driver's.
+std::vector<Operation> calibration_operations(const Joint& joint, const JointFit& fit,
+                                              std::span<const Measurement> measurements, LimitChoice limits);
+
+// -- measurements as people write them
+struct NamedMeasurements {
+  std::string joint;
+  std::vector<Measurement> measurements;
+};
+// "Revolute 2: 0=45 90=135": model=machine, in degrees for revolute joints, in millimetres for prismatic
+// ones. Throws InputError for what is not of that form, and for a joint that the robot does not have, with
+// the nearest.
+NamedMeasurements parse_measurements(const std::string& text, const RobotDescription& robot);
 
 }  // namespace doppel

@@ -1,0 +1,33 @@
+#pragma once
+// LeRobot's calibration files: what each servo's ticks mean. Two forms are read: the present one, a map from
+// motor to {id, drive_mode, homing_offset, range_min, range_max}, and the older one with lists beside
+// motor_names. Source: huggingface/lerobot, motors/motors_bus.py and the former
+// robot_devices/motors/feetech.py.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace doppel {
+
+struct LerobotMotor {
+  std::string name;
+  int id = 0;                        // 0: not written
+  bool inverted = false;             // drive_mode
+  int homing_offset = 0;             // ticks
+  int range_min = 0, range_max = 0;  // ticks at the ends of the range that was swept
+  bool older = false;
+
+  // The number that LeRobot calls the joint's angle, rad. Present form: zero in the middle of the swept
+  // range; older form: zero at the homing pose.
+  [[nodiscard]] double angle(double ticks) const;
+  // The angles at the two ends, rad, the smaller one first.
+  [[nodiscard]] double lower() const;
+  [[nodiscard]] double upper() const;
+};
+
+// Throws InputError: unreadable, no JSON, not a calibration, a range without width.
+std::vector<LerobotMotor> read_lerobot_calibration(const std::filesystem::path& file);
+std::vector<LerobotMotor> parse_lerobot_calibration(const std::string& json, const std::string& name);
+
+}  // namespace doppel
