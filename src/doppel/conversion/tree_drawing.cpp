@@ -18,6 +18,8 @@ constexpr double kTitleSize = 10, kLineSize = 8, kLineHeight = 10.5, kPadding = 
 constexpr double kSiblingGap = 14, kCousinGap = 26;
 constexpr double kEdge = 16;  // of line visible before and behind a joint
 
+const std::string kBetween = " \u00B7 ";
+
 struct Line {
   std::string text;
   bool title = false;
@@ -231,8 +233,7 @@ Drawing drawing_of(const std::string& title, const std::vector<Label>& labels) {
 std::vector<Line> link_lines(const Link& link) {
   std::vector<Line> lines = {{link.name, true}};
   if (link.inertial) {
-    const std::string mass = mass_word(link);
-    lines.push_back({mass + "  at " + short_numbers(link.inertial->origin.xyz)});
+    lines.push_back({mass_word(link) + kBetween + "centre " + millimetres_word(link.inertial->origin.xyz)});
   }
   return lines;
 }
@@ -243,12 +244,12 @@ std::vector<Line> joint_lines(const Joint& joint) {
   if (joint.type != JointType::fixed && joint.type != JointType::floating)
     kind += (turns(joint.type) ? " about " : " along ") + axis_word(joint.axis);
   const std::string limits = limits_word(joint);
-  if (!limits.empty()) kind += "   " + limits;
+  if (!limits.empty()) kind += kBetween + limits;
   lines.push_back({kind});
   if (joint.mimic)
     lines.push_back({fmt::format("follows {:g} x {}", joint.mimic->multiplier, joint.mimic->joint)});
   std::string place = "xyz " + short_numbers(joint.origin.xyz);
-  if (!joint.origin.rpy.isZero()) place += "   rpy " + degrees_word(joint.origin.rpy) + "\u00B0";
+  if (!joint.origin.rpy.isZero()) place += kBetween + ("rpy " + degrees_word(joint.origin.rpy) + "\u00B0");
   if (!joint.origin.xyz.isZero() || !joint.origin.rpy.isZero()) lines.push_back({place});
   return lines;
 }

@@ -15,6 +15,14 @@ std::string short_number(double value) {
   return text == "-0" ? "0" : text;
 }
 
+// Without zeros at the end, and without a minus before zero.
+std::string rounded(double value, int digits) {
+  std::string text = fmt::format("{:.{}f}", value, digits);
+  while (text.find('.') != std::string::npos && text.ends_with('0')) text.pop_back();
+  if (text.ends_with('.')) text.pop_back();
+  return text == "-0" ? "0" : text;
+}
+
 }  // namespace
 
 std::string type_word(JointType type) {
@@ -41,17 +49,14 @@ std::string short_numbers(const Eigen::Vector3d& v) {
   return short_number(v.x()) + " " + short_number(v.y()) + " " + short_number(v.z());
 }
 
+std::string millimetres_word(const Eigen::Vector3d& v) {
+  return rounded(v.x() * 1e3, 1) + " " + rounded(v.y() * 1e3, 1) + " " + rounded(v.z() * 1e3, 1) + " mm";
+}
+
 std::string degrees_word(const Eigen::Vector3d& rpy) {
-  std::string out;
-  for (int i = 0; i < 3; ++i) {
-    // A hundredth of a degree is less than any description means.
-    const std::string text = fmt::format("{:.2f}", rpy[i] * kDegrees);
-    std::string_view shown = text;
-    while (shown.ends_with('0')) shown.remove_suffix(1);
-    if (shown.ends_with('.')) shown.remove_suffix(1);
-    out += (i == 0 ? "" : " ") + std::string(shown == "-0" ? "0" : shown);
-  }
-  return out;
+  // A hundredth of a degree is less than any description means.
+  return rounded(rpy.x() * kDegrees, 2) + " " + rounded(rpy.y() * kDegrees, 2) + " " +
+         rounded(rpy.z() * kDegrees, 2);
 }
 
 std::string limits_word(const Joint& joint) {
@@ -66,8 +71,9 @@ std::string limits_word(const Joint& joint) {
 }
 
 std::string mass_word(double kilograms) {
-  if (kilograms < 2) return fmt::format("{:.4g} g", kilograms * 1e3);
-  return fmt::format("{:.4g} kg", kilograms);
+  if (kilograms >= 2) return fmt::format("{:.4g} kg", kilograms);
+  const double grams = kilograms * 1e3;
+  return (grams >= 100 ? rounded(grams, 1) : short_number(grams)) + " g";
 }
 
 std::string mass_word(const Link& link) {
