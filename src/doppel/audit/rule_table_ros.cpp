@@ -136,6 +136,9 @@ constexpr std::array kRules{
              "install the folder under its own name", kAllProfiles},
     RuleInfo{"package.invalid", kError, "package.xml cannot be read", "colcon does not see the package",
              "correct it", kAllProfiles},
+    RuleInfo{"package.launch_dependency", kNote, "a launch file uses a package that is no dependency",
+             "it works where the package happens to be, and not on a fresh machine", "add an exec_depend",
+             kAllProfiles},
     RuleInfo{"package.launch_mapping", kWarning, "a simulator's launch file does not switch the description",
              "Gazebo comes up with the real hardware's driver, which looks for a serial port that is not "
              "there; nothing "

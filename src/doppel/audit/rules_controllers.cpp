@@ -220,6 +220,11 @@ void check_rates(const ControllersFile& file, Findings& out) {
           "controllers.rate_above_manager", c.subject(), own->second,
           fmt::format("its update_rate {:g} Hz is above the controller manager's {:g} Hz", own->first, rate),
           fmt::format("choose at most {:g}, or raise the manager's", rate));
+    } else if (std::abs(std::round(rate / own->first) * own->first - rate) > 1e-6) {
+      out.add("controllers.rate_uneven", c.subject(), own->second,
+              fmt::format("its update_rate {:g} Hz does not divide the controller manager's {:g} Hz",
+                          own->first, rate),
+              fmt::format("choose {:g} divided by a whole number", rate));
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "doppel/audit/package_files.h"
 #include "doppel/audit/ros_rules_detail.h"
 
 namespace doppel::audit_rules {
@@ -128,13 +129,42 @@ void check_mapping(const AuditInput& in, const LaunchFile& file, Findings& out) 
   }
 }
 
+// Packages that one dependency brings along.
+bool brought_by(const std::string& name, const Names& dependencies) {
+  return std::any_of(dependencies.begin(), dependencies.end(), [&](const std::string& d) {
+    return name == d ||
+           (name.starts_with(d + "_") && (d == "ros_gz" || d == "ros_ign" || d == "moveit_ros")) ||
+           (d == "moveit" && name.starts_with("moveit_")) || (d == "gazebo_ros_pkgs" && name == "gazebo_ros");
+  });
+}
+
+void check_packages(const LaunchFile& file, const PackageManifest& manifest, Names& told, Findings& out) {
+  for (const std::string_view open : {"package=", "FindPackageShare(", "get_package_share_directory("}) {
+    for (std::size_t at = file.text.find(open); at != std::string::npos; at = file.text.find(open, at + 1)) {
+      const std::size_t quote = at + open.size();
+      if (quote >= file.text.size() || (file.text[quote] != '\'' && file.text[quote] != '"')) continue;
+      const std::size_t end = file.text.find(file.text[quote], quote + 1);
+      if (end == std::string::npos) break;
+      const std::string name = file.text.substr(quote + 1, end - quote - 1);
+      if (name == manifest.name || brought_by(name, manifest.dependencies) || contains(told, name)) continue;
+      told.push_back(name);
+      out.add("package.launch_dependency", file.subject(), file.place(at),
+              fmt::format("it uses the package '{}', which package.xml does not depend on", name),
+              fmt::format("add <exec_depend>{}</exec_depend> to package.xml", name));
+    }
+  }
+}
+
 }  // namespace
 
 void check_launch(const AuditInput& in, Findings& out) {
+  const PackageManifest manifest = read_manifest(in.options.package_folder / "package.xml");
+  Names told;
   const bool fixed = fixed_to_world(in.robot);
   for (const LaunchFile& file : launch_files(in.options.package_folder)) {
     if (fixed) check_spawn_height(file, out);
     check_mapping(in, file, out);
+    check_packages(file, manifest, told, out);
   }
 }
 

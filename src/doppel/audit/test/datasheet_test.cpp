@@ -133,11 +133,35 @@ TEST_F(Sheet, OfAnArmKnowsVoltageReductionAndCount) {
   EXPECT_EQ(unknown[0].where.line, 5);
 }
 
+TEST_F(Sheet, TellsAnExportersDefaultOnceAndMendsIt) {
+  std::string text = robot("");
+  const std::string limit = "effort=\"3\" velocity=\"4\"";
+  text.replace(text.find(limit), limit.size(), "effort=\"100\" velocity=\"100\"");
+  write(name_, text);
+  options.datasheet = "ds3240";
+  options.datasheet_folder = kLibrary;
+  std::size_t errors = 0;
+  for (const Finding& f : report().findings) {
+    if (f.subject != "joint 'shoulder'" || f.severity != Severity::error) continue;
+    ++errors;
+    ASSERT_THAT(f.repair, SizeIs(1)) << f.rule;
+    const auto& set = std::get<SetLimit>(f.repair[0].action);
+    EXPECT_TRUE(set.effort == 3.5 || set.velocity == 6.2) << f.rule;  // of 6.8 V: none was said
+    EXPECT_THAT(f.mend, HasSubstr("DS3240"));
+  }
+  EXPECT_EQ(errors, 2u) << "one for the effort, one for the velocity, whichever rule tells them";
+}
+
 TEST_F(Sheet, OfThePackageIsTakenByItself) {
   write("package.xml", "<package><name>r</name></package>");
   write("config/actuators.yaml", "arm: a\njoints: {elbow: sg90}\n");
   options.datasheet_folder = kLibrary;
   EXPECT_THAT(of("datasheet.above", ""), SizeIs(1));
+  write("export/package.xml", "<package><name>r</name></package>");
+  write("config/actuators.yaml", "arm: a\njoints: {elbow: sg90}\n");
+  options.package_folder = folder_ / "export";
+  EXPECT_THAT(of("datasheet.above", ""), SizeIs(1)) << "an export inside the package";
+  options.package_folder = folder_;
   write("config/actuators.yaml", "arm: a\njoints: {elbow: sg91x}\n");
   const auto invalid = of("datasheet.invalid", "");
   ASSERT_THAT(invalid, SizeIs(1)) << "the rest is judged all the same";

@@ -132,6 +132,10 @@ TEST_F(Controllers, RunAtRatesThatFit) {
   EXPECT_THAT(of("controllers.rate_above_physics", manager("", "2000") + section()), SizeIs(1));
   EXPECT_THAT(of("controllers.rate_above_manager", manager() + section("[elbow]", "    update_rate: 200\n")),
               SizeIs(1));
+  EXPECT_THAT(of("controllers.rate_uneven", manager() + section("[elbow]", "    update_rate: 30\n")),
+              SizeIs(1));
+  EXPECT_THAT(of("controllers.rate_uneven", manager() + section("[elbow]", "    update_rate: 25\n")),
+              IsEmpty());
   EXPECT_THAT(of("controllers.rate_above_manager", manager() + section("[elbow]", "    update_rate: 50\n")),
               IsEmpty());
 }
@@ -300,6 +304,21 @@ TEST_F(Package, LaunchesWhatWasMeant) {
   EXPECT_THAT(expand(", mappings={'use_sim': 'true'}"), IsEmpty());
   write("launch/gazebo.launch.py", "doc = xacro.process_file(path)\nstart('rviz2')\n");
   EXPECT_THAT(of("package.launch_mapping"), IsEmpty()) << "looking needs no simulator";
+}
+
+TEST_F(Package, DependsOnWhatItLaunches) {
+  write("urdf/r.urdf", robot(""));
+  write("launch/view.launch.py",
+        "Node(package='rviz2')\nNode(\n  package=\"joint_state_publisher_gui\")\n# Node(package='gone')\n"
+        "get_package_share_directory('r_description')\nFindPackageShare('ros_gz_sim')\n");
+  package("<exec_depend>rviz2</exec_depend><exec_depend>ros_gz</exec_depend>");
+  const auto found = of("package.launch_dependency");
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_THAT(found[0].message, HasSubstr("'joint_state_publisher_gui'"));
+  EXPECT_EQ(found[0].where.line, 3);
+  package(
+      "<depend>rviz2</depend><depend>ros_gz</depend><exec_depend>joint_state_publisher_gui</exec_depend>");
+  EXPECT_THAT(of("package.launch_dependency"), IsEmpty());
 }
 
 TEST_F(World, StandsSomewhere) {
