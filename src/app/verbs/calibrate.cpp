@@ -1,0 +1,348 @@
+// doppel calibrate: from measurements at the machine to corrections in the overlay, or to a driver's offsets.
+#include <unistd.h>
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "app/verbs/description_target.h"
+#include "app/verbs/shell.h"
+#include "app/verbs/verbs.h"
+#include "doppel/calibration/calibration.h"
+#include "doppel/calibration/lerobot.h"
+#include "doppel/core/names.h"
+#include "doppel/overlay/overlay.h"
+
+namespace doppel::app {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct CalibrateOptions {
+  std::vector<std::string> words, measure;
+  std::string lerobot, limits = "keep";
+  bool as_offsets = false, dry_run = false, json = false;
+};
+
+// One joint's way from measurements to operations.
+struct Result {
+  const Joint* joint = nullptr;
+  std::vector<Measurement> measurements;
+  JointFit fit;
+  std::vector<Operation> operations;
+  Eigen::Vector3d rpy = Eigen::Vector3d::Zero(), axis = Eigen::Vector3d::Zero();  // corrected
+};
+
+class Calibration {
+ public:
+  explicit Calibration(const CalibrateOptions& options)
+      : options_(options), target_(open_target(options.words)) {
+    Diagnostics diagnostics;
+    expanded_ =
+        expand_corrected(target_.target.description, target_.arguments, target_.resolver, diagnostics);
+    robot_ = read_description(expanded_, target_.resolver, diagnostics);
+    diagnostics.throw_if_errors();
+    print_diagnostics(diagnostics);
+  }
+
+  int run() {
+    for (const std::string& text : options_.measure) {
+      const NamedMeasurements named = parse_measurements(text, robot_);
+      measured(named.joint, named.measurements);
+    }
+    if (!options_.lerobot.empty()) take_lerobot();
+    if (measured_.empty()) ask();
+    if (measured_.empty()) return 1;
+    for (auto& [joint, measurements] : measured_) results_.push_back(judge(*joint, std::move(measurements)));
+    if (options_.as_offsets) {
+      print_offsets();
+      return 0;
+    }
+    refuse_repetition();
+    correct();
+    const std::filesystem::path file = write();
+    options_.json ? print_json(file) : print_text(file);
+    return 0;
+  }
+
+ private:
+  void measured(const std::string& name, const std::vector<Measurement>& measurements) {
+    const Joint* joint = robot_.find_joint(name);
+    for (auto& [known, all] : measured_) {
+      if (known == joint)
+        return static_cast<void>(all.insert(all.end(), measurements.begin(), measurements.end()));
+    }
+    measured_.emplace_back(joint, measurements);
+  }
+
+  // The ends of the swept range are taken for the stops that the description's limits mean.
+  void take_lerobot() {
+    std::vector<std::string> names;
+    for (const Joint& joint : robot_.joints) names.push_back(joint.name);
+    for (const LerobotMotor& motor : read_lerobot_calibration(options_.lerobot)) {
+      const Joint* joint = robot_.find_joint(motor.name);
+      if (joint == nullptr) {
+        print_note(fmt::format("note: the motor '{}' is no joint of this robot{}; it is left out", motor.name,
+                               did_you_mean(motor.name, names)));
+      } else if (!joint->limits || !joint->limits->has_position) {
+        print_note(fmt::format("note: '{}' has no limits to hold the swept range against; it is left out",
+                               motor.name));
+      } else {
+        measured(motor.name, {{joint->limits->lower, motor.lower()}, {joint->limits->upper, motor.upper()}});
+      }
+    }
+    if (!measured_.empty()) {
+      print_note(
+          "note: the ends of LeRobot's swept ranges are taken for the places of the description's limits; "
+          "measure two "
+          "poses of a joint (--measure) where that is not so");
+    }
+  }
+
+  Result judge(const Joint& joint, std::vector<Measurement> measurements) const {
+    Result result;
+    result.joint = &joint;
+    result.measurements = std::move(measurements);
+    result.fit = fit_joint(joint, result.measurements);
+    result.operations =
+        calibration_operations(joint, result.fit, result.measurements,
+                               options_.limits == "move" ? LimitChoice::move : LimitChoice::keep);
+    return result;
+  }
+
+  // A measurement that made a correction was taken of the model before it; once more it would count twice.
+  void refuse_repetition() const {
+    const std::filesystem::path file = overlay_path(target_.target.description);
+    if (!std::filesystem::exists(file)) return;
+    const Overlay overlay = read_overlay(file);
+    for (const Result& result : results_) {
+      for (const Operation& fresh : result.operations) {
+        for (const Operation& old : overlay.operations) {
+          if (operation_name(old.action) != operation_name(fresh.action) ||
+              operation_target(old.action) != operation_target(fresh.action) ||
+              old.evidence != fresh.evidence)
+            continue;
+          throw InputError(
+              "calibrate.twice", old.where,
+              fmt::format("'{}': these very measurements are in the overlay already; the model that they "
+                          "were taken of is corrected by now, and applying them again would count them twice",
+                          result.joint->name),
+              "measure again with the corrected model, or remove the operation (doppel overlay remove)");
+        }
+      }
+    }
+  }
+
+  // Each operation's fingerprint is of the tree as the ones before leave it.
+  void correct() {
+    for (Result& result : results_) {
+      for (Operation& operation : result.operations) {
+        take_fingerprint(operation, expanded_);
+        Overlay one;
+        one.operations = {operation};
+        Diagnostics said;
+        apply_overlay(one, expanded_, target_.resolver, said);
+      }
+    }
+    Diagnostics said;
+    const RobotDescription corrected = read_description(expanded_, target_.resolver, said);
+    for (Result& result : results_) {
+      const Joint* joint = corrected.find_joint(result.joint->name);
+      result.rpy = joint->origin.rpy;
+      result.axis = joint->axis;
+    }
+  }
+
+  std::filesystem::path write() const {
+    std::vector<Operation> all;
+    for (const Result& result : results_)
+      all.insert(all.end(), result.operations.begin(), result.operations.end());
+    if (all.empty() || options_.dry_run) return {};
+    if (asked_ && !agreed("write this to the overlay?")) return {};
+    return add_to_overlay(target_.target.description, all);
+  }
+
+  static std::string unit(const Joint& joint) { return joint.type == JointType::prismatic ? "mm" : "deg"; }
+  static double in_unit(const Joint& joint, double value) {
+    return joint.type == JointType::prismatic ? value * 1e3 : value / kDegree;
+  }
+
+  void print_fit(const Result& result) const {
+    const Joint& joint = *result.joint;
+    const JointFit& fit = result.fit;
+    say("{}\n", joint.name);
+    say("  direction  {}\n", fit.direction < 0 ? "the machine turns the other way" : "the same");
+    say("  zero       the machine says {:.4f} {} where the model is at 0\n", in_unit(joint, fit.offset),
+        unit(joint));
+    say("  scale      {:.6g} of the machine's per one of the model's\n", fit.scale);
+    say("  residuals ");
+    for (const double residual : fit.residuals) say(" {:+.3f}", in_unit(joint, residual));
+    say(" {}\n", unit(joint));
+    if (std::abs(fit.scale - 1.0) > kScaleTolerance) {
+      say("  warning    a scale cannot be put into geometry; give the driver {:.6g}, or look for a gear, a "
+          "wrong pulse "
+          "range, a slipped horn\n",
+          fit.scale);
+    }
+  }
+
+  void print_text(const std::filesystem::path& file) const {
+    for (const Result& result : results_) {
+      print_fit(result);
+      if (result.operations.empty()) say("  nothing to correct\n");
+      for (const Operation& operation : result.operations)
+        say("  correction {}\n", describe(operation.action));
+      if (!result.operations.empty()) {
+        const Eigen::Vector3d &axis = result.axis, &rpy = result.rpy;
+        say("             axis {:.9g} {:.9g} {:.9g}, rpy {:.10g} {:.10g} {:.10g}\n", axis.x(), axis.y(),
+            axis.z(), rpy.x(), rpy.y(), rpy.z());
+      }
+    }
+    if (!file.empty()) say("written to {}\n", file.string());
+    if (options_.dry_run) say("nothing was written (--dry-run)\n");
+    const bool baked =
+        std::any_of(results_.begin(), results_.end(), [](const Result& r) { return !r.operations.empty(); });
+    if (baked) {
+      say("take the driver's offsets for these joints away: kept in both places they would count twice\n");
+      if (options_.limits == "keep") {
+        say("the limits keep their numbers, now the machine's; --limits move keeps their places instead\n");
+      }
+    }
+  }
+
+  void print_offsets() const {
+    for (const Result& result : results_) {
+      print_fit(result);
+      say("  <joint name=\"{}\">\n", escape_xml(result.joint->name, true));
+      say("    <param name=\"servo_direction\">{}</param>\n", result.fit.direction);
+      say("    <param name=\"servo_offset_{}\">{:.9g}</param>\n", unit(*result.joint),
+          in_unit(*result.joint, result.fit.offset));
+      say("    <param name=\"servo_scale\">{:.9g}</param>\n", result.fit.scale);
+      say("  </joint>\n");
+    }
+    say("the driver's rule: machine = direction * scale * model + offset; the description stays as it is\n");
+  }
+
+  void print_json(const std::filesystem::path& file) const {
+    nlohmann::ordered_json out;
+    out["version"] = 1;
+    out["joints"] = nlohmann::ordered_json::array();
+    for (const Result& result : results_) {
+      nlohmann::ordered_json joint;
+      joint["joint"] = result.joint->name;
+      joint["direction"] = result.fit.direction;
+      joint["offset"] = result.fit.offset;
+      joint["scale"] = result.fit.scale;
+      joint["residuals"] = result.fit.residuals;
+      joint["axis"] = {result.axis.x(), result.axis.y(), result.axis.z()};
+      joint["rpy"] = {result.rpy.x(), result.rpy.y(), result.rpy.z()};
+      joint["operations"] = nlohmann::ordered_json::array();
+      for (const Operation& operation : result.operations)
+        joint["operations"].push_back(describe(operation.action));
+      out["joints"].push_back(std::move(joint));
+    }
+    out["written"] = file.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(file.string());
+    say("{}\n", out.dump(2));
+  }
+
+  // -- the conversation
+  static std::string answer(const std::string& question) {
+    print_out(question);
+    std::string line;
+    if (!std::getline(std::cin, line))
+      throw InputError("calibrate.ended", {}, "the input ended in the middle");
+    const std::size_t begin = line.find_first_not_of(" \t"), end = line.find_last_not_of(" \t\r");
+    return begin == std::string::npos ? "" : line.substr(begin, end - begin + 1);
+  }
+  static bool agreed(const std::string& question) {
+    const std::string said = answer(question + " [y/N] ");
+    return said == "y" || said == "Y" || said == "yes";
+  }
+
+  void ask() {
+    if (isatty(STDIN_FILENO) == 0) {
+      throw InputError("calibrate.nothing", {}, "no measurements were given",
+                       "give --measure \"JOINT: MODEL=MACHINE MODEL=MACHINE\", or --lerobot FILE");
+    }
+    asked_ = true;
+    std::vector<std::string> names;
+    for (const Joint& joint : robot_.joints) {
+      if (joint.type != JointType::fixed && !joint.mimic) names.push_back(joint.name);
+    }
+    say("The joints of '{}':\n", robot_.name);
+    for (std::size_t i = 0; i < names.size(); ++i) say("  {:>2}  {}\n", i + 1, names[i]);
+    while (true) {
+      std::string name = answer("joint, by number or name (empty: done): ");
+      if (name.empty()) return;
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        if (name == std::to_string(i + 1)) name = names[i];
+      }
+      if (std::find(names.begin(), names.end(), name) == names.end()) {
+        say("  no such joint{}\n", did_you_mean(name, names));
+        continue;
+      }
+      ask_poses(name);
+    }
+  }
+
+  void ask_poses(const std::string& name) {
+    say("Put the model and the machine into the same pose, twice or more, at least 60 degrees apart.\n");
+    std::string text = name + ":";
+    for (int pose = 1;; ++pose) {
+      const std::string model =
+          answer(fmt::format("  pose {}: the model says (degrees, mm; empty: fit): ", pose));
+      if (model.empty()) break;
+      text += " " + model + "=" + answer(fmt::format("  pose {}: the machine says: ", pose));
+    }
+    try {
+      const NamedMeasurements named = parse_measurements(text, robot_);
+      Result result = judge(*robot_.find_joint(name), named.measurements);
+      print_fit(result);
+      measured(name, named.measurements);
+    } catch (const InputError& problem) {
+      say("{}\n", problem.what());
+    }
+  }
+
+  const CalibrateOptions& options_;
+  DescriptionTarget target_;
+  ExpandedDescription expanded_;
+  RobotDescription robot_;
+  std::vector<std::pair<const Joint*, std::vector<Measurement>>> measured_;
+  std::vector<Result> results_;
+  bool asked_ = false;
+};
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<CalibrateOptions>();
+  CLI::App* verb =
+      app.add_subcommand("calibrate", "Make the model's joint angles the machine's, from measurements");
+  add_target(*verb, options->words);
+  verb->add_option("--measure", options->measure,
+                   "\"JOINT: MODEL=MACHINE MODEL=MACHINE ...\": what the model and what the machine say at "
+                   "the same pose, "
+                   "in degrees (mm for sliding joints); two or more, at least 60 degrees apart")
+      ->take_all();
+  verb->add_option("--lerobot", options->lerobot,
+                   "A calibration JSON of LeRobot: the swept ranges are the measurements");
+  verb->add_option("--limits", options->limits, "keep: the limits' numbers stay; move: their places stay")
+      ->check(CLI::IsMember({"keep", "move"}));
+  verb->add_flag("--as-offsets", options->as_offsets,
+                 "Print the driver's offsets instead; the description stays as it is");
+  verb->add_flag("--dry-run", options->dry_run, "Show the corrections, write nothing");
+  verb->add_flag("--json", options->json, "One JSON object on stdout");
+  verb->footer(
+      "Examples:\n"
+      "  doppel calibrate my_arm.xacro                     (asks for joints and poses)\n"
+      "  doppel calibrate my_arm.xacro --measure \"Revolute 2: 0=45 90=135\" --measure \"Revolute 3: 0=55 "
+      "90=145\"\n"
+      "  doppel calibrate so101.urdf --lerobot "
+      "~/.cache/huggingface/lerobot/calibration/robots/so101_follower/arm.json\n"
+      "Corrections go into the overlay beside the description (doppel overlay show).");
+  verb->callback([options, &exit_code] { exit_code = Calibration(*options).run(); });
+}
+
+}  // namespace doppel::app
