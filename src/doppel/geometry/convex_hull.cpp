@@ -2,6 +2,7 @@
 
 #include <libqhull_r/qhull_ra.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -40,6 +41,25 @@ class Qhull {
   qhT state_{};
   bool failed_ = false;
 };
+
+// Option Qt leaves triangles only; Qhull's normals point outwards, its corners stand in either order.
+void collect_triangles(Qhull& hull, const coordT* coordinates, ConvexHull& out) {
+  for (const facetT* facet = hull->facet_list; facet != nullptr && facet->next != nullptr;
+       facet = facet->next) {
+    if (facet->normal == nullptr || facet->vertices == nullptr) continue;
+    std::array<std::uint32_t, 3> corners{};
+    std::array<Eigen::Vector3d, 3> points;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto* vertex = static_cast<const vertexT*>(facet->vertices->e[i].p);
+      if (vertex == nullptr) return;
+      corners[i] = static_cast<std::uint32_t>((vertex->point - coordinates) / 3);
+      points[i] = Eigen::Map<const Eigen::Vector3d>(vertex->point);
+    }
+    const Eigen::Vector3d across = (points[1] - points[0]).cross(points[2] - points[0]);
+    if (across.dot(Eigen::Map<const Eigen::Vector3d>(facet->normal)) < 0) std::swap(corners[1], corners[2]);
+    out.triangles.push_back(corners);
+  }
+}
 
 }  // namespace
 
@@ -96,6 +116,7 @@ ConvexHull convex_hull(std::span<const Eigen::Vector3f> points) {
   std::sort(out.vertices.begin(), out.vertices.end());
   qh_getarea(hull.get(), hull->facet_list);
   out.volume = hull->totvol;
+  collect_triangles(hull, coordinates.data(), out);
   return out;
 }
 

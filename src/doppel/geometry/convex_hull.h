@@ -3,6 +3,7 @@
 // 1996, by its authors' library Qhull, which MuJoCo builds its hulls with too.
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -12,6 +13,8 @@ namespace doppel {
 struct ConvexHull {
   std::vector<std::uint32_t> vertices;  // indices of the points that are corners
   double volume = 0;                    // 0: the points lie in a plane, on a line, in one place
+  // Of the points, counter-clockwise seen from outside; none where there is no volume.
+  std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
 // Points that span no volume: `vertices` are their extremes in some fifty directions. Points must be finite.

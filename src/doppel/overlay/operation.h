@@ -91,12 +91,14 @@ struct AddRos2Control {
   std::string name, plugin;
   std::vector<std::string> joints, command_interfaces, state_interfaces;
   std::vector<std::pair<std::string, std::string>> params;
+  std::vector<std::pair<std::string, double>> initial_values;  // joint -> position at the start; rad or m
 };
 struct Remove {
-  std::string kind;  // "link" (with its joint, if a leaf), "joint", "mimic", "collision", "visual",
-                     // "ros2_control", ...
+  std::string kind;  // one of remove_kinds(); a link goes with its joint and all that refers to them
   std::string name;
 };
+// What can be removed: "link", "joint", "mimic" (of a joint), "collision" (all of a link), "ros2_control"...
+const std::vector<std::string>& remove_kinds();
 
 using OperationAction =
     std::variant<FlipAxis, SetAxis, RotateFrame, BakeZero, SetOrigin, SetLimit, SetDynamics, SetJointType,
@@ -112,10 +114,13 @@ struct Operation {
   SourceLocation where;  // in the overlay's file
 };
 
-// "flip_axis", as the overlay's file writes it.
+// "flip_axis", "rename_joint", "remove_mimic": as the overlay's file writes it.
 std::string operation_name(const OperationAction& action);
 // "joint 'Revolute 2'", "link 'arm'", "the robot"
 std::string operation_target(const OperationAction& action);
+// What stands behind the operation's name in the file: "Revolute 2"; empty where it is about the whole robot.
+std::string target_name(const OperationAction& action);
+std::string target_kind(const OperationAction& action);  // "joint", "link", "robot", "ros2_control"...
 // One line for people: "set the limit of joint 'Revolute 1': velocity 5.2 rad/s"
 std::string describe(const OperationAction& action);
 

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "doppel/core/diagnostic.h"
@@ -31,17 +32,21 @@ void write_overlay(const Overlay& overlay);
 
 enum class OperationState {
   applied,
-  already_there,  // the description holds the result (it was baked, or the CAD was corrected)
-  changed,        // the target is not what the operation was made for: not applied
-  no_target,      // the joint or link does not exist (any more)
+  already_there,   // the description holds the result (it was baked, or the CAD was corrected)
+  changed,         // the target is not what the operation was made for: not applied
+  no_target,       // the joint or link does not exist (any more)
+  no_fingerprint,  // it does not say what it was made for: not applied
 };
+std::string_view to_string(OperationState state);  // "applied", "already there"...
+
 struct OperationOutcome {
   OperationState state = OperationState::applied;
   std::string message;  // why it was not applied; empty where it was
 };
 
 // Works on the expanded tree, in the overlay's order. Outcomes that are not `applied` are also warnings
-// (rules "overlay.changed", "overlay.no_target") or notes ("overlay.already_there") in `diagnostics`.
+// (rules "overlay.changed", "overlay.no_target", "overlay.no_fingerprint") or notes ("overlay.already_there")
+// in `diagnostics`; what cannot be done to this tree is an error ("overlay.impossible").
 std::vector<OperationOutcome> apply_overlay(const Overlay& overlay, ExpandedDescription& description,
                                             const PackageResolver& resolver, Diagnostics& diagnostics);
 
@@ -49,10 +54,17 @@ std::vector<OperationOutcome> apply_overlay(const Overlay& overlay, ExpandedDesc
 // where the target does not exist, with the nearest name.
 void take_fingerprint(Operation& operation, const ExpandedDescription& description);
 
-// Adds operations to the description's overlay (made if there is none) and writes it; one that says the same
-// of the same target is replaced. Returns the file.
+// Adds operations to the description's overlay (made if there is none) and writes it: behind the others, and
+// nothing else of the file is touched; a setting of the same values of the same target is replaced. An
+// operation that stands there already is not added again. Throws InputError for one without a fingerprint.
+// Returns the file.
 std::filesystem::path add_to_overlay(const std::filesystem::path& description,
                                      const std::vector<Operation>& operations);
+
+// Takes the i-th operation out of the file and leaves everything else as it stands.
+void remove_from_overlay(const Overlay& overlay, std::size_t i);
+// Writes the i-th operation's fingerprint, `was`, into the file; the same care.
+void stamp_overlay(const Overlay& overlay, std::size_t i, const Operation& stamped);
 
 // -- what every command loads by
 // expand_description and apply_overlay of the overlay beside the file, if there is one. The overlay's file is

@@ -1,0 +1,288 @@
+// Compares what an operation was made for with what stands in the tree, and applies, recognises or refuses.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "doppel/core/names.h"
+#include "doppel/overlay/overlay_detail.h"
+
+namespace doppel {
+namespace {
+
+using namespace overlay_detail;
+
+// The overlay as a whole: what later operations make of the same facts tells whether a value that an earlier
+// one neither was made for nor makes is the end of a chain that was baked.
+class Application {
+ public:
+  Application(const Overlay& overlay, ExpandedDescription& description, const PackageResolver& resolver)
+      : operations_(overlay.operations),
+        around_{description.root, description.file.empty() ? "." : description.folder(), &resolver} {}
+
+  OperationOutcome apply(std::size_t i);
+
+ private:
+  [[nodiscard]] std::string final_name(const std::string& kind, std::string name, std::size_t after) const;
+  [[nodiscard]] std::string present_name(std::size_t i) const;
+  [[nodiscard]] bool removed_later(std::size_t i) const;
+  [[nodiscard]] std::string fact_id(std::size_t i, const std::string& key) const;
+  [[nodiscard]] bool same(std::size_t i, const std::string& key, const std::string& a,
+                          const std::string& b) const;
+  bool stands_later(std::size_t i, const std::string& key, std::string value, const std::string& now);
+  const Facts& results_of_later(std::size_t j);
+  OperationOutcome missing(std::size_t i) const;
+  std::optional<OperationOutcome> already_renamed(std::size_t i) const;
+  OperationOutcome compare(std::size_t i, Operation operation);
+
+  const std::vector<Operation>& operations_;
+  Surroundings around_;
+  std::map<std::size_t, Facts> later_results_;
+};
+
+// The name that `name` ends up with when the operations behind `after` have run.
+std::string Application::final_name(const std::string& kind, std::string name, std::size_t after) const {
+  for (std::size_t j = after + 1; j < operations_.size(); ++j) {
+    const auto* renaming = std::get_if<Rename>(&operations_[j].action);
+    if (renaming != nullptr && renaming->kind == kind && renaming->from == name) name = renaming->to;
+  }
+  return name;
+}
+
+// Of the target in the tree as it is: it may have its later name already.
+std::string Application::present_name(std::size_t i) const {
+  const OperationAction& action = operations_[i].action;
+  const std::string kind = target_kind(action), name = target_name(action);
+  if (kind == "robot" || find_named(around_.root, kind, name) != nullptr) return name;
+  const std::string last = final_name(kind, name, i);
+  return find_named(around_.root, kind, last) != nullptr ? last : name;
+}
+
+bool Application::removed_later(std::size_t i) const {
+  const std::string kind = target_kind(operations_[i].action);
+  const std::string name = final_name(kind, target_name(operations_[i].action), i);
+  for (std::size_t j = i + 1; j < operations_.size(); ++j) {
+    const auto* gone = std::get_if<Remove>(&operations_[j].action);
+    if (gone == nullptr) continue;
+    if (gone->kind == kind && final_name(kind, gone->name, j) == name) return true;
+    const std::string* joint = find_fact(operations_[j].was, "joint");
+    if (gone->kind == "link" && kind == "joint" && joint != nullptr && final_name("joint", *joint, j) == name)
+      return true;
+  }
+  return false;
+}
+
+std::string Application::fact_id(std::size_t i, const std::string& key) const {
+  const OperationAction& action = operations_[i].action;
+  if (std::holds_alternative<ScaleMasses>(action))
+    return fmt::format("link\n{}\nmass", final_name("link", key, i));
+  const std::string kind = target_kind(action);
+  return fmt::format("{}\n{}\n{}", kind, final_name(kind, target_name(action), i), key);
+}
+
+// Facts that are names are compared by the names that they end up with.
+bool Application::same(std::size_t i, const std::string& key, const std::string& a,
+                       const std::string& b) const {
+  if (same_fact(key, a, b)) return true;
+  const char* kind = key == "leader" || key == "joint"   ? "joint"
+                     : key == "parent" || key == "child" ? "link"
+                                                         : nullptr;
+  return kind != nullptr && final_name(kind, a, i) == final_name(kind, b, i);
+}
+
+const Facts& Application::results_of_later(std::size_t j) {
+  const auto known = later_results_.find(j);
+  if (known != later_results_.end()) return known->second;
+  Facts results;
+  try {
+    results = result_of(operations_[j], operations_[j].was, around_);
+  } catch (const InputError&) {
+    results.clear();  // its own turn will tell
+  }
+  return later_results_.emplace(j, std::move(results)).first->second;
+}
+
+bool Application::stands_later(std::size_t i, const std::string& key, std::string value,
+                               const std::string& now) {
+  const std::string id = fact_id(i, key);
+  for (std::size_t j = i + 1; j < operations_.size(); ++j) {
+    const Operation& later = operations_[j];
+    if (const auto* scaling = std::get_if<ScaleMasses>(&later.action)) {
+      const bool tensor = key.size() == 3 && key.front() == 'i';
+      const auto number = number_of(value);
+      if ((tensor || key == "mass") && number)
+        value = number_text(*number * mass_factor(*scaling, later.was));
+      if (tensor && same(i, key, now, value)) return true;
+    }
+    for (const auto& [written, result] : results_of_later(j)) {
+      if (fact_id(j, written) != id) continue;
+      value = result;
+      if (same(i, key, now, value)) return true;
+    }
+  }
+  return false;
+}
+
+OperationOutcome Application::missing(std::size_t i) const {
+  const OperationAction& action = operations_[i].action;
+  if (std::holds_alternative<Remove>(action))
+    return {OperationState::already_there, fmt::format("{} is gone already", operation_target(action))};
+  if (removed_later(i))
+    return {OperationState::already_there,
+            fmt::format("{} is gone already, as a later operation wants it", operation_target(action))};
+  const std::string kind = target_kind(action);
+  return {OperationState::no_target,
+          fmt::format("there is no {}{}", operation_target(action),
+                      did_you_mean(target_name(action), names_of(around_.root, kind)))};
+}
+
+std::optional<OperationOutcome> Application::already_renamed(std::size_t i) const {
+  const auto* renaming = std::get_if<Rename>(&operations_[i].action);
+  if (renaming == nullptr || renaming->kind == "robot") return {};
+  const bool from = find_named(around_.root, renaming->kind, renaming->from) != nullptr;
+  const std::string last = final_name(renaming->kind, renaming->to, i);
+  const bool to = find_named(around_.root, renaming->kind, renaming->to) != nullptr ||
+                  find_named(around_.root, renaming->kind, last) != nullptr;
+  if (from && to) {
+    return OperationOutcome{
+        OperationState::changed,
+        fmt::format("there is a {} '{}' already, beside '{}'", renaming->kind, renaming->to, renaming->from)};
+  }
+  if (!from && to) return OperationOutcome{OperationState::already_there, "it has its new name already"};
+  return {};
+}
+
+std::string or_nothing(const std::string* text) {
+  return text != nullptr ? *text : std::string(kNone);
+}
+
+OperationOutcome Application::compare(std::size_t i, Operation operation) {
+  const std::string name = present_name(i);
+  set_target(operation.action, name);
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : operation.was) keys.push_back(key);
+  const auto now = facts_of(operation.action, around_.root, keys);
+  if (!now) return missing(i);
+  const bool structural =
+      std::holds_alternative<Remove>(operation.action) || std::holds_alternative<Rename>(operation.action);
+  Facts result = result_of(operation, operation.was, around_);
+  Facts basis = operation.was, pending;
+  std::size_t standing = 0;
+  for (const auto& [key, was] : operation.was) {
+    const std::string current = or_nothing(find_fact(*now, key));
+    const std::string* makes = find_fact(result, key);
+    if (makes != nullptr && same(i, key, current, *makes)) {
+      ++standing;
+    } else if (same(i, key, current, was)) {
+      set_fact(basis, key, current);
+      if (makes != nullptr) pending.emplace_back(key, *makes);
+    } else if (stands_later(i, key, makes != nullptr ? *makes : was, current)) {
+      standing += makes != nullptr ? 1 : 0;
+    } else {
+      return {OperationState::changed,
+              fmt::format("{} of {} is {} now; the correction was made for {}{}", key,
+                          operation_target(operation.action), current, was,
+                          makes != nullptr ? fmt::format(" and would make it {}", *makes) : "")};
+    }
+  }
+  if (pending.empty() && (!structural || standing > 0)) {
+    return {OperationState::already_there,
+            standing > 0 ? "the description holds the result already" : "there is nothing to do"};
+  }
+  // Computed anew from what stands there, which may have more digits than the fingerprint.
+  if (!std::holds_alternative<ScaleMasses>(operation.action)) {
+    const Facts exact = result_of(operation, basis, around_);
+    for (auto& [key, value] : pending) value = or_nothing(find_fact(exact, key));
+  }
+  carry_out(operation, operation.was, pending, around_);
+  later_results_.clear();
+  return {OperationState::applied, ""};
+}
+
+OperationOutcome Application::apply(std::size_t i) {
+  const Operation& operation = operations_[i];
+  if (operation.was.empty()) {
+    return {OperationState::no_fingerprint,
+            "it does not say what it was made for (was), so nobody can tell whether it fits"};
+  }
+  if (auto outcome = already_renamed(i)) return *std::move(outcome);
+  return compare(i, operation);
+}
+
+void report(const Operation& operation, const OperationOutcome& outcome, Diagnostics& diagnostics) {
+  const std::string what =
+      fmt::format("'{}' is not applied: {}", describe(operation.action), outcome.message);
+  switch (outcome.state) {
+    case OperationState::applied:
+      return;
+    case OperationState::already_there:
+      diagnostics.note("overlay.already_there", operation.where, what,
+                       "it can be removed from the overlay (doppel overlay remove)");
+      return;
+    case OperationState::changed:
+      diagnostics.warning("overlay.changed", operation.where, what,
+                          "look whether it still holds, then remove it, or take its fingerprint anew with "
+                          "'doppel overlay stamp'");
+      return;
+    case OperationState::no_target:
+      diagnostics.warning("overlay.no_target", operation.where, what,
+                          "correct the name, or remove the operation");
+      return;
+    case OperationState::no_fingerprint:
+      diagnostics.warning("overlay.no_fingerprint", operation.where, what,
+                          "'doppel overlay stamp' takes it from the description as it stands");
+      return;
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(OperationState state) {
+  switch (state) {
+    case OperationState::applied:
+      return "applied";
+    case OperationState::already_there:
+      return "already there";
+    case OperationState::changed:
+      return "changed";
+    case OperationState::no_target:
+      return "no target";
+    case OperationState::no_fingerprint:
+      return "no fingerprint";
+  }
+  return "applied";
+}
+
+std::vector<OperationOutcome> apply_overlay(const Overlay& overlay, ExpandedDescription& description,
+                                            const PackageResolver& resolver, Diagnostics& diagnostics) {
+  std::vector<OperationOutcome> outcomes;
+  Application application(overlay, description, resolver);
+  for (std::size_t i = 0; i < overlay.operations.size(); ++i) {
+    const Operation& operation = overlay.operations[i];
+    try {
+      outcomes.push_back(application.apply(i));
+      report(operation, outcomes.back(), diagnostics);
+    } catch (const InputError& error) {
+      outcomes.push_back({OperationState::changed, error.diagnostics().front().message});
+      for (const Diagnostic& diagnostic : error.diagnostics()) diagnostics.add(diagnostic);
+    }
+  }
+  return outcomes;
+}
+
+void take_fingerprint(Operation& operation, const ExpandedDescription& description) {
+  const XmlNode& root = description.root;
+  if (target_kind(operation.action) == "link" && target_name(operation.action).empty())
+    set_target(operation.action, root_link(root));
+  const auto facts = facts_of(operation.action, root, fact_keys(operation.action, root));
+  if (!facts) {
+    throw InputError("overlay.no_target", operation.where,
+                     fmt::format("there is no {}{}", operation_target(operation.action),
+                                 did_you_mean(target_name(operation.action),
+                                              names_of(root, target_kind(operation.action)))));
+  }
+  operation.was = *facts;
+}
+
+}  // namespace doppel

@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+
+#include "doppel/geometry/convex_hull.h"
+#include "doppel/overlay/hull_mesh_detail.h"
+#include "doppel/overlay/overlay_detail.h"
+
+namespace doppel::overlay_detail {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path cache_folder() {
+  if (const char* folder = std::getenv("XDG_CACHE_HOME"); folder != nullptr && *folder == '/')
+    return fs::path(folder) / "doppel";
+  const char* home = std::getenv("HOME");
+  if (home != nullptr && *home == '/') return fs::path(home) / ".cache" / "doppel";
+  return fs::temp_directory_path() / "doppel";
+}
+
+static_assert(std::endian::native == std::endian::little, "STL is little-endian");
+
+template <class Number>
+void put(std::string& bytes, Number value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+std::string binary_stl(const std::vector<Eigen::Vector3f>& points, const ConvexHull& hull) {
+  std::string bytes(80, '\0');
+  put(bytes, static_cast<std::uint32_t>(hull.triangles.size()));
+  for (const auto& [a, b, c] : hull.triangles) {
+    const Eigen::Vector3f normal = (points[b] - points[a]).cross(points[c] - points[a]).normalized();
+    for (const Eigen::Vector3f& v : {normal, points[a], points[b], points[c]}) {
+      for (const float x : v) put(bytes, x);
+    }
+    put(bytes, std::uint16_t{0});
+  }
+  return bytes;
+}
+
+std::uint64_t fnv1a(std::string_view bytes) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  return hash;
+}
+
+}  // namespace
+
+std::optional<fs::path> write_hull(const std::vector<Eigen::Vector3d>& points, const std::string& name) {
+  std::vector<Eigen::Vector3f> corners;
+  corners.reserve(points.size());
+  for (const Eigen::Vector3d& p : points) corners.push_back(p.cast<float>());
+  const ConvexHull hull = convex_hull(corners);
+  if (hull.triangles.empty()) return std::nullopt;
+  const std::string bytes = binary_stl(corners, hull);
+  const fs::path folder = cache_folder() / fmt::format("hull_{:016x}", fnv1a(bytes));
+  const fs::path file = folder / name;
+  std::error_code none;
+  if (fs::is_regular_file(file, none) && fs::file_size(file, none) == bytes.size()) return file;
+  fs::create_directories(folder, none);
+  write_atomically(file, bytes);
+  return file;
+}
+
+}  // namespace doppel::overlay_detail

@@ -1,1 +1,0 @@
-#include "doppel/overlay/overlay.h"

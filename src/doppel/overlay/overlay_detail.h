@@ -1,0 +1,93 @@
+#pragma once
+// What the files of this room share. An operation is seen as facts about its target: what it depends on
+// ("axis" -> "1 0 0"), and what it makes of it. The file keeps the facts as they were, the tree tells them as
+// they are, and an operation is applied, recognised or refused by comparing the two.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "doppel/overlay/overlay.h"
+
+namespace doppel::overlay_detail {
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+template <class... F>
+Overloaded(F...) -> Overloaded<F...>;
+
+using Facts = std::vector<std::pair<std::string, std::string>>;
+
+inline constexpr const char* kNone = "none";
+
+// -- values (values.cpp)
+std::string number_text(double value);  // shortest that reads back the same; no negative zero
+std::string vector_text(const Eigen::Vector3d& v);
+std::optional<double> number_of(std::string_view text);
+std::optional<Eigen::Vector3d> vector_of(std::string_view text);
+const std::string* find_fact(const Facts& facts, std::string_view key);
+void set_fact(Facts& facts, const std::string& key, std::string value);
+// Equal as far as anybody can mean it: numbers by value, rpy by the rotation they stand for.
+bool same_fact(std::string_view key, const std::string& a, const std::string& b);
+
+// -- the tree (tree.cpp)
+const XmlNode* find_named(const XmlNode& root, std::string_view element, std::string_view name);
+XmlNode* find_named(XmlNode& root, std::string_view element, std::string_view name);
+std::vector<std::string> names_of(const XmlNode& root, std::string_view element);
+std::string attribute_of(const XmlNode& node, std::string_view name, std::string_view fallback = "");
+XmlNode* child_of(XmlNode& node, std::string_view element);
+XmlNode& child_or_new(XmlNode& node, const std::string& element, const SourceLocation& where);
+XmlNode make_node(const std::string& element, const SourceLocation& where);
+void set_attribute(XmlNode& node, const std::string& name, std::string value, const SourceLocation& where);
+const XmlNode* joint_above(const XmlNode& root, std::string_view link);  // whose child the link is
+std::vector<const XmlNode*> joints_below(const XmlNode& root, std::string_view link);
+std::string root_link(const XmlNode& root);  // the first link that is nobody's child; "" without one
+std::string link_of(const XmlNode& joint, std::string_view end);  // end: "parent" or "child"
+
+// -- facts (facts.cpp)
+// Which facts the operation depends on or makes, in the order in which they are written down.
+std::vector<std::string> fact_keys(const OperationAction& action, const XmlNode& root);
+// As they stand; nothing where the target does not exist.
+std::optional<Facts> facts_of(const OperationAction& action, const XmlNode& root,
+                              const std::vector<std::string>& keys);
+// Writes plain facts ("axis", "mass") of a joint or link into its element.
+void write_facts(XmlNode& target, const Facts& facts, const SourceLocation& where);
+void set_target(OperationAction& action, const std::string& name);
+std::string shapes_text(const XmlNode& link, std::string_view element);  // "mesh a.stl, box 1 1 1" or "none"
+
+// -- what an operation makes of them (results.cpp)
+struct Surroundings {
+  XmlNode& root;
+  std::filesystem::path folder;  // of the description
+  const PackageResolver* resolver = nullptr;
+};
+// Only the facts that the operation writes. Throws InputError where it cannot be computed.
+Facts result_of(const Operation& operation, const Facts& was, const Surroundings& around);
+// Makes it so; `result`: the facts that are still to be written. Throws InputError "overlay.impossible".
+void carry_out(const Operation& operation, const Facts& was, const Facts& result, const Surroundings& around);
+double mass_factor(const ScaleMasses& action, const Facts& was);
+
+// -- operations on the structure (structure.cpp)
+void attach_to_world(XmlNode& root, const AttachToWorld& action, const SourceLocation& where);
+void rename(XmlNode& root, const Rename& action);
+void add_ros2_control(XmlNode& root, const AddRos2Control& action, const SourceLocation& where);
+void remove(XmlNode& root, const Remove& action, const SourceLocation& where);
+
+// -- operations on shapes (shapes.cpp)
+Facts computed_inertia(const Operation& operation, const Facts& was, const Surroundings& around);
+std::string replaced_collision(const ReplaceCollision& action, const SourceLocation& where,
+                               const Surroundings& around);  // the fact "collision" that it makes
+void replace_collision(const ReplaceCollision& action, const SourceLocation& where,
+                       const Surroundings& around);
+
+// -- files (yaml_writer.cpp, file.cpp)
+std::string to_yaml(const Operation& operation);  // "- flip_axis: Revolute 3\n  why: ...\n"
+// The old file stays whole until the new one is. Throws InputError "file.unwritable".
+void write_atomically(const std::filesystem::path& file, std::string_view text);
+
+}  // namespace doppel::overlay_detail

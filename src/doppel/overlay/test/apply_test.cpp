@@ -1,0 +1,197 @@
+#include "doppel/math/pose.h"
+#include "doppel/overlay/test/overlay_fixture.h"
+
+namespace doppel {
+namespace {
+
+using namespace overlay_test;
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr auto kApplied = OperationState::applied;
+constexpr auto kThere = OperationState::already_there;
+
+// Every operation, and chains of them on the same facts: applied once they do what they say, and on the
+// result (which is what baking leaves) they change nothing more.
+class Twice : public testing::TestWithParam<const char*> {};
+
+TEST_P(Twice, IsNeverAppliedTwice) {
+  Bench bench;
+  const Overlay overlay = bench.stamped(GetParam());
+  EXPECT_THAT(bench.apply(overlay), Each(kApplied)) << testing::PrintToString(bench.messages);
+  const std::string once = bench.text();
+  EXPECT_NE(once, Bench().text());
+  EXPECT_THAT(bench.apply(overlay), Each(kThere)) << testing::PrintToString(bench.messages);
+  EXPECT_EQ(bench.text(), once);
+}
+
+// The file says the same after a round trip, fingerprints included.
+TEST_P(Twice, RoundTripsThroughItsFile) {
+  Bench bench;
+  const Overlay overlay = bench.stamped(GetParam());
+  const std::string yaml = to_yaml(overlay);
+  const Overlay again = parse_overlay(yaml, "arm.overlay.yaml");
+  EXPECT_EQ(to_yaml(again), yaml);
+  EXPECT_THAT(bench.apply(again), Each(kApplied)) << yaml;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Every, Twice,
+    testing::Values(
+        "- flip_axis: J 1", "- set_axis: J 1\n  axis: 0 0 1", "- rotate_frame: J 1\n  rpy: [-0.5, 0, 10 deg]",
+        "- bake_zero: J 1\n  offset: 45 deg", "- bake_zero: J 2\n  offset: 5 mm",
+        "- bake_zero: J 3\n  offset: 12 deg", "- set_origin: J 3\n  xyz: 0 0 0.1\n  rpy: [0, 0, 1]",
+        "- set_limit: J 1\n  upper: 190 deg\n  effort: 36 kg cm\n  velocity: 5.2",
+        "- set_dynamics: J 1\n  damping: 0.05\n  friction: 0.02", "- set_joint_type: J 1\n  type: continuous",
+        "- set_inertia: upper\n  mass: 1.1\n  com: 0 0 0.1\n  iyy: 0.01", "- compute_inertia: base",
+        "- compute_inertia: base\n  density: 1.2 g/cm^3", "- scale_masses: 3600 g",
+        "- attach_to_world:", "- attach_to_world: base\n  xyz: 0 0 1",
+        "- add_mimic: J 3\n  leader: J 1\n  multiplier: -1", "- replace_collision: base\n  by: box",
+        "- replace_collision: base\n  by: none", "- rename_joint: J 1\n  to: shoulder",
+        "- rename_link: upper\n  to: upper_arm", "- rename_robot: arm\n  to: my_arm",
+        "- add_ros2_control: Hw\n  plugin: a/B\n  joints: [J 1, J 3]\n  params: {device: auto}\n"
+        "  initial_values: {J 1: 90 deg}",
+        "- remove_link: tip", "- remove_limit: J 1", "- remove_collision: base", "- remove_transmission: t",
+        "- remove_gazebo: tip",
+        // chains
+        "- flip_axis: J 1\n- rotate_frame: J 1\n  rpy: [0.4, 0, 0]\n- bake_zero: J 1\n  offset: 55 deg",
+        "- bake_zero: J 1\n  offset: 0.3\n- flip_axis: J 1\n- bake_zero: J 1\n  offset: 0.1",
+        "- set_limit: J 1\n  effort: 4\n- rename_joint: J 1\n  to: j1\n- set_limit: j1\n  velocity: 4",
+        "- add_mimic: J 3\n  leader: J 1\n- rename_joint: J 1\n  to: shoulder",
+        "- set_inertia: upper\n  iyy: 0.01\n- scale_masses: 4 kg",
+        "- scale_masses: 4 kg\n- set_inertia: upper\n  mass: 1.1\n  iyy: 0.01",
+        "- set_inertia: tip\n  mass: 0.4\n- remove_link: tip",
+        "- set_joint_type: J 3\n  type: fixed\n- remove_link: tip",
+        "- attach_to_world:\n- rename_link: base\n  to: base_link",
+        "- set_inertia: base\n  mass: 3\n- compute_inertia: base\n- scale_masses: 10 kg"));
+
+TEST(Overlay, BakesTheWorkedNumbers) {
+  Bench bench;
+  bench.apply(bench.stamped("- bake_zero: J 1\n  offset: 45 deg"));
+  const std::string rpy = bench.value("joint", "J 1", "origin", "rpy");
+  EXPECT_NEAR(std::stod(rpy), -1.356194163, 1e-9);
+  EXPECT_THAT(rpy, testing::EndsWith(" 0 0"));
+  EXPECT_EQ(bench.value("joint", "J 1", "origin", "xyz"), "0 0 0.3");
+}
+
+// A prismatic joint slides back along its axis, which the frame's yaw of 90 degrees turns to y.
+TEST(Overlay, BakesASlide) {
+  Bench bench;
+  bench.apply(bench.stamped("- bake_zero: J 2\n  offset: 5 mm"));
+  const std::string xyz = bench.value("joint", "J 2", "origin", "xyz");
+  EXPECT_EQ(xyz, "0.1 -0.005 0");
+}
+
+TEST(Overlay, ReportsAChangedTargetAndLeavesItAlone) {
+  Bench made;
+  const Overlay overlay = made.stamped("- flip_axis: J 1\n  why: it turns the other way");
+  Bench bench(std::string(kArm).replace(std::string(kArm).find("1.0 0.0 -0.0"), 12, "0 0 1"));
+  const std::string before = bench.text();
+  EXPECT_THAT(bench.apply(overlay), ElementsAre(OperationState::changed));
+  EXPECT_EQ(bench.text(), before);
+  ASSERT_EQ(bench.diagnostics.all().size(), 1U);
+  EXPECT_EQ(bench.diagnostics.all()[0].rule, "overlay.changed");
+  EXPECT_THAT(bench.messages[0], HasSubstr("axis of joint 'J 1' is 0 0 1 now"));
+}
+
+TEST(Overlay, RecognisesWhatCadCorrected) {
+  Bench made;
+  const Overlay overlay = made.stamped("- flip_axis: J 1\n- bake_zero: J 1\n  offset: 0.1");
+  Bench bench(std::string(kArm).replace(std::string(kArm).find("1.0 0.0 -0.0"), 12, "-1 0 0"));
+  EXPECT_THAT(bench.apply(overlay), ElementsAre(kThere, kApplied));
+  Bench both;
+  both.apply(overlay);
+  EXPECT_EQ(bench.value("joint", "J 1", "origin", "rpy"), both.value("joint", "J 1", "origin", "rpy"));
+}
+
+TEST(Overlay, SetsTheRestWhereOnlyAPartIsCorrected) {
+  Bench made;
+  const Overlay overlay = made.stamped("- set_limit: J 1\n  effort: 3.5\n  velocity: 5.2");
+  std::string xml = kArm;
+  xml.replace(xml.find("effort=\"100\""), 12, "effort=\"3.5\"");
+  Bench bench(xml);
+  EXPECT_THAT(bench.apply(overlay), ElementsAre(kApplied));
+  EXPECT_EQ(bench.value("joint", "J 1", "limit", "velocity"), "5.2");
+}
+
+TEST(Overlay, ReportsATargetThatIsGoneWithTheNearestName) {
+  Bench bench;
+  Overlay overlay = bench.stamped("- flip_axis: J 1");
+  std::get<FlipAxis>(overlay.operations[0].action).joint = "J1";
+  EXPECT_THAT(bench.apply(overlay), ElementsAre(OperationState::no_target));
+  EXPECT_THAT(bench.messages[0], HasSubstr("did you mean 'J 1'"));
+}
+
+TEST(Overlay, DoesNotApplyWhatHasNoFingerprint) {
+  Bench bench;
+  EXPECT_THAT(bench.apply(parse_overlay("- flip_axis: J 1", "o.yaml")),
+              ElementsAre(OperationState::no_fingerprint));
+  EXPECT_EQ(bench.text(), Bench().text());
+}
+
+TEST(Overlay, RenamesEveryReference) {
+  std::string xml = kArm;
+  xml.replace(xml.find("</robot>"), 8,
+              R"(<joint name="J 4" type="revolute"><parent link="base"/><child link="ear"/>
+    <limit lower="0" upper="1" effort="1" velocity="1"/><mimic joint="J 1"/></joint><link name="ear"/>
+  <ros2_control name="c" type="system"><hardware><plugin>p</plugin></hardware><joint name="J 1"/></ros2_control>
+  <gazebo><plugin filename="f" name="n"><joint_name>J 1</joint_name><other>J 1</other></plugin></gazebo></robot>)");
+  Bench bench(xml);
+  bench.apply(bench.stamped("- rename_joint: J 1\n  to: shoulder"));
+  const std::string text = bench.text();
+  EXPECT_EQ(bench.value("joint", "J 4", "mimic", "joint"), "shoulder");
+  EXPECT_EQ(bench.value("ros2_control", "c", "joint", "name"), "shoulder");
+  EXPECT_EQ(bench.value("transmission", "t", "joint", "name"), "shoulder");
+  EXPECT_THAT(text, HasSubstr("<joint_name>shoulder</joint_name>"));
+  EXPECT_THAT(text, HasSubstr("<other>J 1</other>"));
+  EXPECT_THAT(text, HasSubstr("<gazebo reference=\"shoulder\">"));
+  EXPECT_EQ(text.find("name=\"J 1\""), std::string::npos);
+}
+
+TEST(Overlay, RemovesALinkWithAllThatSpeaksOfIt) {
+  Bench bench;
+  bench.apply(bench.stamped("- remove_link: tip"));
+  EXPECT_EQ(bench.text().find("tip"), std::string::npos);
+  EXPECT_EQ(bench.text().find("J 3"), std::string::npos);
+}
+
+TEST(Overlay, KeepsTheTreeWhole) {
+  for (const char* yaml : {"- remove_link: upper\n  was: {joint: J 1, parent: base}",
+                           "- remove_joint: J 1\n  was: {parent: base, child: upper}"}) {
+    Bench bench;
+    bench.apply(parse_overlay(yaml, "o.yaml"));
+    EXPECT_TRUE(bench.diagnostics.has_errors()) << yaml;
+    EXPECT_EQ(bench.diagnostics.all()[0].rule, "overlay.impossible");
+    EXPECT_EQ(bench.text(), Bench().text());
+  }
+}
+
+TEST(Overlay, ScalesMassesAndTensors) {
+  Bench bench;
+  bench.apply(bench.stamped("- scale_masses: 7 kg"));
+  EXPECT_EQ(bench.value("link", "base", "inertial", "none"), "none");
+  const XmlNode* inertial = bench.element("link", "base").first("inertial");
+  EXPECT_EQ(inertial->first("mass")->find("value")->value, "4");
+  EXPECT_EQ(inertial->first("inertia")->find("ixx")->value, "0.04");
+}
+
+TEST(Overlay, ComputesTheInertiaOfABox) {
+  Bench bench;
+  bench.apply(bench.stamped("- compute_inertia: base"));
+  const XmlNode* inertial = bench.element("link", "base").first("inertial");
+  EXPECT_EQ(inertial->first("origin")->find("xyz")->value, "0 0 0.1");
+  EXPECT_NEAR(std::stod(inertial->first("inertia")->find("ixx")->value), 2.0 / 12 * (0.04 + 0.09), 1e-8);
+  EXPECT_NEAR(std::stod(inertial->first("inertia")->find("izz")->value), 2.0 / 12 * (0.01 + 0.04), 1e-8);
+}
+
+TEST(Overlay, KeepsLocationsAndNewNodesHaveTheirs) {
+  Bench bench;
+  bench.apply(bench.stamped("\n\n- set_dynamics: J 1\n  damping: 1\n- set_limit: J 1\n  effort: 2"));
+  const XmlNode& joint = bench.element("joint", "J 1");
+  EXPECT_EQ(joint.first("dynamics")->where.place(), "arm.overlay.yaml:3:3");
+  EXPECT_EQ(*joint.first("limit")->find("effort")->where.file, "arm.urdf");
+}
+
+}  // namespace
+}  // namespace doppel

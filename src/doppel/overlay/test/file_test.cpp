@@ -1,0 +1,162 @@
+#include <unistd.h>
+
+#include "doppel/overlay/test/overlay_fixture.h"
+
+namespace doppel {
+namespace {
+
+using namespace overlay_test;
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::string complaint(const std::string& yaml) {
+  try {
+    parse_overlay(yaml, "o.yaml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(OverlayFile, SaysWhereAndWhatWasMeant) {
+  EXPECT_THAT(complaint("- flip_axs: J 1"),
+              StartsWith("o.yaml:1:3: error: 'flip_axs' is no operation; did you mean 'flip_axis'?"));
+  EXPECT_THAT(complaint("- flip_axis: J\n  wy: x"),
+              StartsWith("o.yaml:2:3: error: flip_axis has no 'wy'; did you mean 'why'?"));
+  EXPECT_THAT(complaint("- bake_zero: J\n  offset: 45 dg"),
+              StartsWith("o.yaml:2:11: error: 'dg' is no unit that fits here; did you mean 'deg'?"));
+  EXPECT_THAT(complaint("- bake_zero: J\n  offset: 4,5"), HasSubstr("'4,5' is no number"));
+  EXPECT_THAT(complaint("- bake_zero: J"), HasSubstr("bake_zero needs 'offset'"));
+  EXPECT_THAT(complaint("- set_axis: J\n  axis: 1 0"), HasSubstr("three numbers"));
+  EXPECT_THAT(complaint("- replace_collision: L\n  by: hul"), HasSubstr("did you mean 'hull'"));
+  EXPECT_THAT(complaint("- flip_axis:"), HasSubstr("does not say of what"));
+  EXPECT_THAT(complaint("- flip_axis: a\n  set_axis: b"), HasSubstr("two operations in one"));
+  EXPECT_THAT(complaint("flip_axis: J"), HasSubstr("is a list of operations"));
+  EXPECT_THAT(complaint("- [a"), StartsWith("o.yaml:"));
+  EXPECT_THAT(complaint("- bad: 1\n- worse: 2"), HasSubstr("o.yaml:2:3"));
+}
+
+TEST(OverlayFile, ReadsNothing) {
+  EXPECT_TRUE(parse_overlay("", "o.yaml").operations.empty());
+  EXPECT_TRUE(parse_overlay("# only words\n", "o.yaml").operations.empty());
+}
+
+TEST(OverlayFile, LiesBesideItsDescription) {
+  EXPECT_EQ(overlay_path("a/arm.urdf.xacro"), "a/arm.overlay.yaml");
+  EXPECT_EQ(overlay_path("a/arm.xacro"), "a/arm.overlay.yaml");
+  EXPECT_EQ(overlay_path("arm.v2.urdf"), "arm.v2.overlay.yaml");
+}
+
+TEST(OverlayFile, KeepsAwkwardTexts) {
+  Overlay overlay;
+  for (const std::string text : {"plain", "a: b", "# no", "it's", "\"q\"", "x, y", "", "1 0 0", "- a", "yes",
+                                 "two\nlines", "{", "null", "Rückgrat", "50 %", "@x", "tail "}) {
+    Operation operation;
+    operation.action = SetJointType{"J", "fixed"};
+    operation.why = text;
+    operation.evidence = {text, "b"};
+    operation.was = {{"type", text}};
+    overlay.operations.push_back(operation);
+    const Overlay again = parse_overlay(to_yaml(overlay), "o.yaml");
+    EXPECT_EQ(again.operations.back().why, text);
+    EXPECT_EQ(again.operations.back().evidence[0], text);
+    EXPECT_EQ(again.operations.back().was[0].second, text) << to_yaml(overlay);
+  }
+}
+
+class OverlayEdits : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("doppel_overlay_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    urdf_ = folder_ / "arm.urdf";
+    std::ofstream(urdf_) << kArm;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  [[nodiscard]] std::string text() const {
+    std::ifstream in(overlay_path(urdf_));
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void write(const std::string& yaml) const { std::ofstream(overlay_path(urdf_)) << yaml; }
+  Operation made(const std::string& yaml) {
+    Operation operation = parse_overlay(yaml, "new").operations.at(0);
+    take_fingerprint(operation, expand_corrected(urdf_, {}, resolver_, diagnostics_));
+    return operation;
+  }
+  fs::path folder_, urdf_;
+  PackageResolver resolver_;
+  Diagnostics diagnostics_;
+};
+
+constexpr const char* kByHand = R"(# my arm
+- flip_axis: J 1   # on the bench
+  # deep
+  why: it turns the other way
+  was: {axis: 1.0 0.0 -0.0}
+
+# the servo's sheet
+- set_limit: J 1
+  effort: 3.5
+  was: {effort: 100}
+# the end
+)";
+
+TEST_F(OverlayEdits, AddsBehindAndTouchesNothingElse) {
+  write(kByHand);
+  add_to_overlay(urdf_, {made("- set_dynamics: J 1\n  damping: 0.5")});
+  EXPECT_EQ(text(), std::string(kByHand) + "\n- set_dynamics: J 1\n  damping: 0.5\n  was: {damping: none}\n");
+}
+
+TEST_F(OverlayEdits, ReplacesTheSameSettingAndKeepsItsFingerprint) {
+  write(kByHand);
+  add_to_overlay(urdf_, {made("- set_limit: J 1\n  effort: 4")});
+  std::string expected = kByHand;
+  expected.replace(expected.find("effort: 3.5"), 11, "effort: 4");
+  EXPECT_EQ(text(), expected);
+}
+
+TEST_F(OverlayEdits, StacksASecondZeroOnTheFirst) {
+  add_to_overlay(urdf_, {made("- bake_zero: J 1\n  offset: 45 deg")});
+  add_to_overlay(urdf_, {made("- bake_zero: J 1\n  offset: 2 deg")});
+  const Overlay overlay = read_overlay(overlay_path(urdf_));
+  ASSERT_EQ(overlay.operations.size(), 2U);
+  const ExpandedDescription both = expand_corrected(urdf_, {}, resolver_, diagnostics_);
+  EXPECT_TRUE(diagnostics_.all().empty());
+  EXPECT_EQ(both.files.back(), overlay_path(urdf_));
+  Operation now;
+  now.action = RotateFrame{"J 1", {}};
+  take_fingerprint(now, both);
+  EXPECT_NEAR(std::stod(now.was[0].second), -0.570796 - 47 * 3.14159265358979 / 180, 1e-12);
+}
+
+TEST_F(OverlayEdits, DoesNotAddTheSameAgain) {
+  const Operation flip = made("- flip_axis: J 1");
+  add_to_overlay(urdf_, {flip});
+  const std::string once = text();
+  add_to_overlay(urdf_, {flip});
+  EXPECT_EQ(text(), once);
+}
+
+TEST_F(OverlayEdits, RefusesWhatHasNoFingerprint) {
+  EXPECT_THROW(add_to_overlay(urdf_, parse_overlay("- flip_axis: J 1", "x").operations), InputError);
+  EXPECT_FALSE(fs::exists(overlay_path(urdf_)));
+}
+
+TEST_F(OverlayEdits, RemovesOneAndStampsOne) {
+  write(std::string(kByHand) + "- flip_axis: J 3\n  why: x\n# end\n");
+  Overlay overlay = read_overlay(overlay_path(urdf_));
+  Operation stamped = overlay.operations[2];
+  take_fingerprint(stamped, expand_description(urdf_, {}, resolver_, diagnostics_));
+  stamp_overlay(overlay, 2, stamped);
+  EXPECT_EQ(text(), std::string(kByHand) +
+                        "- flip_axis: J 3\n  why: x\n  was: {axis: 0 -0.984808 -0.173648}\n# end\n");
+  remove_from_overlay(read_overlay(overlay_path(urdf_)), 2);
+  EXPECT_EQ(text(), std::string(kByHand) + "# end\n");
+  remove_from_overlay(read_overlay(overlay_path(urdf_)), 0);
+  EXPECT_THAT(text(), StartsWith("# my arm\n"));
+  EXPECT_THAT(text(), HasSubstr("# the servo's sheet\n- set_limit: J 1\n"));
+}
+
+}  // namespace
+}  // namespace doppel

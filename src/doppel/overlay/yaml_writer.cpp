@@ -1,0 +1,160 @@
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "doppel/overlay/overlay_detail.h"
+
+namespace doppel {
+namespace {
+
+using namespace overlay_detail;
+
+// A plain scalar where YAML reads it back as it is, else in double quotes. `flow`: inside of [] or {}.
+std::string scalar(const std::string& text, bool flow = false) {
+  const std::string probe = flow ? fmt::format("[{}]", text) : fmt::format("x: {}", text);
+  const bool plain = !text.empty() && text.find_first_of("\n\t\r\"'\\{}[]&*!|>%@`#") == std::string::npos &&
+                     text.front() != ' ' && text.back() != ' ' && text != "~" && text != "null";
+  if (plain || number_of(text) || vector_of(text)) {
+    try {
+      const YAML::Node read = YAML::Load(probe);
+      const YAML::Node value = flow ? read[0] : read["x"];
+      if (value.IsScalar() && value.Scalar() == text && (!flow || read.size() == 1)) return text;
+    } catch (const YAML::Exception&) {
+    }
+  }
+  YAML::Emitter quoted;
+  quoted << YAML::DoubleQuoted << text;
+  return quoted.c_str();
+}
+
+// In degrees where the value is a plain number of them, bit by bit.
+std::string angle(double rad) {
+  const double degrees = std::round(rad * 180 / std::numbers::pi * 1e6) / 1e6;
+  if (degrees != 0 && degrees * (std::numbers::pi / 180) == rad) return number_text(degrees) + " deg";
+  return number_text(rad);
+}
+
+std::string list(const std::vector<std::string>& words) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : ", ") + scalar(word, true);
+  return "[" + out + "]";
+}
+
+std::string vector(const Eigen::Vector3d& v) {
+  return list({number_text(v.x()), number_text(v.y()), number_text(v.z())});
+}
+std::string angles(const Eigen::Vector3d& v) {
+  return fmt::format("[{}, {}, {}]", angle(v.x()), angle(v.y()), angle(v.z()));
+}
+
+template <class Value, class Write>
+std::string map(const std::vector<std::pair<std::string, Value>>& entries, Write write) {
+  std::string out;
+  for (const auto& [key, value] : entries)
+    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", scalar(key, true), write(value));
+  return "{" + out + "}";
+}
+
+class Lines {
+ public:
+  explicit Lines(std::string& out) : out_(out) {}
+  void line(std::string_view key, const std::string& value) { out_ += fmt::format("  {}: {}\n", key, value); }
+  void maybe(std::string_view key, const std::optional<double>& value) {
+    if (value) line(key, number_text(*value));
+  }
+
+ private:
+  std::string& out_;
+};
+
+void write_settings(const OperationAction& action, Lines& out) {
+  std::visit(Overloaded{
+                 [&](const SetAxis& a) { out.line("axis", vector(a.axis)); },
+                 [&](const RotateFrame& a) { out.line("rpy", angles(a.rpy)); },
+                 [&](const BakeZero& a) { out.line("offset", angle(a.offset)); },
+                 [&](const SetOrigin& a) {
+                   if (a.xyz) out.line("xyz", vector(*a.xyz));
+                   if (a.rpy) out.line("rpy", angles(*a.rpy));
+                 },
+                 [&](const SetLimit& a) {
+                   out.maybe("lower", a.lower);
+                   out.maybe("upper", a.upper);
+                   out.maybe("effort", a.effort);
+                   out.maybe("velocity", a.velocity);
+                 },
+                 [&](const SetDynamics& a) {
+                   out.maybe("damping", a.damping);
+                   out.maybe("friction", a.friction);
+                 },
+                 [&](const SetJointType& a) { out.line("type", a.type); },
+                 [&](const SetInertia& a) {
+                   out.maybe("mass", a.mass);
+                   if (a.com) out.line("com", vector(*a.com));
+                   for (const auto& [name, value] : a.components) out.maybe(name, value);
+                 },
+                 [&](const ComputeInertia& a) {
+                   out.maybe("mass", a.mass);
+                   out.maybe("density", a.density);
+                 },
+                 [&](const AttachToWorld& a) {
+                   if (!a.xyz.isZero()) out.line("xyz", vector(a.xyz));
+                   if (!a.rpy.isZero()) out.line("rpy", angles(a.rpy));
+                 },
+                 [&](const AddMimic& a) {
+                   out.line("leader", scalar(a.leader));
+                   if (a.multiplier != 1) out.maybe("multiplier", a.multiplier);
+                   if (a.offset != 0) out.maybe("offset", a.offset);
+                 },
+                 [&](const ReplaceCollision& a) { out.line("by", a.by); },
+                 [&](const SetMeshScale& a) { out.line("scale", vector(a.scale)); },
+                 [&](const Rename& a) { out.line("to", scalar(a.to)); },
+                 [&](const AddRos2Control& a) {
+                   out.line("plugin", scalar(a.plugin));
+                   out.line("joints", list(a.joints));
+                   out.line("command_interfaces", list(a.command_interfaces));
+                   out.line("state_interfaces", list(a.state_interfaces));
+                   if (!a.params.empty())
+                     out.line("params", map(a.params, [](const std::string& v) { return scalar(v, true); }));
+                   if (!a.initial_values.empty())
+                     out.line("initial_values", map(a.initial_values, number_text));
+                 },
+                 [](const auto&) {},
+             },
+             action);
+}
+
+}  // namespace
+
+namespace overlay_detail {
+
+std::string to_yaml(const Operation& operation) {
+  std::string target = scalar(target_name(operation.action));
+  if (const auto* scaling = std::get_if<ScaleMasses>(&operation.action)) target = number_text(scaling->total);
+  std::string out = fmt::format("- {}: {}\n", operation_name(operation.action), target);
+  Lines lines(out);
+  write_settings(operation.action, lines);
+  if (!operation.why.empty()) lines.line("why", scalar(operation.why));
+  if (operation.evidence.size() == 1) lines.line("evidence", scalar(operation.evidence.front()));
+  if (operation.evidence.size() > 1) {
+    out += "  evidence:\n";
+    for (const std::string& evidence : operation.evidence) out += fmt::format("    - {}\n", scalar(evidence));
+  }
+  if (!operation.was.empty())
+    lines.line("was", map(operation.was, [](const std::string& v) { return scalar(v, true); }));
+  return out;
+}
+
+}  // namespace overlay_detail
+
+std::string to_yaml(const Overlay& overlay) {
+  std::string out;
+  for (const Operation& operation : overlay.operations) {
+    if (!out.empty()) out += '\n';
+    out += overlay_detail::to_yaml(operation);
+  }
+  return out;
+}
+
+}  // namespace doppel
