@@ -19,7 +19,7 @@ constexpr double kRound = 0.5523;  // control points of a quarter circle
 
 constexpr std::array<const char*, 11> kTones = {
     "1 1 1",          "0.12 0.14 0.16", "0.36 0.40 0.44", "0.95 0.96 0.97", "0.72 0.75 0.80", "1 1 1",
-    "0.55 0.59 0.64", "0.12 0.44 0.82", "0.48 0.31 0.79", "0.10 0.54 0.33", "0.70 0.33 0.12"};
+    "0.42 0.45 0.50", "0.12 0.44 0.82", "0.48 0.31 0.79", "0.10 0.54 0.33", "0.70 0.33 0.12"};
 
 const char* colour(Tone tone) {
   return kTones[static_cast<std::size_t>(tone)];

@@ -17,7 +17,7 @@ struct Colours {
 constexpr Colours kTones[] = {{"paper", "#ffffff", "#16181d"},      {"ink", "#1f2328", "#e8eaed"},
                               {"faint", "#5d6570", "#a3abb6"},      {"box", "#f3f5f8", "#242830"},
                               {"edge", "#b8c0cc", "#505866"},       {"frame", "#ffffff", "#16181d"},
-                              {"fixed", "#8d96a3", "#7d8794"},      {"revolute", "#1f6fd0", "#6aa9ff"},
+                              {"fixed", "#6b7480", "#9aa3af"},      {"revolute", "#1f6fd0", "#6aa9ff"},
                               {"continuous", "#7a4fc9", "#b392f0"}, {"prismatic", "#1a8a55", "#58c48d"},
                               {"other", "#b3541e", "#f0a070"}};
 

@@ -16,7 +16,7 @@ namespace {
 constexpr double kMargin = 28, kHeading = 30;
 constexpr double kTitleSize = 10, kLineSize = 8, kLineHeight = 10.5, kPadding = 9;
 constexpr double kSiblingGap = 14, kCousinGap = 26;
-constexpr double kEdge = 16;  // of line visible before and behind a joint
+constexpr double kEdge = 20;  // of line visible before and behind a joint
 
 const std::string kBetween = " \u00B7 ";
 
@@ -43,7 +43,7 @@ Size size_of(const std::vector<Line>& lines) {
   for (const Line& line : lines)
     size.width = std::max(size.width, text_width(line.text, line.title ? kTitleSize : kLineSize, line.title));
   // Readers without Helvetica take something a little wider.
-  size.width = 1.06 * size.width + 2 * kPadding;
+  size.width = 1.1 * size.width + 2 * kPadding;
   size.height = static_cast<double>(lines.size()) * kLineHeight + 10;
   return size;
 }
