@@ -1,6 +1,6 @@
 // Includes.
 #include <fmt/format.h>
-#include <glob.h>
+#include <fnmatch.h>
 
 #include <algorithm>
 
@@ -12,15 +12,44 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<fs::path> matching(const fs::path& pattern) {
-  std::vector<fs::path> out;
-  glob_t found{};
-  if (glob(pattern.c_str(), GLOB_NOSORT, nullptr, &found) == 0)
-    out.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
-  globfree(&found);
-  std::sort(out.begin(), out.end());
-  return out;
-}
+constexpr int kMostEntries = 100'000;  // of folders, looked at for one pattern
+
+// Files whose path fits a shell's pattern, in order of their names, whatever the locale.
+struct Matches {
+  explicit Matches(const fs::path& pattern) {
+    for (const fs::path& part : pattern.relative_path()) parts_.push_back(part);
+    look(pattern.root_path(), 0);
+    std::sort(found.begin(), found.end());
+  }
+  std::vector<fs::path> found;
+  bool too_many = false;
+
+ private:
+  void look(const fs::path& at, std::size_t next) {
+    std::error_code none;
+    if (next == parts_.size()) {
+      if (fs::exists(at, none)) found.push_back(at);
+      return;
+    }
+    const std::string part = parts_[next].string();
+    if (part.find_first_of("*?[") == std::string::npos) return look(at / part, next + 1);
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(at.empty() ? fs::path(".") : at, none)) {
+      if (++looked_ > kMostEntries) {
+        too_many = true;
+        return;
+      }
+      if (fnmatch(part.c_str(), entry.path().filename().c_str(), FNM_PERIOD) == 0)
+        names.push_back(entry.path().filename().string());
+    }
+    for (const std::string& name : names) {
+      if (!too_many) look(at / name, next + 1);
+    }
+  }
+
+  std::vector<fs::path> parts_;
+  int looked_ = 0;
+};
 
 }  // namespace
 
@@ -28,7 +57,10 @@ std::vector<fs::path> Expander::included_files(const std::string& name, const So
                                                bool optional) {
   const fs::path path = interpreter_.beside(name);
   if (path.string().find_first_of("*?[") != std::string::npos) {
-    std::vector<fs::path> out = matching(path);
+    Matches matches(path);
+    if (matches.too_many)
+      throw InputError("xacro.too_much", where, fmt::format("'{}' looks into too many files", path.string()));
+    std::vector<fs::path> out = std::move(matches.found);
     if (out.empty())
       diagnostics_.warning("xacro.no_match", where, fmt::format("no file matches '{}'", path.string()));
     return out;

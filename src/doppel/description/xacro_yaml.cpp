@@ -216,17 +216,7 @@ class Converter {
 
 }  // namespace
 
-Value load_yaml(const std::filesystem::path& file, const SourceLocation& where) {
-  std::string text;
-  try {
-    text = read_file(file.string(), kLargest);
-  } catch (const InputError&) {
-    std::error_code none;
-    const bool missing = !std::filesystem::exists(file, none);
-    throw InputError(missing ? "xacro.file_not_found" : "file.unreadable", where,
-                     fmt::format("the YAML file '{}' {}", file.string(),
-                                 missing ? "does not exist" : "is no regular file of at most 4 MB"));
-  }
+Value parse_yaml(const std::string& text, const std::filesystem::path& file, const SourceLocation& where) {
   Converter converter(file, where);
   try {
     const std::vector<YAML::Node> documents = YAML::LoadAll(text);
@@ -239,6 +229,20 @@ Value load_yaml(const std::filesystem::path& file, const SourceLocation& where) 
   } catch (const ExpressionError& problem) {
     throw InputError("xacro.yaml", where, problem.what());
   }
+}
+
+Value load_yaml(const std::filesystem::path& file, const SourceLocation& where) {
+  std::string text;
+  try {
+    text = read_file(file.string(), kLargest);
+  } catch (const InputError&) {
+    std::error_code none;
+    const bool missing = !std::filesystem::exists(file, none);
+    throw InputError(missing ? "xacro.file_not_found" : "file.unreadable", where,
+                     fmt::format("the YAML file '{}' {}", file.string(),
+                                 missing ? "does not exist" : "is no regular file of at most 4 MB"));
+  }
+  return parse_yaml(text, file, where);
 }
 
 }  // namespace doppel::xacro

@@ -17,6 +17,7 @@ constexpr std::size_t kDeepest = 400;            // consumers of the tree recurs
 constexpr std::size_t kEntityBytes = 1'000'000;  // that entities may come to
 constexpr std::size_t kLargest = std::size_t{64} << 20;
 constexpr int kEntityDepth = 16;
+constexpr std::size_t kMostParts = 1'000'000;  // elements, attributes, texts
 constexpr std::string_view kBlank = " \t\r\n";
 
 bool blank(char c) {
@@ -76,8 +77,11 @@ class Parser {
     const std::size_t start = before.rfind('\n') + 1;  // npos + 1 is 0
     return {file_, lines + 1, static_cast<int>(offset - start) + 1, nullptr};
   }
-  // Places in order of reading.
+  // Places in order of reading; every part of the tree asks for its own.
   SourceLocation next_place(std::size_t offset) {
+    if (++parts_ > kMostParts)
+      throw InputError("xml.too_much", place(offset),
+                       "there are more than a million elements and attributes");
     while (seen_ < offset) {
       const void* found = std::memchr(text_.data() + seen_, '\n', offset - seen_);
       if (found == nullptr) break;
@@ -92,6 +96,7 @@ class Parser {
   void check_characters() const {
     for (std::size_t i = 0; i < text_.size(); ++i) {
       const auto c = static_cast<unsigned char>(text_[i]);
+      if (c >= 0x20 && c < 0x80) continue;
       if (c < 0x20 && !blank(text_[i])) fail(i, fmt::format("the character {:#04x} is not allowed", c));
       if (c < 0x80) continue;
       const std::size_t length = utf8_length(text_.substr(i));
@@ -413,6 +418,7 @@ class Parser {
   std::size_t at_ = 0;
   std::size_t seen_ = 0, line_start_ = 0;  // for next_place
   int line_ = 1;
+  std::size_t parts_ = 0;
   XmlNode root_;
   bool has_root_ = false;
   std::vector<XmlNode*> open_;  // an element's place is fixed until it closes: only the innermost grows

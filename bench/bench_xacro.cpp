@@ -1,0 +1,202 @@
+// The speed of xacro: every case of the corpus expanded in this process and as a process of its own, beside
+// the reference's times, which stand in the corpus' manifest; with --reference FOLDER (a checkout of
+// ros/xacro) the reference is measured in the same run by python3.
+//
+//   bench_xacro [--corpus FOLDER] [--program doppel-xacro] [--reference FOLDER] [--runs N]
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "doppel/description/xacro.h"
+
+extern char** environ;
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  fs::path corpus = fs::path(DOPPEL_SOURCE_DIR) / ".." / "shared" / "corpus";
+  fs::path program, reference;
+  int runs = 5;
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+template <class Work>
+double milliseconds(int runs, const Work& work) {
+  std::vector<double> took;
+  for (int i = 0; i < runs; ++i) {
+    const auto begin = Clock::now();
+    work();
+    took.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+  }
+  return median(took);
+}
+
+// The output of `words` thrown away, or given back through `answer`.
+void run(const std::vector<std::string>& words, const fs::path& answer = "/dev/null") {
+  std::vector<char*> argv;
+  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 1, answer.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
+  pid_t child = 0;
+  if (posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ) == 0) waitpid(child, nullptr, 0);
+  posix_spawn_file_actions_destroy(&actions);
+}
+
+// Folders in which each package of a case lies under its name, as an installation has them.
+fs::path installed(const Options& options, const Json& packages, const fs::path& place) {
+  fs::remove_all(place);
+  fs::create_directories(place / "share");
+  for (const auto& [name, folder] : packages.items())
+    fs::create_directory_symlink(options.corpus / folder.get<std::string>(), place / "share" / name);
+  return place;
+}
+
+// Python's time for its expansion alone, in milliseconds, and as a process.
+constexpr const char* kTimed = R"py(
+import io, json, os, sys, time, types, contextlib
+folder, packages, runs, file = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3]), sys.argv[4]
+sys.path.insert(0, folder)
+ament = types.ModuleType('ament_index_python'); inner = types.ModuleType('ament_index_python.packages')
+inner.get_package_share_directory = lambda name: packages[name]
+sys.modules['ament_index_python'] = ament; sys.modules['ament_index_python.packages'] = inner
+import xacro
+mappings = dict(a.split(':=') for a in sys.argv[5:])
+times = []
+for _ in range(runs):
+    begin = time.perf_counter()
+    with contextlib.redirect_stderr(io.StringIO()):
+        xacro.process_file(file, mappings=dict(mappings)).toprettyxml(indent='  ')
+    times.append((time.perf_counter() - begin) * 1e3)
+print(sorted(times)[len(times) // 2])
+)py";
+
+struct Row {
+  std::string id;
+  double expansion = 0, process = 0, reference_expansion = 0, reference_process = 0;
+};
+
+Row measure(const Options& options, const Json& record, const fs::path& scratch) {
+  Row row;
+  row.id = record["id"];
+  const std::string file = (options.corpus / record["input"].get<std::string>()).string();
+  for (const auto& [name, value] : record["env"].items())
+    setenv(name.c_str(), value.get<std::string>().c_str(), 1);
+  doppel::PackageResolver resolver;
+  Json folders;
+  for (const auto& [name, folder] : record["packages"].items()) {
+    resolver.add_package(name, options.corpus / folder.get<std::string>());
+    folders[name] = (options.corpus / folder.get<std::string>()).string();
+  }
+  std::vector<std::string> words{options.program.string(), "xacro", file};
+  std::vector<std::pair<std::string, std::string>> arguments;
+  for (const std::string word : record["args"]) {
+    words.push_back(word);
+    arguments.emplace_back(word.substr(0, word.find(":=")), word.substr(word.find(":=") + 2));
+  }
+  row.expansion = milliseconds(options.runs, [&] {
+    doppel::Diagnostics diagnostics;
+    doppel::XmlDocument document = doppel::load_xml_document(file);
+    document.root = doppel::expand_xacro(std::move(document.root), file, arguments, resolver, diagnostics,
+                                         doppel::XmlKeep::everything)
+                        .root;
+    doppel::xacro_text(document, file);
+  });
+  setenv("AMENT_PREFIX_PATH", installed(options, record["packages"], scratch / "install").c_str(), 1);
+  row.process = milliseconds(options.runs, [&] { run(words); });
+  row.reference_process = record["reference_ms"]["wall"];
+  if (!options.reference.empty()) {
+    std::vector<std::string> timed{"python3",      "-c", kTimed, options.reference.string(),
+                                   folders.dump(), "1",  file};
+    timed.insert(timed.end(), words.begin() + 3, words.end());
+    row.reference_process = milliseconds(1, [&] { run(timed); });
+    timed[5] = "3";
+    run(timed, scratch / "answer");
+    std::ifstream(scratch / "answer") >> row.reference_expansion;
+  }
+  return row;
+}
+
+void print(const std::vector<Row>& rows, bool measured) {
+  fmt::print("{:<44} {:>10} {:>10} {:>10} {:>10} {:>8} {:>8}\n", "case (ms)", "expansion", "process",
+             "ref. exp.", "ref. proc.", "exp. x", "proc. x");
+  std::vector<double> expansion, process, times, processes;
+  for (const Row& r : rows) {
+    fmt::print("{:<44} {:>10.3f} {:>10.3f} {:>10.1f} {:>10.1f} {:>8.0f} {:>8.1f}\n", r.id, r.expansion,
+               r.process, r.reference_expansion, r.reference_process, r.reference_expansion / r.expansion,
+               r.reference_process / r.process);
+    expansion.push_back(r.reference_expansion / r.expansion);
+    process.push_back(r.reference_process / r.process);
+    times.push_back(r.expansion);
+    processes.push_back(r.process);
+  }
+  fmt::print("\n{} cases; median expansion {:.3f} ms, median process {:.3f} ms\n", rows.size(), median(times),
+             median(processes));
+  fmt::print("median ratio of whole processes {:.1f} (reference: {})\n", median(process),
+             measured ? "measured in this run" : "from the manifest");
+  if (!measured) return;
+  std::vector<Row> largest = rows;
+  std::sort(largest.begin(), largest.end(),
+            [](const Row& a, const Row& b) { return a.reference_expansion > b.reference_expansion; });
+  std::vector<double> of_largest;
+  for (std::size_t i = 0; i < std::min<std::size_t>(20, largest.size()); ++i)
+    of_largest.push_back(largest[i].reference_expansion / largest[i].expansion);
+  fmt::print("median ratio of expansions {:.0f}; of the 20 largest {:.0f} (least {:.0f})\n",
+             median(expansion), median(of_largest), *std::min_element(of_largest.begin(), of_largest.end()));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  options.program = fs::path(argv[0]).parent_path() / "doppel-xacro";
+  for (int i = 1; i + 1 < argc; i += 2) {
+    const std::string name = argv[i], value = argv[i + 1];
+    if (name == "--corpus") options.corpus = value;
+    if (name == "--program") options.program = value;
+    if (name == "--reference") options.reference = fs::absolute(value);
+    if (name == "--runs") options.runs = std::max(1, std::atoi(value.c_str()));
+  }
+  std::error_code none;
+  options.corpus = fs::weakly_canonical(options.corpus, none);
+  options.program = fs::absolute(options.program);
+  std::ifstream in(options.corpus / "manifest.json");
+  if (!in) {
+    fmt::print(stderr, "no corpus at {}; give --corpus FOLDER\n", options.corpus.string());
+    return 2;
+  }
+  const fs::path scratch = fs::temp_directory_path() / fmt::format("bench_xacro.{}", getpid());
+  fs::create_directories(scratch);
+  fs::current_path(options.corpus);
+  std::vector<Row> rows;
+  for (const Json& record : Json::parse(in)) {
+    if (record["kind"] != "urdf" && record["expect"] == "ok")
+      rows.push_back(measure(options, record, scratch));
+  }
+  fs::remove_all(scratch);
+  print(rows, !options.reference.empty());
+  return 0;
+}
