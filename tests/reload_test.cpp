@@ -133,6 +133,15 @@ TEST_F(Reload, ServicesTopicsAndPauseSurvive) {
             std::string::npos);
 }
 
+TEST_F(Reload, AnOverlayThatAppearsIsApplied) {
+  run(0.2);
+  std::ofstream(folder_ / "urdf/omarm.overlay.yaml")
+      << "- set_limit: Revolute 1\n  velocity: 2.5\n  was: {velocity: 5.2}\n";
+  EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
+  EXPECT_EQ(twin_->model().joints[static_cast<std::size_t>(twin_->model().find_joint("Revolute 1"))].velocity,
+            2.5);
+}
+
 TEST_F(Reload, WhatCannotBeUsedChangesNothing) {
   run(0.5);
   const auto before = positions();
@@ -155,7 +164,7 @@ TEST_F(Reload, EveryFileThatMattersIsWatched) {
   std::map<std::string, int> names;
   for (const fs::path& file : twin_->files()) ++names[file.filename().string()];
   for (const char* name : {"omarm.xacro", "materials.xacro", "omarm.ros2control", "omarm.gazebo",
-                           "ros2_controllers.yaml", "link_1_1.stl"})
+                           "ros2_controllers.yaml", "omarm.overlay.yaml", "link_1_1.stl"})
     EXPECT_GT(names[name], 0) << name;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "doppel/overlay/overlay.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {
@@ -86,6 +87,7 @@ Eigen::Vector3d Machine::gravity_R() const {
 
 std::vector<std::filesystem::path> Machine::files(const Scenario& scenario) const {
   std::vector<std::filesystem::path> out = setup.description.files;
+  out.push_back(overlay_path(setup.target.description));  // it may come while the twin runs
   if (setup.controllers_origin != "generated") out.emplace_back(setup.controllers_origin);
   if (scenario.world) out.push_back(*scenario.world);
   const auto add = [&out](const Geometry& geometry) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "doppel/core/names.h"
+#include "doppel/overlay/overlay.h"
 
 namespace doppel {
 namespace {
@@ -200,7 +201,7 @@ RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Dia
   if (scenario.world) setup.world = load_world(*scenario.world, resolver);
   const XacroArguments arguments =
       with_simulation(setup.target.description, scenario.arguments, resolver, diagnostics);
-  setup.description = load_description(setup.target.description, arguments, resolver, diagnostics);
+  setup.description = load_corrected(setup.target.description, arguments, resolver, diagnostics);
   setup.controllers = choose_controllers(scenario, setup, setup.controllers_origin, diagnostics);
   return setup;
 }
