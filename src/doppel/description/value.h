@@ -30,14 +30,15 @@ class ValueDict {
 
   void set(Value key, Value value);  // throws ExpressionError for a key that cannot be one
   [[nodiscard]] const Value* find(const Value& key) const;
-  [[nodiscard]] std::size_t size() const { return entries_.size(); }
-  [[nodiscard]] bool empty() const { return entries_.empty(); }
-  [[nodiscard]] auto begin() const { return entries_.begin(); }
-  [[nodiscard]] auto end() const { return entries_.end(); }
+  using Entry = std::pair<Value, Value>;
+  [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] bool empty() const;
+  [[nodiscard]] const Entry* begin() const;
+  [[nodiscard]] const Entry* end() const;
 
  private:
   [[nodiscard]] std::size_t position(const Value& key) const;
-  std::vector<std::pair<Value, Value>> entries_;
+  std::vector<Entry> entries_;
   std::unordered_multimap<std::size_t, std::size_t> index_;  // by hash; empty while a search is as quick
 };
 
@@ -157,5 +158,19 @@ bool parse_real(std::string_view text, double& out);
 // The bytes of the character at the beginning of UTF-8; at least 1.
 std::size_t character_length(std::string_view text);
 std::size_t count_characters(std::string_view text);
+
+// Here, where Value is whole.
+inline std::size_t ValueDict::size() const {
+  return entries_.size();
+}
+inline bool ValueDict::empty() const {
+  return entries_.empty();
+}
+inline const ValueDict::Entry* ValueDict::begin() const {
+  return entries_.data();
+}
+inline const ValueDict::Entry* ValueDict::end() const {
+  return entries_.data() + entries_.size();
+}
 
 }  // namespace doppel
