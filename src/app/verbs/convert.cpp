@@ -17,7 +17,6 @@
 #include "doppel/conversion/srdf.h"
 #include "doppel/conversion/urdf.h"
 #include "doppel/core/names.h"
-#include "doppel/twin/robot_setup.h"
 
 namespace doppel::app {
 namespace {
@@ -61,17 +60,6 @@ std::string choose_format(const ConvertOptions& options) {
   return wanted;
 }
 
-std::vector<JointGroup> controlled_groups(const ConvertOptions& options, const RobotDescription& robot,
-                                          const Target& target) {
-  std::vector<fs::path> files = controller_files(robot, target);
-  if (!options.controllers.empty()) files = {options.controllers};
-  std::vector<JointGroup> groups;
-  for (const fs::path& file : files) {
-    for (JointGroup& group : joint_groups(ParameterFile::load(file))) groups.push_back(std::move(group));
-  }
-  return groups;
-}
-
 // On stderr, and only where somebody looks at it.
 bool tell_progress(double done) {
   if (isatty(STDERR_FILENO) != 0) {
@@ -83,7 +71,8 @@ bool tell_progress(double done) {
 
 int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot, const Target& target,
                     const Model& model) {
-  const auto groups = find_planning_groups(model, controlled_groups(options, robot, target));
+  const auto groups =
+      find_planning_groups(model, find_controllers(robot, target, options.controllers).controllers);
   SelfCollisionOptions sampling;
   sampling.samples = options.samples;
   sampling.seed = options.seed;

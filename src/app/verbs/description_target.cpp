@@ -6,6 +6,7 @@
 
 #include "app/process.h"
 #include "doppel/overlay/overlay.h"
+#include "doppel/twin/robot_setup.h"
 
 namespace doppel::app {
 
@@ -47,6 +48,31 @@ LoadedDescription load_target(DescriptionTarget& target) {
       load_corrected(target.target.description, target.arguments, target.resolver, diagnostics);
   print_diagnostics(diagnostics);
   return loaded;
+}
+
+FoundControllers find_controllers(const RobotDescription& robot, const Target& target,
+                                  const std::string& given) {
+  FoundControllers found;
+  if (!given.empty()) {
+    found.files = {given};
+    found.controllers = declared_controllers(ParameterFile::load(given));
+    return found;
+  }
+  try {
+    for (const auto& file : controller_files(robot, target)) {
+      for (JointGroup& controller : declared_controllers(ParameterFile::load(file)))
+        found.controllers.push_back(std::move(controller));
+      found.files.push_back(file);
+    }
+  } catch (const InputError& error) {
+    Diagnostics diagnostics;
+    for (Diagnostic diagnostic : error.diagnostics()) {
+      diagnostic.severity = Severity::warning;
+      diagnostics.add(std::move(diagnostic));
+    }
+    print_diagnostics(diagnostics);
+  }
+  return found;
 }
 
 void print_diagnostics(const Diagnostics& diagnostics, bool notes) {

@@ -88,8 +88,8 @@ Json hardware_json(const RobotDescription& robot) {
   return out;
 }
 
-std::string to_json(const LoadedDescription& loaded, const RobotSummary& summary,
-                    const OverlayState& overlay) {
+std::string to_json(const LoadedDescription& loaded, const RobotSummary& summary, const OverlayState& overlay,
+                    const std::vector<JointGroup>& controllers) {
   const RobotDescription& robot = loaded.robot;
   const auto vector_json = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
   Json out{{"version", 1}, {"robot", robot.name}, {"files", Json::array()}};
@@ -108,6 +108,10 @@ std::string to_json(const LoadedDescription& loaded, const RobotSummary& summary
                    {"missing", summary.meshes.missing},
                    {"unreadable", summary.meshes.unreadable}};
   out["ros2_control"] = hardware_json(robot);
+  out["controllers"] = Json::array();
+  for (const JointGroup& controller : controllers)
+    out["controllers"].push_back(
+        {{"name", controller.name}, {"type", controller.type}, {"joints", controller.joints}});
   out["overlay"] = Json();
   if (!overlay.file.empty()) {
     out["overlay"] = {{"file", overlay.file.string()},
@@ -126,8 +130,11 @@ int run_info(const InfoOptions& options) {
   print_diagnostics(diagnostics);
   const RobotSummary summary = summarise(loaded.robot, model);
   const OverlayState overlay = overlay_state(target);
-  deliver(options.json ? to_json(loaded, summary, overlay)
-                       : summary_text(loaded.robot, summary, loaded.files, overlay_line(overlay)));
+  FoundControllers found = find_controllers(loaded.robot, target.target);
+  const Surroundings surroundings{loaded.files, overlay_line(overlay), std::move(found.files),
+                                  std::move(found.controllers)};
+  deliver(options.json ? to_json(loaded, summary, overlay, surroundings.controllers)
+                       : summary_text(loaded.robot, summary, surroundings));
   return 0;
 }
 

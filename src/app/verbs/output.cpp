@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "doppel/conversion/output_file.h"
+#include "doppel/core/output_file.h"
 #include "doppel/core/diagnostic.h"
 
 namespace doppel::app {

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "doppel/conversion/output_file.h"
+#include "doppel/core/output_file.h"
 #include "doppel/description/mesh.h"
 #include "doppel/description/xml.h"
 

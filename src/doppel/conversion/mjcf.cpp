@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "doppel/conversion/document.h"
 #include "doppel/geometry/collision.h"
@@ -270,14 +271,31 @@ class MjcfWriter {
     return found->second;
   }
 
+  // Neighbours, and what overlaps where the robot starts, which would be thrown apart: as `doppel up` does.
   XmlNode exclusions() {
+    const std::set<std::pair<int, int>> touching = touching_at_start();
     XmlNode contact = element("contact");
     for (const LinkPair& pair : link_pairs(model_, has_shape_)) {
-      if (pair.reason.empty()) continue;
+      if (pair.reason.empty() && !touching.contains({pair.a, pair.b})) continue;
       contact.children.push_back(
           element("exclude", {{"body1", bodies_[pair.a]}, {"body2", bodies_[pair.b]}}));
     }
     return contact;
+  }
+
+  [[nodiscard]] std::set<std::pair<int, int>> touching_at_start() const {
+    Data data(model_);
+    forward_kinematics(model_, data, model_.neutral());
+    std::vector<int> in_model;
+    std::vector<Pose> X_WL;
+    for (const Link& link : robot_.links) {
+      in_model.push_back(model_.find_link(link.name));
+      X_WL.push_back(data.X_WL[in_model.back()]);
+    }
+    std::set<std::pair<int, int>> out;
+    for (const LinkContact& contact : LinkCollider(robot_, CollisionDetail::hulls).contacts(X_WL))
+      out.insert(std::minmax(in_model[contact.link_a], in_model[contact.link_b]));
+    return out;
   }
 
   XmlNode equalities() {

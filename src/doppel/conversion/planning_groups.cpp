@@ -227,24 +227,24 @@ class Finder {
 
 }  // namespace
 
-std::vector<JointGroup> joint_groups(const ParameterFile& controllers) {
-  std::vector<JointGroup> groups;
-  const ParameterOverrides manager = controllers.overrides_for("controller_manager");
+std::vector<JointGroup> declared_controllers(const ParameterFile& file) {
+  std::vector<JointGroup> controllers;
+  const ParameterOverrides manager = file.overrides_for("controller_manager");
   for (const ParameterOverride& entry : manager.all()) {
     const auto* type = std::get_if<std::string>(&entry.value);
-    if (type == nullptr || !entry.name.ends_with(".type") || type->find("Broadcaster") != std::string::npos)
-      continue;
-    JointGroup group{entry.name.substr(0, entry.name.size() - 5), {}};
-    ParameterOverrides own = controllers.overrides_for(group.name);
+    if (type == nullptr || !entry.name.ends_with(".type")) continue;
+    JointGroup controller{entry.name.substr(0, entry.name.size() - 5), *type, {}};
+    ParameterOverrides own = file.overrides_for(controller.name);
+    const bool moves = type->find("Broadcaster") == std::string::npos;
     for (const char* key : {"joints", "joint"}) {
-      const ParameterOverride* named = own.find(key);
+      const ParameterOverride* named = moves ? own.find(key) : nullptr;
       if (named == nullptr) continue;
-      if (const auto* list = std::get_if<std::vector<std::string>>(&named->value)) group.joints = *list;
-      if (const auto* one = std::get_if<std::string>(&named->value)) group.joints = {*one};
+      if (const auto* list = std::get_if<std::vector<std::string>>(&named->value)) controller.joints = *list;
+      if (const auto* one = std::get_if<std::string>(&named->value)) controller.joints = {*one};
     }
-    if (!group.joints.empty()) groups.push_back(std::move(group));
+    controllers.push_back(std::move(controller));
   }
-  return groups;
+  return controllers;
 }
 
 std::vector<PlanningGroup> find_planning_groups(const Model& model,

@@ -11,14 +11,13 @@
 
 namespace doppel {
 
-// The joints of one controller.
 struct JointGroup {
-  std::string name;  // of the controller
-  std::vector<std::string> joints;
+  std::string name, type;  // of the controller: "joint_trajectory_controller/JointTrajectoryController"
+  std::vector<std::string> joints;  // that it names; a broadcaster's are empty
 };
 
-// Of every controller that a file declares and that names joints; broadcasters move nothing.
-std::vector<JointGroup> joint_groups(const ParameterFile& controllers);
+// Of every controller that a file declares, in its order.
+std::vector<JointGroup> declared_controllers(const ParameterFile& file);
 
 struct PlanningGroup {
   std::string name;  // "arm", "left_gripper"

@@ -153,6 +153,19 @@ std::string mesh_lines(const MeshSummary& meshes) {
   return out;
 }
 
+std::string controller_lines(const Surroundings& surroundings) {
+  std::string out;
+  for (const JointGroup& controller : surroundings.controllers) {
+    out +=
+        fmt::format("  {:<14} {} ({})", out.empty() ? "controllers" : "", controller.name, controller.type);
+    const std::size_t joints = controller.joints.size();
+    out += joints == 0 ? "\n" : fmt::format(", {} joint{}\n", joints, joints == 1 ? "" : "s");
+  }
+  for (const auto& file : surroundings.controller_files)
+    out += fmt::format("                 from {}\n", file.string());
+  return out;
+}
+
 }  // namespace
 
 RobotSummary summarise(const RobotDescription& robot, const Model& model) {
@@ -166,11 +179,12 @@ RobotSummary summarise(const RobotDescription& robot, const Model& model) {
 }
 
 std::string summary_text(const RobotDescription& robot, const RobotSummary& summary,
-                         const std::vector<std::filesystem::path>& files, const std::string& overlay) {
+                         const Surroundings& surroundings) {
   std::string out = headline(robot) + "\n";
+  const auto& files = surroundings.files;
   for (std::size_t i = 0; i < files.size(); ++i)
     out += fmt::format("  {:<14} {}\n", i == 0 ? "file" : i == 1 ? "and read" : "", files[i].string());
-  out += fmt::format("  corrections    {}\n", overlay);
+  out += fmt::format("  corrections    {}\n", surroundings.overlay);
   out += fmt::format("  driven         {} joint{}\n", summary.driven, summary.driven == 1 ? "" : "s");
   if (!summary.reach_tip.empty()) {
     out += fmt::format("  reach          {:.3g} m from {} to {}\n", summary.reach, summary.reach_from,
@@ -189,6 +203,7 @@ std::string summary_text(const RobotDescription& robot, const RobotSummary& summ
         out += fmt::format("                 {}\n", file);
     }
   }
+  out += controller_lines(surroundings);
   for (const Transmission& transmission : robot.transmissions)
     out += fmt::format("  transmission   {} ({})\n", transmission.name, transmission.type);
   return out + joint_table(robot);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/conversion/planning_groups.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
@@ -28,8 +29,16 @@ struct RobotSummary {
 // `model` is compiled from `robot`.
 RobotSummary summarise(const RobotDescription& robot, const Model& model);
 
-// One screen for people. `files`: what was read, the description first; `overlay`: a line about it.
+// What surrounds a description.
+struct Surroundings {
+  std::vector<std::filesystem::path> files;  // that were read, the description first
+  std::string overlay;                       // a line about the corrections
+  std::vector<std::filesystem::path> controller_files;
+  std::vector<JointGroup> controllers;
+};
+
+// One screen for people.
 std::string summary_text(const RobotDescription& robot, const RobotSummary& summary,
-                         const std::vector<std::filesystem::path>& files, const std::string& overlay);
+                         const Surroundings& surroundings);
 
 }  // namespace doppel

@@ -3,7 +3,7 @@
 #include <mujoco/mujoco.h>
 
 #include "conversion_fixture.h"
-#include "doppel/conversion/output_file.h"
+#include "doppel/core/output_file.h"
 #include "doppel/kinematics/dynamics.h"
 
 namespace doppel {
@@ -115,6 +115,26 @@ TEST(MjcfTest, EverythingHasItsCounterpart) {
   EXPECT_EQ(m->eq_data[0], 0.01);
   EXPECT_EQ(m->eq_data[1], 1.5);
   EXPECT_EQ(m->nexclude, 1) << "base and upper";
+}
+
+TEST(MjcfTest, WhatOverlapsAtTheStartIsNotThrownApart) {
+  const auto link = [](const std::string& name) {
+    return "<link name=\"" + name +
+           "\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" "
+           "iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial><collision><geometry><sphere radius=\"0.12\"/>"
+           "</geometry></collision></link>";
+  };
+  const auto joint = [](const std::string& parent, const std::string& child) {
+    return "<joint name=\"" + child + "_joint\" type=\"continuous\"><parent link=\"" + parent +
+           "\"/><child link=\"" + child + "\"/><origin xyz=\"0.1 0 0\"/></joint>";
+  };
+  const Converted converted = from_text("<robot name=\"r\">" + link("a") + link("b") + link("c") + link("d") +
+                                        joint("a", "b") + joint("b", "c") + joint("c", "d") + "</robot>");
+  const Loaded loaded(exported(converted, "mjcf_overlap"));
+  ASSERT_NE(loaded.model, nullptr) << loaded.problem;
+  EXPECT_EQ(loaded.model->nexclude, 5) << "three neighbours, a and c, b and d; a and d are 0.06 m apart";
+  mj_forward(loaded.model, loaded.data);
+  EXPECT_EQ(loaded.data->ncon, 0);
 }
 
 TEST(MjcfTest, ServosHoldTheRobotAndSagAsPromised) {

@@ -151,9 +151,11 @@ std::vector<std::string> names(const Model& model, const PlanningGroup& group) {
 
 TEST(PlanningGroupsTest, ControllersTellTheGroups) {
   const Converted converted = bundled("omarm_one");
-  const auto controllers = joint_groups(ParameterFile::load(std::filesystem::path(DOPPEL_SOURCE_DIR) /
-                                                            "robots/omarm_one/config/ros2_controllers.yaml"));
-  ASSERT_EQ(controllers.size(), 2u) << "a broadcaster moves nothing";
+  const auto controllers = declared_controllers(ParameterFile::load(
+      std::filesystem::path(DOPPEL_SOURCE_DIR) / "robots/omarm_one/config/ros2_controllers.yaml"));
+  ASSERT_EQ(controllers.size(), 3u);
+  EXPECT_EQ(controllers[2].type, "joint_state_broadcaster/JointStateBroadcaster");
+  EXPECT_TRUE(controllers[2].joints.empty());
   const auto groups = find_planning_groups(converted.model, controllers);
   ASSERT_EQ(groups.size(), 2u);
   EXPECT_EQ(groups[0].name, "arm");

@@ -1,4 +1,4 @@
-#include "doppel/conversion/output_file.h"
+#include "doppel/core/output_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,0 +1,47 @@
+#include "doppel/core/output_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "doppel/core/diagnostic.h"
+
+namespace doppel {
+namespace {
+
+TEST(OutputFileTest, WholeOrNotAtAll) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "doppel_output_file";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  write_whole(folder / "a", "one");
+  write_whole(folder / "a", "two");
+  std::string text;
+  std::ifstream(folder / "a") >> text;
+  EXPECT_EQ(text, "two");
+  const auto refused = [](const std::filesystem::path& file) {
+    try {
+      write_whole(file, "x");
+    } catch (const InputError& error) {
+      return error.diagnostics().front();
+    }
+    return Diagnostic{};
+  };
+  EXPECT_EQ(refused(folder / "missing" / "a").rule, "output.unwritable");
+  EXPECT_NE(refused(folder / "missing" / "a").mend.find("missing"), std::string::npos);
+  EXPECT_EQ(refused(folder).rule, "output.unwritable");
+  if (std::filesystem::exists("/dev/full")) {
+    EXPECT_NE(refused("/dev/full").message.find("No space"), std::string::npos);
+  }
+  std::size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder)) ++files;
+  EXPECT_EQ(files, 1u) << "no drafts are left";
+  std::filesystem::create_symlink(folder / "a", folder / "link");
+  write_whole(folder / "link", "three");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  std::ifstream(folder / "a") >> text;
+  EXPECT_EQ(text, "three");
+}
+
+}  // namespace
+}  // namespace doppel
