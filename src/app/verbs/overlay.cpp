@@ -1,0 +1,384 @@
+// doppel overlay: the corrections beside a description, shown, added, taken out, and baked into its sources.
+#include "doppel/overlay/overlay.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "app/verbs/description_target.h"
+#include "app/verbs/output.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/diagnostic.h"
+#include "doppel/overlay/bake.h"
+
+namespace doppel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct OverlayOptions {
+  std::vector<std::string> words, evidence;
+  std::string why, output;
+  bool json = false, in_place = false, dry_run = false;
+};
+
+// A description without its corrections, the overlay beside it, and what came of applying it.
+struct Corrected {
+  explicit Corrected(const std::vector<std::string>& words) : target(open_target(words)) {
+    plain = expand_description(target.target.description, target.arguments, target.resolver, diagnostics);
+    corrected = plain;
+    const fs::path file = overlay_path(target.target.description);
+    overlay.file = file;
+    if (!fs::exists(file)) return;
+    overlay = read_overlay(file);
+    outcomes = apply_overlay(overlay, corrected, target.resolver, diagnostics);
+  }
+  [[nodiscard]] std::size_t count(OperationState state) const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(outcomes, [&](const auto& outcome) { return outcome.state == state; }));
+  }
+  // The description as the operations before the i-th leave it.
+  [[nodiscard]] ExpandedDescription before(std::size_t i) const {
+    ExpandedDescription out = plain;
+    Overlay first = overlay;
+    first.operations.resize(i);
+    Diagnostics quiet;
+    apply_overlay(first, out, target.resolver, quiet);
+    return out;
+  }
+
+  DescriptionTarget target;
+  Diagnostics diagnostics;
+  ExpandedDescription plain, corrected;
+  Overlay overlay;
+  std::vector<OperationOutcome> outcomes;
+};
+
+constexpr std::array kStates{OperationState::applied, OperationState::already_there, OperationState::changed,
+                             OperationState::no_target, OperationState::no_fingerprint};
+
+bool is_fine(OperationState state) {
+  return state == OperationState::applied || state == OperationState::already_there;
+}
+
+std::string counts(const Corrected& c) {
+  std::string out;
+  for (const OperationState state : kStates) {
+    if (const std::size_t n = c.count(state); n > 0)
+      out += fmt::format("{}{} {}", out.empty() ? "" : ", ", n, to_string(state));
+  }
+  return out;
+}
+
+std::string coloured(OperationState state, bool colour) {
+  const std::string text = fmt::format("{:<14}", to_string(state));
+  if (!colour) return text;
+  const int code = state == OperationState::applied ? 32 : state == OperationState::already_there ? 90 : 33;
+  return fmt::format("\033[{}m{}\033[0m", code, text);
+}
+
+std::string show_text(const Corrected& c) {
+  if (c.overlay.operations.empty()) {
+    return fmt::format("{} has no corrections ({} {})\n", c.target.target.description.string(),
+                       c.overlay.file.string(), fs::exists(c.overlay.file) ? "is empty" : "does not exist");
+  }
+  const bool colour = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
+  std::string out = fmt::format("{}: {}\n", c.overlay.file.string(), counts(c));
+  for (std::size_t i = 0; i < c.overlay.operations.size(); ++i) {
+    const Operation& operation = c.overlay.operations[i];
+    const OperationOutcome& outcome = c.outcomes[i];
+    out += fmt::format("{:>3}  {}{}\n", i + 1, coloured(outcome.state, colour), describe(operation.action));
+    const auto line = [&](const char* name, const std::string& text) {
+      if (!text.empty()) out += fmt::format("{:>19}{:<10}{}\n", "", name, text);
+    };
+    if (!is_fine(outcome.state)) line("problem", outcome.message);
+    line("why", operation.why);
+    for (const std::string& evidence : operation.evidence) line("evidence", evidence);
+  }
+  return out;
+}
+
+std::string show_json(const Corrected& c) {
+  nlohmann::ordered_json out;
+  out["version"] = 1;
+  out["description"] = c.target.target.description.string();
+  out["file"] = c.overlay.file.string();
+  out["operations"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < c.overlay.operations.size(); ++i) {
+    const Operation& operation = c.overlay.operations[i];
+    nlohmann::ordered_json one;
+    one["number"] = i + 1;
+    one["operation"] = operation_name(operation.action);
+    one["target"] = target_name(operation.action);
+    one["text"] = describe(operation.action);
+    one["state"] = to_string(c.outcomes[i].state);
+    one["message"] = c.outcomes[i].message;
+    one["why"] = operation.why;
+    one["evidence"] = operation.evidence;
+    one["was"] = nlohmann::ordered_json::object();
+    for (const auto& [key, value] : operation.was) one["was"][key] = value;
+    one["line"] = operation.where.line;
+    out["operations"].push_back(std::move(one));
+  }
+  for (const OperationState state : kStates) out["counts"][std::string(to_string(state))] = c.count(state);
+  return out.dump(2) + "\n";
+}
+
+int show(const OverlayOptions& o) {
+  const Corrected c(o.words);
+  deliver(o.json ? show_json(c) : show_text(c));
+  return std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_fine(outcome.state); }) ? 0 : 1;
+}
+
+// -- add, remove, stamp
+std::string quoted(const std::string& text) {
+  return nlohmann::json(text).dump();  // JSON's strings are YAML's double-quoted ones
+}
+
+// TARGET OPERATION [NAME] [key=value ...], with xacro's name:=value among them.
+struct AddWords {
+  std::vector<std::string> target;
+  std::string operation, name;
+  std::vector<std::pair<std::string, std::string>> settings;
+};
+
+AddWords split_words(const std::vector<std::string>& words) {
+  AddWords out;
+  bool named = false;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::size_t equals = words[i].find('=');
+    if (i == 0 || words[i].find(":=") != std::string::npos) {
+      out.target.push_back(words[i]);
+    } else if (out.operation.empty()) {
+      out.operation = words[i];
+    } else if (!named && equals == std::string::npos) {
+      out.name = words[i];
+      named = true;
+    } else if (equals != std::string::npos && equals > 0) {
+      out.settings.emplace_back(words[i].substr(0, equals), words[i].substr(equals + 1));
+    } else {
+      throw InputError("cli.use", {}, fmt::format("'{}' is not of the form key=value", words[i]),
+                       "put quotes around a name with blanks, and write settings as offset=\"45 deg\"");
+    }
+  }
+  if (out.operation.empty()) {
+    throw InputError("cli.use", {}, "which operation?",
+                     "for instance: doppel overlay add my_arm.xacro flip_axis \"Revolute 3\"");
+  }
+  return out;
+}
+
+Operation read_operation(const AddWords& words, const OverlayOptions& o) {
+  std::string yaml = fmt::format("- {}: {}\n", words.operation, words.name.empty() ? "" : quoted(words.name));
+  for (const auto& [key, value] : words.settings) {
+    const bool structured = value.starts_with('[') || value.starts_with('{');
+    yaml += fmt::format("  {}: {}\n", key, structured ? value : quoted(value));
+  }
+  Operation operation = parse_overlay(yaml, "command line").operations.at(0);
+  operation.why = o.why;
+  operation.evidence = o.evidence;
+  operation.where = {};
+  return operation;
+}
+
+int add(const OverlayOptions& o) {
+  const AddWords words = split_words(o.words);
+  Operation operation = read_operation(words, o);
+  Corrected c(words.target);
+  take_fingerprint(operation, c.corrected);
+  Overlay one;
+  one.operations = {operation};
+  Diagnostics said;
+  const OperationOutcome outcome = apply_overlay(one, c.corrected, c.target.resolver, said).front();
+  said.throw_if_errors();
+  if (outcome.state != OperationState::applied) {
+    throw InputError(
+        "overlay.nothing_to_do", {},
+        fmt::format("'{}' would change nothing: {}", describe(operation.action), outcome.message));
+  }
+  const fs::path file = add_to_overlay(c.target.target.description, {operation});
+  fmt::print(stderr, "{}: {}\n", file.string(), describe(operation.action));
+  return 0;
+}
+
+// A number at the end of the words: which operation. 0: none was given.
+std::size_t take_number(std::vector<std::string>& words) {
+  std::size_t number = 0;
+  const std::string& last = words.back();
+  const auto [end, problem] = std::from_chars(last.data(), last.data() + last.size(), number);
+  if (words.size() < 2 || problem != std::errc() || end != last.data() + last.size()) return 0;
+  if (number == 0) throw InputError("cli.use", {}, "the first operation is 1");
+  words.pop_back();
+  return number;
+}
+
+std::size_t checked_index(const Corrected& c, std::size_t number) {
+  if (number >= 1 && number <= c.overlay.operations.size()) return number - 1;
+  throw InputError("cli.use", {},
+                   fmt::format("there is no operation {}; {} holds {}", number, c.overlay.file.string(),
+                               c.overlay.operations.size()),
+                   "'doppel overlay show' numbers them");
+}
+
+int remove(const OverlayOptions& o) {
+  std::vector<std::string> words = o.words;
+  const std::size_t number = take_number(words);
+  if (number == 0) {
+    throw InputError("cli.use", {}, "which operation?",
+                     "doppel overlay remove TARGET N; 'doppel overlay show' numbers them");
+  }
+  const Corrected c(words);
+  const std::size_t i = checked_index(c, number);
+  remove_from_overlay(c.overlay, i);
+  fmt::print(stderr, "{}: no longer: {}\n", c.overlay.file.string(),
+             describe(c.overlay.operations[i].action));
+  return 0;
+}
+
+bool stamp_one(const Corrected& c, std::size_t i) {
+  Operation operation = c.overlay.operations[i];
+  take_fingerprint(operation, c.before(i));
+  stamp_overlay(c.overlay, i, operation);
+  fmt::print(stderr, "{}: made for the description as it stands: {}\n", c.overlay.file.string(),
+             describe(operation.action));
+  return true;
+}
+
+int stamp(const OverlayOptions& o) {
+  std::vector<std::string> words = o.words;
+  if (const std::size_t number = take_number(words); number != 0) {
+    const Corrected c(words);
+    stamp_one(c, checked_index(c, number));
+    return 0;
+  }
+  bool stamped = false;
+  for (std::size_t i = 0;; ++i) {
+    const Corrected c(words);  // anew: each operation's fingerprint is of what the ones before it leave
+    if (i >= c.overlay.operations.size()) break;
+    if (c.overlay.operations[i].was.empty()) stamped = stamp_one(c, i);
+  }
+  if (!stamped) fmt::print(stderr, "every operation has its fingerprint\n");
+  return 0;
+}
+
+// -- bake
+std::string package_name(const fs::path& folder) {
+  const XmlNode root = load_xml((folder / "package.xml").string());
+  const XmlNode* name = root.first("name");
+  return name != nullptr ? name->content() : "";
+}
+
+void copy_meshes(const std::vector<std::pair<fs::path, fs::path>>& copies) {
+  for (const auto& [from, to] : copies) {
+    std::error_code problem;
+    fs::create_directories(to.parent_path(), problem);
+    fs::copy_file(from, to, fs::copy_options::overwrite_existing, problem);
+    if (problem) {
+      throw InputError("file.unwritable", make_location(to.string()),
+                       fmt::format("'{}' cannot be written: {}", to.string(), problem.message()));
+    }
+    fmt::print(stderr, "{}: written\n", to.string());
+  }
+}
+
+// Meshes that operations made get a lasting place: in the package, or beside what is written.
+void settle(Corrected& c, const fs::path& beside) {
+  const fs::path& package = c.target.target.package_folder;
+  const std::string name = package.empty() ? "" : package_name(package);
+  const fs::path folder = name.empty() ? beside : package;
+  copy_meshes(
+      settle_meshes(c.corrected.root, folder, name.empty() ? "" : fmt::format("package://{}/", name)));
+}
+
+int bake_sources(Corrected& c, const OverlayOptions& o) {
+  std::vector<BakedFile> files = bake_in_place(c.plain, c.corrected);
+  if (files.empty()) {
+    fmt::print(stderr, "there is nothing to bake: {}\n", c.outcomes.empty() ? "no corrections" : counts(c));
+    return 0;
+  }
+  for (const BakedFile& file : files)
+    fmt::print(stderr, "{}: {}\n", file.file.string(), o.dry_run ? "would be patched" : "patched");
+  if (o.dry_run) return 0;
+  write_baked(files, [&] {
+    Diagnostics quiet;
+    ExpandedDescription now = expand_description(c.plain.file, c.target.arguments, c.target.resolver, quiet);
+    return same_expansion(now.root, c.corrected.root);
+  });
+  return 0;
+}
+
+int bake(const OverlayOptions& o) {
+  if (o.output.empty() == !o.in_place) {
+    throw InputError("cli.use", {}, "where to?",
+                     "-o FILE writes plain URDF, --in-place patches the sources themselves");
+  }
+  Corrected c(o.words);
+  print_diagnostics(c.diagnostics);
+  c.diagnostics.throw_if_errors();
+  const fs::path file = o.in_place ? c.plain.file : fs::path(o.output);
+  if (!o.dry_run) settle(c, fs::absolute(file).parent_path());
+  if (o.in_place) return bake_sources(c, o);
+  if (!o.dry_run) deliver(to_xml(c.corrected.root), o.output);
+  return 0;
+}
+
+CLI::App* add_part(CLI::App& group, const char* name, const char* help, int& exit_code,
+                   const std::shared_ptr<OverlayOptions>& options, int (*run)(const OverlayOptions&)) {
+  CLI::App* verb = group.add_subcommand(name, help);
+  verb->callback([options, &exit_code, run] { exit_code = run(*options); });
+  return verb;
+}
+
+}  // namespace
+
+void add_overlay(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<OverlayOptions>();
+  OverlayOptions& o = *options;
+  CLI::App* group = app.add_subcommand("overlay", "Corrections that survive the next export");
+  group->require_subcommand(1);
+  group->footer("The file's form and every operation: docs/overlay.md");
+
+  CLI::App* verb =
+      add_part(*group, "show", "Every correction with its state; exit code 1 where one is not applied",
+               exit_code, options, show);
+  add_target(*verb, o.words);
+  verb->add_flag("--json", o.json, "One JSON object on stdout");
+
+  verb = add_part(*group, "add", "Add a correction; its fingerprint is taken by itself", exit_code, options,
+                  add);
+  verb->add_option("WORDS", o.words, "TARGET OPERATION [NAME] [key=value ...]")->required();
+  verb->add_option("--why", o.why, "Why it is right");
+  verb->add_option("--evidence", o.evidence, "What was measured or read; may be given several times")
+      ->take_all()
+      ->allow_extra_args(false);
+  verb->footer(
+      "Examples:\n"
+      "  doppel overlay add arm.xacro flip_axis \"Revolute 3\" --why \"it turns the other way\"\n"
+      "  doppel overlay add arm.xacro bake_zero \"Revolute 2\" offset=\"45 deg\"\n"
+      "  doppel overlay add arm.xacro set_limit \"Revolute 1\" effort=3.5 velocity=5.2 --evidence \"DS3240's "
+      "sheet\"");
+
+  verb = add_part(*group, "remove", "Take correction N out", exit_code, options, remove);
+  verb->add_option("WORDS", o.words, "TARGET N, the number that 'overlay show' tells")->required();
+
+  verb = add_part(*group, "stamp", "Take the fingerprints of corrections that were written by hand",
+                  exit_code, options, stamp);
+  verb->add_option("WORDS", o.words, "TARGET [N]; with N only this one, even if it has a fingerprint")
+      ->required();
+
+  verb = add_part(*group, "bake", "Write the corrections into plain URDF, or into the sources themselves",
+                  exit_code, options, bake);
+  add_target(*verb, o.words);
+  verb->add_option("-o", o.output, "Plain URDF to this file; - is stdout")->type_name("FILE");
+  verb->add_flag("--in-place", o.in_place,
+                 "Patch the sources: all that is needed or nothing; comments and layout stay");
+  verb->add_flag("--dry-run", o.dry_run, "Say which files, write nothing");
+}
+
+}  // namespace doppel::app
