@@ -3,6 +3,7 @@
 // ros/xacro) the reference is measured in the same run by python3.
 //
 //   bench_xacro [--corpus FOLDER] [--program doppel-xacro] [--reference FOLDER] [--runs N]
+//               [--case PART_OF_ITS_NAME]
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -33,6 +34,7 @@ struct Options {
   fs::path corpus = fs::path(DOPPEL_SOURCE_DIR) / ".." / "shared" / "corpus";
   fs::path program, reference;
   int runs = 5;
+  std::string part;  // of the cases' names that are measured
 };
 
 double median(std::vector<double> values) {
@@ -178,6 +180,7 @@ int main(int argc, char** argv) {
     if (name == "--corpus") options.corpus = value;
     if (name == "--program") options.program = value;
     if (name == "--reference") options.reference = fs::absolute(value);
+    if (name == "--case") options.part = value;
     if (name == "--runs") options.runs = std::max(1, std::atoi(value.c_str()));
   }
   std::error_code none;
@@ -193,7 +196,8 @@ int main(int argc, char** argv) {
   fs::current_path(options.corpus);
   std::vector<Row> rows;
   for (const Json& record : Json::parse(in)) {
-    if (record["kind"] != "urdf" && record["expect"] == "ok")
+    const bool wanted = record["id"].get<std::string>().find(options.part) != std::string::npos;
+    if (wanted && record["kind"] != "urdf" && record["expect"] == "ok")
       rows.push_back(measure(options, record, scratch));
   }
   fs::remove_all(scratch);

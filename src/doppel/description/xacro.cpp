@@ -165,12 +165,15 @@ void Expander::children(const XmlNode& parent, const Context& context, Output& o
 }
 
 void Expander::text(const XmlNode& in, const Context& context, Output& out, bool& eval_comments) {
-  XmlNode& made = out.nodes.emplace_back(in);
-  made.where = placed(in.where, context);
-  if (in.cdata) return;
-  if (in.text.find('$') != std::string::npos)
+  XmlNode& made = out.nodes.emplace_back();
+  made.kind = in.kind;
+  made.cdata = in.cdata;
+  if (in.where.known()) made.where = placed(in.where, context);  // blank text has no place
+  if (in.cdata || in.text.find('$') == std::string::npos)
+    made.text = in.text;
+  else
     made.text = interpreter_.string(in.text, *context.scope, made.where);
-  if (!made.text.empty() && !blank(made.text)) eval_comments = false;
+  if (eval_comments && !made.text.empty() && !blank(made.text)) eval_comments = false;
 }
 
 void Expander::comment(const XmlNode& in, const Context& context, Output& out, bool& eval_comments) {

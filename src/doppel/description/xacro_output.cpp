@@ -23,7 +23,8 @@ class Writer {
           out += "<![CDATA[" + node.text + "]]>";
         } else {
           indent(depth);
-          out += escape_xml(node.text, true) + '\n';
+          append_escaped(out, node.text, true);
+          out += '\n';
         }
         return;
       case XmlNode::Kind::comment:
@@ -44,8 +45,8 @@ class Writer {
 
   // Attributes in order of their names.
   void attributes(const XmlNode& node) {
-    std::vector<const XmlAttribute*> sorted;
-    sorted.reserve(node.attributes.size());
+    std::vector<const XmlAttribute*>& sorted = sorted_;
+    sorted.clear();
     for (const XmlAttribute& a : node.attributes) sorted.push_back(&a);
     std::sort(sorted.begin(), sorted.end(),
               [](const XmlAttribute* a, const XmlAttribute* b) { return a->name < b->name; });
@@ -53,7 +54,7 @@ class Writer {
       out += ' ';
       out += a->name;
       out += "=\"";
-      out += escape_xml(a->value, true);
+      append_escaped(out, a->value, true);
       out += '"';
     }
   }
@@ -69,7 +70,8 @@ class Writer {
     }
     const XmlNode& first = node.children.front();
     if (node.children.size() == 1 && first.kind == XmlNode::Kind::text && !first.cdata) {
-      out += '>' + escape_xml(first.text, true);
+      out += '>';
+      append_escaped(out, first.text, true);
     } else {
       out += ">\n";
       for (const XmlNode& child : node.children) {
@@ -78,8 +80,12 @@ class Writer {
       }
       indent(depth);
     }
-    out += "</" + node.name + ">\n";
+    out += "</";
+    out += node.name;
+    out += ">\n";
   }
+
+  std::vector<const XmlAttribute*> sorted_;
 };
 
 }  // namespace

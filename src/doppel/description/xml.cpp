@@ -118,21 +118,21 @@ XmlNode load_xml(const std::string& file) {
   return load_xml_document(file, XmlKeep::content).root;
 }
 
+void append_escaped(std::string& out, std::string_view text, bool quotes) {
+  std::size_t copied = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c != '&' && c != '<' && c != '>' && (c != '"' || !quotes)) continue;
+    out.append(text, copied, i - copied);
+    out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : "&quot;";
+    copied = i + 1;
+  }
+  out.append(text, copied);
+}
+
 std::string escape_xml(std::string_view text, bool quotes) {
   std::string out;
-  out.reserve(text.size());
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"' && quotes)
-      out += "&quot;";
-    else
-      out += c;
-  }
+  append_escaped(out, text, quotes);
   return out;
 }
 

@@ -55,5 +55,6 @@ std::string read_file(const std::string& file, std::size_t largest);
 
 std::string to_xml(const XmlNode& node);
 std::string escape_xml(std::string_view text, bool quotes);
+void append_escaped(std::string& out, std::string_view text, bool quotes);
 
 }  // namespace doppel

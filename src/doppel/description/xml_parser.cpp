@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -77,6 +78,15 @@ class Parser {
     const std::size_t start = before.rfind('\n') + 1;  // npos + 1 is 0
     return {file_, lines + 1, static_cast<int>(offset - start) + 1, nullptr};
   }
+  void count_part(std::size_t offset) {
+    if (++parts_ > kMostParts)
+      throw InputError("xml.too_much", place(offset),
+                       "there are more than a million elements and attributes");
+  }
+  static XmlNode& add_child(XmlNode& parent) {
+    if (parent.children.capacity() == 0) parent.children.reserve(4);
+    return parent.children.emplace_back();
+  }
   // Places in order of reading; every part of the tree asks for its own.
   SourceLocation next_place(std::size_t offset) {
     if (++parts_ > kMostParts)
@@ -95,10 +105,19 @@ class Parser {
 
   void check_characters() const {
     for (std::size_t i = 0; i < text_.size(); ++i) {
+      // Eight at a time, as long as none is a control character or beyond ASCII.
+      for (std::uint64_t eight = 0; i + 8 <= text_.size(); i += 8) {
+        std::memcpy(&eight, text_.data() + i, 8);
+        constexpr std::uint64_t kEach = 0x0101010101010101U;
+        if ((((eight - kEach * 0x20) | eight) & (kEach * 0x80)) != 0) break;
+      }
+      if (i >= text_.size()) return;
       const auto c = static_cast<unsigned char>(text_[i]);
       if (c >= 0x20 && c < 0x80) continue;
-      if (c < 0x20 && !blank(text_[i])) fail(i, fmt::format("the character {:#04x} is not allowed", c));
-      if (c < 0x80) continue;
+      if (c < 0x20) {
+        if (!blank(text_[i])) fail(i, fmt::format("the character {:#04x} is not allowed", c));
+        continue;
+      }
       const std::size_t length = utf8_length(text_.substr(i));
       if (length == 0)
         fail(i, fmt::format("the byte {:#04x} is not UTF-8", c),
@@ -272,7 +291,7 @@ class Parser {
       throw InputError("xml.too_deep", place(opened),
                        fmt::format("elements are nested more than {} deep", kDeepest));
     XmlNode* node = &root_;
-    if (!open_.empty()) node = &open_.back()->children.emplace_back();
+    if (!open_.empty()) node = &add_child(*open_.back());
     has_root_ = true;
     node->name = std::string(name());
     node->where = next_place(opened);
@@ -306,21 +325,26 @@ class Parser {
       fail(at_, fmt::format("the value of {} needs quotes", key));
     const char quote = text_[at_++];
     const std::size_t value = at_;
-    const std::size_t end = text_.find(quote, at_);
-    if (end == std::string_view::npos) fail(begin, fmt::format("the value of {} has no closing quote", key));
-    const std::size_t less = text_.substr(at_, end - at_).find('<');
-    if (less != std::string_view::npos)
-      fail(at_ + less, fmt::format("'<' stands in the value of {}", key), "write &lt;, or close the quotes");
+    std::size_t end = at_;
+    bool plain = true;
+    for (; end < text_.size() && text_[end] != quote; ++end) {
+      const char c = text_[end];
+      if (c == '<')
+        fail(end, fmt::format("'<' stands in the value of {}", key), "write &lt;, or close the quotes");
+      plain = plain && c != '&' && c >= ' ';
+    }
+    if (end >= text_.size()) fail(begin, fmt::format("the value of {} has no closing quote", key));
     if (node.find(key) != nullptr) fail(begin, fmt::format("the attribute {} is given twice", key));
     at_ = end + 1;
     XmlAttribute& made = node.attributes.emplace_back();
     made.name = std::string(key);
-    made.value = attribute_text(text_.substr(value, end - value), value);
+    const std::string_view raw = text_.substr(value, end - value);
+    made.value = plain || raw.find_first_of("&\t\r\n") == std::string_view::npos ? std::string(raw)
+                                                                                 : attribute_text(raw, value);
     made.where = next_place(begin);
   }
 
   std::string attribute_text(std::string_view raw, std::size_t offset) {
-    if (raw.find_first_of("&\t\r\n") == std::string_view::npos) return std::string(raw);
     std::string out;
     for (std::size_t i = 0; i < raw.size(); ++i) {
       if (raw[i] == '&') {
@@ -336,19 +360,25 @@ class Parser {
 
   void characters() {
     const std::size_t begin = at_;
-    const std::size_t end = std::min(text_.find('<', at_), text_.size());
-    const std::string_view raw = text_.substr(begin, end - begin);
-    at_ = end;
-    if (const std::size_t bad = raw.find("]]>"); bad != std::string_view::npos)
+    bool all_blank = true, plain = true;
+    for (; at_ < text_.size() && text_[at_] != '<'; ++at_) {
+      const char c = text_[at_];
+      all_blank = all_blank && blank(c);
+      plain = plain && c != '&' && c != '\r' && c != ']';
+    }
+    const std::string_view raw = text_.substr(begin, at_ - begin);
+    if (const std::size_t bad = plain ? std::string_view::npos : raw.find("]]>");
+        bad != std::string_view::npos)
       fail(begin + bad, "']]>' stands in a text");
     XmlNode& parent = *open_.back();
-    if (keep_ == XmlKeep::content && raw.find_first_not_of(kBlank) == std::string_view::npos &&
-        (!parent.children.empty() || !ahead("</")))
-      return;
-    XmlNode& node = parent.children.emplace_back();
+    if (keep_ == XmlKeep::content && all_blank && (!parent.children.empty() || !ahead("</"))) return;
+    XmlNode& node = add_child(parent);
     node.kind = XmlNode::Kind::text;
-    node.where = next_place(begin);
-    if (raw.find_first_of("&\r") == std::string_view::npos) {
+    if (all_blank)
+      count_part(begin);  // nothing is ever said about its place
+    else
+      node.where = next_place(begin);
+    if (plain) {
       node.text = std::string(raw);
       return;
     }
