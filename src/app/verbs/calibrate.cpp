@@ -62,7 +62,10 @@ class Calibration {
     refuse_repetition();
     correct();
     const std::filesystem::path file = write();
-    options_.json ? print_json(file) : print_text(file);
+    try {
+      options_.json ? print_json(file) : print_text(file);
+    } catch (const OutputClosed&) {  // | head has seen enough
+    }
     return 0;
   }
 

@@ -102,11 +102,15 @@ class Printer {
 int run(const DiffOptions& options) {
   const LoadedDescription a = load(options.a, options), b = load(options.b, options);
   const std::vector<Change> changes = compare(a.robot, b.robot);
-  if (options.json) {
-    say("{}\n", to_json(changes));
-  } else {
-    const bool colour = options.color == "always" || (options.color == "auto" && isatty(STDOUT_FILENO) != 0);
-    Printer(changes, colour).print();
+  try {
+    if (options.json) {
+      say("{}\n", to_json(changes));
+    } else {
+      const bool colour =
+          options.color == "always" || (options.color == "auto" && isatty(STDOUT_FILENO) != 0);
+      Printer(changes, colour).print();
+    }
+  } catch (const OutputClosed&) {  // | head has seen enough; the verdict stays
   }
   return changes.empty() ? 0 : 1;
 }

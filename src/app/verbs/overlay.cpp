@@ -302,14 +302,16 @@ int bake_sources(Corrected& c, const OverlayOptions& o) {
     fmt::print(stderr, "there is nothing to bake: {}\n", c.outcomes.empty() ? "no corrections" : counts(c));
     return 0;
   }
+  if (!o.dry_run) {
+    write_baked(files, [&] {
+      Diagnostics quiet;
+      const ExpandedDescription now =
+          expand_description(c.plain.file, c.target.arguments, c.target.resolver, quiet);
+      return same_expansion(now.root, c.corrected.root);
+    });
+  }
   for (const BakedFile& file : files)
     fmt::print(stderr, "{}: {}\n", file.file.string(), o.dry_run ? "would be patched" : "patched");
-  if (o.dry_run) return 0;
-  write_baked(files, [&] {
-    Diagnostics quiet;
-    ExpandedDescription now = expand_description(c.plain.file, c.target.arguments, c.target.resolver, quiet);
-    return same_expansion(now.root, c.corrected.root);
-  });
   return 0;
 }
 

@@ -70,8 +70,7 @@ std::string sentence(const OperationAction& action, const std::string& of) {
             return fmt::format("rotate the frame of {} by rpy {}", of, degrees(a.rpy));
           },
           [&](const BakeZero& a) {
-            return fmt::format("bake a zero of {} ({}) into {}", number_text(a.offset), degrees(a.offset),
-                               of);
+            return fmt::format("bake a zero of {:.6g} ({}) into {}", a.offset, degrees(a.offset), of);
           },
           [&](const SetOrigin& a) { return fmt::format("set the origin of {}: {}", of, settings(a)); },
           [&](const SetLimit& a) { return fmt::format("set the limit of {}: {}", of, settings(a)); },
