@@ -16,7 +16,8 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kWorstResidual = 5.0 * kDegree;
 constexpr double kLeastMotion = 0.05;  // machine per model: less is a joint that did not turn
-constexpr double kSameZero = 1e-9;     // rad or m
+constexpr double kSmallestScale = 0.5, kLargestScale = 2.0;
+constexpr double kSameZero = 1e-9;  // rad or m
 
 bool slides(const Joint& joint) {
   return joint.type == JointType::prismatic;
@@ -100,6 +101,13 @@ JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements
   if (std::abs(slope) < kLeastMotion) {
     refuse(joint, "calibrate.no_motion", "the machine's numbers hardly differ, although the model's do",
            "check that this joint is the one that was driven");
+  }
+  if (std::abs(slope) < kSmallestScale || std::abs(slope) > kLargestScale) {
+    refuse(joint, "calibrate.scale",
+           fmt::format(
+               "the machine moves {:.4g} times as far as the model, which no servo's pulse range explains",
+               std::abs(slope)),
+           "give both numbers in the same unit; a motor's own angle has to be divided by its gear's ratio");
   }
   JointFit fit;
   fit.joint = joint.name;

@@ -32,7 +32,8 @@ inline constexpr double kLeastSpread = 60.0 * 0.017453292519943295;  // rad, bet
 inline constexpr double kScaleTolerance = 0.02;                      // more than this is no error of reading
 
 // Throws InputError: fewer than two measurements, all within 60 degrees (for a prismatic joint: within a
-// third of its range), a machine that did not move, residuals beyond 5 degrees, a joint that is unknown,
+// third of its range), a machine that did not move, a scale
+// beyond a factor of 2, residuals beyond 5 degrees, a joint that is unknown,
 // fixed or a mimic.
 JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements);
 
