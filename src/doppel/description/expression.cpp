@@ -88,15 +88,16 @@ class Evaluator {
       throw ExpressionError("the evaluation is nested too deeply", "xacro.too_deep");
     switch (e.kind) {
       case Kind::constant:
+        spend_on(e.value);
         return e.value;
       case Kind::name:
         return name(e.text);
       case Kind::list:
-        return Value::list(values(e.parts));
+        return charged(Value::list(values(e.parts)));
       case Kind::tuple:
-        return Value::tuple(values(e.parts));
+        return charged(Value::tuple(values(e.parts)));
       case Kind::set:
-        return Value::set(values(e.parts));
+        return charged(Value::set(values(e.parts)));
       case Kind::dict:
         return dict(e);
       case Kind::unary:
@@ -116,11 +117,13 @@ class Evaluator {
         return value(e.parts[value(e.parts[0]).truth() ? 1 : 2]);
       case Kind::index: {
         const Value object = value(e.parts[0]);
+        if (object.is<std::string>()) spend(static_cast<std::int64_t>(object.as<std::string>().size() / 16));
         return index_value(object, value(e.parts[1]));
       }
       case Kind::slice: {
         const Value object = value(e.parts[0]);
         const Value from = value(e.parts[1]), to = value(e.parts[2]);
+        spend(object.weight() / 4);
         return slice_value(object, from, to, value(e.parts[3]));
       }
       case Kind::attribute:
@@ -145,9 +148,19 @@ class Evaluator {
     if ((budget_ -= steps) < 0)
       throw ExpressionError("the evaluation takes too many steps", "xacro.too_much");
   }
-  // What is made costs steps as well, so that memory is bounded with them.
+  // What is made or gone through costs steps as well, so that time and memory are bounded with them: one for
+  // an item, or for as many characters as are copied in the same time.
+  void spend_on(const Value& touched) {
+    if (touched.is<std::string>())
+      spend(static_cast<std::int64_t>(touched.as<std::string>().size() / 64));
+    else if (touched.weight() > 1)
+      spend(touched.weight() / 4);
+  }
   Value charged(Value made) {
-    spend(made.weight() / 8);
+    if (made.is<std::string>())
+      spend_on(made);
+    else if (made.weight() > 1)
+      spend(made.weight());
     return made;
   }
 
@@ -168,7 +181,10 @@ class Evaluator {
   }
 
   Value name(const std::string& text) {
-    if (const Value* known = scope_.find(text)) return *known;
+    if (const Value* known = scope_.find(text)) {
+      if (known->is<std::string>()) spend_on(*known);
+      return *known;
+    }
     if (const Value* builtin = find_builtin(text)) return *builtin;
     std::vector<std::string> names = scope_.names();
     const auto builtins = builtin_names();
@@ -202,7 +218,8 @@ class Evaluator {
     Value left = value(e.parts[0]);
     for (std::size_t i = 0; i < e.operators.size(); ++i) {
       Value right = value(e.parts[i + 1]);
-      spend((left.weight() + right.weight()) / 8);
+      spend_on(left);
+      spend_on(right);
       if (!compare_values(e.operators[i], left, right)) return Value(false);
       left = std::move(right);
     }
@@ -228,7 +245,7 @@ class Evaluator {
         add(part, arguments);
       }
     }
-    for (const Value& argument : arguments) spend(argument.weight() / 16);
+    for (const Value& argument : arguments) spend_on(argument);
     return charged((*function.as<Value::Function>().call)(arguments, keywords));
   }
 
@@ -238,6 +255,7 @@ class Evaluator {
     if (which == e.loops.size()) return make();
     const Expression::Loop& at = e.loops[which];
     const Value iterable = which == 0 ? value(at.items) : inside.value(at.items);
+    spend(iterable.weight());
     for (const Value& item : items_of(iterable)) {
       spend(1);
       bind(at.target, item, names);
@@ -255,7 +273,7 @@ class Evaluator {
     ValueDict entries;
     loop(e, 0, names, inside, [&] {
       Value first = inside.value(e.parts[0]);
-      spend(first.weight() / 8);
+      spend_on(first);
       if (e.form == 'd')
         entries.set(std::move(first), inside.value(e.parts[1]));
       else

@@ -12,7 +12,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::int64_t kLongestRange = 1'000'000;
+constexpr std::int64_t kLongestRange = 200'000;
 
 Value extreme(ValueList& a, const KeywordArguments& keywords, const char* function, Operator better) {
   if (a.empty()) throw ExpressionError(fmt::format("{}() needs arguments", function));
@@ -181,6 +181,7 @@ Value length(const Arguments& a) {
   expect_arguments(a, 1, 1, "len");
   if (a[0].is<std::string>())
     return Value(static_cast<std::int64_t>(count_characters(a[0].as<std::string>())));
+  if (a[0].sequence()) return Value(static_cast<std::int64_t>(a[0].values().size()));
   return Value(static_cast<std::int64_t>(items_argument(a, 0, "len").size()));
 }
 

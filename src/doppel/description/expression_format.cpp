@@ -229,7 +229,7 @@ class PercentFormat {
       }
       ++at_;
       out += conversion();
-      if (out.size() > 2'000'000) throw ExpressionError("the result is too long", "xacro.too_much");
+      if (out.size() > 1'000'000) throw ExpressionError("the result is too long", "xacro.too_much");
     }
     const bool mapping = value_.is<Value::Dict>();
     if (used_ < arguments_.size() && !mapping && !(value_.is<Value::List>() && used_ > 0))
@@ -378,7 +378,7 @@ class BraceFormat {
         out += field(format.substr(i + 1, end - i - 1), depth);
         i = end;
       }
-      if (out.size() > 2'000'000) throw ExpressionError("the result is too long", "xacro.too_much");
+      if (out.size() > 1'000'000) throw ExpressionError("the result is too long", "xacro.too_much");
     }
     return out;
   }

@@ -93,7 +93,7 @@ Value join(const Value& separator, const Arguments& a) {
       throw ExpressionError(fmt::format("join() needs strings, not {}", item.brief()));
     if (!first) out += text_of(separator);
     out += text_of(item);
-    if (out.size() > 2'000'000) throw ExpressionError("the result is too long", "xacro.too_much");
+    if (out.size() > 1'000'000) throw ExpressionError("the result is too long", "xacro.too_much");
     first = false;
   }
   return Value(std::move(out));
@@ -109,7 +109,7 @@ Value replace(const Value& subject, const Arguments& a) {
   for (std::size_t at; most-- != 0 && (at = text.find(from, begin)) != std::string::npos;
        begin = at + from.size()) {
     out += text.substr(begin, at - begin) + to;
-    if (out.size() > 2'000'000) throw ExpressionError("the result is too long", "xacro.too_much");
+    if (out.size() > 1'000'000) throw ExpressionError("the result is too long", "xacro.too_much");
   }
   return Value(out + text.substr(begin));
 }

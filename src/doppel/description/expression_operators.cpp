@@ -11,7 +11,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kLongest = 2'000'000;  // items or characters that one operation may make
+constexpr std::size_t kLongest = 1'000'000;  // items or characters that one operation may make
 
 [[noreturn]] void unsupported(Operator op, const Value& a, const Value& b) {
   throw ExpressionError(fmt::format("'{}' does not work between {} ({}) and {} ({})", symbol(op), a.brief(),

@@ -11,7 +11,7 @@ namespace doppel {
 namespace {
 
 constexpr int kDeepest = 64;
-constexpr std::int64_t kHeaviest = 4'000'000;  // characters and items in one value
+constexpr std::int64_t kHeaviest = 1'000'000;  // characters and items in one value
 constexpr std::size_t kIndexFrom = 12;
 
 std::string quoted(const std::string& text) {

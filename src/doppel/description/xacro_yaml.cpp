@@ -1,12 +1,12 @@
 // YAML files as values, scalars read as YAML 1.1 reads them (PyYAML's safe_load).
+#include "doppel/description/xacro_yaml.h"
+
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
 #include <map>
 #include <numbers>
-
-#include "doppel/description/xacro_detail.h"
 
 namespace doppel::xacro {
 namespace {
@@ -104,7 +104,9 @@ std::optional<Value> sexagesimal(const std::string& text) {
                                 : std::nullopt;
 }
 
-Value plain(const std::string& text) {
+}  // namespace
+
+Value yaml_scalar(const std::string& text) {
   if (text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL") return {};
   for (const char* yes : {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON"}) {
     if (text == yes) return Value(true);
@@ -118,6 +120,21 @@ Value plain(const std::string& text) {
   if (auto number = sexagesimal(text)) return *number;
   return Value(text);
 }
+
+std::optional<Value> yaml_quantity(const std::string& tag, const std::string& text) {
+  const auto unit = units().find(tag);
+  double number = 0;
+  if (unit == units().end()) return std::nullopt;
+  if (parse_real(text, number)) return Value(number * unit->second);
+  std::int64_t budget = 100'000;
+  Nothing nothing;
+  const Value value = evaluate(text, nothing, budget);
+  if (value.number()) return Value(value.real() * unit->second);
+  if (!value.is<std::string>() || !parse_real(value.as<std::string>(), number)) return std::nullopt;
+  return Value(number * unit->second);
+}
+
+namespace {
 
 class Converter {
  public:
@@ -182,31 +199,27 @@ class Converter {
 
   Value scalar(const YAML::Node& node) {
     const std::string &text = node.Scalar(), &tag = node.Tag();
-    if (tag == "?" || tag.empty()) return plain(text);
+    if (tag == "?" || tag.empty()) return yaml_scalar(text);
     if (tag == "!" || tag == "tag:yaml.org,2002:str") return Value(text);
-    if (const auto unit = units().find(tag); unit != units().end()) return quantity(node, unit->second);
+    if (units().contains(tag)) return quantity(node);
     double number = 0;
     std::int64_t whole = 0;
     if (tag == "tag:yaml.org,2002:float" && parse_real(text, number)) return Value(number);
     if (tag == "tag:yaml.org,2002:int" && parse_integer(text, whole)) return Value(whole);
-    if (tag == "tag:yaml.org,2002:bool" || tag == "tag:yaml.org,2002:null") return plain(text);
+    if (tag == "tag:yaml.org,2002:bool" || tag == "tag:yaml.org,2002:null") return yaml_scalar(text);
     fail(node, fmt::format("the tag '{}' of '{}' is not known; there are !degrees, !radians, !meters, "
                            "!millimeters, !foot, !inches",
                            tag, text));
   }
 
-  Value quantity(const YAML::Node& node, double unit) {
-    std::int64_t budget = 100'000;
+  Value quantity(const YAML::Node& node) {
+    std::string why = "it is no number";
     try {
-      Nothing nothing;
-      const Value value = evaluate(node.Scalar(), nothing, budget);
-      double number = value.number() ? value.real() : 0;
-      if (!value.number() && !(value.is<std::string>() && parse_real(value.as<std::string>(), number)))
-        throw ExpressionError("it is no number");
-      return Value(number * unit);
+      if (const auto value = yaml_quantity(node.Tag(), node.Scalar())) return *value;
     } catch (const ExpressionError& problem) {
-      fail(node, fmt::format("'{} {}' cannot be evaluated: {}", node.Tag(), node.Scalar(), problem.what()));
+      why = problem.what();
     }
+    fail(node, fmt::format("'{} {}' cannot be evaluated: {}", node.Tag(), node.Scalar(), why));
   }
 
   std::shared_ptr<const std::string> file_;
@@ -216,7 +229,8 @@ class Converter {
 
 }  // namespace
 
-Value parse_yaml(const std::string& text, const std::filesystem::path& file, const SourceLocation& where) {
+Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file,
+                       const SourceLocation& where) {
   Converter converter(file, where);
   try {
     const std::vector<YAML::Node> documents = YAML::LoadAll(text);
@@ -229,6 +243,11 @@ Value parse_yaml(const std::string& text, const std::filesystem::path& file, con
   } catch (const ExpressionError& problem) {
     throw InputError("xacro.yaml", where, problem.what());
   }
+}
+
+Value parse_yaml(const std::string& text, const std::filesystem::path& file, const SourceLocation& where) {
+  if (auto simple = parse_simple_yaml(text)) return *std::move(simple);
+  return parse_whole_yaml(text, file, where);
 }
 
 Value load_yaml(const std::filesystem::path& file, const SourceLocation& where) {

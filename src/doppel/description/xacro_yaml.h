@@ -1,0 +1,23 @@
+#pragma once
+// What the two readers of YAML share.
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "doppel/description/xacro_detail.h"
+
+namespace doppel::xacro {
+
+// A plain scalar as YAML 1.1 reads it (PyYAML's safe_load): null, truth value, number, text.
+Value yaml_scalar(const std::string& text);
+// "!degrees 90" in SI; nothing: no such unit, or no number.
+std::optional<Value> yaml_quantity(const std::string& tag, const std::string& text);
+
+// Nothing: the text uses more of YAML than this reads, or is none.
+std::optional<Value> parse_simple_yaml(std::string_view text);
+// By yaml-cpp, whatever the text. Throws InputError.
+Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file,
+                       const SourceLocation& where);
+
+}  // namespace doppel::xacro
