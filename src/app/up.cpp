@@ -16,6 +16,7 @@
 #include "app/process.h"
 #include "app/reload.h"
 #include "app/snapshot.h"
+#include "app/verbs/description_target.h"
 #include "doppel/server/announcement.h"
 #include "doppel/server/server.h"
 #include "doppel/twin/runner.h"
@@ -40,15 +41,6 @@ struct UpOptions {
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
   int port = 0;
 };
-
-std::pair<std::string, std::string> split_argument(const std::string& text) {
-  const std::size_t at = text.find(":=");
-  if (at == std::string::npos || at == 0) {
-    throw InputError("cli.argument", {}, fmt::format("'{}' is not of the form name:=value", text),
-                     "write for instance use_sim:=true");
-  }
-  return {text.substr(0, at), text.substr(at + 2)};
-}
 
 Scenario make_scenario(const UpOptions& options) {
   Scenario scenario;
@@ -169,10 +161,6 @@ class TableThread {
   std::thread thread_;
 };
 
-void print_diagnostics(const Diagnostics& diagnostics) {
-  for (const Diagnostic& diagnostic : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostic.str());
-}
-
 std::string controllers_text(const std::vector<ControllerView>& controllers) {
   std::string out;
   for (const ControllerView& controller : controllers) {
@@ -230,7 +218,7 @@ int run_up(const UpOptions& options) {
   log.add_sink([&terminal](const LogLine& line) { terminal.add(line); });
   Diagnostics diagnostics;
   Twin twin(scenario, log, diagnostics);
-  print_diagnostics(diagnostics);
+  print_diagnostics(diagnostics, true);
 
   ServerOptions server_options;
   server_options.name = "doppel " + twin.robot_name();

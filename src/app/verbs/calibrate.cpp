@@ -197,7 +197,8 @@ class Calibration {
       for (const Operation& operation : result.operations)
         say("  correction {}\n", describe(operation.action));
       if (!result.operations.empty()) {
-        const Eigen::Vector3d &axis = result.axis, &rpy = result.rpy;
+        const Eigen::Vector3d none = Eigen::Vector3d::Zero(), axis = result.axis + none,
+                              rpy = result.rpy + none;
         say("             axis {:.9g} {:.9g} {:.9g}, rpy {:.10g} {:.10g} {:.10g}\n", axis.x(), axis.y(),
             axis.z(), rpy.x(), rpy.y(), rpy.z());
       }

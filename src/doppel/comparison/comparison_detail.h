@@ -45,8 +45,8 @@ class Changes {
     return fmt::format("{:.6g}{}{}", value == 0 ? 0.0 : value, *unit == '\0' ? "" : " ", unit);
   }
   static std::string shown(const Eigen::Vector3d& v, double scale, const char* unit) {
-    return fmt::format("{:.6g} {:.6g} {:.6g} {}", v.x() * scale + 0.0, v.y() * scale + 0.0,
-                       v.z() * scale + 0.0, unit);
+    return fmt::format("{:.6g} {:.6g} {:.6g}{}{}", v.x() * scale + 0.0, v.y() * scale + 0.0,
+                       v.z() * scale + 0.0, *unit == '\0' ? "" : " ", unit);
   }
 
  private:
