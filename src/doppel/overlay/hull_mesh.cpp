@@ -66,4 +66,28 @@ std::optional<fs::path> write_hull(const std::vector<Eigen::Vector3d>& points, c
   return file;
 }
 
+std::vector<fs::path> write_parts(const std::string& key, const std::string& stem,
+                                  const std::function<Parts()>& parts) {
+  const fs::path folder = cache_folder() / fmt::format("hull_parts_{:016x}", fnv1a(stem + '\n' + key));
+  const fs::path list = folder / "complete";  // written last
+  std::error_code none;
+  const auto file = [&](std::size_t i) { return folder / fmt::format("{}_{}.stl", stem, i + 1); };
+  std::vector<fs::path> out;
+  if (fs::exists(list, none)) {
+    while (fs::exists(file(out.size()), none)) out.push_back(file(out.size()));
+    return out;
+  }
+  fs::create_directories(folder, none);
+  for (const std::vector<Eigen::Vector3d>& corners : parts()) {
+    std::vector<Eigen::Vector3f> points;
+    for (const Eigen::Vector3d& p : corners) points.push_back(p.cast<float>());
+    const ConvexHull hull = convex_hull(points);
+    if (hull.triangles.empty()) continue;
+    write_atomically(file(out.size()), binary_stl(points, hull));
+    out.push_back(file(out.size()));
+  }
+  write_atomically(list, key);
+  return out;
+}
+
 }  // namespace doppel::overlay_detail

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,5 +14,11 @@ namespace doppel::overlay_detail {
 // points enclose no volume. Throws InputError where it cannot be written.
 std::optional<std::filesystem::path> write_hull(const std::vector<Eigen::Vector3d>& points,
                                                 const std::string& name);
+
+// The hulls of several parts, as STEM_1.stl, STEM_2.stl... in a folder named by `key`, which says all that
+// they follow from: where they lie there already, `parts` is not asked for.
+using Parts = std::vector<std::vector<Eigen::Vector3d>>;
+std::vector<std::filesystem::path> write_parts(const std::string& key, const std::string& stem,
+                                               const std::function<Parts()>& parts);
 
 }  // namespace doppel::overlay_detail

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/description/mesh.h"
 #include "doppel/description/urdf_parser.h"
+#include "doppel/geometry/convex_hull.h"
 #include "doppel/geometry/mesh_report.h"
+#include "doppel/overlay/convex_parts_detail.h"
 #include "doppel/overlay/hull_mesh_detail.h"
 #include "doppel/overlay/overlay_detail.h"
 
@@ -118,10 +121,65 @@ std::vector<Eigen::Vector3d> corners_of(const Link& link) {
   return points;
 }
 
-std::string hull_name(const std::string& link) {
+std::string file_name(const std::string& link) {
   std::string out;
   for (const char c : link) out += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' ? c : '_';
-  return out + "_hull.stl";
+  return out;
+}
+
+std::string hull_name(const std::string& link) {
+  return file_name(link) + "_hull.stl";
+}
+
+// Triangles of a mesh as they are, of a primitive as its hull, in the link's frame.
+std::vector<Triangle> surface_of(const Geometry& geometry, const Pose& X_LS) {
+  std::vector<Triangle> out;
+  if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
+    const TriangleMesh loaded = load_mesh(mesh->path, mesh->scale);
+    for (const auto& t : loaded.triangles) {
+      const auto corner = [&](std::size_t i) -> Eigen::Vector3d {
+        return X_LS * loaded.vertices[t[i]].cast<double>();
+      };
+      out.push_back({corner(0), corner(1), corner(2)});
+    }
+    return out;
+  }
+  std::vector<Eigen::Vector3f> points;
+  if (const auto report = report_shape(geometry)) {
+    for (const Eigen::Vector3d& p : report->hull) points.push_back((X_LS * p).cast<float>());
+  }
+  for (const auto& [a, b, c] : convex_hull(points).triangles)
+    out.push_back({points[a].cast<double>(), points[b].cast<double>(), points[c].cast<double>()});
+  return out;
+}
+
+// All that the parts of a shape follow from.
+std::string key_of(const Geometry& geometry, const Origin& origin) {
+  std::string key = vector_text(origin.xyz) + '\n' + vector_text(origin.rpy) + '\n';
+  if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
+    std::error_code none;
+    key += fmt::format("{}\n{}\n{}\n{}\n", mesh->path, vector_text(mesh->scale),
+                       std::filesystem::file_size(mesh->path, none),
+                       std::filesystem::last_write_time(mesh->path, none).time_since_epoch().count());
+  } else if (const auto report = report_shape(geometry)) {
+    for (const Eigen::Vector3d& p : report->hull) key += vector_text(p) + '\n';
+  }
+  return key;
+}
+
+template <class Shapes>
+std::vector<std::filesystem::path> part_files(const std::string& link, const Shapes& shapes) {
+  std::string key;
+  for (const auto& shape : shapes) key += key_of(shape.geometry, shape.origin);
+  return write_parts(key, file_name(link) + "_part", [&] {
+    Parts all;
+    for (const auto& shape : shapes) {
+      const std::vector<Triangle> surface = surface_of(shape.geometry, shape.origin.pose());
+      if (surface.empty()) continue;
+      for (auto& part : convex_parts(surface)) all.push_back(std::move(part));
+    }
+    return all;
+  });
 }
 
 XmlNode collision_node(const Eigen::Vector3d& xyz, XmlNode shape, const SourceLocation& where) {
@@ -134,22 +192,32 @@ XmlNode collision_node(const Eigen::Vector3d& xyz, XmlNode shape, const SourceLo
   return collision;
 }
 
-XmlNode new_collision(const ReplaceCollision& action, const SourceLocation& where,
-                      const Surroundings& around) {
+XmlNode mesh_collision(const std::filesystem::path& file, const SourceLocation& where) {
+  XmlNode shape = make_node("mesh", where);
+  set_attribute(shape, "filename", "file://" + file.string(), where);
+  return collision_node(Eigen::Vector3d::Zero(), std::move(shape), where);
+}
+
+std::vector<XmlNode> new_collisions(const ReplaceCollision& action, const SourceLocation& where,
+                                    const Surroundings& around) {
+  if (action.by == "none") return {};
   const Link link = read_link(action.link, where, around);
+  std::vector<XmlNode> out;
   if (action.by == "box") {
     const Eigen::AlignedBox3d box = bounds_of(link, where);
     XmlNode shape = make_node("box", where);
     set_attribute(shape, "size", rounded(box.sizes()), where);
-    const auto centre = vector_of(rounded(box.center()));
-    return collision_node(*centre, std::move(shape), where);
+    out.push_back(collision_node(*vector_of(rounded(box.center())), std::move(shape), where));
+  } else if (action.by == "hull") {
+    if (const auto file = write_hull(corners_of(link), hull_name(action.link)))
+      out.push_back(mesh_collision(*file, where));
+  } else {
+    for (const auto& file : link.collisions.empty() ? part_files(link.name, link.visuals)
+                                                    : part_files(link.name, link.collisions))
+      out.push_back(mesh_collision(file, where));
   }
-  const std::vector<Eigen::Vector3d> points = corners_of(link);
-  const auto file = write_hull(points, hull_name(action.link));
-  if (!file) impossible(where, fmt::format("the shapes of link '{}' enclose no volume to hull", link.name));
-  XmlNode shape = make_node("mesh", where);
-  set_attribute(shape, "filename", "file://" + file->string(), where);
-  return collision_node(Eigen::Vector3d::Zero(), std::move(shape), where);
+  if (out.empty()) impossible(where, fmt::format("the shapes of link '{}' enclose no volume", link.name));
+  return out;
 }
 
 }  // namespace
@@ -170,15 +238,14 @@ std::string replaced_collision(const ReplaceCollision& action, const SourceLocat
   if (action.by == "none") return kNone;
   if (action.by == "hull") return "mesh " + hull_name(action.link);
   XmlNode link = make_node("link", where);
-  link.children.push_back(new_collision(action, where, around));
+  link.children = new_collisions(action, where, around);
   return shapes_text(link, "collision");
 }
 
 void replace_collision(const ReplaceCollision& action, const SourceLocation& where,
                        const Surroundings& around) {
   XmlNode& link = *find_named(around.root, "link", action.link);
-  std::vector<XmlNode> made;
-  if (action.by != "none") made.push_back(new_collision(action, where, around));
+  std::vector<XmlNode> made = new_collisions(action, where, around);
   std::erase_if(link.children, [](const XmlNode& child) { return child.is("collision"); });
   for (XmlNode& node : made) link.children.push_back(std::move(node));
 }

@@ -253,7 +253,7 @@ OperationAction OperationReader::link_action() {
     return SetMeshScale{link, even ? Eigen::Vector3d::Constant(*even) : vector(scale, Dimension::plain)};
   }
   const YAML::Node by = need("by");
-  static const std::vector<std::string> kShapes{"hull", "box", "none"};
+  static const std::vector<std::string> kShapes{"hull", "box", "decomposition", "none"};
   if (std::ranges::find(kShapes, text(by, "by")) == kShapes.end())
     fail(by, "overlay.value",
          fmt::format("collision shapes cannot be replaced by '{}'{}", by.Scalar(),
