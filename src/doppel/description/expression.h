@@ -22,6 +22,9 @@ class ExpressionError : public std::runtime_error {
   std::string rule;
 };
 
+// An expression as an error shows it: the beginning, where it is long.
+std::string excerpt(std::string_view expression);
+
 // Where names come from; null: unknown. May itself evaluate (xacro's properties are lazy).
 class NameScope {
  public:

@@ -116,7 +116,7 @@ std::string eval_substitution(const std::string& text, Interpreter& interpreter,
     if (value.is<Value::Function>()) throw ExpressionError(fmt::format("{} is a function", value.repr()));
     return value.str();
   } catch (const ExpressionError& problem) {
-    throw InputError(problem.rule, where, fmt::format("{} (in $(eval {}))", problem.what(), text));
+    throw InputError(problem.rule, where, fmt::format("{} (in $(eval {}))", problem.what(), excerpt(text)));
   }
 }
 

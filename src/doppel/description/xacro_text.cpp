@@ -152,7 +152,7 @@ Value Interpreter::part(const TextPart& part, Scope& scope, const SourceLocation
   try {
     return evaluated(*compiled(inner), inner, scope, where);
   } catch (const ExpressionError& problem) {
-    throw InputError(problem.rule, where, fmt::format("{} (in ${{{}}})", problem.what(), inner));
+    throw InputError(problem.rule, where, fmt::format("{} (in ${{{}}})", problem.what(), excerpt(inner)));
   }
 }
 
@@ -161,8 +161,7 @@ Value Interpreter::evaluated(const Expression& expression, const std::string& te
   try {
     return evaluate(expression, scope, budget_.steps);
   } catch (const ExpressionError& problem) {
-    const std::string shown = text.size() > 200 ? text.substr(0, 200) + "..." : text;
-    throw InputError(problem.rule, where, fmt::format("{} (in ${{{}}})", problem.what(), shown));
+    throw InputError(problem.rule, where, fmt::format("{} (in ${{{}}})", problem.what(), excerpt(text)));
   }
 }
 
