@@ -2,11 +2,13 @@
 #include "doppel/description/xacro_yaml.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <sstream>
 
 namespace doppel::xacro {
 namespace {
@@ -227,16 +229,38 @@ class Converter {
   std::int64_t count_ = 0;
 };
 
+// Documents are only counted; YAML::LoadAll would find them for ever in some texts that are no YAML.
+class Ignoring : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+  }
+  void OnMapEnd() override {}
+};
+
+bool more_than_one(const std::string& text) {
+  std::istringstream in(text);
+  YAML::Parser parser(in);
+  Ignoring ignoring;
+  return parser.HandleNextDocument(ignoring) && parser.HandleNextDocument(ignoring);
+}
+
 }  // namespace
 
 Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file,
                        const SourceLocation& where) {
   Converter converter(file, where);
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1)
-      throw InputError("xacro.yaml", converter.place(documents[1].Mark()), "there are two documents in it");
-    return documents.empty() ? Value() : converter.value(documents[0], 0);
+    if (more_than_one(text))
+      throw InputError("xacro.yaml", converter.place(YAML::Mark()), "there is more than one document in it");
+    return converter.value(YAML::Load(text), 0);
   } catch (const YAML::Exception& problem) {
     throw InputError("xacro.yaml", converter.place(problem.mark),
                      fmt::format("the YAML is not well-formed: {}", problem.msg));

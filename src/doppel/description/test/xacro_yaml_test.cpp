@@ -37,6 +37,13 @@ TEST(XacroYaml, TheSimpleReaderLeavesAllElseAlone) {
   for (const char* text : texts) EXPECT_FALSE(parse_simple_yaml(text)) << text;
 }
 
+// Found by fuzzing: yaml-cpp sees documents without an end in it.
+TEST(XacroYaml, WhatIsNoYamlIsRefusedAndSoon) {
+  EXPECT_THROW(parse_whole_yaml(", yes, !degree yes, !degrees 80]\nb: {z<: {c: 1}, d: *a}\n", "f", {}),
+               InputError);
+  EXPECT_THROW(parse_whole_yaml("a: 1\n---\nb: 2\n", "f", {}), InputError);
+}
+
 TEST(XacroYaml, BothReadersAgreeOverTheCorpus) {
   const std::filesystem::path folder = std::filesystem::path(DOPPEL_SOURCE_DIR) / "../shared/corpus/robots";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no corpus";
