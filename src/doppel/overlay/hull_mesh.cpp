@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <bit>
 #include <cstdint>
@@ -14,12 +15,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The user's, or one that can always be written where that cannot.
 fs::path cache_folder() {
-  if (const char* folder = std::getenv("XDG_CACHE_HOME"); folder != nullptr && *folder == '/')
-    return fs::path(folder) / "doppel";
-  const char* home = std::getenv("HOME");
-  if (home != nullptr && *home == '/') return fs::path(home) / ".cache" / "doppel";
-  return fs::temp_directory_path() / "doppel";
+  fs::path folder;
+  if (const char* named = std::getenv("XDG_CACHE_HOME"); named != nullptr && *named == '/') {
+    folder = fs::path(named) / "doppel";
+  } else if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/') {
+    folder = fs::path(home) / ".cache" / "doppel";
+  }
+  std::error_code problem;
+  if (!folder.empty()) fs::create_directories(folder, problem);
+  if (folder.empty() || problem || access(folder.c_str(), W_OK) != 0)
+    return fs::temp_directory_path() / fmt::format("doppel-{}", getuid());
+  return folder;
 }
 
 static_assert(std::endian::native == std::endian::little, "STL is little-endian");

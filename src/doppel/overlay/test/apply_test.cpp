@@ -1,3 +1,7 @@
+#include <Eigen/Geometry>
+#include <random>
+#include <sstream>
+
 #include "doppel/math/pose.h"
 #include "doppel/overlay/test/overlay_fixture.h"
 
@@ -74,6 +78,60 @@ TEST(Overlay, BakesTheWorkedNumbers) {
   EXPECT_NEAR(std::stod(rpy), -1.356194163, 1e-9);
   EXPECT_THAT(rpy, testing::EndsWith(" 0 0"));
   EXPECT_EQ(bench.value("joint", "J 1", "origin", "xyz"), "0 0 0.3");
+}
+
+// For any axis, length and frame: at s the corrected joint stands where the old one stood at s - d. Held
+// against quaternions, which the operation does not use.
+TEST(Overlay, BakedZerosMoveNothingForAnyAxis) {
+  constexpr unsigned kSeed = 20261121;
+  RecordProperty("seed", static_cast<int>(kSeed));
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<double> angle(-3, 3), component(-1, 1);
+  for (int round = 0; round < 200; ++round) {
+    const Eigen::Vector3d axis(component(random), component(random), component(random) + 2.5);
+    const Eigen::Vector3d rpy(angle(random), angle(random) / 2.1, angle(random));
+    const double d = angle(random), s = angle(random);
+    const auto text = [](const Eigen::Vector3d& v) {
+      std::ostringstream out;
+      out.precision(17);
+      out << v.x() << ' ' << v.y() << ' ' << v.z();
+      return out.str();
+    };
+    std::string xml = kArm;
+    xml.replace(xml.find("-0.570796 0 0"), 13, text(rpy)).replace(xml.find("1.0 0.0 -0.0"), 12, text(axis));
+    Bench bench(xml);
+    Overlay overlay = bench.stamped("- bake_zero: J 1\n  offset: 1");
+    std::get<BakeZero>(overlay.operations[0].action).offset = d;
+    ASSERT_THAT(bench.apply(overlay), ElementsAre(kApplied));
+    std::istringstream words(bench.value("joint", "J 1", "origin", "rpy"));
+    Eigen::Vector3d made;
+    words >> made.x() >> made.y() >> made.z();
+    using Q = Eigen::Quaterniond;
+    const auto turn = [](double by, const Eigen::Vector3d& about) {
+      return Q(Eigen::AngleAxisd(by, about.normalized()));
+    };
+    const auto frame = [&](const Eigen::Vector3d& v) {
+      return turn(v.z(), Eigen::Vector3d::UnitZ()) * turn(v.y(), Eigen::Vector3d::UnitY()) *
+             turn(v.x(), Eigen::Vector3d::UnitX());
+    };
+    ASSERT_LT((frame(made) * turn(s, axis)).angularDistance(frame(rpy) * turn(s - d, axis)), 1e-9)
+        << "seed " << kSeed << ", round " << round;
+  }
+}
+
+// The walkthrough's sample: 12 degrees about an axis that is tilted by 10, from rpy 0.
+TEST(Overlay, BakesTheTiltedSample) {
+  Bench bench;
+  bench.apply(bench.stamped("- bake_zero: J 3\n  offset: 12 deg"));
+  std::istringstream words(bench.value("joint", "J 3", "origin", "rpy"));
+  Eigen::Vector3d rpy;
+  words >> rpy.x() >> rpy.y() >> rpy.z();
+  const double half = 6 * 3.14159265358979323846 / 180, length = std::hypot(0.984808, 0.173648);
+  const double w = std::cos(half), y = std::sin(half) * 0.984808 / length,
+               z = std::sin(half) * 0.173648 / length;
+  EXPECT_NEAR(rpy.x(), std::atan2(2 * y * z, 1 - 2 * y * y), 1e-9);
+  EXPECT_NEAR(rpy.y(), std::asin(2 * w * y), 1e-9);
+  EXPECT_NEAR(rpy.z(), std::atan2(2 * w * z, 1 - 2 * (y * y + z * z)), 1e-9);
 }
 
 // A prismatic joint slides back along its axis, which the frame's yaw of 90 degrees turns to y.

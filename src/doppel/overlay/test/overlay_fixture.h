@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -12,6 +13,10 @@
 #include "doppel/overlay/overlay.h"
 
 namespace doppel::overlay_test {
+
+// Meshes that operations make go into a folder of this run, not into the user's cache.
+inline const int kCacheIsSet = setenv(
+    "XDG_CACHE_HOME", (std::filesystem::temp_directory_path() / "doppel_overlay_test_cache").c_str(), 1);
 
 inline constexpr const char* kArm = R"(<robot name="arm">
   <link name="base"><inertial><origin xyz="0 0 0.1"/><mass value="2"/>
