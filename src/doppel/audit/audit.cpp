@@ -4,7 +4,9 @@
 #include <cassert>
 #include <tuple>
 
+#include "doppel/audit/description_facts.h"
 #include "doppel/audit/rules_detail.h"
+#include "doppel/overlay/overlay.h"
 
 namespace doppel {
 namespace audit_rules {
@@ -34,11 +36,7 @@ Finding& Findings::add(std::string_view rule, std::string subject, SourceLocatio
 namespace {
 
 using audit_rules::Findings;
-
-bool same_place(const SourceLocation& a, const SourceLocation& b) {
-  return a.line == b.line && a.column == b.column && a.within == b.within && a.known() && b.known() &&
-         (a.file == b.file || *a.file == *b.file);
-}
+using audit_rules::same_place;
 
 bool holds(const XmlNode& node, const SourceLocation& where) {
   if (same_place(node.where, where)) return true;
@@ -119,7 +117,7 @@ std::size_t AuditReport::count(Severity severity) const {
 AuditReport audit(const std::filesystem::path& file, const XacroArguments& arguments,
                   PackageResolver& resolver, const AuditOptions& options) {
   Diagnostics diagnostics;
-  const ExpandedDescription expanded = expand_description(file, arguments, resolver, diagnostics);
+  const ExpandedDescription expanded = expand_corrected(file, arguments, resolver, diagnostics);
   if (expanded.root.name != "robot") {
     throw InputError("urdf.no_robot", expanded.root.where,
                      fmt::format("the root element is <{}>, not <robot>", expanded.root.name),

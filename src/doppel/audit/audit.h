@@ -31,7 +31,6 @@ struct RuleInfo {
 // Every rule, sorted by id, those of the parsers (urdf.*, xacro.*, mesh.*, overlay.*) included.
 const std::vector<RuleInfo>& rule_table();
 const RuleInfo* find_rule(std::string_view id);
-std::string rules_markdown();  // docs/rules.md
 
 struct Finding {
   std::string rule;
@@ -80,8 +79,11 @@ AuditReport audit(const std::filesystem::path& file, const XacroArguments& argum
 struct TextStyle {
   bool colour = false;
   int width = 100;
+  bool summary_only = false;  // the last line, with the counts
 };
 std::string to_text(const AuditReport& report, const TextStyle& style);
+std::string rules_text(const TextStyle& style);  // every rule with the failure it prevents
+std::string rules_markdown();                    // the same, as docs/rules.md
 std::string to_json(const AuditReport& report);
 std::string to_sarif(const AuditReport& report);
 std::string to_github(const AuditReport& report);  // ::error file=...,line=...::...

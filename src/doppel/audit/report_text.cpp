@@ -1,22 +1,220 @@
-// The audit for people.
+// The audit for people: findings of one rule together, each with its place through macros and includes, what
+// they lead to and the mend said once where it is the same for all.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+
 #include "doppel/audit/audit.h"
+#include "doppel/audit/text_layout.h"
 
 namespace doppel {
+namespace {
 
-std::string to_text(const AuditReport& report, const TextStyle&) {
-  std::string out;
-  for (const Finding& f : report.findings) {
-    out += fmt::format("{} {} {}: {} [{}]\n", to_string(f.severity), f.where.str(), f.subject, f.message,
-                       f.rule);
+using audit_rules::Layout;
+using audit_rules::Tone;
+
+constexpr std::size_t kWidestSubject = 26;
+
+Tone tone_of(Severity severity) {
+  return severity == Severity::error ? Tone::bad : severity == Severity::warning ? Tone::careful : Tone::calm;
+}
+
+std::string mend_of(const Finding& f) {
+  const RuleInfo* rule = find_rule(f.rule);
+  return !f.mend.empty() || rule == nullptr ? f.mend : std::string(rule->mend);
+}
+
+std::string consequence_of(const Finding& f) {
+  const RuleInfo* rule = find_rule(f.rule);
+  return !f.consequence.empty() || rule == nullptr ? f.consequence : std::string(rule->failure);
+}
+
+// Findings of one rule and severity, in the report's order.
+struct Group {
+  std::vector<const Finding*> findings;
+  [[nodiscard]] const Finding& first() const { return *findings.front(); }
+  template <class Text>
+  [[nodiscard]] bool agree(const Text& text) const {
+    return std::all_of(findings.begin(), findings.end(),
+                       [&](const Finding* f) { return text(*f) == text(first()); });
+  }
+};
+
+std::vector<Group> grouped(const std::vector<Finding>& findings) {
+  std::vector<Group> out;
+  for (const Finding& f : findings) {
+    const auto known = std::find_if(out.begin(), out.end(), [&](const Group& g) {
+      return g.first().rule == f.rule && g.first().severity == f.severity;
+    });
+    if (known == out.end())
+      out.push_back({{&f}});
+    else
+      known->findings.push_back(&f);
   }
   return out;
 }
 
-std::string rules_markdown() {
+// A place as the shell that prints it would name it.
+class Places {
+ public:
+  Places() {
+    std::error_code none;
+    here_ = std::filesystem::current_path(none).string() + "/";
+  }
+  [[nodiscard]] std::string operator()(const SourceLocation& where) const {
+    std::string text = where.str();
+    for (std::size_t at = 0; (at = text.find(here_, at)) != std::string::npos;) text.erase(at, here_.size());
+    return text;
+  }
+
+ private:
+  std::string here_;
+};
+
+class Report {
+ public:
+  Report(const AuditReport& report, const TextStyle& style)
+      : report_(report), page_(style.colour, style.width) {}
+
+  std::string text(bool summary_only) {
+    if (!summary_only) {
+      for (const Group& group : grouped(report_.findings)) write(group);
+    }
+    summary();
+    return page_.take();
+  }
+
+ private:
+  void write(const Group& group) {
+    const Finding& first = group.first();
+    const RuleInfo* rule = find_rule(first.rule);
+    page_.heading(tone_of(first.severity), to_string(first.severity),
+                  rule == nullptr ? first.message : std::string(rule->title), first.rule);
+    const bool one_message =
+        group.findings.size() > 1 && group.agree([](const Finding& f) { return f.message; });
+    const bool one_mend = group.agree(mend_of),
+               one_repair = group.agree([](const Finding&f) { return f.repair.empty(); });
+    if (one_message) page_.paragraph(2, first.message);
+    std::size_t column = 0;
+    for (const Finding* f : group.findings) column = std::max(column, audit_rules::display_width(f->subject));
+    const bool mends_apart = !one_mend || !one_repair;
+    for (std::size_t i = 0; i < group.findings.size(); ++i) {
+      const Finding& f = *group.findings[i];
+      entry(f, column, !one_message);
+      const Finding* next = i + 1 < group.findings.size() ? group.findings[i + 1] : nullptr;
+      // Neighbours with one mend share its line.
+      const bool last = next == nullptr || !one_message || mend_of(*next) != mend_of(f) ||
+                        next->repair.empty() != f.repair.empty();
+      if (mends_apart && last) page_.labelled(one_message ? 6 : 4, mend_label(f), mend_of(f));
+    }
+    if (group.agree(consequence_of)) page_.labelled(2, "leads to", consequence_of(first));
+    if (!mends_apart) page_.labelled(2, mend_label(first), mend_of(first));
+    page_.blank();
+  }
+
+  static std::string mend_label(const Finding& f) { return f.repair.empty() ? "mend" : "mend (--fix)"; }
+
+  void entry(const Finding& f, std::size_t column, bool message) {
+    const std::string place = f.where.known() ? places_(f.where) : "";
+    if (!message) {
+      page_.entry(4, f.subject, column, place, Tone::quiet);
+    } else if (column <= kWidestSubject) {
+      page_.entry(2, f.subject, column, f.message);
+      if (!place.empty()) page_.quiet(2 + column + 2, place);
+    } else {
+      page_.paragraph(2, f.subject, Tone::strong);
+      page_.paragraph(4, f.message);
+      if (!place.empty()) page_.quiet(4, place);
+    }
+  }
+
+  void summary() {
+    const auto counted = [&](Severity severity, const char* one) {
+      const std::size_t count = report_.count(severity);
+      return fmt::format("{} {}{}", count == 0 ? "no" : std::to_string(count), one, count == 1 ? "" : "s");
+    };
+    const Severity worst = report_.count(Severity::error) > 0     ? Severity::error
+                           : report_.count(Severity::warning) > 0 ? Severity::warning
+                                                                  : Severity::note;
+    const auto fixable = std::count_if(report_.findings.begin(), report_.findings.end(),
+                                       [](const Finding& f) { return !f.repair.empty(); });
+    std::string rest = fmt::format("  ({}: {} links, {} joints, {:.4g} kg)", report_.robot, report_.links,
+                                   report_.joints, report_.mass);
+    if (fixable > 0) rest = fmt::format("; --fix mends {}{}", fixable, rest);
+    page_.line({{tone_of(worst),
+                 fmt::format("{}, {}, {}", counted(Severity::error, "error"),
+                             counted(Severity::warning, "warning"), counted(Severity::note, "note"))},
+                {Tone::plain, rest}});
+  }
+
+  const AuditReport& report_;
+  Layout page_;
+  Places places_;
+};
+
+std::string profiles_of(const RuleInfo& rule) {
+  if (rule.profiles == kAllProfiles) return "all";
   std::string out;
-  for (const RuleInfo& rule : rule_table()) out += fmt::format("{}\n", rule.id);
+  for (const auto& [profile, name] :
+       {std::pair{Profile::gazebo, "gazebo"}, std::pair{Profile::moveit, "moveit"},
+        std::pair{Profile::mujoco, "mujoco"}, std::pair{Profile::ros2_control, "ros2_control"}}) {
+    if ((rule.profiles & static_cast<unsigned>(profile)) != 0)
+      out += fmt::format("{}{}", out.empty() ? "" : ", ", name);
+  }
+  return out;
+}
+
+std::string_view family_of(std::string_view id) {
+  return id.substr(0, id.find('.'));
+}
+
+std::string cell(std::string_view text) {
+  std::string out;
+  for (const char c : text) out += c == '|' ? "\\|" : c == '<' ? "&lt;" : std::string(1, c);
+  return out;
+}
+
+}  // namespace
+
+std::string to_text(const AuditReport& report, const TextStyle& style) {
+  return Report(report, style).text(style.summary_only);
+}
+
+std::string rules_text(const TextStyle& style) {
+  Layout page(style.colour, style.width);
+  for (const RuleInfo& rule : rule_table()) {
+    page.heading(tone_of(rule.severity), to_string(rule.severity), std::string(rule.title),
+                 std::string(rule.id));
+    page.labelled(2, "prevents", std::string(rule.failure));
+    page.labelled(2, "mend", std::string(rule.mend));
+    if (rule.profiles != kAllProfiles) page.labelled(2, "concerns", profiles_of(rule));
+    page.blank();
+  }
+  page.line({{Tone::plain, fmt::format("{} rules", rule_table().size())}});
+  return page.take();
+}
+
+std::string rules_markdown() {
+  std::string out =
+      "# The rules of `doppel check`\n\n"
+      "Written by `doppel check --list-rules --markdown`; a test holds the two together. An *error* breaks a "
+      "tool or makes\n"
+      "the twin lie, a *warning* will surprise somebody, a *note* is worth knowing. A finding may be graded "
+      "lower than its\n"
+      "rule where it is harmless. *Concerns*: the profiles of `--profile` that the rule belongs to.\n";
+  std::string_view family;
+  for (const RuleInfo& rule : rule_table()) {
+    if (family_of(rule.id) != family) {
+      family = family_of(rule.id);
+      out += fmt::format(
+          "\n## {}\n\n| rule | grade | what is wrong | the failure it prevents | the mend | concerns "
+          "|\n|---|---|---|---|---|---|\n",
+          family);
+    }
+    out += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", rule.id, to_string(rule.severity),
+                       cell(rule.title), cell(rule.failure), cell(rule.mend), profiles_of(rule));
+  }
   return out;
 }
 

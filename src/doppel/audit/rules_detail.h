@@ -32,7 +32,7 @@ std::span<const RuleInfo> ros_rules();          // rule_table_ros.cpp
 
 void check_schema(const AuditInput& in, Findings& out);        // rules_schema.cpp
 void check_joints(const AuditInput& in, Findings& out);        // rules_joints.cpp
-void check_mimics(const AuditInput& in, Findings& out);        // rules_joints.cpp
+void check_mimics(const AuditInput& in, Findings& out);        // rules_mimics.cpp
 void check_inertia(const AuditInput& in, Findings& out);       // rules_inertia.cpp
 void check_meshes(const AuditInput& in, Findings& out);        // rules_meshes.cpp
 void check_names(const AuditInput& in, Findings& out);         // rules_names.cpp

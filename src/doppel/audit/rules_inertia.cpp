@@ -1,7 +1,215 @@
-#include "doppel/audit/rules_detail.h"
+// Masses and tensors by themselves. Against the shapes: rules_inertia_shape.cpp; twins: rules_twins.cpp.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "doppel/audit/inertia_rules.h"
 
 namespace doppel::audit_rules {
+namespace {
 
-void check_inertia(const AuditInput&, Findings&) {}
+constexpr double kRoundedExcess = 0.01;  // of the largest moment: digits were lost
+constexpr double kNoExcess = 1e-6;
+constexpr double kOneOutOfThree = 1e-9;  // of the largest moment: an off-diagonal that is none
+
+std::string shown(const Eigen::Vector3d& moments) {
+  return fmt::format("{:.3g}, {:.3g}, {:.3g}", moments[0], moments[1], moments[2]);
+}
+
+Operation compute(const Link& link, std::string why) {
+  Operation out;
+  out.action = ComputeInertia{link.name, {}, {}};
+  out.why = std::move(why);
+  return out;
+}
+
+// Diagonal moments of exactly zero beside others that are positive, as exporters with few decimals write
+// them.
+bool rounded(const Components& c) {
+  double largest = 0;
+  int zeros = 0;
+  for (const std::size_t i : kDiagonal) {
+    if (c[i] < 0) return false;
+    zeros += c[i] == 0 ? 1 : 0;
+    largest = std::max(largest, c[i]);
+  }
+  const double off = std::max({std::abs(c[1]), std::abs(c[2]), std::abs(c[4])});
+  return zeros > 0 && zeros < 3 && off <= kOneOutOfThree * largest;
+}
+
+// The zero is the smallest moment of the three, so the next one is its upper bound.
+Components with_transverse(const Components& c) {
+  double smallest = 0, largest = 0;
+  for (const std::size_t i : kDiagonal) {
+    if (c[i] > 0) smallest = smallest == 0 ? c[i] : std::min(smallest, c[i]);
+    largest = std::max(largest, c[i]);
+  }
+  Components out = c;
+  const double value = largest <= 2 * smallest ? smallest : largest;
+  for (const std::size_t i : kDiagonal) {
+    if (out[i] == 0) out[i] = value;
+  }
+  return out;
+}
+
+void report_rounded(const std::vector<const Link*>& links, Findings& out) {
+  if (links.empty()) return;
+  std::vector<std::string> entries;
+  std::vector<Operation> repair;
+  for (const Link* link : links) {
+    const Components c = components_of(*link->inertial);
+    for (const std::size_t i : kDiagonal) {
+      if (c[i] == 0) entries.push_back(fmt::format("{}.{}", link->name, kComponentNames[i]));
+    }
+    repair.push_back(set_components(
+        link->name, c, with_transverse(c),
+        "rounded to zero by the exporter; the transverse moment is an upper bound, not a measurement"));
+  }
+  Finding& f =
+      out.add("inertia.rounded_zero",
+              links.size() == 1 ? subject(*links.front()) : fmt::format("{} links", links.size()),
+              links.front()->inertial->source,
+              fmt::format("{} of inertia {} exactly zero: {}",
+                          entries.size() == 1 ? "a moment" : fmt::format("{} moments", entries.size()),
+                          entries.size() == 1 ? "is" : "are", fmt::join(entries, ", ")),
+              "give each the link's own transverse moment: an upper bound, not a measurement; on a heavy "
+              "link export the tensor again with more digits");
+  f.repair = std::move(repair);
+}
+
+bool identity(const Components& c) {
+  return c == Components{1, 0, 0, 1, 0, 1};
+}
+
+void report_identity(const Link& link, const std::optional<LinkShape>& shape, Findings& out) {
+  const Inertial& inertial = *link.inertial;
+  const double reach = shape ? shape->size() : 2.0;
+  const bool lies = inertial.mass > 0 && std::sqrt(1.0 / inertial.mass) > reach;
+  Finding& f = out.add(
+      "inertia.identity", lies ? Severity::error : Severity::warning, subject(link), inertial.source,
+      fmt::format("its tensor is the identity, 1 kg m^2 about every axis, at {:g} kg", inertial.mass));
+  if (lies && computable(shape)) f.repair = {compute(link, "the identity was a placeholder")};
+}
+
+void report_impossible(const Link& link, const Components& c, const std::optional<LinkShape>& shape,
+                       Findings& out) {
+  const Eigen::Vector3d moments = principal_moments(c);
+  const bool positive = moments[0] > 0;
+  const double excess = triangle_excess(moments);
+  const bool rounding = positive && excess <= kRoundedExcess;
+  const auto slip = rounding ? std::nullopt : only_slip(c, *link.inertial, shape);
+  std::string mend =
+      slip ? fmt::format("correct {}: nothing else of the kind makes it possible", slip->what) : "";
+  Finding& f =
+      positive ? out.add("inertia.triangle", rounding ? Severity::warning : Severity::error, subject(link),
+                         link.inertial->source,
+                         fmt::format("no body has the principal moments {} kg m^2: the largest exceeds the "
+                                     "sum of the others by {:.2g} %",
+                                     shown(moments), 100 * excess),
+                         mend)
+               : out.add("inertia.not_positive", subject(link), link.inertial->source,
+                         fmt::format("its principal moments are {} kg m^2, and none may be zero or negative",
+                                     shown(moments)),
+                         mend);
+  if (slip) {
+    f.repair = {set_components(link.name, c, slip->mended, slip->what)};
+  } else if (!rounding && computable(shape) && link.inertial->mass > 0) {
+    f.repair = {compute(link, "no body can have the tensor that was written")};
+    f.mend = "compute it from the link's shape and mass";
+  }
+}
+
+bool check_mass(const Link& link, const Body& body, Findings& out) {
+  const Inertial& inertial = *link.inertial;
+  if (inertial.mass < 0) {
+    SetInertia mend;
+    mend.link = link.name;
+    mend.mass = -inertial.mass;
+    Operation repair;
+    repair.action = mend;
+    repair.why = "a mass is positive";
+    out.add("inertia.mass_negative", subject(link), inertial.source,
+            fmt::format("its mass is {:g} kg", inertial.mass))
+        .repair = {repair};
+    return false;
+  }
+  if (inertial.mass == 0) {
+    const bool alone = body.joint != nullptr && !(body.mass.mass > 0);
+    out.add("inertia.mass_zero", alone ? Severity::error : Severity::note, subject(link), inertial.source,
+            alone ? fmt::format("its mass is 0, and '{}' moves it", body.joint->name) : "its mass is 0");
+    return false;
+  }
+  return true;
+}
+
+// True where the tensor is one that a body can have.
+bool check_tensor(const Link& link, const Body& body, const std::optional<LinkShape>& shape,
+                  std::vector<const Link*>& rounded_links, Findings& out) {
+  const Components c = components_of(*link.inertial);
+  if (std::all_of(c.begin(), c.end(), [](double x) { return x == 0; })) {
+    const bool carried = body.mass.I.trace() > 0 && body.links.size() > 1;
+    Finding& f =
+        out.add("inertia.zero", carried || body.joint == nullptr ? Severity::warning : Severity::error,
+                subject(link), link.inertial->source,
+                fmt::format("all its moments of inertia are 0, at {:g} kg", link.inertial->mass));
+    if (computable(shape)) f.repair = {compute(link, "the tensor was left at zero")};
+    return false;
+  }
+  if (identity(c)) {
+    report_identity(link, shape, out);
+    return false;
+  }
+  if (rounded(c)) {
+    rounded_links.push_back(&link);
+    return false;
+  }
+  const Eigen::Vector3d moments = principal_moments(c);
+  if (moments[0] > 0 && triangle_excess(moments) <= kNoExcess) return true;
+  report_impossible(link, c, shape, out);
+  return false;
+}
+
+void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Findings& out) {
+  const bool none = std::none_of(in.robot.links.begin(), in.robot.links.end(),
+                                 [](const Link& l) { return l.inertial.has_value(); });
+  const auto moving = std::count_if(all.begin(), all.end(), [](const Body& b) { return b.joint != nullptr; });
+  if (none && moving > 0) {
+    out.add("inertia.none", "the robot", in.robot.source,
+            "no link has an <inertial>: it can be shown and planned with, not simulated");
+    return;
+  }
+  for (const Body& body : all) {
+    if (body.joint == nullptr || body.weighed) continue;
+    const Link& link = *body.links.front();
+    const bool has_shape = std::any_of(body.links.begin(), body.links.end(), [](const Link* l) {
+      return !l->visuals.empty() || !l->collisions.empty();
+    });
+    out.add("inertia.missing", has_shape ? Severity::error : Severity::warning, subject(link), link.source,
+            fmt::format("'{}' moves it, and {} no <inertial>", body.joint->name,
+                        body.links.size() == 1 ? "it has" : "neither it nor what is fixed to it has"));
+  }
+}
+
+}  // namespace
+
+bool computable(const std::optional<LinkShape>& shape) {
+  return shape && shape->solid.volume > 0;
+}
+
+void check_inertia(const AuditInput& in, Findings& out) {
+  const std::vector<Body> all = bodies(in.robot);
+  check_unweighed(in, all, out);
+  std::vector<const Link*> rounded_links;
+  for (const Body& body : all) {
+    for (const Link* link : body.links) {
+      if (!link->inertial || !check_mass(*link, body, out)) continue;
+      const auto shape = link_shape(*link);
+      const bool sound = check_tensor(*link, body, shape, rounded_links, out);
+      if (shape) check_against_shape(*link, *shape, sound, out);
+    }
+  }
+  report_rounded(rounded_links, out);
+  check_twins(in, out);
+}
 
 }  // namespace doppel::audit_rules

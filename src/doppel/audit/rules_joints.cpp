@@ -1,8 +1,270 @@
+// Joints by themselves: axes, limits, dynamics. Mimics: rules_mimics.cpp.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "doppel/audit/description_facts.h"
 #include "doppel/audit/rules_detail.h"
 
 namespace doppel::audit_rules {
+namespace {
 
-void check_joints(const AuditInput&, Findings&) {}
-void check_mimics(const AuditInput&, Findings&) {}
+constexpr double kPi = std::numbers::pi;
+constexpr double kExporter = 100;        // what fusion360-urdf-ros2 and its kin write for velocity and effort
+constexpr double kAbsurdSpeed = 50;      // rad/s: no geared joint turns at 8 revolutions per second
+constexpr double kAbsurdSlide = 10;      // m/s
+constexpr double kAbsurdEffort = 1e5;    // N m or N
+constexpr double kSparedDigits = 5e-6;   // a multiple of pi/2 written with six digits
+constexpr double kCasual = 2e-3;         // and with three: 1.57, 3.14
+constexpr double kManyTurns = 20 * kPi;  // rad: no cable follows
+constexpr double kSomeTurns = 4 * kPi;   // rad: what industrial wrists do
+
+bool limited(const Joint& joint) {
+  return joint.type == JointType::revolute || joint.type == JointType::prismatic;
+}
+bool turns(const Joint& joint) {
+  return joint.type == JointType::revolute || joint.type == JointType::continuous;
+}
+const char* unit(const Joint& joint) {
+  return turns(joint) ? "rad" : "m";
+}
+const char* effort_unit(const Joint& joint) {
+  return turns(joint) ? "N m" : "N";
+}
+
+Operation set_limit(SetLimit action, std::string why) {
+  Operation out;
+  out.action = std::move(action);
+  out.why = std::move(why);
+  return out;
+}
+
+void check_presence(const Joint& joint, Findings& out) {
+  if (limited(joint) && !joint.limits) {
+    out.add("joint.no_limits", subject(joint), joint.source,
+            fmt::format("a {} joint needs a <limit>, and '{}' has none",
+                        joint.type == JointType::revolute ? "revolute" : "prismatic", joint.name));
+    return;
+  }
+  if (!joint.limits) return;
+  for (const auto& [name, value] :
+       {std::pair{"effort", joint.limits->effort}, std::pair{"velocity", joint.limits->velocity}}) {
+    if (!value) {
+      out.add("joint.limit_incomplete", subject(joint), joint.limits->source,
+              fmt::format("its <limit> has no {}", name), fmt::format("write {}=\"...\"", name));
+    }
+  }
+}
+
+// The exporter's constants: both at once, on one joint. Either alone may be somebody's choice.
+bool exported(const Joint& joint) {
+  return joint.limits && joint.limits->effort == kExporter && joint.limits->velocity == kExporter;
+}
+
+void check_exporter(const Joint& joint, Findings& out) {
+  const double degrees = kExporter * 180 / kPi;
+  out.add("joint.exporter_velocity", subject(joint), joint.limits->source,
+          turns(joint)
+              ? fmt::format("velocity 100 rad/s = {:.0f} deg/s: an exporter's default, not a motor's speed",
+                            degrees)
+              : "velocity 100 m/s: an exporter's default, not a motor's speed");
+  out.add("joint.exporter_effort", subject(joint), joint.limits->source,
+          fmt::format("effort 100 {}: an exporter's default, not a motor's {}", effort_unit(joint),
+                      turns(joint) ? "torque" : "force"));
+}
+
+void check_negative(const Joint& joint, const char* name, double value, Findings& out) {
+  SetLimit mend{joint.name, {}, {}, {}, {}};
+  (name[0] == 'e' ? mend.effort : mend.velocity) = -value;
+  out.add("joint.limit_negative", subject(joint), joint.limits->source,
+          fmt::format("its {} limit is {}", name, value), fmt::format("write {}", -value))
+      .repair = {set_limit(mend, fmt::format("a limit is a magnitude; {} was written", value))};
+}
+
+void check_rates(const Joint& joint, Findings& out) {
+  const JointLimits& limits = *joint.limits;
+  for (const auto& [name, value] :
+       {std::pair{"effort", limits.effort}, std::pair{"velocity", limits.velocity}}) {
+    if (!value) continue;
+    if (*value < 0) check_negative(joint, name, *value, out);
+    if (*value == 0) {
+      out.add(name[0] == 'e' ? "joint.effort_zero" : "joint.velocity_zero", subject(joint), limits.source,
+              fmt::format("its {} limit is 0", name));
+    }
+  }
+  if (exported(joint)) {
+    check_exporter(joint, out);
+    return;
+  }
+  const double fastest = turns(joint) ? kAbsurdSpeed : kAbsurdSlide;
+  if (limits.velocity && *limits.velocity >= fastest) {
+    out.add("joint.velocity_absurd", subject(joint), limits.source,
+            fmt::format(
+                "its velocity limit is {:g} {}/s{}", *limits.velocity, unit(joint),
+                turns(joint) ? fmt::format(", {:.0f} turns a second", *limits.velocity / (2 * kPi)) : ""));
+  }
+  if (limits.effort && *limits.effort >= kAbsurdEffort) {
+    out.add("joint.effort_absurd", subject(joint), limits.source,
+            fmt::format("its effort limit is {:g} {}", *limits.effort, effort_unit(joint)));
+  }
+}
+
+bool whole_degrees(double value) {
+  return value == 0 || (std::abs(value) >= 20 && std::abs(value) <= 400 && value == std::round(value));
+}
+
+// True where the range is in degrees: it makes every other judgement of it void.
+bool check_degrees(const Joint& joint, Findings& out) {
+  const JointLimits& l = *joint.limits;
+  if (joint.type != JointType::revolute || !whole_degrees(l.lower) || !whole_degrees(l.upper) ||
+      l.lower >= l.upper)
+    return false;
+  const double lower = l.lower * kPi / 180, upper = l.upper * kPi / 180;
+  out.add("joint.limits_degrees", subject(joint), l.source,
+          fmt::format("its limits {:g} and {:g} are radians, {:.0f} turns; they look like degrees", l.lower,
+                      l.upper, (l.upper - l.lower) / (2 * kPi)),
+          fmt::format("write lower=\"{:.6f}\" upper=\"{:.6f}\"", lower, upper))
+      .repair = {set_limit({joint.name, lower, upper, {}, {}}, "the limits were written in degrees")};
+  return true;
+}
+
+// Rounded away from zero, so that the multiple itself is inside.
+double rounded_outward(double multiple) {
+  return std::copysign(std::ceil(std::abs(multiple) * 1e6) * 1e-6, multiple);
+}
+
+void check_precision(const Joint& joint, const char* name, double value, Findings& out) {
+  const double quarter = kPi / 2;
+  const double count = std::round(std::abs(value) / quarter);
+  const double whole = count * quarter;
+  const double missing = whole - std::abs(value);
+  if (count < 1 || count > 8 || missing <= 1e-12 || missing > kCasual) return;
+  const bool spared = missing <= kSparedDigits;
+  const double outward = rounded_outward(std::copysign(whole, value));
+  const std::string multiple = count == 1 ? "pi/2" : count == 2 ? "pi" : fmt::format("{:g} pi", count / 2);
+  SetLimit mend{joint.name, {}, {}, {}, {}};
+  (name[0] == 'l' ? mend.lower : mend.upper) = outward;
+  Finding& f = out.add("joint.limit_precision", spared ? Severity::warning : Severity::note, subject(joint),
+                       joint.limits->source,
+                       fmt::format("its {} limit {:.9g} is short of {}{} by {:.2g} rad", name, value,
+                                   value < 0 ? "-" : "", multiple, missing),
+                       fmt::format("write {:.6f}, or leave a margin on purpose", outward));
+  if (spared)
+    f.repair = {set_limit(
+        mend,
+        fmt::format("{:.9g} was {} rounded the wrong way: the angle itself was outside", value, multiple))};
+}
+
+void check_range(const Joint& joint, Findings& out) {
+  const JointLimits& l = *joint.limits;
+  if (!limited(joint) || l.lower > l.upper || check_degrees(joint, out)) return;
+  if (!l.has_position || l.lower == l.upper) {
+    out.add("joint.range_zero", subject(joint), l.source,
+            l.has_position ? fmt::format("its limits allow one position only, {:g} {}", l.lower, unit(joint))
+                           : "its <limit> has neither lower nor upper, which counts as 0 and 0");
+    return;
+  }
+  const double range = l.upper - l.lower;
+  if (joint.type == JointType::prismatic) {
+    if (range > 20) {
+      out.add("joint.range_absurd", subject(joint), l.source, fmt::format("it slides over {:g} m", range),
+              "limits of prismatic joints are metres; were these millimetres?");
+    }
+    return;
+  }
+  if (range > kSomeTurns + 1e-3) {
+    out.add("joint.not_continuous", range >= kManyTurns ? Severity::warning : Severity::note, subject(joint),
+            l.source, fmt::format("it turns over {:.3g} turns, yet it is revolute", range / (2 * kPi)));
+    return;
+  }
+  check_precision(joint, "lower", l.lower, out);
+  check_precision(joint, "upper", l.upper, out);
+}
+
+void check_dynamics(const Joint& joint, Findings& out) {
+  if (!joint.dynamics) return;
+  for (const auto& [name, value] :
+       {std::pair{"damping", joint.dynamics->damping}, std::pair{"friction", joint.dynamics->friction}}) {
+    if (value >= 0) continue;
+    SetDynamics mend{joint.name, {}, {}};
+    (name[0] == 'd' ? mend.damping : mend.friction) = -value;
+    Operation repair;
+    repair.action = mend;
+    repair.why = fmt::format("{} takes energy out; {} would put it in", name, value);
+    out.add("joint.dynamics_negative", subject(joint), joint.dynamics->source,
+            fmt::format("its {} is {}", name, value), fmt::format("write {}", -value))
+        .repair = {repair};
+  }
+}
+
+void check_safety(const Joint& joint, Findings& out) {
+  if (!joint.safety || !joint.limits || !limited(joint)) return;
+  const SafetyController& s = *joint.safety;
+  if (s.soft_lower_limit == 0 && s.soft_upper_limit == 0) return;
+  if (s.soft_lower_limit >= s.soft_upper_limit || s.soft_lower_limit < joint.limits->lower - 1e-9 ||
+      s.soft_upper_limit > joint.limits->upper + 1e-9) {
+    out.add("joint.soft_limits", subject(joint), s.source,
+            fmt::format("its soft limits {:g} .. {:g} are not inside its limits {:g} .. {:g}",
+                        s.soft_lower_limit, s.soft_upper_limit, joint.limits->lower, joint.limits->upper));
+  }
+}
+
+void check_axis(const Joint& joint, Findings& out) {
+  const bool needs = joint.type != JointType::fixed && joint.type != JointType::floating;
+  if (needs && !joint.axis_source.known()) {
+    out.add("joint.axis_default", subject(joint), joint.source, "it has no <axis>; 1 0 0 is taken");
+  }
+}
+
+// Angles of 90, -180 ... radians.
+void check_origin(const Joint& joint, Findings& out) {
+  const Eigen::Vector3d& rpy = joint.origin.rpy;
+  if (rpy.cwiseAbs().maxCoeff() <= 2 * kPi + 1e-3) return;
+  const bool degrees = (rpy.array() == (rpy.array() / 15).round() * 15).all();
+  Finding& f = out.add("joint.origin_degrees", degrees ? Severity::error : Severity::note, subject(joint),
+                       joint.origin.source,
+                       fmt::format("its origin is turned by rpy {:g} {:g} {:g} rad, more than a whole turn{}",
+                                   rpy.x(), rpy.y(), rpy.z(), degrees ? "; these look like degrees" : ""));
+  if (!degrees) return;
+  Operation repair;
+  repair.action = SetOrigin{joint.name, {}, Eigen::Vector3d(rpy * kPi / 180)};
+  repair.why = "the angles were written in degrees";
+  f.repair = {repair};
+}
+
+// What the parser found, with the repair that there is only one of.
+void offer_repairs(const AuditInput& in, Findings& out) {
+  for (Finding& f : out.all()) {
+    for (const Joint& joint : in.robot.joints) {
+      if (f.subject != subject(joint)) continue;
+      if (f.rule == "urdf.axis_not_unit" && same_place(f.where, joint.axis_source)) {
+        Operation repair;
+        repair.action = SetAxis{joint.name, joint.axis.normalized()};
+        repair.why = "an axis is a direction of length 1";
+        f.repair = {repair};
+      }
+      if (f.rule == "urdf.limits_crossed" && joint.limits && joint.limits->lower == -joint.limits->upper) {
+        f.repair = {set_limit({joint.name, joint.limits->upper, joint.limits->lower, {}, {}},
+                              "lower and upper were exchanged")};
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void check_joints(const AuditInput& in, Findings& out) {
+  offer_repairs(in, out);
+  for (const Joint& joint : in.robot.joints) {
+    check_origin(joint, out);
+    check_axis(joint, out);
+    check_presence(joint, out);
+    check_dynamics(joint, out);
+    if (!joint.limits || joint.type == JointType::fixed) continue;
+    check_rates(joint, out);
+    check_range(joint, out);
+    check_safety(joint, out);
+  }
+}
 
 }  // namespace doppel::audit_rules

@@ -1,7 +1,189 @@
+// The meshes that a description names: whether they can be read, fit in size, are closed and light enough.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "doppel/audit/description_facts.h"
 #include "doppel/audit/rules_detail.h"
 
 namespace doppel::audit_rules {
+namespace {
 
-void check_meshes(const AuditInput&, Findings&) {}
+constexpr std::size_t kManyTriangles = 200000, kFarTooMany = 1000000;  // of one visual
+constexpr std::size_t kManyColliding = 20000;                          // of one collision shape
+constexpr double kGigantic = 100, kMinute = 0.01;                      // against the robot's reach
+constexpr double kDegenerateShare = 0.02;
+
+struct Use {
+  const Link* link;
+  const MeshGeometry* mesh;
+  SourceLocation where;
+  bool collides;
+};
+
+std::vector<Use> uses_of(const RobotDescription& robot) {
+  std::vector<Use> out;
+  for (const Link& link : robot.links) {
+    for (const Visual& v : link.visuals) {
+      if (const auto* mesh = std::get_if<MeshGeometry>(&v.geometry))
+        out.push_back({&link, mesh, v.source, false});
+    }
+    for (const Collision& c : link.collisions) {
+      if (const auto* mesh = std::get_if<MeshGeometry>(&c.geometry))
+        out.push_back({&link, mesh, c.source, true});
+    }
+  }
+  return out;
+}
+
+std::string file_name(const MeshGeometry& mesh) {
+  return std::filesystem::path(mesh.uri).filename().string();
+}
+
+// Once per file, whoever uses it.
+void check_file(const Use& use, Findings& out) {
+  const MeshReport& report = cached_mesh_report(use.mesh->path);
+  const std::string name = file_name(*use.mesh);
+  if (!report.problem.empty()) {
+    out.add("mesh.unreadable", subject(*use.link), use.where, fmt::format("'{}': {}", name, report.problem));
+    return;
+  }
+  if (report.solid.volume < 0 && report.open_edges == 0) {
+    out.add("mesh.inverted", subject(*use.link), use.where,
+            fmt::format("the faces of '{}' look inwards", name));
+  }
+  if (report.crossed_edges > 0) {
+    out.add("mesh.crossed", subject(*use.link), use.where,
+            fmt::format("at {} edges of '{}' the faces disagree about where outside is", report.crossed_edges,
+                        name));
+  } else if (report.open_edges > 0) {
+    out.add("mesh.open", subject(*use.link), use.where,
+            fmt::format("'{}' is not closed: {} open edges", name, report.open_edges));
+  }
+  if (static_cast<double>(report.degenerate) > kDegenerateShare * static_cast<double>(report.triangles)) {
+    out.add("mesh.degenerate", subject(*use.link), use.where,
+            fmt::format("{} of the {} triangles of '{}' have no area", report.degenerate, report.triangles,
+                        name));
+  }
+  if (report.hull_volume == 0) {
+    out.add("mesh.flat", subject(*use.link), use.where, fmt::format("'{}' is flat", name));
+  }
+}
+
+void check_triangles(const Use& use, Findings& out) {
+  const MeshReport& report = cached_mesh_report(use.mesh->path);
+  const std::size_t budget = use.collides ? kManyColliding : kManyTriangles;
+  if (report.triangles <= budget) return;
+  const bool far = use.collides || report.triangles > kFarTooMany;
+  out.add("mesh.triangles", far ? Severity::warning : Severity::note, subject(*use.link), use.where,
+          fmt::format("'{}' has {} triangles; a {} shape should stay below {}", file_name(*use.mesh),
+                      report.triangles, use.collides ? "collision" : "visual", budget));
+}
+
+bool check_scale(const Use& use, Findings& out) {
+  const Eigen::Vector3d& scale = use.mesh->scale;
+  if ((scale.array() == 0).any()) {
+    out.add("mesh.scale_zero", subject(*use.link), use.where,
+            fmt::format("'{}' is scaled by {:g} {:g} {:g}", file_name(*use.mesh), scale.x(), scale.y(),
+                        scale.z()));
+    return false;
+  }
+  if (scale.cwiseAbs().maxCoeff() > 1.001 * scale.cwiseAbs().minCoeff()) {
+    out.add("mesh.scale_uneven", subject(*use.link), use.where,
+            fmt::format("'{}' is scaled by {:g} {:g} {:g}, differently along its axes", file_name(*use.mesh),
+                        scale.x(), scale.y(), scale.z()));
+  }
+  return true;
+}
+
+// How far the joints are from the root at most, by the lengths of their origins; 0: all in one place.
+double reach_of(const RobotDescription& robot) {
+  double sum = 0;
+  for (const Joint& joint : robot.joints) sum += joint.origin.xyz.norm();
+  return sum;
+}
+
+std::optional<double> extent(const MeshGeometry& mesh) {
+  if (mesh.path.empty()) return std::nullopt;
+  const MeshReport& report = cached_mesh_report(mesh.path);
+  if (!report.problem.empty()) return std::nullopt;
+  return (report.upper - report.lower).cwiseProduct(mesh.scale).norm();
+}
+
+// A mesh that is a hundred times as large as all the joints' offsets together, or a hundredth of what a hand
+// can hold: its file's unit was not the one that its scale assumes.
+void check_unit(const Use& use, double reach, const std::vector<double>& extents, Findings& out) {
+  const auto size = extent(*use.mesh);
+  if (!size || !(*size > 0)) return;
+  const double median = extents[extents.size() / 2];
+  const double against = reach > 0 ? reach : extents.size() > 2 ? median : 0;
+  if (!(against > 0)) return;
+  const double scale = use.mesh->scale.cwiseAbs().maxCoeff();
+  const bool large = *size > kGigantic * against && *size > 10;
+  const bool small = *size < 1e-3 && *size * 1e3 < 3 * against && *size * 1e3 > kMinute * against;
+  if (!large && !small) return;
+  const double factor = large ? 1e-3 : 1e3;
+  Operation repair;
+  repair.action = SetMeshScale{use.link->name, use.mesh->scale * factor};
+  repair.why = large ? "the file is in millimetres" : "the scale counts millimetres twice";
+  Finding& f = out.add(
+      "mesh.unit", large ? Severity::error : Severity::warning, subject(*use.link), use.where,
+      fmt::format(
+          "'{}' is {:.3g} m long at its scale of {:g}, and all the joints' offsets together are {:.3g} m: {}",
+          file_name(*use.mesh), *size, scale, reach,
+          large ? "the file is in millimetres" : "it is a thousand times too small"),
+      fmt::format("write scale=\"{0:g} {0:g} {0:g}\"", scale * factor));
+  const bool alone = use.link->visuals.size() + use.link->collisions.size() <= 2;
+  if (large && alone) f.repair = {repair};
+}
+
+// One finding for the whole robot: it is a habit, not an accident.
+void check_shared(const RobotDescription& robot, Findings& out) {
+  std::vector<std::string> links;
+  SourceLocation where;
+  std::size_t most = 0;
+  for (const Link& link : robot.links) {
+    std::set<std::string> shown;
+    for (const Visual& v : link.visuals) {
+      if (const auto* mesh = std::get_if<MeshGeometry>(&v.geometry)) shown.insert(mesh->uri);
+    }
+    for (const Collision& c : link.collisions) {
+      const auto* mesh = std::get_if<MeshGeometry>(&c.geometry);
+      if (mesh == nullptr || !shown.contains(mesh->uri)) continue;
+      if (links.empty()) where = c.source;
+      if (links.empty() || links.back() != link.name) links.push_back(link.name);
+      if (!mesh->path.empty()) most = std::max(most, cached_mesh_report(mesh->path).triangles);
+    }
+  }
+  if (links.empty()) return;
+  out.add("mesh.visual_as_collision", most > kManyColliding ? Severity::warning : Severity::note,
+          links.size() == 1 ? fmt::format("link '{}'", links[0]) : fmt::format("{} links", links.size()),
+          where,
+          fmt::format("the visual mesh is the collision shape as well, in {}{}", names_of(links),
+                      most > 0 ? fmt::format("; up to {} triangles", most) : ""));
+}
+
+}  // namespace
+
+void check_meshes(const AuditInput& in, Findings& out) {
+  const double reach = reach_of(in.robot);
+  const std::vector<Use> uses = uses_of(in.robot);
+  std::vector<double> extents;
+  for (const Use& use : uses) {
+    if (const auto size = extent(*use.mesh)) extents.push_back(*size);
+  }
+  std::sort(extents.begin(), extents.end());
+  std::set<std::string> seen;
+  std::set<std::pair<std::string, bool>> counted;
+  std::set<std::pair<const Link*, std::string>> placed;
+  for (const Use& use : uses) {
+    if (use.mesh->path.empty()) continue;
+    if (seen.insert(use.mesh->path).second) check_file(use, out);
+    if (counted.emplace(use.mesh->path, use.collides).second) check_triangles(use, out);
+    if (!placed.emplace(use.link, use.mesh->path).second) continue;
+    if (check_scale(use, out)) check_unit(use, reach, extents, out);
+  }
+  check_shared(in.robot, out);
+}
 
 }  // namespace doppel::audit_rules

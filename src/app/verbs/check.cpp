@@ -1,0 +1,154 @@
+// doppel check TARGET: the audit on the command line.
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <memory>
+
+#include "app/process.h"
+#include "app/verbs/description_target.h"
+#include "app/verbs/verbs.h"
+#include "doppel/audit/audit.h"
+#include "doppel/core/names.h"
+#include "doppel/overlay/overlay.h"
+
+namespace doppel::app {
+namespace {
+
+constexpr int kPipedWidth = 100, kNarrowest = 40, kWidest = 140;
+
+struct CheckOptions {
+  std::vector<std::string> words, profiles;
+  bool json = false, sarif = false, github = false, list_rules = false, markdown = false, fix = false,
+       quiet = false;
+  std::string datasheet, controllers, colour = "auto";
+};
+
+unsigned chosen_profiles(const std::vector<std::string>& names) {
+  const std::vector<std::string> known{"gazebo", "moveit", "mujoco", "ros2_control", "all"};
+  unsigned chosen = 0;
+  for (const std::string& name : names) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end()) {
+      throw InputError("cli.use", {}, fmt::format("'{}' is no profile{}", name, did_you_mean(name, known)));
+    }
+    chosen |= name == "all" ? kAllProfiles : 1u << (at - known.begin());
+  }
+  return chosen == 0 ? kAllProfiles : chosen;
+}
+
+TextStyle style_for(const std::string& colour) {
+  TextStyle style;
+  const bool terminal = isatty(STDOUT_FILENO) != 0;
+  style.colour = colour == "always" || (colour == "auto" && terminal && std::getenv("NO_COLOR") == nullptr);
+  winsize size{};
+  const bool known = terminal && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  style.width = known ? std::clamp<int>(size.ws_col, kNarrowest, kWidest) : kPipedWidth;
+  if (const char* columns = std::getenv("COLUMNS"); !known && columns != nullptr) {
+    if (const int asked = std::atoi(columns); asked > 0) style.width = std::clamp(asked, kNarrowest, kWidest);
+  }
+  return style;
+}
+
+// Every repair with the fingerprint of what it corrects: the description with the ones before it applied.
+std::vector<Operation> repairs_of(const AuditReport& report, DescriptionTarget& target) {
+  Diagnostics ignored;
+  ExpandedDescription description =
+      expand_corrected(target.target.description, target.arguments, target.resolver, ignored);
+  std::vector<Operation> out;
+  for (const Finding& finding : report.findings) {
+    for (Operation repair : finding.repair) {
+      repair.evidence = {fmt::format("doppel check: {}: {}", finding.rule, finding.message)};
+      take_fingerprint(repair, description);
+      apply_overlay({{}, {repair}}, description, target.resolver, ignored);
+      out.push_back(std::move(repair));
+    }
+  }
+  return out;
+}
+
+// Writes what is uniquely determined, says so, and judges again.
+AuditReport fix(DescriptionTarget& target, const AuditOptions& options, const AuditReport& before,
+                bool quiet) {
+  const std::vector<Operation> repairs = repairs_of(before, target);
+  if (repairs.empty()) {
+    if (!quiet) fmt::print(stderr, "nothing to fix: no finding has exactly one mend\n");
+    return before;
+  }
+  const auto file = add_to_overlay(target.target.description, repairs);
+  if (!quiet) {
+    fmt::print(stderr, "wrote {} correction{} to {}:\n", repairs.size(), repairs.size() == 1 ? "" : "s",
+               file.string());
+    for (const Operation& repair : repairs) fmt::print(stderr, "  {}\n", describe(repair.action));
+    fmt::print(stderr, "\n");
+  }
+  return audit(target.target.description, target.arguments, target.resolver, options);
+}
+
+void print_report(const AuditReport& report, const CheckOptions& o) {
+  if (o.json) return fmt::print("{}", to_json(report));
+  if (o.sarif) return fmt::print("{}", to_sarif(report));
+  if (o.github) return fmt::print("{}", to_github(report));
+  TextStyle style = style_for(o.colour);
+  style.summary_only = o.quiet;
+  fmt::print("{}", to_text(report, style));
+}
+
+int check(const CheckOptions& o) {
+  if (o.list_rules) {
+    fmt::print("{}", o.markdown ? rules_markdown() : rules_text(style_for(o.colour)));
+    return 0;
+  }
+  if (o.words.empty()) {
+    throw InputError("cli.use", {}, "which description?",
+                     "doppel check TARGET, for instance doppel check omarm_one");
+  }
+  AuditOptions options;
+  options.profiles = chosen_profiles(o.profiles);
+  DescriptionTarget target = open_target(o.words);
+  options.package_folder = target.target.package_folder;
+  options.datasheet_folder = root_folder() / "datasheets";
+  if (!o.datasheet.empty()) options.datasheet = o.datasheet;
+  if (!o.controllers.empty()) options.controllers = o.controllers;
+  AuditReport report = audit(target.target.description, target.arguments, target.resolver, options);
+  if (o.fix) report = fix(target, options, report, o.quiet);
+  print_report(report, o);
+  return report.count(Severity::error) > 0 ? 1 : 0;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<CheckOptions>();
+  CheckOptions& o = *options;
+  CLI::App* verb =
+      app.add_subcommand("check", "Say what is wrong with a description, where, and how to mend it");
+  verb->add_option(
+      "TARGET", o.words,
+      "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or workspace, and "
+      "name:=value arguments for its xacro");
+  auto* json = verb->add_flag("--json", o.json, "Findings as JSON");
+  auto* sarif = verb->add_flag("--sarif", o.sarif, "Findings as SARIF 2.1.0, for code scanning");
+  auto* github = verb->add_flag("--github", o.github, "Findings as annotations of a GitHub workflow");
+  json->excludes(sarif)->excludes(github);
+  sarif->excludes(github);
+  verb->add_option("--profile", o.profiles,
+                   "Only what concerns gazebo, moveit, mujoco, ros2_control; several with commas")
+      ->delimiter(',');
+  verb->add_flag("--list-rules", o.list_rules, "Every rule with the failure it prevents");
+  verb->add_flag("--markdown", o.markdown, "With --list-rules: as docs/rules.md");
+  verb->add_option("--datasheet", o.datasheet,
+                   "Compare limits with a datasheet: a YAML file or the name of a bundled one");
+  verb->add_option("--controllers", o.controllers,
+                   "The controllers' YAML, in place of the description's own");
+  verb->add_flag("--fix", o.fix, "Write every repair that there is only one of to the overlay");
+  verb->add_option("--color,--colour", o.colour, "auto, always or never")
+      ->check(CLI::IsMember({"auto", "always", "never"}));
+  verb->add_flag("-q,--quiet", o.quiet, "Only the last line, with the counts");
+  verb->callback([options, &exit_code] { exit_code = check(*options); });
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,21 @@
+#pragma once
+// The parts of check_inertia.
+
+#include <array>
+
+#include "doppel/audit/inertia_facts.h"
+#include "doppel/audit/rules_detail.h"
+
+namespace doppel::audit_rules {
+
+// The shape is closed: mass and shape make a tensor.
+bool computable(const std::optional<LinkShape>& shape);
+
+// Mass, centre of mass and tensor against what the link looks like. `sound`: the tensor is one that a body
+// can have. rules_inertia_shape.cpp
+void check_against_shape(const Link& link, const LinkShape& shape, bool sound, Findings& out);
+
+// Left and right, and parts of one mesh, that weigh differently. rules_twins.cpp
+void check_twins(const AuditInput& in, Findings& out);
+
+}  // namespace doppel::audit_rules

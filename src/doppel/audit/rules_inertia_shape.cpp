@@ -1,0 +1,173 @@
+// Masses and tensors against the shapes of their links.
+#include <algorithm>
+#include <cmath>
+
+#include "doppel/audit/inertia_rules.h"
+#include "doppel/geometry/convex_hull.h"
+
+namespace doppel::audit_rules {
+namespace {
+
+constexpr double kLightest = 50, kHeaviest = 20000;             // kg/m^3: foam, and lead with room to spare
+constexpr double kUsualLightest = 200, kUsualHeaviest = 12000;  // printed shells to machined lead
+constexpr double kPowerSlack = 0.7;                             // decades by which a solid guess is off
+constexpr double kOutside = 0.05;                               // of the link's size
+constexpr double kImpossible = 1.05;  // radius of gyration against the furthest point
+constexpr double kFarOff = 2;
+constexpr double kConcentrated = 0.05;
+constexpr int kDirections = 60;
+
+// How far a point is outside of the hull; 0 or less: inside, as far as the directions tell.
+double distance_outside(const LinkShape& shape, const Eigen::Vector3d& p) {
+  static const std::vector<Eigen::Vector3d> directions = even_directions(kDirections);
+  double most = shape.bounds.exteriorDistance(p);
+  for (const Eigen::Vector3d& d : directions) {
+    double reach = -1e300;
+    for (const Eigen::Vector3d& corner : shape.hull) reach = std::max(reach, corner.dot(d));
+    most = std::max(most, p.dot(d) - reach);
+  }
+  return most;
+}
+
+double furthest(const LinkShape& shape, const Eigen::Vector3d& p) {
+  double out = 0;
+  for (const Eigen::Vector3d& corner : shape.hull) out = std::max(out, (corner - p).norm());
+  return out;
+}
+
+Operation operation(SetInertia action, std::string why) {
+  Operation out;
+  out.action = std::move(action);
+  out.why = std::move(why);
+  return out;
+}
+
+// True where the mass can be believed.
+bool check_density(const Link& link, const LinkShape& shape, Findings& out) {
+  const double mass = link.inertial->mass;
+  const bool closed = shape.solid.volume > 0;
+  const double volume = closed ? shape.solid.volume : shape.hull_volume;
+  if (!(volume > 0)) return true;
+  const double density = mass / volume;
+  const double certain = shape.hull_volume > 0 ? mass / shape.hull_volume : density;
+  const std::string said =
+      fmt::format("{:g} kg in {:.3g} cm^3 are {:.3g} kg/m^3", mass, volume * 1e6, density);
+  if (certain > kHeaviest * 10 && density / 1e3 > kUsualLightest && density / 1e3 < kUsualHeaviest) {
+    SetInertia mend;
+    mend.link = link.name;
+    mend.mass = mass / 1e3;
+    const Components c = components_of(*link.inertial);
+    const double ratio = tensor_of(c).trace() / expected_tensor(shape, mass).trace();
+    // A tensor that fits the written mass was computed with it, and shares its unit.
+    if (std::abs(std::log10(ratio)) < kPowerSlack) {
+      for (std::size_t i = 0; i < 6; ++i) {
+        if (c[i] != 0) mend.components[kComponentNames[i]] = c[i] / 1e3;
+      }
+    }
+    out.add("inertia.units", subject(link), link.inertial->source, said + ": the mass is in grams",
+            fmt::format("write {:g} kg", mass / 1e3))
+        .repair = {operation(mend, "the mass was in grams")};
+    return false;
+  }
+  if (certain > kHeaviest || (closed && density < kLightest)) {
+    out.add("inertia.density", subject(link), link.inertial->source,
+            fmt::format(
+                "{}, {}", said,
+                density > kHeaviest ? "denser than any metal that parts are made of" : "lighter than foam"));
+    return density > kLightest / 10 && density < kHeaviest * 10;
+  }
+  return true;
+}
+
+void check_centre(const Link& link, const LinkShape& shape, Findings& out) {
+  const Eigen::Vector3d com = link.inertial->origin.xyz;
+  const double outside = distance_outside(shape, com);
+  if (outside <= kOutside * shape.size()) return;
+  const Eigen::Vector3d metres = com * 1e-3;
+  if (outside > 3 * shape.size() && distance_outside(shape, metres) <= kOutside * shape.size()) {
+    SetInertia mend;
+    mend.link = link.name;
+    mend.com = metres;
+    out.add("inertia.units", subject(link), link.inertial->source,
+            fmt::format("its centre of mass, {:g} {:g} {:g} m, is in millimetres", com.x(), com.y(), com.z()),
+            fmt::format("write {:g} {:g} {:g}", metres.x(), metres.y(), metres.z()))
+        .repair = {operation(mend, "the centre of mass was in millimetres")};
+    return;
+  }
+  out.add("inertia.com_outside", outside > 3 * shape.size() ? Severity::error : Severity::warning,
+          subject(link), link.inertial->source,
+          fmt::format("its centre of mass is {:.3g} mm outside of its shape, which is {:.3g} mm long",
+                      outside * 1e3, shape.size() * 1e3));
+}
+
+std::string units_of(int power) {
+  switch (power) {
+    case 3:
+      return "g m^2 (or kg m mm)";
+    case 6:
+      return "kg mm^2";
+    case 9:
+      return "g mm^2";
+    default:
+      return fmt::format("1e{} of its unit", -power);
+  }
+}
+
+// True where the tensor is off by a power of a thousand.
+bool check_tensor_units(const Link& link, const LinkShape& shape, Findings& out) {
+  const Components c = components_of(*link.inertial);
+  const double ratio = tensor_of(c).trace() / expected_tensor(shape, link.inertial->mass).trace();
+  if (!std::isfinite(ratio) || !(ratio > 0)) return false;
+  const double decades = std::log10(ratio);
+  const int power = static_cast<int>(std::round(decades / 3)) * 3;
+  if (power == 0 || std::abs(decades - power) > kPowerSlack) return false;
+  Components mended = c;
+  for (double& x : mended) x *= std::pow(10.0, -power);
+  const bool large = power > 0;
+  Finding& f = out.add("inertia.units", large ? Severity::error : Severity::warning, subject(link),
+                       link.inertial->source,
+                       fmt::format("its moments of inertia are {:.2g} times what its shape and mass have{}",
+                                   ratio, large ? fmt::format("; they are in {}", units_of(power)) : ""),
+                       fmt::format("multiply the tensor by 1e{}", -power));
+  if (std::abs(decades - power) < 0.5)
+    f.repair = {set_components(link.name, c, mended, fmt::format("the tensor was off by 1e{}", power))};
+  return true;
+}
+
+void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
+  const Inertial& inertial = *link.inertial;
+  const double largest = principal_moments(components_of(inertial))[2];
+  const double gyration = std::sqrt(largest / inertial.mass);
+  const double reach = furthest(shape, inertial.origin.xyz);
+  if (!(reach > 0)) return;
+  if (gyration > kImpossible * reach) {
+    Finding& f = out.add("inertia.gyration", gyration > kFarOff * reach ? Severity::error : Severity::warning,
+                         subject(link), inertial.source,
+                         fmt::format("its mass would have to be {:.3g} mm from its centre, and no point of "
+                                     "its shape is more than {:.3g} mm away",
+                                     gyration * 1e3, reach * 1e3));
+    if (computable(shape) && gyration > kFarOff * reach) {
+      Operation repair;
+      repair.action = ComputeInertia{link.name, {}, {}};
+      repair.why = "the tensor did not fit into the shape";
+      f.repair = {repair};
+    }
+  } else if (gyration < kConcentrated * reach) {
+    out.add("inertia.gyration", subject(link), inertial.source,
+            fmt::format(
+                "its mass would have to be within {:.2g} mm of its centre, and its shape reaches {:.3g} mm",
+                gyration * 1e3, reach * 1e3));
+  }
+}
+
+}  // namespace
+
+void check_against_shape(const Link& link, const LinkShape& shape, bool sound, Findings& out) {
+  if (!(shape.size() > 0)) return;
+  const bool believable = check_density(link, shape, out);
+  check_centre(link, shape, out);
+  if (!sound || !believable) return;
+  if (!check_tensor_units(link, shape, out)) check_gyration(link, shape, out);
+}
+
+}  // namespace doppel::audit_rules
