@@ -1,5 +1,5 @@
-// fmt's compiled part for a program without shared libraries: Debian ships it as a shared library only, with the
-// source of it in a header.
+// fmt's compiled part for a program without shared libraries: Debian ships it as a shared library only, with
+// the source of it in a header.
 #include <fmt/format-inl.h>
 
 namespace fmt {
@@ -12,8 +12,7 @@ template auto locale_ref::get<std::locale>() const -> std::locale;
 template auto thousands_sep_impl(locale_ref) -> thousands_sep_result<char>;
 template auto decimal_point_impl(locale_ref) -> char;
 template void buffer<char>::append(const char*, const char*);
-template void vformat_to(buffer<char>&, string_view,
-                         basic_format_args<FMT_BUFFER_CONTEXT(char)>, locale_ref);
+template void vformat_to(buffer<char>&, string_view, basic_format_args<FMT_BUFFER_CONTEXT(char)>, locale_ref);
 }  // namespace detail
 }  // namespace v9
 }  // namespace fmt

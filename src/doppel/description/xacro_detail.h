@@ -21,7 +21,7 @@ namespace doppel::xacro {
 // What an expansion may use up before it counts as running away.
 struct Budget {
   std::int64_t steps = 2'000'000;  // of the evaluator
-  std::int64_t nodes = 300'000;     // of the output, and of copies on the way
+  std::int64_t nodes = 300'000;    // of the output, and of copies on the way
   std::int64_t characters = 64'000'000;
   int deepest = 250;  // macro calls and includes within each other
 };
