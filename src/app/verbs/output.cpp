@@ -6,8 +6,8 @@
 #include <cerrno>
 #include <cstring>
 
-#include "doppel/core/output_file.h"
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/output_file.h"
 
 namespace doppel::app {
 

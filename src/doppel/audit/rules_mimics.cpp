@@ -22,11 +22,12 @@ void check_follower_range(const Joint& joint, const Joint& leader, Findings& out
   const double beyond = std::max(joint.limits->lower - lower, upper - joint.limits->upper);
   // Digits lost by writing both ranges are nobody's fault.
   if (beyond <= 1e-5 + 1e-3 * (upper - lower)) return;
-  out.add("mimic.limits", subject(joint), joint.limits->source,
-          fmt::format("'{}' takes it over {:g} .. {:g}, its own limits are {:g} .. {:g}", leader.name, lower,
-                      upper, joint.limits->lower, joint.limits->upper),
-          fmt::format("widen its limits to {:g} .. {:g}, or narrow those of '{}'",
-                      std::min(lower, joint.limits->lower), std::max(upper, joint.limits->upper), leader.name));
+  out.add(
+      "mimic.limits", subject(joint), joint.limits->source,
+      fmt::format("'{}' takes it over {:g} .. {:g}, its own limits are {:g} .. {:g}", leader.name, lower,
+                  upper, joint.limits->lower, joint.limits->upper),
+      fmt::format("widen its limits to {:g} .. {:g}, or narrow those of '{}'",
+                  std::min(lower, joint.limits->lower), std::max(upper, joint.limits->upper), leader.name));
 }
 
 }  // namespace

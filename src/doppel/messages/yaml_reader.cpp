@@ -318,17 +318,40 @@ class YamlReader {
   CdrAppender out_;
 };
 
+// The line on which a second document begins; 0: there is none. (YAML::LoadAll finds documents for ever in
+// some texts that are no YAML.)
+int second_document(std::string_view yaml) {
+  bool content = false;
+  int line = 0;
+  while (!yaml.empty()) {
+    const std::string_view text = yaml.substr(0, yaml.find('\n'));
+    yaml.remove_prefix(std::min(text.size() + 1, yaml.size()));
+    ++line;
+    const bool separates = text.starts_with("---") && (text.size() == 3 || text[3] == ' ' || text[3] == '\r');
+    if (separates && content) return line;
+    const std::size_t first = text.find_first_not_of(" \t\r");
+    content =
+        content || separates || (first != std::string_view::npos && text[first] != '#' && text[first] != '%');
+  }
+  return 0;
+}
+
 }  // namespace
 
 Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml, Bytes& out) {
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(std::string(yaml));
-    if (documents.size() > 1) refuse(documents[1].Mark(), "one message is needed, not several documents");
+    if (const int line = second_document(yaml); line > 0) {
+      YAML::Mark mark;
+      mark.line = line - 1;
+      mark.column = 0;
+      refuse(mark, "one message is needed, not several documents");
+    }
+    const YAML::Node document = YAML::Load(std::string(yaml));
     YamlReader reader(out);
-    if (documents.empty() || documents[0].IsNull()) {
+    if (document.IsNull()) {
       reader.initial(type);
     } else {
-      reader.message(type, documents[0]);
+      reader.message(type, document);
     }
     return {};
   } catch (const Refusal& refusal) {
