@@ -48,7 +48,8 @@ _doppel() {
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do [[ $word == -* ]] || words+=("$word"); done
   local IFS=$'\n'
   case "${words[0]-} ${words[1]-}" in
-    'up ') mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" robots)" -- "$current"; compgen -f -- "$current") ;;
+    'up '*|'check '*|'tree '*|'info '*|'mass '*|'convert '*|'diff '*|'calibrate '*|'xacro '*|'overlay '[a-z]*)
+      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" robots)" -- "$current"; compgen -f -- "$current") ;;
     'topic echo'|'topic hz'|'topic info'|'topic type'|'topic bw'|'topic pub')
       mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" topic list 2>/dev/null)" -- "$current") ;;
     'service call'|'service type')
