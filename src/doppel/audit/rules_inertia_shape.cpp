@@ -10,11 +10,12 @@ namespace {
 
 constexpr double kLightest = 50, kHeaviest = 20000;             // kg/m^3: foam, and lead with room to spare
 constexpr double kUsualLightest = 200, kUsualHeaviest = 12000;  // printed shells to machined lead
-constexpr double kPowerSlack = 0.7;                             // decades by which a solid guess is off
+constexpr double kPowerSlack = 0.4;                             // decades by which a solid guess is off
 constexpr double kOutside = 0.05;                               // of the link's size
 constexpr double kImpossible = 1.05;  // radius of gyration against the furthest point
 constexpr double kFarOff = 2;
 constexpr double kConcentrated = 0.05;
+constexpr double kPlaceholder = 0.005;  // m: boxes of a millimetre stand for frames, not for parts
 constexpr int kDirections = 60;
 
 // How far a point is outside of the hull; 0 or less: inside, as far as the directions tell.
@@ -103,7 +104,7 @@ void check_centre(const Link& link, const LinkShape& shape, Findings& out) {
 std::string units_of(int power) {
   switch (power) {
     case 3:
-      return "g m^2 (or kg m mm)";
+      return "g m^2";
     case 6:
       return "kg mm^2";
     case 9:
@@ -129,8 +130,7 @@ bool check_tensor_units(const Link& link, const LinkShape& shape, Findings& out)
                        fmt::format("its moments of inertia are {:.2g} times what its shape and mass have{}",
                                    ratio, large ? fmt::format("; they are in {}", units_of(power)) : ""),
                        fmt::format("multiply the tensor by 1e{}", -power));
-  if (std::abs(decades - power) < 0.5)
-    f.repair = {set_components(link.name, c, mended, fmt::format("the tensor was off by 1e{}", power))};
+  f.repair = {set_components(link.name, c, mended, fmt::format("the tensor was off by 1e{}", power))};
   return true;
 }
 
@@ -163,7 +163,7 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
 }  // namespace
 
 void check_against_shape(const Link& link, const LinkShape& shape, bool sound, Findings& out) {
-  if (!(shape.size() > 0)) return;
+  if (shape.size() < kPlaceholder) return;
   const bool believable = check_density(link, shape, out);
   check_centre(link, shape, out);
   if (!sound || !believable) return;

@@ -74,6 +74,13 @@ void check_exporter(const Joint& joint, Findings& out) {
 }
 
 void check_negative(const Joint& joint, const char* name, double value, Findings& out) {
+  if (value == -1) {
+    out.add(
+        "joint.limit_negative", Severity::warning, subject(joint), joint.limits->source,
+        fmt::format("its {} limit is -1, which SDF takes for 'no limit' and other tools for a mistake", name),
+        "write what the drive delivers");
+    return;
+  }
   SetLimit mend{joint.name, {}, {}, {}, {}};
   (name[0] == 'e' ? mend.effort : mend.velocity) = -value;
   out.add("joint.limit_negative", subject(joint), joint.limits->source,

@@ -13,6 +13,7 @@ constexpr std::size_t kManyTriangles = 200000, kFarTooMany = 1000000;  // of one
 constexpr std::size_t kManyColliding = 20000;                          // of one collision shape
 constexpr double kGigantic = 100, kMinute = 0.01;                      // against the robot's reach
 constexpr double kDegenerateShare = 0.02;
+constexpr std::size_t kFewMissing = 3;
 
 struct Use {
   const Link* link;
@@ -163,9 +164,39 @@ void check_shared(const RobotDescription& robot, Findings& out) {
                       most > 0 ? fmt::format("; up to {} triangles", most) : ""));
 }
 
+// The parser tells each use of a mesh that is not there. One telling per mesh is enough, and where a whole
+// folder is not there, one for all.
+void fold_missing(Findings& out) {
+  std::vector<Finding>& all = out.all();
+  std::set<std::string> told;
+  std::erase_if(all, [&](const Finding& f) {
+    return f.rule == "mesh.missing" && !told.insert(f.subject + f.message).second;
+  });
+  const auto alike = [](const Finding& f) {
+    return f.rule == "mesh.missing" && !f.mend.starts_with("did you mean");
+  };
+  if (std::count_if(all.begin(), all.end(), alike) <= static_cast<std::ptrdiff_t>(kFewMissing)) return;
+  const auto first = std::find_if(all.begin(), all.end(), alike);
+  std::vector<std::string> names;
+  for (const Finding& f : all) {
+    const std::size_t begin = f.message.find('\''), end = f.message.find('\'', begin + 1);
+    if (!alike(f) || end == std::string::npos) continue;
+    const std::string uri = f.message.substr(begin + 1, end - begin - 1);
+    const std::string name = std::filesystem::path(uri).filename().string();
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  first->subject = fmt::format("{} meshes", names.size());
+  first->message = fmt::format("{} are not found; marked boxes take their places. The first of them: {}",
+                               names_of(names), first->message);
+  const Finding folded = *first;
+  std::erase_if(all, alike);
+  all.push_back(folded);
+}
+
 }  // namespace
 
 void check_meshes(const AuditInput& in, Findings& out) {
+  fold_missing(out);
   const double reach = reach_of(in.robot);
   const std::vector<Use> uses = uses_of(in.robot);
   std::vector<double> extents;

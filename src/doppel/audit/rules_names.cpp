@@ -62,13 +62,32 @@ void check_characters(const Named& n, Findings& out) {
             "SDF keeps names with '::' and those between double underscores for itself");
   } else if (name.front() == '/') {
     out.add("name.slash", n.subject(), n.where, "its name begins with '/'");
-  } else if (const auto odd = std::find_if_not(name.begin(), name.end(), plain); odd != name.end()) {
-    const bool ascii = static_cast<unsigned char>(*odd) < 128;
-    const bool harmful = !ascii || *odd == '.' || *odd == '\t' || *odd == '\n' ||
-                         std::string_view("\"'\\$<>|&;*?").find(*odd) != std::string_view::npos;
-    out.add(
-        "name.character", harmful ? Severity::warning : Severity::note, n.subject(), n.where,
-        ascii ? fmt::format("its name holds '{}'", *odd) : "its name holds a character that is not ASCII");
+  }
+}
+
+// What a name holds besides letters, digits and what harms nobody; empty: nothing.
+std::string odd_character(const std::string& name) {
+  const auto odd = std::find_if_not(name.begin() + (name.starts_with('/') ? 1 : 0), name.end(), plain);
+  if (odd == name.end() || name.find("::") != std::string::npos) return "";
+  return static_cast<unsigned char>(*odd) < 128 ? fmt::format("'{}'", *odd) : "a character that is not ASCII";
+}
+
+// One finding for each character: a prefix with a slash stands before every name.
+void check_odd_characters(const std::vector<Named>& names, Findings& out) {
+  std::map<std::string, std::vector<const Named*>> by_character;
+  for (const Named& n : names) {
+    const std::string odd = odd_character(*n.name);
+    if (!odd.empty()) by_character[odd].push_back(&n);
+  }
+  for (const auto& [odd, holders] : by_character) {
+    const bool harmful =
+        odd.size() > 3 || std::string_view(".\t\n\"'\\$<>|&;*?").find(odd[1]) != std::string_view::npos;
+    std::vector<std::string> listed;
+    for (const Named* n : holders) listed.push_back(*n->name);
+    out.add("name.character", harmful ? Severity::warning : Severity::note,
+            listed.size() == 1 ? holders.front()->subject() : fmt::format("{} names", listed.size()),
+            holders.front()->where,
+            fmt::format("{} {} {}", names_of(listed), listed.size() == 1 ? "holds" : "hold", odd));
   }
 }
 
@@ -113,6 +132,7 @@ void check_names(const AuditInput& in, Findings& out) {
   check_robot(in.robot, out);
   check_spaces(names, out);
   for (const Named& n : names) check_characters(n, out);
+  check_odd_characters(names, out);
   check_case(names, out);
   check_shared(in.robot, out);
 }

@@ -54,7 +54,7 @@ class SchemaCheck {
     return name == nullptr ? fmt::format("<{}>", node.name) : fmt::format("{} '{}'", node.name, name->value);
   }
 
-  std::string subject() const { return path_.size() == 1 && subject_.empty() ? "the robot" : subject_; }
+  std::string subject() const { return path_.size() == 1 ? "the robot" : subject_; }
 
   void attributes(const XmlNode& node, const ElementKind& kind) {
     for (const XmlAttribute& a : node.attributes) {
@@ -74,7 +74,9 @@ class SchemaCheck {
   void unknown(const XmlNode& parent, const XmlNode& child, const ElementKind& kind) {
     const std::vector<std::string> homes = homes_of(child.name);
     if (!homes.empty()) {
-      out_.add("schema.misplaced", subject(), child.where,
+      // A colour for what is not drawn loses nothing.
+      const Severity severity = child.name == "material" ? Severity::note : Severity::warning;
+      out_.add("schema.misplaced", severity, subject(), child.where,
                fmt::format("<{}> stands in <{}>, where nobody reads it", child.name, parent.name),
                fmt::format("it belongs in {}", fmt::join(homes, " or ")));
       return;

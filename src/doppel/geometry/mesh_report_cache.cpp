@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "doppel mesh report 1\n";
-constexpr std::size_t kLargestFile = 1 << 20;
+constexpr std::streamoff kLargestFile = 1 << 20;
 
 // FNV-1a, 64 bits.
 std::uint64_t hash(std::string_view bytes) {
@@ -104,12 +104,14 @@ std::string key_of(const fs::path& file, std::uintmax_t size, fs::file_time_type
 }
 
 std::optional<MeshReport> read_cache(const fs::path& entry, const std::string& key) {
-  std::ifstream in(entry, std::ios::binary);
+  std::ifstream in(entry, std::ios::binary | std::ios::ate);
   if (!in) return std::nullopt;
-  std::string bytes(kLargestFile, '\0');
-  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  bytes.resize(static_cast<std::size_t>(in.gcount()));
-  return from_bytes(bytes, key);
+  const auto size = static_cast<std::streamoff>(in.tellg());
+  if (size <= 0 || size > kLargestFile) return std::nullopt;
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  in.seekg(0);
+  in.read(bytes.data(), size);
+  return in ? from_bytes(bytes, key) : std::nullopt;
 }
 
 void write_cache(const fs::path& entry, const std::string& bytes) {

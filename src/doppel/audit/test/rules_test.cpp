@@ -1,0 +1,425 @@
+// Every rule over the description: what must fire with its grade and place, and the neighbour that must not.
+#include "doppel/audit/test/audit_fixture.h"
+#include "doppel/overlay/overlay.h"
+
+namespace doppel::audit_test {
+namespace {
+
+constexpr Severity E = Severity::error, W = Severity::warning, N = Severity::note;
+
+struct Case {
+  std::string rule;
+  Severity severity;
+  Parts bad, good;
+  std::string at;        // the text in the bad one where the finding stands
+  bool fixable = false;  // and --fix takes it away
+};
+
+Parts with(std::string Parts::*part, std::string text) {
+  Parts out;
+  out.*part = std::move(text);
+  return out;
+}
+
+std::string tensor(const std::string& six, const std::string& mass = "1",
+                   const std::string& com = "0 0 0.1") {
+  std::string out = "<inertial><origin xyz=\"" + com + "\"/><mass value=\"" + mass + "\"/><inertia";
+  constexpr const char* names[] = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
+  std::size_t begin = 0;
+  for (const char* name : names) {
+    const std::size_t end = std::min(six.find(' ', begin), six.size());
+    out += std::string(" ") + name + "=\"" + six.substr(begin, end - begin) + "\"";
+    begin = end + 1;
+  }
+  return out + "/></inertial>";
+}
+
+std::string limit(const std::string& lower, const std::string& upper, const std::string& effort = "5",
+                  const std::string& velocity = "3") {
+  return "<limit lower=\"" + lower + "\" upper=\"" + upper + "\" effort=\"" + effort + "\" velocity=\"" +
+         velocity + "\"/>";
+}
+
+// A second link on a joint 'k', with what is given inside of the joint.
+std::string follower(const std::string& inside, const std::string& name = "tip",
+                     const std::string& inertial = kInertial, const std::string& joint = "k") {
+  return "<link name=\"" + name + "\">" + inertial + kVisual + kCollision + "</link>\n<joint name=\"" +
+         joint + "\" type=\"revolute\"><origin xyz=\"0.4 0 0\"/><parent link=\"arm\"/><child link=\"" + name +
+         "\"/>" + kAxis + inside + "</joint>";
+}
+
+std::vector<Case> joint_cases() {
+  const auto l = [](const std::string& text) { return with(&Parts::limit, text); };
+  return {
+      {"joint.exporter_velocity", E, l(limit("-1", "1", "100", "100")), l(limit("-1", "1", "100", "3")),
+       "<limit"},
+      {"joint.exporter_effort", E, l(limit("-1", "1", "100", "100")), l(limit("-1", "1", "5", "30")),
+       "<limit"},
+      {"joint.no_limits", E, l(""), l(kLimit), "<joint"},
+      {"joint.limit_incomplete", E, l(R"(<limit lower="-1" upper="1" effort="5"/>)"), l(kLimit), "<limit"},
+      {"joint.limit_negative", E, l(limit("-1", "1", "-5")), l(kLimit), "<limit", true},
+      {"joint.effort_zero", W, l(limit("-1", "1", "0")), l(limit("-1", "1", "0.001")), "<limit"},
+      {"joint.velocity_zero", W, l(limit("-1", "1", "5", "0")), l(limit("-1", "1", "5", "0.01")), "<limit"},
+      {"joint.velocity_absurd", W, l(limit("-1", "1", "5", "60")), l(limit("-1", "1", "5", "49")), "<limit"},
+      {"joint.effort_absurd", W, l(limit("-1", "1", "1e6")), l(limit("-1", "1", "9000")), "<limit"},
+      {"joint.range_zero", W, l(limit("0", "0")), l(limit("0", "0.01")), "<limit"},
+      {"joint.limits_degrees", E, l(limit("-90", "90")), l(limit("-1.6", "1.6")), "<limit", true},
+      {"joint.limit_precision", W, l(limit("-1.6", "1.570796")), l(limit("-3.141593", "1.570797")), "<limit",
+       true},
+      {"joint.limit_precision", W, l(limit("-3.141592", "1")), l(limit("-3.1415926535897931", "1")), "<limit",
+       true},
+      {"joint.limit_precision", N, l(limit("-1", "3.14")), l(limit("-1", "3.1")), "<limit"},
+      {"joint.not_continuous", N, l(limit("-10", "10")), l(limit("-6.2832", "6.2832")), "<limit"},
+      {"joint.not_continuous", W, l(limit("-1e9", "1e9")), l(limit("-6.2832", "6.2832")), "<limit"},
+      {"joint.dynamics_negative", E, with(&Parts::joint_more, R"(<dynamics damping="-0.1"/>)"),
+       with(&Parts::joint_more, R"(<dynamics damping="0.1"/>)"), "<dynamics", true},
+      {"joint.soft_limits", W,
+       with(&Parts::joint_more,
+            R"(<safety_controller k_velocity="1" soft_lower_limit="-2" soft_upper_limit="1"/>)"),
+       with(&Parts::joint_more,
+            R"(<safety_controller k_velocity="1" soft_lower_limit="-0.9" soft_upper_limit="0.9"/>)"),
+       "<safety_controller"},
+      {"joint.axis_default", N, with(&Parts::axis, ""), {}, "<joint"},
+      {"urdf.axis_not_unit", N, with(&Parts::axis, R"(<axis xyz="0 2 0"/>)"),
+       with(&Parts::axis, R"(<axis xyz="0 0.6 0.8"/>)"), "<axis", true},
+      {"urdf.axis_zero", E, with(&Parts::axis, R"(<axis xyz="0 0 0"/>)"), {}, "<axis"},
+      {"urdf.limits_crossed", E, l(limit("1", "-1")), {}, "<limit", true},
+  };
+}
+
+std::vector<Case> mimic_cases() {
+  const auto m = [](const std::string& text) { return with(&Parts::more, follower(text)); };
+  const std::string chain = follower(R"(<mimic joint="j"/>)" + kLimit) +
+                            follower(R"(<mimic joint="k"/>)" + kLimit, "tip2", kInertial, "k2");
+  const std::string direct = follower(R"(<mimic joint="j"/>)" + kLimit) +
+                             follower(R"(<mimic joint="j"/>)" + kLimit, "tip2", kInertial, "k2");
+  return {
+      {"urdf.mimic_unknown", E, m(R"(<mimic joint="jj"/>)" + kLimit), m(R"(<mimic joint="j"/>)" + kLimit),
+       "<mimic"},
+      {"urdf.mimic_loop", E, m(R"(<mimic joint="k"/>)" + kLimit), m(R"(<mimic joint="j"/>)" + kLimit),
+       "<mimic"},
+      {"mimic.chained", W, with(&Parts::more, chain), with(&Parts::more, direct), R"(<mimic joint="k")"},
+      {"mimic.limits", W, m(R"(<mimic joint="j" multiplier="-2" offset="0.5"/>)" + limit("-1.4", "2.5")),
+       m(R"(<mimic joint="j" multiplier="-2" offset="0.5"/>)" + limit("-1.5", "2.5")),
+       R"(<limit lower="-1.4")"},
+      {"mimic.multiplier_zero", W, m(R"(<mimic joint="j" multiplier="0"/>)" + kLimit),
+       m(R"(<mimic joint="j" multiplier="0.1"/>)" + kLimit), "<mimic"},
+  };
+}
+
+std::vector<Case> inertia_cases() {
+  const auto i = [](const std::string& text) { return with(&Parts::inertial, text); };
+  return {
+      {"inertia.missing",
+       E,
+       [] {
+         Parts p = with(&Parts::inertial, "");
+         p.more = follower(kLimit);
+         return p;
+       }(),
+       {},
+       "<link name=\"arm\""},
+      {"inertia.none", W, i(""), {}, "<robot"},
+      {"inertia.mass_zero", E, i(tensor("0.0036 0 0 0.0036 0 0.0006", "0")), {}, "<inertial"},
+      {"inertia.mass_negative", E, i(tensor("0.0036 0 0 0.0036 0 0.0006", "-1")), {}, "<inertial", true},
+      {"inertia.zero", E, i(tensor("0 0 0 0 0 0")), {}, "<inertial", true},
+      {"inertia.identity", E, i(tensor("1 0 0 1 0 1")), {}, "<inertial", true},
+      {"inertia.rounded_zero", E, i(tensor("0.0036 0 0 0.0036 0 0")), i(tensor("0.0036 0 0 0.0036 0 0.0001")),
+       "<inertial", true},
+      {"inertia.not_positive", E, i(tensor("0.0036 0 0 -0.0036 0 0.0006")), {}, "<inertial", true},
+      {"inertia.not_positive",
+       E,
+       i(tensor("0.0036 0.0004 0.0004 0.00005 0.0036 0.0006")),
+       {},
+       "<inertial",
+       true},
+      {"inertia.triangle", E, i(tensor("0.0036 0 0 0.0036 0 0.01")), i(tensor("0.0036 0 0 0.0036 0 0.0071")),
+       "<inertial", true},
+      {"inertia.triangle", W, i(tensor("0.0036 0 0 0.0036 0 0.00721")),
+       i(tensor("0.0036 0 0 0.0036 0 0.0072")), "<inertial"},
+      {"inertia.units", E, i(tensor("3600 0 0 3600 0 600")), {}, "<inertial", true},
+      {"inertia.units", E, i(tensor("3.6 0 0 3.6 0 0.6")), {}, "<inertial", true},
+      {"inertia.units", E, i(tensor("3.6 0 0 3.6 0 0.6", "1000")), {}, "<inertial", true},
+      {"inertia.units", E, i(tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 100")), {}, "<inertial", true},
+      {"inertia.com_outside", W, i(tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 0.25")),
+       i(tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 0.2")), "<inertial"},
+      {"inertia.gyration", W, i(tensor("0.017 0 0 0.017 0 0.0006")), i(tensor("0.01 0 0 0.01 0 0.0006")),
+       "<inertial"},
+      {"inertia.density", W, i(tensor("0.072 0 0 0.072 0 0.012", "20")),
+       i(tensor("0.0324 0 0 0.0324 0 0.0054", "9")), "<inertial"},
+      {"inertia.density", W, i(tensor("0.000072 0 0 0.000072 0 0.000012", "0.02")),
+       i(tensor("0.00036 0 0 0.00036 0 0.00006", "0.1")), "<inertial"},
+      {"inertia.twins", W,
+       [] {
+         Parts p;
+         p.more = follower(kLimit, "finger_left", tensor("0.0036 0 0 0.0036 0 0.0006")) +
+                  follower(kLimit, "finger_right", tensor("0.0036 0 0 0.0036 0 0.0012"), "k2");
+         return p;
+       }(),
+       [] {
+         Parts p;
+         p.more = follower(kLimit, "finger_left", tensor("0.0036 1e-5 0 0.0036 0 0.0006")) +
+                  follower(kLimit, "finger_right", tensor("0.0036 -1e-5 0 0.0036 0 0.0006"), "k2");
+         return p;
+       }(),
+       R"(<inertial><origin xyz="0 0 0.1"/><mass value="1"/><inertia ixx="0.0036" ixy="0" ixz="0" iyy="0.0036" iyz="0" izz="0.0012")"},
+  };
+}
+
+std::vector<Case> name_cases() {
+  const auto name = [](const std::string& text) { return with(&Parts::joint_name, text); };
+  return {
+      {"name.space", N, name("Revolute 1"), name("Revolute_1"), "<joint"},
+      {"name.character", W, name("arm.joint"), name("arm-joint"), "<joint"},
+      {"name.character", W, name("gelenk_\xC3\xA4"), name("gelenk_ae"), "<joint"},
+      {"name.character", N, name("arm#1"), {}, "<joint"},
+      {"name.slash", W, name("/j"), name("j"), "<joint"},
+      {"name.reserved", W, name("a::b"), name("a_b"), "<joint"},
+      {"name.blank_edge", W, name("j "), name("j"), "<joint"},
+      {"name.empty", E, name(""), name("j"), "<joint"},
+      {"name.robot", N, with(&Parts::robot_name, "my robot"), with(&Parts::robot_name, "my_robot"), "<robot"},
+      {"name.link_and_joint", N, name("arm"), name("arm_joint"), "<joint"},
+      {"name.case", W, with(&Parts::more, follower(kLimit, "ARM")),
+       with(&Parts::more, follower(kLimit, "ARM2")), "<link name=\"ARM\""},
+  };
+}
+
+std::vector<Case> schema_cases() {
+  const auto j = [](const std::string& text) { return with(&Parts::joint_more, text); };
+  const auto top = [](const std::string& text) { return with(&Parts::more, text); };
+  return {
+      {"schema.element", E, with(&Parts::collision, "<colision>" + kShape + "</colision>"), {}, "<colision"},
+      {"schema.element", N, j("<stiffness value=\"3\"/>"), j("<calibration rising=\"0\"/>"), "<stiffness"},
+      {"schema.attribute", W, with(&Parts::axis, R"(<axis xyzz="0 1 0"/>)"), {}, "xyzz"},
+      {"schema.attribute", N,
+       with(&Parts::limit, R"(<limit lower="-1" upper="1" effort="5" velocity="3" k="2"/>)"),
+       with(&Parts::limit, R"(<limit lower="-1" upper="1" effort="5" velocity="3" acceleration="2"/>)"),
+       "k=\"2\""},
+      {"schema.misplaced",
+       W,
+       with(&Parts::visual, "<visual>" + kShape + "<mass value=\"1\"/></visual>"),
+       {},
+       "<mass value=\"1\"/></visual>"},
+      {"schema.misplaced", W, top("<limit effort=\"1\" velocity=\"1\"/>"), {}, "<limit effort=\"1\""},
+      {"schema.repeated",
+       E,
+       with(&Parts::inertial, kInertial + "\n" + tensor("0.0036 0 0 0.0036 0 0.0005")),
+       {},
+       R"(<inertial><origin xyz="0 0 0.1"/><mass value="1"/><inertia ixx="0.0036" ixy="0" ixz="0" iyy="0.0036" iyz="0" izz="0.0005")"},
+      {"schema.repeated", N, j(kAxis), {}, ""},
+      {"schema.text", N, j("oops"), {}, ""},
+      {"schema.colour", W, top("<material name=\"m\"><color rgba=\"255 0 0 1\"/></material>"),
+       top("<material name=\"m\"><color rgba=\"1 0 0 1\"/></material>"), "rgba"},
+      {"schema.element", E,
+       top("<ros2_control name=\"h\" type=\"system\"><hardware><plugin>p</plugin></hardware><joint "
+           "name=\"j\"><comand_interface name=\"position\"/></joint></ros2_control>"),
+       top("<ros2_control name=\"h\" type=\"system\"><hardware><plugin>p</plugin></hardware><joint "
+           "name=\"j\"><command_interface name=\"position\"/></joint></ros2_control>"),
+       "<comand_interface"},
+      {"schema.element", E,
+       top("<transmission name=\"t\"><type>x</type><joint "
+           "name=\"j\"><hardwareInterfaces>y</hardwareInterfaces></joint></transmission>"),
+       top("<transmission name=\"t\"><type>x</type><joint "
+           "name=\"j\"><hardwareInterface>y</hardwareInterface></joint></transmission>"),
+       "<hardwareInterfaces"},
+  };
+}
+
+std::string place_of(const std::string& text, const std::string& at) {
+  const std::size_t offset = text.find(at);
+  const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(offset), '\n') + 1;
+  const std::size_t begin = offset == 0 ? std::string::npos : text.rfind('\n', offset - 1);
+  return std::to_string(line) + ":" +
+         std::to_string(begin == std::string::npos ? offset + 1 : offset - begin);
+}
+
+class Rules : public AuditTest, public testing::WithParamInterface<Case> {};
+
+TEST_P(Rules, FireWhereTheyShouldAndOnlyThere) {
+  const Case& c = GetParam();
+  const std::string bad = robot(c.bad);
+  const AuditReport report = check(bad);
+  const Finding* found = find(report, c.rule);
+  ASSERT_NE(found, nullptr) << bad << told(report);
+  EXPECT_EQ(found->severity, c.severity) << found->message;
+  if (!c.at.empty()) {
+    EXPECT_EQ(std::to_string(found->where.line) + ":" + std::to_string(found->where.column),
+              place_of(bad, c.at))
+        << bad;
+  }
+  const AuditReport fine = check(robot(c.good));
+  EXPECT_EQ(find(fine, c.rule), nullptr) << robot(c.good) << told(fine);
+}
+
+TEST_P(Rules, WhatIsFixableIsGoneOnceFixed) {
+  const Case& c = GetParam();
+  const fs::path file = write("r.urdf", robot(c.bad));
+  const AuditReport report = check_file(file);
+  const Finding* found = find(report, c.rule);
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ(!found->repair.empty(), c.fixable) << found->message;
+  if (!c.fixable) return;
+  PackageResolver resolver;
+  Diagnostics ignored;
+  ExpandedDescription description = expand_corrected(file, {}, resolver, ignored);
+  std::vector<Operation> repairs = found->repair;
+  for (Operation& repair : repairs) {
+    take_fingerprint(repair, description);
+    apply_overlay({{}, {repair}}, description, resolver, ignored);
+  }
+  add_to_overlay(file, repairs);
+  const AuditReport after = check_file(file);
+  EXPECT_EQ(find(after, c.rule), nullptr) << told(after);
+  EXPECT_EQ(find(after, "overlay.changed"), nullptr);
+  EXPECT_LT(after.count(Severity::error), report.count(Severity::error) + 1);
+}
+
+std::string name_of(const testing::TestParamInfo<Case>& info) {
+  std::string name = info.param.rule + "_" + std::to_string(info.index);
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Joints, Rules, testing::ValuesIn(joint_cases()), name_of);
+INSTANTIATE_TEST_SUITE_P(Mimics, Rules, testing::ValuesIn(mimic_cases()), name_of);
+INSTANTIATE_TEST_SUITE_P(Inertia, Rules, testing::ValuesIn(inertia_cases()), name_of);
+INSTANTIATE_TEST_SUITE_P(Names, Rules, testing::ValuesIn(name_cases()), name_of);
+INSTANTIATE_TEST_SUITE_P(Schema, Rules, testing::ValuesIn(schema_cases()), name_of);
+
+class WholeAudit : public AuditTest {};
+
+TEST_F(WholeAudit, ARightRobotHasNoFindingAboveANote) {
+  const AuditReport report = check(robot({}));
+  EXPECT_EQ(report.count(Severity::error) + report.count(Severity::warning), 0U) << told(report);
+  EXPECT_EQ(report.links, 2U);
+  EXPECT_EQ(report.joints, 1U);
+  EXPECT_DOUBLE_EQ(report.mass, 1.0);
+}
+
+TEST_F(WholeAudit, AFaultyRobotIsReadAsFarAsItGoes) {
+  Parts p;
+  p.limit = R"(<limit lower="a" upper="1" effort="100" velocity="100"/>)";
+  p.inertial = tensor("1 0 0 1 0 1");
+  const AuditReport report = check(robot(p));
+  for (const char* rule : {"urdf.number", "joint.exporter_effort", "inertia.identity"})
+    EXPECT_NE(find(report, rule), nullptr) << rule;
+  EXPECT_EQ(find(report, "urdf.number")->subject, "joint 'j'");
+}
+
+TEST_F(WholeAudit, WhatCannotBeReadIsAnInputError) {
+  EXPECT_THROW(check("<robot name='r'><link"), InputError);
+  EXPECT_THROW(check("<sdf/>"), InputError);
+  EXPECT_THROW(check_file(folder_ / "none.urdf"), InputError);
+}
+
+TEST_F(WholeAudit, AProfileLeavesOutWhatDoesNotConcernIt) {
+  Parts p;
+  p.inertial = tensor("1 0 0 1 0 1");
+  const fs::path file = write("r.urdf", robot(p));
+  AuditOptions options;
+  options.profiles = static_cast<unsigned>(Profile::moveit);
+  EXPECT_EQ(find(check_file(file, options), "inertia.identity"), nullptr);
+  options.profiles = static_cast<unsigned>(Profile::mujoco);
+  EXPECT_NE(find(check_file(file, options), "inertia.identity"), nullptr);
+}
+
+std::string mesh_link(const std::string& name, const std::string& file, const std::string& scale = "1 1 1") {
+  const std::string shape = "<geometry><mesh filename=\"" + file + "\" scale=\"" + scale + "\"/></geometry>";
+  return "<link name=\"" + name + "\"><visual>" + shape + "</visual><collision>" + shape +
+         "</collision></link>\n<joint name=\"to_" + name +
+         "\" type=\"fixed\"><origin xyz=\"0.2 0 0\"/><parent link=\"arm\"/><child link=\"" + name +
+         "\"/></joint>\n";
+}
+
+TEST_F(WholeAudit, AMissingMeshIsToldOnceAndAMissingFolderOnce) {
+  Parts p;
+  p.more = mesh_link("a", "none/a.stl");
+  AuditReport report = check(robot(p));
+  const auto missing = [&] {
+    return std::count_if(report.findings.begin(), report.findings.end(),
+                         [](const Finding& f) { return f.rule == "mesh.missing"; });
+  };
+  EXPECT_EQ(missing(), 1) << told(report);
+  for (const char* name : {"b", "c", "d", "e"})
+    p.more += mesh_link(name, std::string("none/") + name + ".stl");
+  report = check(robot(p));
+  EXPECT_EQ(missing(), 1) << told(report);
+  EXPECT_EQ(find(report, "mesh.missing")->subject, "5 meshes");
+}
+
+// A cube of the given size whose faces look outwards.
+std::string cube(double size, bool inward = false, bool open = false) {
+  std::string out;
+  for (int i = 0; i < 8; ++i)
+    out += "v " + std::to_string(size * (i & 1)) + " " + std::to_string(size * ((i >> 1) & 1)) + " " +
+           std::to_string(size * (i >> 2)) + "\n";
+  const int faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                            {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  for (int f = 0; f < (open ? 11 : 12); ++f) {
+    out += "f " + std::to_string(faces[f][0] + 1) + " " + std::to_string(faces[f][inward ? 2 : 1] + 1) + " " +
+           std::to_string(faces[f][inward ? 1 : 2] + 1) + "\n";
+  }
+  return out;
+}
+
+TEST_F(WholeAudit, MeshesAreMeasured) {
+  struct MeshCase {
+    const char* rule;
+    Severity severity;
+    std::string content, scale;
+  };
+  const MeshCase cases[] = {{"mesh.unit", E, cube(100), "1 1 1"},
+                            {"mesh.unit", W, cube(100), "1e-6 1e-6 1e-6"},
+                            {"mesh.inverted", W, cube(0.1, true), "1 1 1"},
+                            {"mesh.open", N, cube(0.1, false, true), "1 1 1"},
+                            {"mesh.scale_zero", E, cube(0.1), "1 0 1"},
+                            {"mesh.scale_uneven", N, cube(0.1), "1 1 2"},
+                            {"mesh.unreadable", E, "nothing", "1 1 1"},
+                            {"mesh.visual_as_collision", N, cube(0.1), "1 1 1"},
+                            {"mesh.flat", N, "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n", "1 1 1"}};
+  for (const MeshCase& c : cases) {
+    SCOPED_TRACE(c.rule);
+    write("m.obj", c.content);
+    Parts p;
+    p.more = mesh_link("a", "m.obj", c.scale);
+    const AuditReport report = check(robot(p));
+    const Finding* found = find(report, c.rule);
+    ASSERT_NE(found, nullptr) << told(report);
+    EXPECT_EQ(found->severity, c.severity);
+  }
+  write("m.obj", cube(100));
+  Parts p;
+  p.more = mesh_link("a", "m.obj", "0.001 0.001 0.001");
+  const AuditReport fine = check(robot(p));
+  for (const Finding& f : fine.findings) {
+    EXPECT_TRUE(!f.rule.starts_with("mesh.") || f.rule == "mesh.visual_as_collision") << f.rule << f.message;
+  }
+}
+
+TEST_F(WholeAudit, ANearFileIsNamed) {
+  write("wrist.obj", cube(0.1));
+  Parts p;
+  p.more = mesh_link("a", "wirst.obj");
+  const AuditReport report = check(robot(p));
+  const Finding* found = find(report, "mesh.missing");
+  ASSERT_NE(found, nullptr) << told(report);
+  EXPECT_NE(found->mend.find("wrist.obj"), std::string::npos) << found->mend;
+}
+
+TEST_F(WholeAudit, PlacesLeadThroughMacros) {
+  const std::string text =
+      "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<xacro:macro name=\"m\" "
+      "params=\"n\">\n<link name=\"${n}\">\n"
+      "<inertial><mass value=\"0\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" "
+      "izz=\"1\"/></inertial></link>\n</xacro:macro>\n"
+      "<xacro:m n=\"a\"/>\n</robot>\n";
+  const AuditReport report = check(text, "r.xacro");
+  const Finding* found = find(report, "inertia.mass_zero");
+  ASSERT_NE(found, nullptr) << told(report);
+  EXPECT_EQ(found->where.line, 4);
+  ASSERT_NE(found->where.within, nullptr);
+  EXPECT_EQ(found->where.within->call.line, 6);
+}
+
+}  // namespace
+}  // namespace doppel::audit_test
