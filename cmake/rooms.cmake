@@ -51,6 +51,15 @@ function(doppel_room)
   endif()
 endfunction()
 
+# A library that is loaded when it is first needed (core/late_library.h): bin/lib<NAME>.so.
+function(doppel_late_library)
+  cmake_parse_arguments(LATE "" "NAME;ROOM" "SOURCES;LINKS" ${ARGN})
+  add_library(${LATE_NAME} MODULE ${LATE_SOURCES})
+  set_target_properties(${LATE_NAME} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
+  target_link_libraries(${LATE_NAME} PRIVATE doppel_flags Eigen3::Eigen ${LATE_LINKS})
+  add_dependencies(doppel_${LATE_ROOM} ${LATE_NAME})
+endfunction()
+
 function(doppel_room_tests)
   if(NOT DOPPEL_TESTS)
     return()

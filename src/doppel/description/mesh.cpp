@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <unordered_map>
 
+#include "doppel/core/late_library.h"
 #include "doppel/description/mesh_detail.h"
 #include "doppel/description/xml.h"
 
@@ -95,6 +96,15 @@ std::string lower(std::string text) {
 void mesh::refuse(const std::string& name, int line, std::string message) {
   throw InputError("mesh.unreadable", make_location(name, line), std::move(message),
                    "STL, OBJ, COLLADA (.dae) and glTF are read; export it again as one of them");
+}
+
+mesh::Soup mesh::read_by_assimp(const std::string& path) {
+  using Import = bool (*)(const std::string& path, Soup& soup, std::string& problem);
+  static const auto import = reinterpret_cast<Import>(late_symbol("doppel_assimp", "doppel_import_mesh"));
+  Soup soup;
+  std::string problem;
+  if (!import(path, soup, problem)) refuse(path, 0, fmt::format("the mesh cannot be read: {}", problem));
+  return soup;
 }
 
 Eigen::AlignedBox3f TriangleMesh::bounds() const {

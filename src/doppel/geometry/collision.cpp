@@ -1,23 +1,21 @@
 #include "doppel/geometry/collision.h"
 
-#include <fcl/fcl.h>
-
 #include <algorithm>
 #include <optional>
 
+#include "doppel/core/late_library.h"
 #include "doppel/description/mesh.h"
 #include "doppel/geometry/convex.h"
 #include "doppel/geometry/mesh_report.h"
+#include "doppel/geometry/surface_detail.h"
 
 namespace doppel {
 namespace {
 
-using Tree = fcl::BVHModel<fcl::OBBRSSd>;
-
 struct Shape {
-  Pose X_LS = Pose::Identity();                      // in the link
-  ConvexSolid solid;                                 // of a mesh: its hull
-  std::shared_ptr<fcl::CollisionGeometryd> surface;  // with CollisionDetail::triangles
+  Pose X_LS = Pose::Identity();   // in the link
+  ConvexSolid solid;              // of a mesh: its hull
+  std::shared_ptr<void> surface;  // with CollisionDetail::triangles
   bool is_mesh = false;
 };
 
@@ -40,36 +38,21 @@ std::optional<ConvexShape> convex_shape(const Geometry& geometry) {
   return std::get<Sphere>(geometry);
 }
 
-std::shared_ptr<Tree> surface_of(const MeshGeometry& geometry) {
-  const TriangleMesh mesh = load_mesh(geometry.path, geometry.scale);
-  std::vector<fcl::Vector3d> vertices;
-  vertices.reserve(mesh.vertices.size());
-  for (const Eigen::Vector3f& p : mesh.vertices) vertices.push_back(p.cast<double>());
-  std::vector<fcl::Triangle> triangles;
-  triangles.reserve(mesh.triangles.size());
-  for (const auto& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-  auto tree = std::make_shared<Tree>();
-  tree->beginModel(static_cast<int>(triangles.size()), static_cast<int>(vertices.size()));
-  tree->addSubModel(vertices, triangles);
-  tree->endModel();
-  return tree;
+const SurfaceFunctions& surfaces() {
+  using Entry = const SurfaceFunctions* (*)();
+  static const SurfaceFunctions* const functions =
+      reinterpret_cast<Entry>(late_symbol(kSurfaceModule, kSurfaceEntry))();
+  return *functions;
 }
 
-std::shared_ptr<fcl::CollisionGeometryd> surface_of(const Geometry& geometry) {
-  if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) return surface_of(*mesh);
-  if (const auto* box = std::get_if<Box>(&geometry)) return std::make_shared<fcl::Boxd>(box->size);
-  if (const auto* c = std::get_if<Cylinder>(&geometry))
-    return std::make_shared<fcl::Cylinderd>(c->radius, c->length);
-  if (const auto* c = std::get_if<Capsule>(&geometry))
-    return std::make_shared<fcl::Capsuled>(c->radius, c->length);
-  return std::make_shared<fcl::Sphered>(std::get<Sphere>(geometry).radius);
+std::shared_ptr<void> surface_of(const Geometry& geometry) {
+  std::optional<TriangleMesh> triangles;
+  if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) triangles = load_mesh(mesh->path, mesh->scale);
+  return {surfaces().make(geometry, triangles ? &*triangles : nullptr), surfaces().discard};
 }
 
 bool surfaces_touch(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB) {
-  const fcl::CollisionRequestd request;  // one contact is enough
-  fcl::CollisionResultd result;
-  fcl::collide(a.surface.get(), X_WA, b.surface.get(), X_WB, request, result);
-  return result.isCollision();
+  return surfaces().touch(a.surface.get(), X_WA, b.surface.get(), X_WB);
 }
 
 }  // namespace

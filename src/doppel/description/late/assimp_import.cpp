@@ -1,6 +1,6 @@
+// Whatever assimp reads, as triangles.
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-#include <fmt/format.h>
 
 #include <Eigen/LU>
 #include <assimp/Importer.hpp>
@@ -41,17 +41,17 @@ void add_node(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X
 }
 
 }  // namespace
+}  // namespace doppel::mesh
 
-Soup read_by_assimp(const std::string& path) {
+// False: it cannot be read, `problem` says why.
+extern "C" bool doppel_import_mesh(const std::string& path, doppel::mesh::Soup& soup, std::string& problem) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    refuse(path, 0, fmt::format("the mesh cannot be read: {}", importer.GetErrorString()));
+    problem = importer.GetErrorString();
+    return false;
   }
-  Soup soup;
-  add_node(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), soup);
-  return soup;
+  doppel::mesh::add_node(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), soup);
+  return true;
 }
-
-}  // namespace doppel::mesh
