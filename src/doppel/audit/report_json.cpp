@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "doppel/audit/audit.h"
@@ -51,11 +52,24 @@ std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+// RFC 3986: what is no path character is percent-encoded; an absolute path is a file URI.
+std::string uri_of(const SourceLocation& where) {
+  const std::string path = file_of(where);
+  std::string out = path.starts_with('/') ? "file://" : "";
+  for (const char c : path) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = byte < 128 && (std::isalnum(byte) != 0 ||
+                                      std::string_view("/._-~").find(c) != std::string_view::npos);
+    out += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+  }
+  return out;
+}
+
 Json physical_location(const SourceLocation& where) {
   Json region = Json::object();
   if (where.line > 0) region["startLine"] = where.line;
   if (where.column > 0) region["startColumn"] = where.column;
-  Json out{{"artifactLocation", {{"uri", file_of(where)}}}};
+  Json out{{"artifactLocation", {{"uri", uri_of(where)}}}};
   if (!region.empty()) out["region"] = region;
   return out;
 }

@@ -123,7 +123,8 @@ bool check_tensor_units(const Link& link, const LinkShape& shape, Findings& out)
   const int power = static_cast<int>(std::round(decades / 3)) * 3;
   if (power == 0 || std::abs(decades - power) > kPowerSlack) return false;
   Components mended = c;
-  for (double& x : mended) x *= std::pow(10.0, -power);
+  // Divided by a whole power, 100 becomes 1e-4 and not 9.999e-5.
+  for (double& x : mended) x = power > 0 ? x / std::pow(10.0, power) : x * std::pow(10.0, -power);
   const bool large = power > 0;
   Finding& f = out.add("inertia.units", large ? Severity::error : Severity::warning, subject(link),
                        link.inertial->source,

@@ -130,7 +130,7 @@ bool check_degrees(const Joint& joint, Findings& out) {
   out.add("joint.limits_degrees", subject(joint), l.source,
           fmt::format("its limits {:g} and {:g} are radians, {:.0f} turns; they look like degrees", l.lower,
                       l.upper, (l.upper - l.lower) / (2 * kPi)),
-          fmt::format("write lower=\"{:.6f}\" upper=\"{:.6f}\"", lower, upper))
+          fmt::format("write lower=\"{:.9f}\" upper=\"{:.9f}\"", lower, upper))
       .repair = {set_limit({joint.name, lower, upper, {}, {}}, "the limits were written in degrees")};
   return true;
 }

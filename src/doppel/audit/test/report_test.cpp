@@ -1,4 +1,6 @@
 #include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
 
 #include "doppel/audit/test/audit_fixture.h"
 
@@ -114,6 +116,29 @@ TEST(RuleTable, IsSortedWholeAndWithoutDoubles) {
     EXPECT_EQ(find_rule(rules[i].id), &rules[i]);
   }
   EXPECT_EQ(find_rule("no.such_rule"), nullptr);
+}
+
+// What compiling assumes is told by rules of the audit, with more to it.
+bool told_otherwise(const std::string& rule) {
+  return rule.starts_with("model.");
+}
+
+TEST(RuleTable, KnowsWhateverTheParsersReport) {
+  const std::regex reports(R"re(diagnostics_?\.(?:warning|note|error)\(\s*"([a-z0-9_.]+)")re");
+  std::size_t seen = 0;
+  for (const char* room : {"description", "overlay", "kinematics"}) {
+    for (const auto& entry : fs::directory_iterator(fs::path(DOPPEL_SOURCE_DIR) / "src" / "doppel" / room)) {
+      if (entry.path().extension() != ".cpp") continue;
+      std::ifstream in(entry.path());
+      const std::string text{std::istreambuf_iterator<char>(in), {}};
+      for (std::sregex_iterator i(text.begin(), text.end(), reports), end; i != end; ++i) {
+        ++seen;
+        const std::string rule = (*i)[1];
+        EXPECT_TRUE(told_otherwise(rule) || find_rule(rule) != nullptr) << rule << " of " << entry.path();
+      }
+    }
+  }
+  EXPECT_GT(seen, 20U);
 }
 
 TEST(RuleTable, StandsInTheDocumentation) {
