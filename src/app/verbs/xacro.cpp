@@ -1,9 +1,7 @@
 // doppel xacro: expands a xacro file to the text that ros/xacro writes.
 #include "doppel/description/xacro.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +12,7 @@
 
 #include "app/process.h"
 #include "app/verbs/verbs.h"
+#include "doppel/core/output_file.h"
 
 namespace doppel::app {
 namespace {
@@ -73,46 +72,18 @@ void print_messages(const Diagnostics& diagnostics, int verbosity) {
   }
 }
 
-[[noreturn]] void refuse_output(const std::string& file, int error) {
-  throw InputError("file.unwritable", make_location(file),
-                   fmt::format("'{}' cannot be written: {}", file, std::strerror(error)));
-}
-
-void write_all(int descriptor, std::string_view text, const std::string& file) {
+// To stdout.
+void write_all(std::string_view text) {
   while (!text.empty()) {
-    const ssize_t n = write(descriptor, text.data(), text.size());
+    const ssize_t n = write(STDOUT_FILENO, text.data(), text.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) refuse_output(file, errno);
+    if (n < 0 && errno == EPIPE) return;  // | head has seen enough
+    if (n < 0) {
+      throw InputError("output.unwritable", make_location("stdout"),
+                       fmt::format("the expansion cannot be written: {}", std::strerror(errno)));
+    }
     text.remove_prefix(static_cast<std::size_t>(n));
   }
-}
-
-// Whole or not at all: beside the place first, then renamed. What is no regular file (/dev/stdout) is written
-// straight.
-void write_output(const std::string& file, std::string_view text) {
-  std::error_code none;
-  const fs::path place = fs::is_symlink(file, none) ? fs::weakly_canonical(file, none) : fs::path(file);
-  if (place.has_parent_path()) fs::create_directories(place.parent_path(), none);
-  struct stat status {};
-  const bool exists = stat(place.c_str(), &status) == 0;
-  const bool special = exists && !S_ISREG(status.st_mode);
-  const std::string written = special ? place.string() : fmt::format("{}.{}.tmp", place.string(), getpid());
-  const int descriptor =
-      open(written.c_str(), O_WRONLY | O_CLOEXEC | (special ? 0 : O_CREAT | O_TRUNC), 0666);
-  if (descriptor < 0) refuse_output(file, errno);
-  if (exists && !special) fchmod(descriptor, status.st_mode & 07777);
-  try {
-    write_all(descriptor, text, file);
-  } catch (...) {
-    close(descriptor);
-    if (!special) unlink(written.c_str());
-    throw;
-  }
-  if (close(descriptor) != 0) refuse_output(file, errno);
-  if (special || rename(written.c_str(), place.c_str()) == 0) return;
-  const int error = errno;
-  unlink(written.c_str());
-  refuse_output(file, error);
 }
 
 std::string dependencies(const XacroResult& result) {
@@ -140,14 +111,13 @@ int run(const XacroOptions& options) {
   }
   print_messages(diagnostics, options.verbosity);
   if (!options.output.empty()) {
-    write_output(options.output, text);
+    const std::filesystem::path place = options.output;
+    std::error_code none;
+    if (place.has_parent_path()) std::filesystem::create_directories(place.parent_path(), none);
+    write_whole(place, text);
     return 0;
   }
-  try {
-    write_all(STDOUT_FILENO, text, "stdout");
-  } catch (const InputError&) {
-    if (errno != EPIPE) throw;  // | head has seen enough
-  }
+  write_all(text);
   return 0;
 }
 

@@ -52,7 +52,9 @@ class Draft {
   void put_in_place() {
     const mode_t mask = umask(0);
     umask(mask);
-    if (fchmod(descriptor_, 0666 & ~mask) != 0 || fsync(descriptor_) != 0) refuse(file_, errno);
+    struct stat old {};
+    const mode_t mode = stat(file_.c_str(), &old) == 0 ? old.st_mode & 07777 : 0666 & ~mask;
+    if (fchmod(descriptor_, mode) != 0 || fsync(descriptor_) != 0) refuse(file_, errno);
     const int descriptor = descriptor_;
     descriptor_ = -1;
     if (close(descriptor) != 0 || rename(name_.c_str(), file_.c_str()) != 0) refuse(file_, errno);

@@ -7,7 +7,8 @@
 namespace doppel {
 
 // Writes a file beside `file` and puts it in its place once it is whole on the disk, so that an old one stays
-// if anything fails. Throws InputError "output.unwritable" with the system's reason.
+// if anything fails; the new one has the old one's permissions. Throws InputError "output.unwritable" with
+// the system's reason.
 void write_whole(const std::filesystem::path& file, std::string_view content);
 
 }  // namespace doppel

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 
+#include "doppel/core/output_file.h"
 #include "doppel/overlay/overlay_detail.h"
 #include "doppel/overlay/source_text_detail.h"
 #include "doppel/overlay/tree_edits_detail.h"
@@ -298,7 +299,7 @@ std::string sorted_text(const XmlNode& root) {
 }
 
 void restore(const std::vector<BakedFile>& files, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) write_atomically(files[i].file, files[i].before);
+  for (std::size_t i = 0; i < count; ++i) write_whole(files[i].file, files[i].before);
 }
 
 fs::path backup_of(const fs::path& file) {
@@ -317,14 +318,14 @@ bool same_expansion(const XmlNode& a, const XmlNode& b) {
 
 void write_baked(const std::vector<BakedFile>& files, const std::function<bool()>& holds) {
   std::error_code none;
-  for (const BakedFile& file : files) write_atomically(backup_of(file.file), file.before);
+  for (const BakedFile& file : files) write_whole(backup_of(file.file), file.before);
   std::size_t written = 0;
   const auto forget = [&] {
     for (const BakedFile& file : files) fs::remove(backup_of(file.file), none);
   };
   try {
     for (const BakedFile& file : files) {
-      write_atomically(file.file, file.after);
+      write_whole(file.file, file.after);
       ++written;
     }
     if (!holds()) {

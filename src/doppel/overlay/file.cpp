@@ -1,12 +1,8 @@
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 
+#include "doppel/core/output_file.h"
 #include "doppel/overlay/overlay_detail.h"
 
 namespace doppel {
@@ -16,11 +12,6 @@ using namespace overlay_detail;
 namespace fs = std::filesystem;
 
 constexpr std::size_t kLargestOverlay = 4 << 20;
-
-[[noreturn]] void unwritable(const fs::path& file, const std::string& why) {
-  throw InputError("file.unwritable", make_location(file.string()),
-                   fmt::format("'{}' cannot be written: {}", file.string(), why));
-}
 
 // The file's lines, each with its end, and the lines that every operation takes.
 struct Lines {
@@ -98,7 +89,7 @@ void write_checked(const fs::path& file, const std::string& text, const std::vec
                      "the file is laid out in a way that cannot be edited without rewriting it",
                      "write every operation as a list entry of its own lines, beginning with '- '");
   }
-  write_atomically(file, text);
+  write_whole(file, text);
 }
 
 std::string read_text(const fs::path& file) {
@@ -136,35 +127,6 @@ std::optional<std::size_t> replaced_by(const std::vector<Operation>& operations,
 
 }  // namespace
 
-namespace overlay_detail {
-
-void write_atomically(const fs::path& file, std::string_view text) {
-  std::error_code none;
-  const fs::path real = fs::exists(file, none) ? fs::canonical(file, none) : file;
-  std::string temporary = (real.parent_path() / fmt::format(".{}.XXXXXX", real.filename().string())).string();
-  const int descriptor = mkstemp(temporary.data());
-  if (descriptor < 0) unwritable(file, std::strerror(errno));
-  struct stat status {};
-  const mode_t mask = umask(0);
-  umask(mask);
-  const bool existed = stat(real.c_str(), &status) == 0;
-  bool good = fchmod(descriptor, existed ? status.st_mode & 07777 : 0666 & ~mask) == 0;
-  for (std::size_t done = 0; good && done < text.size();) {
-    const ssize_t n = write(descriptor, text.data() + done, text.size() - done);
-    if (n > 0) done += static_cast<std::size_t>(n);
-    good = n > 0 || errno == EINTR;
-  }
-  good = good && fsync(descriptor) == 0;
-  const int problem = errno;
-  close(descriptor);
-  if (good && std::rename(temporary.c_str(), real.c_str()) == 0) return;
-  const std::string why = std::strerror(good ? errno : problem);
-  unlink(temporary.c_str());
-  unwritable(file, why);
-}
-
-}  // namespace overlay_detail
-
 fs::path overlay_path(const fs::path& description) {
   fs::path stem = description.filename();
   for (const char* ending : {".xacro", ".urdf"}) {
@@ -178,7 +140,7 @@ Overlay read_overlay(const fs::path& file) {
 }
 
 void write_overlay(const Overlay& overlay) {
-  write_atomically(overlay.file, to_yaml(overlay));
+  write_whole(overlay.file, to_yaml(overlay));
 }
 
 fs::path add_to_overlay(const fs::path& description, const std::vector<Operation>& operations) {
@@ -220,7 +182,7 @@ fs::path add_to_overlay(const fs::path& description, const std::vector<Operation
     if (to_yaml(parse_overlay(text, file.string())) != to_yaml(overlay))
       write_checked(file, text, overlay.operations);
   }
-  write_atomically(file, text);
+  write_whole(file, text);
   return file;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "doppel/core/output_file.h"
 #include "doppel/geometry/convex_hull.h"
 #include "doppel/overlay/hull_mesh_detail.h"
 #include "doppel/overlay/overlay_detail.h"
@@ -70,7 +71,7 @@ std::optional<fs::path> write_hull(const std::vector<Eigen::Vector3d>& points, c
   std::error_code none;
   if (fs::is_regular_file(file, none) && fs::file_size(file, none) == bytes.size()) return file;
   fs::create_directories(folder, none);
-  write_atomically(file, bytes);
+  write_whole(file, bytes);
   return file;
 }
 
@@ -91,10 +92,10 @@ std::vector<fs::path> write_parts(const std::string& key, const std::string& ste
     for (const Eigen::Vector3d& p : corners) points.push_back(p.cast<float>());
     const ConvexHull hull = convex_hull(points);
     if (hull.triangles.empty()) continue;
-    write_atomically(file(out.size()), binary_stl(points, hull));
+    write_whole(file(out.size()), binary_stl(points, hull));
     out.push_back(file(out.size()));
   }
-  write_atomically(list, key);
+  write_whole(list, key);
   return out;
 }
 

@@ -87,7 +87,5 @@ void replace_collision(const ReplaceCollision& action, const SourceLocation& whe
 
 // -- files (yaml_writer.cpp, file.cpp)
 std::string to_yaml(const Operation& operation);  // "- flip_axis: Revolute 3\n  why: ...\n"
-// The old file stays whole until the new one is. Throws InputError "file.unwritable".
-void write_atomically(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace doppel::overlay_detail
