@@ -1,0 +1,76 @@
+#pragma once
+// Memory for trees that are built piece by piece and go all at once: an allocation moves a pointer, nothing
+// is freed before the arena is, and no destructor runs.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace doppel {
+
+class Arena {
+ public:
+  Arena() = default;
+  Arena(Arena&& other) noexcept { *this = std::move(other); }
+  Arena& operator=(Arena&& other) noexcept {
+    blocks_ = std::exchange(other.blocks_, {});
+    at_ = std::exchange(other.at_, nullptr);
+    end_ = std::exchange(other.end_, nullptr);
+    next_ = std::exchange(other.next_, kFirst);
+    return *this;
+  }
+
+  [[nodiscard]] void* allocate(std::size_t bytes, std::size_t alignment = alignof(std::max_align_t)) {
+    const std::size_t padding = (alignment - reinterpret_cast<std::size_t>(at_) % alignment) % alignment;
+    if (padding + bytes > static_cast<std::size_t>(end_ - at_)) return allocate_anew(bytes, alignment);
+    std::byte* const out = at_ + padding;
+    at_ = out + bytes;
+    return out;
+  }
+  template <class T, class... Arguments>
+  [[nodiscard]] T* make(Arguments&&... arguments) {
+    static_assert(std::is_trivially_destructible_v<T>);
+    return new (allocate(sizeof(T), alignof(T))) T{std::forward<Arguments>(arguments)...};
+  }
+  // Value-initialised.
+  template <class T>
+  [[nodiscard]] std::span<T> array(std::size_t size) {
+    static_assert(std::is_trivially_destructible_v<T>);
+    if (size == 0) return {};
+    T* const first = static_cast<T*>(allocate(size * sizeof(T), alignof(T)));
+    std::uninitialized_value_construct_n(first, size);
+    return {first, size};
+  }
+  template <class T>
+  [[nodiscard]] std::span<T> copy(std::span<const T> from) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (from.empty()) return {};
+    T* const first = static_cast<T*>(allocate(from.size_bytes(), alignof(T)));
+    std::uninitialized_copy(from.begin(), from.end(), first);
+    return {first, from.size()};
+  }
+  [[nodiscard]] std::string_view copy(std::string_view text) {
+    if (text.empty()) return {};
+    auto* const out = static_cast<char*>(allocate(text.size(), 1));
+    std::memcpy(out, text.data(), text.size());
+    return {out, text.size()};
+  }
+
+ private:
+  static constexpr std::size_t kFirst = std::size_t{8} << 10, kLargest = std::size_t{256} << 10;
+
+  void* allocate_anew(std::size_t bytes, std::size_t alignment);
+
+  std::vector<std::unique_ptr<std::byte[]>> blocks_;
+  std::byte *at_ = nullptr, *end_ = nullptr;
+  std::size_t next_ = kFirst;
+};
+
+}  // namespace doppel

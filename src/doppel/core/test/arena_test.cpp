@@ -1,0 +1,60 @@
+#include "doppel/core/arena.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <random>
+#include <string>
+
+namespace doppel {
+namespace {
+
+TEST(Arena, PiecesAreAlignedAndApart) {
+  const unsigned seed = 20261121;
+  SCOPED_TRACE(seed);
+  std::mt19937 random(seed);
+  Arena arena;
+  struct Piece {
+    unsigned char* at;
+    std::size_t size;
+    unsigned char mark;
+  };
+  std::vector<Piece> pieces;
+  for (int i = 0; i < 5000; ++i) {
+    const std::size_t size = random() % 50 == 0 ? random() % 60'000 : 1 + random() % 100;
+    const std::size_t alignment = std::size_t{1} << (random() % 5);
+    auto* const at = static_cast<unsigned char*>(arena.allocate(size, alignment));
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(at) % alignment, 0U);
+    const auto mark = static_cast<unsigned char>(i);
+    std::fill_n(at, size, mark);
+    pieces.push_back({at, size, mark});
+  }
+  for (const Piece& piece : pieces) {
+    for (std::size_t i = 0; i < piece.size; ++i) ASSERT_EQ(piece.at[i], piece.mark);
+  }
+}
+
+TEST(Arena, CopiesOutliveWhatTheyWereMadeOf) {
+  Arena arena;
+  std::string text = "shoulder_link";
+  const std::string_view kept = arena.copy(text);
+  text.assign("xxxxxxxxxxxxx");
+  EXPECT_EQ(kept, "shoulder_link");
+  EXPECT_EQ(arena.copy(std::string_view()), "");
+  const int numbers[] = {3, 1, 2};
+  const std::span<int> copy = arena.copy(std::span<const int>(numbers));
+  EXPECT_EQ(copy.size(), 3U);
+  EXPECT_EQ(copy[2], 2);
+  EXPECT_EQ(arena.array<double>(4)[3], 0.0);
+  EXPECT_TRUE(arena.array<double>(0).empty());
+}
+
+TEST(Arena, MovesWithAllItsPieces) {
+  Arena first;
+  const std::string_view kept = first.copy("elbow");
+  const Arena second = std::move(first);
+  EXPECT_EQ(kept, "elbow");
+}
+
+}  // namespace
+}  // namespace doppel
