@@ -149,20 +149,17 @@ Row measure(const Options& options, const Json& record, const fs::path& scratch)
   std::vector<double> took;
   for (int i = 0; i < options.runs; ++i) {
     doppel::Diagnostics diagnostics;
-    doppel::XmlDocument document = doppel::load_xml_document(file);
+    doppel::XmlTree document = doppel::load_xml_tree(file);
     const double begin = computed();
-    const auto result = doppel::expand_xacro(std::move(document.root), file, arguments, resolver, diagnostics,
-                                             doppel::XmlKeep::everything);
+    const auto result = doppel::expand_xacro(std::move(document), file, arguments, resolver, diagnostics);
     took.push_back(computed() - begin);
   }
   row.proper = median(took);
   row.expansion = computed_milliseconds(options.runs, [&] {
     doppel::Diagnostics diagnostics;
-    doppel::XmlDocument document = doppel::load_xml_document(file);
-    document.root = doppel::expand_xacro(std::move(document.root), file, arguments, resolver, diagnostics,
-                                         doppel::XmlKeep::everything)
-                        .root;
-    doppel::xacro_text(document, file);
+    const auto result =
+        doppel::expand_xacro(doppel::load_xml_tree(file), file, arguments, resolver, diagnostics);
+    doppel::xacro_text(result.tree, file);
   });
   setenv("AMENT_PREFIX_PATH", installed(options, record["packages"], scratch / "install").c_str(), 1);
   row.process = milliseconds(options.runs, [&] { run(words); });

@@ -198,7 +198,7 @@ std::string judge(const Json& record) {
     const XacroResult result = expand_xacro(input, arguments, resolver, diagnostics);
     if (record["expect"] == "error") return "was not refused";
     const XmlNode wanted = load_xml((corpus() / record["expected"].get<std::string>()).string());
-    return difference(result.root, wanted, record["packages"], "");
+    return difference(result.tree.node(), wanted, record["packages"], "");
   } catch (const InputError& error) {
     return judge_error(error, record);
   }

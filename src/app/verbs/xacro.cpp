@@ -100,11 +100,9 @@ int run(const XacroOptions& options) {
   Diagnostics diagnostics;
   std::string text;
   try {
-    XmlDocument document = load_xml_document(request.file);
-    XacroResult result = expand_xacro(std::move(document.root), request.file, request.arguments, resolver,
-                                      diagnostics, XmlKeep::everything);
-    document.root = std::move(result.root);
-    text = options.deps ? dependencies(result) : xacro_text(document, request.file);
+    const XacroResult result =
+        expand_xacro(load_xml_tree(request.file), request.file, request.arguments, resolver, diagnostics);
+    text = options.deps ? dependencies(result) : xacro_text(result.tree, request.file);
   } catch (const InputError&) {
     print_messages(diagnostics, options.verbosity);
     throw;

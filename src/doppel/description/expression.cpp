@@ -29,7 +29,7 @@ thread_local const char* stack_begin = nullptr;
 class InnerScope : public NameScope {
  public:
   explicit InnerScope(NameScope& outer) : outer_(outer) {}
-  const Value* find(const std::string& name) override {
+  const Value* find(std::string_view name) override {
     for (auto at = names_.rbegin(); at != names_.rend(); ++at) {
       if (at->first == name) return &at->second;
     }

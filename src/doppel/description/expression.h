@@ -29,7 +29,7 @@ std::string excerpt(std::string_view expression);
 class NameScope {
  public:
   virtual ~NameScope() = default;
-  virtual const Value* find(const std::string& name) = 0;
+  virtual const Value* find(std::string_view name) = 0;
   [[nodiscard]] virtual std::vector<std::string> names() const = 0;
   // A lambda was made that looks names up here, now and later.
   virtual void retain() {}
@@ -39,6 +39,13 @@ struct Expression;
 // Throws ExpressionError with what was expected. Immutable, so it can be kept and evaluated many times.
 std::shared_ptr<const Expression> parse_expression(std::string_view text);
 
+struct ExpressionStore {
+  std::vector<std::shared_ptr<const Expression>> kept;
+};
+inline const Expression* parse_expression(std::string_view text, ExpressionStore& store) {
+  return store.kept.emplace_back(parse_expression(text)).get();
+}
+
 // Names that `scope` does not know are looked for in `builtins`. Throws ExpressionError. `budget` counts
 // steps down across calls; at zero evaluation stops with an error. Lambdas keep references to all of the
 // arguments.
@@ -47,7 +54,7 @@ Value evaluate(std::string_view text, NameScope& scope, std::int64_t& budget);
 
 // The names that every expression of xacro knows: math's, and some of Python's built-ins; the modules `math`
 // and `python` (with more built-ins).
-const Value* find_builtin(const std::string& name);
+const Value* find_builtin(std::string_view name);
 std::vector<std::string> builtin_names();
 
 // Attributes and methods: str.split, dict.get, and a dotted dict's entries. Throws ExpressionError.

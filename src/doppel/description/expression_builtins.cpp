@@ -384,7 +384,7 @@ Value sorted_values(ValueList items, const KeywordArguments& keywords) {
   return Value::list(std::move(out));
 }
 
-const Value* find_builtin(const std::string& name) {
+const Value* find_builtin(std::string_view name) {
   const auto found = builtins().find(name);
   return found == builtins().end() ? nullptr : &found->second;
 }

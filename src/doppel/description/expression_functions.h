@@ -15,7 +15,7 @@ using FunctionTable = std::map<std::string, Value, std::less<>>;
 class Module : public ValueObject {
  public:
   explicit Module(FunctionTable table) : table_(std::move(table)) {}
-  const Value* find(const std::string& name) override {
+  const Value* find(std::string_view name) override {
     const auto found = table_.find(name);
     return found == table_.end() ? nullptr : &found->second;
   }

@@ -64,16 +64,17 @@ ExpandedDescription expand_description(const fs::path& file, const XacroArgument
   resolver.add_context(file);
   ExpandedDescription out;
   out.file = file;
-  out.root = load_xml(file.string());
+  XmlTree tree = load_xml_tree(file.string(), XmlKeep::content);
   XacroResult expansion;
-  if (needs_xacro(out.root)) {
+  if (needs_xacro(tree)) {
     out.was_xacro = true;
-    expansion = expand_xacro(std::move(out.root), file, arguments, resolver, diagnostics);
-    out.root = std::move(expansion.root);
+    expansion = expand_xacro(std::move(tree), file, arguments, resolver, diagnostics);
+    tree = std::move(expansion.tree);
     out.files = std::move(expansion.files);
   } else {
     out.files = {file};
   }
+  out.root = tree.node();
   report_unknown_arguments(arguments, expansion, out.root.where, diagnostics);
   return out;
 }

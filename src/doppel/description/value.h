@@ -46,7 +46,7 @@ class ValueDict {
 class ValueObject {
  public:
   virtual ~ValueObject() = default;
-  virtual const Value* find(const std::string& name) = 0;
+  virtual const Value* find(std::string_view name) = 0;
   [[nodiscard]] virtual std::vector<std::string> names() const = 0;
 };
 

@@ -10,34 +10,33 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/package_resolver.h"
-#include "doppel/description/xml.h"
+#include "doppel/description/xml_tree.h"
 
 namespace doppel {
 
 struct XacroResult {
-  XmlNode root;
+  XmlTree tree;
   std::vector<std::filesystem::path> files;     // every file that was read, the first one first
   std::vector<std::string> declared_arguments;  // names of <xacro:arg>
   std::vector<std::string> used_arguments;      // names that $(arg ...) asked for
 };
 
 // Throws InputError with the place through macros and includes. Bounded in depth, steps and size: a macro
-// that calls itself for ever is an error, soon. With XmlKeep::everything comments and blank text stay as
-// ros/xacro keeps them.
+// that calls itself for ever is an error, soon. Included files are read as `source` was: with
+// XmlKeep::everything comments and blank text stay as ros/xacro keeps them.
+XacroResult expand_xacro(XmlTree source, const std::filesystem::path& file,
+                         const std::vector<std::pair<std::string, std::string>>& arguments,
+                         const PackageResolver& resolver, Diagnostics& diagnostics);
+// Reads the file's content first.
 XacroResult expand_xacro(const std::filesystem::path& file,
                          const std::vector<std::pair<std::string, std::string>>& arguments,
                          const PackageResolver& resolver, Diagnostics& diagnostics);
-// The same for a tree that was read already.
-XacroResult expand_xacro(XmlNode root, const std::filesystem::path& file,
-                         const std::vector<std::pair<std::string, std::string>>& arguments,
-                         const PackageResolver& resolver, Diagnostics& diagnostics,
-                         XmlKeep keep = XmlKeep::content);
 
 // Whether the tree holds anything for xacro to do.
-bool needs_xacro(const XmlNode& root);
+bool needs_xacro(const XmlTree& tree);
 
 // The text that ros/xacro writes for a document: its layout, its order of attributes, its banner, which names
 // `input` as the user named it.
-std::string xacro_text(const XmlDocument& expanded, const std::string& input);
+std::string xacro_text(const XmlTree& expanded, const std::string& input);
 
 }  // namespace doppel

@@ -9,11 +9,11 @@
 namespace doppel::xacro {
 
 // By its whole name first; then through the namespaces in front of it, whose names the call then sees.
-std::shared_ptr<const Macro> Expander::resolve_macro(const std::string& name, Context& context) const {
+std::shared_ptr<const Macro> Expander::resolve_macro(std::string_view name, Context& context) {
   if (auto macro = context.macros->find(name)) return macro;
-  std::string rest = name;
-  for (std::size_t dot; (dot = rest.find('.')) != std::string::npos; rest.erase(0, dot + 1)) {
-    const std::string space = rest.substr(0, dot);
+  std::string_view rest = name;
+  for (std::size_t dot = 0; (dot = rest.find('.')) != std::string_view::npos; rest.remove_prefix(dot + 1)) {
+    const std::string_view space = rest.substr(0, dot);
     MacroTable* const macros = context.macros->find_namespace(space);
     Scope* const scope = context.scope->find_namespace(space);
     if (macros == nullptr || scope == nullptr) return nullptr;
@@ -24,116 +24,124 @@ std::shared_ptr<const Macro> Expander::resolve_macro(const std::string& name, Co
 }
 
 void Expander::bind_attributes(Call& call) {
-  for (const XmlAttribute& a : call.node.attributes) {
-    const auto wanted = std::find(call.open.begin(), call.open.end(), a.name);
-    if (wanted == call.open.end()) {
-      if (a.name == "xacro:name" || (call.through_call && a.name == "macro") || a.name.starts_with("xmlns:"))
+  const std::vector<Macro::Parameter>& parameters = call.macro.parameters;
+  for (const TreeAttribute* a = call.node.attributes; a != nullptr; a = a->next) {
+    std::size_t which = 0;
+    while (which < parameters.size() && (parameters[which].name != a->name || call.bound[which] != 0))
+      ++which;
+    if (which == parameters.size()) {
+      if (a->name == "xacro:name" || (call.through_call && a->name == "macro") ||
+          a->name.starts_with("xmlns:"))
         continue;
       std::vector<std::string> names;
-      for (const Macro::Parameter& p : call.macro.parameters) names.push_back(p.name);
-      throw InputError("xacro.unknown_parameter", placed(a.where, call.caller),
-                       fmt::format("the macro '{}' has no parameter '{}'{}", call.macro.name, a.name,
-                                   did_you_mean(a.name, names)),
-                       fmt::format("it is defined at {}", call.macro.where.place()));
+      for (const Macro::Parameter& p : parameters) names.emplace_back(p.name);
+      throw InputError("xacro.unknown_parameter", told(a->where, call.caller),
+                       fmt::format("the macro '{}' has no parameter '{}'{}", call.macro.name, a->name,
+                                   did_you_mean(a->name, names)),
+                       fmt::format("it is defined at {}", locate(call.macro.where).place()));
     }
-    call.open.erase(wanted);
-    call.inner.set(a.name, value_of(a, call.caller));
+    call.bound[which] = 1;
+    call.inner.set(a->name, a->dollar ? value_of(*a, call.caller) : literal(a->value));
   }
 }
 
 void Expander::bind_blocks(Call& call) {
-  if (call.node.children.empty() && std::none_of(call.macro.parameters.begin(), call.macro.parameters.end(),
-                                                 [](const Macro::Parameter& p) { return p.block(); }))
+  const std::vector<Macro::Parameter>& parameters = call.macro.parameters;
+  if (call.node.first == nullptr &&
+      std::none_of(parameters.begin(), parameters.end(), [](const Macro::Parameter& p) { return p.block(); }))
     return;
-  std::vector<XmlAttribute> nowhere;
+  Attributes nowhere;
   Output given = make_output(&nowhere);
   children(call.node, call.caller, given);
-  std::erase_if(given.nodes, [](const XmlNode& n) { return n.kind != XmlNode::Kind::element; });
-  std::size_t next = 0;
-  for (const Macro::Parameter& p : call.macro.parameters) {
+  const TreeNode* next = given.nodes.first;
+  const auto skip = [&next] {
+    while (next != nullptr && next->kind != TreeNode::Kind::element) next = next->next;
+  };
+  skip();
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Macro::Parameter& p = parameters[i];
     if (!p.block()) continue;
-    if (next >= given.nodes.size()) {
+    if (next == nullptr) {
       throw InputError(
-          "xacro.missing_block", placed(call.node.where, call.caller),
+          "xacro.missing_block", told(call.node.where, call.caller),
           fmt::format("the macro '{}' needs a block '{}'", call.macro.name, p.name),
           fmt::format("write the element between <{}> and </{}>", call.node.name, call.node.name));
     }
-    std::erase(call.open, p.name);
-    auto block = std::make_shared<const XmlNode>(std::move(given.nodes[next++]));
-    call.inner.set_block(p.name, {std::move(block), call.caller.within});
+    call.bound[i] = 1;
+    call.inner.set_block(p.name, {next, call.caller.within});
+    next = next->next;
+    skip();
   }
-  if (next < given.nodes.size()) {
-    throw InputError(
-        "xacro.unused_block", given.nodes[next].where,
-        fmt::format("the macro '{}' has no use for the block <{}>", call.macro.name, given.nodes[next].name),
-        fmt::format("it is defined at {}", call.macro.where.place()));
+  if (next != nullptr) {
+    throw InputError("xacro.unused_block", locate(next->where),
+                     fmt::format("the macro '{}' has no use for the block <{}>", call.macro.name, next->name),
+                     fmt::format("it is defined at {}", locate(call.macro.where).place()));
   }
 }
 
 void Expander::bind_defaults(Call& call) {
   std::vector<std::string> missing;
-  const SourceLocation where = placed(call.node.where, call.caller);
-  for (const Macro::Parameter& p : call.macro.parameters) {
-    if (std::find(call.open.begin(), call.open.end(), p.name) == call.open.end()) continue;
+  const TreePlace where = placed(call.node.where, call.caller);
+  for (std::size_t i = 0; i < call.macro.parameters.size(); ++i) {
+    const Macro::Parameter& p = call.macro.parameters[i];
+    if (call.bound[i] != 0) continue;
     const Value* forwarded = nullptr;
     try {
       if (p.forwards) forwarded = call.caller.scope->find(p.name);
     } catch (const ExpressionError& problem) {
-      throw InputError(problem.rule, where, problem.what());
+      throw InputError(problem.rule, locate(where), problem.what());
     }
     if (forwarded != nullptr)
       call.inner.set(p.name, *forwarded);
     else if (p.fallback)
       call.inner.set(p.name, interpreter_.text(*p.fallback, *call.caller.scope, where));
     else
-      missing.push_back(p.name);
+      missing.emplace_back(p.name);
   }
   if (missing.empty()) return;
   std::string list;
   for (const std::string& name : missing) list += (list.empty() ? "'" : ", '") + name + "'";
   throw InputError(
-      "xacro.missing_parameter", where,
+      "xacro.missing_parameter", locate(where),
       fmt::format("the macro '{}' needs the parameter{} {}", call.macro.name, missing.size() > 1 ? "s" : "",
                   list),
-      fmt::format("write {}=\"...\"; it is defined at {}", missing[0], call.macro.where.place()));
+      fmt::format("write {}=\"...\"; it is defined at {}", missing[0], locate(call.macro.where).place()));
 }
 
-void Expander::call(const Child& child, const std::string& name, bool through_call, const Context& context,
+void Expander::call(const TreeNode& in, std::string_view name, bool through_call, const Context& context,
                     Output& out) {
-  const XmlNode& in = child.node;
   Context caller = context;
   const std::shared_ptr<const Macro> macro = resolve_macro(name, caller);
   if (!macro) {
     std::vector<std::string> names;
     context.macros->names(names);
-    for (const auto& [known, handler] : handlers()) names.push_back(known);
+    for (const Command& known : commands()) names.emplace_back(known.name);
     std::sort(names.begin(), names.end());
-    throw InputError("xacro.unknown_macro", placed(in.where, context),
+    throw InputError("xacro.unknown_macro", told(in.where, context),
                      fmt::format("unknown macro '{}'{}", name, did_you_mean(name, names)),
                      "macros have to be defined or included before they are called");
   }
-  Context inside = deeper(in, caller, fmt::format("in macro '{}'", macro->name));
+  Context inside = deeper(in, caller, "in macro", macro->name);
   auto inner = std::make_unique<Scope>(interpreter_, caller.scope, Scope::Kind::macro);
-  Call binding{in, *macro, caller, *inner, through_call, {}};
-  for (const Macro::Parameter& p : macro->parameters) binding.open.push_back(p.name);
+  Call binding{in, *macro, caller, *inner, through_call, std::vector<char>(macro->parameters.size())};
   bind_attributes(binding);
   bind_blocks(binding);
   bind_defaults(binding);
   MacroTable macros(caller.macros);
   inside.scope = inner.get();
   inside.macros = &macros;
-  std::vector<XmlAttribute> lifted = macro->element->attributes;
+  Attributes lifted(macro->element->attributes, true);
   Output made = make_output(&lifted);
   children(*macro->element, inside, made);
-  drop_comments(child, out);
-  lift_namespaces(lifted, out, context);
-  std::move(made.nodes.begin(), made.nodes.end(), std::back_inserter(out.nodes));
+  drop_comments(in, out);
+  lift_namespaces(lifted.first(), out, context);
+  out.nodes.append(made.nodes);
   if (inner->retained()) interpreter_.keep(std::move(inner));
 }
 
-void Expander::dynamic_call(const Child& child, const Context& context, Output& out) {
-  const XmlAttribute& name = required(child.node, "macro", context);
-  call(child, value_of(name, context).str(), true, context, out);
+void Expander::dynamic_call(const TreeNode& in, const Context& context, Output& out) {
+  const TreeAttribute& name = required(in, "macro", context);
+  call(in, text_of(name, context), true, context, out);
 }
 
 }  // namespace doppel::xacro

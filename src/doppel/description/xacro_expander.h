@@ -1,7 +1,7 @@
 #pragma once
 // The walk over the tree: what each element of xacro does.
 
-#include <deque>
+#include <initializer_list>
 
 #include "doppel/description/xacro.h"
 #include "doppel/description/xacro_detail.h"
@@ -12,112 +12,140 @@ namespace doppel::xacro {
 struct Context {
   Scope* scope = nullptr;
   MacroTable* macros = nullptr;
-  std::shared_ptr<const SourceLocation::Within> within;
+  const TreeWithin* within = &kTopLevel;
   int depth = 0;
+};
+
+// The attributes of an element that is being made. Where none of them needs evaluation they stay those of the
+// tree that was read, until one is added.
+class Attributes {
+ public:
+  Attributes() = default;
+  Attributes(TreeAttribute* first, bool shared) : first_(first), shared_(shared) {}
+
+  [[nodiscard]] TreeAttribute* first() const { return first_; }
+  [[nodiscard]] const TreeAttribute* find(std::string_view name) const;
+  // Replaces the one of that name.
+  void set(const TreeAttribute& made, Arena& arena);
+
+ private:
+  TreeAttribute* first_ = nullptr;
+  bool shared_ = false;
 };
 
 // The children that are being made of one element, and that element's attributes: <xacro:attribute> and
 // namespaces of includes go there.
 struct Output {
-  std::vector<XmlNode> nodes;
-  std::vector<XmlAttribute>* parent = nullptr;
+  TreeList nodes;
+  Attributes* parent = nullptr;
   int id = 0;  // tells it from every other one
 };
 
 class Expander {
  public:
-  Expander(const PackageResolver& resolver, Diagnostics& diagnostics, XmlKeep keep)
+  Expander(const PackageResolver& resolver, Diagnostics& diagnostics)
       : diagnostics_(diagnostics),
         interpreter_(resolver, diagnostics),
-        document_(interpreter_, nullptr, Scope::Kind::document),
-        keep_(keep) {}
+        arena_(interpreter_.arena()),
+        document_(interpreter_, nullptr, Scope::Kind::document) {}
 
-  XacroResult run(XmlNode root, const std::filesystem::path& file,
+  XacroResult run(XmlTree source, const std::filesystem::path& file,
                   const std::vector<std::pair<std::string, std::string>>& arguments);
 
  private:
-  // Which child of which element, for what depends on what follows.
-  struct Child {
-    const XmlNode& node;
-    bool last;
+  using Handler = void (Expander::*)(const TreeNode&, const Context&, Output&);
+  struct Command {
+    std::string_view name;
+    Handler handler;
   };
-  using Handler = void (Expander::*)(const Child&, const Context&, Output&);
-  static const std::unordered_map<std::string, Handler>& handlers();
+  static std::span<const Command> commands();
 
-  static SourceLocation placed(SourceLocation where, const Context& context) {
-    if (context.within && !where.within) where.within = context.within;
+  static TreePlace placed(TreePlace where, const Context& context) {
+    if (where.within == nullptr) where.within = context.within;
     return where;
   }
-  const XmlAttribute& required(const XmlNode& node, const char* name, const Context& context) const;
-  Value value_of(const XmlAttribute& a, const Context& context) {
+  // For a message.
+  static SourceLocation told(const TreePlace& where, const Context& context) {
+    return locate(placed(where, context));
+  }
+  static const TreeAttribute& required(const TreeNode& node, std::string_view name, const Context& context);
+  Value value_of(const TreeAttribute& a, const Context& context) {
+    if (!a.dollar) return Value(std::string(a.value));
     return interpreter_.text(a.value, *context.scope, placed(a.where, context));
   }
-  bool condition_of(const XmlAttribute* a, bool fallback, const Context& context);
-  void check_attributes(const XmlNode& node, std::initializer_list<std::string_view> known,
+  std::string_view text_of(const TreeAttribute& a, const Context& context) {
+    if (!a.dollar) return a.value;
+    return interpreter_.string(a.value, *context.scope, placed(a.where, context));
+  }
+  bool condition_of(const TreeAttribute* a, bool fallback, const Context& context);
+  void check_attributes(const TreeNode& node, std::initializer_list<std::string_view> known,
                         const Context& context);
-  void count_node(const XmlNode& node, const Context& context);
-  Context deeper(const XmlNode& node, const Context& context, std::string what) const;
-  Output make_output(std::vector<XmlAttribute>* parent) { return {{}, parent, ++outputs_}; }
+  void count_nodes(std::int64_t nodes, const TreeNode& node, const Context& context);
+  Context deeper(const TreeNode& node, const Context& context, std::string_view what,
+                 std::string_view name) const;
+  TreeNode* copy_of(const TreeNode& in, const Context& context);
+  Output make_output(Attributes* parent) { return {{}, parent, ++outputs_}; }
 
-  void children(const XmlNode& parent, const Context& context, Output& out);
-  void element_child(const Child& child, const std::string& name, const Context& context, Output& out);
-  void element(const XmlNode& in, const std::string& name, const Context& context, Output& out);
-  void attributes(const XmlNode& in, const Context& context, std::vector<XmlAttribute>& out);
-  void text(const XmlNode& in, const Context& context, Output& out, bool& eval_comments);
-  void comment(const XmlNode& in, const Context& context, Output& out, bool& eval_comments);
+  void children(const TreeNode& parent, const Context& context, Output& out);
+  void element_child(const TreeNode& in, std::string_view name, const Context& context, Output& out);
+  void element(const TreeNode& in, std::string_view name, const Context& context, Output& out);
+  Attributes attributes(const TreeNode& in, const Context& context);
+  void text(const TreeNode& in, const Context& context, Output& out, bool& eval_comments);
+  void comment(const TreeNode& in, const Context& context, Output& out, bool& eval_comments);
 
-  // ros/xacro drops the comments directly before its own elements; these two tell where that ends.
-  void drop_comments(const Child& child, Output& out);
+  // ros/xacro drops the comments directly before its own elements; these tell where that ends.
+  void drop_comments(const TreeNode& in, Output& out);
   void settle_barrier(const Output& out);
-  [[nodiscard]] bool barrier_at(const Output& out, std::size_t position) const;
+  [[nodiscard]] bool barrier_behind(const Output& out, const TreeNode* node) const;
 
-  void property(const Child& child, const Context& context, Output& out);
-  void macro(const Child& child, const Context& context, Output& out);
-  void include(const Child& child, const Context& context, Output& out);
-  void argument(const Child& child, const Context& context, Output& out);
-  void conditional(const Child& child, const Context& context, Output& out);
-  void insert(const Child& child, const Context& context, Output& out);
-  void dynamic_call(const Child& child, const Context& context, Output& out);
-  void dynamic_element(const Child& child, const Context& context, Output& out);
-  void added_attribute(const Child& child, const Context& context, Output& out);
+  void property(const TreeNode& in, const Context& context, Output& out);
+  void macro(const TreeNode& in, const Context& context, Output& out);
+  void include(const TreeNode& in, const Context& context, Output& out);
+  void argument(const TreeNode& in, const Context& context, Output& out);
+  void conditional(const TreeNode& in, const Context& context, Output& out);
+  void insert(const TreeNode& in, const Context& context, Output& out);
+  void dynamic_call(const TreeNode& in, const Context& context, Output& out);
+  void dynamic_element(const TreeNode& in, const Context& context, Output& out);
+  void added_attribute(const TreeNode& in, const Context& context, Output& out);
 
-  std::string property_name(const XmlNode& in, const Context& context);
-  Scope* property_scope(const XmlNode& in, const std::string& name, const Context& context);
+  std::string_view property_name(const TreeNode& in, const Context& context);
+  Scope* property_scope(const TreeNode& in, std::string_view name, const Context& context);
 
   // What a call needs while its parameters are bound.
   struct Call {
-    const XmlNode& node;
+    const TreeNode& node;
     const Macro& macro;
     const Context& caller;  // whose names the arguments use
     Scope& inner;
-    bool through_call;              // <xacro:call macro="...">
-    std::vector<std::string> open;  // parameters without a value yet
+    bool through_call;        // <xacro:call macro="...">
+    std::vector<char> bound;  // for each parameter, whether it has a value
   };
-  void call(const Child& child, const std::string& name, bool through_call, const Context& context,
+  void call(const TreeNode& in, std::string_view name, bool through_call, const Context& context,
             Output& out);
-  std::shared_ptr<const Macro> resolve_macro(const std::string& name, Context& context) const;
+  static std::shared_ptr<const Macro> resolve_macro(std::string_view name, Context& context);
   void bind_attributes(Call& call);
   void bind_blocks(Call& call);
   void bind_defaults(Call& call);
 
-  std::vector<std::filesystem::path> included_files(const std::string& name, const SourceLocation& where,
+  std::vector<std::filesystem::path> included_files(std::string_view name, const TreePlace& where,
                                                     bool optional);
   void include_file(const std::filesystem::path& file, const Context& inside, Output& out);
-  const XmlNode& document(const std::filesystem::path& file, const Context& inside);
-  void lift_namespaces(const std::vector<XmlAttribute>& from, Output& out, const Context& context);
+  const TreeNode& document(const std::filesystem::path& file, const Context& inside);
+  void lift_namespaces(const TreeAttribute* from, Output& out, const Context& context);
 
   Diagnostics& diagnostics_;
   Interpreter interpreter_;
+  Arena& arena_;
   Scope document_;
   MacroTable macros_;
-  XmlKeep keep_;
-  std::deque<XmlDocument> documents_;  // bodies of macros and blocks point into them
-  std::map<std::string, const XmlNode*> parsed_;
+  XmlKeep keep_ = XmlKeep::everything;
+  std::vector<std::shared_ptr<TreeSource>> sources_;  // bodies of macros and blocks lie in them
+  std::map<std::string, const TreeNode*> parsed_;
   std::vector<std::string> declared_;
   int outputs_ = 0;
   struct {
     int output = 0;
-    std::size_t position = 0;
+    const TreeNode* behind = nullptr;  // null: at the beginning
     bool settled = true;
   } barrier_;
 };

@@ -53,16 +53,17 @@ struct Matches {
 
 }  // namespace
 
-std::vector<fs::path> Expander::included_files(const std::string& name, const SourceLocation& where,
-                                               bool optional) {
+std::vector<fs::path> Expander::included_files(std::string_view name, const TreePlace& where, bool optional) {
   const fs::path path = interpreter_.beside(name);
-  if (path.string().find_first_of("*?[") != std::string::npos) {
+  if (path.native().find_first_of("*?[") != std::string::npos) {
     Matches matches(path);
     if (matches.too_many)
-      throw InputError("xacro.too_much", where, fmt::format("'{}' looks into too many files", path.string()));
+      throw InputError("xacro.too_much", locate(where),
+                       fmt::format("'{}' looks into too many files", path.string()));
     std::vector<fs::path> out = std::move(matches.found);
     if (out.empty())
-      diagnostics_.warning("xacro.no_match", where, fmt::format("no file matches '{}'", path.string()));
+      diagnostics_.warning("xacro.no_match", locate(where),
+                           fmt::format("no file matches '{}'", path.string()));
     return out;
   }
   std::error_code none;
@@ -72,59 +73,60 @@ std::vector<fs::path> Expander::included_files(const std::string& name, const So
   for (const auto& entry : fs::directory_iterator(path.parent_path(), none))
     names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
-  throw InputError("xacro.file_not_found", where,
+  throw InputError("xacro.file_not_found", locate(where),
                    fmt::format("the file '{}' does not exist{}", path.string(),
                                did_you_mean(path.filename().string(), names)));
 }
 
 // Each file is read once, however often it is included.
-const XmlNode& Expander::document(const fs::path& file, const Context& inside) {
-  const auto known = parsed_.find(file.string());
+const TreeNode& Expander::document(const fs::path& file, const Context& inside) {
+  const auto known = parsed_.find(file.native());
   if (known != parsed_.end()) return *known->second;
   try {
-    documents_.push_back(load_xml_document(file.string(), keep_));
+    XmlTree read = load_xml_tree(file.string(), keep_);
+    sources_.insert(sources_.end(), read.sources.begin(), read.sources.end());
+    interpreter_.add_document(*read.root);
+    return *(parsed_[file.native()] = read.root);
   } catch (const InputError& problem) {
     Diagnostic told = problem.diagnostics().front();
-    told.where.within = inside.within;
+    told.where.within = steps_of(inside.within);
     throw InputError(told);
   }
-  return *(parsed_[file.string()] = &documents_.back().root);
 }
 
-void Expander::lift_namespaces(const std::vector<XmlAttribute>& from, Output& out, const Context& context) {
-  for (const XmlAttribute& a : from) {
-    if (!a.name.starts_with("xmlns:") || a.name == "xmlns:xacro") continue;
-    const auto known = std::find_if(out.parent->begin(), out.parent->end(),
-                                    [&a](const XmlAttribute& other) { return other.name == a.name; });
-    if (known == out.parent->end())
-      out.parent->push_back(a);
-    else if (known->value != a.value)
-      diagnostics_.warning("xacro.namespace", placed(a.where, context),
-                           fmt::format("{} is '{}' here, and '{}' at {}", a.name, a.value, known->value,
-                                       known->where.place()));
+void Expander::lift_namespaces(const TreeAttribute* from, Output& out, const Context& context) {
+  for (const TreeAttribute* a = from; a != nullptr; a = a->next) {
+    if (!a->name.starts_with("xmlns:") || a->name == "xmlns:xacro") continue;
+    const TreeAttribute* const known = out.parent->find(a->name);
+    if (known == nullptr) {
+      TreeAttribute made = *a;
+      made.where = placed(made.where, context);
+      out.parent->set(made, arena_);
+    } else if (known->value != a->value) {
+      diagnostics_.warning("xacro.namespace", told(a->where, context),
+                           fmt::format("{} is '{}' here, and '{}' at {}", a->name, a->value, known->value,
+                                       locate(known->where).place()));
+    }
   }
 }
 
 void Expander::include_file(const fs::path& file, const Context& inside, Output& out) {
-  const XmlNode& root = document(file, inside);
+  const TreeNode& root = document(file, inside);
   interpreter_.add_file(file);
   const Interpreter::Reading reading(interpreter_, file);
-  std::vector<XmlAttribute> made;
-  attributes(root, inside, made);
+  Attributes made = attributes(root, inside);
   Output inner = make_output(&made);
   children(root, inside, inner);
-  lift_namespaces(made, out, inside);
-  std::move(inner.nodes.begin(), inner.nodes.end(), std::back_inserter(out.nodes));
+  lift_namespaces(made.first(), out, inside);
+  out.nodes.append(inner.nodes);
 }
 
-void Expander::include(const Child& child, const Context& context, Output& out) {
-  const XmlNode& in = child.node;
+void Expander::include(const TreeNode& in, const Context& context, Output& out) {
   check_attributes(in, {"filename", "ns", "optional"}, context);
-  const XmlAttribute& filename = required(in, "filename", context);
-  const SourceLocation where = placed(filename.where, context);
+  const TreeAttribute& filename = required(in, "filename", context);
   Context names = context;
-  if (const XmlAttribute* space = in.find("ns"); space != nullptr && !space->value.empty()) {
-    const std::string name = value_of(*space, context).str();
+  if (const TreeAttribute* space = in.find("ns"); space != nullptr && !space->value.empty()) {
+    const std::string_view name = text_of(*space, context);
     const auto macros = std::make_shared<MacroTable>();
     const auto scope = std::make_shared<Scope>(interpreter_, context.scope, Scope::Kind::space);
     context.macros->add_namespace(name, macros);
@@ -132,17 +134,18 @@ void Expander::include(const Child& child, const Context& context, Output& out) 
     names.macros = macros.get();
     names.scope = scope.get();
   }
-  if (std::any_of(in.children.begin(), in.children.end(),
-                  [](const XmlNode& n) { return n.kind == XmlNode::Kind::element; }))
-    diagnostics_.warning("xacro.include", placed(in.where, context),
-                         "elements in <xacro:include> are ignored");
+  for (const TreeNode* child = in.first; child != nullptr; child = child->next) {
+    if (child->kind != TreeNode::Kind::element) continue;
+    diagnostics_.warning("xacro.include", told(in.where, context), "elements in <xacro:include> are ignored");
+    break;
+  }
   const bool optional = condition_of(in.find("optional"), false, context);
-  const std::string wanted = value_of(filename, context).str();
+  const std::string_view wanted = text_of(filename, context);
   Output made = make_output(out.parent);
-  for (const fs::path& file : included_files(wanted, where, optional))
-    include_file(file, deeper(in, names, "in include"), made);
-  drop_comments(child, out);
-  std::move(made.nodes.begin(), made.nodes.end(), std::back_inserter(out.nodes));
+  for (const fs::path& file : included_files(wanted, placed(filename.where, context), optional))
+    include_file(file, deeper(in, names, "in include", ""), made);
+  drop_comments(in, out);
+  out.nodes.append(made.nodes);
 }
 
 }  // namespace doppel::xacro

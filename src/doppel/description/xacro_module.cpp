@@ -38,7 +38,7 @@ Value tokenise_text(ValueList& a, KeywordArguments& keywords) {
 
 ValueFunction saying(Interpreter& interpreter, Severity severity) {
   return [&interpreter, severity](ValueList& a, KeywordArguments&) {
-    interpreter.diagnostics().add({severity, "xacro.message", joined(a), interpreter.here(), ""});
+    interpreter.diagnostics().add({severity, "xacro.message", joined(a), locate(interpreter.here()), ""});
     return Value("");
   };
 }
@@ -46,13 +46,13 @@ ValueFunction saying(Interpreter& interpreter, Severity severity) {
 // The names that $(eval ...) knows: its own functions, then the arguments, read as numbers where they are.
 class EvalScope : public NameScope {
  public:
-  EvalScope(Interpreter& interpreter, const SourceLocation& where) : interpreter_(interpreter) {
+  EvalScope(Interpreter& interpreter, const TreePlace& where) : interpreter_(interpreter) {
     const auto one = [](ValueList& a) { return text_argument(a, 0, "$(eval ...)"); };
     add("arg", [this, one, where](ValueList& a, KeywordArguments&) {
-      return converted(interpreter_.argument(one(a), where).str());
+      return converted(interpreter_.argument(one(a), where));
     });
     add("find", [this, one, where](ValueList& a, KeywordArguments&) {
-      return Value(interpreter_.package(one(a), where));
+      return Value(std::string(interpreter_.package(one(a), where)));
     });
     add("dirname", [this](ValueList&, KeywordArguments&) {
       const auto file = std::filesystem::absolute(interpreter_.beside("x"));
@@ -73,12 +73,12 @@ class EvalScope : public NameScope {
     names_["false"] = Value(false);
   }
 
-  const Value* find(const std::string& name) override {
+  const Value* find(std::string_view name) override {
     if (const auto known = names_.find(name); known != names_.end()) return &known->second;
     if (find_builtin(name) != nullptr) return nullptr;
     const auto given = interpreter_.arguments().find(name);
     if (given == interpreter_.arguments().end()) return nullptr;
-    return &(names_[name] = converted(given->second));
+    return &(names_[std::string(name)] = converted(given->second));
   }
   [[nodiscard]] std::vector<std::string> names() const override {
     std::vector<std::string> out;
@@ -101,22 +101,22 @@ class EvalScope : public NameScope {
   }
 
   Interpreter& interpreter_;
-  std::map<std::string, Value> names_;
+  std::map<std::string, Value, std::less<>> names_;
   static inline ValueList none_;
   static inline KeywordArguments nothing_;
 };
 
 }  // namespace
 
-std::string eval_substitution(const std::string& text, Interpreter& interpreter,
-                              const SourceLocation& where) {
+std::string eval_substitution(std::string_view text, Interpreter& interpreter, const TreePlace& where) {
   try {
     EvalScope scope(interpreter, where);
-    const Value value = evaluate(text, scope, interpreter.budget().steps);
+    const Value value = evaluate(interpreter.compiled(text), scope, interpreter.budget().steps);
     if (value.is<Value::Function>()) throw ExpressionError(fmt::format("{} is a function", value.repr()));
     return value.str();
   } catch (const ExpressionError& problem) {
-    throw InputError(problem.rule, where, fmt::format("{} (in $(eval {}))", problem.what(), excerpt(text)));
+    throw InputError(problem.rule, locate(where),
+                     fmt::format("{} (in $(eval {}))", problem.what(), excerpt(text)));
   }
 }
 
@@ -147,14 +147,14 @@ std::map<std::string, Value> xacro_globals(Interpreter& interpreter) {
   });
   std::map<std::string, Value> out(t.begin(), t.end());
   add("arg", [&interpreter](ValueList& a, KeywordArguments&) {
-    return interpreter.argument(text_argument(a, 0, "arg"), interpreter.here());
+    return Value(interpreter.argument(text_argument(a, 0, "arg"), interpreter.here()));
   });
   add("tokenize", tokenise_text);
   add("message", saying(interpreter, Severity::note));
   add("warning", saying(interpreter, Severity::warning));
   add("error", saying(interpreter, Severity::warning));
   add("print_location", [&interpreter](ValueList&, KeywordArguments&) {
-    interpreter.diagnostics().note("xacro.message", interpreter.here(), "print_location()");
+    interpreter.diagnostics().note("xacro.message", locate(interpreter.here()), "print_location()");
     return Value("");
   });
   add("fatal",

@@ -13,7 +13,7 @@ bool blank(char c) {
 
 class Parameters {
  public:
-  Parameters(const std::string& text, const SourceLocation& where) : text_(text), where_(where) {}
+  Parameters(std::string_view text, const TreePlace& where) : text_(text), where_(where) {}
 
   std::vector<Macro::Parameter> all() {
     std::vector<Macro::Parameter> out;
@@ -26,7 +26,7 @@ class Parameters {
     while (at_ < text_.size() && blank(text_[at_])) ++at_;
   }
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError("xacro.parameters", where_, what);
+    throw InputError("xacro.parameters", locate(where_), what);
   }
   [[nodiscard]] bool ends(std::size_t at) const { return at >= text_.size() || blank(text_[at]); }
 
@@ -60,7 +60,7 @@ class Parameters {
   }
 
   // ${...} and $(...) up to a bracket that a blank follows; else quoted and plain pieces.
-  std::size_t default_end(const std::string& name) {
+  std::size_t default_end(std::string_view name) {
     if (text_.substr(at_, 2) == "${" || text_.substr(at_, 2) == "$(") {
       const char close = text_[at_ + 1] == '{' ? '}' : ')';
       for (std::size_t i = at_ + 2; i < text_.size() && text_[i] != '\n'; ++i) {
@@ -74,20 +74,21 @@ class Parameters {
         continue;
       }
       const std::size_t quote = text_.find(text_[i], i + 1);
-      if (quote == std::string::npos) fail(fmt::format("the default of '{}' has no closing quote", name));
+      if (quote == std::string_view::npos)
+        fail(fmt::format("the default of '{}' has no closing quote", name));
       i = quote + 1;
     }
     return i;
   }
 
-  const std::string& text_;
-  const SourceLocation& where_;
+  std::string_view text_;
+  const TreePlace& where_;
   std::size_t at_ = 0;
 };
 
 }  // namespace
 
-std::vector<Macro::Parameter> parse_parameters(const std::string& text, const SourceLocation& where) {
+std::vector<Macro::Parameter> parse_parameters(std::string_view text, const TreePlace& where) {
   return Parameters(text, where).all();
 }
 

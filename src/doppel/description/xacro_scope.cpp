@@ -11,7 +11,7 @@ namespace {
 class Space : public ValueObject {
  public:
   explicit Space(Scope& scope) : scope_(scope) {}
-  const Value* find(const std::string& name) override { return scope_.find(name); }
+  const Value* find(std::string_view name) override { return scope_.find(name); }
   [[nodiscard]] std::vector<std::string> names() const override { return scope_.names(); }
 
  private:
@@ -20,30 +20,28 @@ class Space : public ValueObject {
 
 }  // namespace
 
-Value literal(const std::string& text) {
+Value literal(std::string_view text) {
   if (text.size() >= 2 && text.front() == '\'' && text.back() == '\'')
-    return Value(text.substr(1, text.size() - 2));
-  if (text.empty()) return Value(text);
+    return Value(std::string(text.substr(1, text.size() - 2)));
   // Most texts begin unlike a number or a truth value.
   static constexpr std::string_view kBeginnings = "0123456789+-. \t\r\n\v\fiInNtTfF";
-  if (kBeginnings.find(text[0]) == std::string_view::npos || text.find('_') != std::string::npos)
-    return Value(text);
+  if (text.empty() || kBeginnings.find(text[0]) == std::string_view::npos ||
+      text.find('_') != std::string_view::npos)
+    return Value(std::string(text));
   std::int64_t whole = 0;
   if (parse_integer(text, whole)) return Value(whole);
   // A whole number of more than 64 bits stays as it is written.
   const std::size_t digits = text[0] == '-' || text[0] == '+' ? 1 : 0;
-  if (text.size() > digits + 18 && text.find_first_not_of("0123456789", digits) == std::string::npos)
-    return Value(text);
+  if (text.size() > digits + 18 && text.find_first_not_of("0123456789", digits) == std::string_view::npos)
+    return Value(std::string(text));
   double real = 0;
   if (parse_real(text, real)) return Value(real);
   if (text == "true" || text == "True") return Value(true);
   if (text == "false" || text == "False") return Value(false);
-  return Value(text);
+  return Value(std::string(text));
 }
 
-std::optional<bool> truth_of(const Value& value) {
-  if (!value.is<std::string>()) return value.truth();
-  const std::string& text = value.as<std::string>();
+std::optional<bool> truth_of(std::string_view text) {
   if (text == "true" || text == "True") return true;
   if (text == "false" || text == "False") return false;
   std::int64_t whole = 0;
@@ -51,41 +49,49 @@ std::optional<bool> truth_of(const Value& value) {
   return whole != 0;
 }
 
-std::shared_ptr<const Macro> MacroTable::find(const std::string& name) const {
-  const auto found = macros_.find(name);
-  if (found != macros_.end()) return found->second;
-  return parent_ == nullptr ? nullptr : parent_->find(name);
+std::optional<bool> truth_of(const Value& value) {
+  return value.is<std::string>() ? truth_of(std::string_view(value.as<std::string>())) : value.truth();
 }
 
-MacroTable* MacroTable::find_namespace(const std::string& name) const {
-  const auto found = namespaces_.find(name);
-  if (found != namespaces_.end()) return found->second.get();
-  return parent_ == nullptr ? nullptr : parent_->find_namespace(name);
+std::shared_ptr<const Macro> MacroTable::find(std::string_view name) const {
+  const std::uint32_t hash = text_hash(name);
+  for (const MacroTable* at = this; at != nullptr; at = at->parent_) {
+    if (const auto* const found = at->macros_.find(name, hash)) return *found;
+  }
+  return nullptr;
+}
+
+MacroTable* MacroTable::find_namespace(std::string_view name) const {
+  const std::uint32_t hash = text_hash(name);
+  for (const MacroTable* at = this; at != nullptr; at = at->parent_) {
+    if (const auto* const found = at->namespaces_.find(name, hash)) return found->get();
+  }
+  return nullptr;
 }
 
 void MacroTable::names(std::vector<std::string>& out) const {
-  for (const auto& [name, macro] : macros_) out.push_back(name);
-  for (const auto& [name, inner] : namespaces_) {
+  for (const auto& entry : macros_.entries()) out.emplace_back(entry.name);
+  for (const auto& entry : namespaces_.entries()) {
     std::vector<std::string> below;
-    inner->names(below);
-    for (const std::string& macro : below) out.push_back(name + "." + macro);
+    entry.value->names(below);
+    for (const std::string& macro : below) out.push_back(std::string(entry.name) + "." + macro);
   }
   if (parent_ != nullptr) parent_->names(out);
 }
 
-const Value* Scope::find(const std::string& name) {
+const Value* Scope::find(std::string_view name) {
+  const std::uint32_t hash = text_hash(name);
   for (Scope* at = this; at != nullptr; at = at->parent_) {
-    const auto found = at->properties_.find(name);
-    if (found == at->properties_.end()) continue;
-    return found->second.lazy ? &at->resolved(name, found->second) : &found->second.value;
+    Property* const found = at->properties_.find(name, hash);
+    if (found != nullptr) return found->lazy ? &at->resolved(name, *found) : &found->value;
   }
-  return interpreter_.global(name);
+  return interpreter_.global(name, hash);
 }
 
-const Value& Scope::resolved(const std::string& name, Property& property) {
+const Value& Scope::resolved(std::string_view name, Property& property) {
   if (property.busy) {
     throw ExpressionError(
-        fmt::format("the property '{}', defined at {}, needs itself", name, property.where.place()),
+        fmt::format("the property '{}', defined at {}, needs itself", name, locate(property.where).place()),
         "xacro.circular");
   }
   property.busy = true;
@@ -95,10 +101,10 @@ const Value& Scope::resolved(const std::string& name, Property& property) {
   } catch (const InputError& error) {
     property.busy = false;
     Diagnostic told = error.diagnostics().front();
-    const SourceLocation& use = interpreter_.here();
+    const TreePlace& use = interpreter_.here();
     if (!told.where.within && use.known())
       told.where.within = std::make_shared<SourceLocation::Within>(
-          SourceLocation::Within{use, fmt::format("in property '{}'", name)});
+          SourceLocation::Within{locate(use), fmt::format("in property '{}'", name)});
     throw InputError(told);
   }
   property.busy = property.lazy = false;
@@ -107,7 +113,9 @@ const Value& Scope::resolved(const std::string& name, Property& property) {
 
 std::vector<std::string> Scope::names() const {
   std::vector<std::string> out = parent_ == nullptr ? std::vector<std::string>{"xacro"} : parent_->names();
-  for (const auto& [name, property] : properties_) out.push_back(name);
+  for (const auto& entry : properties_.entries()) {
+    if (!entry.erased) out.emplace_back(entry.name);
+  }
   return out;
 }
 
@@ -115,46 +123,58 @@ void Scope::retain() {
   for (Scope* at = this; at != nullptr; at = at->parent_) at->retained_ = true;
 }
 
-bool Scope::knows(const std::string& name) const {
-  return properties_.contains(name) || (parent_ != nullptr && parent_->knows(name));
+bool Scope::knows(std::string_view name) const {
+  const std::uint32_t hash = text_hash(name);
+  for (const Scope* at = this; at != nullptr; at = at->parent_) {
+    if (at->properties_.find(name, hash) != nullptr) return true;
+  }
+  return false;
 }
 
-void Scope::set_text(const std::string& name, const std::string& text, const SourceLocation& where) {
+void Scope::put(std::string_view name, Property property) {
   interpreter_.warn_of_global(name);
-  Value value = literal(text);
+  properties_.set(name, std::move(property));
+}
+
+void Scope::set_text(std::string_view name, std::string_view text, const TreePlace& where) {
   // Quotes come off now, and what was in them is read once more at the first use: '5' ends as a number.
-  std::string inner = value.is<std::string>() ? value.as<std::string>() : "";
-  const bool lazy = inner.find('$') != std::string::npos;
-  if (!lazy && value.is<std::string>()) value = literal(inner);
-  properties_[name] = {lazy ? std::move(inner) : "", std::move(value), lazy, false, where};
+  if (text.size() >= 2 && text.front() == '\'' && text.back() == '\'') text = text.substr(1, text.size() - 2);
+  if (text.find('$') != std::string_view::npos)
+    put(name, {Value(), text, where, true, false});
+  else
+    put(name, {literal(text), {}, where, false, false});
 }
 
-void Scope::set(const std::string& name, Value value) {
-  interpreter_.warn_of_global(name);
+void Scope::set(std::string_view name, Value value) {
   if (value.is<std::string>()) value = literal(value.as<std::string>());
-  properties_[name] = {"", std::move(value), false, false, {}};
+  put(name, {std::move(value), {}, {}, false, false});
 }
 
-void Scope::remove(const std::string& name) {
+void Scope::remove(std::string_view name) {
   for (Scope* at = this; at != nullptr; at = at->parent_) at->properties_.erase(name);
 }
 
-const Block* Scope::find_block(const std::string& name) const {
-  if (const auto found = blocks_.find(name); found != blocks_.end()) return &found->second;
-  return parent_ == nullptr ? nullptr : parent_->find_block(name);
+const Block* Scope::find_block(std::string_view stars, std::string_view name) const {
+  const std::string whole = std::string(stars).append(name);
+  for (const Scope* at = this; at != nullptr; at = at->parent_) {
+    if (const Block* const found = at->blocks_.find(whole)) return found;
+  }
+  return nullptr;
 }
 
-void Scope::add_namespace(const std::string& name, std::shared_ptr<Scope> inner) {
+void Scope::add_namespace(std::string_view name, std::shared_ptr<Scope> inner) {
   inner->retain();  // the value below refers to it and to the scopes around it
-  properties_[name] = {"", Value::object(name, std::make_shared<Space>(*inner)), false, false, {}};
-  auto& place = namespaces_[name];
-  if (place) old_namespaces_.push_back(std::move(place));
-  place = std::move(inner);
+  properties_.set(name,
+                  {Value::object(std::string(name), std::make_shared<Space>(*inner)), {}, {}, false, false});
+  if (auto* const known = namespaces_.find(name)) old_namespaces_.push_back(*known);
+  namespaces_.set(name, std::move(inner));
 }
 
-Scope* Scope::find_namespace(const std::string& name) const {
-  if (const auto found = namespaces_.find(name); found != namespaces_.end()) return found->second.get();
-  return parent_ == nullptr ? nullptr : parent_->find_namespace(name);
+Scope* Scope::find_namespace(std::string_view name) const {
+  for (const Scope* at = this; at != nullptr; at = at->parent_) {
+    if (const auto* const found = at->namespaces_.find(name)) return found->get();
+  }
+  return nullptr;
 }
 
 }  // namespace doppel::xacro

@@ -1,6 +1,7 @@
 // Texts with ${...} and $(...) in them.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "doppel/core/names.h"
@@ -11,14 +12,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostCached = 20'000;
+constexpr std::size_t kParsed =
+    16;  // what a character that is parsed counts: the tree is larger than the text
 
-std::vector<std::string> words(const std::string& text) {
-  std::vector<std::string> out;
-  for (std::size_t i = 0; (i = text.find_first_not_of(' ', i)) != std::string::npos;) {
+std::vector<std::string_view> words(std::string_view text) {
+  std::vector<std::string_view> out;
+  for (std::size_t i = 0; (i = text.find_first_not_of(' ', i)) != std::string_view::npos;) {
     const std::size_t end = std::min(text.find(' ', i), text.size());
     out.push_back(text.substr(i, end - i));
-    i = end;
+    i = end + 1;
   }
   return out;
 }
@@ -37,153 +39,178 @@ class Restored {
   T before_;
 };
 
-}  // namespace
-
-std::vector<TextPart> cut_text(const std::string& text, const SourceLocation& where) {
-  std::vector<TextPart> out;
-  std::string plain;
-  const auto flush = [&] {
-    if (!plain.empty()) out.push_back({TextPart::Kind::plain, std::exchange(plain, ""), nullptr});
+// $${ is ${, not evaluated.
+void cut_text(std::string_view text, const TreePlace& where, std::vector<TextPart>& out) {
+  const auto plain = [&out](std::string_view piece) {
+    if (!piece.empty()) out.push_back({TextPart::Kind::plain, piece, nullptr});
   };
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t dollar = std::min(text.find('$', i), text.size());
-    plain += text.substr(i, dollar - i);
-    if (dollar == text.size()) break;
     const std::size_t last = std::min(text.find_first_not_of('$', dollar), text.size());
     const char opens = last < text.size() ? text[last] : '\0';
     if (opens != '{' && opens != '(') {
-      plain += text.substr(dollar, last - dollar);
+      plain(text.substr(i, last - i));
       i = last;
       continue;
     }
-    if (last - dollar > 1) {  // $${ is ${, not evaluated
-      plain += text.substr(dollar + 1, last - dollar);
+    plain(text.substr(i, dollar - i));
+    if (last - dollar > 1) {
+      plain(text.substr(dollar + 1, last - dollar));
       i = last + 1;
       continue;
     }
     const std::size_t end = text.find(opens == '{' ? '}' : ')', last);
-    if (end == std::string::npos) {
-      throw InputError("xacro.expression", where, fmt::format("'{}' is not closed", text.substr(dollar)),
+    if (end == std::string_view::npos) {
+      throw InputError("xacro.expression", locate(where),
+                       fmt::format("'{}' is not closed", text.substr(dollar)),
                        fmt::format("close it with '{}'", opens == '{' ? '}' : ')'));
     }
-    flush();
     out.push_back({opens == '{' ? TextPart::Kind::expression : TextPart::Kind::substitution,
                    text.substr(last + 1, end - last - 1), nullptr});
     i = end + 1;
   }
-  flush();
-  return out;
 }
 
-Interpreter::Interpreter(const PackageResolver& resolver, Diagnostics& diagnostics)
-    : resolver_(resolver), diagnostics_(diagnostics), globals_(xacro_globals(*this)) {}
+const TreeNode* find_declaration(const TreeNode& node, std::string_view argument) {
+  for (const TreeNode* child = node.first; child != nullptr; child = child->next) {
+    const TreeAttribute* const name = child->is("xacro:arg") ? child->find("name") : nullptr;
+    if (name != nullptr && name->value == argument) return child;
+    if (const TreeNode* const found = find_declaration(*child, argument)) return found;
+  }
+  return nullptr;
+}
 
-const std::vector<TextPart>& Interpreter::parts(const std::string& text, const SourceLocation& where) {
-  if (const auto known = texts_.find(text); known != texts_.end()) return known->second;
-  std::vector<TextPart> cut = cut_text(text, where);
-  for (TextPart& part : cut) {
-    if (part.kind != TextPart::Kind::expression || part.text.find('$') != std::string::npos) continue;
+}  // namespace
+
+Interpreter::Interpreter(const PackageResolver& resolver, Diagnostics& diagnostics)
+    : resolver_(resolver), diagnostics_(diagnostics), global_values_(xacro_globals(*this)) {
+  for (const auto& [name, value] : global_values_) globals_.set(name, value);
+}
+
+void Interpreter::charge(std::size_t characters, const TreePlace& where) {
+  budget_.characters -= static_cast<std::int64_t>(characters);
+  if (budget_.characters < 0)
+    throw InputError("xacro.too_much", locate(where), "the expansion grows without end",
+                     "look for a property or macro that doubles itself");
+}
+
+std::span<const TextPart> Interpreter::parts(std::string_view text, const TreePlace& where) {
+  const std::uint32_t hash = text_hash(text);
+  if (const auto* const known = texts_.find(text, hash)) return *known;
+  charge(text.size(), where);
+  cutting_.clear();
+  cut_text(text, where, cutting_);
+  for (TextPart& part : cutting_) {
+    if (part.kind != TextPart::Kind::expression || part.text.find('$') != std::string_view::npos) continue;
     try {
-      part.expression = compiled(part.text);
+      part.expression = &compiled(part.text);
     } catch (const ExpressionError&) {
       continue;  // told when it is evaluated, with its place
     }
   }
-  if (texts_.size() >= kMostCached) {
-    uncached_ = std::move(cut);
-    return uncached_;
-  }
-  return texts_.emplace(text, std::move(cut)).first->second;
+  return texts_.set(text, arena().copy(std::span<const TextPart>(cutting_)));
 }
 
-std::shared_ptr<const Expression> Interpreter::compiled(const std::string& text) {
-  if (const auto known = expressions_.find(text); known != expressions_.end()) return known->second;
-  auto made = parse_expression(text);
-  if (expressions_.size() < kMostCached) expressions_.emplace(text, made);
-  return made;
+const Expression& Interpreter::compiled(std::string_view text) {
+  const std::uint32_t hash = text_hash(text);
+  if (const auto* const known = expressions_.find(text, hash)) return **known;
+  charge(kParsed * text.size(), here());
+  return *expressions_.set(text, parse_expression(text, store_));
 }
 
-Value Interpreter::text(const std::string& text, Scope& scope, const SourceLocation& where) {
-  if (text.find('$') == std::string::npos) return Value(text);
+Value Interpreter::text(std::string_view text, Scope& scope, const TreePlace& where) {
+  if (text.find('$') == std::string_view::npos) return Value(std::string(text));
   if (StackGuard::exhausted()) {
-    throw InputError("xacro.too_deep", where, "properties and expressions are nested too deeply here",
+    throw InputError("xacro.too_deep", locate(where), "properties and expressions are nested too deeply here",
                      "look for one that needs itself");
   }
-  const Restored<const SourceLocation*> here(here_, &where);
-  const std::vector<TextPart>* cut = &parts(text, where);
-  std::vector<TextPart> own;
-  if (cut == &uncached_) {  // may be replaced while its parts are evaluated
-    own = std::move(uncached_);
-    cut = &own;
-  }
-  if (cut->size() == 1) return part(cut->front(), scope, where);
+  const Restored<const TreePlace*> here(here_, &where);
+  const std::span<const TextPart> cut = parts(text, where);
+  if (cut.size() == 1) return part(cut.front(), scope, where);
   std::string out;
-  for (const TextPart& piece : *cut) {
-    if (piece.kind == TextPart::Kind::plain)
+  for (const TextPart& piece : cut) {
+    if (piece.kind == TextPart::Kind::plain) {
       out += piece.text;
+      continue;
+    }
+    const Value value = part(piece, scope, where);
+    if (value.is<std::string>())
+      out += value.as<std::string>();
     else
-      out += part(piece, scope, where).str();
+      out += value.str();
   }
-  budget_.characters -= static_cast<std::int64_t>(out.size());
-  if (budget_.characters < 0)
-    throw InputError("xacro.too_much", where, "the expansion grows without end",
-                     "look for a property or macro that doubles itself");
+  charge(out.size(), where);
   return Value(std::move(out));
 }
 
-std::string Interpreter::string(const std::string& text, Scope& scope, const SourceLocation& where) {
-  if (text.find('$') == std::string::npos) return text;
-  std::string out = this->text(text, scope, where).str();
-  budget_.characters -= static_cast<std::int64_t>(out.size());
+std::string_view Interpreter::string(std::string_view text, Scope& scope, const TreePlace& where) {
+  if (text.find('$') == std::string_view::npos) return text;
+  const Value value = this->text(text, scope, where);
+  const std::string_view out =
+      value.is<std::string>() ? arena().copy(value.as<std::string>()) : arena().copy(value.str());
+  charge(out.size(), where);
   return out;
 }
 
-Value Interpreter::part(const TextPart& part, Scope& scope, const SourceLocation& where) {
+Value Interpreter::part(const TextPart& part, Scope& scope, const TreePlace& where) {
   switch (part.kind) {
     case TextPart::Kind::plain:
-      return Value(part.text);
+      return Value(std::string(part.text));
     case TextPart::Kind::substitution:
-      return Value(substitution(string(part.text, scope, where), where));
+      return Value(std::string(substitution(string(part.text, scope, where), where)));
     case TextPart::Kind::expression:
       break;
   }
-  if (part.expression) return evaluated(*part.expression, part.text, scope, where);
-  const std::string inner = string(part.text, scope, where);
+  if (part.expression != nullptr) return evaluated(*part.expression, part.text, scope, where);
+  const std::string_view inner = string(part.text, scope, where);
   try {
-    return evaluated(*compiled(inner), inner, scope, where);
+    return evaluated(compiled(inner), inner, scope, where);
   } catch (const ExpressionError& problem) {
-    throw InputError(problem.rule, where, fmt::format("{} (in ${{{}}})", problem.what(), excerpt(inner)));
+    throw InputError(problem.rule, locate(where),
+                     fmt::format("{} (in ${{{}}})", problem.what(), excerpt(inner)));
   }
 }
 
-Value Interpreter::evaluated(const Expression& expression, const std::string& text, Scope& scope,
-                             const SourceLocation& where) {
+Value Interpreter::evaluated(const Expression& expression, std::string_view text, Scope& scope,
+                             const TreePlace& where) {
   try {
     return evaluate(expression, scope, budget_.steps);
   } catch (const ExpressionError& problem) {
-    throw InputError(problem.rule, where, fmt::format("{} (in ${{{}}})", problem.what(), excerpt(text)));
+    throw InputError(problem.rule, locate(where),
+                     fmt::format("{} (in ${{{}}})", problem.what(), excerpt(text)));
   }
 }
 
-Value Interpreter::argument(const std::string& name, const SourceLocation& where) {
-  used_arguments_.insert(name);
-  if (const auto found = arguments_.find(name); found != arguments_.end()) return Value(found->second);
+const std::string& Interpreter::argument(std::string_view name, const TreePlace& where) {
+  if (!used_arguments_.contains(name)) used_arguments_.emplace(name);
+  if (const auto found = arguments_.find(name); found != arguments_.end()) return found->second;
+  for (const TreeNode* root : documents_) {
+    if (const TreeNode* const late = find_declaration(*root, name)) {
+      throw InputError(
+          "xacro.undefined_argument", locate(where),
+          fmt::format("undefined substitution argument '{}': it is declared at {}, which is not read "
+                      "before this place",
+                      name, locate(late->where).place()),
+          fmt::format("move the <xacro:arg> up, before what reads it, or give {}:=...", name));
+    }
+  }
   std::vector<std::string> names;
   for (const auto& [known, value] : arguments_) names.push_back(known);
   throw InputError(
-      "xacro.undefined_argument", where,
+      "xacro.undefined_argument", locate(where),
       fmt::format("undefined substitution argument '{}'{}", name, did_you_mean(name, names)),
       fmt::format("give {}:=..., or declare <xacro:arg name=\"{}\" default=\"...\"/> before this line", name,
                   name));
 }
 
-std::string Interpreter::package(const std::string& name, const SourceLocation& where) const {
-  const PackageResolver::Resolved found = resolver_.find_package(name);
-  if (!found.path.empty()) return found.path.string();
+std::string_view Interpreter::package(std::string_view name, const TreePlace& where) {
+  if (const auto* const known = packages_.find(name)) return *known;
+  const PackageResolver::Resolved found = resolver_.find_package(std::string(name));
+  if (!found.path.empty()) return packages_.set(arena().copy(name), arena().copy(found.path.string()));
   std::string tried;
   for (const std::string& place : found.tried) tried += "\n    " + place;
   throw InputError(
-      "xacro.package_not_found", where,
+      "xacro.package_not_found", locate(where),
       fmt::format("package '{}' is not found{}{}", name,
                   found.nearest.empty() ? "" : fmt::format("; did you mean '{}'?", found.nearest),
                   tried.empty() ? "" : ". Looked in:" + tried),
@@ -191,82 +218,91 @@ std::string Interpreter::package(const std::string& name, const SourceLocation& 
 }
 
 // $(...) of a text that holds nothing else, then $(find ...) in what came out.
-std::string Interpreter::substitution(const std::string& inner, const SourceLocation& where) {
-  std::string out = command(inner, where);
+std::string_view Interpreter::substitution(std::string_view inner, const TreePlace& where) {
+  const std::string_view made = command(inner, where);
+  if (made.find("$(find ") == std::string_view::npos) return made;
+  std::string out(made);
   for (std::size_t at = 0; (at = out.find("$(find ", at)) != std::string::npos;) {
     const std::size_t end = out.find(')', at);
     if (end == std::string::npos) break;
-    const std::string folder = package(words(out.substr(at + 6, end - at - 6)).front(), where);
+    const std::vector<std::string_view> named = words(std::string_view(out).substr(at + 6, end - at - 6));
+    const std::string_view folder = package(named.empty() ? "" : named.front(), where);
     out.replace(at, end - at + 1, folder);
     at += folder.size();
   }
-  return out;
+  return arena().copy(out);
 }
 
-std::string Interpreter::command(const std::string& inner, const SourceLocation& where) {
-  const std::vector<std::string> given = words(inner);
-  const std::string name = given.empty() ? "" : given[0];
-  if (inner.starts_with("eval ")) return eval_substitution(inner.substr(5), *this, where);
-  if (name == "cwd") return fs::current_path().string();
-  if (name == "dirname") return fs::absolute(beside("x")).lexically_normal().parent_path().string();
-  const std::vector<std::string> commands{"find", "arg", "env", "optenv", "dirname", "eval", "cwd"};
+std::string_view Interpreter::command(std::string_view inner, const TreePlace& where) {
+  if (inner.starts_with("eval ")) return arena().copy(eval_substitution(inner.substr(5), *this, where));
+  const std::vector<std::string_view> given = words(inner);
+  const std::string_view name = given.empty() ? std::string_view() : given[0];
+  if (name == "cwd") return arena().copy(fs::current_path().string());
+  if (name == "dirname")
+    return arena().copy(fs::absolute(beside("x")).lexically_normal().parent_path().string());
   if (name != "find" && name != "arg" && name != "env" && name != "optenv") {
-    throw InputError("xacro.substitution", where,
+    const std::vector<std::string> commands{"find", "arg", "env", "optenv", "dirname", "eval", "cwd"};
+    throw InputError("xacro.substitution", locate(where),
                      fmt::format("unknown substitution command '{}' in $({}){}", name, inner,
                                  did_you_mean(name, commands)));
   }
   if (given.size() < 2 || (given.size() > 2 && name != "optenv"))
-    throw InputError("xacro.substitution", where, fmt::format("$({}) needs one name", inner));
+    throw InputError("xacro.substitution", locate(where), fmt::format("$({}) needs one name", inner));
   if (name == "find") return package(given[1], where);
-  if (name == "arg") return argument(given[1], where).str();
-  if (const char* value = std::getenv(given[1].c_str())) return value;
+  if (name == "arg") return argument(given[1], where);
+  if (const char* value = std::getenv(std::string(given[1]).c_str())) return arena().copy(value);
   if (name == "env") {
-    throw InputError("xacro.environment", where,
+    throw InputError("xacro.environment", locate(where),
                      fmt::format("environment variable '{}' is not set", given[1]),
                      fmt::format("set it, or write $(optenv {} DEFAULT)", given[1]));
   }
   std::string fallback;
-  for (std::size_t i = 2; i < given.size(); ++i) fallback += (i > 2 ? " " : "") + given[i];
-  return fallback;
+  for (std::size_t i = 2; i < given.size(); ++i) fallback.append(i > 2 ? " " : "").append(given[i]);
+  return arena().copy(fallback);
 }
 
-bool Interpreter::condition(const std::string& raw, Scope& scope, const SourceLocation& where) {
+bool Interpreter::condition(std::string_view raw, Scope& scope, const TreePlace& where) {
   const Value value = text(raw, scope, where);
   if (const auto truth = truth_of(value)) return *truth;
   throw InputError(
-      "xacro.not_boolean", where,
+      "xacro.not_boolean", locate(where),
       fmt::format("the condition '{}' evaluates to '{}', which is not a boolean", raw, value.str()),
       "use true, false, 1, 0, or a comparison in ${...}");
 }
 
-fs::path Interpreter::beside(const std::string& name) const {
-  const fs::path path(name);
+fs::path Interpreter::beside(std::string_view name) const {
+  fs::path path(name);
   if (path.is_absolute() || reading_.empty()) return path;
   return reading_.back().parent_path() / path;
 }
 
 void Interpreter::add_file(const fs::path& file) {
-  if (std::find(files_.begin(), files_.end(), file) == files_.end()) files_.push_back(file);
+  if (known_files_.insert(file.string()).second) files_.push_back(file);
 }
 
-const Value* Interpreter::global(const std::string& name) const {
-  const auto found = globals_.find(name);
-  return found == globals_.end() ? nullptr : &found->second;
+std::string Interpreter::include_loop() const {
+  if (reading_.empty()) return "";
+  const auto before = std::find(std::next(reading_.rbegin()), reading_.rend(), reading_.back());
+  if (before == reading_.rend()) return "";
+  std::string out;
+  for (auto at = before.base() - 1; at != reading_.end(); ++at)
+    out += (out.empty() ? "" : " -> ") + at->filename().string();
+  return out;
 }
 
-void Interpreter::warn_of_global(const std::string& name) {
+void Interpreter::warn_of_global(std::string_view name) {
   if (find_builtin(name) == nullptr && global(name) == nullptr) return;
-  if (!warned_.insert(name).second) return;
-  diagnostics_.warning("xacro.redefines", here(),
+  if (!warned_.emplace(name).second) return;
+  diagnostics_.warning("xacro.redefines", locate(here()),
                        fmt::format("'{}' is a name of xacro's own, which is redefined here", name),
                        "choose another name; expressions below see this one");
 }
 
-Value Interpreter::yaml(const std::string& name, const SourceLocation& where) {
+Value Interpreter::yaml(const std::string& name, const TreePlace& where) {
   const fs::path file = beside(name);
   if (const auto known = yaml_files_.find(file.string()); known != yaml_files_.end()) return known->second;
   add_file(file);
-  return yaml_files_.emplace(file.string(), load_yaml(file, where)).first->second;
+  return yaml_files_.emplace(file.string(), load_yaml(file, locate(where))).first->second;
 }
 
 }  // namespace doppel::xacro

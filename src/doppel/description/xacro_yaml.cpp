@@ -27,7 +27,7 @@ const std::map<std::string, double>& units() {
 
 class Nothing : public NameScope {
  public:
-  const Value* find(const std::string&) override { return nullptr; }
+  const Value* find(std::string_view) override { return nullptr; }
   [[nodiscard]] std::vector<std::string> names() const override { return {}; }
 };
 

@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/description/xml_tree.h"
 
 namespace doppel {
 namespace {
@@ -80,8 +81,8 @@ std::string XmlNode::content() const {
   return out.substr(begin, out.find_last_not_of(" \t\r\n") - begin + 1);
 }
 
-XmlNode parse_xml(std::string_view text, const std::string& file) {
-  return parse_xml_document(text, file, XmlKeep::content).root;
+XmlNode parse_xml(std::string_view text, const std::string& file, XmlKeep keep) {
+  return parse_xml_tree(std::string(text), file, keep).node();
 }
 
 std::string read_file(const std::string& file, std::size_t largest) {
@@ -110,12 +111,12 @@ std::string read_file(const std::string& file, std::size_t largest) {
   return out;
 }
 
-XmlDocument load_xml_document(const std::string& file, XmlKeep keep) {
-  return parse_xml_document(read_file(file, kLargestFile), file, keep);
+XmlTree load_xml_tree(const std::string& file, XmlKeep keep) {
+  return parse_xml_tree(read_file(file, kLargestFile), file, keep);
 }
 
 XmlNode load_xml(const std::string& file) {
-  return load_xml_document(file, XmlKeep::content).root;
+  return load_xml_tree(file, XmlKeep::content).node();
 }
 
 void append_escaped(std::string& out, std::string_view text, bool quotes) {

@@ -1,6 +1,7 @@
 #pragma once
-// XML with places: every element, attribute and text knows its file, line and column. Small on purpose: what
-// xacro copies, and what the URDF parser reads. Source: Extensible Markup Language 1.0, fifth edition.
+// XML with places: every element, attribute and text knows its file, line and column. What is read here can
+// be edited; xml_tree.h holds the compact form in which files are parsed and expanded. Source: Extensible
+// Markup Language 1.0, fifth edition.
 
 #include <string>
 #include <string_view>
@@ -31,24 +32,15 @@ struct XmlNode {
   [[nodiscard]] std::string content() const;  // the texts directly below, trimmed
 };
 
-// A file as it is written: what stands before and behind the root element.
-struct XmlDocument {
-  std::vector<XmlNode> before, after;  // comments and instructions
-  XmlNode root;
-};
-
 // `content` leaves out comments, processing instructions, and blank text beside elements; `everything` is
 // what an editor shows. One root element; names, references, nesting and characters are checked, entities of
 // an internal DTD are put in, nothing outside of the file is read. Bounded: 64 MB, 400 levels, 1 MB of
 // entities. UTF-8, UTF-16 with a byte order mark, Latin-1. Throws InputError "xml.not_well_formed" with the
 // place.
 enum class XmlKeep { content, everything };
-XmlDocument parse_xml_document(std::string_view text, const std::string& file,
-                               XmlKeep keep = XmlKeep::everything);
-XmlNode parse_xml(std::string_view text, const std::string& file);
+XmlNode parse_xml(std::string_view text, const std::string& file, XmlKeep keep = XmlKeep::content);
 
 // Reads the file first; throws InputError "file.unreadable" for what is no regular file or is too large.
-XmlDocument load_xml_document(const std::string& file, XmlKeep keep = XmlKeep::everything);
 XmlNode load_xml(const std::string& file);
 // The bytes of a regular file of at most `largest` bytes.
 std::string read_file(const std::string& file, std::size_t largest);

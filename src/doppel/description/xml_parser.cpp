@@ -1,15 +1,16 @@
-// From bytes to XmlNodes, in one pass without recursion.
+// From bytes to a tree, in one pass without recursion.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <map>
 #include <memory>
 
 #include "doppel/core/diagnostic.h"
-#include "doppel/description/xml.h"
 #include "doppel/description/xml_encoding.h"
+#include "doppel/description/xml_tree.h"
 
 namespace doppel {
 namespace {
@@ -25,24 +26,44 @@ bool blank(char c) {
   return c == ' ' || c == '\n' || c == '\t' || c == '\r';
 }
 
-bool starts_name(char c) {
-  const auto u = static_cast<unsigned char>(c);
-  return (u >= 'a' && u <= 'z') || (u >= 'A' && u <= 'Z') || u == '_' || u == ':' || u >= 0x80;
-}
-bool in_name(char c) {
-  return starts_name(c) || (c >= '0' && c <= '9') || c == '-' || c == '.';
+// What a character may be part of, and what ends a run of characters that nothing has to be done about. The
+// NUL behind the text's end ends every run; there is none within it.
+enum Class : std::uint8_t {
+  kStartsName = 1,
+  kInName = 2,
+  kNotableInValue = 4,
+  kNotableInText = 8,
+  kBlankInText = 16  // but for the carriage return, which is notable
+};
+constexpr std::array<std::uint8_t, 256> kClasses = [] {
+  std::array<std::uint8_t, 256> out{};
+  for (unsigned c = 0; c < 256; ++c) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == ':' || c >= 0x80;
+    const bool inside = letter || (c >= '0' && c <= '9') || c == '-' || c == '.';
+    const bool both = c == '&' || c == '<' || c == '$' || c == '\r';
+    const bool value = both || c < ' ' || c == '"' || c == '\'';
+    const bool text = both || c == ']' || c == '\0';
+    const bool blank = c == ' ' || c == '\n' || c == '\t';
+    out[c] = static_cast<std::uint8_t>((blank ? kBlankInText : 0) | (letter ? kStartsName : 0) |
+                                       (inside ? kInName : 0) | (value ? kNotableInValue : 0) |
+                                       (text ? kNotableInText : 0));
+  }
+  return out;
+}();
+bool is(char c, Class what) {
+  return (kClasses[static_cast<unsigned char>(c)] & what) != 0;
 }
 
 class Parser {
  public:
-  Parser(std::string_view text, const std::string& file, XmlKeep keep)
-      : text_(text), file_(std::make_shared<const std::string>(file)), keep_(keep) {}
+  Parser(std::shared_ptr<TreeSource> source, XmlKeep keep)
+      : source_(std::move(source)), arena_(source_->arena), text_(source_->text), keep_(keep) {}
 
-  XmlDocument document() {
+  XmlTree document() {
     if (text_.size() > kLargest) fail(0, "the file is larger than 64 MB");
     check_characters();
-    XmlDocument out;
-    open_.reserve(32);
+    XmlTree out;
+    out.keep = keep_;
     while (at_ < text_.size()) {
       if (open_.empty())
         outside(out);
@@ -52,88 +73,99 @@ class Parser {
         characters();
     }
     if (!open_.empty()) unclosed(text_.size());
-    if (!has_root_) fail(text_.size(), "there is no element in it");
-    out.root = std::move(root_);
+    if (root_ == nullptr) fail(text_.size(), "there is no element in it");
+    out.root = root_;
+    out.sources.push_back(std::move(source_));
     return out;
   }
 
  private:
   [[noreturn]] void fail(std::size_t offset, const std::string& what, const std::string& mend = "") const {
-    throw InputError("xml.not_well_formed", place(offset), "the XML is not well-formed: " + what,
+    throw InputError("xml.not_well_formed", locate(place(offset)), "the XML is not well-formed: " + what,
                      mend.empty() ? "correct the XML at this place; nothing of the file was used" : mend);
   }
   [[noreturn]] void unclosed(std::size_t offset) const {
-    const XmlNode& node = *open_.back();
+    const TreeNode& node = *open_.back();
+    const SourceLocation opened = locate(node.where);
     fail(offset,
-         fmt::format("<{}>, opened at line {}, column {}, is not closed here", node.name, node.where.line,
-                     node.where.column),
+         fmt::format("<{}>, opened at line {}, column {}, is not closed here", node.name, opened.line,
+                     opened.column),
          fmt::format("close it with </{}> (or <{} .../>)", node.name, node.name));
   }
 
-  // Any place, slowly; for faults.
-  [[nodiscard]] SourceLocation place(std::size_t offset) const {
-    offset = std::min(offset, text_.size());
-    const std::string_view before = text_.substr(0, offset);
-    const auto lines = static_cast<int>(std::count(before.begin(), before.end(), '\n'));
-    const std::size_t start = before.rfind('\n') + 1;  // npos + 1 is 0
-    return {file_, lines + 1, static_cast<int>(offset - start) + 1, nullptr};
+  [[nodiscard]] TreePlace place(std::size_t offset) const {
+    return {source_.get(), nullptr, static_cast<std::uint32_t>(std::min(offset, text_.size()))};
   }
   void count_part(std::size_t offset) {
     if (++parts_ > kMostParts)
-      throw InputError("xml.too_much", place(offset),
+      throw InputError("xml.too_much", locate(place(offset)),
                        "there are more than a million elements and attributes");
   }
-  static XmlNode& add_child(XmlNode& parent) {
-    if (parent.children.capacity() == 0) parent.children.reserve(4);
-    return parent.children.emplace_back();
+  static void add(TreeNode& parent, TreeNode* node) {
+    node->previous = parent.last;
+    (parent.last == nullptr ? parent.first : parent.last->next) = node;
+    parent.last = node;
   }
-  // Places in order of reading; every part of the tree asks for its own.
-  SourceLocation next_place(std::size_t offset) {
-    if (++parts_ > kMostParts)
-      throw InputError("xml.too_much", place(offset),
-                       "there are more than a million elements and attributes");
-    while (seen_ < offset) {
-      const void* found = std::memchr(text_.data() + seen_, '\n', offset - seen_);
-      if (found == nullptr) break;
-      seen_ = static_cast<std::size_t>(static_cast<const char*>(found) - text_.data()) + 1;
-      line_start_ = seen_;
-      ++line_;
-    }
-    seen_ = std::max(seen_, offset);
-    return {file_, line_, static_cast<int>(offset - line_start_) + 1, nullptr};
+  TreeNode* make(TreeNode::Kind kind, std::size_t offset) {
+    count_part(offset);
+    auto* const out = arena_.make<TreeNode>();
+    out->kind = kind;
+    out->where = place(offset);
+    return out;
   }
 
   void check_characters() const {
-    for (std::size_t i = 0; i < text_.size(); ++i) {
-      // Eight at a time, as long as none is a control character or beyond ASCII.
-      for (std::uint64_t eight = 0; i + 8 <= text_.size(); i += 8) {
-        std::memcpy(&eight, text_.data() + i, 8);
-        constexpr std::uint64_t kEach = 0x0101010101010101U;
-        if ((((eight - kEach * 0x20) | eight) & (kEach * 0x80)) != 0) break;
-      }
-      if (i >= text_.size()) return;
-      const auto c = static_cast<unsigned char>(text_[i]);
-      if (c >= 0x20 && c < 0x80) continue;
-      if (c < 0x20) {
-        if (!blank(text_[i])) fail(i, fmt::format("the character {:#04x} is not allowed", c));
+    constexpr std::size_t kBlock = 64;
+    for (std::size_t i = 0; i < text_.size();) {
+      if (i + kBlock <= text_.size() && ordinary(text_.data() + i, kBlock)) {
+        i += kBlock;
         continue;
       }
-      const std::size_t length = utf8_length(text_.substr(i));
-      if (length == 0)
-        fail(i, fmt::format("the byte {:#04x} is not UTF-8", c),
-             "save the file as UTF-8, or declare its encoding in <?xml ...?>");
-      i += length - 1;
+      const std::size_t end = std::min(i + kBlock, text_.size());
+      while (i < end) i += check_character(i);
     }
+  }
+  // ASCII that XML allows; written so that a compiler takes many at a time.
+  static bool ordinary(const char* at, std::size_t size) {
+    unsigned odd = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      const auto c = static_cast<unsigned char>(at[i]);
+      odd |= static_cast<unsigned>(c >= 0x80) |
+             (static_cast<unsigned>(c < 0x20) & static_cast<unsigned>(c != '\n') &
+              static_cast<unsigned>(c != '\t') & static_cast<unsigned>(c != '\r'));
+    }
+    return odd == 0;
+  }
+  // Its length.
+  [[nodiscard]] std::size_t check_character(std::size_t at) const {
+    const auto c = static_cast<unsigned char>(text_[at]);
+    if (c < 0x20 && !blank(text_[at])) fail(at, fmt::format("the character {:#04x} is not allowed", c));
+    const std::size_t length = utf8_length(text_.substr(at));
+    if (length == 0)
+      fail(at, fmt::format("the byte {:#04x} is not UTF-8", c),
+           "save the file as UTF-8, or declare its encoding in <?xml ...?>");
+    return length;
   }
 
   [[nodiscard]] bool ahead(std::string_view what) const { return text_.substr(at_, what.size()) == what; }
+  // The first character from `at` on that is not of that kind.
+  [[nodiscard]] std::size_t end_of(Class what, std::size_t at) const {
+    const char* next = text_.data() + at;
+    while (is(*next, what)) ++next;
+    return static_cast<std::size_t>(next - text_.data());
+  }
+  [[nodiscard]] std::size_t next_of(Class what, std::size_t at) const {
+    const char* next = text_.data() + at;
+    while (!is(*next, what)) ++next;
+    return static_cast<std::size_t>(next - text_.data());
+  }
   void skip_blanks() {
     while (at_ < text_.size() && blank(text_[at_])) ++at_;
   }
   std::string_view name() {
     const std::size_t begin = at_;
-    if (at_ >= text_.size() || !starts_name(text_[at_])) fail(at_, "a name is expected here");
-    while (at_ < text_.size() && in_name(text_[at_])) ++at_;
+    if (at_ >= text_.size() || !is(text_[at_], kStartsName)) fail(at_, "a name is expected here");
+    at_ = end_of(kInName, at_);
     return text_.substr(begin, at_ - begin);
   }
   // Up to `end`, which is consumed.
@@ -145,46 +177,50 @@ class Parser {
     return out;
   }
 
-  void outside(XmlDocument& out) {
+  void outside(XmlTree& out) {
     if (blank(text_[at_])) return skip_blanks();
     if (text_[at_] != '<')
-      fail(at_, has_root_ ? "there is text behind the root element" : "it begins with text");
-    std::vector<XmlNode>& list = has_root_ ? out.after : out.before;
-    if (ahead("<!--") || ahead("<?")) return aside(list);
-    if (ahead("<!DOCTYPE") && !has_root_) return doctype();
-    if (has_root_) fail(at_, "there are two root elements; it has to have one");
+      fail(at_, root_ != nullptr ? "there is text behind the root element" : "it begins with text");
+    if (ahead("<!--") || ahead("<?")) {
+      if (TreeNode* const node = aside()) (root_ != nullptr ? out.after : out.before).push_back(node);
+      return;
+    }
+    if (ahead("<!DOCTYPE") && root_ == nullptr) return doctype();
+    if (root_ != nullptr) fail(at_, "there are two root elements; it has to have one");
     if (ahead("</") || ahead("<!")) fail(at_, "it begins with what can only stand within an element");
     element();
   }
 
-  // A comment or an instruction.
-  void aside(std::vector<XmlNode>& list) {
+  // A comment or an instruction; null: it is not kept.
+  TreeNode* aside() {
     const std::size_t opened = at_;
-    XmlNode node;
-    if (ahead("<!--")) {
+    const bool comment = ahead("<!--");
+    std::string_view name, text;
+    if (comment) {
       at_ += 4;
-      node.kind = XmlNode::Kind::comment;
       const std::size_t end = text_.find("--", at_);
       if (end == std::string_view::npos) fail(opened, "the comment is not closed");
       if (text_.substr(end, 3) != "-->")
         fail(end, "'--' stands within a comment", "comments cannot hold comments, nor '--' otherwise");
-      node.text = line_ends(text_.substr(at_, end - at_));
+      text = text_.substr(at_, end - at_);
       at_ = end + 3;
     } else {
       at_ += 2;
-      node.kind = XmlNode::Kind::instruction;
-      node.name = std::string(name());
+      name = this->name();
       const std::string_view data = until("?>", opened, "the instruction");
-      const std::size_t begin = std::min(data.find_first_not_of(kBlank), data.size());
-      node.text = line_ends(data.substr(begin));
-      if (node.name == "xml") {
+      text = data.substr(std::min(data.find_first_not_of(kBlank), data.size()));
+      if (name == "xml") {
         if (opened != 0) fail(opened, "<?xml ...?> stands somewhere else than at the very beginning");
-        return;
+        return nullptr;
       }
     }
-    if (keep_ == XmlKeep::content) return;
-    node.where = next_place(opened);
-    list.push_back(std::move(node));
+    if (keep_ == XmlKeep::content) return nullptr;
+    TreeNode* const node = make(comment ? TreeNode::Kind::comment : TreeNode::Kind::instruction, opened);
+    node->name = name;
+    node->text = line_ends(text);
+    node->dollar = node->text.find('$') != std::string_view::npos;
+    node->constant = !comment || node->text.find("xacro:") == std::string_view::npos;
+    return node;
   }
 
   // Only the entities of an internal subset matter here.
@@ -246,55 +282,73 @@ class Parser {
   }
 
   void markup() {
-    if (ahead("<!--") || ahead("<?")) return aside(open_.back()->children);
+    const char next = at_ + 1 < text_.size() ? text_[at_ + 1] : '\0';
+    if (next == '/') return close();
+    if (next != '!' && next != '?') return element();
+    if (next == '?' || ahead("<!--")) {
+      if (TreeNode* const node = aside()) add(*open_.back(), node);
+      return;
+    }
     if (ahead("<![CDATA[")) return section();
-    if (ahead("</")) return close();
-    if (ahead("<!")) fail(at_, "a declaration cannot stand within an element");
-    element();
+    fail(at_, "a declaration cannot stand within an element");
   }
 
   void section() {
     const std::size_t opened = at_;
     at_ += 9;
-    XmlNode node;
-    node.kind = XmlNode::Kind::text;
-    node.cdata = true;
-    node.text = line_ends(until("]]>", opened, "the CDATA section"));
-    node.where = next_place(opened);
-    open_.back()->children.push_back(std::move(node));
+    const std::string_view raw = until("]]>", opened, "the CDATA section");
+    TreeNode* const node = make(TreeNode::Kind::text, opened);
+    node->cdata = true;
+    node->constant = true;
+    node->text = line_ends(raw);
+    add(*open_.back(), node);
   }
 
   void close() {
     const std::size_t opened = at_;
     at_ += 2;
     const std::string_view closing = name();
-    if (closing != open_.back()->name) unclosed(opened);
+    TreeNode& node = *open_.back();
+    if (closing != node.name) unclosed(opened);
     skip_blanks();
     if (at_ >= text_.size() || text_[at_] != '>') fail(at_, fmt::format("</{}> has no '>'", closing));
     ++at_;
-    tidy(*open_.back());
     open_.pop_back();
+    if (decoded_blank_) tidy(node);
+    for (const TreeNode* child = node.first; child != nullptr; child = child->next) {
+      node.weight += child->weight;
+      node.constant = node.constant && child->constant;
+    }
   }
 
-  // Blank text beside elements says nothing where only the content matters.
-  void tidy(XmlNode& node) const {
-    if (keep_ == XmlKeep::everything || node.children.size() < 2) return;
-    std::erase_if(node.children, [](const XmlNode& child) {
-      return child.kind == XmlNode::Kind::text && !child.cdata &&
-             child.text.find_first_not_of(kBlank) == std::string::npos;
-    });
+  // Blank text beside elements says nothing where only the content matters; what is literally blank was not
+  // even made.
+  void tidy(TreeNode& node) const {
+    if (keep_ == XmlKeep::everything || node.first == node.last) return;
+    TreeList children{node.first, node.last};
+    for (TreeNode *child = node.first, *next = nullptr; child != nullptr; child = next) {
+      next = child->next;
+      if (child->kind == TreeNode::Kind::text && !child->cdata &&
+          child->text.find_first_not_of(kBlank) == std::string_view::npos)
+        children.erase(child);
+    }
+    node.first = children.first;
+    node.last = children.last;
   }
 
   void element() {
     const std::size_t opened = at_++;
     if (open_.size() >= kDeepest)
-      throw InputError("xml.too_deep", place(opened),
+      throw InputError("xml.too_deep", locate(place(opened)),
                        fmt::format("elements are nested more than {} deep", kDeepest));
-    XmlNode* node = &root_;
-    if (!open_.empty()) node = &add_child(*open_.back());
-    has_root_ = true;
-    node->name = std::string(name());
-    node->where = next_place(opened);
+    TreeNode* const node = make(TreeNode::Kind::element, opened);
+    node->name = name();
+    node->constant = !node->name.starts_with("xacro:");
+    if (open_.empty())
+      root_ = node;
+    else
+      add(*open_.back(), node);
+    TreeAttribute** end = &node->attributes;
     while (true) {
       const std::size_t before = at_;
       skip_blanks();
@@ -309,11 +363,16 @@ class Parser {
         return;
       }
       if (before == at_) fail(at_, fmt::format("'{}' was not expected in <{}>", text_[at_], node->name));
-      attribute(*node);
+      TreeAttribute* const made = attribute(*node);
+      *end = made;
+      end = &made->next;
+      const std::string_view key = made->name;
+      if (made->dollar || (key[0] == 'x' && (key.starts_with("xacro:") || key == "xmlns:xacro")))
+        node->constant = false;
     }
   }
 
-  void attribute(XmlNode& node) {
+  TreeAttribute* attribute(const TreeNode& node) {
     const std::size_t begin = at_;
     const std::string_view key = name();
     skip_blanks();
@@ -326,25 +385,34 @@ class Parser {
     const char quote = text_[at_++];
     const std::size_t value = at_;
     std::size_t end = at_;
-    bool plain = true;
-    for (; end < text_.size() && text_[end] != quote; ++end) {
+    bool plain = true, dollar = false;
+    for (;; ++end) {
+      end = next_of(kNotableInValue, end);
+      if (end >= text_.size()) break;
       const char c = text_[end];
+      if (c == quote) break;
       if (c == '<')
         fail(end, fmt::format("'<' stands in the value of {}", key), "write &lt;, or close the quotes");
       plain = plain && c != '&' && c >= ' ';
+      dollar = dollar || c == '$';
     }
     if (end >= text_.size()) fail(begin, fmt::format("the value of {} has no closing quote", key));
     if (node.find(key) != nullptr) fail(begin, fmt::format("the attribute {} is given twice", key));
     at_ = end + 1;
-    XmlAttribute& made = node.attributes.emplace_back();
-    made.name = std::string(key);
-    const std::string_view raw = text_.substr(value, end - value);
-    made.value = plain || raw.find_first_of("&\t\r\n") == std::string_view::npos ? std::string(raw)
-                                                                                 : attribute_text(raw, value);
-    made.where = next_place(begin);
+    count_part(begin);
+    auto* const made = arena_.make<TreeAttribute>();
+    made->name = key;
+    made->value = text_.substr(value, end - value);
+    made->where = place(begin);
+    made->dollar = dollar;
+    if (!plain) {
+      made->value = attribute_text(made->value, value);
+      made->dollar = made->value.find('$') != std::string_view::npos;
+    }
+    return made;
   }
 
-  std::string attribute_text(std::string_view raw, std::size_t offset) {
+  std::string_view attribute_text(std::string_view raw, std::size_t offset) {
     std::string out;
     for (std::size_t i = 0; i < raw.size(); ++i) {
       if (raw[i] == '&') {
@@ -355,54 +423,65 @@ class Parser {
         out += blank(raw[i]) ? ' ' : raw[i];
       }
     }
-    return out;
+    return arena_.copy(out);
   }
 
   void characters() {
     const std::size_t begin = at_;
-    bool all_blank = true, plain = true;
-    for (; at_ < text_.size() && text_[at_] != '<'; ++at_) {
+    at_ = end_of(kBlankInText, at_);
+    bool all_blank = at_ >= text_.size() || text_[at_] == '<';
+    bool plain = true, dollar = false;
+    for (;; ++at_) {
+      at_ = next_of(kNotableInText, at_);
+      if (at_ >= text_.size() || text_[at_] == '<') break;
       const char c = text_[at_];
-      all_blank = all_blank && blank(c);
-      plain = plain && c != '&' && c != '\r' && c != ']';
+      plain = plain && c == '$';
+      dollar = dollar || c == '$';
     }
     const std::string_view raw = text_.substr(begin, at_ - begin);
-    if (const std::size_t bad = plain ? std::string_view::npos : raw.find("]]>");
-        bad != std::string_view::npos)
-      fail(begin + bad, "']]>' stands in a text");
-    XmlNode& parent = *open_.back();
-    if (keep_ == XmlKeep::content && all_blank && (!parent.children.empty() || !ahead("</"))) return;
-    XmlNode& node = add_child(parent);
-    node.kind = XmlNode::Kind::text;
-    if (all_blank)
-      count_part(begin);  // nothing is ever said about its place
-    else
-      node.where = next_place(begin);
-    if (plain) {
-      node.text = std::string(raw);
-      return;
+    if (!plain) {
+      all_blank = raw.find_first_not_of(kBlank) == std::string_view::npos;
+      if (const std::size_t bad = raw.find("]]>"); bad != std::string_view::npos)
+        fail(begin + bad, "']]>' stands in a text");
     }
-    for (std::size_t i = 0; i < raw.size(); ++i) {
-      if (raw[i] == '&')
-        i += reference(raw.substr(i), begin + i, false, 0, node.text) - 1;
-      else if (raw[i] == '\r')
-        node.text += i + 1 < raw.size() && raw[i + 1] == '\n' ? "" : "\n";
-      else
-        node.text += raw[i];
+    TreeNode& parent = *open_.back();
+    if (keep_ == XmlKeep::content && all_blank && (parent.first != nullptr || !ahead("</"))) return;
+    TreeNode* const node = make(TreeNode::Kind::text, begin);
+    add(parent, node);
+    node->text = plain ? raw : decoded(raw, begin);
+    node->dollar = plain ? dollar : node->text.find('$') != std::string_view::npos;
+    node->constant = !node->dollar;
+    node->blank = all_blank;
+    if (all_blank) node->where = {};  // nothing is ever said about its place
+    if (!plain && !all_blank) {
+      node->blank = !node->text.empty() && node->text.find_first_not_of(kBlank) == std::string_view::npos;
+      decoded_blank_ = decoded_blank_ || node->blank || node->text.empty();
     }
   }
 
-  static std::string line_ends(std::string_view raw) {
-    std::string out(raw);
-    if (raw.find('\r') == std::string_view::npos) return out;
-    out.clear();
+  std::string_view decoded(std::string_view raw, std::size_t offset) {
+    std::string out;
+    for (std::size_t i = 0; i < raw.size(); ++i) {
+      if (raw[i] == '&')
+        i += reference(raw.substr(i), offset + i, false, 0, out) - 1;
+      else if (raw[i] == '\r')
+        out += i + 1 < raw.size() && raw[i + 1] == '\n' ? "" : "\n";
+      else
+        out += raw[i];
+    }
+    return arena_.copy(out);
+  }
+
+  std::string_view line_ends(std::string_view raw) {
+    if (raw.find('\r') == std::string_view::npos) return raw;
+    std::string out;
     for (std::size_t i = 0; i < raw.size(); ++i) {
       if (raw[i] != '\r')
         out += raw[i];
       else if (i + 1 >= raw.size() || raw[i + 1] != '\n')
         out += '\n';
     }
-    return out;
+    return arena_.copy(out);
   }
 
   // Appends what the reference at the beginning of `raw` stands for; how many bytes it takes.
@@ -442,31 +521,39 @@ class Parser {
     }
   }
 
+  std::shared_ptr<TreeSource> source_;
+  Arena& arena_;
   std::string_view text_;
-  std::shared_ptr<const std::string> file_;
   XmlKeep keep_;
   std::size_t at_ = 0;
-  std::size_t seen_ = 0, line_start_ = 0;  // for next_place
-  int line_ = 1;
   std::size_t parts_ = 0;
-  XmlNode root_;
-  bool has_root_ = false;
-  std::vector<XmlNode*> open_;  // an element's place is fixed until it closes: only the innermost grows
+  TreeNode* root_ = nullptr;
+  std::vector<TreeNode*> open_;
+  bool decoded_blank_ = false;  // a reference stood for blanks, so that tidying has something to do
   std::map<std::string, std::string, std::less<>> entities_;
   std::size_t entity_bytes_ = 0;
 };
 
 }  // namespace
 
-XmlDocument parse_xml_document(std::string_view text, const std::string& file, XmlKeep keep) {
+XmlTree parse_xml_tree(std::string text, const std::string& file, XmlKeep keep) {
+  auto source = std::make_shared<TreeSource>();
+  source->file = std::make_shared<const std::string>(file);
   std::string converted;
   try {
-    return Parser(as_utf8(text, converted), file, keep).document();
+    const std::string_view utf8 = as_utf8(text, converted);
+    if (utf8.data() == converted.data())
+      source->text = std::move(converted);
+    else if (utf8.size() == text.size())
+      source->text = std::move(text);
+    else
+      source->text = utf8;
   } catch (const UnknownEncoding& problem) {
     throw InputError("xml.not_well_formed", make_location(file, 1, 1),
                      fmt::format("the encoding '{}' is not supported", problem.what()),
                      "save the file as UTF-8");
   }
+  return Parser(std::move(source), keep).document();
 }
 
 }  // namespace doppel

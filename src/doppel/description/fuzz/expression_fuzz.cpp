@@ -15,14 +15,14 @@ class Names : public doppel::NameScope {
     dict.set("b", Value::list({Value(1.5), Value("x")}));
     values_ = {{"d", Value::dict(std::move(dict), true)}, {"s", Value("a{}b%s")}, {"x", Value(2.5)}};
   }
-  const doppel::Value* find(const std::string& name) override {
+  const doppel::Value* find(std::string_view name) override {
     const auto found = values_.find(name);
     return found == values_.end() ? nullptr : &found->second;
   }
   [[nodiscard]] std::vector<std::string> names() const override { return {"d", "s", "x"}; }
 
  private:
-  std::map<std::string, doppel::Value> values_;
+  std::map<std::string, doppel::Value, std::less<>> values_;
 };
 
 }  // namespace

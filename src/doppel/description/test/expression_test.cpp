@@ -27,7 +27,7 @@ class Names : public NameScope {
                                      pair(whole(1), pair(whole(3), whole(4)))})},
                {"pairs", Value::list({pair("a", whole(1)), pair("b", whole(2))})}};
   }
-  const Value* find(const std::string& name) override {
+  const Value* find(std::string_view name) override {
     const auto found = values_.find(name);
     return found == values_.end() ? nullptr : &found->second;
   }
@@ -38,7 +38,7 @@ class Names : public NameScope {
   }
 
  private:
-  std::map<std::string, Value> values_;
+  std::map<std::string, Value, std::less<>> values_;
 };
 
 std::string result(const std::string& text) {

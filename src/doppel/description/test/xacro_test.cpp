@@ -11,12 +11,13 @@ std::string expanded(const std::string& body,
   PackageResolver resolver;
   Diagnostics diagnostics;
   try {
-    XmlNode root =
-        parse_xml("<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n" + body + "</robot>",
-                  "arm.xacro");
-    const XacroResult result = expand_xacro(std::move(root), "arm.xacro", arguments, resolver, diagnostics);
+    XmlTree tree = parse_xml_tree(
+        "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n" + body + "</robot>", "arm.xacro",
+        XmlKeep::content);
+    const XacroResult result = expand_xacro(std::move(tree), "arm.xacro", arguments, resolver, diagnostics);
+    const XmlNode root = result.tree.node();
     std::string out;
-    for (const XmlNode& child : result.root.children) {
+    for (const XmlNode& child : root.children) {
       if (child.kind == XmlNode::Kind::element)
         out += to_xml(child).substr(std::string("<?xml version=\"1.0\" ?>\n").size());
     }
@@ -89,6 +90,15 @@ TEST(Xacro, RunawaysEndSoon) {
                 std::to_string(i - 1) + "/><xacro:m" + std::to_string(i - 1) + "/></xacro:macro>";
   }
   EXPECT_NE(expanded(doubling + "<xacro:m60/>").find("grows without end"), std::string::npos);
+}
+
+TEST(Xacro, AnArgumentThatIsDeclaredTooLateIsFound) {
+  const std::string text =
+      expanded("<l x=\"$(arg use_sim)\"/>\n<xacro:arg name=\"use_sim\" default=\"true\"/>");
+  EXPECT_NE(text.find("arm.xacro:2:4: error: undefined substitution argument 'use_sim': it is declared at "
+                      "arm.xacro:3:1"),
+            std::string::npos)
+      << text;
 }
 
 }  // namespace

@@ -22,13 +22,16 @@ std::string refused(const std::string& text) {
 }
 
 TEST(Xml, NodesKnowTheirPlaces) {
-  const XmlDocument document = parse_xml_document(
+  const XmlTree tree = parse_xml_tree(
       "<?xml version=\"1.0\"?>\n<!-- top -->\n<a b='1'\n   c=\"x &lt; &#65;&#x42;\ty\">\n  t &amp; u<d/>\n"
       "<![CDATA[<raw>]]><!-- in --><?p q r?></a>\n<!-- end -->",
       "f.xml");
-  ASSERT_EQ(document.before.size(), 1U);
-  ASSERT_EQ(document.after.size(), 1U);
-  const XmlNode& a = document.root;
+  ASSERT_NE(tree.before.first, nullptr);
+  EXPECT_EQ(tree.before.first->text, " top ");
+  EXPECT_EQ(tree.before.first, tree.before.last);
+  ASSERT_NE(tree.after.first, nullptr);
+  EXPECT_EQ(locate(tree.after.first->where).place(), "f.xml:7:1");
+  const XmlNode a = tree.node();
   EXPECT_EQ(a.where.place(), "f.xml:3:1");
   EXPECT_EQ(a.find("c")->where.place(), "f.xml:4:4");
   EXPECT_EQ(a.find("c")->value, "x < AB y");
@@ -138,9 +141,10 @@ TEST(Xml, ADecimalCommaChangesNothing) {
     GTEST_SKIP() << "no German locale here";
   PackageResolver resolver;
   Diagnostics diagnostics;
-  XmlNode root =
-      parse_xml("<a xmlns:xacro='x'>${1.5 + 1} ${'%.2f' % 2.5} ${float('1.25')} ${round(2.675, 2)}</a>", "f");
-  const std::string text = expand_xacro(std::move(root), "f", {}, resolver, diagnostics).root.content();
+  XmlTree tree = parse_xml_tree(
+      "<a xmlns:xacro='x'>${1.5 + 1} ${'%.2f' % 2.5} ${float('1.25')} ${round(2.675, 2)}</a>", "f");
+  const std::string text =
+      expand_xacro(std::move(tree), "f", {}, resolver, diagnostics).tree.node().content();
   std::setlocale(LC_ALL, "C");
   EXPECT_EQ(text, "2.5 2.50 1.25 2.67");
 }
