@@ -3,13 +3,13 @@
 // over it, without file, network or process access, bounded in depth, steps and size. Source: The Python
 // Language Reference, chapter 6 (expressions).
 
-#include <memory>
-#include <optional>
+#include <deque>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "doppel/core/arena.h"
 #include "doppel/description/value.h"
 
 namespace doppel {
@@ -25,7 +25,9 @@ class ExpressionError : public std::runtime_error {
 // An expression as an error shows it: the beginning, where it is long.
 std::string excerpt(std::string_view expression);
 
-// Where names come from; null: unknown. May itself evaluate (xacro's properties are lazy).
+// Where names come from; null: unknown. May itself evaluate (xacro's properties are lazy). What was found
+// stays where it is and as it is until the evaluation that asked for it ends, because the evaluator does not
+// copy it.
 class NameScope {
  public:
   virtual ~NameScope() = default;
@@ -36,19 +38,27 @@ class NameScope {
 };
 
 struct Expression;
-// Throws ExpressionError with what was expected. Immutable, so it can be kept and evaluated many times.
-std::shared_ptr<const Expression> parse_expression(std::string_view text);
+// Owns the trees of expressions and the constants in them. Lambdas refer to their trees, so that a store has
+// to outlive the values that came out of its expressions.
+class ExpressionStore {
+ public:
+  [[nodiscard]] Arena& arena() { return arena_; }
+  template <class T>
+  [[nodiscard]] const Value* keep(T&& value) {
+    return &values_.emplace_back(std::forward<T>(value));
+  }
 
-struct ExpressionStore {
-  std::vector<std::shared_ptr<const Expression>> kept;
+ private:
+  Arena arena_;
+  std::deque<Value> values_;
 };
-inline const Expression* parse_expression(std::string_view text, ExpressionStore& store) {
-  return store.kept.emplace_back(parse_expression(text)).get();
-}
+// Throws ExpressionError with what was expected. Immutable, so it can be evaluated many times; `text` is not
+// referred to afterwards.
+const Expression* parse_expression(std::string_view text, ExpressionStore& store);
 
-// Names that `scope` does not know are looked for in `builtins`. Throws ExpressionError. `budget` counts
-// steps down across calls; at zero evaluation stops with an error. Lambdas keep references to all of the
-// arguments.
+// Names that `scope` does not know are looked for in the built-in ones. Throws ExpressionError. `budget`
+// counts steps down across calls; at zero evaluation stops with an error. Lambdas keep references to all of
+// the arguments, but for `text`, whose tree they keep alive.
 Value evaluate(const Expression& expression, NameScope& scope, std::int64_t& budget);
 Value evaluate(std::string_view text, NameScope& scope, std::int64_t& budget);
 
@@ -58,10 +68,10 @@ const Value* find_builtin(std::string_view name);
 std::vector<std::string> builtin_names();
 
 // Attributes and methods: str.split, dict.get, and a dotted dict's entries. Throws ExpressionError.
-Value get_attribute(const Value& object, const std::string& name);
+Value get_attribute(const Value& object, std::string_view name);
 
 // Python's format(value, spec).
-std::string format_value(const Value& value, const std::string& spec);
+std::string format_value(const Value& value, std::string_view spec);
 
 // Whether the stack is used up so far that nothing should recurse deeper; expressions, properties, macros and
 // includes nest within each other, so no single limit on depth would do.

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <set>
 
 #include "doppel/description/expression_functions.h"
 #include "doppel/description/expression_operators.h"
@@ -301,6 +301,36 @@ const FunctionTable& builtins() {
   return table;
 }
 
+// The table by hash, because every name of every expression is looked up once.
+class BuiltinIndex {
+ public:
+  explicit BuiltinIndex(const FunctionTable& table) {
+    for (const auto& [name, value] : table) {
+      std::size_t at = place(name);
+      while (slots_[at].value != nullptr) at = (at + 1) % slots_.size();
+      slots_[at] = {name, &value};
+    }
+  }
+  [[nodiscard]] const Value* find(std::string_view name) const {
+    for (std::size_t at = place(name); slots_[at].value != nullptr; at = (at + 1) % slots_.size()) {
+      if (slots_[at].name == name) return slots_[at].value;
+    }
+    return nullptr;
+  }
+
+ private:
+  struct Slot {
+    std::string_view name;
+    const Value* value = nullptr;
+  };
+  static std::size_t place(std::string_view name) {
+    std::size_t out = name.size();
+    for (const char c : name.substr(0, 8)) out = out * 33 + static_cast<unsigned char>(c);
+    return out % std::tuple_size_v<decltype(slots_)>;
+  }
+  std::array<Slot, 512> slots_{};  // far more than there are names
+};
+
 }  // namespace
 
 double real_argument(const Arguments& a, std::size_t i, const char* function) {
@@ -385,8 +415,8 @@ Value sorted_values(ValueList items, const KeywordArguments& keywords) {
 }
 
 const Value* find_builtin(std::string_view name) {
-  const auto found = builtins().find(name);
-  return found == builtins().end() ? nullptr : &found->second;
+  static const BuiltinIndex index(builtins());
+  return index.find(name);
 }
 
 std::vector<std::string> builtin_names() {

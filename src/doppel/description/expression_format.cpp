@@ -37,7 +37,7 @@ bool aligns(char c) {
   return c == '<' || c == '>' || c == '^' || c == '=';
 }
 
-Spec parse_spec(const std::string& text) {
+Spec parse_spec(std::string_view text) {
   Spec out;
   std::size_t at = 0;
   const std::size_t first = text.empty() ? 0 : character_length(text);
@@ -448,7 +448,7 @@ class BraceFormat {
 
 }  // namespace
 
-std::string format_value(const Value& value, const std::string& spec) {
+std::string format_value(const Value& value, std::string_view spec) {
   return spec.empty() ? value.str() : formatted(parse_spec(spec), value);
 }
 

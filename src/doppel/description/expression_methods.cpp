@@ -12,8 +12,7 @@ namespace doppel {
 namespace {
 
 constexpr std::string_view kBlank = " \t\r\n\v\f";
-using Method = Value (*)(const Value&, const Arguments&);
-using Methods = std::map<std::string, Method, std::less<>>;
+using Methods = std::map<std::string_view, Method>;
 
 const std::string& text_of(const Value& v) {
   return v.as<std::string>();
@@ -345,14 +344,9 @@ const Methods& set_methods() {
   return table;
 }
 
-Value bound(const Value& object, const std::string& name, Method method) {
-  return Value::function(name,
-                         [object, method](ValueList& a, KeywordArguments&) { return method(object, a); });
-}
-
-[[noreturn]] void unknown(const Value& object, const std::string& name, std::vector<std::string> names) {
-  for (const char* in_place : {"append", "extend", "insert", "pop", "remove", "sort", "reverse", "clear",
-                               "update", "setdefault", "add"}) {
+[[noreturn]] void unknown(const Value& object, std::string_view name, const std::vector<std::string>& names) {
+  for (const std::string_view in_place : {"append", "extend", "insert", "pop", "remove", "sort", "reverse",
+                                          "clear", "update", "setdefault", "add"}) {
     if (name == in_place && !object.is<std::string>())
       throw ExpressionError(
           fmt::format("'{}' would change a {} in place, which doppel does not do; make a new one, as in "
@@ -365,19 +359,16 @@ Value bound(const Value& object, const std::string& name, Method method) {
                         "xacro.attribute");
 }
 
-Value from_table(const Methods& methods, const Value& object, const std::string& name) {
-  if (const auto method = methods.find(name); method != methods.end())
-    return bound(object, name, method->second);
-  std::vector<std::string> names;
-  for (const auto& [known, method] : methods) names.push_back(known);
-  unknown(object, name, std::move(names));
+// Null: values of this type have none.
+const Methods* methods_of(const Value& object) {
+  if (object.is<std::string>()) return &string_methods();
+  if (object.is<Value::Dict>()) return &dict_methods();
+  if (object.sequence()) return &sequence_methods();
+  return object.is<Value::Set>() ? &set_methods() : nullptr;
 }
 
-Value of_dict(const Value& object, const std::string& name) {
-  const Value::Dict& dict = object.as<Value::Dict>();
-  if (const auto method = dict_methods().find(name); method != dict_methods().end())
-    return bound(object, name, method->second);
-  const Value* entry = dict.entries->dict.find(Value(name));
+Value of_dict(const Value::Dict& dict, std::string_view name) {
+  const Value* const entry = dict.entries->dict.find(Value(std::string(name)));
   if (entry != nullptr && dict.dotted) return *entry;
   if (entry != nullptr)
     throw ExpressionError(
@@ -389,40 +380,63 @@ Value of_dict(const Value& object, const std::string& name) {
                         "xacro.attribute");
 }
 
+// str.upper, for map().
+Value method_of_any(std::string_view name) {
+  return Value::function(std::string(name), [name = std::string(name)](ValueList& a, KeywordArguments& k) {
+    if (a.empty()) throw ExpressionError(fmt::format("{}() needs an argument", name));
+    const Value method = get_attribute(a[0], name);
+    ValueList rest(a.begin() + 1, a.end());
+    return (*method.as<Value::Function>().call)(rest, k);
+  });
+}
+
 }  // namespace
 
-Value get_attribute(const Value& object, const std::string& name) {
-  if (object.is<std::string>()) {
-    if (name != "format") return from_table(string_methods(), object, name);
-    return Value::function(name, [object](ValueList& a, KeywordArguments& k) {
+Method find_method(const Value& object, std::string_view name) {
+  const Methods* const methods = methods_of(object);
+  if (methods == nullptr) return nullptr;
+  const auto found = methods->find(name);
+  return found == methods->end() ? nullptr : found->second;
+}
+
+const Value* find_attribute(const Value& object, const Value& key) {
+  const std::string& name = key.as<std::string>();
+  if (object.is<Value::Dict>()) {
+    const Value::Dict& dict = object.as<Value::Dict>();
+    return dict.dotted && find_method(object, name) == nullptr ? dict.entries->dict.find(key) : nullptr;
+  }
+  return object.is<Value::Object>() ? object.as<Value::Object>().object->find(name) : nullptr;
+}
+
+Value get_attribute(const Value& object, std::string_view name) {
+  if (const Method method = find_method(object, name)) {
+    return Value::function(std::string(name),
+                           [object, method](ValueList& a, KeywordArguments&) { return method(object, a); });
+  }
+  if (object.is<std::string>() && name == "format") {
+    return Value::function("format", [object](ValueList& a, KeywordArguments& k) {
       return Value(brace_format(text_of(object), a, k));
     });
   }
-  if (object.is<Value::Dict>()) return of_dict(object, name);
-  if (object.sequence()) return from_table(sequence_methods(), object, name);
-  if (object.is<Value::Set>()) return from_table(set_methods(), object, name);
   if (object.is<Value::Object>()) {
-    ValueObject& inner = *object.as<Value::Object>().object;
-    if (const Value* known = inner.find(name)) return *known;
-    throw ExpressionError(fmt::format("name '{}' is not defined in '{}'{}", name,
-                                      object.as<Value::Object>().name, did_you_mean(name, inner.names())),
+    const Value::Object& inner = object.as<Value::Object>();
+    if (const Value* known = inner.object->find(name)) return *known;
+    throw ExpressionError(fmt::format("name '{}' is not defined in '{}'{}", name, inner.name,
+                                      did_you_mean(name, inner.object->names())),
                           "xacro.undefined_name");
   }
+  if (object.is<Value::Dict>()) return of_dict(object.as<Value::Dict>(), name);
   if (object.is<double>() && name == "is_integer") {
-    return Value::function(name, [object](ValueList&, KeywordArguments&) {
+    return Value::function("is_integer", [object](ValueList&, KeywordArguments&) {
       return Value(std::isfinite(object.real()) && std::floor(object.real()) == object.real());
     });
   }
-  // str.upper, for map().
-  if (object.is<Value::Function>() && object.as<Value::Function>().type) {
-    return Value::function(name, [name](ValueList& a, KeywordArguments& k) {
-      if (a.empty()) throw ExpressionError(fmt::format("{}() needs an argument", name));
-      const Value method = get_attribute(a[0], name);
-      ValueList rest(a.begin() + 1, a.end());
-      return (*method.as<Value::Function>().call)(rest, k);
-    });
+  if (object.is<Value::Function>() && object.as<Value::Function>().type) return method_of_any(name);
+  std::vector<std::string> names;
+  if (const Methods* const methods = methods_of(object)) {
+    for (const auto& [known, method] : *methods) names.emplace_back(known);
   }
-  unknown(object, name, {});
+  unknown(object, name, names);
 }
 
 }  // namespace doppel

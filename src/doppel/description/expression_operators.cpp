@@ -279,6 +279,13 @@ Value unary_operation(Operator op, const Value& operand) {
 }
 
 Value binary_operation(Operator op, const Value& a, const Value& b) {
+  if (a.is<double>() && b.is<double>()) {
+    const double x = *std::get_if<double>(&a.data), y = *std::get_if<double>(&b.data);
+    if (op == Operator::multiply) return Value(x * y);
+    if (op == Operator::add) return Value(x + y);
+    if (op == Operator::subtract) return Value(x - y);
+    if (op == Operator::divide && y != 0.0) return Value(x / y);
+  }
   if (a.number() && b.number()) return numbers(op, a, b);
   const bool sequence_a = a.is<std::string>() || a.sequence(),
              sequence_b = b.is<std::string>() || b.sequence();
@@ -328,22 +335,28 @@ ValueList items_of(const Value& value) {
   return out;
 }
 
+const Value* find_index(const Value& object, const Value& key) {
+  if (object.is<Value::Dict>()) return object.as<Value::Dict>().entries->dict.find(key);
+  if (object.sequence()) return &object.values()[position(key, object.values().size(), object.type_name())];
+  if (object.is<Value::Object>() && key.is<std::string>())
+    return object.as<Value::Object>().object->find(key.as<std::string>());
+  return nullptr;
+}
+
 Value index_value(const Value& object, const Value& key) {
+  if (const Value* found = find_index(object, key)) return *found;
   if (object.is<Value::Dict>()) {
     const ValueDict& dict = object.as<Value::Dict>().entries->dict;
-    if (const Value* found = dict.find(key)) return *found;
     std::vector<std::string> names;
     for (const auto& [known, value] : dict) names.push_back(known.str());
     throw ExpressionError(fmt::format("there is no key {}{}", key.brief(), did_you_mean(key.str(), names)),
                           "xacro.key");
   }
   if (object.is<Value::Object>() && key.is<std::string>()) {
-    if (const Value* found = object.as<Value::Object>().object->find(key.as<std::string>())) return *found;
     throw ExpressionError(fmt::format("there is no key {}{}", key.brief(),
                                       did_you_mean(key.str(), object.as<Value::Object>().object->names())),
                           "xacro.key");
   }
-  if (object.sequence()) return object.values()[position(key, object.values().size(), object.type_name())];
   if (!object.is<std::string>())
     throw ExpressionError(fmt::format("{} ({}) has no items", object.brief(), object.type_name()));
   std::string_view text = object.as<std::string>();

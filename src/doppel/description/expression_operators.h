@@ -11,6 +11,12 @@ bool compare_values(Operator op, const Value& a, const Value& b);
 // a < b, for sorting.
 bool value_less(const Value& a, const Value& b);
 Value index_value(const Value& object, const Value& key);
+// Where object[key] or object.key lies already; null where it has to be made, or does not exist.
+const Value* find_index(const Value& object, const Value& key);
+const Value* find_attribute(const Value& object, const Value& key);
+// The function of a string, list, dict or set by this name that takes no named arguments, or null.
+using Method = Value (*)(const Value& object, const ValueList& arguments);
+Method find_method(const Value& object, std::string_view name);
 // None stands for an absent bound.
 Value slice_value(const Value& object, const Value& from, const Value& to, const Value& step);
 // The text of `format % value`.

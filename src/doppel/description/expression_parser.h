@@ -2,7 +2,7 @@
 // The tree of an expression, and its tokens.
 
 #include <memory>
-#include <string>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -39,6 +39,9 @@ enum class Operator : std::uint8_t {
 };
 const char* symbol(Operator op);
 
+struct Loop;
+
+// A node in the arena of a store, as is all that it refers to.
 struct Expression {
   enum class Kind : std::uint8_t {
     constant,
@@ -64,42 +67,126 @@ struct Expression {
     double_starred,
     format  // of an f-string: texts and fields, joined
   };
+  // What few kinds of expressions have.
+  struct Rest {
+    std::span<const std::string_view> names = {};
+    std::span<const Operator> operators = {};  // compare's, one less than parts
+    std::span<const Loop> loops = {};
+  };
   Kind kind = Kind::constant;
   Operator op = Operator::none;
   char form = 0;  // comprehension: what it makes, l(ist) s(et) d(ict); format field: its conversion, r or s
   int depth = 1;
-  std::string text;  // a name, an attribute, a field's format
-  Value value;       // of a constant
+  std::string_view text;  // a name, an attribute, a field's format
+  const Value* value =
+      &kNone;  // of a constant; of a name: the built-in, or null; of an attribute: it as a key
   // Operands in order. dict: key, value, key, value. call: function, arguments; `names` holds a keyword for
-  // each argument, "" for a positional one. slice: object, from, to, step (constants None where absent).
-  // ternary: condition, then, else. lambda: body, defaults of the last names. comprehension: element (and
-  // value, of a dict); its loops stand in `loops`.
-  std::vector<Expression> parts;
-  std::vector<std::string> names;
-  std::vector<Operator> operators;  // compare's, one less than parts
-  struct Loop;
-  std::vector<Loop> loops;
+  // each argument, "" for a positional one, or nothing where all are positional. slice: object, from, to,
+  // step (constants None where absent). ternary: condition, then, else. lambda: body, defaults of the last
+  // names. comprehension: element (and value, of a dict); its loops stand in `loops`.
+  std::span<const Expression* const> parts;
+  const Rest* rest = &kNothing;
+
+  static const Value kNone;
+  static const Rest kNothing;
 };
 
 // A loop's target: a name, or several of them to take an item apart.
 struct Target {
-  std::string name;
+  std::string_view name;
   bool starred = false;
-  std::vector<Target> parts;
+  std::span<const Target> parts;
 };
-struct Expression::Loop {
+struct Loop {
   Target target;
-  Expression items;
-  std::vector<Expression> conditions;
+  const Expression* items = nullptr;
+  std::span<const Expression* const> conditions;
 };
+
+// Operators, brackets, and the keywords that the grammar knows.
+enum class Symbol : std::uint8_t {
+  none,
+  plus,
+  minus,
+  star,
+  slash,
+  double_slash,
+  percent,
+  double_star,
+  shift_left,
+  shift_right,
+  ampersand,
+  bar,
+  caret,
+  tilde,
+  equal,
+  not_equal,
+  less,
+  less_equal,
+  greater,
+  greater_equal,
+  open_round,
+  close_round,
+  open_square,
+  close_square,
+  open_curly,
+  close_curly,
+  comma,
+  colon,
+  point,
+  assign,
+  colon_assign,
+  arrow,
+  key_if,
+  key_else,
+  key_for,
+  key_in,
+  key_is,
+  key_and,
+  key_or,
+  key_not,
+  key_lambda,
+  key_other,  // of statements
+  key_true,
+  key_false,
+  key_none
+};
+std::string_view spelled(Symbol symbol);
 
 struct Token {
   enum class Kind : std::uint8_t { number, string, format, name, symbol, end };
   Kind kind = Kind::end;
-  std::string text;
-  Value value;
+  Symbol symbol = Symbol::none;  // also of a name that is a keyword
+  std::string_view text;         // of a string: without quotes and escapes
+  const Value* value = nullptr;  // of a number
 };
-// Throws ExpressionError.
-std::vector<Token> tokenise(std::string_view text);
+
+// Tokens, with room for those of a usual expression at hand.
+class Tokens {
+ public:
+  Tokens() {}
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] const Token& operator[](std::size_t i) const {
+    return i < kRoom ? room_[i] : more_[i - kRoom];
+  }
+  void add(const Token& token) {
+    if (size_ < kRoom)
+      std::construct_at(room_ + size_, token);
+    else
+      more_.push_back(token);
+    ++size_;
+  }
+
+ private:
+  static constexpr std::size_t kRoom = 32;
+  union {
+    Token room_[kRoom];  // not made before it is used
+  };
+  std::vector<Token> more_;
+  std::size_t size_ = 0;
+};
+
+// `text` lies in the store's arena. Throws ExpressionError.
+void tokenise(std::string_view text, ExpressionStore& store, Tokens& out);
 
 }  // namespace doppel
