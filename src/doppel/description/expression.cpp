@@ -26,6 +26,11 @@ constexpr std::ptrdiff_t kStack = std::ptrdiff_t{3} << 20;  // of the 8 MB that 
 
 thread_local const char* stack_begin = nullptr;
 
+bool used_up(const char* begin) {
+  const auto used = begin - static_cast<const char*>(__builtin_frame_address(0));
+  return used > kStack || used < -kStack;
+}
+
 using BoundNames = std::vector<std::pair<std::string_view, Value>>;
 
 // Names of a comprehension or lambda in front of the scope around them.
@@ -207,8 +212,7 @@ class Evaluator {
 
   void enter() {
     spend(1);
-    if (StackGuard::exhausted())
-      throw ExpressionError("the evaluation is nested too deeply", "xacro.too_deep");
+    if (used_up(stack_begin_)) throw ExpressionError("the evaluation is nested too deeply", "xacro.too_deep");
   }
   void spend(std::int64_t steps) {
     if ((budget_ -= steps) < 0)
@@ -437,6 +441,7 @@ class Evaluator {
   NameScope& scope_;
   std::int64_t& budget_;
   std::shared_ptr<const ExpressionStore> tree_;
+  const char* const stack_begin_ = stack_begin;  // one look-up for all nodes
 };
 
 }  // namespace
@@ -448,9 +453,7 @@ StackGuard::~StackGuard() {
   if (outermost_) stack_begin = nullptr;
 }
 bool StackGuard::exhausted() {
-  if (stack_begin == nullptr) return false;
-  const auto used = stack_begin - static_cast<const char*>(__builtin_frame_address(0));
-  return used > kStack || used < -kStack;
+  return stack_begin != nullptr && used_up(stack_begin);
 }
 
 Value evaluate(const Expression& expression, NameScope& scope, std::int64_t& budget) {

@@ -16,17 +16,21 @@ constexpr std::int64_t kLongestRange = 200'000;
 
 Value extreme(ValueList& a, const KeywordArguments& keywords, const char* function, Operator better) {
   if (a.empty()) throw ExpressionError(fmt::format("{}() needs arguments", function));
-  const ValueList items = a.size() == 1 ? items_argument(a, 0, function) : a;
+  const ValueList made = a.size() == 1 && !a[0].sequence() ? items_argument(a, 0, function) : ValueList();
+  const ValueList& items = a.size() > 1 ? a : a[0].sequence() ? a[0].values() : made;
   const Value* key = nullptr;
   const Value* fallback = nullptr;
   for (const auto& [name, value] : keywords) (name == "key" ? key : fallback) = &value;
   if (items.empty() && fallback != nullptr) return *fallback;
   if (items.empty()) throw ExpressionError(fmt::format("{}() of nothing", function));
-  const auto measure = [key](const Value& v) { return key == nullptr ? v : call_value(*key, {v}); };
   std::size_t best = 0;
-  Value measured = measure(items[0]);
+  Value measured = key == nullptr ? Value() : call_value(*key, {items[0]});
   for (std::size_t i = 1; i < items.size(); ++i) {
-    Value other = measure(items[i]);
+    if (key == nullptr) {
+      if (compare_values(better, items[i], items[best])) best = i;
+      continue;
+    }
+    Value other = call_value(*key, {items[i]});
     if (!compare_values(better, other, measured)) continue;
     best = i;
     measured = std::move(other);

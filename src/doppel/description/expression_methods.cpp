@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "doppel/core/names.h"
 #include "doppel/description/expression_functions.h"
@@ -12,7 +13,11 @@ namespace doppel {
 namespace {
 
 constexpr std::string_view kBlank = " \t\r\n\v\f";
-using Methods = std::map<std::string_view, Method>;
+struct NamedMethod {
+  std::string_view name;
+  Method method;
+};
+using Methods = std::span<const NamedMethod>;
 
 const std::string& text_of(const Value& v) {
   return v.as<std::string>();
@@ -218,10 +223,10 @@ Value without_affix(const Value& subject, const Arguments& a, bool front) {
   return subject;
 }
 
-const Methods& string_methods() {
+Methods string_methods() {
   using V = const Value&;
   using A = const Arguments&;
-  static const Methods table{
+  static constexpr NamedMethod kTable[] = {
       {"lower", [](V t, A) { return cased(t, false); }},
       {"casefold", [](V t, A) { return cased(t, false); }},
       {"upper", [](V t, A) { return cased(t, true); }},
@@ -261,11 +266,11 @@ const Methods& string_methods() {
       {"islower", [](V t, A) { return Value(equal(t, cased(t, false)) && !equal(t, cased(t, true))); }},
       {"isupper", [](V t, A) { return Value(equal(t, cased(t, true)) && !equal(t, cased(t, false))); }},
   };
-  return table;
+  return kTable;
 }
 
-const Methods& sequence_methods() {
-  static const Methods table{
+Methods sequence_methods() {
+  static constexpr NamedMethod kTable[] = {
       {"index",
        [](const Value& list, const Arguments& a) {
          expect_arguments(a, 1, 1, "index");
@@ -284,11 +289,11 @@ const Methods& sequence_methods() {
        }},
       {"copy", [](const Value& list, const Arguments&) { return list; }},
   };
-  return table;
+  return kTable;
 }
 
-const Methods& dict_methods() {
-  static const Methods table{
+Methods dict_methods() {
+  static constexpr NamedMethod kTable[] = {
       {"keys",
        [](const Value& dict, const Arguments&) {
          ValueList out;
@@ -319,14 +324,14 @@ const Methods& dict_methods() {
        }},
       {"copy", [](const Value& dict, const Arguments&) { return dict; }},
   };
-  return table;
+  return kTable;
 }
 
-const Methods& set_methods() {
+Methods set_methods() {
   static const auto with = [](Operator op, const Value& a, const Arguments& b, const char* name) {
     return binary_operation(op, a, Value::set(items_argument(b, 0, name)));
   };
-  static const Methods table{
+  static constexpr NamedMethod kTable[] = {
       {"union", [](const Value& s, const Arguments& a) { return with(Operator::bit_or, s, a, "union"); }},
       {"intersection",
        [](const Value& s, const Arguments& a) { return with(Operator::bit_and, s, a, "intersection"); }},
@@ -341,7 +346,7 @@ const Methods& set_methods() {
          return Value(compare_values(Operator::less_equal, s, Value::set(items_argument(a, 0, "issubset"))));
        }},
   };
-  return table;
+  return kTable;
 }
 
 [[noreturn]] void unknown(const Value& object, std::string_view name, const std::vector<std::string>& names) {
@@ -359,12 +364,11 @@ const Methods& set_methods() {
                         "xacro.attribute");
 }
 
-// Null: values of this type have none.
-const Methods* methods_of(const Value& object) {
-  if (object.is<std::string>()) return &string_methods();
-  if (object.is<Value::Dict>()) return &dict_methods();
-  if (object.sequence()) return &sequence_methods();
-  return object.is<Value::Set>() ? &set_methods() : nullptr;
+Methods methods_of(const Value& object) {
+  if (object.is<std::string>()) return string_methods();
+  if (object.is<Value::Dict>()) return dict_methods();
+  if (object.sequence()) return sequence_methods();
+  return object.is<Value::Set>() ? set_methods() : Methods();
 }
 
 Value of_dict(const Value::Dict& dict, std::string_view name) {
@@ -393,17 +397,17 @@ Value method_of_any(std::string_view name) {
 }  // namespace
 
 Method find_method(const Value& object, std::string_view name) {
-  const Methods* const methods = methods_of(object);
-  if (methods == nullptr) return nullptr;
-  const auto found = methods->find(name);
-  return found == methods->end() ? nullptr : found->second;
+  for (const auto& [known, method] : methods_of(object)) {
+    if (known == name) return method;
+  }
+  return nullptr;
 }
 
 const Value* find_attribute(const Value& object, const Value& key) {
   const std::string& name = key.as<std::string>();
   if (object.is<Value::Dict>()) {
     const Value::Dict& dict = object.as<Value::Dict>();
-    return dict.dotted && find_method(object, name) == nullptr ? dict.entries->dict.find(key) : nullptr;
+    return dict.dotted && find_method(object, name) == nullptr ? find_index(object, key) : nullptr;
   }
   return object.is<Value::Object>() ? object.as<Value::Object>().object->find(name) : nullptr;
 }
@@ -433,9 +437,8 @@ Value get_attribute(const Value& object, std::string_view name) {
   }
   if (object.is<Value::Function>() && object.as<Value::Function>().type) return method_of_any(name);
   std::vector<std::string> names;
-  if (const Methods* const methods = methods_of(object)) {
-    for (const auto& [known, method] : *methods) names.emplace_back(known);
-  }
+  for (const auto& [known, method] : methods_of(object)) names.emplace_back(known);
+  std::sort(names.begin(), names.end());
   unknown(object, name, names);
 }
 
