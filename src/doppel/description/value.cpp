@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "doppel/description/expression.h"
@@ -13,6 +14,8 @@ namespace {
 constexpr int kDeepest = 64;
 constexpr std::int64_t kHeaviest = 1'000'000;  // characters and items in one value
 constexpr std::size_t kIndexFrom = 12;
+constexpr std::size_t kFirstContainer = 5;  // in the order of Value::Data: all before hold no other values
+static_assert(std::is_same_v<std::variant_alternative_t<kFirstContainer, Value::Data>, Value::List>);
 
 std::string quoted(const std::string& text) {
   const char quote = text.find('\'') != std::string::npos && text.find('"') == std::string::npos ? '"' : '\'';
@@ -99,32 +102,73 @@ ValueDict::~ValueDict() = default;
 ValueDict::ValueDict(const ValueDict&) = default;
 ValueDict::ValueDict(ValueDict&&) noexcept = default;
 
-std::size_t ValueDict::position(const Value& key) const {
-  if (index_.empty()) {
-    const auto found = std::find_if(entries_.begin(), entries_.end(),
-                                    [&key](const auto& entry) { return equal(entry.first, key); });
-    return static_cast<std::size_t>(found - entries_.begin());
-  }
-  const auto [from, to] = index_.equal_range(hash(key));
-  for (auto at = from; at != to; ++at) {
-    if (equal(entries_[at->second].first, key)) return at->second;
+template <class Same>
+std::size_t ValueDict::indexed(std::size_t hash, Same same) const {
+  const std::size_t mask = index_.size() - 1;
+  for (std::size_t at = hash & mask; index_[at] != 0; at = (at + 1) & mask) {
+    if (index_[at] >> 32 != hash >> 32) continue;
+    const std::size_t position = (index_[at] & 0xFFFF'FFFF) - 1;
+    if (same(entries_[position].first)) return position;
   }
   return entries_.size();
 }
 
+std::size_t ValueDict::position(const Value& key) const {
+  if (const std::string* const text = std::get_if<std::string>(&key.data)) return position_of_text(*text);
+  const auto same = [&key](const Value& other) { return equal(other, key); };
+  if (!index_.empty()) return indexed(hash(key), same);
+  const auto found =
+      std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return same(entry.first); });
+  return static_cast<std::size_t>(found - entries_.begin());
+}
+
+std::size_t ValueDict::position_of_text(std::string_view key) const {
+  const auto same = [key](const Value& other) {
+    const std::string* const text = std::get_if<std::string>(&other.data);
+    return text != nullptr && *text == key;
+  };
+  if (!index_.empty()) return indexed(std::hash<std::string_view>{}(key), same);
+  std::size_t at = 0;
+  while (at < entries_.size() && !same(entries_[at].first)) ++at;
+  return at;
+}
+
+const Value* ValueDict::find_text(std::string_view key) const {
+  const std::size_t at = position_of_text(key);
+  return at < entries_.size() ? &entries_[at].second : nullptr;
+}
+
+void ValueDict::add_to_index(std::size_t hash, std::size_t position) {
+  const std::size_t mask = index_.size() - 1;
+  std::size_t at = hash & mask;
+  while (index_[at] != 0) at = (at + 1) & mask;
+  index_[at] = (static_cast<Slot>(hash) >> 32 << 32) | (position + 1);
+}
+
+// At most half of the places are taken.
+void ValueDict::grow_index() {
+  const std::size_t places = std::max<std::size_t>(4 * kIndexFrom, std::bit_ceil(4 * entries_.size()));
+  index_.assign(std::bit_ceil(places), 0);
+  for (std::size_t i = 0; i < entries_.size(); ++i) add_to_index(hash(entries_[i].first), i);
+}
+
 void ValueDict::set(Value key, Value value) {
-  const std::size_t h = hash(key);
+  if (!key.is<std::string>()) static_cast<void>(hash(key));  // refuses what is no key
   const std::size_t at = position(key);
   if (at < entries_.size()) {
     entries_[at].second = std::move(value);
     return;
   }
+  if (entries_.empty()) entries_.reserve(4);
   entries_.emplace_back(std::move(key), std::move(value));
-  if (!index_.empty()) {
-    index_.emplace(h, entries_.size() - 1);
-  } else if (entries_.size() >= kIndexFrom) {
-    for (std::size_t i = 0; i < entries_.size(); ++i) index_.emplace(hash(entries_[i].first), i);
-  }
+  if (2 * entries_.size() > index_.size() && entries_.size() >= kIndexFrom)
+    grow_index();
+  else if (!index_.empty())
+    add_to_index(hash(entries_.back().first), entries_.size() - 1);
+}
+
+void ValueDict::reserve(std::size_t entries) {
+  entries_.reserve(entries);
 }
 
 const Value* ValueDict::find(const Value& key) const {
@@ -234,6 +278,7 @@ bool Value::items(ValueList& out) const {
 
 std::int64_t Value::weight() const {
   if (is<std::string>()) return static_cast<std::int64_t>(as<std::string>().size()) + 1;
+  if (data.index() < kFirstContainer) return 1;
   if (is<List>()) return as<List>().items->weight;
   if (is<Tuple>()) return as<Tuple>().items->weight;
   if (is<Dict>()) return as<Dict>().entries->weight;
@@ -241,6 +286,7 @@ std::int64_t Value::weight() const {
 }
 
 int Value::depth() const {
+  if (data.index() < kFirstContainer) return 0;
   if (is<List>()) return as<List>().items->depth;
   if (is<Tuple>()) return as<Tuple>().items->depth;
   if (is<Dict>()) return as<Dict>().entries->depth;
@@ -248,12 +294,15 @@ int Value::depth() const {
 }
 
 bool equal(const Value& a, const Value& b) {
+  if (const std::string* const text = std::get_if<std::string>(&a.data)) {
+    const std::string* const other = std::get_if<std::string>(&b.data);
+    return other != nullptr && *text == *other;
+  }
   if (a.number() && b.number()) {
     return a.integral() && b.integral() ? a.integer() == b.integer() : a.real() == b.real();
   }
   if (a.data.index() != b.data.index()) return false;
   if (a.is<Value::None>()) return true;
-  if (a.is<std::string>()) return a.as<std::string>() == b.as<std::string>();
   if (a.is<Value::Function>()) return a.as<Value::Function>().call == b.as<Value::Function>().call;
   if (a.is<Value::Object>()) return a.as<Value::Object>().object == b.as<Value::Object>().object;
   if (a.is<Value::Dict>())

@@ -2,12 +2,14 @@
 // Values of xacro's expressions: Python's, as far as robot descriptions use them, printed as Python prints
 // them. They never change once made, so they hold no cycles; depth and size are bounded when they are made.
 
+#include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <new>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -29,7 +31,13 @@ class ValueDict {
   ValueDict& operator=(const ValueDict&) = delete;
 
   void set(Value key, Value value);  // throws ExpressionError for a key that cannot be one
+  void reserve(std::size_t entries);
   [[nodiscard]] const Value* find(const Value& key) const;
+  // By a text, without making a value of it.
+  template <std::convertible_to<std::string_view> Text>
+  [[nodiscard]] const Value* find(const Text& key) const {
+    return find_text(key);
+  }
   using Entry = std::pair<Value, Value>;
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] bool empty() const;
@@ -37,9 +45,17 @@ class ValueDict {
   [[nodiscard]] const Entry* end() const;
 
  private:
+  // A place in the index: the upper half of the key's hash, and the entry's position and one; 0 if free.
+  using Slot = std::uint64_t;
+  [[nodiscard]] const Value* find_text(std::string_view key) const;
+  [[nodiscard]] std::size_t position_of_text(std::string_view key) const;
+  template <class Same>
+  [[nodiscard]] std::size_t indexed(std::size_t hash, Same same) const;
   [[nodiscard]] std::size_t position(const Value& key) const;
+  void add_to_index(std::size_t hash, std::size_t position);
+  void grow_index();
   std::vector<Entry> entries_;
-  std::unordered_multimap<std::size_t, std::size_t> index_;  // by hash; empty while a search is as quick
+  std::vector<Slot> index_;  // empty while a search is as quick
 };
 
 // Something with attributes that are looked up when asked for: a module, a namespace of an include.
@@ -97,6 +113,11 @@ class Value {
   Value(double v) : data(v) {}
   Value(std::string v) : data(std::move(v)) {}
   Value(const char* v) : data(std::string(v)) {}
+  Value(const Value& v) : data(copied(v.data)) {}
+  Value(Value&& v) noexcept : data(moved(v.data)) {}
+  Value& operator=(const Value& v) { return *this = Value(v); }
+  Value& operator=(Value&& v) noexcept;
+  ~Value() = default;
 
   // Throw ExpressionError where the result would be too deep or too large.
   static Value list(ValueList items, std::string shown = "");
@@ -138,12 +159,16 @@ class Value {
   Data data;
 
  private:
+  struct Wrapped {};
+  template <class T>
+  Value(Wrapped /*unused*/, T v) : data(std::move(v)) {}
   template <class T>
   static Value wrap(T v) {
-    Value out;
-    out.data = std::move(v);
-    return out;
+    return Value(Wrapped(), std::move(v));
   }
+  // As the variant would; the numbers and texts, which most are, without a call for each.
+  static Data copied(const Data& from);
+  static Data moved(Data& from) noexcept;
 };
 
 bool equal(const Value& a, const Value& b);
@@ -155,11 +180,60 @@ std::string format_real(double value);
 bool parse_integer(std::string_view text, std::int64_t& out, int base = 10);
 bool parse_real(std::string_view text, double& out);
 
+// A number as most are, read in one scan: a sign, up to 18 digits, perhaps a point before, among or behind
+// them. Other: something else, which may be a number too.
+struct PlainNumber {
+  enum class Kind : std::uint8_t { other, whole, real };
+  Kind kind = Kind::other;
+  std::int64_t whole = 0;
+  double real = 0;  // of a whole number too
+};
+PlainNumber parse_plain(std::string_view text);
+
 // The bytes of the character at the beginning of UTF-8; at least 1.
 std::size_t character_length(std::string_view text);
 std::size_t count_characters(std::string_view text);
 
 // Here, where Value is whole.
+inline Value::Data Value::copied(const Data& from) {
+  switch (from.index()) {
+    case 0:
+      return Data();
+    case 1:
+      return Data(std::in_place_index<1>, *std::get_if<1>(&from));
+    case 2:
+      return Data(std::in_place_index<2>, *std::get_if<2>(&from));
+    case 3:
+      return Data(std::in_place_index<3>, *std::get_if<3>(&from));
+    case 4:
+      return Data(std::in_place_index<4>, *std::get_if<4>(&from));
+    default:
+      return Data(from);
+  }
+}
+inline Value::Data Value::moved(Data& from) noexcept {
+  switch (from.index()) {
+    case 0:
+      return Data();
+    case 1:
+      return Data(std::in_place_index<1>, *std::get_if<1>(&from));
+    case 2:
+      return Data(std::in_place_index<2>, *std::get_if<2>(&from));
+    case 3:
+      return Data(std::in_place_index<3>, *std::get_if<3>(&from));
+    case 4:
+      return Data(std::in_place_index<4>, std::move(*std::get_if<4>(&from)));
+    default:
+      return Data(std::move(from));
+  }
+}
+inline Value& Value::operator=(Value&& v) noexcept {
+  if (this != &v) {
+    std::destroy_at(&data);
+    ::new (&data) Data(moved(v.data));
+  }
+  return *this;
+}
 inline std::size_t ValueDict::size() const {
   return entries_.size();
 }

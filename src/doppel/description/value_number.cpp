@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 
 #include "doppel/description/value.h"
 #include "doppel/description/xml_encoding.h"
@@ -22,18 +23,69 @@ bool has_letters(std::string_view text, std::string_view word) {
          });
 }
 
+// Digits as they come out of a double, without their point; the place of the point is their exponent's.
+std::string python_notation(bool minus, std::string_view digits, int exponent) {
+  std::string out;
+  if (minus) out += '-';
+  if (exponent < -4 || exponent >= 16) {
+    out += digits[0];
+    if (digits.size() > 1) (out += '.') += digits.substr(1);
+    out += exponent < 0 ? "e-" : "e+";
+    const std::string power = std::to_string(std::abs(exponent));
+    return out + (power.size() < 2 ? "0" : "") + power;
+  }
+  if (exponent < 0) {
+    out += "0.";
+    out.append(static_cast<std::size_t>(-exponent - 1), '0');
+    return out += digits;
+  }
+  const auto whole = static_cast<std::size_t>(exponent) + 1;
+  if (digits.size() > whole) {
+    (out += digits.substr(0, whole)) += '.';
+    return out += digits.substr(whole);
+  }
+  (out += digits).append(whole - digits.size(), '0');
+  return out += ".0";
+}
+
+constexpr double kPowers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
+                              1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
+
+// Signed digits in any base that std::from_chars knows.
+bool parse_digits(bool minus, std::string_view digits, int base, std::int64_t& out) {
+  std::uint64_t magnitude = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), magnitude, base);
+  if (error != std::errc{} || end != digits.data() + digits.size()) return false;
+  constexpr std::uint64_t kLimit = std::uint64_t{1} << 63;
+  if (magnitude > kLimit || (magnitude == kLimit && !minus)) return false;
+  out = static_cast<std::int64_t>(minus ? 0 - magnitude : magnitude);
+  return true;
+}
+
 }  // namespace
 
 std::string format_real(double value) {
   if (std::isnan(value)) return "nan";
   if (std::isinf(value)) return value < 0 ? "-inf" : "inf";
-  char shortest[32];
-  const char* const end =
-      std::to_chars(shortest, shortest + sizeof shortest, value, std::chars_format::scientific).ptr;
+  char text[40];
+  if (std::abs(value) < 1e15) {
+    const auto whole = static_cast<std::int64_t>(value);
+    if (static_cast<double>(whole) == value) {
+      char* at = text;
+      if (std::signbit(value)) *at++ = '-';
+      at = std::to_chars(at, text + sizeof text - 2, std::abs(whole)).ptr;
+      std::memcpy(at, ".0", 2);
+      return {text, static_cast<std::size_t>(at + 2 - text)};
+    }
+    // With a fraction, and not so small that Python writes an exponent: the shortest text is Python's.
+    if (std::abs(value) >= 1e-4) {
+      const char* const end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed).ptr;
+      return {text, static_cast<std::size_t>(end - text)};
+    }
+  }
+  const char* const end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific).ptr;
   // "-d.ddde+xx": the sign, the digits without their point, the exponent.
-  const char* at = shortest;
-  std::string out;
-  if (*at == '-') out += *at++;
+  const char* at = text + (text[0] == '-' ? 1 : 0);
   char digits[24];
   std::size_t count = 0;
   for (; *at != 'e'; ++at) {
@@ -41,67 +93,86 @@ std::string format_real(double value) {
   }
   int exponent = 0;
   std::from_chars(at + (at[1] == '+' ? 2 : 1), end, exponent);
-  const auto put = [&](std::size_t from, std::size_t to) { out.append(digits + from, digits + to); };
-  if (exponent < -4 || exponent >= 16) {
-    put(0, 1);
-    if (count > 1) {
-      out += '.';
-      put(1, count);
-    }
-    out += exponent < 0 ? "e-" : "e+";
-    const std::string power = std::to_string(std::abs(exponent));
-    return out + (power.size() < 2 ? "0" : "") + power;
-  }
-  if (exponent < 0) {
-    out += "0." + std::string(static_cast<std::size_t>(-exponent - 1), '0');
-    put(0, count);
+  return python_notation(text[0] == '-', {digits, count}, exponent);
+}
+
+PlainNumber parse_plain(std::string_view text) {
+  PlainNumber out;
+  const char *at = text.data(), *const end = at + text.size();
+  const bool minus = at != end && *at == '-';
+  if (at != end && (minus || *at == '+')) ++at;
+  const char* const begin = at;
+  constexpr std::ptrdiff_t kMostDigits = 18;  // that surely fit
+  if (end - begin > kMostDigits + 1) return out;
+  std::uint64_t sum = 0;
+  const auto scan = [&] {
+    for (; at != end && static_cast<unsigned char>(*at - '0') < 10; ++at)
+      sum = sum * 10 + static_cast<unsigned char>(*at - '0');
+  };
+  scan();
+  if (at == begin && end - begin < 2) return out;
+  if (at == end) {
+    if (end - begin > kMostDigits) return out;
+    const auto digits = static_cast<std::int64_t>(sum);
+    out.kind = PlainNumber::Kind::whole;
+    out.whole = minus ? -digits : digits;
+    out.real = minus ? -static_cast<double>(digits) : static_cast<double>(digits);
     return out;
   }
-  const auto whole = static_cast<std::size_t>(exponent) + 1;
-  if (count <= whole) {
-    put(0, count);
-    return out + std::string(whole - count, '0') + ".0";
-  }
-  put(0, whole);
-  out += '.';
-  put(whole, count);
+  if (*at != '.') return out;
+  const char* const fraction = ++at;
+  scan();
+  // The quotient is the nearest double as long as both of its sides are exact.
+  constexpr std::uint64_t kExact = std::uint64_t{1} << 53;
+  if (at != end || sum > kExact) return out;
+  out.kind = PlainNumber::Kind::real;
+  const double magnitude = static_cast<double>(sum) / kPowers[end - fraction];
+  out.real = minus ? -magnitude : magnitude;
   return out;
 }
 
 bool parse_integer(std::string_view text, std::int64_t& out, int base) {
+  if (base == 10) {
+    const PlainNumber plain = parse_plain(text);
+    if (plain.kind == PlainNumber::Kind::whole) out = plain.whole;
+    if (plain.kind != PlainNumber::Kind::other) return plain.kind == PlainNumber::Kind::whole;
+  }
   text = trimmed(text);
   const bool minus = text.starts_with('-');
-  std::string digits(minus || text.starts_with('+') ? text.substr(1) : text);
-  if (digits.empty() || digits[0] == '-' || digits[0] == '+') return false;
-  const auto prefixed = [&](char letter) {
-    return digits.size() > 2 && digits[0] == '0' && (digits[1] | 0x20) == letter;
-  };
-  for (const auto& [letter, radix] : {std::pair{'x', 16}, std::pair{'o', 8}, std::pair{'b', 2}}) {
-    if (prefixed(letter) && (base == radix || base == 0)) {
-      digits.erase(0, 2);
+  if (minus || text.starts_with('+')) text.remove_prefix(1);
+  if (text.size() > 2 && text[0] == '0' && base != 10) {
+    const char letter = static_cast<char>(text[1] | 0x20);
+    const int radix = letter == 'x' ? 16 : letter == 'o' ? 8 : letter == 'b' ? 2 : 0;
+    if (radix != 0 && (base == radix || base == 0)) {
+      text.remove_prefix(2);
       base = radix;
     }
   }
-  if (base == 0) base = 10;
-  if (minus) digits.insert(0, "-");
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), out, base);
-  return error == std::errc{} && end == digits.data() + digits.size();
+  return parse_digits(minus, text, base == 0 ? 10 : base, out);
 }
 
 bool parse_real(std::string_view text, double& out) {
+  const PlainNumber plain = parse_plain(text);
+  if (plain.kind != PlainNumber::Kind::other) {
+    out = plain.real;
+    return true;
+  }
   text = trimmed(text);
   const bool minus = text.starts_with('-');
   if (minus || text.starts_with('+')) text.remove_prefix(1);
   if (text.empty()) return false;
-  if (has_letters(text, "inf") || has_letters(text, "infinity")) {
-    out = minus ? -HUGE_VAL : HUGE_VAL;
+  const bool number = text[0] == '.' || (text[0] >= '0' && text[0] <= '9');
+  if (!number) {
+    if (has_letters(text, "inf") || has_letters(text, "infinity"))
+      out = HUGE_VAL;
+    else if (has_letters(text, "nan"))
+      out = std::nan("");
+    else
+      return false;
+    // The sign of what is no number does not show.
+    if (minus && !std::isnan(out)) out = -out;
     return true;
   }
-  if (has_letters(text, "nan")) {
-    out = std::nan("");
-    return true;
-  }
-  if (text.find_first_not_of("0123456789.eE+-") != std::string_view::npos || text[0] == '-') return false;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
   if (end != text.data() + text.size()) return false;
   if (error == std::errc::result_out_of_range) {

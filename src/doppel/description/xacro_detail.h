@@ -228,9 +228,10 @@ std::string eval_substitution(std::string_view text, Interpreter& interpreter, c
 // A property's text as Python would read it as a literal: a number, a truth value, a quoted string; else
 // itself.
 Value literal(std::string_view text);
+// The literal that a text is; any other value as it is.
+Value interpreted(Value value);
 
 // Whether a condition's value is true; nothing: it is no truth value.
-std::optional<bool> truth_of(std::string_view text);
 std::optional<bool> truth_of(const Value& value);
 
 // A YAML file as values, with !degrees, !radians and the other units of xacro, dotted. Throws InputError.

@@ -20,39 +20,6 @@ class Space : public ValueObject {
 
 }  // namespace
 
-Value literal(std::string_view text) {
-  if (text.size() >= 2 && text.front() == '\'' && text.back() == '\'')
-    return Value(std::string(text.substr(1, text.size() - 2)));
-  // Most texts begin unlike a number or a truth value.
-  static constexpr std::string_view kBeginnings = "0123456789+-. \t\r\n\v\fiInNtTfF";
-  if (text.empty() || kBeginnings.find(text[0]) == std::string_view::npos ||
-      text.find('_') != std::string_view::npos)
-    return Value(std::string(text));
-  std::int64_t whole = 0;
-  if (parse_integer(text, whole)) return Value(whole);
-  // A whole number of more than 64 bits stays as it is written.
-  const std::size_t digits = text[0] == '-' || text[0] == '+' ? 1 : 0;
-  if (text.size() > digits + 18 && text.find_first_not_of("0123456789", digits) == std::string_view::npos)
-    return Value(std::string(text));
-  double real = 0;
-  if (parse_real(text, real)) return Value(real);
-  if (text == "true" || text == "True") return Value(true);
-  if (text == "false" || text == "False") return Value(false);
-  return Value(std::string(text));
-}
-
-std::optional<bool> truth_of(std::string_view text) {
-  if (text == "true" || text == "True") return true;
-  if (text == "false" || text == "False") return false;
-  std::int64_t whole = 0;
-  if (!parse_integer(text, whole)) return std::nullopt;
-  return whole != 0;
-}
-
-std::optional<bool> truth_of(const Value& value) {
-  return value.is<std::string>() ? truth_of(std::string_view(value.as<std::string>())) : value.truth();
-}
-
 std::shared_ptr<const Macro> MacroTable::find(std::string_view name) const {
   const std::uint32_t hash = text_hash(name);
   for (const MacroTable* at = this; at != nullptr; at = at->parent_) {
@@ -96,8 +63,7 @@ const Value& Scope::resolved(std::string_view name, Property& property) {
   }
   property.busy = true;
   try {
-    Value value = interpreter_.text(property.text, *this, property.where);
-    property.value = value.is<std::string>() ? literal(value.as<std::string>()) : std::move(value);
+    property.value = interpreted(interpreter_.text(property.text, *this, property.where));
   } catch (const InputError& error) {
     property.busy = false;
     Diagnostic told = error.diagnostics().front();
@@ -146,8 +112,7 @@ void Scope::set_text(std::string_view name, std::string_view text, const TreePla
 }
 
 void Scope::set(std::string_view name, Value value) {
-  if (value.is<std::string>()) value = literal(value.as<std::string>());
-  put(name, {std::move(value), {}, {}, false, false});
+  put(name, {interpreted(std::move(value)), {}, {}, false, false});
 }
 
 void Scope::remove(std::string_view name) {

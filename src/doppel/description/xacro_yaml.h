@@ -10,9 +10,11 @@
 namespace doppel::xacro {
 
 // A plain scalar as YAML 1.1 reads it (PyYAML's safe_load): null, truth value, number, text.
-Value yaml_scalar(const std::string& text);
+Value yaml_scalar(std::string_view text);
 // "!degrees 90" in SI; nothing: no such unit, or no number.
-std::optional<Value> yaml_quantity(const std::string& tag, const std::string& text);
+std::optional<Value> yaml_quantity(std::string_view tag, std::string_view text);
+// What one of "!degrees", "!millimeters", ... is in SI; 0: no such unit.
+double yaml_unit(std::string_view tag);
 
 // Nothing: the text uses more of YAML than this reads, or is none.
 std::optional<Value> parse_simple_yaml(std::string_view text);

@@ -1,7 +1,7 @@
 // The plain part of YAML that most parameter files keep to, read in one pass: maps and lists by indentation,
 // scalars and lists on one line, comments, quotes without escapes, units. Whatever else a file holds makes it
 // none of these, and it is read by yaml-cpp; a file that is read here says the same there.
-#include <algorithm>
+#include <array>
 
 #include "doppel/description/xacro_yaml.h"
 
@@ -11,200 +11,262 @@ namespace {
 constexpr int kDeepest = 20;
 struct NotSimple {};
 
-bool word(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-}
-
-struct Line {
-  int indent = 0;
-  std::string_view text;  // without indentation, comment and blanks behind
+// What a character may be part of, or what it ends.
+enum Role : std::uint8_t {
+  kWord = 1,          // of a text's beginning
+  kKey = 2,           // of a key
+  kQuantity = 4,      // of a number with a unit
+  kLineEnd = 8,       // may end a line or what counts of it, or is none of ASCII's printed ones
+  kNotInScalar = 16,  // of a scalar without quotes
+  kNotInList = 32,    // of one in a list on one line
 };
 
-// Without a comment and the blanks in front of it; quotes may hold a '#'.
-std::string_view without_comment(std::string_view text) {
-  char quote = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    const bool begins = i == 0 || text[i - 1] == ' ' || text[i - 1] == '[' || text[i - 1] == ',';
-    if (quote != 0) {
-      if (c == quote) quote = 0;
-    } else if ((c == '"' || c == '\'') && begins) {
-      quote = c;
-    } else if (c == '#' && (i == 0 || text[i - 1] == ' ')) {
-      text = text.substr(0, i);
-      break;
-    }
-  }
-  const std::size_t end = text.find_last_not_of(' ');
-  return text.substr(0, end == std::string_view::npos ? 0 : end + 1);
-}
-
-std::vector<Line> lines_of(std::string_view text) {
-  std::vector<Line> out;
-  bool first = true;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, end);
-    if (end < text.size() && line.ends_with('\r')) line.remove_suffix(1);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    const std::size_t indent = line.find_first_not_of(' ');
-    if (indent == std::string_view::npos) continue;
-    const bool odd = std::any_of(line.begin(), line.end(), [](char c) { return c < ' ' || c > '~'; });
-    const std::string_view content = without_comment(line.substr(indent));
-    if (odd && !content.empty()) throw NotSimple();
-    if (odd && std::any_of(line.begin(), line.end(), [](char c) { return c >= 0 && c < ' '; }))
-      throw NotSimple();
-    if (content.empty()) continue;
-    if (first && content == "---" && indent == 0) {
-      first = false;
-      continue;
-    }
-    first = false;
-    if (content.starts_with("---") || content.starts_with("...") || content[0] == '%') throw NotSimple();
-    out.push_back({static_cast<int>(indent), content});
+constexpr std::array<std::uint8_t, 256> kRoles = [] {
+  std::array<std::uint8_t, 256> out{};
+  const auto give = [&out](std::string_view characters, int role) {
+    for (const char c : characters) out[static_cast<unsigned char>(c)] |= static_cast<std::uint8_t>(role);
+  };
+  give("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_", kWord | kKey);
+  give("-./", kKey);
+  give("0123456789.+-*/() epi", kQuantity);
+  give("#\"'\x7f", kLineEnd);
+  give("{}\"'", kNotInScalar);
+  give("[]{},:#\"'", kNotInList);
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    if (c < ' ' || c > '~') out[c] |= kLineEnd;
   }
   return out;
+}();
+
+bool is(char c, Role role) {
+  return (kRoles[static_cast<unsigned char>(c)] & role) != 0;
+}
+
+// The lines that hold something, one at a time.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) { next(); }
+
+  [[nodiscard]] bool done() const { return text_.empty(); }
+  [[nodiscard]] int indent() const { return indent_; }
+  [[nodiscard]] std::string_view text() const { return text_; }  // without comment and blanks around
+  [[nodiscard]] bool item() const { return text_[0] == '-' && (text_.size() == 1 || text_[1] == ' '); }
+  [[nodiscard]] bool deeper(int indent) const { return !done() && indent_ > indent; }
+
+  void next() {
+    do {
+      text_ = {};
+      if (at_ == end_) return;
+      read_line();
+      if (text_.empty()) continue;
+      const bool first = first_;
+      first_ = false;
+      if (first && text_ == "---" && indent_ == 0)
+        text_ = {};
+      else if (text_.starts_with("---") || text_.starts_with("...") || text_[0] == '%')
+        throw NotSimple();
+    } while (text_.empty());
+  }
+
+ private:
+  void read_line() {
+    const char* const begin = at_;
+    while (at_ != end_ && *at_ == ' ') ++at_;
+    indent_ = static_cast<int>(at_ - begin);
+    const char* const content = at_;
+    odd_ = false;
+    const char* stop = content_end();
+    while (stop != content && stop[-1] == ' ') --stop;
+    text_ = {content, stop};
+    if (odd_ && !text_.empty()) throw NotSimple();
+  }
+
+  // Where a comment begins, or the line ends; quotes may hold a '#'. The line is read to its end.
+  const char* content_end() {
+    const char* const content = at_;
+    char quote = 0;
+    for (; at_ != end_; ++at_) {
+      const char c = *at_;
+      if (!is(c, kLineEnd)) continue;
+      if (c == '"' || c == '\'') {
+        const char before = at_ == content ? ' ' : at_[-1];
+        if (quote == c)
+          quote = 0;
+        else if (quote == 0 && (before == ' ' || before == '[' || before == ','))
+          quote = c;
+      } else if (c == '#') {
+        const char* const stop = at_;
+        if (quote != 0 || (stop != content && stop[-1] != ' ')) continue;
+        while (!ends_line()) ++at_;
+        return stop;
+      } else {
+        const char* const stop = at_;
+        if (ends_line()) return stop;
+      }
+    }
+    return at_;
+  }
+
+  // Whether a line ends here; then what is next is behind it.
+  bool ends_line() {
+    if (at_ == end_) return true;
+    const char c = *at_;
+    if (!is(c, kLineEnd)) return false;
+    if (c == '\r' && at_ + 1 != end_ && at_[1] == '\n') ++at_;
+    if (*at_ == '\n') return ++at_, true;
+    if (c >= 0 && c < ' ') throw NotSimple();
+    if (c < ' ' || c > '~') odd_ = true;
+    return false;
+  }
+
+  const char* at_;
+  const char* end_;
+  std::string_view text_;
+  int indent_ = 0;
+  bool first_ = true;
+  bool odd_ = false;  // the line holds what is not printed in ASCII
+};
+
+std::size_t first_not_blank(std::string_view text, std::size_t at) {
+  while (at < text.size() && text[at] == ' ') ++at;
+  return at;
 }
 
 class Reader {
  public:
-  explicit Reader(std::vector<Line> lines) : lines_(std::move(lines)) {}
+  explicit Reader(std::string_view text) : lines_(text) {}
 
   Value whole() {
-    if (lines_.empty()) throw NotSimple();
-    Value out = block(lines_[0].indent, 0);
-    if (at_ != lines_.size()) throw NotSimple();
+    if (lines_.done()) throw NotSimple();
+    Value out = block(lines_.indent(), 0);
+    if (!lines_.done()) throw NotSimple();
     return out;
   }
 
  private:
-  static bool item(const Line& line) { return line.text == "-" || line.text.starts_with("- "); }
-
   Value block(int indent, int depth) {
     if (depth > kDeepest) throw NotSimple();
-    return item(lines_[at_]) ? list(indent) : map(indent, depth);
+    return lines_.item() ? list(indent) : map(indent, depth);
   }
 
   // Scalars only; what is deeper is left to the other reader.
   Value list(int indent) {
     ValueList out;
-    for (; at_ < lines_.size() && lines_[at_].indent == indent && item(lines_[at_]); ++at_) {
-      std::string_view text = lines_[at_].text;
-      text.remove_prefix(std::min(std::max<std::size_t>(1, text.find_first_not_of(' ', 1)), text.size()));
+    for (; !lines_.done() && lines_.indent() == indent && lines_.item(); lines_.next()) {
+      const std::string_view text = lines_.text().substr(first_not_blank(lines_.text(), 1));
       if (text.empty() || text == "-" || text.starts_with("- ")) throw NotSimple();
       out.push_back(scalar(text, false));
     }
-    if (at_ < lines_.size() && lines_[at_].indent > indent) throw NotSimple();
+    if (lines_.deeper(indent)) throw NotSimple();
     return Value::list(std::move(out));
   }
 
   Value map(int indent, int depth) {
     ValueDict out;
-    while (at_ < lines_.size() && lines_[at_].indent == indent && !item(lines_[at_])) {
-      const std::string_view text = lines_[at_].text;
-      const std::size_t colon = text.find(':');
-      if (colon == std::string_view::npos || colon == 0 || !word(text[0])) throw NotSimple();
-      const std::string_view key = text.substr(0, colon);
-      const bool plain = std::all_of(key.begin(), key.end(),
-                                     [](char c) { return word(c) || c == '-' || c == '.' || c == '/'; });
-      if (!plain || (colon + 1 < text.size() && text[colon + 1] != ' ')) throw NotSimple();
-      ++at_;
-      out.set(yaml_scalar(std::string(key)), value(text.substr(colon + 1), indent, depth));
+    while (!lines_.done() && lines_.indent() == indent && !lines_.item()) {
+      const std::string_view text = lines_.text();
+      std::size_t colon = 0;
+      while (colon < text.size() && is(text[colon], kKey)) ++colon;
+      if (colon == 0 || colon == text.size() || text[colon] != ':' || !is(text[0], kWord)) throw NotSimple();
+      if (colon + 1 < text.size() && text[colon + 1] != ' ') throw NotSimple();
+      lines_.next();
+      out.set(yaml_scalar(text.substr(0, colon)), value(text.substr(colon + 1), indent, depth));
     }
-    if (at_ < lines_.size() && lines_[at_].indent > indent) throw NotSimple();
+    if (lines_.deeper(indent)) throw NotSimple();
     return Value::dict(std::move(out), true);
   }
 
   Value value(std::string_view text, int indent, int depth) {
-    const std::size_t begin = text.find_first_not_of(' ');
-    const bool more = at_ < lines_.size();
-    const bool deeper = more && lines_[at_].indent > indent;
-    if (begin != std::string_view::npos) {
+    const std::size_t begin = first_not_blank(text, 0);
+    const bool deeper = lines_.deeper(indent);
+    if (begin < text.size()) {
       if (deeper) throw NotSimple();  // a scalar over several lines
       return scalar(text.substr(begin), false);
     }
-    if (deeper) return block(lines_[at_].indent, depth + 1);
-    if (more && lines_[at_].indent == indent && item(lines_[at_])) return list(indent);
+    if (deeper) return block(lines_.indent(), depth + 1);
+    if (!lines_.done() && lines_.indent() == indent && lines_.item()) return list(indent);
     return {};
   }
 
   // A scalar or a list on one line, the whole of `text`.
   static Value scalar(std::string_view text, bool in_list) {
-    if (text[0] == '[') {
+    const char first = text[0];
+    if (first == '[') {
       std::size_t at = 0;
       Value out = flow(text, at, 0);
       if (at != text.size()) throw NotSimple();
       return out;
     }
-    if (text[0] == '"' || text[0] == '\'') {
-      const std::string_view inner = text.substr(1, text.size() - (text.size() > 1 ? 2 : 1));
-      if (text.size() < 2 || text.back() != text[0] || inner.find_first_of("\"'\\") != std::string_view::npos)
-        throw NotSimple();
-      return Value(std::string(inner));
-    }
-    if (text[0] == '!') return quantity(text);
+    if (first == '"' || first == '\'') return quoted(text);
+    if (first == '!') return quantity(text);
     if (text == "~") return {};
-    const bool sign =
-        (text[0] == '-' || text[0] == '+' || text[0] == '.') && text.size() > 1 && text[1] != ' ';
-    if (!word(text[0]) && text[0] != '/' && text[0] != '$' && !sign) throw NotSimple();
-    const char* const special = in_list ? "[]{},:#\"'" : "{}\"'";
-    if (text.find_first_of(special) != std::string_view::npos || text.find(": ") != std::string_view::npos ||
-        text.back() == ':')
-      throw NotSimple();
-    return yaml_scalar(std::string(text));
+    const bool sign = (first == '-' || first == '+' || first == '.') && text.size() > 1 && text[1] != ' ';
+    if (!is(first, kWord) && first != '/' && first != '$' && !sign) throw NotSimple();
+    const Role refused = in_list ? kNotInList : kNotInScalar;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      if (is(text[i], refused)) throw NotSimple();
+      if (text[i] == ':' && (i + 1 == text.size() || text[i + 1] == ' ')) throw NotSimple();
+    }
+    return yaml_scalar(text);
+  }
+
+  static Value quoted(std::string_view text) {
+    if (text.size() < 2 || text.back() != text[0]) throw NotSimple();
+    const std::string_view inner = text.substr(1, text.size() - 2);
+    for (const char c : inner) {
+      if (c == '"' || c == '\'' || c == '\\') throw NotSimple();
+    }
+    return {std::string(inner)};
   }
 
   static Value quantity(std::string_view text) {
     const std::size_t space = text.find(' ');
     if (space == std::string_view::npos) throw NotSimple();
-    const std::size_t begin = text.find_first_not_of(' ', space);
-    const std::string_view number = text.substr(begin);
-    if (number.find_first_not_of("0123456789.+-*/() epi") != std::string_view::npos || number[0] == '*' ||
-        number.starts_with("- "))
-      throw NotSimple();
-    const std::optional<Value> out = yaml_quantity(std::string(text.substr(0, space)), std::string(number));
+    const std::string_view number = text.substr(first_not_blank(text, space));
+    for (const char c : number) {
+      if (!is(c, kQuantity)) throw NotSimple();
+    }
+    if (number[0] == '*' || number.starts_with("- ")) throw NotSimple();
+    const std::optional<Value> out = yaml_quantity(text.substr(0, space), number);
     if (!out) throw NotSimple();
     return *out;
   }
 
   static Value flow(std::string_view text, std::size_t& at, int depth) {
     if (depth > kDeepest) throw NotSimple();
-    const auto skip = [&] {
-      while (at < text.size() && text[at] == ' ') ++at;
-    };
     ValueList out;
-    ++at;
-    for (skip(); at < text.size() && text[at] != ']'; skip()) {
+    at = first_not_blank(text, at + 1);
+    while (at < text.size() && text[at] != ']') {
       if (text[at] == '[') {
         out.push_back(flow(text, at, depth + 1));
       } else {
-        const std::size_t end = std::min(text.find_first_of(",]", at), text.size());
-        const std::size_t last = text.find_last_not_of(' ', end == 0 ? 0 : end - 1);
-        if (end == at || last == std::string_view::npos || last < at) throw NotSimple();
-        out.push_back(scalar(text.substr(at, last - at + 1), true));
-        at = end;
+        const std::size_t begin = at;
+        std::size_t end = at;  // behind the last that is not blank
+        for (; at < text.size() && text[at] != ',' && text[at] != ']'; ++at) {
+          if (text[at] != ' ') end = at + 1;
+        }
+        if (end == begin) throw NotSimple();
+        out.push_back(scalar(text.substr(begin, end - begin), true));
       }
-      skip();
+      at = first_not_blank(text, at);
       if (at < text.size() && text[at] == ',')
-        ++at;
+        at = first_not_blank(text, at + 1);
       else if (at >= text.size() || text[at] != ']')
         throw NotSimple();
     }
     if (at >= text.size()) throw NotSimple();
-    ++at;
-    skip();
+    at = first_not_blank(text, at + 1);
     return Value::list(std::move(out));
   }
 
-  std::vector<Line> lines_;
-  std::size_t at_ = 0;
+  Lines lines_;
 };
 
 }  // namespace
 
 std::optional<Value> parse_simple_yaml(std::string_view text) {
   try {
-    return Reader(lines_of(text)).whole();
+    return Reader(text).whole();
   } catch (const NotSimple&) {
     return std::nullopt;
   } catch (const ExpressionError&) {
