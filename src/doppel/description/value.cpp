@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "doppel/description/expression.h"
 
@@ -59,8 +60,13 @@ std::size_t hash(const Value& v) {
 
 template <class T>
 void weigh(T& container, const Value& item) {
-  container.depth = std::max(container.depth, item.depth() + 1);
-  container.weight += item.weight();
+  if (item.data.index() >= kFirstContainer) {
+    container.depth = std::max(container.depth, item.depth() + 1);
+    container.weight += item.weight();
+  } else {
+    const std::string* const text = std::get_if<std::string>(&item.data);
+    container.weight += text == nullptr ? 1 : static_cast<std::int64_t>(text->size()) + 1;
+  }
 }
 template <class T>
 void check(const T& container) {
@@ -125,7 +131,10 @@ std::size_t ValueDict::position(const Value& key) const {
 std::size_t ValueDict::position_of_text(std::string_view key) const {
   const auto same = [key](const Value& other) {
     const std::string* const text = std::get_if<std::string>(&other.data);
-    return text != nullptr && *text == key;
+    if (text == nullptr || text->size() != key.size()) return false;
+    // The first character tells x from y without a call.
+    return key.empty() ||
+           (text->front() == key.front() && std::memcmp(text->data(), key.data(), key.size()) == 0);
   };
   if (!index_.empty()) return indexed(std::hash<std::string_view>{}(key), same);
   std::size_t at = 0;
@@ -159,7 +168,9 @@ void ValueDict::set(Value key, Value value) {
     entries_[at].second = std::move(value);
     return;
   }
-  if (entries_.empty()) entries_.reserve(4);
+  // Most are small, and some hold what is said of a joint or link.
+  if (entries_.size() == entries_.capacity() && entries_.size() < 12)
+    entries_.reserve(entries_.empty() ? 4 : 12);
   entries_.emplace_back(std::move(key), std::move(value));
   if (2 * entries_.size() > index_.size() && entries_.size() >= kIndexFrom)
     grow_index();

@@ -107,17 +107,18 @@ class Value {
   using Data =
       std::variant<None, bool, std::int64_t, double, std::string, List, Tuple, Dict, Set, Function, Object>;
 
-  Value() = default;
+  Value() : data() {}
   Value(bool v) : data(v) {}
   Value(std::int64_t v) : data(v) {}
   Value(double v) : data(v) {}
   Value(std::string v) : data(std::move(v)) {}
-  Value(const char* v) : data(std::string(v)) {}
+  Value(const char* v) : data(std::in_place_type<std::string>, v) {}
+  explicit Value(std::string_view v) : data(std::in_place_type<std::string>, v) {}
   Value(const Value& v) : data(copied(v.data)) {}
   Value(Value&& v) noexcept : data(moved(v.data)) {}
   Value& operator=(const Value& v) { return *this = Value(v); }
   Value& operator=(Value&& v) noexcept;
-  ~Value() = default;
+  ~Value() { drop(); }
 
   // Throw ExpressionError where the result would be too deep or too large.
   static Value list(ValueList items, std::string shown = "");
@@ -156,7 +157,9 @@ class Value {
   [[nodiscard]] std::int64_t weight() const;
   [[nodiscard]] int depth() const;
 
-  Data data;
+  union {  // only so that drop() may destroy it
+    Data data;
+  };
 
  private:
   struct Wrapped {};
@@ -169,6 +172,12 @@ class Value {
   // As the variant would; the numbers and texts, which most are, without a call for each.
   static Data copied(const Data& from);
   static Data moved(Data& from) noexcept;
+  void drop() noexcept {
+    if (auto* const text = std::get_if<std::string>(&data))
+      text->~basic_string();
+    else if (data.index() > 3)
+      data.~Data();
+  }
 };
 
 bool equal(const Value& a, const Value& b);
@@ -229,7 +238,7 @@ inline Value::Data Value::moved(Data& from) noexcept {
 }
 inline Value& Value::operator=(Value&& v) noexcept {
   if (this != &v) {
-    std::destroy_at(&data);
+    drop();
     ::new (&data) Data(moved(v.data));
   }
   return *this;

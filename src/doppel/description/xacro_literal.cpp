@@ -65,9 +65,9 @@ std::optional<Value> read(std::string_view text) {
 
 Value literal(std::string_view text) {
   if (text.size() >= 2 && text.front() == '\'' && text.back() == '\'')
-    return {std::string(text.substr(1, text.size() - 2))};
+    return Value(text.substr(1, text.size() - 2));
   if (auto value = read(text)) return *std::move(value);
-  return {std::string(text)};
+  return Value(text);
 }
 
 Value interpreted(Value value) {

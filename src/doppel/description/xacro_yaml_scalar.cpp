@@ -113,7 +113,7 @@ Value number(std::string_view text) {
   if (auto whole = integer(text)) return *std::move(whole);
   if (auto other = real(text)) return *std::move(other);
   if (auto other = sexagesimal(text)) return *std::move(other);
-  return {std::string(text)};
+  return Value(text);
 }
 
 }  // namespace
@@ -146,7 +146,7 @@ Value yaml_scalar(std::string_view text) {
         break;
     }
   }
-  return {std::string(text)};
+  return Value(text);
 }
 
 double yaml_unit(std::string_view tag) {

@@ -42,6 +42,12 @@ bool is(char c, Role role) {
   return (kRoles[static_cast<unsigned char>(c)] & role) != 0;
 }
 
+// The first that may end a line or what counts of it.
+const char* plain_end(const char* at, const char* end) {
+  while (at != end && !is(*at, kLineEnd)) ++at;
+  return at;
+}
+
 // The lines that hold something, one at a time.
 class Lines {
  public:
@@ -70,49 +76,44 @@ class Lines {
 
  private:
   void read_line() {
-    const char* const begin = at_;
-    while (at_ != end_ && *at_ == ' ') ++at_;
-    indent_ = static_cast<int>(at_ - begin);
-    const char* const content = at_;
+    const char *content = at_, *const end = end_;
+    while (content != end && *content == ' ') ++content;
+    indent_ = static_cast<int>(content - at_);
     odd_ = false;
-    const char* stop = content_end();
+    const char* stop = content_end(content);
     while (stop != content && stop[-1] == ' ') --stop;
-    text_ = {content, stop};
+    text_ = {content, static_cast<std::size_t>(stop - content)};
     if (odd_ && !text_.empty()) throw NotSimple();
   }
 
   // Where a comment begins, or the line ends; quotes may hold a '#'. The line is read to its end.
-  const char* content_end() {
-    const char* const content = at_;
+  const char* content_end(const char* const content) {
     char quote = 0;
-    for (; at_ != end_; ++at_) {
-      const char c = *at_;
-      if (!is(c, kLineEnd)) continue;
+    for (const char* at = content;; ++at) {
+      at = plain_end(at, end_);
+      const char c = at == end_ ? '\n' : *at;
+      const char before = at == content ? ' ' : at[-1];
       if (c == '"' || c == '\'') {
-        const char before = at_ == content ? ' ' : at_[-1];
         if (quote == c)
           quote = 0;
         else if (quote == 0 && (before == ' ' || before == '[' || before == ','))
           quote = c;
       } else if (c == '#') {
-        const char* const stop = at_;
-        if (quote != 0 || (stop != content && stop[-1] != ' ')) continue;
-        while (!ends_line()) ++at_;
-        return stop;
-      } else {
-        const char* const stop = at_;
-        if (ends_line()) return stop;
+        if (quote != 0 || before != ' ') continue;
+        for (const char* rest = at + 1; !ends_line(rest = plain_end(rest, end_));) ++rest;
+        return at;
+      } else if (ends_line(at)) {
+        return at;
       }
     }
-    return at_;
   }
 
   // Whether a line ends here; then what is next is behind it.
-  bool ends_line() {
-    if (at_ == end_) return true;
-    const char c = *at_;
-    if (!is(c, kLineEnd)) return false;
-    if (c == '\r' && at_ + 1 != end_ && at_[1] == '\n') ++at_;
+  bool ends_line(const char* at) {
+    at_ = at;
+    if (at == end_) return true;
+    const char c = *at;
+    if (c == '\r' && at + 1 != end_ && at[1] == '\n') ++at_;
     if (*at_ == '\n') return ++at_, true;
     if (c >= 0 && c < ' ') throw NotSimple();
     if (c < ' ' || c > '~') odd_ = true;
@@ -216,7 +217,7 @@ class Reader {
     for (const char c : inner) {
       if (c == '"' || c == '\'' || c == '\\') throw NotSimple();
     }
-    return {std::string(inner)};
+    return Value(inner);
   }
 
   static Value quantity(std::string_view text) {
