@@ -401,6 +401,7 @@ class Evaluator {
     for (const Expression* part : e.parts.subspan(1)) defaults.push_back(value(*part));
     return Value::function("<lambda>", [&e, outer, captured, defaults, tree = tree_, &budget = budget_](
                                            ValueList& arguments, KeywordArguments& keywords) {
+      const StackGuard guard;  // somebody may call it when no evaluation is going on
       InnerScope scope(*outer);
       for (const auto& [name, kept] : captured) scope.set(name, kept);
       bind_arguments(e.rest->names, defaults, arguments, keywords, scope);

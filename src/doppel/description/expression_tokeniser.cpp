@@ -13,15 +13,21 @@ namespace {
 
 constexpr std::size_t kMostTokens = 20'000;
 
-bool digit(char c) {
+constexpr bool digit(char c) {
   return c >= '0' && c <= '9';
 }
-bool starts_name(char c) {
+constexpr bool starts_name(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
          static_cast<unsigned char>(c) >= 0x80;
 }
+constexpr auto kInName = [] {
+  std::array<bool, 256> out{};
+  for (std::size_t c = 0; c < out.size(); ++c)
+    out[c] = starts_name(static_cast<char>(c)) || digit(static_cast<char>(c));
+  return out;
+}();
 bool in_name(char c) {
-  return starts_name(c) || digit(c);
+  return kInName[static_cast<unsigned char>(c)];
 }
 int hex(char c) {
   if (digit(c)) return c - '0';

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <map>
+#include <memory>
 
 namespace doppel {
 namespace {
@@ -49,6 +50,22 @@ std::string result(const std::string& text) {
   } catch (const ExpressionError& error) {
     return std::string("error: ") + error.what();
   }
+}
+
+TEST(Expression, WhatComesOutOfATextOutlivesIt) {
+  Names names;
+  std::int64_t budget = 1000;
+  ExpressionStore store;
+  auto text = std::make_unique<std::string>("length * 2 + arm.mass");
+  const Expression* const parsed = parse_expression(*text, store);
+  *text = "lambda a, b='a default that is no short string': [a + b for c in [1]]";
+  const Value lambda = evaluate(*text, names, budget);
+  text.reset();
+  EXPECT_EQ(evaluate(*parsed, names, budget).str(), "8.0");
+  ValueList arguments{Value("x: ")};
+  KeywordArguments none;
+  EXPECT_EQ((*lambda.as<Value::Function>().call)(arguments, none).str(),
+            "['x: a default that is no short string']");
 }
 
 // Each right side is what the reference prints, under Python 3.11.
