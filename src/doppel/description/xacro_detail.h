@@ -235,8 +235,8 @@ Value interpreted(Value value);
 std::optional<bool> truth_of(const Value& value);
 
 // A YAML file as values, with !degrees, !radians and the other units of xacro, dotted. Throws InputError.
-Value load_yaml(const std::filesystem::path& file, const SourceLocation& where);
-Value parse_yaml(const std::string& text, const std::filesystem::path& file, const SourceLocation& where);
+Value load_yaml(const std::filesystem::path& file, const TreePlace& where);
+Value parse_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where);
 
 // A dict with all that is in it, its entries as attributes.
 Value dotted(const Value& value);

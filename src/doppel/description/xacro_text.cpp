@@ -302,7 +302,7 @@ Value Interpreter::yaml(const std::string& name, const TreePlace& where) {
   const fs::path file = beside(name);
   if (const auto known = yaml_files_.find(file.string()); known != yaml_files_.end()) return known->second;
   add_file(file);
-  return yaml_files_.emplace(file.string(), load_yaml(file, locate(where))).first->second;
+  return yaml_files_.emplace(file.string(), load_yaml(file, where)).first->second;
 }
 
 }  // namespace doppel::xacro

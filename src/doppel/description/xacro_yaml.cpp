@@ -16,7 +16,7 @@ constexpr std::size_t kLargest = std::size_t{4} << 20;
 
 class Converter {
  public:
-  Converter(const std::filesystem::path& file, const SourceLocation& where)
+  Converter(const std::filesystem::path& file, const TreePlace& where)
       : file_(std::make_shared<const std::string>(file.string())), where_(where) {}
 
   Value value(const YAML::Node& node, int depth) {
@@ -39,7 +39,7 @@ class Converter {
 
   [[nodiscard]] SourceLocation place(const YAML::Mark& mark) const {
     return {file_, mark.line + 1, mark.column + 1,
-            std::make_shared<SourceLocation::Within>(SourceLocation::Within{where_, "in load_yaml"})};
+            std::make_shared<SourceLocation::Within>(SourceLocation::Within{locate(where_), "in load_yaml"})};
   }
 
  private:
@@ -101,7 +101,7 @@ class Converter {
   }
 
   std::shared_ptr<const std::string> file_;
-  const SourceLocation& where_;
+  const TreePlace& where_;
   std::int64_t count_ = 0;
 };
 
@@ -130,8 +130,7 @@ bool more_than_one(const std::string& text) {
 
 }  // namespace
 
-Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file,
-                       const SourceLocation& where) {
+Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where) {
   Converter converter(file, where);
   try {
     if (more_than_one(text))
@@ -141,23 +140,23 @@ Value parse_whole_yaml(const std::string& text, const std::filesystem::path& fil
     throw InputError("xacro.yaml", converter.place(problem.mark),
                      fmt::format("the YAML is not well-formed: {}", problem.msg));
   } catch (const ExpressionError& problem) {
-    throw InputError("xacro.yaml", where, problem.what());
+    throw InputError("xacro.yaml", locate(where), problem.what());
   }
 }
 
-Value parse_yaml(const std::string& text, const std::filesystem::path& file, const SourceLocation& where) {
+Value parse_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where) {
   if (auto simple = parse_simple_yaml(text)) return *std::move(simple);
   return parse_whole_yaml(text, file, where);
 }
 
-Value load_yaml(const std::filesystem::path& file, const SourceLocation& where) {
+Value load_yaml(const std::filesystem::path& file, const TreePlace& where) {
   std::string text;
   try {
     text = read_file(file.string(), kLargest);
   } catch (const InputError&) {
     std::error_code none;
     const bool missing = !std::filesystem::exists(file, none);
-    throw InputError(missing ? "xacro.file_not_found" : "file.unreadable", where,
+    throw InputError(missing ? "xacro.file_not_found" : "file.unreadable", locate(where),
                      fmt::format("the YAML file '{}' {}", file.string(),
                                  missing ? "does not exist" : "is no regular file of at most 4 MB"));
   }

@@ -19,7 +19,6 @@ double yaml_unit(std::string_view tag);
 // Nothing: the text uses more of YAML than this reads, or is none.
 std::optional<Value> parse_simple_yaml(std::string_view text);
 // By yaml-cpp, whatever the text. Throws InputError.
-Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file,
-                       const SourceLocation& where);
+Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where);
 
 }  // namespace doppel::xacro
