@@ -118,7 +118,7 @@ class Evaluator {
   // What an expression gives: a reference where the value lies somewhere already, else a value of its own.
   class Operand {
    public:
-    Operand(Evaluator& evaluator, const Expression& e) : at_(evaluator.evaluated(e, &own_)) {}
+    Operand(Evaluator& evaluator, const Expression& e) { at_ = evaluator.evaluated(e, &own_); }
     ~Operand() {
       if (own()) own_.~Value();
     }
@@ -131,9 +131,9 @@ class Evaluator {
 
    private:
     union {
-      Value own_;
+      Value own_;  // made by evaluated(), where it is
     };
-    const Value* at_;
+    const Value* at_ = nullptr;
   };
 
   // A value that stays where it is until the evaluation ends, or one that is made in `room`.

@@ -3,46 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <cstdlib>
-#include <new>
 #include <thread>
 
 #include "doppel/bus/bus.h"
+#include "doppel/core/test/heap_touches.h"
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/messages/std_srvs.h"
-
-namespace {
-
-// Allocations of this thread; the replaced operators count for the whole test program.
-thread_local std::size_t allocations = 0;
-
-void* counted(std::size_t size) {
-  ++allocations;
-  void* memory = std::malloc(size > 0 ? size : 1);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  return counted(size);
-}
-void* operator new[](std::size_t size) {
-  return counted(size);
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
 
 namespace doppel {
 namespace {
@@ -78,14 +44,15 @@ TEST(Allocation, PublishingNeverAllocates) {
   bus.spin();
   const JointState state = joint_state();
   latched.publish(state, {});  // takes its memory once
-  const std::size_t before = allocations;
-  for (int i = 0; i < 100; ++i) {
-    unheard.publish(state, milliseconds(i));
-    heard.publish(state, milliseconds(i));
-    latched.publish(state, milliseconds(i));
-    bus.spin();
-  }
-  EXPECT_EQ(allocations, before);
+  const auto publish = [&] {
+    for (int i = 0; i < 100; ++i) {
+      unheard.publish(state, milliseconds(i));
+      heard.publish(state, milliseconds(i));
+      latched.publish(state, milliseconds(i));
+      bus.spin();
+    }
+  };
+  EXPECT_EQ(test::heap_touches_of(publish), 0U);
   EXPECT_EQ(sum, 100.0);
   Edge::Incoming incoming;
   int count = 0;

@@ -3,46 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "doppel/control/test/jtc_rig.h"
-
-namespace {
-std::atomic<bool> counting{false};
-std::atomic<int> touches{0};  // of the heap
-
-void* counted(std::size_t size) {
-  if (counting) ++touches;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-
-void release(void* memory) {
-  if (counting) ++touches;
-  std::free(memory);
-}
-}  // namespace
-
-void* operator new(std::size_t size) {
-  return counted(size);
-}
-void* operator new[](std::size_t size) {
-  return counted(size);
-}
-void operator delete(void* memory) noexcept {
-  release(memory);
-}
-void operator delete[](void* memory) noexcept {
-  release(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  release(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  release(memory);
-}
+#include "doppel/core/test/heap_touches.h"
 
 namespace doppel {
 namespace {
@@ -50,18 +12,18 @@ namespace {
 const std::vector<std::string> kJoints = {"a", "b", "c"};
 
 // Heap touches in the ticks of this time; what runs between them is not counted.
-int touches_in(JtcRig& rig, double seconds) {
-  touches = 0;
+std::size_t touches_in(JtcRig& rig, double seconds) {
+  test::HeapTouches touches;
   for (double time = 0; time < seconds; time += 0.01) {
     rig.bus.set_now(rig.now);
     rig.bus.spin();
     rig.manager->housekeeping(rig.now);
-    counting = true;
+    touches.run();
     rig.manager->tick(rig.now);
-    counting = false;
+    touches.pause();
     rig.now += rig.manager->period();
   }
-  return touches;
+  return touches.count();
 }
 
 class JtcAllocation : public testing::TestWithParam<std::vector<std::string>> {};
@@ -80,17 +42,17 @@ TEST_P(JtcAllocation, NoneInUpdate) {
   for (const TopicInfo& topic : rig.bus.topics()) edge->subscribe(topic.id);
   rig.run(2);
   rig.say(trajectory(kJoints, {point(0.5, {1, 1, 1}, {1, 1, 1}), point(1, {0, 0, 0}, {0, 0, 0})}));
-  EXPECT_EQ(touches_in(rig, 1.2), 0) << "topic";
+  EXPECT_EQ(touches_in(rig, 1.2), 0U) << "topic";
   rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1}), point(1, {0.5, 0.5, 0.5})}));
-  EXPECT_EQ(touches_in(rig, 1.2), 0) << "goal to its success";
+  EXPECT_EQ(touches_in(rig, 1.2), 0U) << "goal to its success";
   const auto goal = rig.send(trajectory(kJoints, {point(1, {}, {1, 1, 1}), point(1.5, {}, {0, 0, 0})}));
-  EXPECT_EQ(touches_in(rig, 0.5), 0) << "integrated";
+  EXPECT_EQ(touches_in(rig, 0.5), 0U) << "integrated";
   rig.cancel(goal);
-  EXPECT_EQ(touches_in(rig, 1.0), 0) << "braking";
+  EXPECT_EQ(touches_in(rig, 1.0), 0U) << "braking";
   rig.send(trajectory(kJoints, {point(0.5, {2, 2, 2})}));
-  EXPECT_EQ(touches_in(rig, 0.1), 0);
+  EXPECT_EQ(touches_in(rig, 0.1), 0U);
   rig.hardware->set_offset("b", 2);
-  EXPECT_EQ(touches_in(rig, 0.5), 0) << "violation";
+  EXPECT_EQ(touches_in(rig, 0.5), 0U) << "violation";
   Edge::Incoming message;
   EXPECT_TRUE(edge->next(message));
 }

@@ -2,48 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "doppel/control/test/manager_rig.h"
+#include "doppel/core/test/heap_touches.h"
 #include "doppel/messages/control_msgs.h"
 #include "doppel/messages/std_msgs.h"
-
-namespace {
-std::atomic<bool> counting{false};
-std::atomic<int> allocations{0};
-
-void* counted(std::size_t size) {
-  if (counting) ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-
-void release(void* memory) {
-  if (counting) ++allocations;
-  std::free(memory);
-}
-}  // namespace
-
-void* operator new(std::size_t size) {
-  return counted(size);
-}
-void* operator new[](std::size_t size) {
-  return counted(size);
-}
-void operator delete(void* memory) noexcept {
-  release(memory);
-}
-void operator delete[](void* memory) noexcept {
-  release(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  release(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  release(memory);
-}
 
 namespace doppel {
 namespace {
@@ -76,14 +38,14 @@ TEST(Tick, NeitherAllocatesNorFrees) {
   references.publish({{}, {100.0}, {}}, rig.now);
   rig.run(2);
 
-  allocations = 0;
+  test::HeapTouches touches;
   for (int i = 0; i < 500; ++i) {
-    counting = true;
+    touches.run();
     rig.manager->tick(rig.now);
-    counting = false;
+    touches.pause();
     rig.now += rig.manager->period();
   }
-  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(touches.count(), 0U);
   EXPECT_GT(rig.manager->command("a/position"), 0.0);
   EXPECT_EQ(rig.manager->command("b/effort"), 1.0);
   Edge::Incoming message;
