@@ -12,6 +12,7 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
+#include "doppel/conversion/absolute_paths.h"
 #include "doppel/conversion/mjcf.h"
 #include "doppel/conversion/sdf.h"
 #include "doppel/conversion/srdf.h"
@@ -60,6 +61,12 @@ std::string choose_format(const ConvertOptions& options) {
   return wanted;
 }
 
+void tell_of_absolute_paths(const std::string& text, const std::string& out) {
+  Diagnostics said;
+  warn_of_absolute_paths(text, out.empty() || out == "-" ? "stdout" : out, said);
+  print_diagnostics(said);
+}
+
 // On stderr, and only where somebody looks at it.
 bool tell_progress(double done) {
   if (isatty(STDERR_FILENO) != 0) {
@@ -97,7 +104,9 @@ int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot
 int run_convert(const ConvertOptions& options) {
   const std::string format = choose_format(options);
   DescriptionTarget target = open_target(options.target);
-  const RobotDescription robot = load_target(target).robot;
+  const LoadedDescription loaded = load_target(target);
+  const RobotDescription& robot = loaded.robot;
+  refuse_own_source(options.out, loaded.files, "write to another file, for instance below build/");
   MeshPlacement placement;
   const bool to_stdout = options.out.empty() || options.out == "-";
   placement.out_folder = to_stdout ? fs::current_path() : fs::absolute(options.out).parent_path();
@@ -106,6 +115,7 @@ int run_convert(const ConvertOptions& options) {
   MeshFiles meshes(placement);
   if (format == "urdf") {
     const std::string text = to_urdf(robot, meshes);
+    tell_of_absolute_paths(text, options.out);
     meshes.write();
     deliver(text, options.out);
     return 0;
@@ -120,6 +130,7 @@ int run_convert(const ConvertOptions& options) {
   const std::string text = format == "sdf" ? to_sdf(robot, model, meshes, diagnostics)
                                            : to_mjcf(robot, model, meshes, diagnostics);
   print_diagnostics(diagnostics);
+  if (format == "sdf") tell_of_absolute_paths(text, options.out);
   meshes.write();
   deliver(text, options.out);
   return 0;

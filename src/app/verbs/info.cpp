@@ -50,7 +50,8 @@ OverlayState overlay_state(DescriptionTarget& target) {
 
 std::string overlay_line(const OverlayState& state) {
   if (state.file.empty()) return "none";
-  std::string out = fmt::format("{}: {} of {} applied", state.file.string(), state.applied, state.operations);
+  std::string out =
+      fmt::format("{}: {} of {} applied", shown_path(state.file), state.applied, state.operations);
   if (state.already_there > 0) out += fmt::format(", {} already in the description", state.already_there);
   return out;
 }
@@ -93,7 +94,7 @@ std::string to_json(const LoadedDescription& loaded, const RobotSummary& summary
   const RobotDescription& robot = loaded.robot;
   const auto vector_json = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
   Json out{{"version", 1}, {"robot", robot.name}, {"files", Json::array()}};
-  for (const auto& file : loaded.files) out["files"].push_back(file.string());
+  for (const auto& file : loaded.files) out["files"].push_back(shown_path(file));
   out["links"] = robot.links.size();
   out["joints"] = joints_json(robot);
   out["driven"] = summary.driven;
@@ -114,12 +115,18 @@ std::string to_json(const LoadedDescription& loaded, const RobotSummary& summary
         {{"name", controller.name}, {"type", controller.type}, {"joints", controller.joints}});
   out["overlay"] = Json();
   if (!overlay.file.empty()) {
-    out["overlay"] = {{"file", overlay.file.string()},
+    out["overlay"] = {{"file", shown_path(overlay.file)},
                       {"operations", overlay.operations},
                       {"applied", overlay.applied},
                       {"already_there", overlay.already_there}};
   }
   return out.dump(2) + "\n";
+}
+
+std::vector<std::filesystem::path> shown_paths(const std::vector<std::filesystem::path>& files) {
+  std::vector<std::filesystem::path> out;
+  for (const auto& file : files) out.emplace_back(shown_path(file));
+  return out;
 }
 
 int run_info(const InfoOptions& options) {
@@ -131,7 +138,7 @@ int run_info(const InfoOptions& options) {
   const RobotSummary summary = summarise(loaded.robot, model);
   const OverlayState overlay = overlay_state(target);
   FoundControllers found = find_controllers(loaded.robot, target.target);
-  const Surroundings surroundings{loaded.files, overlay_line(overlay), std::move(found.files),
+  const Surroundings surroundings{shown_paths(loaded.files), overlay_line(overlay), shown_paths(found.files),
                                   std::move(found.controllers)};
   deliver(options.json ? to_json(loaded, summary, overlay, surroundings.controllers)
                        : summary_text(loaded.robot, summary, surroundings));

@@ -26,4 +26,26 @@ void deliver(std::string_view text, const std::string& file) {
   }
 }
 
+void refuse_own_source(const std::string& file, std::span<const std::filesystem::path> sources,
+                       const std::string& mend) {
+  if (file.empty() || file == "-") return;
+  for (const std::filesystem::path& source : sources) {
+    std::error_code none;
+    if (!std::filesystem::equivalent(file, source, none)) continue;
+    throw InputError("output.own_source", make_location(file),
+                     fmt::format("this is a file that the description is read from{}; the result would "
+                                 "take its place",
+                                 shown_path(source) == file ? "" : fmt::format(" ({})", shown_path(source))),
+                     mend);
+  }
+}
+
+std::string shown_path(const std::filesystem::path& file) {
+  std::error_code none;
+  const std::filesystem::path here = std::filesystem::current_path(none);
+  const std::filesystem::path relative = std::filesystem::absolute(file, none).lexically_relative(here);
+  const bool below = !relative.empty() && *relative.begin() != "..";
+  return below ? relative.lexically_normal().string() : file.string();
+}
+
 }  // namespace doppel::app
