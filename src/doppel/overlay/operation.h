@@ -105,8 +105,16 @@ using OperationAction =
                  SetInertia, ComputeInertia, ScaleMasses, AttachToWorld, AddMimic, ReplaceCollision,
                  SetMeshScale, Rename, AddRos2Control, Remove>;
 
+// A setting of more than one turn: `unit` is what it was written in, "rad" (or deg), "m" (or mm), or nothing.
+struct LargeAngle {
+  std::string key;  // "offset", "upper", "rpy"
+  double value = 0;
+  std::string unit;
+};
+
 struct Operation {
   OperationAction action;
+  std::vector<LargeAngle> beyond_a_turn;
   std::string why;
   std::vector<std::string> evidence;  // measurements, datasheets, in words
   // What the operation depends on, as it was: "axis" -> "1 0 0". Compared by number where both are numbers.

@@ -49,12 +49,21 @@ std::vector<const XmlNode*> joints_below(const XmlNode& root, std::string_view l
 std::string root_link(const XmlNode& root);  // the first link that is nobody's child; "" without one
 std::string link_of(const XmlNode& joint, std::string_view end);  // end: "parent" or "child"
 
+// -- values that no description could hold (nonsense.cpp)
+struct Nonsense {
+  std::string key;  // of the setting; empty: what stands behind the operation's name
+  std::string message, mend;
+};
+std::optional<Nonsense> nonsense_in(const OperationAction& action);
+
 // -- facts (facts.cpp)
 // Which facts the operation depends on or makes, in the order in which they are written down.
 std::vector<std::string> fact_keys(const OperationAction& action, const XmlNode& root);
 // As they stand; nothing where the target does not exist.
 std::optional<Facts> facts_of(const OperationAction& action, const XmlNode& root,
                               const std::vector<std::string>& keys);
+// What a fact reads where the part of a joint or link that holds it ("mimic", "inertial") was removed.
+std::optional<std::string> value_without(std::string_view part, std::string_view key);
 // Writes plain facts ("axis", "mass") of a joint or link into its element.
 void write_facts(XmlNode& target, const Facts& facts, const SourceLocation& where);
 void set_target(OperationAction& action, const std::string& name);

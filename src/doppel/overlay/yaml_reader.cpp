@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 #include <set>
 
@@ -76,6 +77,9 @@ class OperationReader {
 
   void find_operation();
   void check_keys() const;
+  void check_values(const OperationAction& action) const;
+  void need_one_of(std::initializer_list<const char*> keys) const;
+  [[noreturn]] void missing(const char* key);
   OperationAction action();
   OperationAction joint_action();
   OperationAction link_action();
@@ -86,9 +90,7 @@ class OperationReader {
   }
   YAML::Node need(const char* key) {
     YAML::Node value = get(key);
-    if (!value || value.IsNull())
-      fail(node_, "overlay.missing_key", fmt::format("{} needs '{}'", name_, key),
-           fmt::format("write a line '{}: ...' below it", key));
+    if (!value || value.IsNull()) missing(key);
     return value;
   }
   std::string text(const YAML::Node& node, const std::string& what) const {
@@ -96,16 +98,17 @@ class OperationReader {
     return node.Scalar();
   }
   std::string target() const { return target_.IsNull() ? "" : text(target_, name_); }
-  double quantity(const YAML::Node& node, std::string_view scalar, Dimension dimension) const;
-  double number(const YAML::Node& node, Dimension dimension) const {
+  double quantity(const YAML::Node& node, std::string_view scalar, Dimension dimension);
+  double number(const YAML::Node& node, Dimension dimension) {
     return quantity(node, text(node, "a number"), dimension);
   }
+  double noted(double value, Dimension dimension, std::string_view unit);
   std::optional<double> maybe(const char* key, Dimension dimension) {
     const YAML::Node value = get(key);
     if (!value) return {};
     return number(value, dimension);
   }
-  Eigen::Vector3d vector(const YAML::Node& node, Dimension dimension) const;
+  Eigen::Vector3d vector(const YAML::Node& node, Dimension dimension);
   std::optional<Eigen::Vector3d> maybe_vector(const char* key, Dimension dimension) {
     const YAML::Node value = get(key);
     if (!value) return {};
@@ -118,10 +121,23 @@ class OperationReader {
   YAML::Node node_, target_;
   std::shared_ptr<const std::string> file_;
   std::string name_;
-  std::vector<std::string> known_;
+  std::vector<std::string> known_;  // the last one is being read
+  std::vector<LargeAngle> beyond_a_turn_;
 };
 
-double OperationReader::quantity(const YAML::Node& node, std::string_view scalar, Dimension dimension) const {
+// Lengths are noted too: whether the joint turns or slides is not known here.
+double OperationReader::noted(double value, Dimension dimension, std::string_view unit) {
+  constexpr double kTurn = 2 * std::numbers::pi * (1 + 1e-4);  // a turn may be rounded upwards
+  static const std::set<std::string> kMayBeAngles{"rpy", "offset", "lower", "upper"};
+  if (dimension != Dimension::position || std::abs(value) <= kTurn || !kMayBeAngles.contains(known_.back()))
+    return value;
+  std::string base;
+  if (!unit.empty()) base = unit == "deg" || unit == "rad" ? "rad" : "m";
+  beyond_a_turn_.push_back({known_.back(), value, base});
+  return value;
+}
+
+double OperationReader::quantity(const YAML::Node& node, std::string_view scalar, Dimension dimension) {
   const std::size_t end = std::min(scalar.find_first_not_of("+-.0123456789eE"), scalar.size());
   const auto value = number_of(scalar.substr(0, end));
   const bool letters = end == scalar.size() || scalar[end] == ' ' ||
@@ -132,15 +148,15 @@ double OperationReader::quantity(const YAML::Node& node, std::string_view scalar
   }
   std::string_view unit = scalar.substr(end);
   unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
-  if (unit.empty()) return *value;
+  if (unit.empty()) return noted(*value, dimension, unit);
   for (const Unit& known : kUnits) {
-    if (known.of == dimension && known.name == unit) return *value * known.factor;
+    if (known.of == dimension && known.name == unit) return noted(*value * known.factor, dimension, unit);
   }
   fail(node, "overlay.unit",
        fmt::format("'{}' is no unit that fits here{}", unit, did_you_mean(unit, units_of(dimension))));
 }
 
-Eigen::Vector3d OperationReader::vector(const YAML::Node& node, Dimension dimension) const {
+Eigen::Vector3d OperationReader::vector(const YAML::Node& node, Dimension dimension) {
   Eigen::Vector3d out;
   if (node.IsSequence() && node.size() == 3) {
     for (std::size_t i = 0; i < 3; ++i) out[static_cast<Eigen::Index>(i)] = number(node[i], dimension);
@@ -149,14 +165,20 @@ Eigen::Vector3d OperationReader::vector(const YAML::Node& node, Dimension dimens
   if (node.IsScalar()) {
     std::string_view rest = node.Scalar();
     double factor = 1;
+    std::string_view written;
     for (const Unit& unit : kUnits) {
       const std::string ending = fmt::format(" {}", unit.name);
       if (unit.of != dimension || !rest.ends_with(ending)) continue;
       factor = unit.factor;
+      written = unit.name;
       rest.remove_suffix(ending.size());
       break;
     }
-    if (const auto value = vector_of(rest)) return *value * factor;
+    if (const auto value = vector_of(rest)) {
+      out = *value * factor;
+      for (const double x : out) noted(x, dimension, written);
+      return out;
+    }
   }
   fail(node, "overlay.vector", "three numbers are wanted here", "write them as [0, 0, 0.25] or as 0 0 0.25");
 }
@@ -210,6 +232,39 @@ void OperationReader::check_keys() const {
       fail(entry.first, "overlay.unknown_key",
            fmt::format("{} has no '{}'{}", name_, key, did_you_mean(key, known_)));
   }
+}
+
+void OperationReader::missing(const char* key) {
+  for (const auto& entry : node_) {  // is it there, with a slip of the pen?
+    if (!entry.first.IsScalar()) continue;
+    const std::string written = entry.first.Scalar();
+    const std::vector<std::string> wanted{key};
+    if (written != name_ && written != key && nearest_name(written, wanted))
+      fail(entry.first, "overlay.unknown_key",
+           fmt::format("{} has no '{}'; did you mean '{}'?", name_, written, key));
+  }
+  fail(node_, "overlay.missing_key", fmt::format("{} needs '{}'", name_, key),
+       fmt::format("write a line '{}: ...' below it", key));
+}
+
+// Told after the unknown keys: a typo is the more likely reason.
+void OperationReader::need_one_of(std::initializer_list<const char*> keys) const {
+  if (std::ranges::any_of(keys, [&](const char* key) { return node_[key].IsDefined(); })) return;
+  std::string all;
+  for (const char* key : keys) all += fmt::format("{}{}", all.empty() ? "" : ", ", key);
+  fail(node_, "overlay.missing_key", fmt::format("{} sets nothing", name_),
+       fmt::format("give at least one of {}", all));
+}
+
+void OperationReader::check_values(const OperationAction& action) const {
+  if (name_ == "set_limit") need_one_of({"lower", "upper", "effort", "velocity"});
+  if (name_ == "set_dynamics") need_one_of({"damping", "friction"});
+  if (name_ == "set_origin") need_one_of({"xyz", "rpy"});
+  if (name_ == "set_inertia") need_one_of({"mass", "com", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
+  const auto found = nonsense_in(action);
+  if (!found) return;
+  fail(found->key.empty() ? target_ : node_[found->key], "overlay.nonsense",
+       fmt::format("{}: {}", name_, found->message), found->mend);
 }
 
 OperationAction OperationReader::joint_action() {
@@ -290,6 +345,7 @@ Operation OperationReader::read() {
   Operation operation;
   operation.where = place(node_);
   operation.action = action();
+  operation.beyond_a_turn = std::move(beyond_a_turn_);
   if (const YAML::Node why = get("why")) operation.why = text(why, "why");
   if (const YAML::Node evidence = get("evidence")) operation.evidence = names(evidence, "evidence");
   operation.was = map<std::string>("was", [&](const YAML::Node& value) {
@@ -299,6 +355,7 @@ Operation OperationReader::read() {
     return joined;
   });
   check_keys();
+  check_values(operation.action);
   if (!std::holds_alternative<AttachToWorld>(operation.action) &&
       !std::holds_alternative<ScaleMasses>(operation.action) && target_name(operation.action).empty() &&
       name_ != "remove_gazebo") {
