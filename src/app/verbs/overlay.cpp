@@ -77,7 +77,7 @@ std::string counts(const Corrected& c) {
 }
 
 std::string coloured(OperationState state, bool colour) {
-  const std::string text = fmt::format("{:<14}", to_string(state));
+  const std::string text = fmt::format("{:<16}", to_string(state));
   if (!colour) return text;
   const int code = state == OperationState::applied ? 32 : state == OperationState::already_there ? 90 : 33;
   return fmt::format("\033[{}m{}\033[0m", code, text);
@@ -95,7 +95,7 @@ std::string show_text(const Corrected& c) {
     const OperationOutcome& outcome = c.outcomes[i];
     out += fmt::format("{:>3}  {}{}\n", i + 1, coloured(outcome.state, colour), describe(operation.action));
     const auto line = [&](const char* name, const std::string& text) {
-      if (!text.empty()) out += fmt::format("{:>19}{:<10}{}\n", "", name, text);
+      if (!text.empty()) out += fmt::format("{:>21}{:<10}{}\n", "", name, text);
     };
     if (!is_fine(outcome.state)) line("problem", outcome.message);
     line("why", operation.why);
@@ -187,21 +187,60 @@ Operation read_operation(const AddWords& words, const OverlayOptions& o) {
   return operation;
 }
 
+// Errors of the description; one that a correction brings in speaks against the correction.
+std::vector<Diagnostic> errors_of(const Corrected& c) {
+  Diagnostics said;
+  PackageResolver resolver = c.target.resolver;
+  try {
+    read_description(c.corrected, resolver, said);
+  } catch (const InputError& error) {
+    for (const Diagnostic& diagnostic : error.diagnostics()) said.add(diagnostic);
+  }
+  std::vector<Diagnostic> out = said.all();
+  std::erase_if(out, [](const Diagnostic& d) { return d.severity != Severity::error; });
+  return out;
+}
+
+void refuse_new_errors(const std::vector<Diagnostic>& before, const Corrected& c, const Operation& added) {
+  for (const Diagnostic& now : errors_of(c)) {
+    const auto known = [&](const Diagnostic& d) { return d.rule == now.rule && d.message == now.message; };
+    if (std::ranges::any_of(before, known)) continue;
+    throw InputError("overlay.nonsense", now.where,
+                     fmt::format("'{}' would break the description: {}", describe(added.action), now.message),
+                     now.mend);
+  }
+}
+
+// What is a warning where a whole robot would not load is a refusal where a correction is about to be made.
+void throw_refusals(const Diagnostics& said) {
+  std::vector<Diagnostic> refused;
+  for (Diagnostic diagnostic : said.all()) {
+    static const std::vector<std::string> kOfStates{"overlay.already_there", "overlay.changed",
+                                                    "overlay.no_target", "overlay.no_fingerprint"};
+    if (std::ranges::find(kOfStates, diagnostic.rule) != kOfStates.end()) continue;
+    diagnostic.severity = Severity::error;
+    refused.push_back(std::move(diagnostic));
+  }
+  if (!refused.empty()) throw InputError(std::move(refused));
+}
+
 int add(const OverlayOptions& o) {
   const AddWords words = split_words(o.words);
   Operation operation = read_operation(words, o);
   Corrected c(words.target);
   take_fingerprint(operation, c.corrected);
+  const std::vector<Diagnostic> before = errors_of(c);
   Overlay one;
   one.operations = {operation};
   Diagnostics said;
   const OperationOutcome outcome = apply_overlay(one, c.corrected, c.target.resolver, said).front();
-  said.throw_if_errors();
+  throw_refusals(said);
   if (outcome.state != OperationState::applied) {
     throw InputError(
         "overlay.nothing_to_do", {},
         fmt::format("'{}' would change nothing: {}", describe(operation.action), outcome.message));
   }
+  refuse_new_errors(before, c, operation);
   const fs::path file = add_to_overlay(c.target.target.description, {operation});
   fmt::print(stderr, "{}: {}\n", file.string(), describe(operation.action));
   return 0;
@@ -296,10 +335,19 @@ void settle(Corrected& c, const fs::path& beside) {
       settle_meshes(c.corrected.root, folder, name.empty() ? "" : fmt::format("package://{}/", name)));
 }
 
+void say_that_it_can_go(const Corrected& c) {
+  const bool all =
+      std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_fine(outcome.state); });
+  if (all && !c.outcomes.empty())
+    fmt::print(stderr, "{}: every correction stands in the sources now; this file can go\n",
+               shown_path(c.overlay.file));
+}
+
 int bake_sources(Corrected& c, const OverlayOptions& o) {
   std::vector<BakedFile> files = bake_in_place(c.plain, c.corrected);
   if (files.empty()) {
     fmt::print(stderr, "there is nothing to bake: {}\n", c.outcomes.empty() ? "no corrections" : counts(c));
+    say_that_it_can_go(c);
     return 0;
   }
   if (!o.dry_run) {
@@ -311,7 +359,8 @@ int bake_sources(Corrected& c, const OverlayOptions& o) {
     });
   }
   for (const BakedFile& file : files)
-    fmt::print(stderr, "{}: {}\n", file.file.string(), o.dry_run ? "would be patched" : "patched");
+    fmt::print(stderr, "{}: {}\n", shown_path(file.file), o.dry_run ? "would be patched" : "patched");
+  if (!o.dry_run) say_that_it_can_go(c);
   return 0;
 }
 
@@ -324,6 +373,11 @@ int bake(const OverlayOptions& o) {
   print_diagnostics(c.diagnostics);
   c.diagnostics.throw_if_errors();
   const fs::path file = o.in_place ? c.plain.file : fs::path(o.output);
+  if (!o.in_place) {
+    std::vector<fs::path> sources = c.plain.files;
+    sources.push_back(c.overlay.file);
+    refuse_own_source(o.output, sources, "write to another file, or patch the sources with --in-place");
+  }
   if (!o.dry_run) settle(c, fs::absolute(file).parent_path());
   if (o.in_place) return bake_sources(c, o);
   if (!o.dry_run) deliver(to_xml(c.corrected.root), o.output);

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "doppel/core/names.h"
@@ -27,6 +29,8 @@ class Application {
   [[nodiscard]] std::string final_name(const std::string& kind, std::string name, std::size_t after) const;
   [[nodiscard]] std::string present_name(std::size_t i) const;
   [[nodiscard]] bool removed_later(std::size_t i) const;
+  [[nodiscard]] bool removed_later(const std::string& kind, const std::string& name, std::size_t i) const;
+  [[nodiscard]] bool same_target(std::size_t i, std::size_t j) const;
   [[nodiscard]] std::string fact_id(std::size_t i, const std::string& key) const;
   [[nodiscard]] bool same(std::size_t i, const std::string& key, const std::string& a,
                           const std::string& b) const;
@@ -61,7 +65,11 @@ std::string Application::present_name(std::size_t i) const {
 
 bool Application::removed_later(std::size_t i) const {
   const std::string kind = target_kind(operations_[i].action);
-  const std::string name = final_name(kind, target_name(operations_[i].action), i);
+  return removed_later(kind, final_name(kind, target_name(operations_[i].action), i), i);
+}
+
+// `name`: the one that it ends up with.
+bool Application::removed_later(const std::string& kind, const std::string& name, std::size_t i) const {
   for (std::size_t j = i + 1; j < operations_.size(); ++j) {
     const auto* gone = std::get_if<Remove>(&operations_[j].action);
     if (gone == nullptr) continue;
@@ -71,6 +79,12 @@ bool Application::removed_later(std::size_t i) const {
       return true;
   }
   return false;
+}
+
+bool Application::same_target(std::size_t i, std::size_t j) const {
+  const OperationAction &a = operations_[i].action, &b = operations_[j].action;
+  const std::string kind = target_kind(a);
+  return kind == target_kind(b) && final_name(kind, target_name(a), i) == final_name(kind, target_name(b), j);
 }
 
 std::string Application::fact_id(std::size_t i, const std::string& key) const {
@@ -114,6 +128,10 @@ bool Application::stands_later(std::size_t i, const std::string& key, std::strin
       if ((tensor || key == "mass") && number)
         value = number_text(*number * mass_factor(*scaling, later.was));
       if (tensor && same(i, key, now, value)) return true;
+    }
+    if (const auto* gone = std::get_if<Remove>(&later.action); gone != nullptr && same_target(i, j)) {
+      if (auto left = value_without(gone->kind, key)) value = *std::move(left);
+      if (same(i, key, now, value)) return true;
     }
     for (const auto& [written, result] : results_of_later(j)) {
       if (fact_id(j, written) != id) continue;
@@ -166,13 +184,16 @@ OperationOutcome Application::compare(std::size_t i, Operation operation) {
   if (!now) return missing(i);
   const bool structural =
       std::holds_alternative<Remove>(operation.action) || std::holds_alternative<Rename>(operation.action);
-  Facts result = result_of(operation, operation.was, around_);
+  const bool masses = std::holds_alternative<ScaleMasses>(operation.action);
+  const Facts result = result_of(operation, operation.was, around_);
   Facts basis = operation.was, pending;
   std::size_t standing = 0;
   for (const auto& [key, was] : operation.was) {
     const std::string current = or_nothing(find_fact(*now, key));
     const std::string* makes = find_fact(result, key);
-    if (makes != nullptr && same(i, key, current, *makes)) {
+    const bool gone = masses && find_named(around_.root, "link", key) == nullptr &&
+                      removed_later("link", final_name("link", key, i), i);
+    if (gone || (makes != nullptr && same(i, key, current, *makes))) {
       ++standing;
     } else if (same(i, key, current, was)) {
       set_fact(basis, key, current);
@@ -191,7 +212,7 @@ OperationOutcome Application::compare(std::size_t i, Operation operation) {
             standing > 0 ? "the description holds the result already" : "there is nothing to do"};
   }
   // Computed anew from what stands there, which may have more digits than the fingerprint.
-  if (!std::holds_alternative<ScaleMasses>(operation.action)) {
+  if (!masses) {
     const Facts exact = result_of(operation, basis, around_);
     for (auto& [key, value] : pending) value = or_nothing(find_fact(exact, key));
   }
@@ -254,19 +275,64 @@ std::string_view to_string(OperationState state) {
   return "applied";
 }
 
+namespace {
+
+// A number without a unit that would be more than one turn: degrees, most likely.
+void warn_of_degrees(const Operation& operation, const XmlNode& root, Diagnostics& diagnostics) {
+  if (operation.beyond_a_turn.empty()) return;
+  const XmlNode* joint = find_named(root, target_kind(operation.action), target_name(operation.action));
+  const bool slides = joint != nullptr && attribute_of(*joint, "type") == "prismatic";
+  for (const LargeAngle& angle : operation.beyond_a_turn) {
+    if (!angle.unit.empty() || (slides && angle.key != "rpy")) continue;
+    const std::string number = number_text(angle.value);
+    diagnostics.warning(
+        "overlay.degrees", operation.where,
+        fmt::format(
+            "'{}': {} is {} rad, {:.3g} turns; a number without a unit is in rad; did you mean {} deg?",
+            describe(operation.action), angle.key, number, std::abs(angle.value) / (2 * std::numbers::pi),
+            number),
+        fmt::format("write the unit: '{} deg', or '{} rad' where that is meant", number, number));
+  }
+}
+
+// A list of which nothing is left to do is one note: the whole file can go.
+bool report_all_there(const Overlay& overlay, const std::vector<OperationOutcome>& outcomes,
+                      Diagnostics& diagnostics) {
+  const bool all = std::ranges::all_of(
+      outcomes, [](const auto& outcome) { return outcome.state == OperationState::already_there; });
+  if (!all || outcomes.size() < 2) return false;
+  diagnostics.note("overlay.already_there", overlay.operations.front().where,
+                   fmt::format("all {} corrections stand in the description already", outcomes.size()),
+                   "the overlay can go");
+  return true;
+}
+
+}  // namespace
+
 std::vector<OperationOutcome> apply_overlay(const Overlay& overlay, ExpandedDescription& description,
                                             const PackageResolver& resolver, Diagnostics& diagnostics) {
   std::vector<OperationOutcome> outcomes;
   Application application(overlay, description, resolver);
+  Diagnostics said;
   for (std::size_t i = 0; i < overlay.operations.size(); ++i) {
     const Operation& operation = overlay.operations[i];
     try {
       outcomes.push_back(application.apply(i));
-      report(operation, outcomes.back(), diagnostics);
+      warn_of_degrees(operation, description.root, said);
+      report(operation, outcomes.back(), said);
     } catch (const InputError& error) {
+      // A new export may have made it so: what still fits is applied, and the robot loads.
       outcomes.push_back({OperationState::changed, error.diagnostics().front().message});
-      for (const Diagnostic& diagnostic : error.diagnostics()) diagnostics.add(diagnostic);
+      for (Diagnostic diagnostic : error.diagnostics()) {
+        diagnostic.severity = Severity::warning;
+        diagnostic.message =
+            fmt::format("'{}' is not applied: {}", describe(operation.action), diagnostic.message);
+        said.add(std::move(diagnostic));
+      }
     }
+  }
+  if (!report_all_there(overlay, outcomes, diagnostics)) {
+    for (const Diagnostic& diagnostic : said.all()) diagnostics.add(diagnostic);
   }
   return outcomes;
 }
@@ -275,6 +341,11 @@ void take_fingerprint(Operation& operation, const ExpandedDescription& descripti
   const XmlNode& root = description.root;
   if (target_kind(operation.action) == "link" && target_name(operation.action).empty())
     set_target(operation.action, root_link(root));
+  if (std::holds_alternative<AttachToWorld>(operation.action) && target_name(operation.action) == "world") {
+    throw InputError("overlay.nothing_to_do", operation.where,
+                     "the robot's root is a link 'world' already, and hangs on nothing else",
+                     "nothing needs to be attached; name the link if another one is meant");
+  }
   const auto facts = facts_of(operation.action, root, fact_keys(operation.action, root));
   if (!facts) {
     throw InputError("overlay.no_target", operation.where,

@@ -252,6 +252,13 @@ std::optional<Facts> facts_of(const OperationAction& action, const XmlNode& root
   return facts;
 }
 
+std::optional<std::string> value_without(std::string_view part, std::string_view key) {
+  if (part == "collision" && key == "collision") return kNone;
+  const Slot* slot = slot_of(key);
+  if (slot == nullptr || (slot->outer != part && slot->element != part)) return {};
+  return std::string(slot->absent);
+}
+
 void write_facts(XmlNode& target, const Facts& facts, const SourceLocation& where) {
   for (const auto& [key, value] : facts) {
     const Slot* slot = slot_of(key);

@@ -45,8 +45,9 @@ struct OperationOutcome {
 };
 
 // Works on the expanded tree, in the overlay's order. Outcomes that are not `applied` are also warnings
-// (rules "overlay.changed", "overlay.no_target", "overlay.no_fingerprint") or notes ("overlay.already_there")
-// in `diagnostics`; what cannot be done to this tree is an error ("overlay.impossible").
+// (rules "overlay.changed", "overlay.no_target", "overlay.no_fingerprint", and "overlay.impossible" where the
+// tree does not allow it) or notes ("overlay.already_there") in `diagnostics`: one stale correction keeps no
+// robot from loading. An angle that looks like degrees without their unit is a warning ("overlay.degrees").
 std::vector<OperationOutcome> apply_overlay(const Overlay& overlay, ExpandedDescription& description,
                                             const PackageResolver& resolver, Diagnostics& diagnostics);
 

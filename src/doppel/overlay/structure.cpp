@@ -196,8 +196,10 @@ void add_ros2_control(XmlNode& root, const AddRos2Control& action, const SourceL
   block.children.push_back(std::move(hardware));
   for (const std::string& name : action.joints) {
     if (find_named(root, "joint", name) == nullptr) {
-      impossible(where, fmt::format("the ros2_control block '{}' drives a joint '{}' that does not exist{}",
-                                    action.name, name, did_you_mean(name, names_of(root, "joint"))));
+      impossible(where,
+                 fmt::format("the ros2_control block '{}' drives a joint '{}' that does not exist{}",
+                             action.name, name, did_you_mean(name, names_of(root, "joint"))),
+                 "correct its list of joints");
     }
     XmlNode joint = element("joint", {{"name", name}}, where);
     for (const std::string& interface : action.command_interfaces)

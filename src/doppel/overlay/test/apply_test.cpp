@@ -220,9 +220,84 @@ TEST(Overlay, KeepsTheTreeWhole) {
                            "- remove_joint: J 1\n  was: {parent: base, child: upper}"}) {
     Bench bench;
     bench.apply(parse_overlay(yaml, "o.yaml"));
-    EXPECT_TRUE(bench.diagnostics.has_errors()) << yaml;
+    EXPECT_FALSE(bench.diagnostics.has_errors()) << yaml << ": the rest still loads";
     EXPECT_EQ(bench.diagnostics.all()[0].rule, "overlay.impossible");
     EXPECT_EQ(bench.text(), Bench().text());
+  }
+}
+
+TEST(Overlay, OneStaleOperationKeepsNoneOfTheOthers) {
+  Bench bench;
+  const auto states = bench.apply(
+      parse_overlay("- add_ros2_control: arm\n  plugin: p/P\n  joints: [J 1, J 44]\n  was: {plugin: none}\n"
+                    "- set_limit: J 1\n  effort: 2\n  was: {effort: 100}",
+                    "o.yaml"));
+  EXPECT_EQ(states, (std::vector{OperationState::changed, OperationState::applied}));
+  EXPECT_FALSE(bench.diagnostics.has_errors());
+  EXPECT_THAT(bench.diagnostics.all()[0].message, HasSubstr("is not applied: the ros2_control block 'arm'"));
+  EXPECT_EQ(bench.text().find("<ros2_control"), std::string::npos) << "no half of a block";
+}
+
+TEST(Overlay, DegreesWithoutTheirUnitAreTold) {
+  const auto rules = [](const std::string& yaml) {
+    Bench bench;
+    const Overlay overlay = bench.stamped(yaml);
+    bench.apply(overlay);
+    std::string out;
+    for (const Diagnostic& said : bench.diagnostics.all()) out += said.rule + ' ' + said.message;
+    return out;
+  };
+  EXPECT_THAT(rules("- bake_zero: J 1\n  offset: 45"), HasSubstr("overlay.degrees"));
+  EXPECT_THAT(rules("- bake_zero: J 1\n  offset: 45"), HasSubstr("did you mean 45 deg?"));
+  EXPECT_THAT(rules("- set_limit: J 1\n  upper: 120"), HasSubstr("did you mean 120 deg?"));
+  EXPECT_THAT(rules("- rotate_frame: J 1\n  rpy: [0, 0, 90]"), HasSubstr("did you mean 90 deg?"));
+  EXPECT_THAT(rules("- set_origin: J 1\n  rpy: 0 0 90"), HasSubstr("did you mean 90 deg?"));
+  for (const char* fine : {"- bake_zero: J 1\n  offset: 45 deg", "- set_limit: J 1\n  upper: 12.57 rad",
+                           "- set_limit: J 1\n  upper: 720 deg", "- set_limit: J 1\n  upper: 6.2832",
+                           "- set_limit: J 2\n  upper: 7", "- set_limit: J 1\n  velocity: 120",
+                           "- rotate_frame: J 1\n  rpy: 0 0 450 deg", "- set_origin: J 1\n  xyz: 0 0 12"})
+    EXPECT_EQ(rules(fine), "") << fine;
+}
+
+TEST(Overlay, AnAngleOfSeveralTurnsKeepsItsUnit) {
+  for (const char* yaml : {"- set_limit: J\n  upper: 12.57 rad\n", "- bake_zero: J\n  offset: 720 deg\n",
+                           "- set_limit: J\n  upper: 7 m\n", "- bake_zero: J\n  offset: 45\n",
+                           "- rotate_frame: J\n  rpy: [0, 0, 12.5 rad]\n"})
+    EXPECT_EQ(to_yaml(parse_overlay(yaml, "o.yaml")), yaml);
+}
+
+TEST(Overlay, ABakedRemovalExplainsWhatTheOnesBeforeItMiss) {
+  for (const char* yaml : {"- scale_masses: 7 kg\n- remove_link: tip",
+                           "- replace_collision: base\n  by: box\n- remove_collision: base",
+                           "- set_inertia: base\n  mass: 3\n- remove_inertial: base",
+                           "- set_limit: J 1\n  effort: 3\n- remove_limit: J 1"}) {
+    Bench bench;
+    const Overlay overlay = bench.stamped(yaml);
+    bench.apply(overlay);
+    EXPECT_EQ(bench.apply(overlay), (std::vector<OperationState>(2, OperationState::already_there)))
+        << yaml << ": " << bench.messages[0] << bench.messages[1];
+  }
+}
+
+TEST(Overlay, AListThatIsBakedIsOneNote) {
+  Bench bench;
+  const Overlay overlay = bench.stamped("- flip_axis: J 1\n- set_limit: J 1\n  effort: 2");
+  bench.apply(overlay);
+  EXPECT_TRUE(bench.diagnostics.all().empty());
+  bench.apply(overlay);
+  ASSERT_EQ(bench.diagnostics.all().size(), 1U);
+  EXPECT_EQ(bench.diagnostics.all()[0].mend, "the overlay can go");
+}
+
+TEST(Overlay, WhatStandsOnTheWorldIsNotAttachedAgain) {
+  Bench bench;
+  bench.apply(bench.stamped("- attach_to_world:"));
+  Operation again = parse_overlay("- attach_to_world:", "o.yaml").operations.front();
+  try {
+    take_fingerprint(again, bench.description);
+    FAIL() << "it stands there already";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("root is a link 'world' already"));
   }
 }
 
