@@ -44,6 +44,8 @@ class Calibration {
     robot_ = read_description(expanded_, target_.resolver, diagnostics);
     diagnostics.throw_if_errors();
     print_diagnostics(diagnostics);
+    const std::filesystem::path file = overlay_path(target_.target.description);
+    if (std::filesystem::exists(file)) overlay_ = read_overlay(file);
   }
 
   int run() {
@@ -55,11 +57,12 @@ class Calibration {
     if (measured_.empty()) ask();
     if (measured_.empty()) return 1;
     for (auto& [joint, measurements] : measured_) results_.push_back(judge(*joint, std::move(measurements)));
+    refuse_repetition();
     if (options_.as_offsets) {
-      print_offsets();
+      for (const std::string& said : baked_zeros()) print_note("warning: " + said);
+      options_.json ? print_offsets_json() : print_offsets();
       return 0;
     }
-    refuse_repetition();
     correct();
     const std::filesystem::path file = write();
     try {
@@ -116,25 +119,33 @@ class Calibration {
 
   // A measurement that made a correction was taken of the model before it; once more it would count twice.
   void refuse_repetition() const {
-    const std::filesystem::path file = overlay_path(target_.target.description);
-    if (!std::filesystem::exists(file)) return;
-    const Overlay overlay = read_overlay(file);
     for (const Result& result : results_) {
-      for (const Operation& fresh : result.operations) {
-        for (const Operation& old : overlay.operations) {
-          if (operation_name(old.action) != operation_name(fresh.action) ||
-              operation_target(old.action) != operation_target(fresh.action) ||
-              old.evidence != fresh.evidence)
-            continue;
-          throw InputError(
-              "calibrate.twice", old.where,
-              fmt::format("'{}': these very measurements are in the overlay already; the model that they "
-                          "were taken of is corrected by now, and applying them again would count them twice",
-                          result.joint->name),
-              "measure again with the corrected model, or remove the operation (doppel overlay remove)");
-        }
+      const auto i = correction_made_of(overlay_.operations, result.joint->name, result.operations);
+      if (!i) continue;
+      const Operation& old = overlay_.operations[*i];
+      throw InputError(
+          "calibrate.twice", old.where,
+          fmt::format("'{}': the overlay holds what these measurements say already ({}: {}); the model that "
+                      "they were taken of is corrected by now, and they would count twice",
+                      result.joint->name, *i + 1, describe(old.action)),
+          fmt::format("measure again with the corrected model, or take the correction out first (doppel "
+                      "overlay remove {} {})",
+                      options_.words.front(), *i + 1));
+    }
+  }
+
+  // A driver's offset comes on top of a zero that the model holds.
+  [[nodiscard]] std::vector<std::string> baked_zeros() const {
+    std::vector<std::string> out;
+    for (const Result& result : results_) {
+      for (const std::size_t i : zeros_of(overlay_.operations, result.joint->name)) {
+        out.push_back(
+            fmt::format("'{}' is corrected in the overlay ({}: {}); these offsets are right beside that "
+                        "correction, for measurements of the corrected model; without it they are wrong",
+                        result.joint->name, i + 1, describe(overlay_.operations[i].action)));
       }
     }
+    return out;
   }
 
   // Each operation's fingerprint is of the tree as the ones before leave it.
@@ -188,6 +199,12 @@ class Calibration {
           "range, a slipped horn\n",
           fit.scale);
     }
+    if (!fit.unwrapped.empty()) {
+      say("  warning    does the machine count from 0 to 360 degrees? The scale would be 1 with");
+      for (std::size_t i = 0; i < fit.unwrapped.size(); ++i)
+        say(" {:.6g}={:.6g}", in_unit(joint, result.measurements[i].model), in_unit(joint, fit.unwrapped[i]));
+      say("\n");
+    }
   }
 
   void print_text(const std::filesystem::path& file) const {
@@ -226,6 +243,23 @@ class Calibration {
       say("  </joint>\n");
     }
     say("the driver's rule: machine = direction * scale * model + offset; the description stays as it is\n");
+  }
+
+  void print_offsets_json() const {
+    nlohmann::ordered_json out;
+    out["version"] = 1;
+    out["joints"] = nlohmann::ordered_json::array();
+    for (const Result& result : results_) {
+      out["joints"].push_back({{"joint", result.joint->name},
+                               {"servo_direction", result.fit.direction},
+                               {"unit", unit(*result.joint)},
+                               {"servo_offset", in_unit(*result.joint, result.fit.offset)},
+                               {"servo_scale", result.fit.scale},
+                               {"residuals", result.fit.residuals}});
+    }
+    out["rule"] = "machine = direction * scale * model + offset";
+    out["warnings"] = baked_zeros();
+    say("{}\n", out.dump(2));
   }
 
   void print_json(const std::filesystem::path& file) const {
@@ -295,17 +329,37 @@ class Calibration {
     std::string text = name + ":";
     for (int pose = 1;; ++pose) {
       const std::string model =
-          answer(fmt::format("  pose {}: the model says (degrees, mm; empty: fit): ", pose));
-      if (model.empty()) break;
-      text += " " + model + "=" + answer(fmt::format("  pose {}: the machine says: ", pose));
+          number_answer(fmt::format("  pose {}: the model says (degrees, mm; empty: fit): ", pose), true);
+      if (!model.empty()) {
+        text += " " + model + "=" + number_answer(fmt::format("  pose {}: the machine says: ", pose), false);
+      } else if (pose == 1 || fitted(name, text)) {
+        return;
+      } else if (!agreed("  measure more poses of it? The ones before stay.")) {
+        return;
+      } else {
+        --pose;
+      }
     }
+  }
+
+  // Asks until it is a number.
+  static std::string number_answer(const std::string& question, bool may_be_empty) {
+    while (true) {
+      std::string said = answer(question);
+      if ((may_be_empty && said.empty()) || measured_number(said)) return said;
+      say("  '{}' is no number; write for instance 45 or -12.5\n", said);
+    }
+  }
+
+  bool fitted(const std::string& name, const std::string& text) {
     try {
       const NamedMeasurements named = parse_measurements(text, robot_);
-      Result result = judge(*robot_.find_joint(name), named.measurements);
-      print_fit(result);
+      print_fit(judge(*robot_.find_joint(name), named.measurements));
       measured(name, named.measurements);
+      return true;
     } catch (const InputError& problem) {
       say("{}\n", problem.what());
+      return false;
     }
   }
 
@@ -313,6 +367,7 @@ class Calibration {
   DescriptionTarget target_;
   ExpandedDescription expanded_;
   RobotDescription robot_;
+  Overlay overlay_;
   std::vector<std::pair<const Joint*, std::vector<Measurement>>> measured_;
   std::vector<Result> results_;
   bool asked_ = false;

@@ -76,6 +76,65 @@ void check_spread(const Joint& joint, std::span<const Measurement> measurements)
   }
 }
 
+struct Line {
+  double slope = 0, offset = 0, worst = 0;
+};
+
+Line line_through(std::span<const Measurement> measurements) {
+  const auto n = static_cast<double>(measurements.size());
+  double model = 0, machine = 0, variance = 0, covariance = 0;
+  for (const Measurement& m : measurements) {
+    model += m.model / n;
+    machine += m.machine / n;
+  }
+  for (const Measurement& m : measurements) {
+    variance += (m.model - model) * (m.model - model);
+    covariance += (m.model - model) * (m.machine - machine);
+  }
+  Line line;
+  line.slope = covariance / variance;
+  line.offset = machine - line.slope * model;
+  for (const Measurement& m : measurements)
+    line.worst = std::max(line.worst, std::abs(m.machine - (line.slope * m.model + line.offset)));
+  return line;
+}
+
+// The machine's numbers of another turn, where only then they lie on a line of slope 1 or -1.
+std::vector<double> unwrapped(const Joint& joint, std::span<const Measurement> measurements) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  if (slides(joint)) return {};
+  for (const int direction : {1, -1}) {
+    std::vector<Measurement> tried(measurements.begin(), measurements.end());
+    // From the smallest number on, so that 350 becomes -10 and not 80 becomes 440.
+    const Measurement from = *std::ranges::min_element(tried, {}, &Measurement::machine);
+    bool turned = false;
+    for (Measurement& m : tried) {
+      const double expected = from.machine + direction * (m.model - from.model);
+      const double turns = std::round((expected - m.machine) / kTurn);
+      m.machine += turns * kTurn;
+      turned = turned || turns != 0;
+    }
+    const Line line = line_through(tried);
+    if (!turned || line.worst > kWorstResidual || std::abs(line.slope - direction) > 0.1) continue;
+    std::vector<double> out;
+    for (const Measurement& m : tried) out.push_back(m.machine);
+    return out;
+  }
+  return {};
+}
+
+// "write 0=-10 90=80"
+std::string turn_hint(const Joint& joint, std::span<const Measurement> measurements) {
+  const std::vector<double> machine = unwrapped(joint, measurements);
+  if (machine.empty()) return "";
+  std::string pairs;
+  for (std::size_t i = 0; i < machine.size(); ++i)
+    pairs += fmt::format(" {:.6g}={:.6g}", measurements[i].model / kDegree, machine[i] / kDegree);
+  return fmt::format(
+      "does the machine count from 0 to 360 degrees? Across that edge take 360 off (or add it): \"{}:{}\"; ",
+      joint.name, pairs);
+}
+
 }  // namespace
 
 double JointFit::worst_residual() const {
@@ -87,43 +146,56 @@ double JointFit::worst_residual() const {
 JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements) {
   check_joint(joint);
   check_spread(joint, measurements);
-  const auto n = static_cast<double>(measurements.size());
-  double model = 0, machine = 0, variance = 0, covariance = 0;
-  for (const Measurement& m : measurements) {
-    model += m.model / n;
-    machine += m.machine / n;
-  }
-  for (const Measurement& m : measurements) {
-    variance += (m.model - model) * (m.model - model);
-    covariance += (m.model - model) * (m.machine - machine);
-  }
-  const double slope = covariance / variance;
+  const Line line = line_through(measurements);
+  const double slope = line.slope;
   if (std::abs(slope) < kLeastMotion) {
     refuse(joint, "calibrate.no_motion", "the machine's numbers hardly differ, although the model's do",
            "check that this joint is the one that was driven");
   }
   if (std::abs(slope) < kSmallestScale || std::abs(slope) > kLargestScale) {
-    refuse(joint, "calibrate.scale",
-           fmt::format(
-               "the machine moves {:.4g} times as far as the model, which no servo's pulse range explains",
-               std::abs(slope)),
-           "give both numbers in the same unit; a motor's own angle has to be divided by its gear's ratio");
+    refuse(
+        joint, "calibrate.scale",
+        fmt::format(
+            "the machine moves {:.4g} times as far as the model, which no servo's pulse range explains",
+            std::abs(slope)),
+        turn_hint(joint, measurements) +
+            "give both numbers in the same unit; a motor's own angle has to be divided by its gear's ratio");
   }
   JointFit fit;
   fit.joint = joint.name;
   fit.direction = slope < 0 ? -1 : 1;
   fit.scale = std::abs(slope);
-  fit.offset = machine - slope * model;
+  fit.offset = line.offset;
+  if (std::abs(fit.scale - 1.0) > kScaleTolerance) fit.unwrapped = unwrapped(joint, measurements);
   for (const Measurement& m : measurements)
     fit.residuals.push_back(m.machine - (slope * m.model + fit.offset));
   if (!slides(joint) && fit.worst_residual() > kWorstResidual) {
     refuse(joint, "calibrate.inconsistent",
            fmt::format("the measurements do not lie on one line: one is {} off",
                        shown(joint, fit.worst_residual())),
-           "measure again; did the joint slip, or does one number belong to another joint?");
+           turn_hint(joint, measurements) +
+               "measure again; did the joint slip, or does one number belong to another joint?");
   }
   return fit;
 }
+
+namespace {
+
+// A machine may count several turns; written with their unit, nobody takes them for degrees.
+std::vector<LargeAngle> large_angles(const OperationAction& action, const char* unit) {
+  std::vector<LargeAngle> out;
+  const auto note = [&](const char* key, double value) {
+    if (std::abs(value) > 2 * std::numbers::pi) out.push_back({key, value, unit});
+  };
+  if (const auto* zero = std::get_if<BakeZero>(&action)) note("offset", zero->offset);
+  if (const auto* limit = std::get_if<SetLimit>(&action)) {
+    note("lower", limit->lower.value_or(0));
+    note("upper", limit->upper.value_or(0));
+  }
+  return out;
+}
+
+}  // namespace
 
 std::vector<Operation> calibration_operations(const Joint& joint, const JointFit& fit,
                                               std::span<const Measurement> measurements, LimitChoice limits) {
@@ -134,6 +206,7 @@ std::vector<Operation> calibration_operations(const Joint& joint, const JointFit
   const auto add = [&](OperationAction action, std::string why) {
     Operation operation;
     operation.action = std::move(action);
+    operation.beyond_a_turn = large_angles(operation.action, slides(joint) ? "m" : "rad");
     operation.why = std::move(why);
     operation.evidence = evidence;
     out.push_back(std::move(operation));
@@ -161,16 +234,21 @@ std::vector<Operation> calibration_operations(const Joint& joint, const JointFit
 namespace {
 
 double number(std::string_view text, const std::string& whole) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
-    throw InputError("calibrate.measure", {}, fmt::format("'{}' in '{}' is no number", text, whole),
-                     "write JOINT: MODEL=MACHINE MODEL=MACHINE, for instance \"Revolute 2: 0=45 90=135\"");
-  }
-  return value;
+  if (const auto value = measured_number(text)) return *value;
+  throw InputError("calibrate.measure", {}, fmt::format("'{}' in '{}' is no number", text, whole),
+                   "write JOINT: MODEL=MACHINE MODEL=MACHINE, for instance \"Revolute 2: 0=45 90=135\"");
 }
 
 }  // namespace
+
+std::optional<double> measured_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+    return {};
+  return value;
+}
 
 NamedMeasurements parse_measurements(const std::string& text, const RobotDescription& robot) {
   const std::size_t colon = text.rfind(':');

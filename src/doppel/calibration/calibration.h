@@ -5,8 +5,10 @@
 // by least squares. One measurement separates nothing; two have to be at least 60 degrees apart, so that an
 // error of reading of a degree turns no sign and moves the scale by 2 % at most.
 
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "doppel/description/robot_description.h"
@@ -25,6 +27,9 @@ struct JointFit {
   double scale = 1;               // machine per model, positive
   double offset = 0;              // the machine's number where the model is at zero: rad or m
   std::vector<double> residuals;  // machine minus fit, of each measurement: rad or m
+  // Where the machine counts 0 to 360 degrees and the line went over that edge: the machine's numbers as they
+  // would lie on one line, rad, beside the measurements; else empty.
+  std::vector<double> unwrapped;
   [[nodiscard]] double worst_residual() const;
 };
 
@@ -48,6 +53,14 @@ enum class LimitChoice {
 std::vector<Operation> calibration_operations(const Joint& joint, const JointFit& fit,
                                               std::span<const Measurement> measurements, LimitChoice limits);
 
+// The corrections that measurements of before made. A measurement is of the model as it was then: taken
+// again, it would count twice. `corrections`: the overlay's; found where one of the joint's was made of one
+// of these very measurements, or turns it around or moves its zero as these would once more.
+std::optional<std::size_t> correction_made_of(const std::vector<Operation>& corrections,
+                                              const std::string& joint, const std::vector<Operation>& fresh);
+// The joint's directions and zeros among the corrections, whoever made them; joints go by their last names.
+std::vector<std::size_t> zeros_of(const std::vector<Operation>& corrections, const std::string& joint);
+
 // -- measurements as people write them
 struct NamedMeasurements {
   std::string joint;
@@ -56,6 +69,8 @@ struct NamedMeasurements {
 // "Revolute 2: 0=45 90=135": model=machine, in degrees for revolute joints, in millimetres for prismatic
 // ones. Throws InputError for what is not of that form, and for a joint that the robot does not have, with
 // the nearest.
+// One number of them; nothing where it is none.
+std::optional<double> measured_number(std::string_view text);
 NamedMeasurements parse_measurements(const std::string& text, const RobotDescription& robot);
 
 }  // namespace doppel

@@ -1,5 +1,6 @@
 #include "doppel/calibration/calibration.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -130,6 +131,56 @@ TEST(Calibration, ReadsMeasurementsAsPeopleWriteThem) {
                           "Revolute 2: 0,5=1", "Revolute 22: 0=1 90=91", "Revolute 2: nan=1 90=91"}) {
     EXPECT_THROW(parse_measurements(bad, robot), InputError) << bad;
   }
+}
+
+std::vector<Operation> corrections(const Joint& joint, const std::vector<Measurement>& measurements) {
+  return calibration_operations(joint, fit_joint(joint, measurements), measurements, LimitChoice::keep);
+}
+
+TEST(Calibration, MeasurementsOfTheModelBeforeItsCorrectionAreTold) {
+  const Joint joint = revolute("J");
+  const std::vector<Operation> made = corrections(joint, degrees({{0, 45}, {90, 135}}));
+  const auto told = [&](const std::vector<Measurement>& again) {
+    return correction_made_of(made, "J", corrections(joint, again)).has_value();
+  };
+  EXPECT_TRUE(told(degrees({{0, 45}, {90, 135}})));
+  EXPECT_TRUE(told(degrees({{90, 135}, {0, 45}}))) << "in another order";
+  EXPECT_TRUE(told(degrees({{0, 45}, {60, 105}}))) << "one of them";
+  EXPECT_TRUE(told(degrees({{10, 56}, {80, 125}}))) << "others of the same model";
+  EXPECT_FALSE(told(degrees({{45, 47}, {135, 137}}))) << "of the corrected model";
+  EXPECT_FALSE(correction_made_of(made, "K", corrections(joint, degrees({{0, 45}, {90, 135}}))));
+}
+
+TEST(Calibration, ATurnedJointIsNotTurnedBackByItsOwnMeasurements) {
+  const Joint joint = revolute("J");
+  std::vector<Operation> made = corrections(joint, degrees({{0, 0}, {90, -90}}));
+  ASSERT_EQ(made.size(), 1U);
+  Operation renaming;
+  renaming.action = Rename{"joint", "J", "elbow"};
+  made.push_back(renaming);
+  const std::vector<Operation> again = corrections(joint, degrees({{10, -11}, {80, -79}}));
+  EXPECT_EQ(correction_made_of(made, "elbow", again), 0U) << "by its last name";
+  EXPECT_EQ(zeros_of(made, "elbow"), std::vector<std::size_t>{0});
+  EXPECT_TRUE(zeros_of(made, "J").empty());
+}
+
+TEST(Calibration, AMachineThatCountsTo360IsRecognised) {
+  const Joint joint = revolute("J");
+  const auto says = [&](const std::vector<Measurement>& measurements) -> std::string {
+    try {
+      fit_joint(joint, measurements);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(says(degrees({{0, 350}, {90, 80}})), testing::HasSubstr("\"J: 0=-10 90=80\""));
+  EXPECT_THAT(says(degrees({{0, 10}, {90, 280}})), testing::HasSubstr("360"));
+  EXPECT_THAT(says(degrees({{0, 350}, {60, 50}, {120, 110}})), testing::HasSubstr("0=-10 60=50 120=110"));
+  EXPECT_EQ(says(degrees({{0, 10}, {90, 190}})).find("360"), std::string::npos) << "no turn explains this";
+  const JointFit off = fit_joint(joint, degrees({{0, 350}, {200, 190}}));
+  ASSERT_EQ(off.unwrapped.size(), 2U) << "a scale of 0.8 is explained by the edge";
+  EXPECT_NEAR(off.unwrapped[0], -10 * kDegree, 1e-9);
 }
 
 TEST(Lerobot, ReadsThePresentForm) {
