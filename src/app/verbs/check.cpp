@@ -61,7 +61,8 @@ std::vector<Operation> repairs_of(const AuditReport& report, DescriptionTarget& 
   std::vector<Operation> out;
   for (const Finding& finding : report.findings) {
     for (Operation repair : finding.repair) {
-      repair.evidence = {fmt::format("doppel check: {}: {}", finding.rule, finding.message)};
+      // Behind what the rule itself goes by: a datasheet's line says more than the finding.
+      repair.evidence.push_back(fmt::format("doppel check: {}: {}", finding.rule, finding.message));
       take_fingerprint(repair, description);
       apply_overlay({{}, {repair}}, description, target.resolver, ignored);
       out.push_back(std::move(repair));
