@@ -84,6 +84,30 @@ TEST_F(Reload, ATrajectoryGoesOnThroughAnEditOfLimitsAndInertia) {
   EXPECT_NEAR(joint("Revolute 3").q, 1.4, 0.01);
 }
 
+TEST_F(Reload, ALimitThatIsLostIsRefusedAndTheOldMachineRunsOn) {
+  send_trajectory();
+  run(3.0);
+  edit("urdf/omarm.xacro", "upper=\"3.141593\"", "uper=\"3.141593\"");
+  EXPECT_THROW(reload(), InputError);
+  run(0.5);
+  EXPECT_NEAR(joint("Revolute 1").q, 1.0, 0.01);
+}
+
+TEST_F(Reload, ALimitThatTheJointStandsOutsideOfIsRefused) {
+  send_trajectory();
+  run(3.0);
+  edit("urdf/omarm.xacro", "upper=\"3.141593\"", "upper=\"0.5\"");
+  try {
+    reload();
+    FAIL() << "the joint stands at 1";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.diagnostics().front().rule, "reload.limits");
+    EXPECT_NE(std::string(error.what()).find("omarm.xacro:"), std::string::npos) << error.what();
+  }
+  run(0.5);
+  EXPECT_NEAR(joint("Revolute 1").q, 1.0, 0.01);
+}
+
 TEST_F(Reload, AnEditThatChangesNothingThatMovesLeavesTheMotionAlone) {
   run(1.0);
   const auto before = positions();

@@ -61,8 +61,8 @@ void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
   const auto begin = std::chrono::steady_clock::now();
   ControllerWish wish;
   if (!on_loop([&] { wish = twin_.present_controllers(); })) return;
+  Diagnostics said;
   try {
-    Diagnostics said;
     const auto fresh = twin_.prepare(wish, said);
     auto how = Twin::Reload::controllers_went_on;
     std::vector<std::filesystem::path> files;
@@ -90,6 +90,10 @@ void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
   } catch (const InputError& problem) {
     log_.error(kOrigin, fmt::format("{} cannot be used; the machine from before runs on\n{}",
                                     names_of(changed), problem.what()));
+    // An attribute that nobody reads is often the reason why.
+    for (const Diagnostic& diagnostic : said.all()) {
+      if (diagnostic.rule.starts_with("schema.")) log_.warning(kOrigin, diagnostic.str());
+    }
   }
 }
 

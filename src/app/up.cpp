@@ -17,6 +17,7 @@
 #include "app/reload.h"
 #include "app/snapshot.h"
 #include "app/verbs/description_target.h"
+#include "doppel/audit/audit.h"
 #include "doppel/server/announcement.h"
 #include "doppel/server/server.h"
 #include "doppel/twin/runner.h"
@@ -57,6 +58,10 @@ Scenario make_scenario(const UpOptions& options) {
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
   scenario.bundled_robots = root_folder() / "robots";
+  scenario.inspect = [](const ExpandedDescription& expanded, Diagnostics& said) {
+    for (Finding& finding : misspellings(expanded))
+      said.warning(finding.rule, finding.where, finding.message, finding.mend);
+  };
   return scenario;
 }
 

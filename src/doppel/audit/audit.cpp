@@ -114,6 +114,20 @@ std::size_t AuditReport::count(Severity severity) const {
                                                 [&](const Finding& f) { return f.severity == severity; }));
 }
 
+std::vector<Finding> misspellings(const ExpandedDescription& expanded) {
+  const RobotDescription unread{};
+  const PackageResolver resolver{};
+  const AuditOptions options{};
+  Findings found;
+  audit_rules::check_schema({expanded, unread, nullptr, resolver, options}, found);
+  std::vector<Finding> out = std::move(found.all());
+  std::erase_if(out, [](const Finding& finding) {
+    const bool name = finding.rule == "schema.attribute" || finding.rule == "schema.element";
+    return !name || finding.severity == Severity::note;
+  });
+  return out;
+}
+
 AuditReport audit(const std::filesystem::path& file, const XacroArguments& arguments,
                   PackageResolver& resolver, const AuditOptions& options) {
   Diagnostics diagnostics;

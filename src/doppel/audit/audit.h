@@ -75,6 +75,10 @@ struct AuditInput {
 AuditReport audit(const std::filesystem::path& file, const XacroArguments& arguments,
                   PackageResolver& resolver, const AuditOptions& options);
 
+// Elements and attributes that nobody reads, where a known one was surely meant: cheap enough for every
+// reload.
+std::vector<Finding> misspellings(const ExpandedDescription& expanded);
+
 // -- reports (report_text.cpp, report_json.cpp)
 struct TextStyle {
   bool colour = false;

@@ -116,6 +116,32 @@ bool same_structure(const Machine& a, const Machine& b) {
                     same_hardware);
 }
 
+void refuse_lost_range(const Machine& from, const Machine& to) {
+  constexpr double kSlack = 0.01;  // rad or m: a loaded drive stands a little beyond where it is held
+  std::vector<Diagnostic> refused;
+  for (const ModelJoint& joint : to.model.joints) {
+    const int index = from.model.find_joint(joint.name);
+    if (index < 0 || !joint.scalar() || joint.mimics()) continue;
+    const ModelJoint& old = from.model.joints[static_cast<std::size_t>(index)];
+    if (!old.scalar() || (old.lower == joint.lower && old.upper == joint.upper)) continue;
+    const double q = from.engine->q()[static_cast<std::size_t>(old.q)];
+    const bool was_outside = q < old.lower - kSlack || q > old.upper + kSlack;
+    const bool is_outside = q < joint.lower - kSlack || q > joint.upper + kSlack;
+    const bool lost = joint.upper - joint.lower < 1e-6 && old.upper - old.lower >= 1e-6;
+    if (!lost && (was_outside || !is_outside)) continue;
+    const Joint* source = to.setup.description.robot.find_joint(joint.name);
+    Diagnostic problem;
+    problem.rule = "reload.limits";
+    problem.where = source->limits ? source->limits->source : source->source;
+    problem.message = fmt::format(
+        "joint '{}' stands at {:.4g} and would have the limits [{:.4g}, {:.4g}] instead of [{:.4g}, {:.4g}]",
+        joint.name, q, joint.lower, joint.upper, old.lower, old.upper);
+    problem.mend = "correct lower and upper; where they are meant, move the joint inside of them first";
+    refused.push_back(std::move(problem));
+  }
+  if (!refused.empty()) throw InputError(std::move(refused));
+}
+
 void carry_over_state(const Machine& from, Machine& to) {
   Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(to.engine->q().data(), to.model.nq);
   Eigen::VectorXd v = Eigen::VectorXd::Zero(to.model.nv);

@@ -33,6 +33,10 @@ struct Machine {
 // and step; limits, inertia, geometry and places may differ.
 bool same_structure(const Machine& a, const Machine& b);
 
+// Throws InputError where a joint that stands within its limits in `from` would stand outside of them in
+// `to`, or would lose its whole range: a slip of the pen in a limit must not drive a machine that runs.
+void refuse_lost_range(const Machine& from, const Machine& to);
+
 // Time, the state and drives' references of every joint with the same name and type, and the poses of
 // objects.
 void carry_over_state(const Machine& from, Machine& to);

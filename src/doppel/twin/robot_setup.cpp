@@ -201,7 +201,12 @@ RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Dia
   if (scenario.world) setup.world = load_world(*scenario.world, resolver);
   const XacroArguments arguments =
       with_simulation(setup.target.description, scenario.arguments, resolver, diagnostics);
-  setup.description = load_corrected(setup.target.description, arguments, resolver, diagnostics);
+  const ExpandedDescription expanded =
+      expand_corrected(setup.target.description, arguments, resolver, diagnostics);
+  if (scenario.inspect) scenario.inspect(expanded, diagnostics);
+  setup.description.robot = read_description(expanded, resolver, diagnostics);
+  diagnostics.throw_if_errors();
+  setup.description.files = expanded.files;
   setup.controllers = choose_controllers(scenario, setup, setup.controllers_origin, diagnostics);
   return setup;
 }

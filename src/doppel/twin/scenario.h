@@ -2,6 +2,7 @@
 // All that a run is, in one typed struct: the command line fills it, tests and programs fill it by hand.
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +25,8 @@ struct Scenario {
   bool ideal = false;                 // joints follow commands exactly, whatever they carry
   bool enforce_limits = true;
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
+  // Looks at the expanded description whenever it is read, also anew: what it finds is said with the rest.
+  std::function<void(const ExpandedDescription&, Diagnostics&)> inspect;
 };
 
 }  // namespace doppel

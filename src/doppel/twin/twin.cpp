@@ -142,6 +142,7 @@ struct Twin::Replacement {
 };
 
 Twin::Reload Twin::Impl::replace(Replacement& fresh) {
+  refuse_lost_range(*machine, *fresh.machine);
   carry_over_state(*machine, *fresh.machine);
   std::swap(machine, fresh.machine);  // the old one waits there, to run on if controllers refuse the new one
   if (same_structure(*fresh.machine, *machine)) {
