@@ -29,6 +29,7 @@ class BodyFinder {
     while (!waiting_.empty()) {
       const auto [link, joint] = waiting_.back();
       waiting_.pop_back();
+      if (seen_.contains(link->name)) continue;  // in a loop two joints lead to one link
       out_.emplace_back();
       out_.back().joint = joint;
       gather(*link, Pose::Identity());

@@ -306,6 +306,20 @@ TEST_F(WholeAudit, AFaultyRobotIsReadAsFarAsItGoes) {
   EXPECT_EQ(find(report, "urdf.number")->subject, "joint 'j'");
 }
 
+TEST_F(WholeAudit, ALoopOfMovingJointsIsTold) {
+  const std::string back = follower(kLimit) +
+                           "<joint name=\"back\" type=\"revolute\"><parent link=\"tip\"/>" +
+                           "<child link=\"arm\"/>" + kAxis + kLimit + "</joint>";
+  const AuditReport report = check(robot(with(&Parts::more, back)));
+  EXPECT_NE(find(report, "urdf.two_parents"), nullptr) << told(report);
+  const std::string ring =
+      "<robot name=\"r\"><link name=\"a\">" + kInertial + "</link><link name=\"b\">" + kInertial +
+      "</link><joint name=\"j\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/>" + kLimit +
+      "</joint><joint name=\"k\" type=\"revolute\"><parent link=\"b\"/><child link=\"a\"/>" + kLimit +
+      "</joint></robot>";
+  EXPECT_NE(find(check(ring), "urdf.loop"), nullptr);
+}
+
 TEST_F(WholeAudit, WhatCannotBeReadIsAnInputError) {
   EXPECT_THROW(check("<robot name='r'><link"), InputError);
   EXPECT_THROW(check("<sdf/>"), InputError);
