@@ -31,6 +31,12 @@ Finding& Findings::add(std::string_view rule, std::string subject, SourceLocatio
              std::move(message), std::move(mend));
 }
 
+const Finding* Findings::find(std::string_view rule, std::string_view subject) const {
+  const auto found = std::find_if(all_.begin(), all_.end(),
+                                  [&](const Finding& f) { return f.rule == rule && f.subject == subject; });
+  return found == all_.end() ? nullptr : &*found;
+}
+
 }  // namespace audit_rules
 
 namespace {
@@ -81,9 +87,10 @@ std::optional<Model> compile(const RobotDescription& robot, const XmlNode& root,
 
 void apply_rules(const AuditInput& in, Findings& out) {
   using namespace audit_rules;
-  for (const auto check :
-       {check_schema, check_joints, check_mimics, check_inertia, check_meshes, check_names, check_collisions,
-        check_ros2_control, check_controllers, check_package, check_world, check_datasheet}) {
+  // Meshes and shapes come before the inertias that are held against them: one fault is told once.
+  for (const auto check : {check_schema, check_joints, check_origins, check_mimics, check_meshes,
+                           check_shapes, check_inertia, check_names, check_collisions, check_ros2_control,
+                           check_controllers, check_package, check_world, check_datasheet}) {
     check(in, out);
   }
 }

@@ -15,6 +15,10 @@ bool computable(const std::optional<LinkShape>& shape);
 // can have. rules_inertia_shape.cpp
 void check_against_shape(const Link& link, const LinkShape& shape, bool sound, Findings& out);
 
+// How far the centre of mass is outside of the link's shape, where that is further than a guess may be off;
+// 0: inside. rules_inertia_shape.cpp
+double centre_outside(const Link& link, const LinkShape& shape);
+
 // Left and right, and parts of one mesh, that weigh differently. rules_twins.cpp
 void check_twins(const AuditInput& in, Findings& out);
 

@@ -98,6 +98,9 @@ constexpr std::array kRules{
              "make it continuous, or write the range of the machine"},
     RuleInfo{"joint.origin_degrees", E, "an origin turned by degrees",
              "90 rad is 14 turns and a bit: the link points anywhere", "write radians"},
+    RuleInfo{"joint.origin_units", E, "an origin in millimetres",
+             "the link hangs a thousand times too far away: the robot is torn into pieces",
+             "write metres: a thousandth"},
     RuleInfo{"joint.range_absurd", W, "a prismatic joint over a distance beyond reason",
              "millimetres taken for metres: it slides out of the scene", "write metres"},
     RuleInfo{"joint.range_zero", W, "limits that allow no motion",
@@ -124,6 +127,10 @@ constexpr std::array kRules{
              "it is drawn from within, and engines compute a negative mass", "flip its faces"},
     RuleInfo{"mesh.open", N, "a mesh that is not closed", "its volume and inertia cannot be computed",
              "close the holes, or export it again as a solid"},
+    RuleInfo{
+        "mesh.scale_negative", W, "a mesh that its scale mirrors",
+        "left is right: the part does not fit its neighbours; some engines refuse it or turn it inside out",
+        "write the scale without the sign, or mirror the file itself"},
     RuleInfo{"mesh.scale_uneven", N, "a scale that differs along the axes",
              "some tools take the first number for all three", "scale the file itself"},
     RuleInfo{"mesh.scale_zero", E, "a scale of zero",
@@ -188,7 +195,13 @@ constexpr std::array kRules{
     RuleInfo{"schema.repeated", E, "an element that may stand only once",
              "tools disagree about which one counts", "keep one"},
     RuleInfo{"schema.text", N, "stray text", "it is ignored; often a tag was broken there",
-             "remove it, or make it a comment"}};
+             "remove it, or make it a comment"},
+    // -- shapes
+    RuleInfo{"shape.units", E, "a shape in millimetres",
+             "the part is a thousand times too large: it fills the scene, or collides with everything",
+             "write metres: a thousandth"},
+    RuleInfo{"shape.zero_size", W, "a shape without extent",
+             "it is invisible and touches nothing; MuJoCo refuses it", "write its size in metres"}};
 
 }  // namespace
 

@@ -20,6 +20,11 @@ class Findings {
   Finding& add(std::string_view rule, Severity severity, std::string subject, SourceLocation where,
                std::string message, std::string mend = "");
   [[nodiscard]] std::vector<Finding>& all() { return all_; }
+  // What a rule has said about this subject already; null: nothing.
+  [[nodiscard]] const Finding* find(std::string_view rule, std::string_view subject) const;
+  [[nodiscard]] bool told(std::string_view rule, std::string_view subject) const {
+    return find(rule, subject) != nullptr;
+  }
 
  private:
   std::vector<Finding> all_;
@@ -32,9 +37,11 @@ std::span<const RuleInfo> ros_rules();          // rule_table_ros.cpp
 
 void check_schema(const AuditInput& in, Findings& out);        // rules_schema.cpp
 void check_joints(const AuditInput& in, Findings& out);        // rules_joints.cpp
+void check_origins(const AuditInput& in, Findings& out);       // rules_origins.cpp
 void check_mimics(const AuditInput& in, Findings& out);        // rules_mimics.cpp
 void check_inertia(const AuditInput& in, Findings& out);       // rules_inertia.cpp
 void check_meshes(const AuditInput& in, Findings& out);        // rules_meshes.cpp
+void check_shapes(const AuditInput& in, Findings& out);        // rules_shapes.cpp
 void check_names(const AuditInput& in, Findings& out);         // rules_names.cpp
 void check_collisions(const AuditInput& in, Findings& out);    // rules_collisions.cpp
 void check_ros2_control(const AuditInput& in, Findings& out);  // rules_ros2_control.cpp

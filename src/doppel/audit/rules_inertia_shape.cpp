@@ -82,8 +82,8 @@ bool check_density(const Link& link, const LinkShape& shape, Findings& out) {
 
 void check_centre(const Link& link, const LinkShape& shape, Findings& out) {
   const Eigen::Vector3d com = link.inertial->origin.xyz;
-  const double outside = distance_outside(shape, com);
-  if (outside <= kOutside * shape.size()) return;
+  const double outside = centre_outside(link, shape);
+  if (outside == 0) return;
   const Eigen::Vector3d metres = com * 1e-3;
   if (outside > 3 * shape.size() && distance_outside(shape, metres) <= kOutside * shape.size()) {
     SetInertia mend;
@@ -161,12 +161,32 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
   }
 }
 
+// The shape itself is in doubt: what is held against it would tell the same fault again, and mend good data.
+bool doubted(const Link& link, const Findings& out) {
+  const std::string name = subject(link);
+  for (const char* rule : {"mesh.unit", "mesh.scale_zero", "shape.units", "shape.zero_size"}) {
+    if (out.told(rule, name)) return true;
+  }
+  return false;
+}
+
+// Its meshes are mirrored by mistake, and the centre of mass is right.
+bool mirrored(const Link& link, const Findings& out) {
+  const auto told = out.find("mesh.scale_negative", subject(link));
+  return told != nullptr && told->severity == Severity::error;
+}
+
 }  // namespace
 
+double centre_outside(const Link& link, const LinkShape& shape) {
+  const double outside = distance_outside(shape, link.inertial->origin.xyz);
+  return outside > kOutside * shape.size() ? outside : 0.0;
+}
+
 void check_against_shape(const Link& link, const LinkShape& shape, bool sound, Findings& out) {
-  if (shape.size() < kPlaceholder) return;
+  if (shape.size() < kPlaceholder || doubted(link, out)) return;
   const bool believable = check_density(link, shape, out);
-  check_centre(link, shape, out);
+  if (!mirrored(link, out)) check_centre(link, shape, out);
   if (!sound || !believable) return;
   if (!check_tensor_units(link, shape, out)) check_gyration(link, shape, out);
 }

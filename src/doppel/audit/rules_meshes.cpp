@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "doppel/audit/description_facts.h"
+#include "doppel/audit/inertia_rules.h"
 #include "doppel/audit/rules_detail.h"
 
 namespace doppel::audit_rules {
@@ -97,10 +97,59 @@ bool check_scale(const Use& use, Findings& out) {
   return true;
 }
 
+// The link as it would be without the signs of its scales.
+Link unmirrored(const Link& link) {
+  Link out = link;
+  const auto straighten = [](auto& elements) {
+    for (auto& element : elements) {
+      if (auto* mesh = std::get_if<MeshGeometry>(&element.geometry)) mesh->scale = mesh->scale.cwiseAbs();
+    }
+  };
+  straighten(out.visuals);
+  straighten(out.collisions);
+  return out;
+}
+
+// The centre of mass lies in the link only where its meshes are not mirrored.
+bool mirrored_by_mistake(const Link& link) {
+  if (!link.inertial) return false;
+  const Link straight = unmirrored(link);
+  const auto written = link_shape(link), meant = link_shape(straight);
+  return written && meant && centre_outside(link, *written) > 0 && centre_outside(straight, *meant) == 0;
+}
+
+// One side of a robot is often the other one's mesh, mirrored: that file is used without the sign as well.
+void check_sign(const Use& use, const std::vector<Use>& uses, Findings& out) {
+  const Eigen::Vector3d& scale = use.mesh->scale;
+  if (!(scale.array() < 0).any()) return;
+  const bool twin = std::any_of(uses.begin(), uses.end(), [&](const Use& other) {
+    return other.mesh->path == use.mesh->path && (other.mesh->scale.array() > 0).all();
+  });
+  const bool mistake = mirrored_by_mistake(*use.link);
+  const Eigen::Vector3d plain = scale.cwiseAbs();
+  Finding& f = out.add("mesh.scale_negative",
+                       mistake ? Severity::error
+                       : twin  ? Severity::note
+                               : Severity::warning,
+                       subject(*use.link), use.where,
+                       fmt::format("'{}' is scaled by {:g} {:g} {:g}, which mirrors it{}",
+                                   file_name(*use.mesh), scale.x(), scale.y(), scale.z(),
+                                   mistake ? "; without the sign the centre of mass lies inside of it" : ""),
+                       fmt::format("write scale=\"{:g} {:g} {:g}\"", plain.x(), plain.y(), plain.z()));
+  if (!mistake || use.link->visuals.size() + use.link->collisions.size() > 2) return;
+  Operation repair;
+  repair.action = SetMeshScale{use.link->name, plain};
+  repair.why = "the sign of the scale mirrored the mesh";
+  f.repair = {repair};
+}
+
 // How far the joints are from the root at most, by the lengths of their origins; 0: all in one place.
-double reach_of(const RobotDescription& robot) {
+double reach_of(const RobotDescription& robot, const Findings& out) {
   double sum = 0;
-  for (const Joint& joint : robot.joints) sum += joint.origin.xyz.norm();
+  for (const Joint& joint : robot.joints) {
+    const double unit = out.told("joint.origin_units", subject(joint)) ? 1e-3 : 1.0;
+    sum += unit * joint.origin.xyz.norm();
+  }
   return sum;
 }
 
@@ -197,7 +246,7 @@ void fold_missing(Findings& out) {
 
 void check_meshes(const AuditInput& in, Findings& out) {
   fold_missing(out);
-  const double reach = reach_of(in.robot);
+  const double reach = reach_of(in.robot, out);
   const std::vector<Use> uses = uses_of(in.robot);
   std::vector<double> extents;
   for (const Use& use : uses) {
@@ -212,6 +261,7 @@ void check_meshes(const AuditInput& in, Findings& out) {
     if (seen.insert(use.mesh->path).second) check_file(use, out);
     if (counted.emplace(use.mesh->path, use.collides).second) check_triangles(use, out);
     if (!placed.emplace(use.link, use.mesh->path).second) continue;
+    check_sign(use, uses, out);
     if (check_scale(use, out)) check_unit(use, reach, extents, out);
   }
   check_shared(in.robot, out);

@@ -112,7 +112,15 @@ std::optional<Geometry> Parser::geometry(const XmlNode& parent) {
   };
   if (shape->name == "box") {
     read_.required(*shape, "size");
-    return Box{read_.vector<3>(*shape, "size").value_or(Eigen::Vector3d::Ones())};
+    const Box box{read_.vector<3>(*shape, "size").value_or(Eigen::Vector3d::Ones())};
+    if ((box.size.array() < 0).any()) {
+      diagnostics_.error("urdf.geometry", shape->where,
+                         fmt::format("the size of <box> is negative: {:g} {:g} {:g}", box.size.x(),
+                                     box.size.y(), box.size.z()),
+                         fmt::format("write size=\"{:g} {:g} {:g}\"", std::abs(box.size.x()),
+                                     std::abs(box.size.y()), std::abs(box.size.z())));
+    }
+    return box;
   }
   if (shape->name == "cylinder") return Cylinder{size("radius"), size("length")};
   if (shape->name == "capsule") return Capsule{size("radius"), size("length")};

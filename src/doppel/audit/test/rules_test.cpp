@@ -166,6 +166,44 @@ std::vector<Case> inertia_cases() {
   };
 }
 
+std::string shape_with(const std::string& shape) {
+  return R"(<origin xyz="0 0 0.1"/><geometry>)" + shape + "</geometry>";
+}
+
+std::vector<Case> shape_cases() {
+  const auto v = [](const std::string& shape) {
+    return with(&Parts::visual, "<visual>" + shape_with(shape) + "</visual>");
+  };
+  const auto c = [](const std::string& shape) {
+    return with(&Parts::collision, "<collision>" + shape_with(shape) + "</collision>");
+  };
+  const std::string huge = R"(<box size="60 60 200"/>)",
+                    huge_tube = R"(<cylinder radius="30" length="200"/>)";
+  const auto both = [&](const std::string& shape, const std::string& com) {
+    Parts p = v(shape);
+    p.collision = c(shape).collision;
+    p.inertial = tensor("0.0036 0 0 0.0036 0 0.0006", "1", com);
+    return p;
+  };
+  const auto far = [](const std::string& xyz) {
+    Parts p = with(&Parts::more, follower(kLimit));
+    p.more.replace(p.more.find("0.4 0 0"), 7, xyz);
+    return p;
+  };
+  return {
+      {"shape.zero_size", W, v(R"(<sphere radius="0"/>)"), v(R"(<sphere radius="0.1"/>)"), "<visual"},
+      {"shape.zero_size", W, c(R"(<box size="0 0 0.1"/>)"), v(R"(<box size="0.06 0.2 0"/>)"), "<collision"},
+      {"shape.zero_size", N, c(R"(<box size="0.06 0.2 0"/>)"), c(R"(<capsule radius="0.1" length="0"/>)"),
+       "<collision"},
+      {"urdf.geometry", E, v(R"(<box size="0.06 -0.06 0.2"/>)"), v(R"(<box size="0.06 0.06 0.2"/>)"),
+       "<box size=\"0.06 -"},
+      {"shape.units", E, both(huge, "0 0 0.1"), v(R"(<box size="6 6 20"/>)"), "<visual"},
+      {"shape.units", E, both(huge_tube, "0 0 100"), {}, "<visual"},
+      {"joint.origin_units", E, far("0 -26 147"), far("0 -0.026 2.5"), "<origin xyz=\"0 -26 147", true},
+      {"joint.origin_units", W, far("0 0 20"), far("0 0 1.9"), "<origin xyz=\"0 0 20"},
+  };
+}
+
 std::vector<Case> name_cases() {
   const auto name = [](const std::string& text) { return with(&Parts::joint_name, text); };
   return {
@@ -283,6 +321,7 @@ std::string name_of(const testing::TestParamInfo<Case>& info) {
 INSTANTIATE_TEST_SUITE_P(Joints, Rules, testing::ValuesIn(joint_cases()), name_of);
 INSTANTIATE_TEST_SUITE_P(Mimics, Rules, testing::ValuesIn(mimic_cases()), name_of);
 INSTANTIATE_TEST_SUITE_P(Inertia, Rules, testing::ValuesIn(inertia_cases()), name_of);
+INSTANTIATE_TEST_SUITE_P(Shapes, Rules, testing::ValuesIn(shape_cases()), name_of);
 INSTANTIATE_TEST_SUITE_P(Names, Rules, testing::ValuesIn(name_cases()), name_of);
 INSTANTIATE_TEST_SUITE_P(Schema, Rules, testing::ValuesIn(schema_cases()), name_of);
 
@@ -408,6 +447,40 @@ TEST_F(WholeAudit, MeshesAreMeasured) {
   for (const Finding& f : fine.findings) {
     EXPECT_TRUE(!f.rule.starts_with("mesh.") || f.rule == "mesh.visual_as_collision") << f.rule << f.message;
   }
+}
+
+// What is written in millimetres is told once: not again as a mass, a centre or a scale that do not fit.
+TEST_F(WholeAudit, AShapeInDoubtIsNotHeldAgainstTheInertia) {
+  write("m.obj", cube(100));
+  const auto arm = [](const std::string& scale, const std::string& com) {
+    const std::string mesh = "<origin xyz=\"-0.05 -0.05 0.1\"/><geometry><mesh filename=\"m.obj\" scale=\"" +
+                             scale + "\"/></geometry>";
+    Parts p = with(&Parts::visual, "<visual>" + mesh + "</visual>");
+    p.collision = "<collision>" + mesh + "</collision>";
+    p.inertial = tensor("0.0017 0 0 0.0017 0 0.0017", "1", com);
+    return p;
+  };
+  const AuditReport large = check(robot(arm("1 1 1", "0 0 -0.2")));
+  EXPECT_NE(find(large, "mesh.unit"), nullptr);
+  for (const char* rule : {"inertia.density", "inertia.com_outside", "inertia.units", "inertia.gyration"})
+    EXPECT_EQ(find(large, rule), nullptr) << told(large);
+  const AuditReport mirrored = check(robot(arm("0.001 0.001 -0.001", "0 0 0.15")));
+  const Finding* sign = find(mirrored, "mesh.scale_negative");
+  ASSERT_NE(sign, nullptr) << told(mirrored);
+  EXPECT_EQ(sign->severity, E);
+  EXPECT_EQ(sign->repair.size(), 1U);
+  EXPECT_EQ(find(mirrored, "inertia.com_outside"), nullptr);
+  // Where nothing says that it is a mistake: a warning, and a note where the file is used both ways.
+  const AuditReport alone = check(robot(arm("0.001 0.001 -0.001", "0 0 0.05")));
+  sign = find(alone, "mesh.scale_negative");
+  ASSERT_NE(sign, nullptr);
+  EXPECT_EQ(sign->severity, W);
+  Parts twins = arm("0.001 0.001 -0.001", "0 0 0.05");
+  twins.more = mesh_link("a", "m.obj", "0.001 0.001 0.001");
+  const AuditReport both = check(robot(twins));
+  sign = find(both, "mesh.scale_negative");
+  ASSERT_NE(sign, nullptr);
+  EXPECT_EQ(sign->severity, N);
 }
 
 TEST_F(WholeAudit, ANearFileIsNamed) {
