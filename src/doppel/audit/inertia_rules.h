@@ -19,6 +19,9 @@ void check_against_shape(const Link& link, const LinkShape& shape, bool sound, F
 // 0: inside. rules_inertia_shape.cpp
 double centre_outside(const Link& link, const LinkShape& shape);
 
+// True where the moments fit the shape only about other axes. rules_inertia_axes.cpp
+bool check_axes(const Link& link, const LinkShape& shape, Findings& out);
+
 // Left and right, and parts of one mesh, that weigh differently. rules_twins.cpp
 void check_twins(const AuditInput& in, Findings& out);
 

@@ -18,6 +18,10 @@ constexpr unsigned kControl = static_cast<unsigned>(Profile::ros2_control);
 
 constexpr std::array kRules{
     // -- inertia
+    RuleInfo{
+        "inertia.axes", E, "moments about the wrong axes",
+        "the link resists turning about one axis like a far larger body, and about another hardly at all",
+        "exchange the moments, or compute the tensor from the link's shape and mass", kPhysics},
     RuleInfo{"inertia.com_outside", W, "a centre of mass outside of the link",
              "gravity pulls at the wrong place: the arm sags, tips or swings as no real one does",
              "correct the <origin> of <inertial>: metres, in the link's frame", kPhysics},

@@ -188,7 +188,8 @@ void check_against_shape(const Link& link, const LinkShape& shape, bool sound, F
   const bool believable = check_density(link, shape, out);
   if (!mirrored(link, out)) check_centre(link, shape, out);
   if (!sound || !believable) return;
-  if (!check_tensor_units(link, shape, out)) check_gyration(link, shape, out);
+  if (check_tensor_units(link, shape, out) || check_axes(link, shape, out)) return;
+  check_gyration(link, shape, out);
 }
 
 }  // namespace doppel::audit_rules
