@@ -42,16 +42,7 @@ const Finding* Findings::find(std::string_view rule, std::string_view subject) c
 namespace {
 
 using audit_rules::Findings;
-using audit_rules::same_place;
-
-bool holds(const XmlNode& node, const SourceLocation& where) {
-  if (same_place(node.where, where)) return true;
-  for (const XmlAttribute& attribute : node.attributes) {
-    if (same_place(attribute.where, where)) return true;
-  }
-  return std::any_of(node.children.begin(), node.children.end(),
-                     [&](const XmlNode& child) { return holds(child, where); });
-}
+using audit_rules::holds;
 
 // "joint 'Revolute 1'": the element below <robot> that the place lies in.
 std::string subject_at(const XmlNode& root, const SourceLocation& where) {

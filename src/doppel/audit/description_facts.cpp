@@ -104,6 +104,23 @@ bool same_place(const SourceLocation& a, const SourceLocation& b) {
          (a.file == b.file || *a.file == *b.file);
 }
 
+bool holds(const XmlNode& node, const SourceLocation& where) {
+  if (same_place(node.where, where)) return true;
+  for (const XmlAttribute& attribute : node.attributes) {
+    if (same_place(attribute.where, where)) return true;
+  }
+  return std::any_of(node.children.begin(), node.children.end(),
+                     [&](const XmlNode& child) { return holds(child, where); });
+}
+
+const XmlNode* element_at(const XmlNode& root, const SourceLocation& where) {
+  if (root.kind == XmlNode::Kind::element && same_place(root.where, where)) return &root;
+  for (const XmlNode& child : root.children) {
+    if (const XmlNode* found = element_at(child, where)) return found;
+  }
+  return nullptr;
+}
+
 std::string names_of(const std::vector<std::string>& names, std::size_t at_most) {
   std::string out;
   const std::size_t shown = names.size() <= at_most + 1 ? names.size() : at_most;

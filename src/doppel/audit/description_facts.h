@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "doppel/description/robot_description.h"
+#include "doppel/description/xml.h"
 #include "doppel/geometry/mesh_report.h"
 #include "doppel/math/mass_properties.h"
 
@@ -14,6 +15,10 @@ namespace doppel::audit_rules {
 std::string subject(const Joint& joint);  // "joint 'Revolute 1'"
 std::string subject(const Link& link);
 bool same_place(const SourceLocation& a, const SourceLocation& b);
+// The place is the node's, one of its attributes' or below it.
+bool holds(const XmlNode& node, const SourceLocation& where);
+// The element that begins at this place; null: none.
+const XmlNode* element_at(const XmlNode& root, const SourceLocation& where);
 std::string names_of(const std::vector<std::string>& names,
                      std::size_t at_most = 4);  // "'a', 'b' and 3 more"
 

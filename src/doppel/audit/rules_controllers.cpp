@@ -135,28 +135,50 @@ Offer offer_of(const RobotDescription& robot) {
   return out;
 }
 
+// "; it offers 'velocity'", "; 'j1' offers 'positon', 'j3' offers 'velocity'"; empty: they offer nothing.
+std::string told_offers(const std::set<std::string>& offered, const Names& joints) {
+  std::vector<std::pair<Names, Names>> groups;  // what is offered, by whom
+  for (const std::string& joint : joints) {
+    Names interfaces;
+    for (const std::string& full : offered) {
+      if (full.starts_with(joint + "/")) interfaces.push_back(full.substr(joint.size() + 1));
+    }
+    const auto same = std::find_if(groups.begin(), groups.end(),
+                                   [&](const auto& group) { return group.first == interfaces; });
+    if (same == groups.end())
+      groups.push_back({interfaces, {joint}});
+    else
+      same->second.push_back(joint);
+  }
+  std::vector<std::string> out;
+  for (const auto& [interfaces, holders] : groups) {
+    const std::string what = interfaces.empty() ? "nothing" : quoted_list(interfaces);
+    const bool one = holders.size() == 1;
+    if (groups.size() > 1)
+      out.push_back(fmt::format("{} {} {}", quoted_list(holders), one ? "offers" : "offer", what));
+    else if (!interfaces.empty())
+      out.push_back(fmt::format("{} {}", one ? "it offers" : "they offer", what));
+  }
+  return out.empty() ? "" : fmt::format("; {}", fmt::join(out, ", "));
+}
+
 void check_interfaces(const AuditInput& in, const ControllersFile& file, const DeclaredController& c,
                       const Offer& offer, Findings& out) {
   for (const bool commands : {true, false}) {
     const char* kind = commands ? "command" : "state";
     const auto& offered = commands ? offer.commands : offer.states;
     for (const auto& [interface, where] : c.interfaces(commands)) {
-      Names missing, others;
+      Names missing;
       for (const std::string& name : c.driven_joints()) {
         const Joint* joint = in.robot.find_joint(name);
         const bool silent = joint == nullptr || !moves(*joint) || (commands && joint->mimic);
         if (!silent && !offered.contains(name + "/" + interface)) missing.push_back(name);
       }
       if (missing.empty()) continue;
-      for (const std::string& full : offered) {
-        if (full.starts_with(missing.front() + "/"))
-          others.push_back(full.substr(missing.front().size() + 1));
-      }
       out.add(commands ? "controllers.command_interface" : "controllers.state_interface",
               file.chosen ? Severity::error : Severity::warning, c.subject(), where,
               fmt::format("it wants the {} interface '{}' of {}, which <ros2_control> does not offer{}", kind,
-                          interface, quoted_list(missing),
-                          others.empty() ? "" : fmt::format("; it offers {}", quoted_list(others))),
+                          interface, quoted_list(missing), told_offers(offered, missing)),
               fmt::format("add <{}_interface name=\"{}\"/> to the joint, or take another interface", kind,
                           interface));
     }

@@ -20,6 +20,7 @@ class Findings {
   Finding& add(std::string_view rule, Severity severity, std::string subject, SourceLocation where,
                std::string message, std::string mend = "");
   [[nodiscard]] std::vector<Finding>& all() { return all_; }
+  [[nodiscard]] const std::vector<Finding>& all() const { return all_; }
   // What a rule has said about this subject already; null: nothing.
   [[nodiscard]] const Finding* find(std::string_view rule, std::string_view subject) const;
   [[nodiscard]] bool told(std::string_view rule, std::string_view subject) const {

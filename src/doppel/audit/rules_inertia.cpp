@@ -169,9 +169,14 @@ bool check_tensor(const Link& link, const Body& body, const std::optional<LinkSh
   return false;
 }
 
+// It has an <inertial>, which the parser refuses.
+bool refused(const Link& link, const Findings& out) {
+  return out.told("urdf.inertial", subject(link));
+}
+
 void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Findings& out) {
   const bool none = std::none_of(in.robot.links.begin(), in.robot.links.end(),
-                                 [](const Link& l) { return l.inertial.has_value(); });
+                                 [&](const Link& l) { return l.inertial || refused(l, out); });
   const auto moving = std::count_if(all.begin(), all.end(), [](const Body& b) { return b.joint != nullptr; });
   if (none && moving > 0) {
     out.add("inertia.none", "the robot", in.robot.source,
@@ -179,7 +184,9 @@ void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Finding
     return;
   }
   for (const Body& body : all) {
-    if (body.joint == nullptr || body.weighed) continue;
+    const bool refused = std::any_of(body.links.begin(), body.links.end(),
+                                     [&](const Link* l) { return out.told("urdf.inertial", subject(*l)); });
+    if (body.joint == nullptr || body.weighed || refused) continue;
     const Link& link = *body.links.front();
     const bool has_shape = std::any_of(body.links.begin(), body.links.end(), [](const Link* l) {
       return !l->visuals.empty() || !l->collisions.empty();
@@ -196,13 +203,26 @@ bool computable(const std::optional<LinkShape>& shape) {
   return shape && shape->solid.volume > 0;
 }
 
+bool readable(const AuditInput& in, const Link& link, const Findings& out) {
+  const std::string name = subject(link);
+  const auto of_parser = [](const Finding& f) {
+    return f.rule == "urdf.number" || f.rule == "urdf.vector" || f.rule == "urdf.missing_attribute";
+  };
+  const XmlNode* node = nullptr;
+  return std::none_of(out.all().begin(), out.all().end(), [&](const Finding& f) {
+    if (!of_parser(f) || f.subject != name) return false;
+    if (node == nullptr) node = element_at(in.expanded.root, link.inertial->source);
+    return node != nullptr && holds(*node, f.where);
+  });
+}
+
 void check_inertia(const AuditInput& in, Findings& out) {
   const std::vector<Body> all = bodies(in.robot);
   check_unweighed(in, all, out);
   std::vector<const Link*> rounded_links;
   for (const Body& body : all) {
     for (const Link* link : body.links) {
-      if (!link->inertial || !check_mass(*link, body, out)) continue;
+      if (!link->inertial || !readable(in, *link, out) || !check_mass(*link, body, out)) continue;
       const auto shape = link_shape(*link);
       const bool sound = check_tensor(*link, body, shape, rounded_links, out);
       if (shape) check_against_shape(*link, *shape, sound, out);

@@ -164,7 +164,8 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
 // The shape itself is in doubt: what is held against it would tell the same fault again, and mend good data.
 bool doubted(const Link& link, const Findings& out) {
   const std::string name = subject(link);
-  for (const char* rule : {"mesh.unit", "mesh.scale_zero", "shape.units", "shape.zero_size"}) {
+  for (const char* rule : {"mesh.unit", "mesh.scale_zero", "shape.units", "shape.zero_size", "urdf.geometry",
+                           "urdf.number", "urdf.vector"}) {
     if (out.told(rule, name)) return true;
   }
   return false;

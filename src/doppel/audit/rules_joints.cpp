@@ -5,6 +5,9 @@
 
 #include "doppel/audit/description_facts.h"
 #include "doppel/audit/rules_detail.h"
+#include "doppel/audit/vocabulary.h"
+#include "doppel/core/names.h"
+#include "doppel/description/urdf_reader.h"
 
 namespace doppel::audit_rules {
 namespace {
@@ -39,21 +42,67 @@ Operation set_limit(SetLimit action, std::string why) {
   return out;
 }
 
-void check_presence(const Joint& joint, Findings& out) {
+// It has an element whose name is nearly the one that is missing, which the schema's rules have told.
+bool misspelt(const AuditInput& in, const Joint& joint, std::string_view element) {
+  const XmlNode* node = element_at(in.expanded.root, joint.source);
+  return node != nullptr &&
+         std::any_of(node->children.begin(), node->children.end(), [&](const XmlNode& child) {
+           return child.kind == XmlNode::Kind::element && surely_meant(child.name, element);
+         });
+}
+
+// The attribute that was meant to be `name`; null: none.
+const XmlAttribute* misspelt_attribute(const XmlNode& node, std::string_view name) {
+  const ElementKind* kind = find_kind({"joint", node.name});
+  const std::vector<std::string> valid = words(kind == nullptr ? "" : kind->attributes);
+  for (const XmlAttribute& attribute : node.attributes) {
+    const bool known = std::find(valid.begin(), valid.end(), attribute.name) != valid.end();
+    if (!known && nearest_name(attribute.name, valid) == name) return &attribute;
+  }
+  return nullptr;
+}
+
+void check_complete(const AuditInput& in, const Joint& joint, const char* name, Findings& out) {
+  const XmlNode* node = element_at(in.expanded.root, joint.limits->source);
+  if (node != nullptr && node->find(name) != nullptr) return;  // no number, as the parser has told
+  const XmlAttribute* meant = node == nullptr ? nullptr : misspelt_attribute(*node, name);
+  if (meant == nullptr) {
+    out.add("joint.limit_incomplete", subject(joint), joint.limits->source,
+            fmt::format("its <limit> has no {}", name), fmt::format("write {}=\"...\"", name));
+    return;
+  }
+  const SourceLocation where = meant->where;
+  std::erase_if(out.all(),
+                [&](const Finding& f) { return f.rule == "schema.attribute" && same_place(f.where, where); });
+  out.add("joint.limit_incomplete", subject(joint), where,
+          fmt::format("its <limit> has no {}, but '{}'; did you mean '{}'?", name, meant->name, name),
+          fmt::format("write {}=\"{}\"", name, meant->value));
+}
+
+void check_presence(const AuditInput& in, const Joint& joint, Findings& out) {
   if (limited(joint) && !joint.limits) {
+    if (misspelt(in, joint, "limit")) return;
     out.add("joint.no_limits", subject(joint), joint.source,
             fmt::format("a {} joint needs a <limit>, and '{}' has none",
                         joint.type == JointType::revolute ? "revolute" : "prismatic", joint.name));
     return;
   }
   if (!joint.limits) return;
-  for (const auto& [name, value] :
-       {std::pair{"effort", joint.limits->effort}, std::pair{"velocity", joint.limits->velocity}}) {
-    if (!value) {
-      out.add("joint.limit_incomplete", subject(joint), joint.limits->source,
-              fmt::format("its <limit> has no {}", name), fmt::format("write {}=\"...\"", name));
-    }
+  if (!joint.limits->effort) check_complete(in, joint, "effort", out);
+  if (!joint.limits->velocity) check_complete(in, joint, "velocity", out);
+}
+
+// Neither bound holds anything but a number; what does is told by the parser, and a bound of 0 stands for it.
+bool bounds_readable(const AuditInput& in, const Joint& joint) {
+  const JointLimits& l = *joint.limits;
+  if (l.lower != 0 && l.upper != 0) return true;
+  const XmlNode* node = element_at(in.expanded.root, l.source);
+  if (node == nullptr) return true;
+  for (const char* name : {"lower", "upper"}) {
+    const XmlAttribute* bound = node->find(name);
+    if (bound != nullptr && !parse_number(bound->value)) return false;
   }
+  return true;
 }
 
 // The exporter's constants: both at once, on one joint. Either alone may be somebody's choice.
@@ -250,7 +299,8 @@ void offer_repairs(const AuditInput& in, Findings& out) {
         repair.why = "an axis is a direction of length 1";
         f.repair = {repair};
       }
-      if (f.rule == "urdf.limits_crossed" && joint.limits && joint.limits->lower == -joint.limits->upper) {
+      if (f.rule == "urdf.limits_crossed" && joint.limits && bounds_readable(in, joint) &&
+          joint.limits->lower == -joint.limits->upper) {
         f.repair = {set_limit({joint.name, joint.limits->upper, joint.limits->lower, {}, {}},
                               "lower and upper were exchanged")};
       }
@@ -265,11 +315,11 @@ void check_joints(const AuditInput& in, Findings& out) {
   for (const Joint& joint : in.robot.joints) {
     check_origin(joint, out);
     check_axis(joint, out);
-    check_presence(joint, out);
+    check_presence(in, joint, out);
     check_dynamics(joint, out);
     if (!joint.limits || joint.type == JointType::fixed) continue;
     check_rates(joint, out);
-    check_range(joint, out);
+    if (bounds_readable(in, joint)) check_range(joint, out);
     check_safety(joint, out);
   }
 }

@@ -262,7 +262,9 @@ void check_meshes(const AuditInput& in, Findings& out) {
     if (counted.emplace(use.mesh->path, use.collides).second) check_triangles(use, out);
     if (!placed.emplace(use.link, use.mesh->path).second) continue;
     check_sign(use, uses, out);
-    if (check_scale(use, out)) check_unit(use, reach, extents, out);
+    // A scale that cannot be read counts as 1.
+    if (check_scale(use, out) && !out.told("urdf.vector", subject(*use.link)))
+      check_unit(use, reach, extents, out);
   }
   check_shared(in.robot, out);
 }

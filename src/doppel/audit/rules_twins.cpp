@@ -67,16 +67,17 @@ void compare(const Link& a, const Link& b, const char* why, Findings& out) {
 void check_twins(const AuditInput& in, Findings& out) {
   std::map<std::string, const Link*> by_name;
   for (const Link& link : in.robot.links) {
-    if (link.inertial) by_name.emplace(lower(link.name), &link);
+    if (link.inertial && readable(in, link, out)) by_name.emplace(lower(link.name), &link);
   }
   for (const Link& link : in.robot.links) {
-    const std::string other = link.inertial ? mirrored_name(link.name) : "";
+    const bool weighed = link.inertial && readable(in, link, out);
+    const std::string other = weighed ? mirrored_name(link.name) : "";
     const auto twin = other.empty() ? by_name.end() : by_name.find(other);
     if (twin != by_name.end()) compare(link, *twin->second, "they are each other's mirror by name", out);
   }
   std::map<std::string, const Link*> by_mesh;
   for (const Link& link : in.robot.links) {
-    const MeshGeometry* mesh = link.inertial ? only_mesh(link) : nullptr;
+    const MeshGeometry* mesh = link.inertial && readable(in, link, out) ? only_mesh(link) : nullptr;
     if (mesh == nullptr) continue;
     const Eigen::Vector3d scale = mesh->scale.cwiseAbs();
     const auto [first, fresh] =

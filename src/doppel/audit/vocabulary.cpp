@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "doppel/core/names.h"
+
 namespace doppel::audit_rules {
 namespace {
 
@@ -111,6 +113,11 @@ const ElementKind* find_kind(const std::vector<std::string_view>& path) {
     if (fits(kind.path, path) && (best == nullptr || kind.path.size() > best->path.size())) best = &kind;
   }
   return best;
+}
+
+bool surely_meant(std::string_view written, std::string_view meant) {
+  const std::size_t apart = edit_distance(written, meant);
+  return apart <= 2 && 2 * apart < written.size();
 }
 
 std::vector<std::string> words(std::string_view list) {

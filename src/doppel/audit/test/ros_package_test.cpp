@@ -90,6 +90,10 @@ TEST_F(Controllers, WantWhatTheHardwareOffers) {
          manager() + "arm:\n  ros__parameters:\n    joints: [elbow]\n    command_interfaces: [position]\n"
                      "    state_interfaces: [position, velocity, acceleration]\n"),
       SizeIs(1));
+  const auto both =
+      of("controllers.command_interface", manager() + section("[shoulder, elbow]", "", "[effort]"));
+  ASSERT_THAT(both, SizeIs(1));
+  EXPECT_THAT(both[0].message, HasSubstr("they offer 'position'"));
   const auto left = of("controllers.uncontrolled_joint", manager() + section("[elbow]"));
   ASSERT_THAT(left, SizeIs(1));
   EXPECT_EQ(left[0].subject, "joint 'shoulder'");

@@ -363,6 +363,32 @@ TEST_F(WholeAudit, ALoopOfMovingJointsIsTold) {
   EXPECT_NE(find(check(ring), "urdf.loop"), nullptr);
 }
 
+TEST_F(WholeAudit, OneFaultIsToldOnce) {
+  struct OneCase {
+    Parts parts;
+    const char* rule;
+  };
+  const auto l = [](const std::string& text) { return with(&Parts::limit, text); };
+  const OneCase cases[] = {
+      {l(limit("-1", "1", "nan")), "urdf.number"},
+      {l(limit("-1", "1,5")), "urdf.number"},
+      {l(R"(<limit lower="-1" upper="1" effort="5" velocty="3"/>)"), "joint.limit_incomplete"},
+      {l(R"(<limits lower="-1" upper="1" effort="5" velocity="3"/>)"), "schema.element"},
+      {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1,5")), "urdf.number"},
+      {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 six")), "urdf.number"},
+      {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 1,0")), "urdf.vector"},
+      {with(&Parts::inertial, "<inertial><mass value=\"1\"/></inertial>"), "urdf.inertial"},
+      {with(&Parts::visual, "<visual>" + shape_with(R"(<sphere radius="nan"/>)") + "</visual>"),
+       "urdf.number"}};
+  for (const OneCase& c : cases) {
+    const AuditReport report = check(robot(c.parts));
+    EXPECT_NE(find(report, c.rule), nullptr) << told(report);
+    EXPECT_EQ(report.count(E) + report.count(W), 1U) << told(report);
+  }
+  const AuditReport slip = check(robot(l(R"(<limits lower="-1" upper="1" effort="5" velocity="3"/>)")));
+  EXPECT_NE(find(slip, "schema.element")->message.find("did you mean <limit>?"), std::string::npos);
+}
+
 TEST_F(WholeAudit, WhatCannotBeReadIsAnInputError) {
   EXPECT_THROW(check("<robot name='r'><link"), InputError);
   EXPECT_THROW(check("<sdf/>"), InputError);
