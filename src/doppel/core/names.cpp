@@ -26,17 +26,85 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
-std::optional<std::string> nearest_name(std::string_view name, std::span<const std::string> candidates) {
-  std::optional<std::string> best;
-  std::size_t best_distance = std::max<std::size_t>(1, (name.size() + 2) / 3) + 1;
-  for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(name, candidate);
-    if (distance < best_distance) {
-      best_distance = distance;
-      best = candidate;
-    }
+namespace {
+
+// Runs of letters and runs of digits, in small letters: "Left_Arm2" is left, arm, 2.
+std::vector<std::string> words_of(std::string_view name) {
+  std::vector<std::string> out;
+  int last = 0;
+  for (const char raw : name) {
+    const auto c = static_cast<unsigned char>(raw);
+    const int kind = std::isdigit(c) != 0 ? 1 : std::isalpha(c) != 0 ? 2 : 0;
+    if (kind != 0 && kind != last) out.emplace_back();
+    if (kind != 0) out.back() += static_cast<char>(std::tolower(c));
+    last = kind;
   }
-  return best;
+  return out;
+}
+
+bool is_number(const std::string& word) {
+  return std::isdigit(static_cast<unsigned char>(word.front())) != 0;
+}
+
+bool is_side(const std::string& word) {
+  static const std::vector<std::string> sides{"left",  "right", "l",     "r",    "upper",
+                                              "lower", "front", "rear",  "back", "fore",
+                                              "hind",  "inner", "outer", "top",  "bottom"};
+  return std::find(sides.begin(), sides.end(), word) != sides.end();
+}
+
+// The same words but for numbers and sides: a sibling, which nobody writes by mistake for the other.
+bool sibling(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+  if (a.size() != b.size() || a == b) return false;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const bool other_one = (is_number(a[i]) && is_number(b[i])) || (is_side(a[i]) && is_side(b[i]));
+    if (a[i] != b[i] && !other_one) return false;
+  }
+  return true;
+}
+
+bool begins_with(std::string_view longer, std::string_view shorter) {
+  return longer.size() > shorter.size() && edit_distance(longer.substr(0, shorter.size()), shorter) == 0;
+}
+
+// The rank is twice the edit distance, with equal words or an extension before a changed letter, and that
+// before a sibling.
+struct Nearness {
+  std::size_t distance, rank;
+  bool is_sibling;
+};
+
+Nearness nearness(std::string_view name, std::string_view candidate) {
+  const std::vector<std::string> written = words_of(name), there = words_of(candidate);
+  const bool reordered =
+      written.size() > 1 && std::is_permutation(written.begin(), written.end(), there.begin(), there.end());
+  if (reordered) return {1, 1, false};
+  const std::size_t distance = edit_distance(name, candidate);
+  if (begins_with(candidate, name) || begins_with(name, candidate))
+    return {distance, 2 * distance - 1, false};
+  const bool other_one = sibling(written, there);
+  return {distance, 2 * distance + (other_one ? 2 : 0), other_one};
+}
+
+}  // namespace
+
+std::optional<std::string> nearest_name(std::string_view name, std::span<const std::string> candidates) {
+  const std::size_t furthest = std::max<std::size_t>(1, (name.size() + 2) / 3);
+  const std::string* best = nullptr;
+  std::size_t best_rank = 0;
+  bool by_chance = false;  // one sibling is as near as another
+  for (const std::string& candidate : candidates) {
+    const Nearness near = nearness(name, candidate);
+    if (near.distance > furthest || (best != nullptr && near.rank > best_rank)) continue;
+    if (best != nullptr && near.rank == best_rank) {
+      by_chance = by_chance || (near.is_sibling && candidate != *best);
+      continue;
+    }
+    best = &candidate;
+    best_rank = near.rank;
+    by_chance = false;
+  }
+  return best == nullptr || by_chance ? std::nullopt : std::optional(*best);
 }
 
 std::string did_you_mean(std::string_view name, std::span<const std::string> candidates) {

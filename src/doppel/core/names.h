@@ -13,7 +13,7 @@ namespace doppel {
 // case-insensitive.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-// The candidate nearest to `name`, if near enough to be a typo of it (about a third of its length).
+// The nearest candidate, if a typo away (a third of the length); another number or side is the last guess.
 std::optional<std::string> nearest_name(std::string_view name, std::span<const std::string> candidates);
 
 // "; did you mean 'x'?" or, with no near name and at most eight candidates, "; there are: a, b, c"; else "".

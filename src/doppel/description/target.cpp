@@ -104,6 +104,12 @@ Target from_folder(const fs::path& folder) {
 }
 
 [[noreturn]] void refuse(const std::string& target, const fs::path& bundled) {
+  std::error_code unseen;
+  if (fs::exists(target, unseen)) {
+    throw InputError("up.unknown_target", {},
+                     fmt::format("'{}' is there, but is neither a file nor a folder", target),
+                     "write the description into a file: it is read more than once");
+  }
   std::vector<std::string> names;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(bundled, none)) {

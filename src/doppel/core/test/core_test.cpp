@@ -43,6 +43,20 @@ TEST(Names, NearestIsATypoNotAnything) {
   EXPECT_EQ(did_you_mean("camera", names), "; there are: Revolute 1, Revolute 2, length");
 }
 
+TEST(Names, AnotherNumberOrSideIsTheLastGuess) {
+  const auto nearest = [](const char* name, const std::vector<std::string>& names) {
+    return nearest_name(name, names).value_or("");
+  };
+  EXPECT_EQ(nearest("Revolute 4", {"Revolute 1", "Revolute 2", "Revolute 44"}), "Revolute 44");
+  EXPECT_EQ(nearest("joint12", {"joint13", "joint1"}), "joint1");
+  EXPECT_EQ(nearest("left_finger", {"right_finger", "left_fnger"}), "left_fnger");
+  EXPECT_EQ(nearest("lower_arm", {"upper_arm", "lowr_arms"}), "lowr_arms");
+  EXPECT_EQ(nearest("elbow_joint", {"elbow_point", "joint_elbow"}), "joint_elbow");
+  EXPECT_EQ(nearest("ds3241", {"ds3218", "ds3240"}), "ds3240") << "one sibling is nearer than the others";
+  EXPECT_EQ(nearest("Revolute 7", {"Revolute 1", "Revolute 2"}), "") << "one is as good as the other";
+  EXPECT_EQ(nearest("Revolute 7", {"Revolute 1", "Revolute 1"}), "Revolute 1");
+}
+
 TEST(Time, RoundTripsToTheNanosecond) {
   EXPECT_EQ(from_seconds(0.001).count(), 1'000'000);
   EXPECT_EQ(from_seconds(-1.5).count(), -1'500'000'000);
