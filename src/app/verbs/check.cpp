@@ -11,7 +11,7 @@
 #include "app/process.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/verbs.h"
-#include "doppel/audit/audit.h"
+#include "doppel/audit/report_places.h"
 #include "doppel/core/names.h"
 #include "doppel/overlay/overlay.h"
 
@@ -98,6 +98,27 @@ void print_report(const AuditReport& report, const CheckOptions& o) {
   fmt::print("{}", to_text(report, style));
 }
 
+AuditReport audit_target(const CheckOptions& o, AuditOptions options) {
+  DescriptionTarget target = open_target(o.words);
+  options.package_folder = target.target.package_folder;
+  options.datasheet_folder = root_folder() / "datasheets";
+  if (!o.datasheet.empty()) options.datasheet = o.datasheet;
+  if (!o.controllers.empty()) options.controllers = o.controllers;
+  const AuditReport report = audit(target.target.description, target.arguments, target.resolver, options);
+  return o.fix ? fix(target, options, report, o.quiet) : report;
+}
+
+// Whoever reads the report by program reads what is refused there as well; a person reads it on stderr.
+AuditReport judged(const CheckOptions& o, const AuditOptions& options) {
+  try {
+    return audit_target(o, options);
+  } catch (const InputError& error) {
+    const InputError refused = with_short_places(error, std::filesystem::current_path());
+    if (o.json || o.sarif || o.github) print_report(refusal_report(refused, o.words.front()), o);
+    throw refused;
+  }
+}
+
 int check(const CheckOptions& o) {
   if (o.list_rules) {
     fmt::print("{}", o.markdown ? rules_markdown() : rules_text(style_for(o.colour)));
@@ -109,13 +130,8 @@ int check(const CheckOptions& o) {
   }
   AuditOptions options;
   options.profiles = chosen_profiles(o.profiles);
-  DescriptionTarget target = open_target(o.words);
-  options.package_folder = target.target.package_folder;
-  options.datasheet_folder = root_folder() / "datasheets";
-  if (!o.datasheet.empty()) options.datasheet = o.datasheet;
-  if (!o.controllers.empty()) options.controllers = o.controllers;
-  AuditReport report = audit(target.target.description, target.arguments, target.resolver, options);
-  if (o.fix) report = fix(target, options, report, o.quiet);
+  AuditReport report = judged(o, options);
+  shorten_places(report, std::filesystem::current_path());
   print_report(report, o);
   return report.count(Severity::error) > 0 ? 1 : 0;
 }

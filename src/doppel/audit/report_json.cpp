@@ -47,6 +47,12 @@ std::string mend_of(const Finding& finding) {
   return rule == nullptr ? "" : std::string(rule->mend);
 }
 
+std::string told_with_mend(const Finding& finding) {
+  const std::string subject = finding.subject.empty() ? "" : finding.subject + ": ";
+  const std::string mend = mend_of(finding);
+  return subject + finding.message + (mend.empty() ? "" : "\nMend: " + mend);
+}
+
 // Messages may quote bytes of a broken file: what is no UTF-8 is replaced.
 std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -88,8 +94,7 @@ Json sarif_result(const Finding& finding) {
   Json out{{"ruleId", finding.rule}};
   if (rule != nullptr) out["ruleIndex"] = rule - rules.data();
   out["level"] = to_string(finding.severity);
-  const std::string subject = finding.subject.empty() ? "" : finding.subject + ": ";
-  out["message"] = {{"text", subject + finding.message + "\nMend: " + mend_of(finding)}};
+  out["message"] = {{"text", told_with_mend(finding)}};
   if (!finding.where.known()) return out;
   out["locations"] = Json::array({{{"physicalLocation", physical_location(finding.where)}}});
   Json related = Json::array();
@@ -175,9 +180,8 @@ std::string to_github(const AuditReport& report) {
     if (f.where.line > 0) property("line", std::to_string(f.where.line));
     if (f.where.column > 0) property("col", std::to_string(f.where.column));
     property("title", f.rule);
-    const std::string subject = f.subject.empty() ? "" : f.subject + ": ";
     out += fmt::format("::{}{}::{}\n", is_note ? "notice" : to_string(f.severity), properties,
-                       escaped_for_github(subject + f.message + "\nMend: " + mend_of(f), false));
+                       escaped_for_github(told_with_mend(f), false));
   }
   return out;
 }

@@ -2,6 +2,7 @@
 #include <regex>
 #include <sstream>
 
+#include "doppel/audit/report_places.h"
 #include "doppel/audit/test/audit_fixture.h"
 
 namespace doppel::audit_test {
@@ -102,6 +103,43 @@ TEST_F(Reports, NamesCannotSendControlSequences) {
   AuditReport r = check(robot(p));
   r.findings.front().message += "\x1b[2J";
   EXPECT_EQ(to_text(r, {false, 100, false}).find('\x1b'), std::string::npos);
+}
+
+TEST_F(Reports, PlacesBelowTheFolderAreRelativeToIt) {
+  fs::create_directories(folder_ / "inc");
+  write("inc/part.xacro",
+        "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<link name=\"a\"/><link "
+        "name=\"a\"/>\n</robot>");
+  AuditReport report = check(
+      "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<xacro:include "
+      "filename=\"inc/part.xacro\"/>\n</robot>",
+      "r.xacro");
+  shorten_places(report, folder_);
+  const Finding* twice = find(report, "urdf.duplicate_name");
+  ASSERT_NE(twice, nullptr) << told(report);
+  EXPECT_EQ(*twice->where.file, "inc/part.xacro");
+  ASSERT_NE(twice->where.within, nullptr);
+  EXPECT_EQ(*twice->where.within->call.file, "r.xacro");
+  EXPECT_EQ(twice->message.find(folder_.string()), std::string::npos) << twice->message;
+  EXPECT_EQ(report.file, "r.xacro");
+}
+
+TEST_F(Reports, WhatIsRefusedIsAReportToo) {
+  try {
+    check("<robot name=\"r\">\n<link", "r.urdf");
+    FAIL() << "it is not well-formed";
+  } catch (const InputError& error) {
+    const AuditReport report = refusal_report(with_short_places(error, folder_), "r.urdf");
+    EXPECT_EQ(report.count(Severity::error), 1U);
+    EXPECT_EQ(*report.findings.front().where.file, "r.urdf");
+    EXPECT_NE(to_json(report).find("\"rule\": \"xml.not_well_formed\""), std::string::npos);
+    EXPECT_NE(to_sarif(report).find("xml.not_well_formed"), std::string::npos);
+    EXPECT_TRUE(to_github(report).starts_with("::error file=r.urdf,line=2"));
+  }
+  const AuditReport missing =
+      refusal_report(InputError("up.unknown_target", {}, "it is not there"), "n.urdf");
+  EXPECT_TRUE(
+      to_github(missing).starts_with("::error file=n.urdf,title=up.unknown_target::it is not there\n"));
 }
 
 TEST(RuleTable, IsSortedWholeAndWithoutDoubles) {

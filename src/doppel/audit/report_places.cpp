@@ -1,0 +1,90 @@
+#include "doppel/audit/report_places.h"
+
+#include <cctype>
+
+namespace doppel {
+namespace {
+
+bool of_a_path(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+         std::string_view("/._-~").find(c) != std::string_view::npos;
+}
+
+class Shortener {
+ public:
+  explicit Shortener(const std::filesystem::path& folder)
+      : prefix_(folder.has_relative_path() ? folder.string() + "/" : "") {}
+
+  [[nodiscard]] std::string path(const std::string& path) const {
+    return path.starts_with(prefix_) ? path.substr(prefix_.size()) : path;
+  }
+
+  // Every place below the folder that the text names, as "(at /home/me/arm.urdf:2:1)"; what it quotes of the
+  // description stays.
+  [[nodiscard]] std::string text(std::string text) const {
+    if (prefix_.empty()) return text;
+    for (std::size_t at = text.find(prefix_); at != std::string::npos; at = text.find(prefix_, at)) {
+      const std::size_t end = text.find(':', at);
+      if (end == std::string::npos) break;
+      const bool place = end + 1 < text.size() &&
+                         std::isdigit(static_cast<unsigned char>(text[end + 1])) != 0 &&
+                         text.find_first_of("'\"\n", at) >= end;
+      if (place && (at == 0 || !of_a_path(text[at - 1])))
+        text.erase(at, prefix_.size());
+      else
+        at += prefix_.size();
+    }
+    return text;
+  }
+
+  [[nodiscard]] SourceLocation place(SourceLocation where) const {
+    if (where.file) where.file = std::make_shared<const std::string>(path(*where.file));
+    if (where.within) {
+      where.within = std::make_shared<const SourceLocation::Within>(
+          SourceLocation::Within{place(where.within->call), where.within->what});
+    }
+    return where;
+  }
+
+  template <class Told>
+  void shorten(Told& told) const {
+    told.message = text(std::move(told.message));
+    told.mend = text(std::move(told.mend));
+    told.where = place(std::move(told.where));
+  }
+
+ private:
+  std::string prefix_;  // empty: the root, which nothing is shortened by
+};
+
+}  // namespace
+
+void shorten_places(AuditReport& report, const std::filesystem::path& folder) {
+  const Shortener shortener(folder);
+  for (Finding& finding : report.findings) shortener.shorten(finding);
+  report.file = shortener.path(report.file.string());
+}
+
+InputError with_short_places(const InputError& error, const std::filesystem::path& folder) {
+  const Shortener shortener(folder);
+  std::vector<Diagnostic> diagnostics = error.diagnostics();
+  for (Diagnostic& diagnostic : diagnostics) shortener.shorten(diagnostic);
+  return InputError(std::move(diagnostics));
+}
+
+AuditReport refusal_report(const InputError& error, const std::filesystem::path& file) {
+  AuditReport report;
+  report.file = file;
+  for (const Diagnostic& d : error.diagnostics()) {
+    Finding finding;
+    finding.rule = d.rule;
+    finding.severity = d.severity;
+    finding.message = d.message;
+    finding.where = d.where.known() ? d.where : make_location(file.string());
+    finding.mend = d.mend;
+    report.findings.push_back(std::move(finding));
+  }
+  return report;
+}
+
+}  // namespace doppel

@@ -1,0 +1,18 @@
+#pragma once
+// A report's places as the reader would write them, and a report of what was refused.
+
+#include <filesystem>
+
+#include "doppel/audit/audit.h"
+
+namespace doppel {
+
+// Paths below the folder become relative to it, in places and in messages, whoever named them: the user, or
+// an <include> through its package.
+void shorten_places(AuditReport& report, const std::filesystem::path& folder);
+InputError with_short_places(const InputError& error, const std::filesystem::path& folder);
+
+// For readers of --json and the like: a description that there is nothing to judge of, with what was refused.
+AuditReport refusal_report(const InputError& error, const std::filesystem::path& file);
+
+}  // namespace doppel
