@@ -2,17 +2,14 @@
 #include "doppel/description/xacro.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 
 #include "app/process.h"
+#include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/output_file.h"
 
 namespace doppel::app {
 namespace {
@@ -72,20 +69,6 @@ void print_messages(const Diagnostics& diagnostics, int verbosity) {
   }
 }
 
-// To stdout.
-void write_all(std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t n = write(STDOUT_FILENO, text.data(), text.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && errno == EPIPE) return;  // | head has seen enough
-    if (n < 0) {
-      throw InputError("output.unwritable", make_location("stdout"),
-                       fmt::format("the expansion cannot be written: {}", std::strerror(errno)));
-    }
-    text.remove_prefix(static_cast<std::size_t>(n));
-  }
-}
-
 std::string dependencies(const XacroResult& result) {
   std::string out;
   for (std::size_t i = 1; i < result.files.size(); ++i) out += (i > 1 ? " " : "") + result.files[i].string();
@@ -102,20 +85,18 @@ int run(const XacroOptions& options) {
   try {
     const XacroResult result =
         expand_xacro(load_xml_tree(request.file), request.file, request.arguments, resolver, diagnostics);
+    refuse_own_source(options.output, result.files, "write to another file, for instance build/arm.urdf");
     text = options.deps ? dependencies(result) : xacro_text(result.tree, request.file);
   } catch (const InputError&) {
     print_messages(diagnostics, options.verbosity);
     throw;
   }
   print_messages(diagnostics, options.verbosity);
-  if (!options.output.empty()) {
-    const std::filesystem::path place = options.output;
+  if (const fs::path place = options.output; place.has_parent_path()) {
     std::error_code none;
-    if (place.has_parent_path()) std::filesystem::create_directories(place.parent_path(), none);
-    write_whole(place, text);
-    return 0;
+    fs::create_directories(place.parent_path(), none);
   }
-  write_all(text);
+  deliver(text, options.output);
   return 0;
 }
 
