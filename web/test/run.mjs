@@ -1,0 +1,22 @@
+// Bundles each test with esbuild (so that no newer Node is needed) and hands them to node's own test runner.
+import { build } from 'esbuild';
+import { readdirSync, rmSync } from 'node:fs';
+import { spawnSync } from 'node:child_process';
+import { fileURLToPath } from 'node:url';
+import { join } from 'node:path';
+
+const here = fileURLToPath(new URL('.', import.meta.url));
+const out = join(here, '..', '.test');
+rmSync(out, { recursive: true, force: true });
+const tests = readdirSync(here).filter((name) => name.endsWith('.test.ts'));
+await build({
+  entryPoints: tests.map((name) => join(here, name)),
+  outdir: out,
+  bundle: true,
+  platform: 'node',
+  format: 'esm',
+  outExtension: { '.js': '.mjs' },
+  logLevel: 'warning',
+});
+const files = tests.map((name) => join(out, name.replace(/\.ts$/, '.mjs')));
+process.exit(spawnSync(process.execPath, ['--test', ...files], { stdio: 'inherit' }).status ?? 1);
