@@ -1,0 +1,27 @@
+// What the parts of the page share.
+import { Signal } from './signal';
+import type { Commander } from './commander';
+import type { Twin } from './twin';
+import type { World } from '../scene/world';
+
+export type Selection = { link: number } | null;
+
+export interface App {
+  twin: Twin;
+  commander: Commander;
+  world: World;
+  select: (selection: Selection) => void;
+  selection: Selection;
+  selected: Signal<Selection>;
+}
+
+// A tab of a dock. `update` runs some times a second while the panel can be seen.
+export interface Panel {
+  id: string;
+  title: string;
+  element: HTMLElement;
+  rate?: number; // Hz of update; 10 when absent
+  update?: () => void;
+  shown?: () => void;
+  hidden?: () => void;
+}

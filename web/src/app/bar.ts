@@ -1,0 +1,68 @@
+// The bar above: which robot, connection, time and its controls, theme, and the emergency stop at its right end.
+import type { App } from './app';
+import { button, h, say, toast } from './dom';
+import { set, settings } from './settings';
+import { seconds } from './units';
+
+const SPEEDS: [string, number][] = [['0.1×', 0.1], ['0.25×', 0.25], ['0.5×', 0.5], ['1×', 1], ['2×', 2], ['5×', 5], ['max', 0]];
+
+export function makeBar(app: App, openSettings: () => void): { element: HTMLElement; update: () => void } {
+  const { twin, commander } = app;
+  const call = (service: string, request = {}): void => {
+    twin.client.call(service, request).then(
+      (answer) => {
+        if (answer['success'] === false) toast(String(answer['message']), 'warning');
+      },
+      (problem: Error) => toast(problem.message, 'error'),
+    );
+  };
+  const name = h('strong', { class: 'robot-name' }, 'doppel');
+  const link = h('span', { class: 'link', role: 'status' }, 'connecting');
+  const play = button('⏸', 'Pause (P)', () => call(twin.paused ? '/gazebo/unpause_physics' : '/gazebo/pause_physics'), { class: 'icon', id: 'play' });
+  const step = button('⏭', 'One step of physics, 1 ms; with shift a tenth of a second', () => {}, { class: 'icon', id: 'step' });
+  step.addEventListener('click', (event) => call('/gazebo/step', { steps: event.shiftKey ? 100 : 1 }));
+  const reset = button('⏮', 'Reset: time and joints back to the start', () => {
+    app.world.trace.clear();
+    call('/gazebo/reset_simulation');
+  }, { class: 'icon', id: 'reset' });
+  const speed = h('select', { 'aria-label': 'Speed of simulated time', title: 'Speed of simulated time', id: 'speed', onchange: () => call('/gazebo/set_speed', { factor: Number(speed.value) }) },
+    ...SPEEDS.map(([label, value]) => h('option', { value: String(value), selected: value === 1 }, label)));
+  const time = h('output', { class: 'num time', title: 'simulated time' });
+  const factor = h('output', { class: 'num factor', title: 'real-time factor: simulated seconds in one second' });
+  const theme = button('◐', 'Theme: as the system, light, dark', () => {
+    const next = { system: 'light', light: 'dark', dark: 'system' } as const;
+    set('theme', next[settings.theme]);
+    toast(`Theme: ${settings.theme}`);
+  }, { class: 'icon', id: 'theme' });
+  const more = button('⚙', 'Settings and keys', openSettings, { class: 'icon', id: 'settings' });
+  const stop = h('button', { type: 'button', class: 'stop', id: 'stop', title: `Emergency stop (${settings.stopKeys.join(', ')})`, onclick: () => void (commander.stopped ? commander.release() : commander.stop()) }, 'STOP');
+  const clock = h('div', { class: 'group clock', role: 'group', 'aria-label': 'Time' }, reset, play, step, speed, time, factor);
+  const element = h('header', { class: 'bar' },
+    h('div', { class: 'brand' }, name, link), clock, h('span', { class: 'spacer' }), h('div', { class: 'group last' }, theme, more), stop);
+
+  commander.stopChanged.on((stopped) => {
+    say(stop, stopped ? 'Release' : 'STOP');
+    stop.classList.toggle('pressed', stopped);
+    stop.setAttribute('aria-pressed', String(stopped));
+    document.body.classList.toggle('stopped', stopped);
+  });
+  const update = (): void => {
+    const { client } = twin;
+    say(name, twin.tree?.robot.name ?? 'doppel');
+    const phase = client.phase === 'open' ? (commander.viewing ? 'kinematics' : 'connected') : client.phase === 'lost' ? 'lost, trying again' : 'connecting';
+    say(link, phase);
+    link.className = `link ${client.phase}`;
+    const simulated = client.services.has('/gazebo/pause_physics');
+    clock.hidden = !simulated;
+    say(play, twin.paused ? '▶' : '⏸');
+    const title = twin.paused ? 'Play (P)' : 'Pause (P)';
+    if (play.title !== title) {
+      play.title = title;
+      play.setAttribute('aria-label', title);
+    }
+    say(time, seconds(twin.simTime));
+    say(factor, twin.paused ? 'paused' : Number.isFinite(twin.realTimeFactor) ? `${twin.realTimeFactor.toFixed(2)}×` : '–');
+    factor.classList.toggle('slow', !twin.paused && Number(speed.value) > 0 && twin.realTimeFactor < Number(speed.value) * 0.9);
+  };
+  return { element, update };
+}

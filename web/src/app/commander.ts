@@ -1,0 +1,219 @@
+// What the page commands: targets of joints, through whichever active controller claims them; in a twin without
+// controllers, the joints themselves.
+
+import type { Message } from '../protocol/cdr';
+import type { TreeJoint } from '../robot/tree';
+import { toast } from './dom';
+import { settings } from './settings';
+import { Signal } from './signal';
+import type { Controller, Twin } from './twin';
+
+const PERIOD = 40; // ms between two commands to one controller at least
+export const VIEW_TOPIC = '/joint_command';
+
+export function duration(seconds: number): { sec: number; nanosec: number } {
+  const sec = Math.floor(seconds);
+  return { sec, nanosec: Math.round((seconds - sec) * 1e9) };
+}
+
+export interface Waypoint {
+  time: number; // s from the start
+  positions: Float64Array; // by joint index
+}
+
+export class Commander {
+  readonly stopChanged = new Signal<boolean>();
+  stopped = false;
+  private stoppedControllers: string[] = [];
+  private readonly waiting = new Set<string>();
+  private readonly sentAt = new Map<string, number>();
+  private told = 0;
+
+  constructor(private readonly twin: Twin) {}
+
+  get viewing(): boolean {
+    const { client } = this.twin;
+    return client.phase === 'open' && client.services.size > 0 && !client.services.has('/controller_manager/list_controllers')
+      || client.channel(VIEW_TOPIC) !== null;
+  }
+
+  owner(joint: TreeJoint): Controller | null {
+    return this.twin.controllers.find((c) => c.state === 'active' && c.joints.includes(joint.name) && this.takesPositions(c)) ?? null;
+  }
+
+  private takesPositions(c: Controller): boolean {
+    return /JointTrajectoryController|trajectory/i.test(c.type) || (/forward|JointGroupPosition/i.test(c.type) && c.interface === 'position');
+  }
+
+  canMove(joint: TreeJoint): boolean {
+    return !joint.mimic && (this.viewing || this.owner(joint) !== null);
+  }
+
+  // Sets the target of a joint; sent at once, or with the next command that may go out.
+  set(joint: TreeJoint, value: number): void {
+    this.setMany([[joint, value]]);
+  }
+
+  setMany(values: Iterable<[TreeJoint, number]>, seconds = 0): void {
+    const { twin } = this;
+    if (this.stopped) {
+      if (performance.now() - this.told > 3000) toast('Stopped. Release the stop first.', 'warning');
+      this.told = performance.now();
+      return;
+    }
+    const owners = new Set<string>();
+    const now = performance.now();
+    for (const [joint, value] of values) {
+      if (joint.mimic || !Number.isFinite(value)) continue;
+      const owner = this.viewing ? null : this.owner(joint);
+      if (!this.viewing && !owner) continue;
+      twin.target[joint.index] = Math.min(joint.upper, Math.max(joint.lower, value));
+      twin.commandedAt[joint.index] = now;
+      owners.add(owner ? owner.name : '');
+    }
+    twin.tree?.follow(twin.target);
+    for (const name of owners) this.schedule(name, seconds);
+    twin.moved.emit();
+  }
+
+  private schedule(name: string, seconds: number): void {
+    if (this.waiting.has(name)) return;
+    const wait = (this.sentAt.get(name) ?? -1e9) + PERIOD - performance.now();
+    if (wait <= 0) {
+      this.send(name, seconds);
+      return;
+    }
+    this.waiting.add(name);
+    setTimeout(() => {
+      this.waiting.delete(name);
+      if (!this.stopped) this.send(name, seconds);
+    }, wait);
+  }
+
+  private send(name: string, seconds: number): void {
+    const { twin } = this;
+    this.sentAt.set(name, performance.now());
+    if (!twin.tree) return;
+    if (name === '') {
+      const joints = twin.tree.moving.filter((joint) => !joint.mimic);
+      twin.client.publish(VIEW_TOPIC, 'sensor_msgs/msg/JointState', {
+        name: joints.map((joint) => joint.name),
+        position: joints.map((joint) => twin.target[joint.index]!),
+      });
+      return;
+    }
+    const controller = twin.controllers.find((c) => c.name === name);
+    if (!controller) return;
+    const joints = this.jointsOf(controller);
+    const positions = joints.map((joint) => twin.target[joint.index]!);
+    if (/trajectory/i.test(controller.type)) {
+      const time = seconds > 0 ? seconds : this.timeFor(joints, twin.q, twin.target);
+      this.publishTrajectory(controller, joints, [{ positions, time_from_start: duration(time) }]);
+    } else {
+      twin.client.publish(`/${name}/commands`, 'std_msgs/msg/Float64MultiArray', { data: positions });
+    }
+  }
+
+  private jointsOf(controller: Controller): TreeJoint[] {
+    return controller.joints
+      .map((name) => this.twin.tree?.jointByName.get(name))
+      .filter((joint): joint is TreeJoint => joint !== undefined && joint.index >= 0);
+  }
+
+  private publishTrajectory(controller: Controller, joints: TreeJoint[], points: Message[]): void {
+    this.twin.client.publish(`/${controller.name}/joint_trajectory`, 'trajectory_msgs/msg/JointTrajectory', {
+      joint_names: joints.map((joint) => joint.name),
+      points,
+    });
+  }
+
+  // Seconds that the way takes at the page's share of the velocity limits.
+  timeFor(joints: TreeJoint[], from: ArrayLike<number>, to: ArrayLike<number>): number {
+    let time = 0.08;
+    for (const joint of joints) {
+      const limit = (joint.velocity > 0 ? joint.velocity : joint.kind === 'prismatic' ? 0.2 : 2) * settings.speedShare;
+      time = Math.max(time, Math.abs(to[joint.index]! - from[joint.index]!) / limit);
+    }
+    return time;
+  }
+
+  // Plays waypoints through all controllers that have a part in them. The first begins where the arm is.
+  play(waypoints: Waypoint[]): void {
+    const { twin } = this;
+    const last = waypoints[waypoints.length - 1];
+    if (this.stopped || !last || !twin.tree) return;
+    const now = performance.now();
+    for (const controller of twin.controllers) {
+      if (controller.state !== 'active' || !/trajectory/i.test(controller.type)) continue;
+      const joints = this.jointsOf(controller);
+      this.publishTrajectory(controller, joints, waypoints.map((point) => ({
+        positions: joints.map((joint) => point.positions[joint.index]!),
+        time_from_start: duration(Math.max(point.time, 0.01)),
+      })));
+      for (const joint of joints) twin.commandedAt[joint.index] = now - 1400;
+    }
+    if (this.viewing) {
+      for (const point of waypoints) {
+        setTimeout(() => this.setMany(twin.tree!.moving.map((joint) => [joint, point.positions[joint.index]!])), point.time * 1000);
+      }
+    }
+  }
+
+  // Every active controller stays where it is.
+  hold(): void {
+    const { twin } = this;
+    for (const controller of twin.controllers) {
+      if (controller.state !== 'active') continue;
+      const joints = this.jointsOf(controller);
+      if (!this.takesPositions(controller)) continue;
+      for (const joint of joints) {
+        twin.target[joint.index] = twin.q[joint.index]!;
+        twin.commandedAt[joint.index] = performance.now();
+      }
+      this.send(controller.name, 0.02);
+    }
+  }
+
+  // Cancels what runs, holds, and then, unless it was chosen otherwise, deactivates the controllers that move.
+  async stop(): Promise<void> {
+    const { twin } = this;
+    this.stopped = true;
+    this.stopChanged.emit(true);
+    this.hold();
+    const movers = twin.controllers.filter((c) => c.state === 'active' && c.joints.length > 0).map((c) => c.name);
+    for (const name of movers) {
+      const cancel = `/${name}/follow_joint_trajectory/_action/cancel_goal`;
+      if (twin.client.services.has(cancel)) void twin.client.call(cancel).catch(() => {});
+    }
+    if (settings.stopDoes === 'deactivate' && movers.length > 0) {
+      this.stoppedControllers = movers;
+      await this.switchControllers([], movers);
+    }
+  }
+
+  async release(): Promise<void> {
+    const { twin } = this;
+    twin.target.set(twin.q);
+    const again = this.stoppedControllers;
+    this.stoppedControllers = [];
+    if (again.length > 0) await this.switchControllers(again, []);
+    this.stopped = false;
+    this.stopChanged.emit(false);
+  }
+
+  async switchControllers(activate: string[], deactivate: string[]): Promise<void> {
+    const { twin } = this;
+    try {
+      const answer = await twin.client.call('/controller_manager/switch_controller', {
+        activate_controllers: activate,
+        deactivate_controllers: deactivate,
+        strictness: 1,
+        timeout: duration(3),
+      });
+      if (answer['ok'] !== true) toast(String(answer['message'] || 'the controllers could not be switched'), 'error');
+    } catch (problem) {
+      toast((problem as Error).message, 'error');
+    }
+    await twin.listControllers();
+  }
+}

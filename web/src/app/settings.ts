@@ -1,0 +1,59 @@
+// What the page remembers, in the browser's local storage; where that is refused it forgets.
+import { Signal } from './signal';
+
+export interface Settings {
+  theme: 'system' | 'light' | 'dark';
+  degrees: boolean;
+  layers: Record<string, boolean>;
+  stopDoes: 'deactivate' | 'hold';
+  stopKeys: string[];
+  speedShare: number; // of the joints' velocity limits, for what the page commands
+  rightWidth: number;
+  bottomHeight: number;
+  bottomOpen: boolean;
+  tabs: Record<string, string>;
+  tool: string;
+  keepOrientation: boolean;
+}
+
+const DEFAULTS: Settings = {
+  theme: 'system',
+  degrees: true,
+  layers: { visual: true, grid: true, shadows: true, ghost: true },
+  stopDoes: 'deactivate',
+  stopKeys: ['Escape'],
+  speedShare: 0.5,
+  rightWidth: 380,
+  bottomHeight: 250,
+  bottomOpen: true,
+  tabs: {},
+  tool: '',
+  keepOrientation: true,
+};
+
+const KEY = 'doppel.settings';
+export const settingsChanged = new Signal<keyof Settings>();
+export const settings: Settings = { ...DEFAULTS, ...(load(KEY) as Partial<Settings> | null) };
+settings.layers = { ...DEFAULTS.layers, ...settings.layers };
+
+export function load(key: string): unknown {
+  try {
+    return JSON.parse(localStorage.getItem(key) ?? 'null');
+  } catch {
+    return null;
+  }
+}
+
+export function save(key: string, value: unknown): void {
+  try {
+    localStorage.setItem(key, JSON.stringify(value));
+  } catch {
+    // private windows, full storage
+  }
+}
+
+export function set<K extends keyof Settings>(key: K, value: Settings[K]): void {
+  settings[key] = value;
+  save(KEY, settings);
+  settingsChanged.emit(key);
+}

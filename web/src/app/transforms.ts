@@ -1,0 +1,72 @@
+// The TF tree: the last transform of each frame, and the way to the world.
+import type { Message } from '../protocol/cdr';
+import { compose, quatMultiply, type TreeJoint } from '../robot/tree';
+
+export interface Transform {
+  parent: string;
+  child: string;
+  still: boolean;
+  pose: Float64Array; // x y z qx qy qz qw
+  at: number; // ms, when it came
+  stamp: number; // s
+  rate: number; // Hz, smoothed
+}
+
+export function readTransform(raw: Message, still: boolean, at: number): Transform {
+  const header = raw['header'] as Message;
+  const time = header['stamp'] as { sec: number; nanosec: number };
+  const { translation: t, rotation: r } = raw['transform'] as unknown as {
+    translation: { x: number; y: number; z: number };
+    rotation: { x: number; y: number; z: number; w: number };
+  };
+  return {
+    parent: String(header['frame_id']),
+    child: String(raw['child_frame_id']),
+    still,
+    pose: Float64Array.of(t.x, t.y, t.z, r.x, r.y, r.z, r.w),
+    at,
+    stamp: time.sec + time.nanosec * 1e-9,
+    rate: 0,
+  };
+}
+
+export class TransformStore {
+  readonly frames = new Map<string, Transform>();
+
+  put(transform: Transform): void {
+    const before = this.frames.get(transform.child);
+    if (before && transform.at > before.at) {
+      const now = 1000 / (transform.at - before.at);
+      transform.rate = before.rate === 0 ? now : before.rate * 0.95 + now * 0.05;
+    }
+    this.frames.set(transform.child, transform);
+  }
+
+  // The frame's pose in the root of its tree; null: nothing is known of it.
+  toWorld(frame: string): Float64Array | null {
+    let at = this.frames.get(frame);
+    if (!at) return null;
+    const out = Float64Array.from(at.pose);
+    for (let depth = 0; depth < 256; depth += 1) {
+      at = this.frames.get(at.parent);
+      if (!at) break;
+      compose(at.pose, 0, Float64Array.from(out), 0, out, 0);
+    }
+    return out;
+  }
+
+  jointPosition(joint: TreeJoint, transform: Transform): number {
+    const o = joint.offset;
+    if (joint.kind === 'prismatic') {
+      const d = [transform.pose[0]! - o[0]!, transform.pose[1]! - o[1]!, transform.pose[2]! - o[2]!];
+      const back = new Float64Array(7);
+      compose([0, 0, 0, -o[3]!, -o[4]!, -o[5]!, o[6]!], 0, [d[0]!, d[1]!, d[2]!, 0, 0, 0, 1], 0, back, 0);
+      return back[0]! * joint.axis[0] + back[1]! * joint.axis[1] + back[2]! * joint.axis[2];
+    }
+    const turn = new Float64Array(4);
+    quatMultiply([-o[3]!, -o[4]!, -o[5]!, o[6]!], 0, transform.pose, 3, turn, 0);
+    const along = turn[0]! * joint.axis[0] + turn[1]! * joint.axis[1] + turn[2]! * joint.axis[2];
+    const angle = 2 * Math.atan2(along, turn[3]!);
+    return angle > Math.PI ? angle - 2 * Math.PI : angle < -Math.PI ? angle + 2 * Math.PI : angle;
+  }
+}

@@ -1,0 +1,280 @@
+// The state of the twin as the page knows it: description, joints, controllers, time. Everything else listens here.
+
+import { Client, type Phase } from '../protocol/client';
+import type { Message, Value } from '../protocol/cdr';
+import { STRIDE, Tree } from '../robot/tree';
+import { parseUrdf } from '../robot/urdf';
+import { Signal } from './signal';
+import { readTransform, type Transform, TransformStore } from './transforms';
+
+export interface Controller {
+  name: string;
+  type: string;
+  state: string;
+  claims: string[];
+  joints: string[]; // of the claims, in their order
+  interface: string; // "position" where all claims agree
+}
+
+export interface LogLine {
+  time: number;
+  level: number; // 10 debug ... 50 fatal
+  name: string;
+  text: string;
+  place: string;
+}
+
+export function stampOf(value: Value | undefined): number {
+  const time = value as { sec?: number; nanosec?: number } | undefined;
+  return time ? (time.sec ?? 0) + (time.nanosec ?? 0) * 1e-9 : 0;
+}
+
+export class Twin {
+  readonly robotChanged = new Signal<Tree>();
+  readonly moved = new Signal();
+  readonly phaseChanged = new Signal<Phase>();
+  readonly graphChanged = new Signal();
+  readonly controllersChanged = new Signal();
+  readonly timeChanged = new Signal();
+  readonly logged = new Signal<LogLine>();
+  readonly referenceChanged = new Signal<string>();
+
+  readonly client: Client;
+  readonly transforms = new TransformStore();
+  tree: Tree | null = null;
+  description = '';
+  q = new Float64Array();
+  velocity = new Float64Array();
+  effort = new Float64Array();
+  target = new Float64Array();
+  commandedAt = new Float64Array(); // when the page last set a target, ms
+  poses = new Float64Array();
+  controllers: Controller[] = [];
+  simTime = 0;
+  realTimeFactor = NaN;
+  paused = false;
+  effortWanted = 0; // panels that show efforts
+
+  private readonly heard = new Map<string, number>(); // joint → ms
+  private clockSamples: [number, number][] = [];
+  private lastClockChange = 0;
+  private readonly stateSubscriptions = new Map<string, () => void>();
+  private asking = false;
+
+  constructor(url: string) {
+    this.client = new Client({ url });
+    const { client } = this;
+    client.onphase = (phase) => {
+      if (phase === 'open') {
+        this.clockSamples = [];
+        void this.listControllers();
+      }
+      this.phaseChanged.emit(phase);
+    };
+    client.ongraph = () => {
+      this.graphChanged.emit();
+      if (client.phase === 'open' && client.services.size > 0) void this.listControllers();
+    };
+    client.onstatus = (level, text) =>
+      this.logged.emit({ time: this.simTime, level: [20, 30, 40][level] ?? 20, name: 'server', text, place: '' });
+    client.subscribe('/robot_description', (m) => this.describe(String(m['data'])));
+    client.subscribe('/joint_states', (m) => this.takeJointState(m));
+    client.subscribe('/tf', (m) => this.takeTransforms(m, false));
+    client.subscribe('/tf_static', (m) => this.takeTransforms(m, true));
+    client.subscribe('/clock', (m) => this.takeClock(stampOf(m['clock'])));
+    client.subscribe('/rosout', (m) => this.takeLog(m));
+    client.subscribe('/controller_manager/activity', () => void this.listControllers());
+    setInterval(() => this.checkPause(), 200);
+    setInterval(() => void this.askEfforts(), 200);
+  }
+
+  start(): void {
+    this.client.start();
+  }
+
+  private describe(text: string): void {
+    if (text === this.description) return;
+    try {
+      const tree = new Tree(parseUrdf(text));
+      const before = this.tree;
+      const old = this.q;
+      this.description = text;
+      this.tree = tree;
+      this.q = tree.rest();
+      for (const joint of tree.moving) {
+        const was = before?.jointByName.get(joint.name);
+        if (was) this.q[joint.index] = old[was.index]!;
+      }
+      this.velocity = new Float64Array(tree.size);
+      this.effort = new Float64Array(tree.size).fill(NaN);
+      this.target = Float64Array.from(this.q);
+      this.commandedAt = new Float64Array(tree.size);
+      this.poses = tree.newPoses();
+      this.heard.clear();
+      tree.follow(this.q);
+      this.placeRoot();
+      tree.forward(this.q, this.poses);
+      this.robotChanged.emit(tree);
+    } catch (problem) {
+      this.logged.emit({ time: 0, level: 40, name: 'page', text: `the description cannot be drawn: ${(problem as Error).message}`, place: '' });
+    }
+  }
+
+  private takeJointState(message: Message): void {
+    const { tree } = this;
+    if (!tree) return;
+    const names = message['name'] as string[];
+    const position = message['position'] as number[];
+    const velocity = message['velocity'] as number[];
+    const effort = message['effort'] as number[];
+    const now = performance.now();
+    for (let i = 0; i < names.length; i += 1) {
+      const joint = tree.jointByName.get(names[i]!);
+      if (!joint || joint.index < 0) continue;
+      if (Number.isFinite(position[i])) this.q[joint.index] = position[i]!;
+      this.velocity[joint.index] = velocity[i] ?? NaN;
+      if (Number.isFinite(effort[i])) this.effort[joint.index] = effort[i]!;
+      if (!this.heard.has(joint.name) && this.commandedAt[joint.index] === 0) this.target[joint.index] = this.q[joint.index]!;
+      this.heard.set(joint.name, now);
+    }
+    this.update();
+  }
+
+  private update(): void {
+    const { tree } = this;
+    if (!tree) return;
+    tree.follow(this.q);
+    tree.follow(this.target);
+    this.placeRoot();
+    tree.forward(this.q, this.poses);
+    this.moved.emit();
+  }
+
+  private placeRoot(): void {
+    const { tree } = this;
+    if (!tree) return;
+    const world = this.transforms.toWorld(tree.links[tree.root] ?? '');
+    if (world) this.poses.set(world, tree.root * STRIDE);
+  }
+
+  private takeTransforms(message: Message, still: boolean): void {
+    const now = performance.now();
+    const { tree } = this;
+    let changed = false;
+    for (const raw of message['transforms'] as Message[]) {
+      const transform = readTransform(raw, still, now);
+      this.transforms.put(transform);
+      const link = tree?.linkIndex.get(transform.child);
+      if (tree && link !== undefined && link !== tree.root && this.useTransform(tree, link, transform, now)) changed = true;
+      if (tree && link === tree.root) changed = true;
+    }
+    if (changed) this.update();
+  }
+
+  // A joint that /joint_states does not tell of is read off its transform.
+  private useTransform(tree: Tree, link: number, transform: Transform, now: number): boolean {
+    const joint = tree.parentJoint[link];
+    if (!joint || joint.index < 0 || joint.mimic || transform.still) return false;
+    if (now - (this.heard.get(joint.name) ?? -1e9) < 500) return false;
+    this.q[joint.index] = this.transforms.jointPosition(joint, transform);
+    return true;
+  }
+
+  private takeClock(time: number): void {
+    const now = performance.now();
+    if (time < this.simTime - 0.5) this.clockSamples = [];
+    if (time !== this.simTime) this.lastClockChange = now;
+    this.simTime = time;
+    this.clockSamples.push([now, time]);
+    while (this.clockSamples.length > 2 && now - this.clockSamples[0]![0] > 1500) this.clockSamples.shift();
+    const first = this.clockSamples[0]!;
+    if (now - first[0] > 300) this.realTimeFactor = ((time - first[1]) / (now - first[0])) * 1000;
+    if (this.paused) this.checkPause();
+  }
+
+  private checkPause(): void {
+    const paused = this.client.phase === 'open' && this.lastClockChange > 0 && performance.now() - this.lastClockChange > 350;
+    if (paused) this.clockSamples = [];
+    if (paused !== this.paused) this.paused = paused;
+    this.timeChanged.emit();
+  }
+
+  private takeLog(m: Message): void {
+    const file = String(m['file'] ?? '');
+    this.logged.emit({
+      time: stampOf(m['stamp']),
+      level: Number(m['level']),
+      name: String(m['name']),
+      text: String(m['msg']),
+      place: file ? `${file}:${String(m['line'])}` : '',
+    });
+  }
+
+  async listControllers(): Promise<void> {
+    if (this.asking || !this.client.services.has('/controller_manager/list_controllers')) return;
+    this.asking = true;
+    try {
+      const answer = await this.client.call('/controller_manager/list_controllers');
+      this.controllers = (answer['controller'] as Message[]).map((raw) => {
+        const claims = raw['claimed_interfaces'] as string[];
+        const needed = claims.length > 0 ? claims : (raw['required_command_interfaces'] as string[]);
+        const kinds = new Set(needed.map((claim) => claim.slice(claim.lastIndexOf('/') + 1)));
+        return {
+          name: String(raw['name']),
+          type: String(raw['type']),
+          state: String(raw['state']),
+          claims,
+          joints: [...new Set(needed.map((claim) => claim.slice(0, claim.lastIndexOf('/'))))],
+          interface: kinds.size === 1 ? [...kinds][0]! : '',
+        };
+      });
+      this.watchReferences();
+      this.controllersChanged.emit();
+    } catch {
+      // the connection went; the next one asks again
+    } finally {
+      this.asking = false;
+    }
+  }
+
+  private watchReferences(): void {
+    const wanted = new Set(this.controllers.filter((c) => /Trajectory/.test(c.type)).map((c) => `/${c.name}/controller_state`));
+    for (const [topic, end] of this.stateSubscriptions) {
+      if (!wanted.has(topic)) {
+        end();
+        this.stateSubscriptions.delete(topic);
+      }
+    }
+    for (const topic of wanted) {
+      if (this.stateSubscriptions.has(topic)) continue;
+      this.stateSubscriptions.set(topic, this.client.subscribe(topic, (m) => this.takeReference(topic, m)));
+    }
+  }
+
+  private takeReference(topic: string, m: Message): void {
+    const names = m['joint_names'] as string[];
+    const positions = (m['reference'] as Message)['positions'] as number[];
+    const now = performance.now();
+    for (let i = 0; i < names.length; i += 1) {
+      const joint = this.tree?.jointByName.get(names[i]!);
+      if (!joint || joint.index < 0 || !Number.isFinite(positions[i])) continue;
+      if (now - this.commandedAt[joint.index]! > 1500) this.target[joint.index] = positions[i]!;
+    }
+    this.referenceChanged.emit(topic);
+  }
+
+  // Where the broadcaster does not tell efforts, the simulator does.
+  private async askEfforts(): Promise<void> {
+    if (this.effortWanted <= 0 || !this.tree || document.hidden || this.paused) return;
+    if (!this.client.services.has('/gazebo/get_state')) return;
+    try {
+      const state = await this.client.call('/gazebo/get_state', {}, 1000);
+      (state['names'] as string[]).forEach((name, i) => {
+        const joint = this.tree?.jointByName.get(name);
+        if (joint && joint.index >= 0) this.effort[joint.index] = (state['efforts'] as number[])[i] ?? NaN;
+      });
+    } catch {
+      // told elsewhere
+    }
+  }
+}

@@ -1,0 +1,191 @@
+// A row for each joint: slider between limits, value, target, effort.
+import type { App, Panel } from '../app/app';
+import { button, fill, h, say, toast, toggle } from '../app/dom';
+import { parsePose, poseYaml } from '../app/pose_yaml';
+import { set, settings, settingsChanged } from '../app/settings';
+import { format, meant, rangeOf, unitOf } from '../app/units';
+import type { TreeJoint } from '../robot/tree';
+
+interface Row {
+  joint: TreeJoint;
+  element: HTMLElement;
+  slider: HTMLInputElement;
+  now: HTMLElement;
+  value: HTMLElement;
+  target: HTMLInputElement;
+  effort: HTMLElement;
+  visible: boolean;
+  held: boolean; // by the user's hand
+}
+
+export function jointsPanel(app: App): Panel {
+  const { twin, commander } = app;
+  const list = h('div', { class: 'joints' });
+  const none = h('p', { class: 'empty' }, 'Waiting for the description of the robot.');
+  let rows: Row[] = [];
+  const watch = new IntersectionObserver((entries) => {
+    for (const entry of entries) {
+      const row = rows.find((one) => one.element === entry.target);
+      if (row) row.visible = entry.isIntersecting;
+    }
+  });
+
+  function makeRow(joint: TreeJoint): Row {
+    const [low, high] = rangeOf(joint);
+    const slider = h('input', { type: 'range', min: '0', max: '1', step: 'any', class: 'slider', 'aria-label': `Target of ${joint.name}` });
+    const now = h('i', { class: 'now' });
+    const effort = h('i', { class: 'effort' });
+    const value = h('output', { class: 'value num', title: 'where it is' });
+    const target = h('input', { class: 'target num', inputMode: 'decimal', 'aria-label': `Target of ${joint.name} as a number`, title: 'target', spellcheck: false });
+    const row: Row = {
+      joint, slider, now, value, target, effort, visible: true, held: false,
+      element: h('div', { class: 'joint' },
+        h('button', { type: 'button', class: 'name', title: `${joint.kind}, between ${joint.parent} and ${joint.child}`, onclick: () => app.select({ link: joint.childLink }) }, joint.name),
+        joint.mimic ? h('span', { class: 'tag', title: `${joint.mimic.multiplier} × ${joint.mimic.joint} + ${joint.mimic.offset}` }, `follows ${joint.mimic.joint}`) : null,
+        value, target, h('span', { class: 'unit' }, unitOf(joint)),
+        h('div', { class: 'track' }, now, slider),
+        h('div', { class: 'effort-bar', title: joint.effort > 0 ? `effort; the bar is full at ${joint.effort} ${joint.kind === 'prismatic' ? 'N' : 'N m'}` : 'effort' }, effort)),
+    };
+    slider.min = String(low);
+    slider.max = String(high);
+    const command = (): void => commander.set(joint, Number(slider.value));
+    slider.addEventListener('input', () => {
+      row.held = true;
+      command();
+    });
+    for (const name of ['change', 'blur', 'pointerup']) slider.addEventListener(name, () => (row.held = false));
+    slider.addEventListener('keydown', (event) => {
+      const fine = (high - low) / (event.shiftKey ? 1000 : 100);
+      const step = { ArrowRight: fine, ArrowUp: fine, ArrowLeft: -fine, ArrowDown: -fine }[event.key];
+      if (step === undefined) return;
+      event.preventDefault();
+      commander.set(joint, twin.target[joint.index]! + step);
+    });
+    target.addEventListener('change', () => {
+      const typed = Number(target.value.replace(',', '.'));
+      if (Number.isFinite(typed) && target.value.trim() !== '') commander.set(joint, meant(joint, typed));
+      target.blur();
+    });
+    return row;
+  }
+
+  function build(): void {
+    watch.disconnect();
+    const joints = twin.tree?.moving ?? [];
+    rows = joints.map(makeRow);
+    fill(list, rows.length > 0 ? rows.map((row) => row.element) : none);
+    for (const row of rows) watch.observe(row.element);
+    enable();
+  }
+
+  function enable(): void {
+    for (const row of rows) {
+      const can = commander.canMove(row.joint) && !commander.stopped;
+      row.slider.disabled = row.target.disabled = !can;
+      row.element.classList.toggle('off', !can);
+      row.element.classList.toggle('mimic', row.joint.mimic !== null);
+    }
+  }
+
+  function update(): void {
+    for (const row of rows) {
+      if (!row.visible) continue;
+      const { joint } = row;
+      const [low, high] = [Number(row.slider.min), Number(row.slider.max)];
+      const q = twin.q[joint.index]!;
+      const target = row.joint.mimic ? q : twin.target[joint.index]!;
+      const share = (x: number): number => Math.min(1, Math.max(0, (x - low) / (high - low)));
+      row.now.style.transform = `translateX(${(share(q) * 100).toFixed(2)}%)`;
+      say(row.value, format(joint, q));
+      if (!row.held) row.slider.value = String(target);
+      row.slider.style.setProperty('--share', `${(share(Number(row.slider.value)) * 100).toFixed(2)}%`);
+      if (document.activeElement !== row.target) {
+        const text = format(joint, target);
+        if (row.target.value !== text) row.target.value = text;
+      }
+      const effort = twin.effort[joint.index]!;
+      const part = Number.isFinite(effort) && joint.effort > 0 ? Math.max(-1, Math.min(1, effort / joint.effort)) : 0;
+      row.effort.style.transform = `scaleX(${part.toFixed(3)})`;
+      row.effort.classList.toggle('high', Math.abs(part) > 0.8);
+      row.effort.parentElement!.title = Number.isFinite(effort)
+        ? `effort ${effort.toFixed(3)} ${joint.kind === 'prismatic' ? 'N' : 'N m'}${joint.effort > 0 ? ` of ${joint.effort}` : ''}` : 'effort not known';
+    }
+  }
+
+  function all(value: (joint: TreeJoint) => number): void {
+    commander.setMany((twin.tree?.moving ?? []).filter((j) => !j.mimic).map((j) => [j, value(j)]));
+  }
+
+  async function copy(): Promise<void> {
+    const joints = (twin.tree?.moving ?? []).filter((joint) => !joint.mimic);
+    const text = poseYaml(joints.map((j) => j.name), joints.map((j) => twin.q[j.index]!));
+    try {
+      await navigator.clipboard.writeText(text);
+      toast('The pose is on the clipboard, as a YAML trajectory.');
+    } catch {
+      toast('The browser does not give the clipboard to this page.', 'warning');
+    }
+  }
+
+  function take(text: string): void {
+    const pose = parsePose(text);
+    if (!pose) {
+      toast('The clipboard holds no trajectory with joint_names and positions.', 'warning');
+      return;
+    }
+    const known: [TreeJoint, number][] = [];
+    for (const [name, value] of pose) {
+      const joint = twin.tree?.jointByName.get(name);
+      if (joint && joint.index >= 0) known.push([joint, value]);
+    }
+    commander.setMany(known);
+    toast(`${known.length} of ${pose.size} joints of the clipboard are here.`);
+  }
+
+  const units = toggle('degrees', 'Angles in degrees instead of radians', settings.degrees, (on) => set('degrees', on));
+  const element = h('div', { class: 'joints-panel' },
+    h('div', { class: 'tools' },
+      button('Zero', 'All joints to zero, or the limit next to it', () => all(() => 0)),
+      button('Centre', 'All joints to the middle of their limits', () => all((j) => (Number.isFinite(j.lower) ? (j.lower + j.upper) / 2 : 0))),
+      button('Random', 'All joints somewhere within their limits', () => all((j) => {
+        const [low, high] = rangeOf(j);
+        return low + (high - low) * Math.random();
+      })),
+      button('Copy', 'Copy the pose as a YAML trajectory', () => void copy()),
+      button('Paste', 'Go to the pose on the clipboard', () => {
+        navigator.clipboard.readText().then(take, () => toast('The browser does not give the clipboard to this page.', 'warning'));
+      }),
+      h('span', { class: 'spacer' }), units),
+    list,
+    h('div', { class: 'legend' },
+      h('span', {}, h('i', { class: 'key now-key' }), 'is'), h('span', {}, h('i', { class: 'key target-key' }), 'target'),
+      h('span', {}, h('i', { class: 'key effort-key' }), 'effort'), h('span', { class: 'spacer' }),
+      h('label', { title: 'Share of the velocity limits that commands from this page use' }, 'speed ',
+        (() => {
+          const input = h('input', { type: 'range', min: '5', max: '100', value: String(settings.speedShare * 100), 'aria-label': 'Share of the velocity limits' });
+          const out = h('output', { class: 'num' }, `${Math.round(settings.speedShare * 100)} %`);
+          input.addEventListener('input', () => {
+            set('speedShare', Number(input.value) / 100);
+            say(out, `${input.value} %`);
+          });
+          return [input, out];
+        })())));
+
+  fill(list, none);
+  twin.robotChanged.on(build);
+  twin.controllersChanged.on(enable);
+  twin.phaseChanged.on(enable);
+  commander.stopChanged.on(enable);
+  settingsChanged.on((key) => {
+    if (key === 'degrees') build();
+  });
+  app.selected.on((selection) => {
+    for (const row of rows) row.element.classList.toggle('selected', selection?.link === row.joint.childLink);
+    rows.find((row) => selection?.link === row.joint.childLink)?.element.scrollIntoView({ block: 'nearest' });
+  });
+  return {
+    id: 'joints', title: 'Joints', element, rate: 20, update,
+    shown: () => (twin.effortWanted += 1),
+    hidden: () => (twin.effortWanted -= 1),
+  };
+}

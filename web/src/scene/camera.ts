@@ -1,0 +1,96 @@
+// Orbiting, named views, fitting and following.
+import * as THREE from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import type { Stage } from './stage';
+
+export const VIEWS = {
+  corner: { label: 'Corner', from: [1.0, -1.25, 0.75] },
+  front: { label: 'Front', from: [1, 0, 0.0001] },
+  back: { label: 'Back', from: [-1, 0, 0.0001] },
+  left: { label: 'Left', from: [0, 1, 0.0001] },
+  right: { label: 'Right', from: [0, -1, 0.0001] },
+  top: { label: 'Top', from: [0.0001, 0, 1] },
+} as const;
+export type ViewName = keyof typeof VIEWS;
+
+export class CameraMan {
+  readonly controls: OrbitControls;
+  private goal: { position: THREE.Vector3; target: THREE.Vector3 } | null = null;
+  private centre = new THREE.Vector3(0, 0, 0.2);
+  private size = 0.5;
+  follow: (() => THREE.Vector3 | null) | null = null;
+
+  constructor(private readonly stage: Stage) {
+    this.controls = new OrbitControls(stage.camera, stage.renderer.domElement);
+    this.controls.enableDamping = false;
+    this.controls.zoomToCursor = true;
+    this.controls.minDistance = 0.02;
+    this.controls.maxDistance = 80;
+    this.controls.addEventListener('change', stage.invalidate);
+    this.controls.addEventListener('start', () => {
+      this.goal = null;
+    });
+    stage.tick.on((dt) => this.advance(dt));
+    this.jump('corner');
+  }
+
+  fit(box: THREE.Box3): void {
+    if (box.isEmpty()) return;
+    box.getCenter(this.centre);
+    this.size = Math.max(0.05, box.getSize(new THREE.Vector3()).length());
+  }
+
+  private place(view: ViewName): { position: THREE.Vector3; target: THREE.Vector3 } {
+    const { camera } = this.stage;
+    const vertical = THREE.MathUtils.degToRad(camera.fov) / 2;
+    const narrow = Math.min(vertical, Math.atan(Math.tan(vertical) * camera.aspect));
+    const distance = (this.size * 0.56) / Math.sin(narrow);
+    const direction = new THREE.Vector3(...VIEWS[view].from).normalize();
+    return { position: this.centre.clone().addScaledVector(direction, distance), target: this.centre.clone() };
+  }
+
+  jump(view: ViewName): void {
+    const { position, target } = this.place(view);
+    this.stage.camera.position.copy(position);
+    this.controls.target.copy(target);
+    this.controls.update();
+    this.stage.invalidate();
+  }
+
+  go(view: ViewName): void {
+    if (matchMedia('(prefers-reduced-motion: reduce)').matches) this.jump(view);
+    else this.goal = this.place(view);
+  }
+
+  private advance(dt: number): void {
+    const { camera } = this.stage;
+    if (this.goal) {
+      const share = 1 - Math.exp(-dt * 10);
+      const fromOffset = camera.position.clone().sub(this.controls.target);
+      const toOffset = this.goal.position.clone().sub(this.goal.target);
+      const a = new THREE.Spherical().setFromVector3(fromOffset.applyQuaternion(UP_TO_Y));
+      const b = new THREE.Spherical().setFromVector3(toOffset.applyQuaternion(UP_TO_Y));
+      let turn = b.theta - a.theta;
+      if (turn > Math.PI) turn -= 2 * Math.PI;
+      if (turn < -Math.PI) turn += 2 * Math.PI;
+      a.set(a.radius + (b.radius - a.radius) * share, a.phi + (b.phi - a.phi) * share, a.theta + turn * share);
+      this.controls.target.lerp(this.goal.target, share);
+      camera.position.setFromSpherical(a).applyQuaternion(Y_TO_UP).add(this.controls.target);
+      if (camera.position.distanceTo(this.goal.position) < this.size * 0.002) this.goal = null;
+      this.controls.update();
+      this.stage.invalidate();
+    } else if (this.follow) {
+      const point = this.follow();
+      if (!point) return;
+      const move = point.clone().sub(this.controls.target);
+      if (move.length() < 1e-5) return;
+      camera.position.add(move);
+      this.controls.target.add(move);
+      this.controls.update();
+      this.stage.invalidate();
+    }
+  }
+}
+
+const UP_TO_Y = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(0, 1, 0));
+const Y_TO_UP = UP_TO_Y.clone().invert();

@@ -1,0 +1,172 @@
+// What can be drawn over the links: inertia boxes, centres of mass, frames with names, joint axes with limits.
+import * as THREE from 'three';
+import { inertiaMaterial } from '../robot/materials';
+import type { Tree } from '../robot/tree';
+import type { LayerMaker } from '../robot/view';
+
+const RED = 0xd1492e, GREEN = 0x2f9e63, BLUE = 0x2a7fd4;
+
+export function label(text: string, colour: string, size: number): THREE.Sprite {
+  const canvas = document.createElement('canvas');
+  const context = canvas.getContext('2d')!;
+  const font = '500 28px system-ui, sans-serif';
+  context.font = font;
+  canvas.width = Math.ceil(context.measureText(text).width) + 12;
+  canvas.height = 40;
+  context.font = font;
+  context.lineWidth = 5;
+  context.strokeStyle = document.documentElement.dataset['theme'] === 'dark' ? '#14171acc' : '#ffffffcc';
+  context.strokeText(text, 6, 29);
+  context.fillStyle = colour;
+  context.fillText(text, 6, 29);
+  const texture = new THREE.CanvasTexture(canvas);
+  texture.colorSpace = THREE.SRGBColorSpace;
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthTest: false, transparent: true, sizeAttenuation: true }));
+  sprite.scale.set((size * canvas.width) / canvas.height, size, 1);
+  sprite.center.set(0, 0);
+  sprite.renderOrder = 10;
+  return sprite;
+}
+
+function lines(points: number[], colour: number, opacity = 1): THREE.LineSegments {
+  const geometry = new THREE.BufferGeometry().setAttribute('position', new THREE.Float32BufferAttribute(points, 3));
+  const made = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour, depthTest: false, transparent: true, opacity }));
+  made.renderOrder = 9;
+  return made;
+}
+
+export function frameAxes(length: number): THREE.Group {
+  const group = new THREE.Group();
+  group.add(lines([0, 0, 0, length, 0, 0], RED), lines([0, 0, 0, 0, length, 0], GREEN), lines([0, 0, 0, 0, 0, length], BLUE));
+  return group;
+}
+
+export function frames(size: number): LayerMaker {
+  return (tree, link, into) => {
+    into.add(frameAxes(size * 0.12));
+    const dark = document.documentElement.dataset['theme'] === 'dark';
+    const text = label(tree.links[link]!, dark ? '#e6e9ec' : '#1b1f24', size * 0.045);
+    text.position.set(size * 0.012, 0, size * 0.012);
+    into.add(text);
+  };
+}
+
+export function centres(size: number): LayerMaker {
+  return (tree, link, into) => {
+    const inertial = tree.robot.links.get(tree.links[link]!)?.inertial;
+    if (!inertial || inertial.mass <= 0) return;
+    const radius = Math.min(size * 0.03, Math.max(size * 0.008, Math.cbrt(inertial.mass / 1000) * 0.25));
+    const ball = new THREE.Mesh(new THREE.SphereGeometry(radius, 16, 12), new THREE.MeshBasicMaterial({ color: 0xd55e00, depthTest: false, transparent: true, opacity: 0.9 }));
+    ball.position.set(...inertial.origin.xyz);
+    ball.renderOrder = 8;
+    into.add(ball);
+  };
+}
+
+// Eigenvectors of a symmetric 3x3 matrix by Jacobi's rotations; returns values and the columns.
+export function eigen3(m: number[][]): { values: number[]; vectors: number[][] } {
+  const a = m.map((row) => row.slice());
+  const v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  for (let sweep = 0; sweep < 24; sweep += 1) {
+    let off = 0;
+    for (const [p, q] of [[0, 1], [0, 2], [1, 2]] as const) {
+      off += Math.abs(a[p]![q]!);
+      if (Math.abs(a[p]![q]!) < 1e-18) continue;
+      const theta = (a[q]![q]! - a[p]![p]!) / (2 * a[p]![q]!);
+      const t = Math.sign(theta || 1) / (Math.abs(theta) + Math.sqrt(theta * theta + 1));
+      const c = 1 / Math.sqrt(t * t + 1), s = t * c;
+      for (let k = 0; k < 3; k += 1) {
+        const kp = a[k]![p]!, kq = a[k]![q]!;
+        a[k]![p] = c * kp - s * kq;
+        a[k]![q] = s * kp + c * kq;
+      }
+      for (let k = 0; k < 3; k += 1) {
+        const pk = a[p]![k]!, qk = a[q]![k]!;
+        a[p]![k] = c * pk - s * qk;
+        a[q]![k] = s * pk + c * qk;
+        const vp = v[k]![p]!, vq = v[k]![q]!;
+        v[k]![p] = c * vp - s * vq;
+        v[k]![q] = s * vp + c * vq;
+      }
+    }
+    if (off < 1e-18) break;
+  }
+  return { values: [a[0]![0]!, a[1]![1]!, a[2]![2]!], vectors: v };
+}
+
+// The box of the same mass and inertia.
+export const inertiaBoxes: LayerMaker = (tree, link, into) => {
+  const inertial = tree.robot.links.get(tree.links[link]!)?.inertial;
+  if (!inertial || inertial.mass <= 0) return;
+  const [xx, xy, xz, yy, yz, zz] = inertial.inertia;
+  const { values, vectors } = eigen3([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]);
+  const [a, b, c] = values as [number, number, number];
+  const side = (sum: number): number => Math.sqrt(Math.max(0, (6 * sum) / inertial.mass));
+  const x = side(b + c - a), y = side(a + c - b), z = side(a + b - c);
+  const holder = new THREE.Group();
+  holder.position.set(...inertial.origin.xyz);
+  holder.rotation.set(...inertial.origin.rpy, 'ZYX');
+  const box = new THREE.Mesh(new THREE.BoxGeometry(x, y, z), inertiaMaterial);
+  const [r0, r1, r2] = vectors as [number[], number[], number[]];
+  const basis = new THREE.Matrix4().set(r0[0]!, r0[1]!, r0[2]!, 0, r1[0]!, r1[1]!, r1[2]!, 0, r2[0]!, r2[1]!, r2[2]!, 0, 0, 0, 0, 1);
+  if (basis.determinant() < 0) basis.scale(new THREE.Vector3(1, 1, -1));
+  box.setRotationFromMatrix(basis);
+  box.add(new THREE.LineSegments(new THREE.EdgesGeometry(box.geometry), new THREE.LineBasicMaterial({ color: 0xcc79a7 })));
+  holder.add(box);
+  into.add(holder);
+};
+
+// The joint that carries the link: its axis and the arc that it may go, in the joint's frame; turns back by q.
+export class AxisLayer {
+  private readonly arcs: { joint: number; group: THREE.Group }[] = [];
+
+  make(size: number): LayerMaker {
+    return (tree: Tree, link: number, into: THREE.Group) => {
+      const joint = tree.parentJoint[link];
+      if (!joint || joint.index < 0) return;
+      const length = size * 0.14;
+      const along = new THREE.Vector3(...joint.axis);
+      const arrow = new THREE.ArrowHelper(along, along.clone().multiplyScalar(-length * 0.5), length * 1.2, BLUE, length * 0.22, length * 0.1);
+      for (const part of [arrow.line, arrow.cone]) {
+        (part.material as THREE.Material).depthTest = false;
+        part.renderOrder = 9;
+      }
+      into.add(arrow);
+      if (joint.kind === 'prismatic') {
+        const [lo, hi] = [joint.lower, joint.upper];
+        const still = new THREE.Group();
+        still.add(lines([...along.clone().multiplyScalar(lo).toArray(), ...along.clone().multiplyScalar(hi).toArray()], 0xe69f00));
+        into.add(still);
+        this.arcs.push({ joint: joint.index, group: still });
+        still.userData['slide'] = along;
+        return;
+      }
+      const side = Math.abs(along.x) < 0.9 ? new THREE.Vector3(1, 0, 0) : new THREE.Vector3(0, 1, 0);
+      const u = side.sub(along.clone().multiplyScalar(side.dot(along))).normalize();
+      const v = along.clone().cross(u);
+      const radius = length * 0.62;
+      const bounded = Number.isFinite(joint.lower);
+      const [from, to] = bounded ? [joint.lower, joint.upper] : [0, 2 * Math.PI];
+      const at = (angle: number, r: number): number[] => u.clone().multiplyScalar(Math.cos(angle) * r).addScaledVector(v, Math.sin(angle) * r).toArray();
+      const points: number[] = [];
+      const steps = Math.max(8, Math.ceil(((to - from) / Math.PI) * 32));
+      for (let i = 0; i < steps; i += 1) {
+        points.push(...at(from + ((to - from) * i) / steps, radius), ...at(from + ((to - from) * (i + 1)) / steps, radius));
+      }
+      if (bounded) points.push(...at(from, radius * 0.8), ...at(from, radius * 1.15), ...at(to, radius * 0.8), ...at(to, radius * 1.15));
+      const still = new THREE.Group();
+      still.add(lines(points, 0xe69f00, 0.9));
+      into.add(still, lines([...at(0, 0), ...at(0, radius)], 0xd55e00));
+      this.arcs.push({ joint: joint.index, group: still });
+      still.userData['axis'] = along;
+    };
+  }
+
+  update(q: ArrayLike<number>): void {
+    for (const { joint, group } of this.arcs) {
+      const axis = group.userData['axis'] as THREE.Vector3 | undefined;
+      if (axis) group.quaternion.setFromAxisAngle(axis, -q[joint]!);
+      else group.position.copy(group.userData['slide'] as THREE.Vector3).multiplyScalar(-q[joint]!);
+    }
+  }
+}

@@ -1,0 +1,122 @@
+// Renderer, lights, ground and the loop that draws: a frame only when something has changed, at a resolution that
+// the machine keeps up with.
+
+import * as THREE from 'three';
+import { Signal } from '../app/signal';
+import { Ground } from './ground';
+
+export class Stage {
+  readonly scene = new THREE.Scene();
+  readonly camera = new THREE.PerspectiveCamera(38, 1, 0.005, 200);
+  readonly renderer: THREE.WebGLRenderer;
+  readonly ground = new Ground();
+  readonly sun = new THREE.DirectionalLight(0xffffff, 2.4);
+  readonly sky = new THREE.HemisphereLight(0xffffff, 0x8a8f98, 1.5);
+  readonly frame = new Signal<number>(); // before each frame that is drawn; s since the last
+  readonly tick = new Signal<number>(); // of every animation frame, drawn or not
+  frameTime = 0; // ms, smoothed: between the start of drawing and the end of it, as the CPU sees it
+  frames = 0;
+  private dirty = true;
+  private ratio = Math.min(devicePixelRatio || 1, 2);
+  private slow = 0;
+  private last = performance.now();
+
+  constructor(readonly host: HTMLElement) {
+    THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
+    this.camera.up.set(0, 0, 1);
+    this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true, powerPreference: 'high-performance' });
+    const { renderer, scene, sun } = this;
+    renderer.setPixelRatio(this.ratio);
+    renderer.shadowMap.enabled = true;
+    renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    renderer.toneMappingExposure = 1.05;
+    renderer.domElement.className = 'view3d';
+    renderer.domElement.tabIndex = 0;
+    renderer.domElement.setAttribute('role', 'img');
+    renderer.domElement.setAttribute('aria-label', 'The robot in 3D. Drag to turn, right drag to move, wheel to zoom.');
+    host.prepend(renderer.domElement);
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(1024, 1024);
+    sun.shadow.bias = -0.0004;
+    sun.shadow.normalBias = 0.002;
+    const fillLight = new THREE.DirectionalLight(0xdfe8ff, 0.7);
+    fillLight.position.set(-2, -1.5, 1);
+    this.sky.position.set(0, 0, 1);
+    scene.add(this.sky, sun, sun.target, fillLight, this.ground.root);
+    new ResizeObserver(() => this.resize()).observe(host);
+    this.resize();
+    requestAnimationFrame(this.loop);
+  }
+
+  invalidate = (): void => {
+    this.dirty = true;
+  };
+
+  // Lights and ground for a robot of this size around this point.
+  fit(centre: THREE.Vector3, size: number): void {
+    const { sun } = this;
+    sun.position.set(centre.x + size * 1.1, centre.y - size * 1.4, centre.z + size * 2.4);
+    sun.target.position.copy(centre);
+    const box = sun.shadow.camera;
+    box.left = box.bottom = -size * 1.3;
+    box.right = box.top = size * 1.3;
+    box.near = size * 0.2;
+    box.far = size * 8;
+    box.updateProjectionMatrix();
+    this.ground.fit(size);
+    this.camera.near = Math.max(0.001, size / 200);
+    this.camera.far = Math.max(50, size * 100);
+    this.camera.updateProjectionMatrix();
+    this.invalidate();
+  }
+
+  shadows(on: boolean): void {
+    this.sun.castShadow = on;
+    this.ground.shadow.visible = on;
+    this.invalidate();
+  }
+
+  private resize(): void {
+    const { clientWidth: w, clientHeight: h } = this.host;
+    if (w === 0 || h === 0) return;
+    this.renderer.setSize(w, h, false);
+    this.camera.aspect = w / h;
+    this.camera.updateProjectionMatrix();
+    this.draw(0);
+  }
+
+  private draw(dt: number): void {
+    this.dirty = false;
+    this.frame.emit(dt);
+    const start = performance.now();
+    this.renderer.render(this.scene, this.camera);
+    const took = performance.now() - start;
+    this.frameTime = this.frameTime === 0 ? took : this.frameTime * 0.9 + took * 0.1;
+    this.frames += 1;
+  }
+
+  private readonly loop = (now: number): void => {
+    requestAnimationFrame(this.loop);
+    const dt = Math.min(0.25, (now - this.last) / 1000);
+    this.last = now;
+    this.tick.emit(dt);
+    if (!this.dirty) {
+      this.slow = 0;
+      return;
+    }
+    this.draw(dt);
+    this.adapt(dt);
+  };
+
+  // Where frames come late one after another (software rendering), fewer pixels.
+  private adapt(dt: number): void {
+    this.slow = dt > 0.045 ? this.slow + 1 : Math.max(0, this.slow - 2);
+    if (this.slow < 20 || this.ratio <= 0.6) return;
+    this.slow = 0;
+    this.ratio = Math.max(0.6, this.ratio * 0.8);
+    this.renderer.setPixelRatio(this.ratio);
+    if (this.ratio < 0.9) this.sun.shadow.mapSize.set(512, 512);
+    this.resize();
+  }
+}

@@ -1,0 +1,211 @@
+// The 3D part as a whole: stage, camera, the robot in its layers, its ghost, the trace of the tool.
+import * as THREE from 'three';
+import { Commander } from '../app/commander';
+import { set, settings } from '../app/settings';
+import { Signal } from '../app/signal';
+import type { Twin } from '../app/twin';
+import { MeshStore } from '../robot/meshes';
+import { RobotView, type Layer, type LayerMaker } from '../robot/view';
+import { STRIDE, type Tree } from '../robot/tree';
+import { CameraMan } from './camera';
+import { AxisLayer, centres, frames, inertiaBoxes } from './layers';
+import { Stage } from './stage';
+import { Trace } from './trace';
+
+export class World {
+  readonly stage: Stage;
+  readonly camera: CameraMan;
+  readonly meshes: MeshStore;
+  readonly trace = new Trace();
+  readonly built = new Signal<RobotView>();
+  view: RobotView | null = null;
+  ghost: RobotView | null = null;
+  size = 0.5;
+  tool = 0;
+  readonly toolChanged = new Signal<number>();
+  firstPicture = 0; // ms after the page began to load
+  private axes = new AxisLayer();
+  private ghostPoses = new Float64Array();
+  private stale = false;
+  private fitted = false;
+  private highlighted: { mesh: THREE.Mesh; material: THREE.Material | THREE.Material[] }[] = [];
+  private highlightedLink = -1;
+
+  constructor(host: HTMLElement, private readonly twin: Twin, private readonly commander: Commander) {
+    this.stage = new Stage(host);
+    this.camera = new CameraMan(this.stage);
+    this.meshes = new MeshStore(twin.client);
+    this.stage.scene.add(this.trace.line);
+    twin.robotChanged.on((tree) => this.build(tree));
+    twin.moved.on(() => {
+      this.stale = true;
+      this.stage.invalidate();
+    });
+    twin.phaseChanged.on((phase) => {
+      if (phase === 'lost') this.meshes.forget();
+      host.classList.toggle('lost', phase !== 'open');
+    });
+    this.stage.frame.on(() => this.place());
+    twin.referenceChanged.on(() => {
+      if (this.ghostDiffers()) this.stage.invalidate();
+    });
+  }
+
+  private build(tree: Tree): void {
+    for (const old of [this.view, this.ghost]) if (old) this.stage.scene.remove(old.root);
+    this.highlighted = [];
+    this.highlightedLink = -1;
+    this.axes = new AxisLayer();
+    this.ghostPoses = tree.newPoses();
+    this.view = new RobotView(tree, this.meshes, () => this.loaded());
+    this.ghost = new RobotView(tree, this.meshes, this.stage.invalidate, true);
+    this.view.place(this.twin.poses);
+    this.stage.scene.add(this.view.root, this.ghost.root);
+    this.size = this.guessSize(tree);
+    const wanted = tree.linkIndex.get(settings.tool);
+    this.tool = wanted ?? tree.toolLink();
+    this.trace.clear();
+    for (const layer of ['visual', 'collision', 'inertia', 'com', 'frames', 'axes'] as Layer[]) {
+      if (settings.layers[layer]) this.applyLayer(layer, true);
+    }
+    this.applyOthers();
+    this.fitted = false;
+    this.fit();
+    this.built.emit(this.view);
+    this.toolChanged.emit(this.tool);
+  }
+
+  private guessSize(tree: Tree): number {
+    const poses = tree.newPoses();
+    tree.forward(tree.rest(), poses);
+    const box = new THREE.Box3();
+    for (let i = 0; i < tree.links.length; i += 1) {
+      box.expandByPoint(new THREE.Vector3(poses[i * STRIDE], poses[i * STRIDE + 1], poses[i * STRIDE + 2]));
+    }
+    return Math.max(0.1, box.getSize(new THREE.Vector3()).length() * 1.2);
+  }
+
+  private loaded(): void {
+    this.stage.invalidate();
+    if (this.view?.loading === 0 && !this.fitted) this.fit();
+  }
+
+  private fit(): void {
+    const { view } = this;
+    if (!view) return;
+    view.root.updateMatrixWorld(true);
+    const box = new THREE.Box3();
+    for (let i = 0; i < view.links.length; i += 1) for (const mesh of view.meshesOf(i)) box.expandByObject(mesh);
+    if (box.isEmpty()) {
+      for (const link of view.links) box.expandByPoint(new THREE.Vector3().setFromMatrixPosition(link.matrixWorld));
+      box.expandByScalar(this.size * 0.1);
+    }
+    this.size = Math.max(0.05, box.getSize(new THREE.Vector3()).length());
+    this.camera.fit(box);
+    this.stage.fit(box.getCenter(new THREE.Vector3()), this.size);
+    this.camera.jump('corner');
+    if (view.loading === 0) {
+      this.fitted = true;
+      if (this.firstPicture === 0) requestAnimationFrame(() => (this.firstPicture = performance.now()));
+    }
+  }
+
+  refit(): void {
+    this.fit();
+  }
+
+  setTool(link: number): void {
+    this.tool = link;
+    set('tool', this.view?.tree.links[link] ?? '');
+    this.trace.clear();
+    this.toolChanged.emit(link);
+    this.stage.invalidate();
+  }
+
+  setLayer(layer: string, on: boolean): void {
+    set('layers', { ...settings.layers, [layer]: on });
+    if (['visual', 'collision', 'inertia', 'com', 'frames', 'axes'].includes(layer)) this.applyLayer(layer as Layer, on);
+    else this.applyOthers();
+  }
+
+  private applyLayer(layer: Layer, on: boolean): void {
+    const makers: Partial<Record<Layer, LayerMaker>> = {
+      inertia: inertiaBoxes,
+      com: centres(this.size),
+      frames: frames(this.size),
+      axes: this.axes.make(this.size),
+    };
+    this.view?.show(layer, on, makers[layer]);
+    this.axes.update(this.twin.q);
+  }
+
+  private applyOthers(): void {
+    const { layers } = settings;
+    this.stage.ground.grid.visible = layers['grid'] ?? true;
+    this.stage.shadows(layers['shadows'] ?? true);
+    this.trace.line.visible = layers['trace'] ?? false;
+    if (!layers['trace']) this.trace.clear();
+    this.stage.invalidate();
+  }
+
+  theme(dark: boolean): void {
+    this.stage.ground.colour(dark ? '#5b6670' : '#8b959f', dark ? 0.45 : 0.2);
+    this.stage.sky.intensity = dark ? 1.25 : 1.6;
+    this.stage.sun.intensity = dark ? 2.1 : 2.5;
+    this.stage.invalidate();
+  }
+
+  private ghostDiffers(): boolean {
+    const { q, target, tree } = this.twin;
+    if (!tree) return false;
+    for (const joint of tree.moving) {
+      if (Math.abs(q[joint.index]! - target[joint.index]!) > (joint.kind === 'prismatic' ? 0.002 : 0.012)) return true;
+    }
+    return false;
+  }
+
+  private place(): void {
+    const { view, twin, ghost } = this;
+    if (!view || !this.stale) return;
+    this.stale = false;
+    view.place(twin.poses);
+    this.axes.update(twin.q);
+    const o = this.tool * STRIDE;
+    if (settings.layers['trace']) this.trace.add(twin.poses[o]!, twin.poses[o + 1]!, twin.poses[o + 2]!);
+    if (!ghost) return;
+    const show = (settings.layers['ghost'] ?? true) && !this.commander.viewing && this.ghostDiffers();
+    if (show) {
+      ghost.show('visual', true);
+      const root = view.tree.root * STRIDE;
+      this.ghostPoses.set(twin.poses.subarray(root, root + STRIDE), root);
+      view.tree.forward(twin.target, this.ghostPoses);
+      ghost.place(this.ghostPoses);
+    }
+    ghost.root.visible = show;
+  }
+
+  highlight(link: number): void {
+    if (link === this.highlightedLink) return;
+    for (const { mesh, material } of this.highlighted) mesh.material = material;
+    this.highlighted = [];
+    this.highlightedLink = link;
+    if (link >= 0 && this.view) {
+      for (const mesh of this.view.meshesOf(link)) {
+        this.highlighted.push({ mesh, material: mesh.material });
+        const base = Array.isArray(mesh.material) ? mesh.material[0]! : mesh.material;
+        const glowing = base.clone() as THREE.MeshStandardMaterial;
+        if (glowing.emissive) {
+          glowing.emissive.set(0x0b6bcb);
+          glowing.emissiveIntensity = 0.45;
+        }
+        mesh.material = glowing;
+      }
+    }
+    this.stage.invalidate();
+  }
+
+  toolPosition(): THREE.Vector3 {
+    const o = this.tool * STRIDE;
+    return new THREE.Vector3(this.twin.poses[o], this.twin.poses[o + 1], this.twin.poses[o + 2]);
+  }
+}
