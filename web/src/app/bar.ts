@@ -1,6 +1,7 @@
 // The bar above: which robot, connection, time and its controls, theme, and the emergency stop at its right end.
 import type { App } from './app';
 import { button, h, say, toast } from './dom';
+import { icon, setIcon } from './icons';
 import { set, settings } from './settings';
 import { seconds } from './units';
 
@@ -18,10 +19,10 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   };
   const name = h('strong', { class: 'robot-name' }, 'doppel');
   const link = h('span', { class: 'link', role: 'status' }, 'connecting');
-  const play = button('⏸', 'Pause (P)', () => call(twin.paused ? '/gazebo/unpause_physics' : '/gazebo/pause_physics'), { class: 'icon', id: 'play' });
-  const step = button('⏭', 'One step of physics, 1 ms; with shift a tenth of a second', () => {}, { class: 'icon', id: 'step' });
+  const play = button(icon('pause'), 'Pause (P)', () => call(twin.paused ? '/gazebo/unpause_physics' : '/gazebo/pause_physics'), { class: 'icon', id: 'play' });
+  const step = button(icon('step'), 'One step of physics, 1 ms; with shift a tenth of a second', () => {}, { class: 'icon', id: 'step' });
   step.addEventListener('click', (event) => call('/gazebo/step', { steps: event.shiftKey ? 100 : 1 }));
-  const reset = button('⏮', 'Reset: time and joints back to the start', () => {
+  const reset = button(icon('reset'), 'Reset: time and joints back to the start', () => {
     app.world.trace.clear();
     call('/gazebo/reset_simulation');
   }, { class: 'icon', id: 'reset' });
@@ -29,12 +30,12 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
     ...SPEEDS.map(([label, value]) => h('option', { value: String(value), selected: value === 1 }, label)));
   const time = h('output', { class: 'num time', title: 'simulated time' });
   const factor = h('output', { class: 'num factor', title: 'real-time factor: simulated seconds in one second' });
-  const theme = button('◐', 'Theme: as the system, light, dark', () => {
+  const theme = button(icon('theme'), 'Theme: as the system, light, dark', () => {
     const next = { system: 'light', light: 'dark', dark: 'system' } as const;
     set('theme', next[settings.theme]);
     toast(`Theme: ${settings.theme}`);
   }, { class: 'icon', id: 'theme' });
-  const more = button('⚙', 'Settings and keys', openSettings, { class: 'icon', id: 'settings' });
+  const more = button(icon('settings'), 'Settings and keys', openSettings, { class: 'icon', id: 'settings' });
   const stop = h('button', { type: 'button', class: 'stop', id: 'stop', title: `Emergency stop (${settings.stopKeys.join(', ')})`, onclick: () => void (commander.stopped ? commander.release() : commander.stop()) }, 'STOP');
   const clock = h('div', { class: 'group clock', role: 'group', 'aria-label': 'Time' }, reset, play, step, speed, time, factor);
   const element = h('header', { class: 'bar' },
@@ -54,7 +55,7 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
     link.className = `link ${client.phase}`;
     const simulated = client.services.has('/gazebo/pause_physics');
     clock.hidden = !simulated;
-    say(play, twin.paused ? '▶' : '⏸');
+    setIcon(play, twin.paused ? 'play' : 'pause');
     const title = twin.paused ? 'Play (P)' : 'Pause (P)';
     if (play.title !== title) {
       play.title = title;

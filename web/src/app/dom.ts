@@ -35,7 +35,7 @@ export function say(node: Node, text: string): void {
   if (node.textContent !== text) node.textContent = text;
 }
 
-export function button(label: string, title: string, onclick: () => void, more: Props = {}): HTMLButtonElement {
+export function button(label: string | Node, title: string, onclick: () => void, more: Props = {}): HTMLButtonElement {
   return h('button', { type: 'button', title, 'aria-label': title, onclick, ...more }, label);
 }
 

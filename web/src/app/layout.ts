@@ -1,6 +1,7 @@
 // Where things are: the picture, a dock at the right, one below; on narrow screens one dock below the picture.
 import type { Panel } from './app';
 import { button, h } from './dom';
+import { setIcon } from './icons';
 import { Dock } from './dock';
 import { set, settings } from './settings';
 
@@ -57,7 +58,7 @@ export class Layout {
   private setBottom(open: boolean): void {
     set('bottomOpen', open);
     this.work.classList.toggle('folded', !open);
-    this.fold.textContent = open ? '▾' : '▴';
+    setIcon(this.fold, open ? 'down' : 'up');
     this.fold.title = open ? 'Fold the lower panels' : 'Show the lower panels';
     this.fold.setAttribute('aria-expanded', String(open));
   }

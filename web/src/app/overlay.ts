@@ -1,6 +1,7 @@
 // What lies over the picture: views, layers, the box with the numbers of what is selected, notes.
 import type { App } from './app';
 import { button, fill, h, say, toggle } from './dom';
+import { icon } from './icons';
 import { settings } from './settings';
 import { format, unitOf } from './units';
 import { VIEWS, type ViewName } from '../scene/camera';
@@ -69,7 +70,7 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
     }
     rows.push(['shapes', `${link.visuals.length} visual, ${link.collisions.length} collision`], ['line', `${link.line} of /robot_description`]);
     fill(details,
-      h('div', { class: 'details-head' }, h('strong', {}, name), button('×', 'Close', () => app.select(null), { class: 'icon' })),
+      h('div', { class: 'details-head' }, h('strong', {}, name), button(icon('close'), 'Close', () => app.select(null), { class: 'icon' })),
       h('dl', {}, rows.map(([key, value]) => [h('dt', {}, key), h('dd', {}, value)])),
       h('div', { class: 'row' }, button('Use as tool', 'Drag and trace this link', () => world.setTool(selection.link))));
     update();

@@ -32,6 +32,7 @@ export function stampOf(value: Value | undefined): number {
 export class Twin {
   readonly robotChanged = new Signal<Tree>();
   readonly moved = new Signal();
+  readonly sampled = new Signal(); // joint states have come
   readonly phaseChanged = new Signal<Phase>();
   readonly graphChanged = new Signal();
   readonly controllersChanged = new Signal();
@@ -60,6 +61,7 @@ export class Twin {
   private lastClockChange = 0;
   private readonly stateSubscriptions = new Map<string, () => void>();
   private asking = false;
+  private seen = new Float64Array();
 
   constructor(url: string) {
     this.client = new Client({ url });
@@ -138,6 +140,7 @@ export class Twin {
       this.heard.set(joint.name, now);
     }
     this.update();
+    this.sampled.emit();
   }
 
   private update(): void {
@@ -147,7 +150,15 @@ export class Twin {
     tree.follow(this.target);
     this.placeRoot();
     tree.forward(this.q, this.poses);
-    this.moved.emit();
+    if (this.differs()) this.moved.emit();
+  }
+
+  // Whether anything has moved that one could see.
+  private differs(): boolean {
+    let far = this.seen.length !== this.poses.length;
+    for (let i = 0; i < this.poses.length && !far; i += 1) far = Math.abs(this.poses[i]! - this.seen[i]!) > 2e-5;
+    if (far) this.seen = Float64Array.from(this.poses);
+    return far;
   }
 
   private placeRoot(): void {

@@ -41,8 +41,8 @@ export function jointsPanel(app: App): Panel {
       joint, slider, now, value, target, effort, visible: true, held: false,
       element: h('div', { class: 'joint' },
         h('button', { type: 'button', class: 'name', title: `${joint.kind}, between ${joint.parent} and ${joint.child}`, onclick: () => app.select({ link: joint.childLink }) }, joint.name),
-        joint.mimic ? h('span', { class: 'tag', title: `${joint.mimic.multiplier} × ${joint.mimic.joint} + ${joint.mimic.offset}` }, `follows ${joint.mimic.joint}`) : null,
-        value, target, h('span', { class: 'unit' }, unitOf(joint)),
+        joint.mimic ? h('span', { class: 'tag', title: `follows: ${joint.mimic.multiplier} × ${joint.mimic.joint} + ${joint.mimic.offset}` }, `↳ ${joint.mimic.joint}`) : null,
+        value, joint.mimic ? null : [target, h('span', { class: 'unit' }, unitOf(joint))],
         h('div', { class: 'track' }, now, slider),
         h('div', { class: 'effort-bar', title: joint.effort > 0 ? `effort; the bar is full at ${joint.effort} ${joint.kind === 'prismatic' ? 'N' : 'N m'}` : 'effort' }, effort)),
     };
