@@ -1,0 +1,26 @@
+// What `doppel check` finds, as /doppel/health tells it.
+export interface Finding {
+  rule: string;
+  severity: string;
+  subject: string;
+  message: string;
+  file: string;
+  line: number;
+  mend: string;
+  consequence: string;
+}
+
+export function readFindings(text: string): { findings: Finding[]; file: string; mass: number } | null {
+  try {
+    const raw = JSON.parse(text) as { findings?: Partial<Finding>[]; file?: string; mass?: number };
+    const findings = (raw.findings ?? []).map((f) => ({
+      rule: f.rule ?? '', severity: f.severity ?? 'note', subject: f.subject ?? '', message: f.message ?? '', file: f.file ?? '',
+      line: f.line ?? 0, mend: f.mend ?? '', consequence: f.consequence ?? '',
+    }));
+    const rank: Record<string, number> = { error: 0, warning: 1, note: 2 };
+    findings.sort((a, b) => (rank[a.severity] ?? 3) - (rank[b.severity] ?? 3));
+    return { findings, file: raw.file ?? '', mass: raw.mass ?? NaN };
+  } catch {
+    return null;
+  }
+}

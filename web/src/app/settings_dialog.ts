@@ -1,0 +1,22 @@
+import { button, fill, h } from './dom';
+import { KEYS } from './keyboard';
+import { set, settings } from './settings';
+
+export function openSettings(): void {
+  const dialog = h('dialog', {});
+  const choice = (label: string, value: string, options: [string, string][], change: (value: string) => void): HTMLElement => {
+    const select = h('select', { onchange: () => change(select.value) }, options.map(([v, text]) => h('option', { value: v, selected: v === value }, text)));
+    return h('label', { class: 'setting' }, h('span', {}, label), select);
+  };
+  fill(dialog, h('h2', {}, 'Settings'),
+    choice('Theme', settings.theme, [['system', 'as the system'], ['light', 'light'], ['dark', 'dark']], (v) => set('theme', v as typeof settings.theme)),
+    choice('Emergency stop', settings.stopDoes, [['deactivate', 'cancel, hold, deactivate the controllers'], ['hold', 'cancel and hold; the controllers stay active']], (v) => set('stopDoes', v as typeof settings.stopDoes)),
+    choice('Key of the stop', settings.stopKeys.join(), [['Escape', 'Escape'], ['Space', 'Space'], ['Escape,Space', 'Escape and Space']], (v) => set('stopKeys', v.split(','))),
+    h('h2', { style: 'margin-top:16px' }, 'Keys'),
+    h('table', {}, KEYS.map(([key, what]) => h('tr', {}, h('td', {}, key.split(' ').map((k) => (k ? [h('kbd', {}, k), ' '] : ' '))), h('td', {}, what)))),
+    h('p', { class: 'muted' }, 'Gamepad: hold a shoulder button, then sticks and triggers move the tool; B stops.'),
+    h('div', { class: 'row' }, h('span', { class: 'spacer' }), button('Close', 'Close', () => dialog.close())));
+  dialog.addEventListener('close', () => dialog.remove());
+  document.body.appendChild(dialog);
+  dialog.showModal();
+}
