@@ -1,4 +1,5 @@
 // The bar above: which robot, connection, time and its controls, theme, and the emergency stop at its right end.
+import type { Message } from '../protocol/cdr';
 import type { App } from './app';
 import { button, h, say, toast } from './dom';
 import { icon, setIcon } from './icons';
@@ -9,22 +10,26 @@ const SPEEDS: [string, number][] = [['0.1×', 0.1], ['0.25×', 0.25], ['0.5×', 
 
 export function makeBar(app: App, openSettings: () => void): { element: HTMLElement; update: () => void } {
   const { twin, commander } = app;
-  const call = (service: string, request = {}): void => {
+  const call = (service: string, request: Message = {}, then: (answer: Message) => void = () => {}): void => {
     twin.client.call(service, request).then(
       (answer) => {
         if (answer['success'] === false) toast(String(answer['message']), 'warning');
+        else then(answer);
       },
       (problem: Error) => toast(problem.message, 'error'),
     );
   };
   const name = h('strong', { class: 'robot-name' }, 'doppel');
   const link = h('span', { class: 'link', role: 'status' }, 'connecting');
-  const play = button(icon('pause'), 'Pause (P)', () => call(twin.paused ? '/gazebo/unpause_physics' : '/gazebo/pause_physics'), { class: 'icon', id: 'play' });
+  const play = button(icon('pause'), 'Pause (P)', () => {
+    const pause = !twin.paused;
+    call(pause ? '/gazebo/pause_physics' : '/gazebo/unpause_physics', {}, () => twin.knowTime(pause, null));
+  }, { class: 'icon', id: 'play' });
   const step = button(icon('step'), 'One step of physics, 1 ms; with shift a tenth of a second', () => {}, { class: 'icon', id: 'step' });
-  step.addEventListener('click', (event) => call('/gazebo/step', { steps: event.shiftKey ? 100 : 1 }));
+  step.addEventListener('click', (event) => call('/gazebo/step', { steps: event.shiftKey ? 100 : 1 }, (answer) => twin.knowTime(null, Number(answer['sim_time']))));
   const reset = button(icon('reset'), 'Reset: time and joints back to the start', () => {
     app.world.trace.clear();
-    call('/gazebo/reset_simulation');
+    call('/gazebo/reset_simulation', {}, () => call('/gazebo/get_state', {}, (answer) => twin.knowTime(null, Number(answer['sim_time']))));
   }, { class: 'icon', id: 'reset' });
   const speed = h('select', { 'aria-label': 'Speed of simulated time', title: 'Speed of simulated time', id: 'speed', onchange: () => call('/gazebo/set_speed', { factor: Number(speed.value) }) },
     ...SPEEDS.map(([label, value]) => h('option', { value: String(value), selected: value === 1 }, label)));

@@ -59,6 +59,7 @@ export class Twin {
   private readonly heard = new Map<string, number>(); // joint → ms
   private clockSamples: [number, number][] = [];
   private lastClockChange = 0;
+  private runningSince = 0;
   private readonly stateSubscriptions = new Map<string, () => void>();
   private asking = false;
   private seen = new Float64Array();
@@ -194,19 +195,36 @@ export class Twin {
   private takeClock(time: number): void {
     const now = performance.now();
     if (time < this.simTime - 0.5) this.clockSamples = [];
-    if (time !== this.simTime) this.lastClockChange = now;
+    if (time !== this.simTime) {
+      if (now - this.lastClockChange > 150) this.runningSince = now;
+      this.lastClockChange = now;
+    }
     this.simTime = time;
     this.clockSamples.push([now, time]);
     while (this.clockSamples.length > 2 && now - this.clockSamples[0]![0] > 1500) this.clockSamples.shift();
     const first = this.clockSamples[0]!;
     if (now - first[0] > 300) this.realTimeFactor = ((time - first[1]) / (now - first[0])) * 1000;
-    if (this.paused) this.checkPause();
   }
 
+  // No message says whether time is paused: it is when the clock stands still, and no longer when it has run for a
+  // while (single steps let it jump).
   private checkPause(): void {
-    const paused = this.client.phase === 'open' && this.lastClockChange > 0 && performance.now() - this.lastClockChange > 350;
-    if (paused) this.clockSamples = [];
-    if (paused !== this.paused) this.paused = paused;
+    const now = performance.now();
+    const still = now - this.lastClockChange;
+    if (this.client.phase !== 'open' || this.lastClockChange === 0) this.paused = false;
+    else if (still > 350) this.paused = true;
+    else if (this.paused && now - this.runningSince > 300) this.paused = false;
+    if (this.paused) this.clockSamples = [];
+    this.timeChanged.emit();
+  }
+
+  // What a service has answered, before the clock shows it.
+  knowTime(paused: boolean | null, time: number | null): void {
+    const now = performance.now();
+    if (paused !== null) this.paused = paused;
+    if (paused === false) this.lastClockChange = now;
+    if (time !== null) this.simTime = time;
+    this.clockSamples = [];
     this.timeChanged.emit();
   }
 

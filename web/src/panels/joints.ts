@@ -1,6 +1,6 @@
 // A row for each joint: slider between limits, value, target, effort.
 import type { App, Panel } from '../app/app';
-import { button, fill, h, say, toast, toggle } from '../app/dom';
+import { button, fill, h, say, toast } from '../app/dom';
 import { parsePose, poseYaml } from '../app/pose_yaml';
 import { set, settings, settingsChanged } from '../app/settings';
 import { format, meant, rangeOf, unitOf } from '../app/units';
@@ -142,7 +142,7 @@ export function jointsPanel(app: App): Panel {
     toast(`${known.length} of ${pose.size} joints of the clipboard are here.`);
   }
 
-  const units = toggle('degrees', 'Angles in degrees instead of radians', settings.degrees, (on) => set('degrees', on));
+  const units = button(settings.degrees ? '°' : 'rad', 'Angles in degrees or radians', () => set('degrees', !settings.degrees), { id: 'units', class: 'units' });
   const element = h('div', { class: 'joints-panel' },
     h('div', { class: 'tools' },
       button('Zero', 'All joints to zero, or the limit next to it', () => all(() => 0)),
@@ -177,7 +177,9 @@ export function jointsPanel(app: App): Panel {
   twin.phaseChanged.on(enable);
   commander.stopChanged.on(enable);
   settingsChanged.on((key) => {
-    if (key === 'degrees') build();
+    if (key !== 'degrees') return;
+    say(units, settings.degrees ? '°' : 'rad');
+    build();
   });
   app.selected.on((selection) => {
     for (const row of rows) row.element.classList.toggle('selected', selection?.link === row.joint.childLink);

@@ -2,20 +2,22 @@
 import * as THREE from 'three';
 import type { Material } from './urdf';
 
-const cache = new Map<string, THREE.MeshStandardMaterial>();
+type Lit = THREE.MeshStandardMaterial | THREE.MeshLambertMaterial;
+const cache = new Map<string, Lit>();
+let simple = false;
 
-export function materialOf(material: Material | null): THREE.MeshStandardMaterial {
+// For rendering without a graphics card: light per vertex costs a fraction of light per pixel.
+export function useSimpleMaterials(): void {
+  simple = true;
+}
+
+export function materialOf(material: Material | null): Lit {
   const [r, g, b, a] = material?.color ?? [0.72, 0.73, 0.75, 1];
   const key = `${r} ${g} ${b} ${a}`;
   let made = cache.get(key);
   if (!made) {
-    made = new THREE.MeshStandardMaterial({
-      color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace),
-      roughness: 0.62,
-      metalness: 0.05,
-      transparent: a < 1,
-      opacity: a,
-    });
+    const common = { color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace), transparent: a < 1, opacity: a };
+    made = simple ? new THREE.MeshLambertMaterial(common) : new THREE.MeshStandardMaterial({ ...common, roughness: 0.62, metalness: 0.05 });
     cache.set(key, made);
   }
   return made;

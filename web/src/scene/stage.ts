@@ -3,9 +3,20 @@
 
 import * as THREE from 'three';
 import { Signal } from '../app/signal';
+import { useSimpleMaterials } from '../robot/materials';
 import { Ground } from './ground';
 
+// Whether WebGL is drawn by the processor.
+function isSoftware(): boolean {
+  const context = document.createElement('canvas').getContext('webgl2');
+  const info = context?.getExtension('WEBGL_debug_renderer_info');
+  const name = context && info ? String(context.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+  context?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
 export class Stage {
+  readonly software = isSoftware();
   readonly scene = new THREE.Scene();
   readonly camera = new THREE.PerspectiveCamera(38, 1, 0.005, 200);
   readonly renderer: THREE.WebGLRenderer;
@@ -24,11 +35,13 @@ export class Stage {
   constructor(readonly host: HTMLElement) {
     THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
     this.camera.up.set(0, 0, 1);
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true, powerPreference: 'high-performance' });
+    this.renderer = new THREE.WebGLRenderer({ antialias: !this.software, alpha: true, powerPreference: 'high-performance' });
     const { renderer, scene, sun } = this;
     renderer.setPixelRatio(this.ratio);
     renderer.shadowMap.enabled = true;
-    renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    renderer.shadowMap.type = this.software ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
+    renderer.shadowMap.autoUpdate = false;
+    if (this.software) useSimpleMaterials();
     renderer.toneMapping = THREE.ACESFilmicToneMapping;
     renderer.toneMappingExposure = 1.05;
     renderer.domElement.className = 'view3d';
@@ -37,7 +50,7 @@ export class Stage {
     renderer.domElement.setAttribute('aria-label', 'The robot in 3D. Drag to turn, right drag to move, wheel to zoom.');
     host.prepend(renderer.domElement);
     sun.castShadow = true;
-    sun.shadow.mapSize.set(1024, 1024);
+    sun.shadow.mapSize.setScalar(this.software ? 512 : 1024);
     sun.shadow.bias = -0.0004;
     sun.shadow.normalBias = 0.002;
     const fillLight = new THREE.DirectionalLight(0xdfe8ff, 0.7);
@@ -52,6 +65,12 @@ export class Stage {
   invalidate = (): void => {
     this.dirty = true;
   };
+
+  // Something that throws a shadow has moved.
+  moved(): void {
+    this.renderer.shadowMap.needsUpdate = true;
+    this.dirty = true;
+  }
 
   // Lights and ground for a robot of this size around this point.
   fit(centre: THREE.Vector3, size: number): void {
@@ -68,13 +87,13 @@ export class Stage {
     this.camera.near = Math.max(0.001, size / 200);
     this.camera.far = Math.max(50, size * 100);
     this.camera.updateProjectionMatrix();
-    this.invalidate();
+    this.moved();
   }
 
   shadows(on: boolean): void {
     this.sun.castShadow = on;
     this.ground.shadow.visible = on;
-    this.invalidate();
+    this.moved();
   }
 
   private resize(): void {
@@ -116,7 +135,6 @@ export class Stage {
     this.slow = 0;
     this.ratio = Math.max(0.6, this.ratio * 0.8);
     this.renderer.setPixelRatio(this.ratio);
-    if (this.ratio < 0.9) this.sun.shadow.mapSize.set(512, 512);
     this.resize();
   }
 }

@@ -39,7 +39,7 @@ export class World {
     twin.robotChanged.on((tree) => this.build(tree));
     twin.moved.on(() => {
       this.stale = true;
-      this.stage.invalidate();
+      this.stage.moved();
     });
     twin.phaseChanged.on((phase) => {
       if (phase === 'lost') this.meshes.forget();
@@ -86,7 +86,7 @@ export class World {
   }
 
   private loaded(): void {
-    this.stage.invalidate();
+    this.stage.moved();
     if (this.view?.loading === 0 && !this.fitted) this.fit();
   }
 
@@ -136,6 +136,7 @@ export class World {
       axes: this.axes.make(this.size),
     };
     this.view?.show(layer, on, makers[layer]);
+    this.stage.moved();
     this.axes.update(this.twin.q);
   }
 
