@@ -198,6 +198,7 @@ export class Commander {
     this.stoppedControllers = [];
     if (again.length > 0) await this.switchControllers(again, []);
     this.stopped = false;
+    twin.target.set(twin.q);
     this.stopChanged.emit(false);
   }
 

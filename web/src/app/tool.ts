@@ -20,6 +20,7 @@ export class ToolDriver {
   private ik: Ik | null = null;
   private q = new Float64Array();
   private until = 0;
+  private left = 0; // solutions to make at least before the goal is dropped, where frames are few
 
   constructor(private readonly app: App) {
     app.twin.robotChanged.on((tree) => {
@@ -54,7 +55,12 @@ export class ToolDriver {
   // The goal is kept a while after the hand has let go, so that the last millimetres are solved.
   release(): void {
     this.dragging = false;
-    this.until = performance.now() + 700;
+    this.keep(700);
+  }
+
+  private keep(ms: number): void {
+    this.until = performance.now() + ms;
+    this.left = 10;
   }
 
   private take(): void {
@@ -67,7 +73,7 @@ export class ToolDriver {
   setGoal(pose: ArrayLike<number>): void {
     if (!this.goal) this.take();
     this.goal?.set(pose);
-    if (!this.dragging) this.until = performance.now() + 1500;
+    if (!this.dragging) this.keep(1500);
   }
 
   // Moves and turns the goal, along the world's axes or the tool's.
@@ -93,7 +99,7 @@ export class ToolDriver {
       const most = this.app.world.size * 0.05;
       if (ahead > most) for (let i = 0; i < 3; i += 1) goal[i] = at[i]! + ((goal[i]! - at[i]!) * most) / ahead;
     }
-    this.until = performance.now() + 400;
+    this.keep(400);
   }
 
   drop(): void {
@@ -107,7 +113,8 @@ export class ToolDriver {
     const { goal, ik } = this;
     const { twin, world, commander } = this.app;
     if (!goal || !ik || !twin.tree) return;
-    if (!this.dragging && performance.now() > this.until) {
+    this.left -= 1;
+    if (!this.dragging && performance.now() > this.until && this.left < 0) {
       this.drop();
       return;
     }

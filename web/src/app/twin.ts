@@ -213,7 +213,7 @@ export class Twin {
     const still = now - this.lastClockChange;
     if (this.client.phase !== 'open' || this.lastClockChange === 0) this.paused = false;
     else if (still > 350) this.paused = true;
-    else if (this.paused && now - this.runningSince > 300) this.paused = false;
+    else if (this.paused && this.lastClockChange - this.runningSince > 300) this.paused = false;
     if (this.paused) this.clockSamples = [];
     this.timeChanged.emit();
   }

@@ -64,7 +64,7 @@ export function plotsPanel(app: App, recorder: Recorder): Panel {
     plot = new uPlot({
       width: Math.max(100, host.clientWidth), height: Math.max(60, host.clientHeight), legend: { show: false },
       cursor: { drag: { x: false, y: false } }, scales: { x: { time: false }, ...Object.fromEntries(units.slice(1).map((_, i) => [`y${i + 1}`, { auto: true }])) },
-      axes: [{ ...axis, values: (_, ticks) => ticks.map((t) => `${t.toFixed(t % 1 ? 1 : 0)} s`), size: 26 },
+      axes: [{ ...axis, values: (_, ticks) => ticks.map((t) => (t < 0 ? '' : `${t.toFixed(t % 1 ? 1 : 0)} s`)), size: 26 },
         ...units.slice(0, 2).map((unit, i) => ({ ...axis, scale: i === 0 ? 'y' : 'y1', side: i === 0 ? 3 : 1, grid: i === 0 ? axis.grid : { show: false }, label: unit, labelSize: 16, labelFont: '11px system-ui', size: 52 }))],
       series: [{}, ...shown.map((key, i) => {
         const unit = units.indexOf(recorder.series.get(key)?.unit ?? '');

@@ -9,6 +9,7 @@ import type { ToolHandle } from '../scene/handle';
 import type { Pusher } from '../scene/push';
 
 const AXES = ['x', 'y', 'z'] as const;
+const millimetres = (metres: number): string => (metres * 1000).toFixed(1).replace(/^-(0\.0)$/, '$1');
 
 export function toolPanel(app: App, driver: ToolDriver, handle: ToolHandle, jog: Jog, pusher: Pusher): Panel {
   const { twin, world } = app;
@@ -92,10 +93,10 @@ export function toolPanel(app: App, driver: ToolDriver, handle: ToolHandle, jog:
       const o = world.tool * STRIDE;
       const commanded = driver.goal ?? driver.commanded();
       AXES.forEach((_, i) => {
-        say(is[i]!, ((twin.poses[o + i] ?? NaN) * 1000).toFixed(1));
+        say(is[i]!, millimetres(twin.poses[o + i] ?? NaN));
         const input = goal[i]!;
         if (commanded && !goal.includes(document.activeElement as HTMLInputElement)) {
-          const text = (commanded[i]! * 1000).toFixed(1);
+          const text = millimetres(commanded[i]!);
           if (input.value !== text) input.value = text;
         }
       });

@@ -45,7 +45,7 @@ export function frames(size: number): LayerMaker {
   return (tree, link, into) => {
     into.add(frameAxes(size * 0.12));
     const dark = document.documentElement.dataset['theme'] === 'dark';
-    const text = label(tree.links[link]!, dark ? '#e6e9ec' : '#1b1f24', size * 0.045);
+    const text = label(tree.links[link]!, dark ? '#e6e9ec' : '#1b1f24', size * 0.034);
     text.position.set(size * 0.012, 0, size * 0.012);
     into.add(text);
   };
@@ -55,7 +55,7 @@ export function centres(size: number): LayerMaker {
   return (tree, link, into) => {
     const inertial = tree.robot.links.get(tree.links[link]!)?.inertial;
     if (!inertial || inertial.mass <= 0) return;
-    const radius = Math.min(size * 0.03, Math.max(size * 0.008, Math.cbrt(inertial.mass / 1000) * 0.25));
+    const radius = Math.min(size * 0.03, Math.max(size * 0.006, Math.cbrt(inertial.mass / 1000) * 0.12));
     const ball = new THREE.Mesh(new THREE.SphereGeometry(radius, 16, 12), new THREE.MeshBasicMaterial({ color: 0xd55e00, depthTest: false, transparent: true, opacity: 0.9 }));
     ball.position.set(...inertial.origin.xyz);
     ball.renderOrder = 8;

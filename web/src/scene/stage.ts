@@ -6,8 +6,10 @@ import { Signal } from '../app/signal';
 import { useSimpleMaterials } from '../robot/materials';
 import { Ground } from './ground';
 
-// Whether WebGL is drawn by the processor.
+// Whether WebGL is drawn by the processor; ?quality=high or low in the address decides otherwise.
 function isSoftware(): boolean {
+  const wanted = new URLSearchParams(location.search).get('quality');
+  if (wanted === 'high' || wanted === 'low') return wanted === 'low';
   const context = document.createElement('canvas').getContext('webgl2');
   const info = context?.getExtension('WEBGL_debug_renderer_info');
   const name = context && info ? String(context.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
@@ -131,7 +133,7 @@ export class Stage {
   // Where frames come late one after another (software rendering), fewer pixels.
   private adapt(dt: number): void {
     this.slow = dt > 0.045 ? this.slow + 1 : Math.max(0, this.slow - 2);
-    if (this.slow < 20 || this.ratio <= 0.6) return;
+    if (this.slow < (this.software ? 6 : 20) || this.ratio <= 0.6 || location.search.includes('quality=high')) return;
     this.slow = 0;
     this.ratio = Math.max(0.6, this.ratio * 0.8);
     this.renderer.setPixelRatio(this.ratio);

@@ -45,6 +45,10 @@ export class World {
       if (phase === 'lost') this.meshes.forget();
       host.classList.toggle('lost', phase !== 'open');
     });
+    commander.stopChanged.on(() => {
+      this.stale = true;
+      this.stage.invalidate();
+    });
     this.stage.frame.on(() => this.place());
     twin.referenceChanged.on(() => {
       if (this.ghostDiffers()) this.stage.invalidate();
@@ -174,7 +178,7 @@ export class World {
     const o = this.tool * STRIDE;
     if (settings.layers['trace']) this.trace.add(twin.poses[o]!, twin.poses[o + 1]!, twin.poses[o + 2]!);
     if (!ghost) return;
-    const show = (settings.layers['ghost'] ?? true) && !this.commander.viewing && this.ghostDiffers();
+    const show = (settings.layers['ghost'] ?? true) && !this.commander.viewing && !this.commander.stopped && this.ghostDiffers();
     if (show) {
       ghost.show('visual', true);
       const root = view.tree.root * STRIDE;

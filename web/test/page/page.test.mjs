@@ -84,6 +84,8 @@ test('two pages agree', async () => {
   const other = await lab.page();
   await page.evaluate(() => doppel.commander.set(doppel.twin.tree.jointByName.get('Revolute 1'), 1.2));
   await waitFor(other, () => Math.abs(doppel.twin.q[0] - 1.2) < 0.02 && Math.abs(doppel.twin.target[0] - 1.2) < 0.01);
+  await waitFor(page, () => Math.abs(doppel.twin.q[0] - 1.2) < 0.02);
+  await sleep(800);
   assert.ok(Math.abs((await q(page, 'Revolute 1')) - (await q(other, 'Revolute 1'))) < 0.005);
   assert.deepEqual(other.problems, []);
   await other.close();
@@ -94,31 +96,32 @@ test('a goal of the tool is reached within 2 mm by the commanded pose; one too f
     const { driver } = doppel;
     driver.begin();
     const goal = driver.commanded().slice();
+    const frame = () => new Promise(requestAnimationFrame);
     for (let i = 0; i < 30; i += 1) {
       goal[0] += 0.001;
       goal[2] -= 0.0008;
       driver.setGoal(goal);
-      await new Promise((done) => setTimeout(done, 30));
+      await frame();
     }
-    await new Promise((done) => setTimeout(done, 700));
+    for (let i = 0; i < 20; i += 1) await frame();
     const at = driver.commanded();
     driver.release();
     return Math.hypot(at[0] - goal[0], at[1] - goal[1], at[2] - goal[2]);
   });
   assert.ok(reached < 0.002, `${reached} m`);
-  await page.waitForTimeout(1000);
+  await waitFor(page, () => doppel.driver.goal === null);
   const far = await page.evaluate(async () => {
     doppel.driver.begin();
     const goal = doppel.driver.commanded().slice();
     goal[0] += 2;
     doppel.driver.setGoal(goal);
-    await new Promise((done) => setTimeout(done, 400));
+    for (let i = 0; i < 4; i += 1) await new Promise(requestAnimationFrame);
     const { solution } = doppel.driver;
     doppel.driver.release();
     return { reached: solution.reached, distance: solution.distance };
   });
   assert.ok(!far.reached && far.distance > 0.5);
-  await page.waitForTimeout(1200);
+  await waitFor(page, () => doppel.driver.goal === null);
 });
 
 test('the handle is dragged with the mouse, without a jump', async () => {
@@ -129,8 +132,9 @@ test('the handle is dragged with the mouse, without a jump', async () => {
     const box = stage.renderer.domElement.getBoundingClientRect();
     return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
   });
+  await waitFor(page, () => doppel.twin.tree.moving.every((j) => Math.abs(doppel.twin.velocity[j.index] || 0) < 0.01));
   await page.mouse.move(at.x, at.y);
-  await page.waitForTimeout(300);
+  await waitFor(page, () => doppel.handle.controls.axis !== null);
   await page.mouse.down();
   const first = await page.evaluate(() => [...doppel.driver.commanded().slice(0, 3)]);
   assert.ok(Math.hypot(...first.map((v, i) => v - start[i])) < 0.002, 'no jump');
@@ -138,9 +142,9 @@ test('the handle is dragged with the mouse, without a jump', async () => {
     await page.mouse.move(at.x, at.y + 3 * i);
     await page.waitForTimeout(60);
   }
-  assert.equal(await page.evaluate(() => doppel.handle.controls.dragging), true);
+  await waitFor(page, () => doppel.handle.controls.dragging);
   await page.mouse.up();
-  await page.waitForTimeout(1500);
+  await waitFor(page, () => doppel.driver.goal === null);
   const end = await page.evaluate(() => [...doppel.driver.commanded().slice(0, 3)]);
   assert.ok(Math.hypot(...end.map((v, i) => v - start[i])) > 0.003, 'it has moved');
 });
@@ -182,11 +186,12 @@ test('a gamepad moves the tool while its dead-man button is held, and not else',
   await page.waitForTimeout(500);
   assert.ok(moved(a, await tool()) < 0.0005, 'nothing without the dead-man button');
   await page.evaluate(() => (window.pad.buttons[4].pressed = true));
-  await page.waitForTimeout(1200);
+  await waitFor(page, () => doppel.jog.pad?.live);
+  await page.waitForTimeout(1800);
   const b = await tool();
   assert.ok(moved(a, b) > 0.004, `moved ${moved(a, b)}`);
   await page.evaluate(() => (window.pad.buttons[4].pressed = false));
-  await page.waitForTimeout(900);
+  await waitFor(page, () => doppel.driver.goal === null);
   const c = await tool();
   await page.waitForTimeout(600);
   assert.ok(moved(c, await tool()) < 0.0005, 'stopped when released');
