@@ -90,7 +90,7 @@ export class Jog {
     this.moveJoint(dt);
     const busy = speeds.some((s) => s !== 0);
     if (!busy) {
-      if (this.moving) this.driver.release();
+      if (this.moving && !this.driver.dragging) this.driver.drop(); // released is stopped, not finished
       this.moving = false;
       return;
     }

@@ -12,7 +12,7 @@ function listAfter(text: string, key: string, last: boolean): string[] | null {
   const match = last ? matches[matches.length - 1] : matches[0];
   if (!match) return null;
   const items = match[1] !== undefined
-    ? [...match[1].matchAll(/"((?:[^"\\]|\\.)*)"|'([^']*)'|([^,\n]+)/g)].map((m) => m[1] ?? m[2] ?? m[3] ?? '')
+    ? [...match[1].matchAll(/\s*(?:"((?:[^"\\]|\\.)*)"|'([^']*)'|([^,\s][^,\n]*))/g)].map((m) => m[1]?.replace(/\\(.)/g, '$1') ?? m[2] ?? m[3] ?? '')
     : match[2]!.split('\n').map((line) => line.replace(/^[ \t]*-[ \t]+/, '').trim().replace(/^(["'])(.*)\1$/, '$2'));
   return items.map((item) => item.trim()).filter((item) => item !== '');
 }

@@ -1,0 +1,87 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { parsePose, poseYaml } from '../src/app/pose_yaml';
+import { readFindings } from '../src/app/health';
+import { CAPACITY, numberAt, Recorder } from '../src/app/recorder';
+import { Signal } from '../src/app/signal';
+import { TransformStore } from '../src/app/transforms';
+import type { Twin } from '../src/app/twin';
+import { eigen3 } from '../src/scene/eigen';
+import { parseUrdf } from '../src/robot/urdf';
+import { STRIDE, Tree } from '../src/robot/tree';
+
+test('a pose is copied and pasted; other spellings are read, nonsense is not', () => {
+  const text = poseYaml(['Revolute 1', 'a "b", c'], [1.5, -0.25]);
+  assert.deepEqual([...parsePose(text)!], [['Revolute 1', 1.5], ['a "b", c', -0.25]]);
+  assert.deepEqual([...parsePose("joint_names:\n- a\n- 'b c'\npoints:\n- positions:\n  - 1\n  - 2e-1\n  time_from_start: {sec: 1}\n")!], [['a', 1], ['b c', 0.2]]);
+  assert.deepEqual([...parsePose('{joint_names: [a], points: [{positions: [1]}, {positions: [2]}]}')!], [['a', 2]]);
+  assert.equal(parsePose('joint_names: [a, b]\npositions: [1]'), null);
+  assert.equal(parsePose('joint_names: [a]\npositions: [x]'), null);
+  assert.equal(parsePose('hello'), null);
+});
+
+test('findings are read worst first, and no JSON is no findings', () => {
+  const read = readFindings('{"findings":[{"rule":"a","severity":"note"},{"rule":"b","severity":"error","line":7}],"mass":1.5}')!;
+  assert.deepEqual(read.findings.map((f) => f.rule), ['b', 'a']);
+  assert.equal(read.findings[0]!.line, 7);
+  assert.equal(readFindings('{'), null);
+});
+
+test('the recorder keeps the last samples, windows them, and starts again when time goes back', () => {
+  const twin = { sampled: new Signal(), robotChanged: new Signal(), simTime: 0, paused: false, tree: null, q: [] } as unknown as Twin & { simTime: number };
+  const recorder = new Recorder(twin);
+  let value = 0;
+  const wall = { now: 0 };
+  const real = performance.now;
+  performance.now = () => wall.now;
+  try {
+    recorder['add']('k', 'a, "b"', 'm', () => value, () => {});
+    for (let i = 1; i <= CAPACITY + 500; i += 1) {
+      wall.now = i * 20;
+      twin.simTime = i * 0.02;
+      value = i;
+      twin.sampled.emit();
+    }
+    assert.equal(recorder.count, CAPACITY);
+    assert.ok(Math.abs(recorder.oldest - 501 * 0.02) < 1e-9);
+    const [times, values] = recorder.window(100, 101, ['k']) as [Float64Array, Float64Array];
+    assert.ok(times.length >= 50 && times.length <= 53 && values[1] === Math.round(times[1]! / 0.02));
+    assert.ok(recorder.window(-1, 1e9, ['k'], 100)[0]!.length <= 100);
+    assert.match(recorder.csv(['k']).split('\n')[0]!, /^time \[s\],"a, ""b"" \[m\]"$/);
+    wall.now += 20;
+    twin.simTime = 0.5;
+    twin.sampled.emit();
+    assert.equal(recorder.count, 1);
+  } finally {
+    performance.now = real;
+  }
+  assert.equal(numberAt({ a: [{ b: 2 }] }, ['a', 0, 'b']), 2);
+  assert.ok(Number.isNaN(numberAt({ a: 'x' }, ['a', 'b', 'c'])));
+});
+
+test('joint positions are read off transforms, over the whole turn and along a slide', () => {
+  const tree = new Tree(parseUrdf(`<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+    <joint name="t" type="continuous"><parent link="a"/><child link="b"/><origin xyz="1 2 3" rpy="0.3 0.4 0.5"/><axis xyz="0 0.6 0.8"/></joint>
+    <joint name="s" type="prismatic"><parent link="b"/><child link="c"/><origin xyz="1 0 0" rpy="0 1 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>`));
+  const store = new TransformStore();
+  for (const [angle, slide] of [[0.1, 0.2], [-3.1, -0.5], [2.5, 1], [0, 0]] as const) {
+    const poses = tree.newPoses();
+    tree.forward([angle, slide], poses);
+    const turn = tree.moving[0]!;
+    const made = (pose: Float64Array) => ({ parent: '', child: '', still: false, pose, at: 0, stamp: 0, rate: 0 });
+    assert.ok(Math.abs(store.jointPosition(turn, made(poses.slice(STRIDE, 2 * STRIDE))) - angle) < 1e-9);
+    const flat = tree.newPoses();
+    tree.forward([0, slide], flat);
+    store.put({ ...made(flat), child: 'x', parent: 'w' });
+    const only = new Tree(parseUrdf(`<robot name="r"><link name="b"/><link name="c"/><joint name="s" type="prismatic"><parent link="b"/><child link="c"/><origin xyz="1 0 0" rpy="0 1 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>`));
+    const own = only.newPoses();
+    only.forward([slide], own);
+    assert.ok(Math.abs(store.jointPosition(only.moving[0]!, made(own.slice(STRIDE, 2 * STRIDE))) - slide) < 1e-9);
+  }
+});
+
+test('principal axes of inertia', () => {
+  const { values, vectors } = eigen3([[2, 1, 0], [1, 2, 0], [0, 0, 5]]);
+  assert.deepEqual(values.map((v) => Math.round(v * 1e9) / 1e9).sort(), [1, 3, 5]);
+  for (let k = 0; k < 3; k += 1) assert.ok(Math.abs(Math.hypot(vectors[0]![k]!, vectors[1]![k]!, vectors[2]![k]!) - 1) < 1e-12);
+});
