@@ -76,8 +76,8 @@ export class Lab {
     page.on('console', (m) => m.type() === 'error' && page.problems.push(m.text()));
     page.on('pageerror', (e) => page.problems.push(e.stack));
     if (options.before) await page.addInitScript(options.before);
-    await page.goto(this.url);
-    await page.waitForFunction(() => window.doppel?.world.firstPicture > 0 && doppel.twin.controllers.length > 0, null, { timeout: 60000 });
+    await page.goto(this.url, { timeout: Number(process.env.PATIENCE ?? 60000) });
+    await page.waitForFunction(() => window.doppel?.world.firstPicture > 0 && doppel.twin.controllers.length > 0, null, { timeout: Number(process.env.PATIENCE ?? 60000) });
     return page;
   }
 

@@ -9,7 +9,7 @@ let page;
 before(async () => {
   await lab.start();
   page = await lab.page();
-}, { timeout: 120000 });
+}, { timeout: 300000 });
 after(() => lab.stop());
 
 const q = (p, name) => p.evaluate((n) => doppel.twin.q[doppel.twin.tree.jointByName.get(n).index], name);
