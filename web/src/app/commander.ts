@@ -174,7 +174,7 @@ export class Commander {
     }
   }
 
-  // Cancels what runs, holds, and then, unless it was chosen otherwise, deactivates the controllers that move.
+  // Cancels what runs and holds; then, if that was chosen, deactivates the controllers that move.
   async stop(): Promise<void> {
     const { twin } = this;
     this.stopped = true;

@@ -20,7 +20,7 @@ const DEFAULTS: Settings = {
   theme: 'system',
   degrees: true,
   layers: { visual: true, grid: true, shadows: true, ghost: true },
-  stopDoes: 'deactivate',
+  stopDoes: 'hold',  // a joint that no controller holds is limp, and the arm would fall
   stopKeys: ['Escape'],
   speedShare: 0.5,
   rightWidth: 380,

@@ -163,10 +163,14 @@ test('pause, step and reset', async () => {
   await waitFor(page, () => Math.abs(doppel.twin.q[0] - 1.5708) < 0.02);
 });
 
-test('the emergency stop holds, deactivates, refuses; released, the arm obeys again', async () => {
+test('the emergency stop holds and refuses; released, the arm obeys again', async () => {
+  const shoulder = () => page.evaluate(() => doppel.twin.q[2]);
+  const before = await shoulder();
   await page.keyboard.press('Escape');
-  await waitFor(page, () => doppel.twin.controllers.filter((c) => c.joints.length > 0).every((c) => c.state !== 'active'));
+  await waitFor(page, () => doppel.commander.stopped);
   assert.equal(await page.locator('.joint .slider').first().isDisabled(), true);
+  await page.waitForTimeout(1500);
+  assert.ok(Math.abs((await shoulder()) - before) < 0.02, 'the arm does not fall');
   await page.click('#stop');
   await waitFor(page, () => !doppel.commander.stopped && doppel.twin.controllers.every((c) => c.state === 'active'));
   await page.evaluate(() => doppel.commander.set(doppel.twin.tree.moving[0], 1.5));
