@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <map>
+#include <utility>
 
 #include "app/process.h"
 #include "doppel/overlay/overlay.h"
@@ -76,9 +78,16 @@ FoundControllers find_controllers(const RobotDescription& robot, const Target& t
 }
 
 void print_diagnostics(const Diagnostics& diagnostics, bool notes) {
+  std::map<std::pair<std::string_view, std::string_view>, std::size_t> places;
+  for (const Diagnostic& diagnostic : diagnostics.all()) ++places[{diagnostic.rule, diagnostic.message}];
   for (const Diagnostic& diagnostic : diagnostics.all()) {
     if (diagnostic.severity == Severity::note && !notes) continue;
-    fmt::print(stderr, "{}\n", diagnostic.str());
+    // What is said of several places in the same words is said once.
+    const std::size_t many = std::exchange(places[{diagnostic.rule, diagnostic.message}], 0);
+    if (many == 0) continue;
+    Diagnostic told = diagnostic;
+    if (many > 1) told.message = fmt::format("at {} places: {}", many, diagnostic.message);
+    fmt::print(stderr, "{}\n", told.str());
   }
 }
 
