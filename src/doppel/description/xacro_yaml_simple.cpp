@@ -31,7 +31,7 @@ constexpr std::array<std::uint8_t, 256> kRoles = [] {
   give("0123456789.+-*/() epi", kQuantity);
   give("#\"'\x7f", kLineEnd);
   give("{}\"'", kNotInScalar);
-  give("[]{},:#\"'", kNotInList);
+  give("[]{},:#\"'?", kNotInList);
   for (std::size_t c = 0; c < out.size(); ++c) {
     if (c < ' ' || c > '~') out[c] |= kLineEnd;
   }
