@@ -1,20 +1,67 @@
 #include "doppel/core/arena.h"
 
 namespace doppel {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__)
+constexpr std::size_t kMostSpare = 0;  // so that the use of what is gone is found
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+constexpr std::size_t kMostSpare = 0;
+#else
+constexpr std::size_t kMostSpare = 32;
+#endif
+#else
+constexpr std::size_t kMostSpare = 32;
+#endif
+
+thread_local bool thread_ends = false;
+struct Spare {
+  ~Spare() { thread_ends = true; }
+  std::vector<std::unique_ptr<std::byte[]>> blocks;
+};
+thread_local Spare spare;
+
+}  // namespace
 
 void* Arena::allocate_anew(std::size_t bytes, std::size_t alignment) {
   const std::size_t needed = bytes + alignment;
+  const auto fit = [&](std::byte* block) {
+    return block + (alignment - reinterpret_cast<std::size_t>(block) % alignment) % alignment;
+  };
   // A large piece gets a block of its own, so that the rest of the present one is not lost.
-  const bool own = needed > next_ / 4 && end_ - at_ > static_cast<std::ptrdiff_t>(needed / 4);
-  const std::size_t size = own ? needed : std::max(needed, next_);
-  std::byte* const block = blocks_.emplace_back(new std::byte[size]).get();
-  const std::size_t padding = (alignment - reinterpret_cast<std::size_t>(block) % alignment) % alignment;
-  std::byte* const out = block + padding;
-  if (own) return out;
-  next_ = std::min(2 * next_, kLargest);
+  if (needed > kBlock / 4) return fit(odd_.emplace_back(new std::byte[needed]).get());
+  std::byte* block = nullptr;
+  if (blocks_.empty() && odd_.empty() && needed <= kFirst) {
+    block = odd_.emplace_back(new std::byte[kFirst]).get();
+    end_ = block + kFirst;
+  } else {
+    if (!thread_ends && !spare.blocks.empty()) {
+      blocks_.push_back(std::move(spare.blocks.back()));
+      spare.blocks.pop_back();
+    } else {
+      blocks_.emplace_back(new std::byte[kBlock]);
+    }
+    block = blocks_.back().get();
+    end_ = block + kBlock;
+  }
+  std::byte* const out = fit(block);
   at_ = out + bytes;
-  end_ = block + size;
   return out;
+}
+
+void Arena::release() noexcept {
+  for (Block& block : blocks_) {
+    if (thread_ends || spare.blocks.size() >= kMostSpare) break;
+    try {
+      spare.blocks.push_back(std::move(block));
+    } catch (const std::bad_alloc&) {
+      break;
+    }
+  }
+  blocks_.clear();
+  odd_.clear();
+  at_ = end_ = nullptr;
 }
 
 }  // namespace doppel

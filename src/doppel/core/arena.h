@@ -18,12 +18,13 @@ namespace doppel {
 class Arena {
  public:
   Arena() = default;
-  Arena(Arena&& other) noexcept { *this = std::move(other); }
+  ~Arena() { release(); }
+  Arena(Arena&& other) noexcept { take(other); }
   Arena& operator=(Arena&& other) noexcept {
-    blocks_ = std::exchange(other.blocks_, {});
-    at_ = std::exchange(other.at_, nullptr);
-    end_ = std::exchange(other.end_, nullptr);
-    next_ = std::exchange(other.next_, kFirst);
+    if (this != &other) {
+      release();
+      take(other);
+    }
     return *this;
   }
 
@@ -64,13 +65,21 @@ class Arena {
   }
 
  private:
-  static constexpr std::size_t kFirst = std::size_t{8} << 10, kLargest = std::size_t{256} << 10;
+  using Block = std::unique_ptr<std::byte[]>;
+  static constexpr std::size_t kFirst = std::size_t{8} << 10, kBlock = std::size_t{64} << 10;
 
   void* allocate_anew(std::size_t bytes, std::size_t alignment);
+  void release() noexcept;
+  void take(Arena& other) noexcept {
+    blocks_ = std::exchange(other.blocks_, {});
+    odd_ = std::exchange(other.odd_, {});
+    at_ = std::exchange(other.at_, nullptr);
+    end_ = std::exchange(other.end_, nullptr);
+  }
 
-  std::vector<std::unique_ptr<std::byte[]>> blocks_;
+  std::vector<Block> blocks_;  // of kBlock bytes
+  std::vector<Block> odd_;     // the first one, and those of large pieces
   std::byte *at_ = nullptr, *end_ = nullptr;
-  std::size_t next_ = kFirst;
 };
 
 }  // namespace doppel

@@ -49,6 +49,28 @@ TEST(Arena, CopiesOutliveWhatTheyWereMadeOf) {
   EXPECT_TRUE(arena.array<double>(0).empty());
 }
 
+// Memory of an arena that is gone may serve the next one, but never two at once.
+TEST(Arena, WhatIsUsedAgainBelongsToOneArena) {
+  const auto fill = [](Arena& arena, char mark) {
+    std::vector<std::string_view> pieces;
+    const std::string text(1000, mark);
+    for (int i = 0; i < 500; ++i) pieces.push_back(arena.copy(text));
+    return pieces;
+  };
+  for (int round = 0; round < 3; ++round) {
+    Arena first, second;
+    const auto ones = fill(first, '1'), twos = fill(second, '2');
+    {
+      Arena third;
+      fill(third, '3');
+    }
+    Arena fourth;
+    fill(fourth, '4');
+    second = std::move(fourth);
+    for (const std::string_view piece : ones) ASSERT_EQ(piece.find_first_not_of('1'), std::string_view::npos);
+  }
+}
+
 TEST(Arena, MovesWithAllItsPieces) {
   Arena first;
   const std::string_view kept = first.copy("elbow");
