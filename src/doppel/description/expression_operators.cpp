@@ -264,18 +264,6 @@ std::size_t position(const Value& key, std::size_t size, const char* what) {
   return static_cast<std::size_t>(i);
 }
 
-// Texts in a small dict, the usual way to look up, are compared without asking for types again and again.
-const Value* find_entry(const ValueDict& dict, const Value& key) {
-  constexpr std::size_t kSmall = 10;
-  const auto* const wanted = std::get_if<std::string>(&key.data);
-  if (wanted == nullptr || dict.size() > kSmall) return dict.find(key);
-  for (const auto& [known, value] : dict) {
-    const auto* const text = std::get_if<std::string>(&known.data);
-    if (text != nullptr && *text == *wanted) return &value;
-  }
-  return nullptr;
-}
-
 }  // namespace
 
 Value unary_operation(Operator op, const Value& operand) {
@@ -348,7 +336,7 @@ ValueList items_of(const Value& value) {
 }
 
 const Value* find_index(const Value& object, const Value& key) {
-  if (object.is<Value::Dict>()) return find_entry(object.as<Value::Dict>().entries->dict, key);
+  if (object.is<Value::Dict>()) return object.as<Value::Dict>().entries->dict.find(key);
   if (object.sequence()) return &object.values()[position(key, object.values().size(), object.type_name())];
   if (object.is<Value::Object>() && key.is<std::string>())
     return object.as<Value::Object>().object->find(key.as<std::string>());

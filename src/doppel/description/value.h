@@ -170,6 +170,8 @@ class Value {
     return Value(Wrapped(), std::move(v));
   }
   // As the variant would; the numbers and texts, which most are, without a call for each.
+  template <class From>
+  static Data transferred(From&& from);
   static Data copied(const Data& from);
   static Data moved(Data& from) noexcept;
   void drop() noexcept {
@@ -204,7 +206,8 @@ std::size_t character_length(std::string_view text);
 std::size_t count_characters(std::string_view text);
 
 // Here, where Value is whole.
-inline Value::Data Value::copied(const Data& from) {
+template <class From>
+Value::Data Value::transferred(From&& from) {
   switch (from.index()) {
     case 0:
       return Data();
@@ -215,26 +218,16 @@ inline Value::Data Value::copied(const Data& from) {
     case 3:
       return Data(std::in_place_index<3>, *std::get_if<3>(&from));
     case 4:
-      return Data(std::in_place_index<4>, *std::get_if<4>(&from));
+      return Data(std::in_place_index<4>, std::get<4>(std::forward<From>(from)));
     default:
-      return Data(from);
+      return Data(std::forward<From>(from));
   }
 }
+inline Value::Data Value::copied(const Data& from) {
+  return transferred(from);
+}
 inline Value::Data Value::moved(Data& from) noexcept {
-  switch (from.index()) {
-    case 0:
-      return Data();
-    case 1:
-      return Data(std::in_place_index<1>, *std::get_if<1>(&from));
-    case 2:
-      return Data(std::in_place_index<2>, *std::get_if<2>(&from));
-    case 3:
-      return Data(std::in_place_index<3>, *std::get_if<3>(&from));
-    case 4:
-      return Data(std::in_place_index<4>, std::move(*std::get_if<4>(&from)));
-    default:
-      return Data(std::move(from));
-  }
+  return transferred(std::move(from));
 }
 inline Value& Value::operator=(Value&& v) noexcept {
   if (this != &v) {

@@ -206,7 +206,6 @@ class Interpreter {
   std::vector<const TreeNode*> documents_;
   std::set<std::string> known_files_;
   std::map<std::string, Value> yaml_files_;
-  std::map<std::string, Value> global_values_;
   TextTable<Value> globals_;
   TextTable<std::string_view> packages_;
   TextTable<std::span<const TextPart>> texts_;
@@ -220,7 +219,7 @@ class Interpreter {
 };
 
 // xacro.load_yaml, xacro.message and the others.
-std::map<std::string, Value> xacro_globals(Interpreter& interpreter);
+TextTable<Value> xacro_globals(Interpreter& interpreter);
 
 // $(eval ...): Python with the arguments as names, and with arg(), env(), optenv(), find(), dirname().
 std::string eval_substitution(std::string_view text, Interpreter& interpreter, const TreePlace& where);

@@ -132,20 +132,25 @@ Value dotted(const Value& value) {
   return Value::list(std::move(out));
 }
 
-std::map<std::string, Value> xacro_globals(Interpreter& interpreter) {
+TextTable<Value> xacro_globals(Interpreter& interpreter) {
   FunctionTable t;
+  TextTable<Value> out;
   const auto add = [&t](const char* name, ValueFunction f) { t[name] = Value::function(name, std::move(f)); };
-  add("load_yaml", [&interpreter](ValueList& a, KeywordArguments&) {
+  // Known with and without "xacro." in front.
+  const auto add_global = [&](const char* name, ValueFunction f) {
+    add(name, std::move(f));
+    out.set(name, t[name]);
+  };
+  add_global("load_yaml", [&interpreter](ValueList& a, KeywordArguments&) {
     return interpreter.yaml(text_argument(a, 0, "load_yaml"), interpreter.here());
   });
-  add("abs_filename", [&interpreter](ValueList& a, KeywordArguments&) {
+  add_global("abs_filename", [&interpreter](ValueList& a, KeywordArguments&) {
     return Value(interpreter.beside(text_argument(a, 0, "abs_filename")).string());
   });
-  add("dotify", [](ValueList& a, KeywordArguments&) {
+  add_global("dotify", [](ValueList& a, KeywordArguments&) {
     if (a.size() != 1 || !a[0].is<Value::Dict>()) throw ExpressionError("dotify() needs a dict");
     return dotted(a[0]);
   });
-  std::map<std::string, Value> out(t.begin(), t.end());
   add("arg", [&interpreter](ValueList& a, KeywordArguments&) {
     return Value(interpreter.argument(text_argument(a, 0, "arg"), interpreter.here()));
   });
@@ -159,7 +164,7 @@ std::map<std::string, Value> xacro_globals(Interpreter& interpreter) {
   });
   add("fatal",
       [](ValueList& a, KeywordArguments&) -> Value { throw ExpressionError(joined(a), "xacro.fatal"); });
-  out["xacro"] = Value::object("xacro", std::make_shared<Module>(std::move(t)));
+  out.set("xacro", Value::object("xacro", std::make_shared<Module>(std::move(t))));
   return out;
 }
 

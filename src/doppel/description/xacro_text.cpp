@@ -83,9 +83,7 @@ const TreeNode* find_declaration(const TreeNode& node, std::string_view argument
 }  // namespace
 
 Interpreter::Interpreter(const PackageResolver& resolver, Diagnostics& diagnostics)
-    : resolver_(resolver), diagnostics_(diagnostics), global_values_(xacro_globals(*this)) {
-  for (const auto& [name, value] : global_values_) globals_.set(name, value);
-}
+    : resolver_(resolver), diagnostics_(diagnostics), globals_(xacro_globals(*this)) {}
 
 void Interpreter::charge(std::size_t characters, const TreePlace& where) {
   budget_.characters -= static_cast<std::int64_t>(characters);
