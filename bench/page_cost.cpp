@@ -1,0 +1,114 @@
+// What an open page costs the loop: the processor time of the loop's thread in real time, in turns without
+// and with a client that has subscribed to what the page subscribes to, in one run: build/bin/bench_page_cost
+// [robot] [rounds]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <ctime>
+#include <thread>
+#include <vector>
+
+#include "doppel/server/client.h"
+#include "doppel/server/server.h"
+#include "doppel/twin/runner.h"
+#include "doppel/twin/twin.h"
+
+namespace {
+
+using namespace doppel;
+
+constexpr double kBlock = 2.0;  // s, simulated and real
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// Processor time of the loop in one second of real time.
+double load_of_block(Twin& twin) {
+  static const std::atomic<bool> stop{false};
+  RunnerOptions options;
+  options.duration = from_seconds(kBlock);
+  Runner runner(twin, options);
+  const double begin = thread_seconds();
+  const RunStatistics run = runner.run(stop);
+  return (thread_seconds() - begin) / (1e-9 * static_cast<double>(run.wall.count()));
+}
+
+// Reads what the page reads, as fast as it comes.
+class Listener {
+ public:
+  explicit Listener(std::uint16_t port) : thread_([this, port] { run(port); }) {}
+  ~Listener() {
+    done_ = true;
+    thread_.join();
+  }
+  [[nodiscard]] std::uint64_t messages() const { return messages_; }
+
+ private:
+  void run(std::uint16_t port) {
+    ClientOptions options;
+    options.port = port;
+    Client client(options);
+    for (const auto& [topic, entry] : client.topics()) {
+      const bool state = topic.ends_with("/controller_state") || topic.starts_with("/tf") ||
+                         topic == "/joint_states" || topic == "/clock" || topic == "/rosout" ||
+                         topic.starts_with("/doppel/");
+      if (state && !entry.type.empty()) client.subscribe(topic);
+    }
+    Client::Received message;
+    while (!done_) {
+      if (client.next(message, std::chrono::steady_clock::now() + std::chrono::milliseconds(50))) ++messages_;
+    }
+  }
+
+  std::atomic<bool> done_{false};
+  std::atomic<std::uint64_t> messages_{0};
+  std::thread thread_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int rounds = argc > 2 ? std::max(1, std::atoi(argv[2])) : 9;
+  const Log log;
+  Diagnostics diagnostics;
+  Scenario scenario;
+  scenario.target = argc > 1 ? argv[1] : "omarm_one";
+  scenario.bundled_robots = DOPPEL_ROBOTS;
+  Twin twin(scenario, log, diagnostics);
+  const Server server(twin.bus(), {.port = 0}, log);
+
+  load_of_block(twin);  // settle into the hold, and warm up
+  std::vector<double> alone, watched, cost;
+  double messages = 0;
+  for (int round = 0; round < rounds; ++round) {
+    alone.push_back(load_of_block(twin));
+    std::uint64_t heard = 0;
+    {
+      const Listener page(server.port());
+      load_of_block(twin);  // connecting and subscribing is not what is measured
+      heard = page.messages();
+      watched.push_back(load_of_block(twin));
+      heard = page.messages() - heard;
+    }
+    load_of_block(twin);  // nor is leaving
+    messages += static_cast<double>(heard) / kBlock / rounds;
+    cost.push_back(watched.back() - alone.back());
+  }
+  fmt::print("{}: {} rounds of {:g} s in real time, medians\n", scenario.target, rounds, kBlock);
+  fmt::print("  no page        {:7.3f} % of a processor in the loop\n", 100 * median(alone));
+  fmt::print("  a page open    {:7.3f} %  ({:.0f} messages/s)\n", 100 * median(watched), messages);
+  fmt::print("  the page costs {:7.3f} % of the loop's time  (least {:.3f}, most {:.3f})\n",
+             100 * median(cost), 100 * *std::min_element(cost.begin(), cost.end()),
+             100 * *std::max_element(cost.begin(), cost.end()));
+}
