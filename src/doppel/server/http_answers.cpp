@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
-
 #include "doppel/server/foxglove_protocol.h"
+#include "doppel/server/header_text.h"
 
 namespace doppel {
 namespace {
@@ -60,82 +58,113 @@ doppel action list
 </main></body></html>
 )";
 
-HttpAnswer front_page(const HttpFacts& facts) {
-  std::string body(kPageTop);
-  body += fmt::format(
-      "<h1>{}</h1>\n<p>A digital twin is running here: {} topics, {:.1f} s of simulated time.</p>\n",
+// What the page may load and whom it may speak to: only what comes from here, and WebSockets (a twin
+// elsewhere can be named in its address). Meshes and pictures reach it as blobs.
+constexpr std::string_view kPagePolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+    "connect-src 'self' ws: wss: blob:; font-src 'self'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'";
+constexpr std::string_view kSmallPagePolicy =
+    "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'";
+
+HttpAnswer small_page(const HttpFacts& facts) {
+  HttpAnswer answer;
+  answer.content_type = "text/html; charset=utf-8";
+  answer.headers.emplace_back("Content-Security-Policy", std::string(kSmallPagePolicy));
+  answer.body = kPageTop;
+  answer.body += fmt::format(
+      "<h1>{}</h1>\n<p>A digital twin is running here: {} topics, {:.1f} s of simulated time. The page that "
+      "shows it has not been built: <code>./doppel</code> builds it.</p>\n",
       escape(facts.name, false), facts.topics, facts.sim_time);
-  body += fmt::format("<section><h2>Foxglove WebSocket</h2><code class=\"address\">{}</code></section>\n",
-                      escape(facts.url, false));
-  body += kPageVerbs;
-  return {200, "text/html; charset=utf-8", std::move(body)};
+  answer.body +=
+      fmt::format("<section><h2>Foxglove WebSocket</h2><code class=\"address\">{}</code></section>\n",
+                  escape(facts.url, false));
+  answer.body += kPageVerbs;
+  return answer;
 }
 
-std::string_view trim(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
+HttpAnswer health(const HttpFacts& facts) {
+  HttpAnswer answer;
+  answer.content_type = "application/json";
+  answer.body = fmt::format(
+      "{{\"status\":\"ok\",\"name\":\"{}\",\"url\":\"{}\",\"clients\":{},\"topics\":{},\"sim_time\":{:.6f}}}"
+      "\n",
+      escape(facts.name, true), escape(facts.url, true), facts.clients, facts.topics, facts.sim_time);
+  return answer;
+}
+
+bool takes_gzip(std::string_view accept_encoding) {
+  return any_entry(accept_encoding, ',', [](std::string_view coding) {
+    const std::size_t semicolon = coding.find(';');
+    const std::string_view name = trim_blanks(coding.substr(0, semicolon));
+    if (name != "gzip" && name != "*") return false;
+    const std::string_view weight =
+        semicolon == std::string_view::npos ? "" : trim_blanks(coding.substr(semicolon + 1));
+    return weight != "q=0" && weight != "q=0.0" && weight != "q=0.00" && weight != "q=0.000";
+  });
+}
+
+bool matches(std::string_view if_none_match, std::string_view tag) {
+  if (if_none_match.empty()) return false;
+  return any_entry(if_none_match, ',', [tag](std::string_view known) {
+    if (known.starts_with("W/")) known.remove_prefix(2);
+    return known == "*" || known == tag;
+  });
+}
+
+HttpAnswer answer_file(const PageFile& file, const HttpQuestion& question) {
+  const bool packed = !file.gzip.empty() && takes_gzip(question.accept_encoding);
+  const std::string tag = fmt::format("\"{}{}\"", file.tag, packed ? "-gzip" : "");
+  HttpAnswer answer;
+  answer.headers = {
+      {"ETag", tag},
+      {"Vary", "Accept-Encoding"},
+      {"Cache-Control", file.immutable ? "public, max-age=31536000, immutable" : "no-cache"},
+      {"Content-Security-Policy", std::string(kPagePolicy)},
+  };
+  if (matches(question.if_none_match, tag)) {
+    answer.status = 304;
+    return answer;
+  }
+  answer.content_type = file.content_type;
+  answer.file = packed ? file.gzip : file.bytes;
+  if (packed) answer.headers.emplace_back("Content-Encoding", "gzip");
+  return answer;
 }
 
 }  // namespace
 
 HttpAnswer http_problem(unsigned status, std::string text) {
-  return {status, "text/plain; charset=utf-8", std::move(text) + "\n"};
+  HttpAnswer answer;
+  answer.status = status;
+  answer.content_type = "text/plain; charset=utf-8";
+  answer.body = std::move(text) + "\n";
+  return answer;
 }
 
-HttpAnswer answer_http(std::string_view method, std::string_view target, const HttpFacts& facts) {
-  if (method != "GET" && method != "HEAD") return http_problem(405, "only GET is answered here");
-  const std::string_view path = target.substr(0, target.find('?'));
-  if (path == "/") return front_page(facts);
-  if (path == "/health") {
-    return {200, "application/json",
-            fmt::format("{{\"status\":\"ok\",\"name\":\"{}\",\"url\":\"{}\",\"clients\":{},\"topics\":{},"
-                        "\"sim_time\":{:.6f}}}\n",
-                        escape(facts.name, true), escape(facts.url, true), facts.clients, facts.topics,
-                        facts.sim_time)};
+HttpAnswer answer_http(const HttpQuestion& question, PageFiles& page, const HttpFacts& facts) {
+  if (question.method != "GET" && question.method != "HEAD") {
+    HttpAnswer answer = http_problem(405, "only GET and HEAD are answered here");
+    answer.headers.emplace_back("Allow", "GET, HEAD");
+    return answer;
   }
-  return http_problem(404, "there is nothing here; / tells what runs");
-}
-
-bool is_local_host(std::string_view host) {
-  host = trim(host);
-  std::string_view name = host, port;
-  if (host.starts_with('[')) {
-    const std::size_t end = host.find(']');
-    if (end == std::string_view::npos) return false;
-    name = host.substr(0, end + 1);
-    port = host.substr(end + 1);
-  } else if (const std::size_t colon = host.find(':'); colon != std::string_view::npos) {
-    name = host.substr(0, colon);
-    port = host.substr(colon);
-  }
-  if (!port.empty()) {
-    if (port.front() != ':') return false;
-    const std::string_view digits = port.substr(1);
-    if (!std::ranges::all_of(digits, [](unsigned char c) { return std::isdigit(c) != 0; })) return false;
-  }
-  std::string lower(name);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  return lower == "localhost" || lower == "127.0.0.1" || lower == "[::1]";
-}
-
-bool is_local_origin(std::string_view origin) {
-  for (const std::string_view scheme : {"http://", "https://"}) {
-    if (origin.starts_with(scheme)) return is_local_host(origin.substr(scheme.size()));
-  }
-  return false;
+  const std::string_view path = question.target.substr(0, question.target.find('?'));
+  if (const PageFile* file = page.find(path)) return answer_file(*file, question);
+  if (path == "/") return small_page(facts);
+  if (path == "/health") return health(facts);
+  return http_problem(404, "there is nothing here; / is the page");
 }
 
 std::string_view choose_subprotocol(std::string_view offered) {
-  while (true) {
-    const std::size_t comma = offered.find(',');
-    const std::string_view one = trim(offered.substr(0, comma));
+  std::string_view chosen;
+  any_entry(offered, ',', [&chosen](std::string_view one) {
     for (const std::string_view known : {foxglove::kSubprotocol, foxglove::kSdkSubprotocol}) {
-      if (one == known) return known;
+      if (one == known) chosen = known;
     }
-    if (comma == std::string_view::npos) return "";
-    offered.remove_prefix(comma + 1);
-  }
+    return !chosen.empty();
+  });
+  return chosen;
 }
 
 }  // namespace doppel

@@ -1,16 +1,27 @@
 #pragma once
-// What the server says to plain HTTP, and to whom it speaks at all. Knows nothing of sockets.
+// What the server says to plain HTTP: the page, and how the twin is. Knows nothing of sockets.
 
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "doppel/server/page_files.h"
 
 namespace doppel {
 
 struct HttpAnswer {
   unsigned status = 200;
   std::string content_type, body;
+  std::string_view file;  // in place of the body: bytes of a page's file
+  std::vector<std::pair<std::string, std::string>> headers;
+
+  [[nodiscard]] std::string_view content() const { return file.empty() ? std::string_view(body) : file; }
+};
+
+struct HttpQuestion {
+  std::string_view method, target, accept_encoding, if_none_match;
 };
 
 struct HttpFacts {
@@ -19,15 +30,11 @@ struct HttpFacts {
   double sim_time = 0;  // s
 };
 
-// GET / is a page for people, GET /health an object for programs.
-HttpAnswer answer_http(std::string_view method, std::string_view target, const HttpFacts& facts);
+// GET / is the page (or, where it has not been built, a small one that says how), GET /assets/NAME its parts,
+// GET /health an object for programs.
+HttpAnswer answer_http(const HttpQuestion& question, PageFiles& page, const HttpFacts& facts);
 HttpAnswer http_problem(unsigned status, std::string text);
 
-// "localhost:8700", "127.0.0.1", "[::1]:8700": the Host header of a request that was meant for this machine.
-// A page from elsewhere whose name was made to point here (DNS rebinding) shows its own name.
-bool is_local_host(std::string_view host);
-// The Origin header of a page from this machine. Browsers send one, other programs need not.
-bool is_local_origin(std::string_view origin);
 // The subprotocol to speak out of those that the client offers in Sec-WebSocket-Protocol; "": none that is
 // known.
 std::string_view choose_subprotocol(std::string_view offered);

@@ -1,9 +1,11 @@
 #pragma once
-// The twin's one door: a Foxglove WebSocket server (subprotocol foxglove.websocket.v1) and a small HTTP page
-// on the same port. It lives on a thread of its own and knows the twin only as an edge of its bus. Binds
-// loopback unless told otherwise, and turns away browsers' pages from elsewhere.
+// The twin's one door: a Foxglove WebSocket server (subprotocol foxglove.websocket.v1) and the page in the
+// browser on the same port. It lives on a thread of its own and knows the twin only as an edge of its bus.
+// Binds loopback unless told otherwise; admission.h tells whom it lets in.
 
+#include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -13,14 +15,17 @@
 namespace doppel {
 
 struct ServerOptions {
-  std::string host = "127.0.0.1";
-  std::uint16_t port = 8700;    // 0: any
-  bool any_free_port = true;    // if it is taken: the next free one, up to twenty further
-  std::string name = "doppel";  // as clients show it
+  std::string host = "127.0.0.1";       // an address of this machine, or a name of it
+  std::uint16_t port = 8700;            // 0: any
+  bool any_free_port = true;            // if it is taken: the next free one, up to twenty further
+  std::string token{};                  // asked of everybody; empty: none, but beyond loopback one is made
+  std::string name = "doppel";          // as clients show it
+  std::filesystem::path page_folder{};  // of the built page; empty or not there: a small page in its place
   std::size_t max_clients = 32;
   std::size_t max_message = std::size_t{16} << 20;  // bytes, of one that a client sends
   std::size_t client_queue_bytes = std::size_t{16}
                                    << 20;  // what may wait for a slow client before messages are skipped
+  std::chrono::milliseconds http_patience{10'000};  // for a whole request, and between two
 };
 
 class Server {
@@ -33,7 +38,10 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   [[nodiscard]] std::uint16_t port() const;
-  [[nodiscard]] std::string url() const;  // "ws://127.0.0.1:8700"
+  [[nodiscard]] std::string url() const;          // "ws://127.0.0.1:8700", with the token if there is one
+  [[nodiscard]] std::string page_url() const;     // "http://127.0.0.1:8700", the same
+  [[nodiscard]] std::string own_address() const;  // for programs on this machine: "127.0.0.1"
+  [[nodiscard]] const std::string& token() const;
   // Messages that were skipped for clients that did not keep up.
   [[nodiscard]] std::uint64_t skipped() const;
 

@@ -1,5 +1,6 @@
 // Whatever bytes come in: read or refused, never more. The first byte chooses the reader.
 
+#include "doppel/server/admission.h"
 #include "doppel/server/foxglove_protocol.h"
 #include "doppel/server/http_answers.h"
 

@@ -1,0 +1,139 @@
+#include <fmt/format.h>
+
+#include "doppel/server/http_session_detail.h"
+#include "doppel/server/websocket_session_detail.h"
+
+namespace doppel::net {
+namespace {
+
+constexpr std::size_t kMostHeader = 8192, kMostBody = 1024;  // bytes; nothing here is asked for with a body
+constexpr std::size_t kMostRequests = 200;                   // of one connection
+constexpr auto kSendPatience = std::chrono::seconds(30);
+constexpr auto kLingering = std::chrono::milliseconds(500);
+constexpr std::size_t kMostLingered = 65536;  // bytes
+
+std::string_view view(beast::string_view text) {
+  return {text.data(), text.size()};
+}
+
+}  // namespace
+
+HttpSession::HttpSession(tcp::socket socket, Context& context)
+    : context_(context), stream_(std::move(socket)), buffer_(2 * kMostHeader) {
+  context_.visitors.insert(this);
+}
+
+HttpSession::~HttpSession() {
+  context_.visitors.erase(this);
+}
+
+void HttpSession::read() {
+  parser_.emplace();
+  parser_->header_limit(kMostHeader);
+  parser_->body_limit(kMostBody);
+  waiting_since_ = std::chrono::steady_clock::now();
+  // For all of the request, however slowly it drips in, and for the idle time before it.
+  stream_.expires_after(context_.options.http_patience);
+  http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code failed, std::size_t) {
+    self->waiting_since_ = std::chrono::steady_clock::time_point::max();
+    if (failed) return self->unreadable(failed);
+    ++self->requests_;
+    self->answer(self->parser_->get());
+  });
+}
+
+void HttpSession::close() {
+  waiting_since_ = std::chrono::steady_clock::time_point::max();
+  error_code ignored;
+  stream_.socket().close(ignored);
+}
+
+void HttpSession::unreadable(error_code why) {
+  requests_ = kMostRequests;  // whatever follows cannot be told from the rest of this one
+  if (why == http::error::header_limit || why == http::error::buffer_overflow)
+    return reply(http_problem(431, fmt::format("the header of a request has {} bytes at most", kMostHeader)));
+  if (why == http::error::body_limit)
+    return reply(http_problem(413, "nothing here is asked for with a body"));
+  const bool gone = why == http::error::end_of_stream || why == http::error::partial_message;
+  if (!gone && why.category() == make_error_code(http::error::bad_target).category())
+    return reply(http_problem(400, "that is no HTTP request"));
+}
+
+void HttpSession::answer(const Request& request) {
+  if (request.count(http::field::host) > 1 || request.count(http::field::origin) > 1)
+    return reply(http_problem(400, "the request has more than one Host or Origin"));
+  Credentials who{.host = view(request[http::field::host]),
+                  .target = view(request.target()),
+                  .cookies = view(request[http::field::cookie]),
+                  .origin = std::nullopt};
+  if (request.count(http::field::origin) != 0) who.origin = view(request[http::field::origin]);
+  if (const Status welcome = context_.admission.check(who); !welcome)
+    return reply(http_problem(403, welcome.why()));
+  if (websocket::is_upgrade(request)) return welcome_client(request);
+  const HttpFacts facts{.name = context_.options.name,
+                        .url = context_.url,
+                        .clients = context_.hub.clients(),
+                        .topics = context_.hub.topic_count(),
+                        .sim_time = to_seconds(context_.hub.now())};
+  HttpAnswer answer = answer_http({.method = view(request.method_string()),
+                                   .target = who.target,
+                                   .accept_encoding = view(request[http::field::accept_encoding]),
+                                   .if_none_match = view(request[http::field::if_none_match])},
+                                  context_.page, facts);
+  if (std::string cookie = context_.admission.cookie_for(who.target); !cookie.empty())
+    answer.headers.emplace_back("Set-Cookie", std::move(cookie));
+  reply(std::move(answer));
+}
+
+void HttpSession::welcome_client(const Request& request) {
+  const std::string_view subprotocol = choose_subprotocol(view(request[http::field::sec_websocket_protocol]));
+  if (subprotocol.empty()) return reply(http_problem(400, "the subprotocol here is foxglove.websocket.v1"));
+  if (context_.clients.size() >= context_.options.max_clients) {
+    return reply(
+        http_problem(503, fmt::format("{} clients are the most here", context_.options.max_clients)));
+  }
+  std::make_shared<WebSocketSession>(stream_.release_socket(), context_)->accept(request, subprotocol);
+}
+
+void HttpSession::reply(HttpAnswer answer) {
+  answer_ = std::move(answer);
+  const bool readable = parser_->is_done();
+  response_ = {};
+  response_.result(answer_.status);
+  response_.version(readable ? parser_->get().version() : 11);
+  response_.keep_alive(readable && parser_->get().keep_alive() && requests_ < kMostRequests);
+  response_.set(http::field::server, "doppel");
+  response_.set(http::field::cache_control, "no-store");
+  response_.set("X-Content-Type-Options", "nosniff");
+  response_.set("Referrer-Policy", "no-referrer");  // the address may hold the token
+  response_.set("Cross-Origin-Resource-Policy", "same-origin");
+  for (const auto& [name, value] : answer_.headers) response_.set(name, value);
+  const std::string_view content = answer_.content();
+  if (answer_.status != 304) {
+    response_.set(http::field::content_type, answer_.content_type);
+    response_.content_length(content.size());
+    const bool head = readable && parser_->get().method() == http::verb::head;
+    if (!head) response_.body() = {content.data(), content.size()};
+  }
+  stream_.expires_after(kSendPatience);
+  http::async_write(stream_, response_, [self = shared_from_this()](error_code failed, std::size_t) {
+    if (failed) return;
+    if (self->response_.keep_alive()) return self->read();
+    error_code ignored;
+    self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    self->stream_.expires_after(kLingering);
+    self->linger();
+  });
+}
+
+// What the other side still sends is read for a moment: a connection closed over unread bytes is reset, and
+// the answer may be lost with it.
+void HttpSession::linger() {
+  stream_.async_read_some(asio::buffer(discarded_),
+                          [self = shared_from_this()](error_code failed, std::size_t size) {
+                            self->lingered_ += size;
+                            if (!failed && self->lingered_ < kMostLingered) self->linger();
+                          });
+}
+
+}  // namespace doppel::net

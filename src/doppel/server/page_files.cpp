@@ -1,0 +1,101 @@
+#include "doppel/server/page_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <optional>
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{16} << 20;  // of one file
+constexpr std::size_t kMostFiles = 1000;
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kTypes{{
+    {".html", "text/html; charset=utf-8"},
+    {".js", "text/javascript; charset=utf-8"},
+    {".css", "text/css; charset=utf-8"},
+    {".json", "application/json"},
+    {".svg", "image/svg+xml"},
+    {".png", "image/png"},
+    {".jpg", "image/jpeg"},
+    {".webp", "image/webp"},
+    {".woff2", "font/woff2"},
+    {".wasm", "application/wasm"},
+}};
+
+// Empty: a kind of file that is not served.
+std::string_view type_of(const fs::path& file) {
+  for (const auto& [extension, type] : kTypes) {
+    if (file.extension() == extension) return type;
+  }
+  return "";
+}
+
+std::optional<std::string> read_file(const fs::path& file) {
+  std::error_code failed;
+  if (!fs::is_regular_file(fs::symlink_status(file, failed)) || failed) return std::nullopt;
+  if (fs::file_size(file, failed) > kMostBytes || failed) return std::nullopt;
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return std::nullopt;
+  return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+// FNV-1a; tells one build of a file from another, nothing that anybody would want to forge.
+std::string tag_of(std::string_view bytes) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return fmt::format("{:016x}", hash);
+}
+
+// "main-EPFJUWFJ.css", as the build names what never changes.
+bool has_hash(std::string_view stem) {
+  constexpr std::size_t kHash = 8;
+  if (stem.size() <= kHash + 1 || stem[stem.size() - kHash - 1] != '-') return false;
+  return std::ranges::all_of(stem.substr(stem.size() - kHash),
+                             [](unsigned char c) { return std::isupper(c) != 0 || std::isdigit(c) != 0; });
+}
+
+std::optional<PageFile> read_page_file(const fs::path& file) {
+  const std::string_view type = type_of(file);
+  if (type.empty()) return std::nullopt;
+  auto bytes = read_file(file);
+  if (!bytes) return std::nullopt;
+  PageFile out;
+  out.content_type = type;
+  out.tag = tag_of(*bytes);
+  out.bytes = std::move(*bytes);
+  out.gzip = read_file(file.string() + ".gz").value_or("");
+  return out;
+}
+
+}  // namespace
+
+const PageFile* PageFiles::find(std::string_view path) {
+  if (files_.empty()) read();
+  const auto found = files_.find(path);
+  return found == files_.end() ? nullptr : &found->second;
+}
+
+void PageFiles::read() {
+  if (folder_.empty()) return;
+  auto index = read_page_file(folder_ / "index.html");
+  if (!index) return;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder_ / "assets", none)) {
+    auto file = read_page_file(entry.path());
+    if (!file || files_.size() >= kMostFiles) continue;
+    file->immutable = has_hash(entry.path().stem().string());
+    files_.emplace("/assets/" + entry.path().filename().string(), std::move(*file));
+  }
+  files_.emplace("/", std::move(*index));
+}
+
+}  // namespace doppel

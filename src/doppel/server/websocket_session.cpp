@@ -1,0 +1,125 @@
+#include <boost/asio/post.hpp>
+
+#include "doppel/server/websocket_session_detail.h"
+
+namespace doppel::net {
+namespace {
+
+constexpr std::size_t kAnswersBeforePause = std::size_t{4}
+                                            << 20;  // unsent; then nothing more is read from that client
+
+}  // namespace
+
+WebSocketSession::WebSocketSession(tcp::socket socket, Context& context)
+    : context_(context), socket_(std::move(socket)), queue_(context.options.client_queue_bytes) {
+  context_.clients.insert(this);
+}
+
+WebSocketSession::~WebSocketSession() = default;
+
+void WebSocketSession::accept(const Request& request, std::string_view subprotocol) {
+  beast::get_lowest_layer(socket_).expires_never();
+  websocket::stream_base::timeout patience{};
+  patience.handshake_timeout = std::chrono::seconds(10);
+  patience.idle_timeout = std::chrono::seconds(60);  // with pings; who answers none is gone
+  patience.keep_alive_pings = true;
+  socket_.set_option(patience);
+  socket_.set_option(websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
+    response.set(http::field::sec_websocket_protocol,
+                 beast::string_view(subprotocol.data(), subprotocol.size()));
+    response.set(http::field::server, "doppel");
+  }));
+  socket_.read_message_max(context_.options.max_message);
+  socket_.auto_fragment(false);
+  error_code ignored;
+  beast::get_lowest_layer(socket_).socket().set_option(tcp::no_delay(true), ignored);
+  socket_.async_accept(request, [self = shared_from_this()](error_code failed) {
+    if (failed) return self->end();
+    self->id_ = self->context_.hub.join(*self);
+    self->context_.joined();
+    self->read();
+  });
+}
+
+void WebSocketSession::send(OutgoingFrame frame) {
+  if (closing_) return;
+  context_.skipped += queue_.push(std::move(frame));
+  if (queue_.answer_bytes() > 4 * context_.options.client_queue_bytes + kAnswersBeforePause) {
+    return close(websocket::close_code::try_again_later, "this client does not read what it asked for");
+  }
+  write();
+}
+
+void WebSocketSession::close(websocket::close_code code, std::string_view reason) {
+  if (closing_) return;
+  closing_ = true;
+  queue_.clear();
+  constexpr std::size_t kMostReason = 123;  // RFC 6455, 5.5
+  const std::string_view short_reason = reason.substr(0, kMostReason);
+  // Not at once: the caller may be in the middle of the hub's work.
+  asio::post(socket_.get_executor(), [self = shared_from_this(), code, text = std::string(short_reason)] {
+    self->leave();
+    self->socket_.async_close({code, text}, [self](error_code) { self->end(); });
+  });
+}
+
+void WebSocketSession::read() {
+  reading_ = true;
+  socket_.async_read(buffer_, [self = shared_from_this()](error_code failed, std::size_t) {
+    self->reading_ = false;
+    if (failed) return self->end();
+    self->received();
+  });
+}
+
+void WebSocketSession::received() {
+  if (closing_) return;
+  const auto data = buffer_.cdata();
+  const auto* bytes = static_cast<const std::byte*>(data.data());
+  const Status status = socket_.got_text()
+                            ? context_.hub.on_text(id_, {reinterpret_cast<const char*>(bytes), data.size()})
+                            : context_.hub.on_binary(id_, {bytes, data.size()});
+  buffer_.consume(buffer_.size());
+  if (!status) return close(websocket::close_code::protocol_error, status.why());
+  read_on();
+}
+
+// A client that asks but does not read is not heard until it has read.
+void WebSocketSession::read_on() {
+  if (!reading_ && !closing_ && !ended_ && queue_.answer_bytes() < kAnswersBeforePause) read();
+}
+
+void WebSocketSession::write() {
+  if (writing_ || closing_ || ended_) return;
+  auto frame = queue_.pop();
+  if (!frame) return;
+  writing_ = true;
+  in_flight_ = std::move(*frame);
+  socket_.text(in_flight_.text);
+  const std::array<asio::const_buffer, 2> buffers{
+      asio::buffer(in_flight_.head.data(), in_flight_.head_size),
+      asio::buffer(in_flight_.body.data(), in_flight_.body.size())};
+  socket_.async_write(buffers, [self = shared_from_this()](error_code failed, std::size_t) {
+    self->writing_ = false;
+    self->in_flight_ = {};
+    if (failed) return self->end();
+    self->write();
+    self->read_on();
+  });
+}
+
+void WebSocketSession::leave() {
+  if (id_ != 0) context_.hub.leave(std::exchange(id_, 0));
+}
+
+void WebSocketSession::end() {
+  if (std::exchange(ended_, true)) return;
+  closing_ = true;
+  queue_.clear();
+  leave();
+  error_code ignored;
+  beast::get_lowest_layer(socket_).socket().close(ignored);
+  context_.clients.erase(this);
+}
+
+}  // namespace doppel::net
