@@ -2,35 +2,15 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <sstream>
 
 #include "doppel/core/names.h"
+#include "doppel/description/package_folder.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_package(const fs::path& folder) {
-  std::error_code none;
-  return fs::is_regular_file(folder / "package.xml", none);
-}
-
-// The <name> of a package.xml; the folder's own name where it has none.
-std::string package_name(const fs::path& folder) {
-  std::ifstream in(folder / "package.xml");
-  std::ostringstream text;
-  text << in.rdbuf();
-  const std::string xml = text.str();
-  const std::size_t open = xml.find("<name>");
-  const std::size_t close = xml.find("</name>");
-  if (open == std::string::npos || close == std::string::npos || close < open)
-    return folder.filename().string();
-  std::string name = xml.substr(open + 6, close - open - 6);
-  std::erase_if(name, [](unsigned char c) { return std::isspace(c) != 0; });
-  return name;
-}
 
 std::vector<fs::path> folders_of_variable(const char* variable, const char* below) {
   std::vector<fs::path> out;

@@ -71,10 +71,12 @@ struct Client::Impl {
     socket.read_message_max(kLargestMessage);
     websocket::response_type response;
     bool done = false;
-    socket.async_handshake(response, fmt::format("localhost:{}", options.port), "/", [&](error_code outcome) {
-      failed = outcome;
-      done = true;
-    });
+    const std::string target = options.token.empty() ? "/" : "/?token=" + options.token;
+    socket.async_handshake(response, fmt::format("localhost:{}", options.port), target,
+                           [&](error_code outcome) {
+                             failed = outcome;
+                             done = true;
+                           });
     io.run_for(options.patience);
     if (!done)
       throw ClientError(fmt::format("port {} is open, but nothing there speaks WebSocket", options.port));
@@ -144,6 +146,8 @@ struct Client::Impl {
   void handle(std::monostate) {}
   void handle(const foxglove::ServerInfo& info) { name = info.name; }
   void handle(const foxglove::TimeMessage&) {}
+  void handle(const foxglove::AssetFailure&) {}
+  void handle(const foxglove::AssetData&) {}
   void handle(const foxglove::StatusMessage& status) {
     if (status.level == foxglove::StatusLevel::error) errors.push_back(status.message);
     if (status.level == foxglove::StatusLevel::warning && options.on_status)

@@ -12,7 +12,8 @@ namespace {
 using wire::json;
 using wire::Malformed;
 
-enum ServerOpcode : std::uint8_t { kMessageData = 1, kTime = 2, kServiceResponse = 3 };
+enum ServerOpcode : std::uint8_t { kMessageData = 1, kTime = 2, kServiceResponse = 3, kAssetResponse = 4 };
+enum AssetStatus : std::uint8_t { kAssetFound = 0, kAssetRefused = 1 };
 enum ClientOpcode : std::uint8_t { kClientData = 1, kServiceCall = 2 };
 
 json schema_object(const std::string& type, const char* part, const std::string& schema) {
@@ -65,6 +66,7 @@ ClientMessage read_operation(const json& object, std::string op) {
     return WatchParameters{false, optional_texts(object, "parameterNames")};
   if (op == "subscribeConnectionGraph") return WatchGraph{true};
   if (op == "unsubscribeConnectionGraph") return WatchGraph{false};
+  if (op == "fetchAsset") return FetchAsset{wire::id_of(object, "requestId"), wire::text(object, "uri")};
   return UnknownOperation{std::move(op)};
 }
 
@@ -152,12 +154,31 @@ FrameBytes to_frame(const ServiceResponse& response) {
       .done();
 }
 
+FrameBytes to_frame(const AssetFailure& failure) {
+  return wire::Writer(kAssetResponse, kAssetHeadSize + failure.why.size())
+      .number(failure.request)
+      .number(std::uint8_t{kAssetRefused})
+      .text(failure.why)
+      .done();
+}
+
+std::array<std::byte, kAssetHeadSize> asset_head(std::uint32_t request) {
+  std::array<std::byte, kAssetHeadSize> head{std::byte{kAssetResponse}};
+  std::memcpy(head.data() + 1, &request, sizeof(request));
+  head[5] = std::byte{kAssetFound};  // then the length of the error text: 0
+  return head;
+}
+
 std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscription, Time stamp) {
   std::array<std::byte, kDataHeadSize> head{std::byte{kMessageData}};
   const auto nanoseconds = static_cast<std::uint64_t>(stamp.count());
   std::memcpy(head.data() + 1, &subscription, sizeof(subscription));
   std::memcpy(head.data() + 5, &nanoseconds, sizeof(nanoseconds));
   return head;
+}
+
+bool is_json(std::string_view text) {
+  return json::accept(text);
 }
 
 Status read_client_text(std::string_view frame, ClientMessage& out) try {

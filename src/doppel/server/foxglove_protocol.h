@@ -99,6 +99,15 @@ struct ServiceResponse {
   ByteView payload;
 };
 
+struct AssetFailure {
+  std::uint32_t request = 0;
+  std::string why;
+};
+struct AssetData {
+  std::uint32_t request = 0;
+  ByteView data;
+};
+
 std::string to_frame(const ServerInfo& info);
 std::string to_frame(const StatusMessage& status);
 std::string to_frame(const Channels& channels);
@@ -110,13 +119,16 @@ std::string to_frame(const GraphUpdate& update);
 std::string to_frame(const ServiceFailure& failure);
 FrameBytes to_frame(const TimeMessage& time);
 FrameBytes to_frame(const ServiceResponse& response);
+FrameBytes to_frame(const AssetFailure& failure);
 // What stands before the payload, so that one payload can go to many.
 constexpr std::size_t kDataHeadSize = 13;
 std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscription, Time stamp);
+constexpr std::size_t kAssetHeadSize = 10;
+std::array<std::byte, kAssetHeadSize> asset_head(std::uint32_t request);
 
 using ServerMessage = std::variant<std::monostate, ServerInfo, StatusMessage, Channels, RemovedChannels,
                                    Services, RemovedServices, ParameterValues, GraphUpdate, ServiceFailure,
-                                   MessageData, TimeMessage, ServiceResponse>;
+                                   MessageData, TimeMessage, ServiceResponse, AssetFailure, AssetData>;
 // monostate: well-formed, but of a kind that this version does not know. Views point into the frame.
 Status read_server_text(std::string_view frame, ServerMessage& out);
 Status read_server_binary(ByteView frame, ServerMessage& out);
@@ -157,6 +169,10 @@ struct WatchParameters {
 struct WatchGraph {
   bool on = true;
 };
+struct FetchAsset {
+  std::uint32_t request = 0;
+  std::string uri;
+};
 struct ClientData {
   std::uint32_t channel = 0;
   ByteView payload;
@@ -172,10 +188,13 @@ struct UnknownOperation {
 
 using ClientMessage =
     std::variant<UnknownOperation, Subscribe, Unsubscribe, Advertise, Unadvertise, GetParameters,
-                 SetParameters, WatchParameters, WatchGraph, ClientData, ServiceCall>;
+                 SetParameters, WatchParameters, WatchGraph, FetchAsset, ClientData, ServiceCall>;
 // Refused: what is no frame of this protocol. Views point into the frame.
 Status read_client_text(std::string_view frame, ClientMessage& out);
 Status read_client_binary(ByteView frame, ClientMessage& out);
+
+// Whether a payload that is said to be JSON is.
+bool is_json(std::string_view text);
 
 std::string to_frame(const Subscribe& subscribe);
 std::string to_frame(const Unsubscribe& unsubscribe);
@@ -183,6 +202,7 @@ std::string to_frame(const Advertise& advertise);
 std::string to_frame(const GetParameters& get);
 std::string to_frame(const SetParameters& set);
 std::string to_frame(const WatchGraph& watch);
+std::string to_frame(const FetchAsset& fetch);
 FrameBytes to_frame(const ClientData& data);
 FrameBytes to_frame(const ServiceCall& call);
 

@@ -113,6 +113,15 @@ Status read_server_binary(ByteView frame, ServerMessage& out) try {
     response.encoding = reader.text();
     response.payload = reader.rest();
     out = std::move(response);
+  } else if (opcode == 4) {
+    const auto request = reader.number<std::uint32_t>();
+    const bool found = reader.number<std::uint8_t>() == 0;
+    std::string why = reader.text();
+    if (found) {
+      out = AssetData{request, reader.rest()};
+    } else {
+      out = AssetFailure{request, std::move(why)};
+    }
   } else {
     out = std::monostate{};
   }
@@ -157,6 +166,10 @@ std::string to_frame(const SetParameters& set) {
 
 std::string to_frame(const WatchGraph& watch) {
   return wire::dump({{"op", watch.on ? "subscribeConnectionGraph" : "unsubscribeConnectionGraph"}});
+}
+
+std::string to_frame(const FetchAsset& fetch) {
+  return wire::dump({{"op", "fetchAsset"}, {"uri", fetch.uri}, {"requestId", fetch.request}});
 }
 
 FrameBytes to_frame(const ClientData& data) {

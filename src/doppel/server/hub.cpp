@@ -11,6 +11,11 @@ using foxglove::StatusLevel;
 
 namespace {
 
+// From the bus, before clients are written to again: after a hitch many large messages would else overflow
+// the queue of a client that is quick enough.
+constexpr std::size_t kMostBytesAtOnce = 16384;
+constexpr std::size_t kMostJson = std::size_t{1} << 20;  // bytes, of one payload
+
 bool is_topic_name(std::string_view name) {
   const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '/'; };
   return name.size() > 1 && name.size() < 256 && name.front() == '/' && name.back() != '/' &&
@@ -28,7 +33,12 @@ Status to_cdr_form(std::string_view encoding, const TypeSupport& type, foxglove:
     out.assign(payload.begin(), payload.end());
     return {};
   }
-  return type.yaml_to_cdr(payload.empty() ? "{}" : as_text(payload), out);  // JSON is YAML
+  // JSON is YAML, but YAML is more: its aliases would make gigabytes of a short text.
+  if (payload.size() > kMostJson)
+    return Status::refused(fmt::format("JSON of more than {} bytes; use cdr", kMostJson));
+  const std::string_view text = payload.empty() ? "{}" : as_text(payload);
+  if (!foxglove::is_json(text)) return Status::refused("that is no JSON");
+  return type.yaml_to_cdr(text, out);
 }
 
 bool is_known_encoding(std::string_view encoding) {
@@ -66,6 +76,7 @@ Hub::Hub(Bus& bus, HubOptions options, Post post)
       post_(std::move(post)),
       session_id_(
           std::to_string(std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1))),
+      assets_(options_.assets),
       edge_(bus.attach(kEdgeName, options_.ring_bytes)) {}
 
 Hub::~Hub() = default;
@@ -76,12 +87,13 @@ Hub::ClientId Hub::join(ClientLink& link) {
   Client& client = clients_[id];
   client.link = &link;
   client.node = fmt::format("/_client_{}", id);
-  link.send(make_frame(foxglove::to_frame(
-      foxglove::ServerInfo{.name = options_.name,
-                           .session_id = session_id_,
-                           .capabilities = {"clientPublish", "services", "parameters", "parametersSubscribe",
-                                            "connectionGraph", "time"},
-                           .encodings = {std::string(foxglove::kCdr), std::string(foxglove::kJson)}})));
+  foxglove::ServerInfo info{.name = options_.name,
+                            .session_id = session_id_,
+                            .capabilities = {"clientPublish", "services", "parameters", "parametersSubscribe",
+                                             "connectionGraph", "time"},
+                            .encodings = {std::string(foxglove::kCdr), std::string(foxglove::kJson)}};
+  if (assets_.offers()) info.capabilities.emplace_back("assets");
+  link.send(make_frame(foxglove::to_frame(info)));
   link.send(channels_frame_);
   link.send(services_frame_);
   return id;
@@ -342,7 +354,7 @@ void Hub::handle(Client& client, ClientId, const foxglove::WatchParameters& watc
 void Hub::send_data(const ChannelState& channel, Client& client, std::uint32_t subscription, Time stamp,
                     const std::shared_ptr<const Bytes>& payload) {
   OutgoingFrame frame;
-  frame.droppable = !channel.latched;  // a latched message is not sent again
+  if (!channel.latched) frame.kind = OutgoingFrame::Kind::message;  // what is latched is not sent again
   frame.head = foxglove::data_head(subscription, stamp);
   frame.head_size = frame.head.size();
   frame.owner = payload;
@@ -352,12 +364,14 @@ void Hub::send_data(const ChannelState& channel, Client& client, std::uint32_t s
 
 bool Hub::pump(std::size_t most) {
   Edge::Incoming message;
-  for (std::size_t i = 0; i < most; ++i) {
+  std::size_t passed = 0;
+  for (std::size_t i = 0; i < most && passed < kMostBytesAtOnce; ++i) {
     if (!edge_->next(message)) return false;
     now_ = message.stamp;
     const auto found = channels_.find(message.topic);
     if (found == channels_.end() || found->second.subscribers.empty()) continue;
     ChannelState& channel = found->second;
+    passed += message.cdr.size();
     const auto payload = std::make_shared<const Bytes>(message.cdr.begin(), message.cdr.end());
     if (channel.latched) {
       channel.last = payload;

@@ -2,6 +2,7 @@
 // What the server does, without its sockets: the clients of one twin, what each has subscribed to, advertised
 // and asked for, and the bus behind them. Lives on the server's one thread.
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -9,14 +10,17 @@
 #include <string>
 
 #include "doppel/bus/bus.h"
+#include "doppel/server/asset_reader.h"
 #include "doppel/server/foxglove_protocol.h"
 
 namespace doppel {
 
 // One frame on its way to a client; the payload is shared between those who get it.
 struct OutgoingFrame {
+  // A message may be skipped for a client that does not keep up; an answer and a file may not.
+  enum class Kind : std::uint8_t { answer, message, asset };
+  Kind kind = Kind::answer;
   bool text = false;
-  bool droppable = false;  // may be skipped for a client that does not keep up
   std::size_t head_size = 0;
   std::array<std::byte, foxglove::kDataHeadSize> head{};
   std::shared_ptr<const void> owner;  // of the body
@@ -32,6 +36,8 @@ class ClientLink {
  public:
   virtual ~ClientLink() = default;
   virtual void send(OutgoingFrame frame) = 0;
+  // Files that have been sent but are still waiting for those before them.
+  [[nodiscard]] virtual std::size_t unsent_assets() const = 0;
 };
 
 struct HubOptions {
@@ -39,6 +45,8 @@ struct HubOptions {
   std::size_t ring_bytes = std::size_t{32} << 20;
   std::size_t max_calls = 256;            // of one client, unanswered
   std::size_t max_advertisements = 1024;  // of one client
+  std::size_t max_fetches = 4096;         // of one client, unanswered
+  std::shared_ptr<AssetLibrary> assets;   // what fetchAsset hands out; null: nothing
 };
 
 class Hub {
@@ -63,7 +71,10 @@ class Hub {
   Status on_text(ClientId id, std::string_view frame);
   Status on_binary(ClientId id, foxglove::ByteView frame);
 
-  // Passes on what the bus has for the clients, at most `most` messages; true: there may be more.
+  // Frames to this client are on their way: it may get more of the files that it asked for.
+  void has_room(ClientId id);
+
+  // Passes on what the bus has for the clients, `most` messages or less; true: there may be more.
   bool pump(std::size_t most);
   [[nodiscard]] int readable_fd() const { return edge_->readable_fd(); }
   // Ten times a second of wall time or so, while there are clients: the graph, the clock, watched parameters.
@@ -84,6 +95,8 @@ class Hub {
     std::set<std::string> watched_parameters;
     bool watches_all_parameters = false, watches_graph = false;
     std::size_t calls = 0;
+    std::deque<foxglove::FetchAsset> fetches;  // not begun
+    bool fetching = false;
   };
   struct ChannelState {
     foxglove::Channel offer;
@@ -125,6 +138,11 @@ class Hub {
   static void say(Client& client, foxglove::StatusLevel level, std::string message);
   void send_parameters(ClientId id, std::vector<std::string> names, std::string request);
 
+  // hub_assets.cpp: files
+  void handle(Client& client, ClientId id, const foxglove::FetchAsset& fetch);
+  void fetch_next(Client& client, ClientId id);
+  void finish_fetch(ClientId id, std::uint32_t request, const AssetLibrary::Answer& answer);
+
   // hub_graph.cpp: what the bus offers
   void refresh_offers();
   void refresh_channels();
@@ -152,6 +170,7 @@ class Hub {
   std::uint32_t clock_ = 0;                           // the topic followed for the time, 0: none
   Time now_{}, time_sent_{-1};
   std::uint64_t ticks_ = 0;
+  AssetReader assets_;
   std::unique_ptr<Edge> edge_;  // last: no reply runs once it is gone
 };
 

@@ -193,7 +193,7 @@ void Hub::send_time() {
   if (now_ == time_sent_) return;
   time_sent_ = now_;
   OutgoingFrame frame = make_frame(foxglove::to_frame(foxglove::TimeMessage{now_}));
-  frame.droppable = true;
+  frame.kind = OutgoingFrame::Kind::message;
   for (auto& [id, client] : clients_) {
     if (!client.subscriptions.empty()) client.link->send(frame);
   }

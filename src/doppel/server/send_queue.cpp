@@ -13,8 +13,13 @@ std::size_t cost(const OutgoingFrame& frame) {
 
 std::size_t SendQueue::push(OutgoingFrame frame) {
   const std::size_t size = cost(frame);
-  if (!frame.droppable) {
-    answer_bytes_ += size;
+  if (frame.kind != OutgoingFrame::Kind::message) {
+    // A file does not count as an answer: whoever is being sent one is heard meanwhile.
+    if (frame.kind == OutgoingFrame::Kind::asset) {
+      ++assets_;
+    } else {
+      answer_bytes_ += size;
+    }
     answers_.push_back({next_order_++, std::move(frame)});
     return 0;
   }
@@ -35,14 +40,18 @@ std::optional<OutgoingFrame> SendQueue::pop() {
   std::deque<Entry>& from = answer ? answers_ : data_;
   OutgoingFrame frame = std::move(from.front().frame);
   from.pop_front();
-  (answer ? answer_bytes_ : data_bytes_) -= cost(frame);
+  if (frame.kind == OutgoingFrame::Kind::asset) {
+    --assets_;
+  } else {
+    (answer ? answer_bytes_ : data_bytes_) -= cost(frame);
+  }
   return frame;
 }
 
 void SendQueue::clear() {
   answers_.clear();
   data_.clear();
-  answer_bytes_ = data_bytes_ = 0;
+  answer_bytes_ = data_bytes_ = assets_ = 0;
 }
 
 }  // namespace doppel

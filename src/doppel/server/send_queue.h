@@ -1,6 +1,6 @@
 #pragma once
-// What waits for one client: answers, which are never dropped, and messages, of which the oldest go when
-// there are too many. Taken in the order in which they were put in.
+// What waits for one client: answers and files, which are never dropped, and messages, of which the oldest go
+// when there are too many. Taken in the order in which they were put in.
 
 #include <cstdint>
 #include <deque>
@@ -22,6 +22,7 @@ class SendQueue {
 
   [[nodiscard]] bool empty() const { return answers_.empty() && data_.empty(); }
   [[nodiscard]] std::size_t answer_bytes() const { return answer_bytes_; }
+  [[nodiscard]] std::size_t assets() const { return assets_; }
   [[nodiscard]] std::size_t data_bytes() const { return data_bytes_; }
 
  private:
@@ -32,7 +33,7 @@ class SendQueue {
   std::size_t data_limit_;
   std::uint64_t next_order_ = 0;
   std::deque<Entry> answers_, data_;
-  std::size_t answer_bytes_ = 0, data_bytes_ = 0;
+  std::size_t answer_bytes_ = 0, data_bytes_ = 0, assets_ = 0;
 };
 
 }  // namespace doppel

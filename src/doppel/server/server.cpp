@@ -45,7 +45,7 @@ struct Server::Impl {
         port(acceptor.local_endpoint().port()),
         token(checked_token(options, address.is_loopback())),
         admission(options.host, address.is_loopback(), token, port),
-        hub(bus, {.name = options.name},
+        hub(bus, {.name = options.name, .assets = options.assets},
             [this](std::function<void()> task) { asio::post(io, std::move(task)); }),
         bus_readable(io, dup(hub.readable_fd())),
         tick_timer(io) {

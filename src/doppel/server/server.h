@@ -11,18 +11,26 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
+#include "doppel/server/asset_library.h"
 
 namespace doppel {
 
 struct ServerOptions {
-  std::string host = "127.0.0.1";       // an address of this machine, or a name of it
-  std::uint16_t port = 8700;            // 0: any
-  bool any_free_port = true;            // if it is taken: the next free one, up to twenty further
-  std::string token{};                  // asked of everybody; empty: none, but beyond loopback one is made
-  std::string name = "doppel";          // as clients show it
-  std::filesystem::path page_folder{};  // of the built page; empty or not there: a small page in its place
+  std::string host = "127.0.0.1";          // an address of this machine, or a name of it
+  std::uint16_t port = 8700;               // 0: any
+  bool any_free_port = true;               // if it is taken: the next free one, up to twenty further
+  std::string token{};                     // asked of everybody; empty: none, but beyond loopback one is made
+  std::string name = "doppel";             // as clients show it
+  std::filesystem::path page_folder{};     // of the built page; empty or not there: a small page in its place
+  std::shared_ptr<AssetLibrary> assets{};  // what clients may fetch; null: nothing
   std::size_t max_clients = 32;
-  std::size_t max_message = std::size_t{16} << 20;  // bytes, of one that a client sends
+  // Of what a client sends, bytes: an uncompressed picture of 1920 x 1080 has 6 MiB, the longest requests in
+  // text (subscriptions to thousands of topics) some 100 KiB.
+  std::size_t max_message = std::size_t{16} << 20, max_text = std::size_t{1} << 20;
+  // Of what a client sends, and how much of it may come at once: far above what teleoperation at 1 kHz sends,
+  // and little enough that nobody else notices. Who sends more is closed.
+  double messages_per_second = 5000, message_burst = 10'000;
+  double bytes_per_second = 100e6, byte_burst = 200e6;
   std::size_t client_queue_bytes = std::size_t{16}
                                    << 20;  // what may wait for a slow client before messages are skipped
   std::chrono::milliseconds http_patience{10'000};  // for a whole request, and between two

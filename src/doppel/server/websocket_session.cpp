@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <boost/asio/post.hpp>
 
 #include "doppel/server/websocket_session_detail.h"
@@ -8,10 +10,16 @@ namespace {
 constexpr std::size_t kAnswersBeforePause = std::size_t{4}
                                             << 20;  // unsent; then nothing more is read from that client
 
+constexpr std::size_t kBufferKept = std::size_t{1} << 20;  // for the next frame, after a large one
+
 }  // namespace
 
 WebSocketSession::WebSocketSession(tcp::socket socket, Context& context)
-    : context_(context), socket_(std::move(socket)), queue_(context.options.client_queue_bytes) {
+    : context_(context),
+      socket_(std::move(socket)),
+      queue_(context.options.client_queue_bytes),
+      messages_(context.options.messages_per_second, context.options.message_burst),
+      bytes_(context.options.bytes_per_second, context.options.byte_burst) {
   context_.clients.insert(this);
 }
 
@@ -31,6 +39,10 @@ void WebSocketSession::accept(const Request& request, std::string_view subprotoc
   }));
   socket_.read_message_max(context_.options.max_message);
   socket_.auto_fragment(false);
+  // Pings are answered, and so count as well.
+  socket_.control_callback([this](websocket::frame_type, beast::string_view text) {
+    if (!closing_) static_cast<void>(within_limits(text.size()));
+  });
   error_code ignored;
   beast::get_lowest_layer(socket_).socket().set_option(tcp::no_delay(true), ignored);
   socket_.async_accept(request, [self = shared_from_this()](error_code failed) {
@@ -75,13 +87,33 @@ void WebSocketSession::read() {
 void WebSocketSession::received() {
   if (closing_) return;
   const auto data = buffer_.cdata();
-  const auto* bytes = static_cast<const std::byte*>(data.data());
-  const Status status = socket_.got_text()
-                            ? context_.hub.on_text(id_, {reinterpret_cast<const char*>(bytes), data.size()})
-                            : context_.hub.on_binary(id_, {bytes, data.size()});
+  const std::span frame(static_cast<const std::byte*>(data.data()), data.size());
+  if (!within_limits(frame.size())) return;
+  const Status status = hand_on(frame);
   buffer_.consume(buffer_.size());
+  if (buffer_.capacity() > kBufferKept) buffer_.shrink_to_fit();
   if (!status) return close(websocket::close_code::protocol_error, status.why());
   read_on();
+}
+
+bool WebSocketSession::within_limits(std::size_t bytes) {
+  const auto now = RateLimit::Clock::now();
+  if (!messages_.take(1, now)) {
+    close(websocket::close_code::policy_error,
+          fmt::format("more than {} messages a second are too many", context_.options.messages_per_second));
+  } else if (!bytes_.take(static_cast<double>(bytes), now)) {
+    close(websocket::close_code::policy_error,
+          fmt::format("more than {} bytes a second are too many", context_.options.bytes_per_second));
+  } else if (socket_.got_text() && bytes > context_.options.max_text) {
+    close(websocket::close_code::too_big,
+          fmt::format("a text frame has {} bytes at most", context_.options.max_text));
+  }
+  return !closing_;
+}
+
+Status WebSocketSession::hand_on(std::span<const std::byte> frame) {
+  if (!socket_.got_text()) return context_.hub.on_binary(id_, frame);
+  return context_.hub.on_text(id_, {reinterpret_cast<const char*>(frame.data()), frame.size()});
 }
 
 // A client that asks but does not read is not heard until it has read.
@@ -104,6 +136,7 @@ void WebSocketSession::write() {
     self->in_flight_ = {};
     if (failed) return self->end();
     self->write();
+    if (self->id_ != 0) self->context_.hub.has_room(self->id_);
     self->read_on();
   });
 }

@@ -4,6 +4,22 @@
 #include "doppel/server/foxglove_protocol.h"
 #include "doppel/server/http_answers.h"
 
+namespace {
+
+// The text as each of a request's fields.
+void read_header(std::string_view text) {
+  static const doppel::Admission admission("0.0.0.0", false, "0123456789abcdef", 8700);
+  static doppel::PageFiles page("/nowhere");
+  static_cast<void>(admission.check({.host = text, .target = text, .cookies = text, .origin = text}));
+  static_cast<void>(admission.check({.host = "[::1]:1", .target = text, .cookies = text, .origin = {}}));
+  static_cast<void>(admission.cookie_for(text));
+  static_cast<void>(doppel::is_local_origin(text) || doppel::choose_subprotocol(text).empty());
+  static_cast<void>(doppel::answer_http(
+      {.method = "GET", .target = text, .accept_encoding = text, .if_none_match = text}, page, {}));
+}
+
+}  // namespace
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const auto bytes = std::as_bytes(std::span(data + 1, size - 1));
@@ -24,7 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       static_cast<void>(doppel::foxglove::read_server_binary(bytes, from_server));
       break;
     default:
-      static_cast<void>(doppel::is_local_origin(text) || doppel::choose_subprotocol(text).empty());
+      read_header(text);
   }
   return 0;
 }

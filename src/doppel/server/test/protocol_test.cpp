@@ -169,9 +169,29 @@ TEST(Protocol, DamagedFramesNeverDoMoreThanBeRefused) {
   }
 }
 
+TEST(Protocol, FilesAreAskedForInTextAndComeInBytes) {
+  ClientMessage asked;
+  ASSERT_TRUE(read_client_text(to_frame(FetchAsset{7, "package://arm/a b.stl"}), asked).ok());
+  EXPECT_EQ(std::get<FetchAsset>(asked).request, 7u);
+  EXPECT_EQ(std::get<FetchAsset>(asked).uri, "package://arm/a b.stl");
+  for (const char* frame : {R"({"op":"fetchAsset","uri":"x"})", R"({"op":"fetchAsset","requestId":1})",
+                            R"({"op":"fetchAsset","uri":"x","requestId":-1})"}) {
+    EXPECT_FALSE(read_client_text(frame, asked).ok()) << frame;
+  }
+  ServerMessage answer;
+  ASSERT_TRUE(read_server_binary(to_frame(AssetFailure{7, "gone"}), answer).ok());
+  EXPECT_EQ(std::get<AssetFailure>(answer).why, "gone");
+  const auto head = asset_head(9);
+  FrameBytes found(head.begin(), head.end());
+  found.resize(found.size() + 3);
+  ASSERT_TRUE(read_server_binary(found, answer).ok());
+  EXPECT_EQ(std::get<AssetData>(answer).request, 9u);
+  EXPECT_EQ(std::get<AssetData>(answer).data.size(), 3u);
+}
+
 OutgoingFrame data_frame(std::size_t size) {
   OutgoingFrame frame = make_frame(FrameBytes(size));
-  frame.droppable = true;
+  frame.kind = OutgoingFrame::Kind::message;
   return frame;
 }
 
@@ -185,11 +205,23 @@ TEST(SendQueue, DropsTheOldestMessagesAndNoAnswer) {
   EXPECT_EQ(queue.pop()->body.size(), 5u);
   std::size_t messages = 0;
   std::optional<OutgoingFrame> frame;
-  while ((frame = queue.pop())->droppable) ++messages;
+  while ((frame = queue.pop())->kind == OutgoingFrame::Kind::message) ++messages;
   EXPECT_EQ(messages + dropped, 1000u);
   EXPECT_EQ(frame->body.size(), 4u);  // the answer came behind the messages before it
   EXPECT_TRUE(queue.empty());
   EXPECT_EQ(queue.data_bytes() + queue.answer_bytes(), 0u);
+}
+
+TEST(SendQueue, FilesAreKeptButAreNoAnswers) {
+  SendQueue queue(100);
+  OutgoingFrame file = make_frame(FrameBytes(5000));
+  file.kind = OutgoingFrame::Kind::asset;
+  EXPECT_EQ(queue.push(file), 0u);
+  EXPECT_EQ(queue.assets(), 1u);
+  EXPECT_EQ(queue.answer_bytes() + queue.data_bytes(), 0u);
+  EXPECT_EQ(queue.push(data_frame(10)), 0u);
+  EXPECT_EQ(queue.pop()->body.size(), 5000u);
+  EXPECT_EQ(queue.assets(), 0u);
 }
 
 TEST(SendQueue, AMessageLargerThanTheLimitGoesThroughAlone) {

@@ -1,0 +1,176 @@
+#include "doppel/server/asset_library.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+
+#include "doppel/core/names.h"
+#include "doppel/description/package_folder.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLongestUri = 4096;
+constexpr std::array<std::string_view, 11> kCompanions{".png", ".jpg",  ".jpeg", ".bmp", ".gif", ".tga",
+                                                       ".tif", ".tiff", ".webp", ".dds", ".mtl"};
+
+struct File {
+  explicit File(int opened) : fd(opened) {}
+  ~File() {
+    if (fd >= 0) close(fd);
+  }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  int fd;
+};
+
+int hex_digit(char c) {
+  const auto lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (lower >= '0' && lower <= '9') return lower - '0';
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
+// "%20" as the byte it stands for, once; what is no such escape stays.
+std::string percent_decoded(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const int high = text[i] == '%' && i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
+    const int low = high >= 0 ? hex_digit(text[i + 2]) : -1;
+    out += low >= 0 ? static_cast<char>(high * 16 + low) : text[i];
+    if (low >= 0) i += 2;
+  }
+  return out;
+}
+
+bool is_companion(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::ranges::find(kCompanions, extension) != kCompanions.end();
+}
+
+bool is_below(const fs::path& file, const fs::path& folder) {
+  const auto [rest, unused] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
+  return !folder.empty() && rest == folder.end();
+}
+
+// `file` has no links left in it. A package installed by links (colcon build --symlink-install) lies where
+// its sources are: a folder with a package.xml of the same name is the same package.
+bool may_be_in(const fs::path& file, const fs::path& root) {
+  std::error_code failed;
+  const fs::path folder = fs::canonical(root, failed);
+  if (failed || root.empty()) return false;
+  if (is_below(file, folder)) return true;
+  const fs::path package = package_around(file);
+  return !package.empty() && is_package(folder) && package_name(package) == package_name(folder);
+}
+
+AssetLibrary::Answer refuse(std::string_view uri, std::string_view why) {
+  return {nullptr, fmt::format("cannot fetch '{:.256}': {}", uri, why)};
+}
+
+}  // namespace
+
+void AssetLibrary::offer(RobotFiles files) {
+  const std::lock_guard lock(mutex_);
+  files_ = std::move(files);
+  table_ = nullptr;
+  std::erase_if(held_, [](const auto& entry) { return entry.second.bytes.expired(); });
+}
+
+std::shared_ptr<const AssetTable> AssetLibrary::table() {
+  const std::lock_guard lock(mutex_);
+  if (!table_) table_ = std::make_shared<const AssetTable>(make_asset_table(files_));
+  return table_;
+}
+
+AssetLibrary::Answer AssetLibrary::read(std::string_view uri) {
+  if (uri.size() > kLongestUri || uri.find('\0') != std::string_view::npos)
+    return refuse(uri, "that is no URI of a file");
+  const auto known = table();
+  const std::string decoded = percent_decoded(uri);
+  for (const std::string_view name : {uri, std::string_view(decoded)}) {
+    const auto found = std::ranges::find(known->assets, name, &Asset::uri);
+    if (found != known->assets.end()) return read_file(found->file, {found->root}, uri);
+  }
+  if (is_companion(decoded) && decoded.find('\0') == std::string::npos) {
+    std::vector<fs::path> roots;
+    for (const Asset& asset : known->assets) roots.push_back(asset.root);
+    std::error_code none;
+    for (const std::string_view name : {uri, std::string_view(decoded)}) {
+      for (const auto& [prefix, folder] : known->folders) {
+        if (!name.starts_with(prefix) || (prefix.empty() && name.find("://") != std::string_view::npos))
+          continue;
+        const fs::path file = folder / name.substr(prefix.size());
+        if (fs::exists(file, none)) return read_file(file, roots, uri);
+      }
+    }
+  }
+  std::vector<std::string> names;
+  for (const Asset& asset : known->assets) names.push_back(asset.uri);
+  return refuse(uri, "the robot's description names no such file, and only what it names can be had" +
+                         did_you_mean(std::string(uri.substr(0, 256)), names));
+}
+
+AssetLibrary::Answer AssetLibrary::read_file(const fs::path& file, const std::vector<fs::path>& roots,
+                                             std::string_view uri) {
+  std::error_code failed;
+  const fs::path real = fs::canonical(file, failed);
+  if (failed) return refuse(uri, failed.message());
+  if (std::ranges::none_of(roots, [&](const fs::path& root) { return may_be_in(real, root); })) {
+    return refuse(uri,
+                  "it lies outside of its package (or, without one, of the description's folder), and files "
+                  "from elsewhere are not handed out");
+  }
+  // Not to wait for the other end of a pipe; nor to follow what may have become a link meanwhile.
+  const File opened(open(real.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
+  if (opened.fd < 0) return refuse(uri, std::strerror(errno));
+  const fs::path now = fs::read_symlink(fmt::format("/proc/self/fd/{}", opened.fd), failed);
+  if (failed || now != real) return refuse(uri, "it was moved while it was being opened; ask again");
+  return read_open(opened.fd, real, uri);
+}
+
+AssetLibrary::Answer AssetLibrary::read_open(int fd, const fs::path& file, std::string_view uri) {
+  struct stat facts {};
+  if (fstat(fd, &facts) != 0) return refuse(uri, std::strerror(errno));
+  if (!S_ISREG(facts.st_mode)) return refuse(uri, "it is no regular file");
+  if (static_cast<std::uint64_t>(facts.st_size) > kMostBytes) {
+    return refuse(
+        uri, fmt::format("it has {} MiB, and {} MiB are the most", facts.st_size >> 20, kMostBytes >> 20));
+  }
+  const Stamp stamp{
+      .inode = facts.st_ino,
+      .size = static_cast<std::uint64_t>(facts.st_size),
+      .modified = std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec,
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    const auto held = held_.find(file);
+    if (held != held_.end() && held->second.stamp == stamp) {
+      if (auto bytes = held->second.bytes.lock()) return {std::move(bytes), ""};
+    }
+  }
+  const auto bytes = std::make_shared<std::vector<std::byte>>(stamp.size);
+  std::size_t done = 0;
+  while (done < bytes->size()) {
+    const ssize_t got = ::read(fd, bytes->data() + done, bytes->size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return refuse(uri, std::strerror(errno));
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  bytes->resize(done);
+  const std::lock_guard lock(mutex_);
+  held_[file] = {stamp, bytes};
+  return {bytes, ""};
+}
+
+}  // namespace doppel

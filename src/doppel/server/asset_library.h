@@ -1,0 +1,79 @@
+#pragma once
+// The files that a client may fetch: those that the loaded robot's description names, and the textures and
+// materials beside its meshes. A request is only ever compared with this table and with the folders in it;
+// what a link or a ".." leads to has to lie in the package (or the description's folder) as well.
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/description/robot_description.h"
+
+namespace doppel {
+
+struct Asset {
+  std::string uri;             // as it stands in /robot_description
+  std::filesystem::path file;  // absolute
+  std::filesystem::path root;  // the folder that it may not leave; empty: it has done so already
+};
+
+struct AssetTable {
+  std::vector<Asset> assets;
+  // What URIs that begin with the first mean: the second, and what follows. For what meshes name.
+  std::vector<std::pair<std::string, std::filesystem::path>> folders;
+};
+
+// What of a description says which files it needs; cheap to take.
+struct RobotFiles {
+  std::filesystem::path description;
+  std::vector<std::pair<std::string, std::filesystem::path>> meshes;  // URI, absolute file
+  std::vector<std::string> textures;                                  // URIs
+};
+RobotFiles files_of(const RobotDescription& robot);
+// Looks at the disk for where packages begin.
+AssetTable make_asset_table(const RobotFiles& files);
+
+// All functions may be called from any thread.
+class AssetLibrary {
+ public:
+  static constexpr std::size_t kMostBytes = std::size_t{64} << 20;  // of one file
+
+  // From now on these, and no others.
+  void offer(RobotFiles files);
+
+  struct Answer {
+    std::shared_ptr<const std::vector<std::byte>> bytes;  // null: refused
+    std::string why;
+  };
+  // Reads the disk. A file that somebody still holds the same bytes of is not read again.
+  [[nodiscard]] Answer read(std::string_view uri);
+
+ private:
+  // Which bytes a file had when it was read.
+  struct Stamp {
+    std::uint64_t inode = 0, size = 0;
+    std::int64_t modified = 0;  // ns
+    bool operator==(const Stamp&) const = default;
+  };
+  struct Held {
+    Stamp stamp;
+    std::weak_ptr<const std::vector<std::byte>> bytes;
+  };
+
+  std::shared_ptr<const AssetTable> table();
+  Answer read_file(const std::filesystem::path& file, const std::vector<std::filesystem::path>& roots,
+                   std::string_view uri);
+  Answer read_open(int fd, const std::filesystem::path& file, std::string_view uri);
+
+  std::mutex mutex_;
+  RobotFiles files_;
+  std::shared_ptr<const AssetTable> table_;  // made from files_ when first needed
+  std::map<std::filesystem::path, Held> held_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,42 @@
+#include "doppel/server/asset_reader.h"
+
+namespace doppel {
+
+AssetReader::~AssetReader() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void AssetReader::fetch(std::string uri, std::function<void(AssetLibrary::Answer)> done) {
+  {
+    const std::lock_guard lock(mutex_);
+    wishes_.push_back({std::move(uri), std::move(done)});
+    if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+  }
+  wake_.notify_all();
+}
+
+void AssetReader::run() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    wake_.wait(lock, [this] { return ending_ || !wishes_.empty(); });
+    if (ending_) return;
+    const Wish wish = std::move(wishes_.front());
+    wishes_.pop_front();
+    lock.unlock();
+    AssetLibrary::Answer answer;
+    try {
+      answer = library_->read(wish.uri);
+    } catch (const std::exception& problem) {
+      answer.why = problem.what();  // out of memory, or a file system that answers nonsense
+    }
+    wish.done(std::move(answer));
+    lock.lock();
+  }
+}
+
+}  // namespace doppel

@@ -1,0 +1,43 @@
+#pragma once
+// Reads assets on a thread of its own, one after the other, so that no client waits for the disk. Started by
+// the first request.
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "doppel/server/asset_library.h"
+
+namespace doppel {
+
+class AssetReader {
+ public:
+  explicit AssetReader(std::shared_ptr<AssetLibrary> library) : library_(std::move(library)) {}
+  ~AssetReader();  // what has not been begun is dropped
+  AssetReader(const AssetReader&) = delete;
+  AssetReader& operator=(const AssetReader&) = delete;
+
+  [[nodiscard]] bool offers() const { return library_ != nullptr; }
+  // `done` runs on the reader's thread.
+  void fetch(std::string uri, std::function<void(AssetLibrary::Answer)> done);
+
+ private:
+  struct Wish {
+    std::string uri;
+    std::function<void(AssetLibrary::Answer)> done;
+  };
+  void run();
+
+  std::shared_ptr<AssetLibrary> library_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Wish> wishes_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,28 @@
+#pragma once
+// So many a second, and a burst of more at once (a token bucket).
+
+#include <algorithm>
+#include <chrono>
+
+namespace doppel {
+
+class RateLimit {
+ public:
+  using Clock = std::chrono::steady_clock;
+  RateLimit(double per_second, double burst) : per_second_(per_second), burst_(burst), left_(burst) {}
+
+  // Whether `amount` is within the limit at `now`, which does not go back; if so, it is taken.
+  bool take(double amount, Clock::time_point now) {
+    left_ = std::min(burst_, left_ + per_second_ * std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+    if (amount > left_) return false;
+    left_ -= amount;
+    return true;
+  }
+
+ private:
+  double per_second_, burst_, left_;
+  Clock::time_point last_ = Clock::now();
+};
+
+}  // namespace doppel

@@ -1,0 +1,193 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+
+#include "doppel/server/asset_library.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using std::string_literals::operator""s;
+using ::testing::HasSubstr;
+
+class AssetTest : public ::testing::Test {
+ protected:
+  AssetTest() {
+    char name[] = "/tmp/doppel_asset_XXXXXX";
+    folder_ = mkdtemp(name);
+    package("arm");
+    write("arm/meshes/a.stl", "mesh a");
+    write("arm/meshes/b c.stl", "mesh b");
+    write("arm/meshes/50%20.stl", "odd name");
+    write("arm/meshes/tex.png", "picture");
+    write("arm/materials/m.mtl", "material");
+    write("arm/config/secret.yaml", "secret");
+    write("outside.stl", "outside");
+    write("outside.png", "outside");
+  }
+  ~AssetTest() override { fs::remove_all(folder_); }
+
+  void write(const fs::path& file, const std::string& text) const {
+    fs::create_directories((folder_ / file).parent_path());
+    std::ofstream(folder_ / file) << text;
+  }
+  void package(const std::string& name, const fs::path& at = {}) const {
+    const fs::path folder = at.empty() ? fs::path(name) : at;
+    write(folder / "package.xml", "<package><name>" + name + "</name></package>");
+  }
+  // A description that names these meshes, each at the place it resolves to.
+  void offer(const std::vector<std::pair<std::string, fs::path>>& meshes,
+             const fs::path& description = "arm/urdf/arm.urdf") {
+    RobotFiles files;
+    files.description = folder_ / description;
+    for (const auto& [uri, file] : meshes) files.meshes.emplace_back(uri, folder_ / file);
+    library_.offer(files);
+  }
+  std::string get(const std::string& uri) {
+    const auto answer = library_.read(uri);
+    if (answer.bytes == nullptr) return "refused: " + answer.why;
+    return {reinterpret_cast<const char*>(answer.bytes->data()), answer.bytes->size()};
+  }
+
+  fs::path folder_;
+  AssetLibrary library_;
+};
+
+TEST_F(AssetTest, HandsOutWhatTheDescriptionNames) {
+  offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"},
+         {"package://arm/meshes/b c.stl", "arm/meshes/b c.stl"},
+         {"package://arm/meshes/50%20.stl", "arm/meshes/50%20.stl"},
+         {"../meshes/a.stl", "arm/meshes/a.stl"},
+         {"file://" + (folder_ / "arm/meshes/a.stl").string(), "arm/meshes/a.stl"}});
+  EXPECT_EQ(get("package://arm/meshes/a.stl"), "mesh a");
+  EXPECT_EQ(get("package://arm/meshes/b c.stl"), "mesh b");
+  EXPECT_EQ(get("package://arm/meshes/b%20c.stl"), "mesh b");
+  EXPECT_EQ(get("package://arm/meshes/50%20.stl"), "odd name");
+  EXPECT_EQ(get("../meshes/a.stl"), "mesh a");
+  EXPECT_EQ(get("file://" + (folder_ / "arm/meshes/a.stl").string()), "mesh a");
+  EXPECT_THAT(get("package://arm/meshes/A.stl"), HasSubstr("did you mean"));
+}
+
+TEST_F(AssetTest, TexturesAndMaterialsOfThePackageComeAlong) {
+  offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
+  EXPECT_EQ(get("package://arm/meshes/tex.png"), "picture");
+  EXPECT_EQ(get("package://arm/meshes/../materials/m.mtl"), "material");
+  EXPECT_EQ(get("package://arm/materials/%6d.mtl"), "material");
+  for (const std::string& uri :
+       {"package://arm/config/secret.yaml"s, "package://arm/meshes/b c.stl"s, "package://arm/package.xml"s,
+        "package://arm/"s, "package://arm"s, "package://other/meshes/tex.png"s, "meshes/tex.png"s,
+        "file://" + (folder_ / "arm/meshes/tex.png").string(), (folder_ / "arm/meshes/tex.png").string(),
+        "http://example.org/tex.png"s, ""s}) {
+    EXPECT_THAT(get(uri), HasSubstr("refused: ")) << uri;
+  }
+}
+
+TEST_F(AssetTest, NoWayLeadsOutOfThePackage) {
+  offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"},
+         {"package://arm/../outside.stl", "outside.stl"},
+         {"../../outside.stl", "outside.stl"},
+         {"file://" + (folder_ / "outside.stl").string(), "outside.stl"}});
+  for (const std::string& uri :
+       {"package://arm/../outside.stl"s, "../../outside.stl"s, "package://arm/../outside.png"s,
+        "package://arm/meshes/../../outside.png"s, "package://arm/%2e%2e/outside.png"s,
+        "package://arm/..%2foutside.png"s, "package://arm/%252e%252e/outside.png"s,
+        "package://arm//" + (folder_ / "outside.png").string(), "package://arm/x/../../outside.png"s,
+        "file://" + (folder_ / "outside.stl").string(), "file://" + (folder_ / "outside.png").string(),
+        "package://arm/../outside.png\0.png"s, "package://arm/meshes/a.stl\0"s,
+        "package://arm/../outside.png%00.png"s, "package://arm/" + std::string(5000, 'a') + ".png"}) {
+    EXPECT_THAT(get(uri), HasSubstr("refused: ")) << uri;
+  }
+}
+
+TEST_F(AssetTest, NeitherDoLinks) {
+  fs::create_symlink(folder_ / "outside.stl", folder_ / "arm/meshes/link.stl");
+  fs::create_symlink(folder_ / "outside.png", folder_ / "arm/meshes/link.png");
+  fs::create_directory_symlink(folder_, folder_ / "arm/up");
+  fs::create_symlink(folder_ / "arm/meshes/a.stl", folder_ / "arm/meshes/inside.stl");
+  package("other");
+  write("other/b.stl", "of another package");
+  fs::create_symlink(folder_ / "other/b.stl", folder_ / "arm/meshes/other.stl");
+  offer({{"package://arm/meshes/link.stl", "arm/meshes/link.stl"},
+         {"package://arm/up/outside.stl", "arm/up/outside.stl"},
+         {"package://arm/meshes/other.stl", "arm/meshes/other.stl"},
+         {"package://arm/meshes/inside.stl", "arm/meshes/inside.stl"}});
+  EXPECT_EQ(get("package://arm/meshes/inside.stl"), "mesh a");
+  for (const char* uri :
+       {"package://arm/meshes/link.stl", "package://arm/up/outside.stl", "package://arm/meshes/other.stl",
+        "package://arm/meshes/link.png", "package://arm/up/outside.png"}) {
+    EXPECT_THAT(get(uri), HasSubstr("outside of its package")) << uri;
+  }
+}
+
+TEST_F(AssetTest, APackageInstalledByLinksIsItself) {
+  package("arm", "install/share/arm");
+  fs::create_directory_symlink(folder_ / "arm/meshes", folder_ / "install/share/arm/meshes");
+  offer({{"package://arm/meshes/a.stl", "install/share/arm/meshes/a.stl"}}, "install/share/arm/arm.urdf");
+  EXPECT_EQ(get("package://arm/meshes/a.stl"), "mesh a");
+}
+
+TEST_F(AssetTest, WithoutAPackageTheDescriptionsFolderHoldsAll) {
+  write("plain/urdf/arm.urdf", "");
+  write("plain/meshes/a.stl", "plain mesh");
+  offer({{"../meshes/a.stl", "plain/meshes/a.stl"}, {"../../outside.stl", "outside.stl"}},
+        "plain/urdf/arm.urdf");
+  EXPECT_EQ(get("../meshes/a.stl"), "plain mesh");
+  EXPECT_THAT(get("../../outside.stl"), HasSubstr("refused: "));
+}
+
+TEST_F(AssetTest, OnlyRegularFilesOfABoundedSize) {
+  ASSERT_EQ(mkfifo((folder_ / "arm/meshes/pipe.stl").c_str(), 0600), 0);
+  write("arm/meshes/huge.stl", "");
+  fs::resize_file(folder_ / "arm/meshes/huge.stl", AssetLibrary::kMostBytes + 1);
+  write("arm/meshes/most.stl", "");
+  fs::resize_file(folder_ / "arm/meshes/most.stl", AssetLibrary::kMostBytes);
+  offer({{"package://arm/meshes/pipe.stl", "arm/meshes/pipe.stl"},
+         {"package://arm/meshes/huge.stl", "arm/meshes/huge.stl"},
+         {"package://arm/meshes/most.stl", "arm/meshes/most.stl"},
+         {"package://arm/meshes", "arm/meshes"},
+         {"package://arm/meshes/gone.stl", "arm/meshes/gone.stl"}});
+  EXPECT_THAT(get("package://arm/meshes/pipe.stl"), HasSubstr("no regular file"));
+  EXPECT_THAT(get("package://arm/meshes/huge.stl"), HasSubstr("64 MiB are the most"));
+  EXPECT_EQ(library_.read("package://arm/meshes/most.stl").bytes->size(), AssetLibrary::kMostBytes);
+  EXPECT_THAT(get("package://arm/meshes"), HasSubstr("no regular file"));
+  EXPECT_THAT(get("package://arm/meshes/gone.stl"), HasSubstr("No such file"));
+}
+
+TEST_F(AssetTest, BytesThatSomebodyHoldsAreSharedUntilTheFileChanges) {
+  offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
+  const auto first = library_.read("package://arm/meshes/a.stl").bytes;
+  EXPECT_EQ(library_.read("package://arm/meshes/a.stl").bytes, first);
+  write("arm/meshes/a.stl", "edited");
+  EXPECT_EQ(get("package://arm/meshes/a.stl"), "edited");
+  offer({});
+  EXPECT_THAT(get("package://arm/meshes/a.stl"), HasSubstr("refused: ")) << "a reload has taken it away";
+}
+
+TEST(AssetFiles, AreTakenFromTheDescription) {
+  RobotDescription robot;
+  robot.source = make_location("/robots/arm/urdf/arm.urdf", 1, 1);
+  Link link;
+  Visual visual;
+  MeshGeometry mesh;
+  mesh.uri = "package://arm/a.dae";
+  mesh.path = "/robots/arm/x/../a.dae";
+  visual.geometry = mesh;
+  visual.material.emplace().texture = "package://arm/t.png";
+  link.visuals = {visual};
+  Collision missing;
+  mesh.path = "";  // it was not found
+  missing.geometry = mesh;
+  link.collisions = {missing, {}};
+  robot.links = {link};
+  const RobotFiles files = files_of(robot);
+  EXPECT_EQ(files.description, "/robots/arm/urdf/arm.urdf");
+  ASSERT_EQ(files.meshes.size(), 1u) << "what was not found is not offered";
+  EXPECT_EQ(files.meshes[0].second, "/robots/arm/a.dae");
+  EXPECT_EQ(files.textures, std::vector<std::string>{"package://arm/t.png"});
+}
+
+}  // namespace
+}  // namespace doppel

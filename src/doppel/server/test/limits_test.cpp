@@ -1,0 +1,205 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+#include "doppel/server/rate_limit.h"
+#include "doppel/server/server.h"
+#include "doppel/server/test/fake_twin.h"
+#include "doppel/server/test/raw_client.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(RateLimit, ABurstAndThenSoManyASecond) {
+  RateLimit limit(10, 3);
+  auto now = RateLimit::Clock::now() + seconds(1);
+  EXPECT_TRUE(limit.take(1, now) && limit.take(2, now));
+  EXPECT_FALSE(limit.take(1, now));
+  now += milliseconds(100);
+  EXPECT_TRUE(limit.take(1, now));
+  EXPECT_FALSE(limit.take(0.1, now));
+  now += seconds(100);
+  EXPECT_TRUE(limit.take(3, now));
+  EXPECT_FALSE(limit.take(0.1, now)) << "what is not used does not add up";
+}
+
+class LimitsTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<test::RawClient> join(ServerOptions options = {}) {
+    options.port = 0;
+    server_ = std::make_unique<Server>(twin_.bus(), options, log_);
+    return another();
+  }
+  std::unique_ptr<test::RawClient> another() {
+    auto client = std::make_unique<test::RawClient>(server_->port());
+    EXPECT_EQ(client->handshake(), "");
+    return client;
+  }
+  bool is_served() {
+    const auto client = another();
+    client->send(R"({"op":"getParameters","parameterNames":["/arm.rate"],"id":"x"})");
+    return client->receive_op("parameterValues")["id"] == "x";
+  }
+  // Sends until the server has had enough.
+  static std::string flood(test::RawClient& client, const std::function<void()>& send) {
+    try {
+      for (int i = 0; i < 200'000; ++i) send();
+    } catch (const boost::system::system_error&) {
+      // closed while we spoke
+    }
+    return client.closing_reason();
+  }
+
+  Log log_;
+  test::FakeTwin twin_;
+  std::unique_ptr<Server> server_;
+};
+
+TEST_F(LimitsTest, WhoSendsTooManyMessagesIsClosedWithAReason) {
+  const auto client = join({.messages_per_second = 100, .message_burst = 200});
+  const std::string reason = flood(*client, [&] { client->send(R"({"op":"unadvertise","channelIds":[]})"); });
+  EXPECT_TRUE(reason.empty() || reason.find("more than 100 messages a second") != std::string::npos)
+      << reason;
+  EXPECT_TRUE(is_served());
+}
+
+TEST_F(LimitsTest, ASecondsWorthOfMessagesIsNoFlood) {
+  const auto client = join();
+  client->send(
+      R"({"op":"advertise","channels":[{"id":1,"topic":"/command","encoding":"cdr","schemaName":"std_msgs/msg/Float64"}]})");
+  const auto frame = std::string("\x01\x01\0\0\0\x00\x01\0\0", 9) + std::string(8, '\0');
+  for (int i = 0; i < 5000; ++i) client->send_binary(frame);
+  client->send(R"({"op":"getParameters","parameterNames":["/arm.rate"],"id":"x"})");
+  EXPECT_EQ(client->receive_op("parameterValues")["id"], "x");
+  EXPECT_EQ(twin_.received(), 5000);
+}
+
+TEST_F(LimitsTest, PingsCountAsWell) {
+  const auto client = join({.messages_per_second = 100, .message_burst = 200});
+  const std::string ping("\x89\x80\0\0\0\0", 6);
+  flood(*client, [&] { boost::asio::write(client->tcp(), boost::asio::buffer(ping)); });
+  EXPECT_TRUE(is_served());
+}
+
+TEST_F(LimitsTest, WhoSendsTooManyBytesIsClosed) {
+  const auto client = join({.bytes_per_second = 1e5, .byte_burst = 2e5});
+  const std::string frame = std::string("\x01\x01\0\0\0", 5) + std::string(50'000, '\0');
+  flood(*client, [&] { client->send_binary(frame); });
+  EXPECT_TRUE(is_served());
+}
+
+TEST_F(LimitsTest, TextIsShorterThanData) {
+  const auto client = join({.max_text = 1000});
+  client->send(R"({"op":"getParameters","id":")" + std::string(2000, 'x') + "\"}");
+  EXPECT_THAT(client->closing_reason(), HasSubstr("a text frame has 1000 bytes at most"));
+  EXPECT_TRUE(is_served());
+}
+
+TEST_F(LimitsTest, JsonThatWouldGrowIsRefused) {
+  const auto client = join();
+  client->send(
+      R"({"op":"advertise","channels":[{"id":1,"topic":"/path","encoding":"json","schemaName":"trajectory_msgs/msg/JointTrajectory"}]})");
+  const std::string head("\x01\x01\0\0\0", 5);
+  std::string aliases = "{joint_names: &a [" + std::string(1000, 'x') + "], points: [";
+  for (int i = 0; i < 1000; ++i) aliases += "{positions: *a},";
+  for (const std::string& text :
+       {aliases + "]}", std::string(100'000, '['), std::string(100'000, '[') + std::string(100'000, ']'),
+        std::string(2'000'000, ' '), std::string("{\"a\":\xff}")}) {
+    client->send_binary(head + text);
+    EXPECT_THAT(client->receive_op("status")["message"].get<std::string>(), HasSubstr("refused"))
+        << text.substr(0, 40);
+  }
+  EXPECT_TRUE(is_served());
+}
+
+class FetchTest : public LimitsTest {
+ protected:
+  FetchTest() {
+    char name[] = "/tmp/doppel_fetch_XXXXXX";
+    folder_ = mkdtemp(name);
+    std::ofstream(folder_ / "package.xml") << "<package><name>arm</name></package>";
+    RobotFiles files;
+    files.description = folder_ / "arm.urdf";
+    for (int i = 0; i < 20; ++i) {
+      const std::string mesh = std::to_string(i) + ".stl";
+      std::ofstream(folder_ / mesh) << "mesh " << i;
+      files.meshes.emplace_back("package://arm/" + mesh, folder_ / mesh);
+    }
+    fs::resize_file(folder_ / "0.stl", kLarge);
+    library_->offer(files);
+  }
+  ~FetchTest() override {
+    server_.reset();
+    fs::remove_all(folder_);
+  }
+  static void ask(test::RawClient& client, const std::string& uri, int request) {
+    client.send(R"({"op":"fetchAsset","uri":")" + uri + R"(","requestId":)" + std::to_string(request) + "}");
+  }
+  // The next answer to a fetch: its request, and what it says.
+  static std::pair<std::uint32_t, std::string> answer(test::RawClient& client) {
+    std::string frame;
+    while (frame.size() < 10 || frame[0] != 4) frame = client.receive();
+    std::uint32_t request = 0, length = 0;
+    std::memcpy(&request, frame.data() + 1, 4);
+    std::memcpy(&length, frame.data() + 6, 4);
+    if (frame[5] != 0) return {request, "refused: " + frame.substr(10)};
+    EXPECT_EQ(length, 0u);
+    return {request, frame.substr(10)};
+  }
+
+  static constexpr std::size_t kLarge = std::size_t{40} << 20;
+  fs::path folder_;
+  std::shared_ptr<AssetLibrary> library_ = std::make_shared<AssetLibrary>();
+};
+
+TEST_F(FetchTest, MeshesComeInTheOrderInWhichTheyAreAskedFor) {
+  const auto client = join({.assets = library_});
+  EXPECT_THAT(client->receive_op("serverInfo")["capabilities"], Contains("assets"));
+  for (int i = 1; i < 20; ++i) ask(*client, "package://arm/" + std::to_string(i) + ".stl", 100 + i);
+  ask(*client, "package://arm/package.xml", 7);
+  for (int i = 1; i < 20; ++i) {
+    const auto [request, text] = answer(*client);
+    EXPECT_EQ(request, 100u + static_cast<unsigned>(i));
+    EXPECT_EQ(text, "mesh " + std::to_string(i));
+  }
+  const auto [request, text] = answer(*client);
+  EXPECT_EQ(request, 7u);
+  EXPECT_THAT(text, HasSubstr("refused: cannot fetch 'package://arm/package.xml'"));
+  ask(*client, "package://arm/0.stl", 8);
+  EXPECT_EQ(answer(*client).second.size(), kLarge);
+}
+
+TEST_F(FetchTest, WithoutALibraryThereIsNothingToFetch) {
+  const auto client = join();
+  EXPECT_THAT(client->receive_op("serverInfo")["capabilities"], Not(Contains("assets")));
+  ask(*client, "package://arm/1.stl", 1);
+  EXPECT_THAT(answer(*client).second, HasSubstr("refused: "));
+}
+
+TEST_F(FetchTest, WhoDoesNotReadWhatItFetchesIsHeardAllTheSame) {
+  const auto greedy = join({.assets = library_});
+  for (int i = 0; i < 100; ++i) ask(*greedy, "package://arm/0.stl", i);
+  std::this_thread::sleep_for(milliseconds(200));
+  greedy->send(
+      R"({"op":"advertise","channels":[{"id":1,"topic":"/command","encoding":"cdr","schemaName":"std_msgs/msg/Float64"}]})");
+  greedy->send_binary(std::string("\x01\x01\0\0\0\x00\x01\0\0", 9) + std::string(8, '\0'));
+  for (int i = 0; i < 1000 && twin_.received() == 0; ++i) std::this_thread::sleep_for(milliseconds(10));
+  EXPECT_EQ(twin_.received(), 1) << "a stop must not wait behind a mesh";
+  const auto other = another();
+  ask(*other, "package://arm/3.stl", 1);
+  EXPECT_EQ(answer(*other).second, "mesh 3");
+  EXPECT_EQ(answer(*greedy).second.size(), kLarge);
+}
+
+}  // namespace
+}  // namespace doppel
