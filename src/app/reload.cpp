@@ -19,7 +19,8 @@ std::string names_of(const std::vector<std::filesystem::path>& files) {
 
 }  // namespace
 
-Reloader::Reloader(Twin& twin, const Log& log) : twin_(twin), log_(log) {
+Reloader::Reloader(Twin& twin, const Log& log, std::function<void()> replaced)
+    : twin_(twin), log_(log), replaced_(std::move(replaced)) {
   if (!watcher_.works()) {
     log.warning(kOrigin, "the system gives no file notifications; edits are not picked up");
     return;
@@ -71,6 +72,7 @@ void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
       try {
         how = twin_.replace(fresh);
         files = twin_.files();
+        replaced_();
       } catch (const InputError&) {
         refused = std::current_exception();
       }

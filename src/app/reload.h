@@ -3,6 +3,7 @@
 // that take over between two steps. What cannot be used is reported, and the old machine runs on.
 
 #include <atomic>
+#include <functional>
 #include <thread>
 
 #include "app/file_watcher.h"
@@ -13,8 +14,8 @@ namespace doppel::app {
 
 class Reloader {
  public:
-  // The twin's loop has to run while this lives, or end() be called first.
-  Reloader(Twin& twin, const Log& log);
+  // The twin's loop has to run while this lives. `replaced` is called on it after each reload.
+  Reloader(Twin& twin, const Log& log, std::function<void()> replaced);
   ~Reloader();
   Reloader(const Reloader&) = delete;
   Reloader& operator=(const Reloader&) = delete;
@@ -29,6 +30,7 @@ class Reloader {
 
   Twin& twin_;
   const Log& log_;
+  std::function<void()> replaced_;
   FileWatcher watcher_;
   std::size_t watched_ = 0;
   std::atomic<bool> ending_{false};

@@ -12,14 +12,13 @@
 #include <mutex>
 #include <thread>
 
+#include "app/door.h"
 #include "app/live_table.h"
 #include "app/process.h"
 #include "app/reload.h"
 #include "app/snapshot.h"
 #include "app/verbs/description_target.h"
 #include "doppel/audit/audit.h"
-#include "doppel/server/announcement.h"
-#include "doppel/server/server.h"
 #include "doppel/twin/runner.h"
 #include "doppel/twin/twin.h"
 
@@ -40,7 +39,7 @@ struct UpOptions {
   double duration = 0;
   bool no_reload = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
-  int port = 0;
+  DoorOptions door;
 };
 
 Scenario make_scenario(const UpOptions& options) {
@@ -175,7 +174,7 @@ std::string controllers_text(const std::vector<ControllerView>& controllers) {
   return out.empty() ? "none: the joints are limp" : out;
 }
 
-void print_banner(Twin& twin, const std::string& engine, const std::string& url) {
+void print_banner(Twin& twin, const std::string& engine) {
   const Model& model = twin.model();
   fmt::print(stderr, "{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name, model.links.size(),
              model.joints.size(), model.driven_joint_names().size(), model.total_mass * 1e3);
@@ -202,7 +201,6 @@ void print_banner(Twin& twin, const std::string& engine, const std::string& url)
                sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
     heading = true;
   }
-  fmt::print(stderr, "  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n", url);
 }
 
 int run_up(const UpOptions& options) {
@@ -225,21 +223,21 @@ int run_up(const UpOptions& options) {
   Twin twin(scenario, log, diagnostics);
   print_diagnostics(diagnostics, true);
 
-  ServerOptions server_options;
-  server_options.name = "doppel " + twin.robot_name();
-  if (options.port != 0) {
-    server_options.port = static_cast<std::uint16_t>(options.port);
-    server_options.any_free_port = false;
-  }
-  const Server server(twin.bus(), server_options, log);
-  const Announcement announcement(twin.robot_name(), server.port());
+  const auto assets = std::make_shared<AssetLibrary>();
+  assets->offer(files_of(twin.description()));
+  Door door(twin.bus(), twin.robot_name(), options.door, assets, log);
   Summary summary;
   summary.robot = twin.robot_name();
   summary.engine = twin.engine().capabilities().name;
-  print_banner(twin, summary.engine, server.url());
+  print_banner(twin, summary.engine);
+  door.print();
+  if (!options.headless && !options.json) door.open_page();
 
   std::unique_ptr<Reloader> reloader;
-  if (!options.no_reload) reloader = std::make_unique<Reloader>(twin, log);
+  if (!options.no_reload) {
+    reloader = std::make_unique<Reloader>(twin, log,
+                                          [&twin, assets] { assets->offer(files_of(twin.description())); });
+  }
   RunnerOptions runner_options;
   runner_options.speed = speed;
   if (options.duration > 0) runner_options.duration = from_seconds(options.duration);
@@ -305,14 +303,13 @@ void add_up(CLI::App& app, int& exit_code) {
   up->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
   up->add_flag("--headless", options->headless, "No live table; log lines only");
   up->add_flag("--json", options->json, "One summary object on stdout at the end");
-  up->add_option("--port", options->port,
-                 "The server's port on 127.0.0.1 (else 8700 or the next that is free)")
-      ->check(CLI::Range(1, 65535));
+  add_door_options(*up, options->door);
   up->footer(
       "Examples:\n"
       "  doppel up omarm_one\n"
       "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
       "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
+      "  doppel up omarm_one --host 0.0.0.0      # for a tablet beside the robot: open the printed address\n"
       "  doppel up omarm_zero --headless --duration 10 --speed max --json");
   up->callback([options, &exit_code] { exit_code = run_up(*options); });
 }

@@ -28,10 +28,20 @@ std::uint16_t parse_port(const char* text) {
   return port;
 }
 
-std::uint16_t choose_port(int wanted) {
-  if (wanted != 0) return static_cast<std::uint16_t>(wanted);
+// With an announcement also the token, if the twin asks for one.
+RunningTwin twin_at(std::uint16_t port) {
+  for (const RunningTwin& twin : find_running()) {
+    if (twin.port == port) return twin;
+  }
+  RunningTwin unannounced;
+  unannounced.port = port;
+  return unannounced;
+}
+
+RunningTwin choose_twin(int port) {
+  if (port != 0) return twin_at(static_cast<std::uint16_t>(port));
   if (const char* chosen = std::getenv("DOPPEL_PORT"); chosen != nullptr && *chosen != '\0')
-    return parse_port(chosen);
+    return twin_at(parse_port(chosen));
   const std::vector<RunningTwin> twins = find_running();
   if (twins.empty()) throw ClientError("no twin is running; start one with: doppel up omarm_one");
   if (twins.size() > 1) {
@@ -39,7 +49,7 @@ std::uint16_t choose_port(int wanted) {
     for (const RunningTwin& twin : twins) others += fmt::format(" {} (--port {})", twin.robot, twin.port);
     print_note(fmt::format("note: {} twins are running:{}; taking the newest", twins.size(), others));
   }
-  return twins.front().port;
+  return twins.front();
 }
 
 std::vector<std::string> topic_names(Client& twin) {
@@ -66,7 +76,10 @@ void wrong_use(std::string message, std::string mend) {
 Client& Shell::twin() {
   if (client_ == nullptr) {
     ClientOptions options;
-    options.port = choose_port(port_);
+    const RunningTwin chosen = choose_twin(port_);
+    options.host = chosen.address;
+    options.port = chosen.port;
+    options.token = chosen.token;
     options.interrupted = interrupted;
     options.on_status = [](const std::string& text) { print_note("warning: " + text); };
     client_ = std::make_unique<Client>(std::move(options));

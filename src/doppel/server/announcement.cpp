@@ -1,6 +1,7 @@
 #include "doppel/server/announcement.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/socket.h>
@@ -35,16 +36,33 @@ bool is_alive(int pid) {
   return kill(pid, 0) == 0 || errno == EPERM;
 }
 
-bool is_listening(std::uint16_t port) {
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+bool connects(const sockaddr* address, socklen_t size) {
+  const int fd = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return false;
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const bool connected = connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+  const bool connected = connect(fd, address, size) == 0;
   close(fd);
   return connected;
+}
+
+bool is_listening(const RunningTwin& twin) {
+  sockaddr_in v4{};
+  v4.sin_family = AF_INET;
+  v4.sin_port = htons(twin.port);
+  if (inet_pton(AF_INET, twin.address.c_str(), &v4.sin_addr) == 1)
+    return connects(reinterpret_cast<const sockaddr*>(&v4), sizeof(v4));
+  sockaddr_in6 v6{};
+  v6.sin6_family = AF_INET6;
+  v6.sin6_port = htons(twin.port);
+  return inet_pton(AF_INET6, twin.address.c_str(), &v6.sin6_addr) == 1 &&
+         connects(reinterpret_cast<const sockaddr*>(&v6), sizeof(v6));
+}
+
+// For this user alone: it may hold the token.
+bool write_private(const fs::path& file, const std::string& text) {
+  const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600);
+  if (fd < 0) return false;
+  const bool written = write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  return close(fd) == 0 && written;
 }
 
 std::optional<RunningTwin> read_announcement(const fs::path& file) {
@@ -55,7 +73,9 @@ std::optional<RunningTwin> read_announcement(const fs::path& file) {
     RunningTwin twin{.pid = object.at("pid").get<int>(),
                      .port = object.at("port").get<std::uint16_t>(),
                      .robot = object.at("robot").get<std::string>(),
-                     .started = object.at("started").get<std::int64_t>()};
+                     .started = object.at("started").get<std::int64_t>(),
+                     .address = object.value("address", "127.0.0.1"),
+                     .token = object.value("token", "")};
     if (twin.pid > 0 && twin.port > 0) return twin;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
@@ -71,7 +91,8 @@ fs::path announcement_folder() {
   return fmt::format("/tmp/doppel-{}", geteuid());
 }
 
-Announcement::Announcement(std::string robot, std::uint16_t port) {
+Announcement::Announcement(std::string robot, std::uint16_t port, const std::string& address,
+                           const std::string& token) {
   const fs::path folder = announcement_folder();
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
     problem_ = fmt::format("cannot make {}: {}", folder.string(), std::strerror(errno));
@@ -83,10 +104,15 @@ Announcement::Announcement(std::string robot, std::uint16_t port) {
   const nlohmann::json object{{"pid", getpid()},
                               {"port", port},
                               {"robot", std::move(robot)},
+                              {"address", address},
+                              {"token", token},
                               {"started", std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()}};
   const fs::path file = folder / fmt::format("{}-{}.json", getpid(), port);
   const fs::path draft = file.string() + ".new";  // renamed when whole, so that nobody reads half of it
-  std::ofstream(draft) << object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  if (!write_private(draft, object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n")) {
+    problem_ = fmt::format("cannot write {}: {}", draft.string(), std::strerror(errno));
+    return;
+  }
   std::error_code failed;
   fs::rename(draft, file, failed);
   if (failed) {
@@ -108,7 +134,7 @@ std::vector<RunningTwin> find_running() {
   for (const auto& entry : fs::directory_iterator(announcement_folder(), failed)) {
     if (entry.path().extension() != ".json") continue;
     const auto twin = read_announcement(entry.path());
-    if (twin && is_alive(twin->pid) && is_listening(twin->port)) {
+    if (twin && is_alive(twin->pid) && is_listening(*twin)) {
       twins.push_back(*twin);
     } else {
       std::error_code ignored;

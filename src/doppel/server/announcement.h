@@ -14,14 +14,16 @@ struct RunningTwin {
   int pid = 0;
   std::uint16_t port = 0;
   std::string robot;
-  std::int64_t started = 0;  // ns since the epoch, wall time
+  std::int64_t started = 0;                    // ns since the epoch, wall time
+  std::string address = "127.0.0.1", token{};  // how programs of this user on this machine reach it
 };
 
 // The announcement of this process; taken back when destroyed. Where the folder cannot be used the twin runs
 // unannounced: shells then need --port.
 class Announcement {
  public:
-  Announcement(std::string robot, std::uint16_t port);
+  Announcement(std::string robot, std::uint16_t port, const std::string& address = "127.0.0.1",
+               const std::string& token = "");
   ~Announcement();
   Announcement(const Announcement&) = delete;
   Announcement& operator=(const Announcement&) = delete;
