@@ -1,0 +1,152 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+#include "doppel/messages/sensor_msgs.h"
+#include "doppel/server/server.h"
+#include "doppel/server/test/raw_client.h"
+
+// Fifty clients of which half never read: the others get every message in order and soon, the loop that
+// publishes never waits, and memory is bounded.
+
+namespace doppel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr std::size_t kMessages = 600, kReaders = 25, kSleepers = 25;
+constexpr std::size_t kPadding = 30'000;  // bytes of a message: 18 MB in all for each client
+constexpr auto kPeriod = milliseconds(5);
+
+long waits_of_this_thread() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_nvcsw;
+}
+
+long resident_kilobytes() {
+  std::ifstream file("/proc/self/statm");
+  long total = 0, resident = 0;
+  file >> total >> resident;
+  return resident * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+// A loop that publishes message after message once it is told to begin, and watches itself doing so.
+class Loop {
+ public:
+  Loop() : thread_([this] { run(); }) {
+    while (!ready_) std::this_thread::yield();
+  }
+  ~Loop() {
+    ending_ = true;
+    thread_.join();
+  }
+  [[nodiscard]] Bus& bus() { return bus_; }
+  void begin() { begun_ = true; }
+  [[nodiscard]] bool done() const { return sent_ == kMessages; }
+  [[nodiscard]] long waits() const { return waits_; }
+  // When message `i` was published, since the clock's epoch.
+  [[nodiscard]] std::chrono::nanoseconds published(std::size_t i) const {
+    return std::chrono::nanoseconds(published_[i].load());
+  }
+
+ private:
+  void run() {
+    Node node(bus_, "/arm");
+    const auto states = node.advertise<sensor_msgs::msg::JointState>("/joint_states");
+    sensor_msgs::msg::JointState state;
+    state.name = {std::string(kPadding, 'x')};
+    ready_ = true;
+    auto next = steady_clock::now();
+    while (!ending_) {
+      bus_.spin();
+      if (begun_ && sent_ < kMessages) {
+        published_[sent_] = steady_clock::now().time_since_epoch().count();
+        const long before = waits_of_this_thread();
+        states.publish(state, Time(static_cast<std::int64_t>(sent_)));
+        waits_ += waits_of_this_thread() - before;
+        ++sent_;
+      }
+      next += kPeriod;
+      std::this_thread::sleep_until(next);
+    }
+  }
+
+  Bus bus_;
+  std::atomic<bool> ready_ = false, begun_ = false, ending_ = false;
+  std::atomic<std::size_t> sent_ = 0;
+  std::atomic<long> waits_ = 0;
+  std::array<std::atomic<std::int64_t>, kMessages> published_{};
+  std::thread thread_;
+};
+
+std::unique_ptr<test::RawClient> subscriber(std::uint16_t port) {
+  auto client = std::make_unique<test::RawClient>(port);
+  EXPECT_EQ(client->handshake(), "");
+  const auto offers = client->receive_op("advertise");
+  for (const auto& channel : offers["channels"]) {
+    if (channel["topic"] != "/joint_states") continue;
+    client->send(R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":)" + channel["id"].dump() + "}]}");
+  }
+  client->send(R"({"op":"getParameters","parameterNames":[""],"id":"subscribed"})");
+  client->receive_op("parameterValues");
+  return client;
+}
+
+// Reads all messages; how long each was on its way.
+std::vector<steady_clock::duration> read_all(test::RawClient& client, const Loop& loop) {
+  std::vector<steady_clock::duration> delays;
+  for (std::size_t stamp = 0; stamp + 1 < kMessages;) {
+    const std::string frame = client.receive();
+    if (frame[0] != 1) continue;
+    std::memcpy(&stamp, frame.data() + 5, sizeof(stamp));
+    EXPECT_EQ(stamp, delays.size()) << "out of order, or one is missing";
+    delays.push_back(steady_clock::now().time_since_epoch() - loop.published(std::min(stamp, kMessages - 1)));
+  }
+  return delays;
+}
+
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+constexpr long kMostGrowth = 2'000'000;  // sanitizers keep what is freed
+#else
+constexpr long kMostGrowth = 120'000;  // a queue of 2 MiB each, the messages on their way, and slack
+#endif
+
+TEST(Crowd, ThoseWhoNeverReadDisturbNobody) {
+  Loop loop;
+  const Log log;
+  const Server server(loop.bus(), {.port = 0, .max_clients = 64, .client_queue_bytes = std::size_t{2} << 20},
+                      log);
+  std::vector<std::unique_ptr<test::RawClient>> sleepers, readers;
+  for (std::size_t i = 0; i < kSleepers; ++i) sleepers.push_back(subscriber(server.port()));
+  for (std::size_t i = 0; i < kReaders; ++i) readers.push_back(subscriber(server.port()));
+  const long before = resident_kilobytes();
+  std::vector<std::vector<steady_clock::duration>> delays(kReaders);
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < kReaders; ++i)
+    threads.emplace_back([&, i] { delays[i] = read_all(*readers[i], loop); });
+  loop.begin();
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_TRUE(loop.done());
+  EXPECT_EQ(loop.waits(), 0) << "publishing put the loop's thread to sleep";
+  EXPECT_GT(server.skipped(), kSleepers) << "somebody has kept all that nobody reads";
+  EXPECT_LT(resident_kilobytes() - before, kMostGrowth);
+  std::vector<steady_clock::duration> all;
+  for (const auto& one : delays) all.insert(all.end(), one.begin(), one.end());
+  std::ranges::sort(all);
+  RecordProperty("median_us", std::to_string(all[all.size() / 2] / std::chrono::microseconds(1)));
+  RecordProperty("skipped", std::to_string(server.skipped()));
+  EXPECT_LT(all[all.size() / 2], milliseconds(100));
+  EXPECT_LT(all[all.size() * 99 / 100], milliseconds(1000));
+  EXPECT_TRUE(test::RawClient(server.port()).handshake().empty());
+}
+
+}  // namespace
+}  // namespace doppel
