@@ -11,7 +11,7 @@ namespace doppel::messages_detail {
 
 template <class Sink, class T>
 void put(Sink& sink, const T& value) {
-  if constexpr (std::same_as<T, bool>) {
+  if constexpr (std::same_as<T, bool> || std::same_as<T, std::byte>) {
     sink.number(static_cast<std::uint8_t>(value));
   } else if constexpr (std::is_arithmetic_v<T>) {
     sink.number(value);
@@ -68,7 +68,7 @@ template <class T>
 bool get(CdrReader& reader, T& value) {
   if constexpr (std::same_as<T, bool>) {
     return reader.boolean(value);
-  } else if constexpr (std::is_arithmetic_v<T>) {
+  } else if constexpr (std::is_arithmetic_v<T> || std::same_as<T, std::byte>) {
     return reader.number(value);
   } else if constexpr (std::same_as<T, std::string>) {
     std::string_view text;

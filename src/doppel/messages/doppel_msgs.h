@@ -6,15 +6,36 @@
 namespace doppel::doppel_msgs::msg {
 
 struct TwinStatus {
-  double sim_time = 0;   // s
-  double wall_time = 0;  // s since the run began
-  std::uint64_t steps = 0;
-  double real_time_factor = 0;  // over the last second
+  double sim_time = 0;          // s
+  double wall_time = 0;         // s since the run began
+  std::uint64_t steps = 0;      // since the start; a reset does not set them back
+  double real_time_factor = 0;  // over the last half second; 0 while paused
   bool paused = false;
   double speed = 0;                                             // wanted factor; 0: as fast as possible
   double lateness_p50 = 0, lateness_p99 = 0, lateness_max = 0;  // s, of steps against the wall clock
+  // Where a step's wall time goes, mean over the last half second, microseconds; 0 while paused. control:
+  // hardware and controllers with what they publish; physics: the engine's step; publish: /tf and /clock;
+  // bus: what goes on between steps (services, what came in, reports); idle: sleeping until the next step is
+  // due.
+  double time_control = 0, time_physics = 0, time_publish = 0, time_bus = 0, time_idle = 0;
+  std::uint64_t overruns = 0;  // times that the loop fell 100 ms behind and its schedule was moved
+  std::uint64_t skipped = 0;   // messages that were skipped for slow clients
   DOPPEL_MESSAGE("doppel_msgs/msg/TwinStatus", sim_time, wall_time, steps, real_time_factor, paused, speed,
-                 lateness_p50, lateness_p99, lateness_max)
+                 lateness_p50, lateness_p99, lateness_max, time_control, time_physics, time_publish, time_bus,
+                 time_idle, overruns, skipped)
+};
+
+// What each driven joint bears; N m or N. One element of each list per joint.
+struct JointLoads {
+  std_msgs::msg::Header header;
+  std::vector<std::string> joint_names;
+  std::vector<double> efforts;          // of the drives in the last step
+  std::vector<double> gravity_torques;  // that holding this pose at rest asks of the drives
+  std::vector<double> sags;             // rad or m: how far gravity pulls the joint off its target
+  std::vector<double> margins;          // effort limit less |gravity torque|; negative: cannot hold
+  std::vector<double> effort_limits;    // infinite: none
+  DOPPEL_MESSAGE("doppel_msgs/msg/JointLoads", header, joint_names, efforts, gravity_torques, sags, margins,
+                 effort_limits)
 };
 
 }  // namespace doppel::doppel_msgs::msg

@@ -1,6 +1,7 @@
 #pragma once
 // gazebo_msgs of gazebo_ros_pkgs (its ROS 2 branch): how people push a simulated robot from outside.
-// Durations of efforts and wrenches: negative without end, zero nothing.
+// Objects that come and go, and what touches what. Durations of efforts and wrenches: negative without end,
+// zero nothing.
 
 #include "doppel/messages/geometry_msgs.h"
 
@@ -12,6 +13,33 @@ struct ModelState {
   geometry_msgs::msg::Twist twist;
   std::string reference_frame;  // empty or "world": the world
   DOPPEL_MESSAGE("gazebo_msgs/msg/ModelState", model_name, pose, twist, reference_frame)
+};
+
+struct EntityState {
+  std::string name;
+  geometry_msgs::msg::Pose pose;
+  geometry_msgs::msg::Twist twist;
+  std::string reference_frame;  // empty or "world": the world
+  DOPPEL_MESSAGE("gazebo_msgs/msg/EntityState", name, pose, twist, reference_frame)
+};
+
+// Two collision shapes that touch; one element of each list per point.
+struct ContactState {
+  std::string info;
+  std::string collision1_name, collision2_name;      // "model::link::collision"
+  std::vector<geometry_msgs::msg::Wrench> wrenches;  // on the first, in the axes of the header's frame
+  geometry_msgs::msg::Wrench total_wrench;           // their sum
+  std::vector<geometry_msgs::msg::Vector3> contact_positions;  // m
+  std::vector<geometry_msgs::msg::Vector3> contact_normals;    // unit, into the first
+  std::vector<double> depths;                                  // m, positive: penetrating
+  DOPPEL_MESSAGE("gazebo_msgs/msg/ContactState", info, collision1_name, collision2_name, wrenches,
+                 total_wrench, contact_positions, contact_normals, depths)
+};
+
+struct ContactsState {
+  std_msgs::msg::Header header;
+  std::vector<ContactState> states;
+  DOPPEL_MESSAGE("gazebo_msgs/msg/ContactsState", header, states)
 };
 
 }  // namespace doppel::gazebo_msgs::msg
@@ -160,6 +188,60 @@ struct SetModelConfiguration {
     bool success = false;
     std::string status_message;
     DOPPEL_MESSAGE("gazebo_msgs/srv/SetModelConfiguration_Response", success, status_message)
+  };
+};
+
+struct SpawnEntity {
+  struct Request {
+    std::string name;             // empty: as the xml calls it
+    std::string xml;              // SDF or URDF
+    std::string robot_namespace;  // not used: an object has no ROS interfaces
+    geometry_msgs::msg::Pose initial_pose;
+    std::string reference_frame;  // empty or "world": the world
+    DOPPEL_MESSAGE("gazebo_msgs/srv/SpawnEntity_Request", name, xml, robot_namespace, initial_pose,
+                   reference_frame)
+  };
+  struct Response {
+    bool success = false;
+    std::string status_message;
+    DOPPEL_MESSAGE("gazebo_msgs/srv/SpawnEntity_Response", success, status_message)
+  };
+};
+
+struct DeleteEntity {
+  struct Request {
+    std::string name;
+    DOPPEL_MESSAGE("gazebo_msgs/srv/DeleteEntity_Request", name)
+  };
+  struct Response {
+    bool success = false;
+    std::string status_message;
+    DOPPEL_MESSAGE("gazebo_msgs/srv/DeleteEntity_Response", success, status_message)
+  };
+};
+
+struct SetEntityState {
+  struct Request {
+    msg::EntityState state;
+    DOPPEL_MESSAGE("gazebo_msgs/srv/SetEntityState_Request", state)
+  };
+  struct Response {
+    bool success = false;
+    DOPPEL_MESSAGE("gazebo_msgs/srv/SetEntityState_Response", success)
+  };
+};
+
+struct GetEntityState {
+  struct Request {
+    std::string name;             // a model, or "model::link"
+    std::string reference_frame;  // empty or "world": the world
+    DOPPEL_MESSAGE("gazebo_msgs/srv/GetEntityState_Request", name, reference_frame)
+  };
+  struct Response {
+    std_msgs::msg::Header header;
+    msg::EntityState state;
+    bool success = false;
+    DOPPEL_MESSAGE("gazebo_msgs/srv/GetEntityState_Response", header, state, success)
   };
 };
 

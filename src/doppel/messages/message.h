@@ -12,10 +12,12 @@
 //
 // A service is a struct with nested Request and Response, an action one with nested Goal, Result and
 // Feedback; their types are called "<pkg>/srv/<Name>_Request" and so on, as ROS 2 does. Field types: bool,
-// (u)int8..64, float, double, std::string, other messages, std::vector<T> of these, std::array<T, N>.
+// std::byte, (u)int8..64, float, double, std::string, other messages, std::vector<T> of these, std::array<T,
+// N>.
 
 #include <array>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -38,12 +40,19 @@
 #define DOPPEL_FIELD_14(f, ...) DOPPEL_FIELD_1(f) DOPPEL_FIELD_13(__VA_ARGS__)
 #define DOPPEL_FIELD_15(f, ...) DOPPEL_FIELD_1(f) DOPPEL_FIELD_14(__VA_ARGS__)
 #define DOPPEL_FIELD_16(f, ...) DOPPEL_FIELD_1(f) DOPPEL_FIELD_15(__VA_ARGS__)
-#define DOPPEL_PICK(_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11, _12, _13, _14, _15, _16, NAME, ...) NAME
-#define DOPPEL_FOR_EACH_FIELD(...)                                                               \
-  DOPPEL_PICK(__VA_ARGS__, DOPPEL_FIELD_16, DOPPEL_FIELD_15, DOPPEL_FIELD_14, DOPPEL_FIELD_13,   \
-              DOPPEL_FIELD_12, DOPPEL_FIELD_11, DOPPEL_FIELD_10, DOPPEL_FIELD_9, DOPPEL_FIELD_8, \
-              DOPPEL_FIELD_7, DOPPEL_FIELD_6, DOPPEL_FIELD_5, DOPPEL_FIELD_4, DOPPEL_FIELD_3,    \
-              DOPPEL_FIELD_2, DOPPEL_FIELD_1)                                                    \
+#define DOPPEL_FIELD_17(f, ...) DOPPEL_FIELD_1(f) DOPPEL_FIELD_16(__VA_ARGS__)
+#define DOPPEL_FIELD_18(f, ...) DOPPEL_FIELD_1(f) DOPPEL_FIELD_17(__VA_ARGS__)
+#define DOPPEL_FIELD_19(f, ...) DOPPEL_FIELD_1(f) DOPPEL_FIELD_18(__VA_ARGS__)
+#define DOPPEL_FIELD_20(f, ...) DOPPEL_FIELD_1(f) DOPPEL_FIELD_19(__VA_ARGS__)
+#define DOPPEL_PICK(_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11, _12, _13, _14, _15, _16, _17, _18, _19, \
+                    _20, NAME, ...)                                                                       \
+  NAME
+#define DOPPEL_FOR_EACH_FIELD(...)                                                                 \
+  DOPPEL_PICK(__VA_ARGS__, DOPPEL_FIELD_20, DOPPEL_FIELD_19, DOPPEL_FIELD_18, DOPPEL_FIELD_17,     \
+              DOPPEL_FIELD_16, DOPPEL_FIELD_15, DOPPEL_FIELD_14, DOPPEL_FIELD_13, DOPPEL_FIELD_12, \
+              DOPPEL_FIELD_11, DOPPEL_FIELD_10, DOPPEL_FIELD_9, DOPPEL_FIELD_8, DOPPEL_FIELD_7,    \
+              DOPPEL_FIELD_6, DOPPEL_FIELD_5, DOPPEL_FIELD_4, DOPPEL_FIELD_3, DOPPEL_FIELD_2,      \
+              DOPPEL_FIELD_1)                                                                      \
   (__VA_ARGS__)
 
 // At least one field.

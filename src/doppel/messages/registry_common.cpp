@@ -1,9 +1,11 @@
+#include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/registry_detail.h"
 #include "doppel/messages/rosgraph_msgs.h"
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/messages/std_srvs.h"
 #include "doppel/messages/tf2_msgs.h"
 #include "doppel/messages/trajectory_msgs.h"
+#include "doppel/messages/visualization_msgs.h"
 
 namespace doppel::messages_detail {
 
@@ -18,7 +20,13 @@ void register_common_messages() {
                     geometry_msgs::msg::TransformStamped, geometry_msgs::msg::Twist,
                     geometry_msgs::msg::TwistStamped, geometry_msgs::msg::Wrench,
                     geometry_msgs::msg::WrenchStamped>();
-  register_messages<sensor_msgs::msg::JointState, tf2_msgs::msg::TFMessage, rosgraph_msgs::msg::Clock>();
+  register_messages<sensor_msgs::msg::JointState, sensor_msgs::msg::Image, sensor_msgs::msg::CompressedImage,
+                    sensor_msgs::msg::RegionOfInterest, sensor_msgs::msg::CameraInfo>();
+  register_messages<visualization_msgs::msg::UVCoordinate, visualization_msgs::msg::MeshFile,
+                    visualization_msgs::msg::Marker, visualization_msgs::msg::MarkerArray>();
+  register_messages<diagnostic_msgs::msg::KeyValue, diagnostic_msgs::msg::DiagnosticStatus,
+                    diagnostic_msgs::msg::DiagnosticArray>();
+  register_messages<tf2_msgs::msg::TFMessage, rosgraph_msgs::msg::Clock>();
   register_messages<trajectory_msgs::msg::JointTrajectoryPoint, trajectory_msgs::msg::JointTrajectory,
                     trajectory_msgs::msg::MultiDOFJointTrajectoryPoint,
                     trajectory_msgs::msg::MultiDOFJointTrajectory>();

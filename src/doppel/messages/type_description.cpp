@@ -11,10 +11,10 @@
 namespace doppel {
 namespace {
 
-constexpr std::string_view kKindNames[] = {"bool",    "int8",   "uint8", "int16",  "uint16",
-                                           "int32",   "uint32", "int64", "uint64", "float32",
-                                           "float64", "string", ""};
-constexpr std::size_t kKindSizes[] = {1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 4, 0};
+constexpr std::string_view kKindNames[] = {"bool",    "byte",    "int8",   "uint8", "int16",
+                                           "uint16",  "int32",   "uint32", "int64", "uint64",
+                                           "float32", "float64", "string", ""};
+constexpr std::size_t kKindSizes[] = {1, 1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 4, 0};
 
 class Walker {
  public:
@@ -73,6 +73,7 @@ class Walker {
       }
       case FieldKind::int8:
         return number<std::int8_t>();
+      case FieldKind::byte:
       case FieldKind::uint8:
         return number<std::uint8_t>();
       case FieldKind::int16:

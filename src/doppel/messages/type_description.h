@@ -16,6 +16,7 @@ namespace doppel {
 
 enum class FieldKind : std::uint8_t {
   boolean,
+  byte,
   int8,
   uint8,
   int16,

@@ -26,6 +26,7 @@ concept EmptyMessage = Message<M> && requires {
 template <class T>
 constexpr FieldKind kind_of() {
   if constexpr (std::same_as<T, bool>) return FieldKind::boolean;
+  if constexpr (std::same_as<T, std::byte>) return FieldKind::byte;
   if constexpr (std::same_as<T, std::int8_t>) return FieldKind::int8;
   if constexpr (std::same_as<T, std::uint8_t>) return FieldKind::uint8;
   if constexpr (std::same_as<T, std::int16_t>) return FieldKind::int16;

@@ -250,6 +250,7 @@ class YamlReader {
       case FieldKind::int8:
         fits = write<std::int8_t>(*value);
         break;
+      case FieldKind::byte:
       case FieldKind::uint8:
         fits = write<std::uint8_t>(*value);
         break;
@@ -294,6 +295,7 @@ class YamlReader {
         return out_.number(static_cast<std::uint8_t>(value != 0));
       case FieldKind::int8:
         return out_.number(static_cast<std::int8_t>(value));
+      case FieldKind::byte:
       case FieldKind::uint8:
         return out_.number(static_cast<std::uint8_t>(value));
       case FieldKind::int16:

@@ -76,6 +76,7 @@ class RandomMessage {
       case FieldKind::boolean:
         return out_.number(static_cast<std::uint8_t>(bits & 1));
       case FieldKind::int8:
+      case FieldKind::byte:
       case FieldKind::uint8:
         return out_.number(static_cast<std::uint8_t>(bits));
       case FieldKind::int16:

@@ -8,9 +8,11 @@
 #include "doppel/messages/action_msgs.h"
 #include "doppel/messages/codec.h"
 #include "doppel/messages/control_msgs.h"
+#include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/std_srvs.h"
 #include "doppel/messages/tf2_msgs.h"
 #include "doppel/messages/type_description.h"
+#include "doppel/messages/visualization_msgs.h"
 
 namespace doppel {
 namespace {
@@ -175,6 +177,32 @@ TEST(Times, NegativeOnesKeepNanosecPositive) {
   EXPECT_EQ(to_duration_msg(std::chrono::milliseconds(-500)).sec, -1);
   EXPECT_EQ(to_duration_msg(std::chrono::milliseconds(-500)).nanosec, 500000000U);
   EXPECT_EQ(from_msg(to_duration_msg(std::chrono::milliseconds(-1500))), std::chrono::milliseconds(-1500));
+}
+
+TEST(Schema, AByteIsNoUint8) {
+  // The names differ in ROS 2's type hashes and schemas, the wire does not.
+  const std::string schema = schema_text(describe<diagnostic_msgs::msg::DiagnosticStatus>());
+  EXPECT_THAT(schema, HasSubstr("byte WARN=1\n"));
+  EXPECT_THAT(schema, HasSubstr("byte level\n"));
+  const auto status = read<diagnostic_msgs::msg::DiagnosticStatus>("{level: 2, name: arm}");
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::ERROR);
+  EXPECT_THAT(yaml_of(status), HasSubstr("level: 2\n"));
+  EXPECT_THAT(refusal<diagnostic_msgs::msg::DiagnosticStatus>("{level: 256}"), HasSubstr("level"));
+}
+
+TEST(Schema, OfAMarkerIsAsInJazzy) {
+  const std::string schema = schema_text(describe<visualization_msgs::msg::Marker>());
+  EXPECT_THAT(schema, HasSubstr("int32 MESH_RESOURCE=10\n"));
+  EXPECT_THAT(schema, HasSubstr("int32 DELETEALL=3\n"));
+  EXPECT_THAT(schema,
+              HasSubstr("std_msgs/Header header\nstring ns\nint32 id\nint32 type\nint32 action\n"
+                        "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\n"
+                        "builtin_interfaces/Duration lifetime\nbool frame_locked\n"
+                        "geometry_msgs/Point[] points\nstd_msgs/ColorRGBA[] colors\n"
+                        "string texture_resource\nsensor_msgs/CompressedImage texture\n"
+                        "visualization_msgs/UVCoordinate[] uv_coordinates\nstring text\n"
+                        "string mesh_resource\nvisualization_msgs/MeshFile mesh_file\n"
+                        "bool mesh_use_embedded_materials\n"));
 }
 
 }  // namespace

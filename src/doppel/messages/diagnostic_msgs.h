@@ -1,0 +1,30 @@
+#pragma once
+// ROS 2's diagnostic_msgs: how parts of a machine are.
+
+#include "doppel/messages/std_msgs.h"
+
+namespace doppel::diagnostic_msgs::msg {
+
+struct KeyValue {
+  std::string key, value;
+  DOPPEL_MESSAGE("diagnostic_msgs/msg/KeyValue", key, value)
+};
+
+struct DiagnosticStatus {
+  static constexpr std::byte OK{0}, WARN{1}, ERROR{2}, STALE{3};
+  std::byte level = OK;
+  std::string name;  // "doppel: loop"
+  std::string message;
+  std::string hardware_id;
+  std::vector<KeyValue> values;
+  DOPPEL_MESSAGE("diagnostic_msgs/msg/DiagnosticStatus", level, name, message, hardware_id, values)
+  DOPPEL_CONSTANTS(OK, WARN, ERROR, STALE)
+};
+
+struct DiagnosticArray {
+  std_msgs::msg::Header header;
+  std::vector<DiagnosticStatus> status;
+  DOPPEL_MESSAGE("diagnostic_msgs/msg/DiagnosticArray", header, status)
+};
+
+}  // namespace doppel::diagnostic_msgs::msg
