@@ -26,7 +26,9 @@ std::vector<JointLoad> joint_loads(const Model& model, int samples) {
   Data data(model);
   const auto loads_at = [&](const Eigen::VectorXd& q) -> Eigen::VectorXd {
     gravity_torques(model, data, q, kGravity);
-    return drive_torques(model, data);
+    Eigen::VectorXd torques;
+    drive_torques(model, data, torques);
+    return torques;
   };
   const Eigen::VectorXd at_zero = loads_at(model.neutral());
   Eigen::VectorXd worst = at_zero.cwiseAbs();

@@ -151,8 +151,8 @@ void mass_matrix(const Model& model, Data& data, const ConstVector& q) {
   }
 }
 
-Eigen::VectorXd drive_torques(const Model& model, const Data& data) {
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.joints.size()));
+void drive_torques(const Model& model, const Data& data, Eigen::VectorXd& out) {
+  out.setZero(static_cast<Eigen::Index>(model.joints.size()));
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const ModelJoint& joint = model.joints[i];
     if (!joint.scalar()) continue;
@@ -162,7 +162,6 @@ Eigen::VectorXd drive_torques(const Model& model, const Data& data) {
       out[static_cast<Eigen::Index>(i)] += data.tau[joint.v];
     }
   }
-  return out;
 }
 
 std::vector<Eigen::VectorXd> sample_configurations(const Model& model, int count) {

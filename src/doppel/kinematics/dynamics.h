@@ -20,7 +20,7 @@ void mass_matrix(const Model& model, Data& data, const ConstVector& q);
 
 // For each scalar joint, the torque that its drive carries at rest: gravity's plus what its mimics pass on
 // (leader: tau_l + sum multiplier * tau_m; a mimic: 0). [joints], 0 for joints that are not scalar.
-Eigen::VectorXd drive_torques(const Model& model, const Data& data);
+void drive_torques(const Model& model, const Data& data, Eigen::VectorXd& out);
 
 inline constexpr int kConfigurationSamples = 128;
 

@@ -39,6 +39,12 @@ struct Contact {
   double depth = 0;                                     // m, positive: penetrating
 };
 
+// Of a frame's origin and of its rotation, in world axes.
+struct FrameVelocity {
+  Eigen::Vector3d linear_W = Eigen::Vector3d::Zero();   // m/s
+  Eigen::Vector3d angular_W = Eigen::Vector3d::Zero();  // rad/s
+};
+
 struct RayHit {
   double distance = -1;  // m; negative: nothing hit
   int link = -1;         // -1: world or object
@@ -100,7 +106,8 @@ class Engine {
                             const Eigen::Vector3d& torque_W) = 0;
   virtual void clear_applied() = 0;
 
-  [[nodiscard]] virtual Pose link_pose(int link) const = 0;   // X_WL
+  [[nodiscard]] virtual Pose link_pose(int link) const = 0;  // X_WL
+  [[nodiscard]] virtual FrameVelocity link_velocity(int link) const = 0;
   [[nodiscard]] virtual double kinetic_energy() const = 0;    // J, robot and loose objects
   [[nodiscard]] virtual double potential_energy() const = 0;  // J, zero at z = 0
 
@@ -108,12 +115,19 @@ class Engine {
   virtual void contacts(std::vector<Contact>& out) const = 0;
   [[nodiscard]] virtual RayHit cast_ray(const Eigen::Vector3d& from_W,
                                         const Eigen::Vector3d& direction_W) const = 0;
-  // Objects of the world: pose by name (false: no such object); adding and removing recompiles and keeps the
-  // state. spawn throws InputError (name taken, mesh unreadable).
+  // Objects of the world, by name; false: no such object. Setting a pose leaves the object at rest; a
+  // velocity is kept by loose objects only.
+  [[nodiscard]] virtual const std::vector<WorldObject>& objects() const = 0;  // as they were put
   virtual bool object_pose(std::string_view name, Pose& X_WO) const = 0;
+  virtual bool object_velocity(std::string_view name, FrameVelocity& velocity) const = 0;
   virtual bool set_object_pose(std::string_view name, const Pose& X_WO) = 0;
+  virtual bool set_object_velocity(std::string_view name, const FrameVelocity& velocity) = 0;
+  // Adding and removing recompiles (it allocates) and keeps the state. Throw InputError (name taken, mesh
+  // unreadable); nothing has changed then.
   virtual void spawn(const WorldObject& object) = 0;
   virtual bool remove(std::string_view name) = 0;
+  // In place of those that are there; what keeps its name keeps its state.
+  virtual void set_objects(std::vector<WorldObject> objects) = 0;
 };
 
 // Throws InputError where the engine refuses the model, in the user's terms (link or joint and its place).

@@ -11,10 +11,12 @@ namespace {
 // Largest torque [joints] that gravity asks of each drive over the sampled configurations.
 Eigen::VectorXd largest_gravity(const Model& model, const Eigen::Vector3d& gravity) {
   Data data(model);
+  Eigen::VectorXd torques;
   Eigen::VectorXd largest = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.joints.size()));
   for (const Eigen::VectorXd& q : sample_configurations(model, kConfigurationSamples)) {
     gravity_torques(model, data, q, gravity);
-    largest = largest.cwiseMax(drive_torques(model, data).cwiseAbs());
+    drive_torques(model, data, torques);
+    largest = largest.cwiseMax(torques.cwiseAbs());
   }
   return largest;
 }
@@ -45,23 +47,22 @@ std::vector<ServoParameters> choose_servos(const Model& model, const ServoOption
   return servos;
 }
 
-std::vector<Sag> static_sag(const Model& model, Data& data, const std::vector<ServoParameters>& servos,
-                            const ConstVector& q, const Eigen::Vector3d& gravity) {
+void static_sag(const Model& model, Data& data, const std::vector<ServoParameters>& servos,
+                const ConstVector& q, const Eigen::Vector3d& gravity, StaticSag& out) {
   gravity_torques(model, data, q, gravity);
-  const Eigen::VectorXd torques = drive_torques(model, data);
-  std::vector<Sag> sags;
+  drive_torques(model, data, out.torques);
+  out.sags.clear();
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const ModelJoint& joint = model.joints[i];
     if (!joint.scalar() || joint.mimics()) continue;
     const ServoParameters& servo = servos[i];
     Sag sag;
     sag.joint = static_cast<int>(i);
-    sag.torque = torques[sag.joint];
+    sag.torque = out.torques[sag.joint];
     sag.sag = servo.ideal || !(servo.stiffness > 0) ? 0.0 : sag.torque / servo.stiffness;
     sag.margin = servo.effort - std::abs(sag.torque);
-    sags.push_back(sag);
+    out.sags.push_back(sag);
   }
-  return sags;
 }
 
 }  // namespace doppel

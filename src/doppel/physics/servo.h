@@ -63,8 +63,14 @@ struct Sag {
   double margin = 0;  // effort limit - |torque|; negative: cannot hold
 };
 
-// Static sag of every driven joint at q. `data` is scratch.
-std::vector<Sag> static_sag(const Model& model, Data& data, const std::vector<ServoParameters>& servos,
-                            const ConstVector& q, const Eigen::Vector3d& gravity);
+struct StaticSag {
+  std::vector<Sag> sags;    // one per driven joint, in the model's order
+  Eigen::VectorXd torques;  // [joints], scratch
+};
+
+// Static sag of every driven joint at q. `data` is scratch. Nothing is allocated when `out` has been filled
+// for this model before.
+void static_sag(const Model& model, Data& data, const std::vector<ServoParameters>& servos,
+                const ConstVector& q, const Eigen::Vector3d& gravity, StaticSag& out);
 
 }  // namespace doppel

@@ -17,12 +17,13 @@ namespace doppel {
 
 struct WorldObject {
   std::string name;
-  Geometry shape;  // mesh: its convex hull collides
-  Pose X_WO = Pose::Identity();
-  double mass = 0;        // kg; 0: fixed to the world
-  double friction = 0.8;  // Coulomb
+  Geometry shape;                // mesh: its convex hull collides
+  Pose X_WO = Pose::Identity();  // where it is put, also by a reset
+  Pose X_OS = Pose::Identity();  // the shape in the object's frame
+  double mass = 0;               // kg; 0: fixed to the world
+  double friction = 0.8;         // Coulomb
   Eigen::Vector4d rgba{0.55, 0.6, 0.65, 1.0};
-  SourceLocation source;
+  SourceLocation source;  // in the world file; unknown: put in while the world runs
 };
 
 enum class Integrator {

@@ -301,8 +301,10 @@ std::vector<SagReport> Twin::gravity_sag() const {
   const auto q = impl_->machine->engine->q();
   const Eigen::Map<const Eigen::VectorXd> configuration(q.data(), impl_->control->model().nq);
   std::vector<SagReport> out;
-  for (const Sag& sag : static_sag(impl_->control->model(), data, impl_->machine->servos, configuration,
-                                   impl_->machine->gravity_R())) {
+  StaticSag found;
+  static_sag(impl_->control->model(), data, impl_->machine->servos, configuration,
+             impl_->machine->gravity_R(), found);
+  for (const Sag& sag : found.sags) {
     out.push_back({impl_->control->model().joints[static_cast<std::size_t>(sag.joint)].name, sag.torque,
                    sag.sag, sag.margin});
   }

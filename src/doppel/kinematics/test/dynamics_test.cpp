@@ -115,7 +115,8 @@ TEST(InverseDynamics, DrivesCarryWhatTheirMimicsPassOn) {
   Data data(model);
   Eigen::Vector2d q(0.4, -0.8);
   gravity_torques(model, data, q, kGravity);
-  const Eigen::VectorXd drives = drive_torques(model, data);
+  Eigen::VectorXd drives;
+  drive_torques(model, data, drives);
   // The change of potential energy with the leader's angle, by differences.
   const auto height = [&](double angle) {
     return -1.4 * 0.5 * std::cos(angle) - 0.4 * 0.3 * std::cos(angle - 2 * angle);

@@ -279,14 +279,16 @@ void write_object(const WorldObject& object, int index, CollisionMeshes& meshes,
     throw InputError("world.size", object.source, fmt::format("object '{}' has no size", object.name),
                      "write positive sizes, m");
   }
-  if (!object.X_WO.matrix().allFinite() || !std::isfinite(object.mass) || !std::isfinite(object.friction)) {
+  if (!object.X_WO.matrix().allFinite() || !object.X_OS.matrix().allFinite() || !std::isfinite(object.mass) ||
+      !std::isfinite(object.friction)) {
     throw InputError(
         "world.not_finite", object.source,
         fmt::format("the pose, mass or friction of object '{}' is not a finite number", object.name));
   }
   append(bodies, "<body name=\"{}\" {}>\n", mjcf_object_name(index), place(object.X_WO));
-  if (object.mass > 0) bodies += "<freejoint/>\n" + inertial(object_inertia(object, mesh));
-  bodies += geom(object.shape, mesh, Pose::Identity(), object.friction, assets) + "</body>\n";
+  if (object.mass > 0)
+    bodies += "<freejoint/>\n" + inertial(transformed(object_inertia(object, mesh), object.X_OS));
+  bodies += geom(object.shape, mesh, object.X_OS, object.friction, assets) + "</body>\n";
 }
 
 std::string header(const World& world) {

@@ -7,19 +7,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "doppel/core/names.h"
 #include "doppel/kinematics/dynamics.h"
 #include "doppel/physics/mujoco/convert.h"
-#include "doppel/physics/mujoco/drive.h"
-#include "doppel/physics/mujoco/mujoco_state_detail.h"
+#include "doppel/physics/mujoco/mujoco_engine_detail.h"
 
 namespace doppel {
 namespace {
-
-struct AppliedWrench {
-  bool on = false;
-  Eigen::Vector3d p_LoP_L, force_W, torque_W;
-};
 
 constexpr int kRunaway[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
 
@@ -31,125 +24,7 @@ Eigen::Matrix3d rotation_at(const double* row_major) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(row_major);
 }
 
-class MujocoEngine final : public Engine {
- public:
-  MujocoEngine(const RobotDescription& robot, const Model& model, const World& world,
-               const EngineOptions& options, Diagnostics& diagnostics)
-      : model_(model),
-        world_(world),
-        robot_(write_robot(robot, model, world, meshes_, diagnostics)),
-        state_(std::make_unique<MujocoState>(robot_, model, world, meshes_, diagnostics)),
-        q0_(options.q0.size() > 0 ? options.q0 : model.neutral()),
-        q_(model.nq),
-        effort_(model.joints.size(), 0.0),
-        wrenches_(model.links.size()) {
-    if (q0_.size() != model.nq) throw std::invalid_argument("EngineOptions::q0 has the wrong size");
-    floating_ = std::any_of(model.joints.begin(), model.joints.end(),
-                            [](const ModelJoint& joint) { return joint.type == JointType::floating; });
-    make_drives(options);
-    choose_exclusions(options.self_collision);
-    reset();
-  }
-
-  [[nodiscard]] EngineCapabilities capabilities() const override {
-    const int version = mj_version();
-    const int minor_base = version >= 1000 ? 1000000 : 100;  // 222 is 2.2.2; from 3.5 on 3005000 is 3.5.0
-    const int minor_unit = version >= 1000 ? 1000 : 10;
-    return {fmt::format("mujoco {}.{}.{}", version / minor_base, version % minor_base / minor_unit,
-                        version % minor_unit),
-            true, true, true};
-  }
-  [[nodiscard]] const std::vector<ExcludedPair>& excluded_pairs() const override { return excluded_; }
-  [[nodiscard]] std::span<const ServoParameters> servos() const override { return servos_; }
-
-  void reset() override;
-  void step() override;
-  [[nodiscard]] Time time() const override { return steps_ * world_.step; }
-  void set_time(Time now) override { steps_ = now / world_.step; }
-  [[nodiscard]] bool diverged() const override { return diverged_; }
-
-  [[nodiscard]] std::span<const double> q() const override {
-    return {floating_ ? q_.data() : d()->qpos, static_cast<std::size_t>(model_.nq)};
-  }
-  [[nodiscard]] std::span<const double> v() const override {
-    return {d()->qvel, static_cast<std::size_t>(model_.nv)};
-  }
-  [[nodiscard]] std::span<const double> drive_effort() const override { return effort_; }
-  void set_state(std::span<const double> q, std::span<const double> v) override;
-
-  void set_drive(int joint, DriveMode mode) override;
-  [[nodiscard]] DriveMode drive(int joint) const override {
-    return drive_of_joint_[joint] < 0 ? DriveMode::limp : drives_[drive_of_joint_[joint]].mode();
-  }
-  void set_target(int joint, double target) override { drives_[drive_of_joint_[joint]].set_target(target); }
-
-  [[nodiscard]] double drive_reference(int joint) const override {
-    return drives_[drive_of_joint_[joint]].reference();
-  }
-  void set_drive_reference(int joint, double reference) override {
-    drives_[drive_of_joint_[joint]].follow(reference);
-  }
-
-  void apply_joint_effort(int joint, double effort) override {
-    d()->qfrc_applied[model_.joints[joint].v] = effort;
-  }
-  void apply_wrench(int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,
-                    const Eigen::Vector3d& torque_W) override {
-    wrenches_[link] = {true, p_LoP_L, force_W, torque_W};
-    any_wrench_ = true;
-  }
-  void clear_applied() override;
-
-  [[nodiscard]] Pose link_pose(int link) const override { return body_pose(state_->body_of_link(link)); }
-  [[nodiscard]] double kinetic_energy() const override;
-  [[nodiscard]] double potential_energy() const override;
-
-  void contacts(std::vector<Contact>& out) const override;
-  [[nodiscard]] RayHit cast_ray(const Eigen::Vector3d& from_W,
-                                const Eigen::Vector3d& direction_W) const override;
-  bool object_pose(std::string_view name, Pose& X_WO) const override;
-  bool set_object_pose(std::string_view name, const Pose& X_WO) override;
-  void spawn(const WorldObject& object) override;
-  bool remove(std::string_view name) override;
-
-  [[nodiscard]] mjModel* m() const { return state_->m(); }
-  [[nodiscard]] mjData* d() const { return state_->d(); }
-
- private:
-  void make_drives(const EngineOptions& options);
-  void write_drive(std::size_t actuator);
-  void choose_exclusions(bool self_collision);
-  void find_touching();
-  void write_wrenches();
-  void advance();
-  bool ran_away() const;
-  Pose body_pose(int body) const;
-  int find_object(std::string_view name) const;
-  Contact describe(const mjContact& contact) const;
-  void rebuild(World world);
-  void carry_over(const MujocoState& old, const World& old_world, MujocoState& fresh,
-                  const World& world) const;
-
-  Model model_;
-  World world_;
-  CollisionMeshes meshes_;
-  RobotMjcf robot_;
-  std::unique_ptr<MujocoState> state_;
-  mutable DataHandle looked_;  // a copy for questions whose answers need computing; made when first asked
-  std::vector<ExcludedPair> excluded_;
-  std::vector<ServoParameters> servos_;  // [joints]
-  std::vector<Drive> drives_;            // [actuators]
-  std::vector<int> drive_of_joint_;      // [joints]; -1: none
-  Eigen::VectorXd q0_;
-  Eigen::VectorXd q_;                    // the model's q where MuJoCo's differs from it
-  bool floating_ = false;                // it does
-  std::vector<double> effort_;           // [joints]
-  std::vector<double> kept_;             // MuJoCo's qpos and qvel before the step
-  std::vector<AppliedWrench> wrenches_;  // [links]
-  bool any_wrench_ = false;
-  bool diverged_ = false;
-  std::int64_t steps_ = 0;
-};
+}  // namespace
 
 void MujocoEngine::make_drives(const EngineOptions& options) {
   const Eigen::Vector3d gravity_R = world_.X_WR.linear().transpose() * world_.gravity;
@@ -332,6 +207,12 @@ Pose MujocoEngine::body_pose(int body) const {
   return X;
 }
 
+FrameVelocity MujocoEngine::body_velocity(int body) const {
+  double rotation_then_translation[6];
+  mj_objectVelocity(m(), d(), mjOBJ_XBODY, body, rotation_then_translation, 0);
+  return {vector_at(rotation_then_translation + 3), vector_at(rotation_then_translation)};
+}
+
 double MujocoEngine::kinetic_energy() const {
   mj_energyVel(m(), d());
   return d()->energy[1];
@@ -393,85 +274,7 @@ RayHit MujocoEngine::cast_ray(const Eigen::Vector3d& from_W, const Eigen::Vector
   return hit;
 }
 
-int MujocoEngine::find_object(std::string_view name) const {
-  for (std::size_t i = 0; i < world_.objects.size(); ++i) {
-    if (world_.objects[i].name == name) return static_cast<int>(i);
-  }
-  return -1;
-}
-
-bool MujocoEngine::object_pose(std::string_view name, Pose& X_WO) const {
-  const int index = find_object(name);
-  if (index < 0) return false;
-  X_WO = body_pose(state_->object(index).body);
-  return true;
-}
-
-bool MujocoEngine::set_object_pose(std::string_view name, const Pose& X_WO) {
-  const int index = find_object(name);
-  if (index < 0) return false;
-  state_->place_object(static_cast<std::size_t>(index), X_WO);
-  if (!state_->refresh()) diverged_ = true;
-  return true;
-}
-
-void MujocoEngine::spawn(const WorldObject& object) {
-  if (find_object(object.name) >= 0 || object.name == "ground") {
-    throw InputError("world.name_taken", object.source,
-                     fmt::format("the world already has an object named '{}'", object.name),
-                     "choose another name");
-  }
-  World world = world_;
-  world.objects.push_back(object);
-  rebuild(std::move(world));
-}
-
-bool MujocoEngine::remove(std::string_view name) {
-  const int index = find_object(name);
-  if (index < 0) return false;
-  World world = world_;
-  world.objects.erase(world.objects.begin() + index);
-  rebuild(std::move(world));
-  return true;
-}
-
-void MujocoEngine::rebuild(World world) {
-  Diagnostics notes;
-  auto fresh = std::make_unique<MujocoState>(robot_, model_, world, meshes_, notes);
-  fresh->apply_exclusions(robot_.pairs);
-  carry_over(*state_, world_, *fresh, world);
-  looked_.reset();
-  state_ = std::move(fresh);
-  world_ = std::move(world);
-  kept_.resize(static_cast<std::size_t>(m()->nq + m()->nv));
-  for (std::size_t k = 0; k < drives_.size(); ++k) write_drive(k);
-  if (!state_->refresh()) diverged_ = true;
-}
-
-void MujocoEngine::carry_over(const MujocoState& old, const World& old_world, MujocoState& fresh,
-                              const World& world) const {
-  const mjData* from = old.d();
-  mjData* to = fresh.d();
-  std::copy_n(from->qpos, model_.nq, to->qpos);
-  std::copy_n(from->qvel, model_.nv, to->qvel);
-  std::copy_n(from->qacc_warmstart, model_.nv, to->qacc_warmstart);
-  std::copy_n(from->qfrc_applied, model_.nv, to->qfrc_applied);
-  std::copy_n(from->ctrl, old.m()->nu, to->ctrl);
-  for (std::size_t i = 0; i < world.objects.size(); ++i) {
-    const MujocoObject& object = fresh.object(i);
-    fresh.place_object(i, world.objects[i].X_WO);
-    for (std::size_t k = 0; k < old_world.objects.size(); ++k) {
-      if (old_world.objects[k].name != world.objects[i].name) continue;
-      const MujocoObject& before = old.object(k);
-      std::copy_n(old.m()->body_pos + 3 * before.body, 3, fresh.m()->body_pos + 3 * object.body);
-      std::copy_n(old.m()->body_quat + 4 * before.body, 4, fresh.m()->body_quat + 4 * object.body);
-      if (object.q < 0) continue;
-      std::copy_n(from->qpos + before.q, 7, to->qpos + object.q);
-      std::copy_n(from->qvel + before.v, 6, to->qvel + object.v);
-      std::copy_n(from->qacc_warmstart + before.v, 6, to->qacc_warmstart + object.v);
-    }
-  }
-}
+namespace {
 
 const MujocoEngine& mujoco(const Engine& engine) {
   return dynamic_cast<const MujocoEngine&>(engine);

@@ -170,6 +170,50 @@ TEST(Objects, CanBePlaced) {
   EXPECT_NEAR(X.translation().x(), 2, 1e-12);
 }
 
+TEST(Objects, HaveVelocities) {
+  Rig rig(test::make_post(), with(make_object("ball", Sphere{0.05}, {0, 0, 2}, 0.1)));
+  rig.run(0.1);
+  FrameVelocity velocity;
+  ASSERT_TRUE(rig.engine->object_velocity("ball", velocity));
+  EXPECT_NEAR(velocity.linear_W.z(), -0.981, 1e-3);
+  const Eigen::Vector3d upward(0.5, 0, 2), spin(0, 3, 0);
+  EXPECT_TRUE(rig.engine->set_object_pose("ball", make_pose({0, 0, 2}, {0.3, 1.0, -2.0})));
+  EXPECT_TRUE(rig.engine->set_object_velocity("ball", {upward, spin}));
+  ASSERT_TRUE(rig.engine->object_velocity("ball", velocity));
+  EXPECT_TRUE(velocity.linear_W.isApprox(upward, 1e-9)) << velocity.linear_W.transpose();
+  EXPECT_TRUE(velocity.angular_W.isApprox(spin, 1e-9)) << velocity.angular_W.transpose();
+  rig.run(0.1);
+  Pose X;
+  rig.engine->object_pose("ball", X);
+  EXPECT_NEAR(X.translation().x(), 0.05, 1e-3);
+  EXPECT_FALSE(rig.engine->set_object_velocity("bal", {}));
+}
+
+TEST(Objects, AShapeMayStandOffItsObjectsFrame) {
+  WorldObject can = make_object("can", Cylinder{0.03, 0.12}, {0, 0, 0.001}, 0.3);
+  can.X_OS.translation().z() = 0.06;
+  Rig rig(test::make_post(), with(can));
+  rig.run(1.0);
+  Pose X;
+  rig.engine->object_pose("can", X);
+  EXPECT_NEAR(X.translation().z(), 0.0, 1e-3) << "it stands on its frame";
+  EXPECT_GT(X.linear()(2, 2), 0.999) << "upright: its mass is where its shape is";
+}
+
+TEST(Objects, AreReplacedTogether) {
+  World world = with(make_object("ball", Sphere{0.05}, {0, 0, 2}, 0.1));
+  world.objects.push_back(make_object("gone", Sphere{0.05}, {1, 0, 2}, 0.1));
+  Rig rig(test::make_post(), world);
+  rig.run(0.1);
+  Pose before, after;
+  rig.engine->object_pose("ball", before);
+  rig.engine->set_objects({make_object("new", Sphere{0.05}, {1, 0, 1}, 0), rig.engine->objects()[0]});
+  rig.engine->object_pose("ball", after);
+  EXPECT_EQ(before.translation(), after.translation());
+  EXPECT_FALSE(rig.engine->object_pose("gone", after));
+  ASSERT_EQ(rig.engine->objects().size(), 2u);
+}
+
 // A hand on a vertical slide with two fingers, the right one mimicking the left; at 0 they stand 60 mm apart.
 RobotDescription make_hand() {
   RobotDescription robot;
