@@ -243,6 +243,8 @@ std::vector<std::string> Bus::nodes() const {
   std::vector<std::string> names;
   for (const Node* node : impl_->nodes) names.push_back(node->name());
   std::ranges::sort(names);
+  const auto repeated = std::ranges::unique(names);  // a node may be put together from several parts
+  names.erase(repeated.begin(), repeated.end());
   return names;
 }
 

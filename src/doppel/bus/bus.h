@@ -172,6 +172,10 @@ class Bus {
   [[nodiscard]] std::vector<std::string> nodes() const;  // sorted
   // Grows by one whenever a topic, service or node comes or goes, so that edges can tell.
   [[nodiscard]] std::uint64_t graph_version() const { return graph_version_.load(std::memory_order_acquire); }
+  // Messages that did not reach who had asked for them, because they do not keep up: what found an edge's
+  // ring full, and what edges say they skipped for clients of theirs.
+  [[nodiscard]] std::uint64_t skipped() const { return skipped_.load(std::memory_order_relaxed); }
+  void add_skipped(std::uint64_t messages) { skipped_.fetch_add(messages, std::memory_order_relaxed); }
   // ring_bytes: how much an edge may lag before messages are dropped for it.
   std::unique_ptr<Edge> attach(std::string name, std::size_t ring_bytes = std::size_t{8} << 20);
 
@@ -182,6 +186,7 @@ class Bus {
   Inbox inbox_;
   Time now_{};
   std::atomic<std::uint64_t> graph_version_{0};
+  std::atomic<std::uint64_t> skipped_{0};
   std::unique_ptr<Impl> impl_;
 };
 

@@ -25,8 +25,9 @@ static_assert(sizeof(RecordHeader) == 16);
 // call.
 class EdgeLink {
  public:
-  EdgeLink(std::string name, std::size_t ring_bytes)
-      : name_(std::move(name)),
+  EdgeLink(Bus& bus, std::string name, std::size_t ring_bytes)
+      : bus_(bus),
+        name_(std::move(name)),
         ring_bytes_(ring_bytes),
         ring_(ring_bytes),
         fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
@@ -46,7 +47,10 @@ class EdgeLink {
   // The loop: room for a message's CDR form behind its header; empty: no room. Then commit().
   std::span<std::byte> begin(const Topic& topic, Time stamp, std::size_t size) {
     const auto record = ring_.begin_write(sizeof(RecordHeader) + size);
-    if (record.empty()) return {};
+    if (record.empty()) {
+      bus_.add_skipped(1);
+      return {};
+    }
     const RecordHeader header{topic.id, 0, stamp.count()};
     std::memcpy(record.data(), &header, sizeof(header));
     return record.subspan(sizeof(header));
@@ -74,6 +78,7 @@ class EdgeLink {
   }
 
  private:
+  Bus& bus_;
   const std::string name_;
   const std::size_t ring_bytes_;
   ByteRing ring_;

@@ -60,7 +60,7 @@ void handle(const bus_detail::ServiceEntry& entry, const void* request,
 class EdgeImpl : public Edge {
  public:
   EdgeImpl(Bus& bus, Bus::Impl& impl, std::string name, std::size_t ring_bytes)
-      : bus_(bus), impl_(impl), link_(std::make_shared<EdgeLink>(std::move(name), ring_bytes)) {}
+      : bus_(bus), impl_(impl), link_(std::make_shared<EdgeLink>(bus, std::move(name), ring_bytes)) {}
 
   ~EdgeImpl() override {
     {
