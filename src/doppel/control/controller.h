@@ -87,6 +87,8 @@ class Controller {
 
   // Between steps, about every 50 ms of simulated time while active: reports, results, whatever may allocate.
   virtual void housekeeping(Time /*now*/) {}
+  // Between steps, while time stands or was set back: a broadcaster publishes what update() would have.
+  virtual void publish_state(Time /*now*/) {}
   // How often housekeeping runs, Hz of simulated time.
   [[nodiscard]] virtual double housekeeping_rate() const { return 20.0; }
 

@@ -354,6 +354,12 @@ void ControllerManager::Impl::housekeeping(Time the_time) {
   limiter.tell(now, log);
 }
 
+void ControllerManager::Impl::publish_state(Time the_time) {
+  now = the_time;
+  resources.read(now, period);
+  for (LoadedController* c : active) c->controller->publish_state(now);
+}
+
 // -- the public face
 
 ControllerManager::ControllerManager(Bus& bus, const Model& model, const ControllerRegistry& registry,
@@ -416,6 +422,9 @@ void ControllerManager::tick(Time now) {
 }
 void ControllerManager::housekeeping(Time now) {
   impl_->housekeeping(now);
+}
+void ControllerManager::publish_state(Time now) {
+  impl_->publish_state(now);
 }
 void ControllerManager::restart(Time now) {
   impl_->restart(now);

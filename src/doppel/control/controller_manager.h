@@ -71,6 +71,9 @@ class ControllerManager {
   void tick(Time now);
   // Between steps.
   void housekeeping(Time now);
+  // Between steps: reads the hardware and lets broadcasters publish it, so that who looks at a machine whose
+  // time stands sees it as it is.
+  void publish_state(Time now);
   // After a reset of the simulation: deactivates and activates again what is active, so that everything holds
   // where it is.
   void restart(Time now);

@@ -45,6 +45,7 @@ struct ControllerManager::Impl {
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared() const;
   void tick(Time now);
   void housekeeping(Time now);
+  void publish_state(Time now);
 
   // -- manager_switch.cpp
   struct Plan {

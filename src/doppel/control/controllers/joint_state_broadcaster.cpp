@@ -120,7 +120,7 @@ Status JointStateBroadcaster::on_activate() {
   return {};
 }
 
-void JointStateBroadcaster::update(Time now, Duration /*period*/) {
+void JointStateBroadcaster::publish_state(Time now) {
   if (states_topic_.has_listeners()) {
     std::vector<double>* const fields[] = {&states_.position, &states_.velocity, &states_.effort};
     for (const Link& link : to_states_) (*fields[link.column])[link.row] = state_handles[link.handle].get();

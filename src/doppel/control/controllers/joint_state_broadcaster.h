@@ -19,7 +19,8 @@ class JointStateBroadcaster : public Controller {
   [[nodiscard]] InterfaceConfiguration command_interfaces() const override { return {}; }
   [[nodiscard]] InterfaceConfiguration state_interfaces() const override;
   Status on_activate() override;
-  void update(Time now, Duration period) override;
+  void update(Time now, Duration /*period*/) override { publish_state(now); }
+  void publish_state(Time now) override;
 
  private:
   // From a state handle to its place in a message.
