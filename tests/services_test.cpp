@@ -1,4 +1,11 @@
 // The simulator's services by the names of gazebo_ros, as another shell would call them.
+#include <algorithm>
+#include <cmath>
+
+#include "doppel/messages/doppel_msgs.h"
+#include "doppel/messages/rosgraph_msgs.h"
+#include "doppel/messages/sensor_msgs.h"
+#include "doppel/messages/tf2_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {
@@ -46,6 +53,44 @@ points: [{positions: [1.0, 1.2, 1.2, 1.2, 1.2, 1.2], time_from_start: {sec: 1}}]
   EXPECT_EQ(joint("Revolute 2").q, start);
   run(1.0);
   EXPECT_NEAR(joint("Revolute 2").q, start, 0.01);
+}
+
+// While time stands nothing is due; who looks sees what was written all the same.
+TEST_F(Services, PicturesFollowWhileTimeStands) {
+  bring_up("lab_arm");
+  run(0.5);
+  for (const char* topic : {"/clock", "/tf", "/joint_states"}) listen(topic);
+  heard<rosgraph_msgs::msg::Clock>("/clock");
+  call("/gazebo/set_state", "doppel_msgs/srv/SetState", "{names: [j1], positions: [0.4], velocities: []}");
+  const auto states = heard<sensor_msgs::msg::JointState>("/joint_states");
+  ASSERT_EQ(states.size(), 1u);
+  const auto j1 = std::ranges::find(states[0].name, "j1") - states[0].name.begin();
+  EXPECT_NEAR(states[0].position[static_cast<std::size_t>(j1)], 0.4, 1e-9);
+  call("/gazebo/set_state", "doppel_msgs/srv/SetState", "{names: [j1], positions: [0.3], velocities: []}");
+  EXPECT_EQ(heard<tf2_msgs::msg::TFMessage>("/tf").size(), 1u);
+  call("/gazebo/reset_world", "std_srvs/srv/Empty", "{}");
+  const auto clocks = heard<rosgraph_msgs::msg::Clock>("/clock");
+  ASSERT_EQ(clocks.size(), 1u);
+  EXPECT_EQ(from_msg(clocks[0].clock), Time{});
+}
+
+TEST_F(Services, JointLoadsTellWhatGravityAsks) {
+  bring_up("lab_arm");
+  run(1.0);
+  listen("/doppel/joint_loads");
+  run(1.0);
+  const auto loads = heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
+  EXPECT_NEAR(static_cast<double>(loads.size()), 5.0, 1.0);
+  const auto expected = twin_->gravity_sag();
+  ASSERT_EQ(loads.back().joint_names.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(loads.back().joint_names[i], expected[i].joint);
+    EXPECT_NEAR(loads.back().gravity_torques[i], expected[i].torque, 1e-3);
+    EXPECT_NEAR(loads.back().sags[i], expected[i].sag, 1e-4);
+    EXPECT_NEAR(loads.back().margins[i], expected[i].margin, 1e-3);
+    EXPECT_NEAR(loads.back().efforts[i], expected[i].torque, 0.05 + 0.05 * std::abs(expected[i].torque))
+        << "at rest the drive bears what gravity asks";
+  }
 }
 
 TEST_F(Services, JointEffortActsForItsTimeOnly) {

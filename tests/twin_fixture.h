@@ -64,6 +64,29 @@ class TwinFixture : public ::testing::Test {
     return out;
   }
 
+  void listen(const std::string& name) {
+    for (const TopicInfo& topic : twin_->bus().topics()) {
+      if (topic.name == name) edge_->subscribe(topic.id);
+    }
+    twin_->between_steps();
+  }
+  // What has come on a topic of this type since the last call; other topics' messages are thrown away.
+  template <class M>
+  std::vector<M> heard(const std::string& name) {
+    TopicId id = 0;
+    for (const TopicInfo& topic : twin_->bus().topics()) {
+      if (topic.name == name) id = topic.id;
+    }
+    std::vector<M> out;
+    Edge::Incoming incoming;
+    while (edge_->next(incoming)) {
+      if (incoming.topic != id) continue;
+      const Status read = from_cdr(incoming.cdr, out.emplace_back());
+      EXPECT_TRUE(read.ok()) << read.why();
+    }
+    return out;
+  }
+
   [[nodiscard]] JointSnapshot joint(const std::string& name) const {
     for (JointSnapshot& snapshot : twin_->joints()) {
       if (snapshot.name == name) return snapshot;

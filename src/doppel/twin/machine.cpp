@@ -142,6 +142,48 @@ void refuse_lost_range(const Machine& from, const Machine& to) {
   if (!refused.empty()) throw InputError(std::move(refused));
 }
 
+namespace {
+
+const WorldObject* find_object(const std::vector<WorldObject>& objects, const std::string& name) {
+  const auto found = std::ranges::find(objects, name, &WorldObject::name);
+  return found == objects.end() ? nullptr : &*found;
+}
+
+// The world file's objects but for those that were deleted while it ran, and what was put in.
+std::vector<WorldObject> objects_after(const Machine& from, const Machine& to) {
+  std::vector<WorldObject> out;
+  const std::vector<WorldObject>& there = from.engine->objects();
+  for (const WorldObject& object : to.setup.world.objects) {
+    const bool was_in_file = find_object(from.setup.world.objects, object.name) != nullptr;
+    if (!was_in_file || find_object(there, object.name) != nullptr) out.push_back(object);
+  }
+  for (const WorldObject& object : there) {
+    if (!object.source.known() && find_object(out, object.name) == nullptr) out.push_back(object);
+  }
+  return out;
+}
+
+void carry_over_objects(const Machine& from, Machine& to) {
+  std::vector<WorldObject> objects = objects_after(from, to);
+  const bool as_in_file =
+      std::ranges::equal(objects, to.setup.world.objects, {}, &WorldObject::name, &WorldObject::name);
+  if (!as_in_file) to.engine->set_objects(std::move(objects));
+  for (const WorldObject& object : to.engine->objects()) {
+    const WorldObject* before = find_object(from.engine->objects(), object.name);
+    if (before == nullptr) continue;
+    Pose X_WO = Pose::Identity();
+    FrameVelocity velocity;
+    from.engine->object_pose(object.name, X_WO);
+    from.engine->object_velocity(object.name, velocity);
+    // A fixed one that nobody has moved goes where the file, which may have been edited, puts it.
+    if (object.mass == 0 && X_WO.isApprox(before->X_WO, 1e-9)) continue;
+    to.engine->set_object_pose(object.name, X_WO);
+    to.engine->set_object_velocity(object.name, velocity);
+  }
+}
+
+}  // namespace
+
 void carry_over_state(const Machine& from, Machine& to) {
   Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(to.engine->q().data(), to.model.nq);
   Eigen::VectorXd v = Eigen::VectorXd::Zero(to.model.nv);
@@ -154,11 +196,7 @@ void carry_over_state(const Machine& from, Machine& to) {
     for (int i = 0; i < joint.nv; ++i) v[joint.v + i] = from.engine->v()[static_cast<std::size_t>(old.v + i)];
   }
   to.engine->set_time(from.engine->time());
-  for (const WorldObject& object : to.setup.world.objects) {
-    if (Pose X_WO; object.mass > 0 && from.engine->object_pose(object.name, X_WO)) {
-      to.engine->set_object_pose(object.name, X_WO);
-    }
-  }
+  carry_over_objects(from, to);
   to.engine->set_state({q.data(), static_cast<std::size_t>(q.size())},
                        {v.data(), static_cast<std::size_t>(v.size())});
 }

@@ -37,8 +37,9 @@ bool same_structure(const Machine& a, const Machine& b);
 // `to`, or would lose its whole range: a slip of the pen in a limit must not drive a machine that runs.
 void refuse_lost_range(const Machine& from, const Machine& to);
 
-// Time, the state and drives' references of every joint with the same name and type, and the poses of
-// objects.
+// Time, the state and drives' references of every joint with the same name and type, the poses and velocities
+// of objects, those that were put in while the machine ran, and without those that were deleted. Throws
+// InputError where an object that was put in cannot be used any more.
 void carry_over_state(const Machine& from, Machine& to);
 
 }  // namespace doppel

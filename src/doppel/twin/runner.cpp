@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kGiveUp{100};  // further behind than this, the schedule is moved
 constexpr std::chrono::milliseconds kPauseNap{2};
-constexpr std::uint64_t kViewEvery = 256;  // steps between looks at the real-time factor
+constexpr std::uint64_t kStepsAtOnce = 100;  // while paused, between looks at what comes in
 
 void sleep_until(std::chrono::steady_clock::time_point due) {
   const auto since = due.time_since_epoch();
@@ -49,24 +49,28 @@ double RunStatistics::real_time_factor() const {
   return wall.count() > 0 ? static_cast<double>(simulated.count()) / static_cast<double>(wall.count()) : 0.0;
 }
 
-Runner::Runner(Twin& twin, RunnerOptions options) : twin_(twin), options_(options) {
+Runner::Runner(Twin& twin, RunnerOptions options)
+    : twin_(twin), options_(options), status_(twin.bus(), twin.robot_name(), Clock::now()) {
   twin_.time_control().speed = options_.speed;
 }
 
 void Runner::restart_schedule() {
-  anchor_wall_ = Clock::now();
+  anchor_wall_ = measured_ = Clock::now();
   anchor_steps_ = twin_.steps();
   anchor_speed_ = twin_.time_control().speed;
 }
 
-void Runner::keep_pace() {
-  if (anchor_speed_ != twin_.time_control().speed) restart_schedule();
-  if (anchor_speed_ <= 0.0) return;
+Runner::Clock::time_point Runner::keep_pace(Clock::time_point now) {
+  if (anchor_speed_ != twin_.time_control().speed) {
+    restart_schedule();
+    meter_.restart(anchor_wall_, anchor_steps_, phases());
+    now = anchor_wall_;
+  }
+  if (anchor_speed_ <= 0.0) return now;
   const double simulated_ns =
       static_cast<double>(twin_.steps() - anchor_steps_) * static_cast<double>(twin_.step_size().count());
   const auto due =
       anchor_wall_ + std::chrono::nanoseconds(static_cast<std::int64_t>(simulated_ns / anchor_speed_));
-  auto now = Clock::now();
   if (now < due) {
     sleep_until(due);
     now = Clock::now();
@@ -78,38 +82,53 @@ void Runner::keep_pace() {
     view_.overruns.store(statistics_.overruns, std::memory_order_relaxed);
     restart_schedule();
   }
+  return now;
+}
+
+LoopPhases Runner::phases() const {
+  LoopPhases phases = twin_.step_phases();
+  phases.physics = step_ - phases.control - phases.publish;
+  phases.bus = bus_;
+  phases.idle = idle_;
+  return phases;
+}
+
+// Between steps, a step in its time, and where the wall time went.
+void Runner::step_and_measure() {
+  const auto spun = Clock::now();
+  bus_ += spun - measured_;
+  const auto due = keep_pace(spun);
+  idle_ += due - spun;
+  twin_.step();
+  measured_ = Clock::now();
+  step_ += measured_ - due;
+}
+
+void Runner::tell(Clock::time_point now) {
+  if (!twin_.time_control().paused && meter_.update(now, twin_.steps(), phases(), twin_.step_size()))
+    view_.real_time_factor.store(meter_.means().real_time_factor, std::memory_order_relaxed);
+  status_.publish_due({twin_.now(), twin_.steps(), twin_.time_control(), meter_, statistics_}, now);
 }
 
 void Runner::rest_while_paused(const std::atomic<bool>& stop) {
   const auto paused_at = Clock::now();
   view_.paused.store(true, std::memory_order_relaxed);
   view_.real_time_factor.store(0.0, std::memory_order_relaxed);
+  meter_.restart(paused_at, twin_.steps(), phases());
   TimeControl& control = twin_.time_control();
   while (control.paused && !stop.load(std::memory_order_relaxed)) {
-    while (control.steps_owed > 0) {
-      --control.steps_owed;
-      twin_.step();
-    }
+    const std::uint64_t steps = std::min(control.steps_owed, kStepsAtOnce);
+    for (std::uint64_t i = 0; i < steps; ++i) twin_.step();
+    control.steps_owed -= steps;
+    if (steps > 0) twin_.publish_state();
+    tell(Clock::now());
+    if (control.steps_owed == 0) sleep_until(Clock::now() + kPauseNap);
     twin_.between_steps();
-    sleep_until(Clock::now() + kPauseNap);
   }
   view_.paused.store(false, std::memory_order_relaxed);
   statistics_.wall -= Clock::now() - paused_at;
   restart_schedule();
-  window_wall_ = Clock::now();
-  window_steps_ = twin_.steps();
-}
-
-void Runner::update_view() {
-  if (twin_.steps() - window_steps_ < kViewEvery) return;
-  const auto now = Clock::now();
-  const auto elapsed = now - window_wall_;
-  if (elapsed < std::chrono::milliseconds(500)) return;
-  const double simulated =
-      static_cast<double>(twin_.steps() - window_steps_) * static_cast<double>(twin_.step_size().count());
-  view_.real_time_factor.store(simulated / static_cast<double>(elapsed.count()), std::memory_order_relaxed);
-  window_wall_ = now;
-  window_steps_ = twin_.steps();
+  meter_.restart(anchor_wall_, anchor_steps_, phases());
 }
 
 RunStatistics Runner::run(const std::atomic<bool>& stop) {
@@ -122,8 +141,7 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
                         : UINT64_MAX;
   statistics_ = {};
   restart_schedule();
-  window_wall_ = begin_wall;
-  window_steps_ = begin_steps;
+  meter_.restart(begin_wall, begin_steps, phases());
   statistics_.end = RunEnd::duration_reached;
   while (twin_.steps() < last_step) {
     if (stop.load(std::memory_order_relaxed)) {
@@ -139,12 +157,12 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
       rest_while_paused(stop);
       continue;
     }
-    keep_pace();
-    twin_.step();
+    step_and_measure();
     if (on_first_step_) std::exchange(on_first_step_, nullptr)();
-    update_view();
+    tell(measured_);
   }
-  if (statistics_.end == RunEnd::duration_reached) keep_pace();  // the last step's time has to pass, too
+  if (statistics_.end == RunEnd::duration_reached)
+    keep_pace(Clock::now());  // the last step's time has to pass, too
   statistics_.wall += Clock::now() - begin_wall;
   statistics_.steps = twin_.steps() - begin_steps;
   statistics_.simulated = Duration(static_cast<std::int64_t>(statistics_.steps * step_ns));

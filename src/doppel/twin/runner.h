@@ -1,6 +1,7 @@
 #pragma once
-// Keeps a twin's time: steps it in pace with the wall clock (or as fast as it goes), pauses it, ends it. Runs
-// on the calling thread, which is then the loop's.
+// Keeps a twin's time: steps it in pace with the wall clock (or as fast as it goes), pauses it, ends it, and
+// tells on /doppel/status and /diagnostics how that goes. Runs on the calling thread, which is then the
+// loop's.
 
 #include <array>
 #include <atomic>
@@ -9,7 +10,9 @@
 #include <functional>
 #include <optional>
 
+#include "doppel/twin/loop_meter.h"
 #include "doppel/twin/simulator_services.h"
+#include "doppel/twin/status_publisher.h"
 #include "doppel/twin/twin.h"
 
 namespace doppel {
@@ -68,9 +71,12 @@ class Runner {
  private:
   using Clock = std::chrono::steady_clock;
   void rest_while_paused(const std::atomic<bool>& stop);
-  void keep_pace();
+  void step_and_measure();
+  // Sleeps until the next step is due; the time then.
+  Clock::time_point keep_pace(Clock::time_point now);
   void restart_schedule();
-  void update_view();
+  void tell(Clock::time_point now);
+  [[nodiscard]] LoopPhases phases() const;
 
   Twin& twin_;
   RunnerOptions options_;
@@ -81,8 +87,10 @@ class Runner {
   Clock::time_point anchor_wall_;
   std::uint64_t anchor_steps_ = 0;
   double anchor_speed_ = 1.0;
-  Clock::time_point window_wall_;
-  std::uint64_t window_steps_ = 0;
+  LoopMeter meter_;
+  Clock::time_point measured_;                        // up to when the wall time below is accounted for
+  std::chrono::nanoseconds bus_{}, idle_{}, step_{};  // since the run began
+  StatusPublisher status_;
 };
 
 }  // namespace doppel

@@ -8,28 +8,14 @@
 #include "doppel/core/names.h"
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/std_srvs.h"
+#include "doppel/twin/pose_messages.h"
+#include "doppel/twin/service_answer.h"
 
 namespace doppel {
 namespace {
 
 constexpr std::size_t kMostLoads = 256;
 constexpr double kFastest = 1e6;
-
-Eigen::Vector3d vector(const geometry_msgs::msg::Vector3& v) {
-  return {v.x, v.y, v.z};
-}
-
-template <class Response>
-Response answer(const Status& status, std::string good) {
-  Response response;
-  response.success = status.ok();
-  if constexpr (requires { response.status_message; }) {
-    response.status_message = status.ok() ? std::move(good) : status.why();
-  } else {
-    response.message = status.ok() ? std::move(good) : status.why();
-  }
-  return response;
-}
 
 }  // namespace
 
@@ -40,7 +26,6 @@ SimulatorServices::SimulatorServices(Bus& bus, const Model& model, Engine& engin
   offer_joint_efforts();
   offer_link_wrenches();
   offer_joint_state();
-  offer_model_state();
 }
 
 void SimulatorServices::forget_loads() {
@@ -199,8 +184,8 @@ Status SimulatorServices::add_wrench(const std::string& link, const std::string&
     R_WF = engine_->link_pose(reference).linear();
   }
   load.p_LoP_L = {point.x, point.y, point.z};
-  load.force_W = R_WF * vector(wrench.force);
-  load.torque_W = R_WF * vector(wrench.torque);
+  load.force_W = R_WF * from_msg(wrench.force);
+  load.torque_W = R_WF * from_msg(wrench.torque);
   if (!load.force_W.allFinite() || !load.torque_W.allFinite() || !load.p_LoP_L.allFinite()) {
     return Status::refused("the wrench is not made of finite numbers");
   }
@@ -320,49 +305,6 @@ void SimulatorServices::offer_joint_state() {
         }
         respond(response);
       });
-}
-
-void SimulatorServices::offer_model_state() {
-  using gazebo_msgs::srv::GetModelState;
-  node_.serve<GetModelState>("~/get_model_state", [this](const GetModelState::Request& r,
-                                                         Responder<GetModelState::Response> respond) {
-    Pose X_WM = Pose::Identity();
-    Status status;
-    if (is_robot(r.model_name)) {
-      X_WM = engine_->link_pose(0);
-    } else if (!engine_->object_pose(r.model_name, X_WM)) {
-      status = Status::refused(
-          fmt::format("there is no model '{}'; the robot is '{}'", r.model_name, model_.name));
-    }
-    auto response = answer<GetModelState::Response>(status, "");
-    response.header.stamp = to_time_msg(engine_->time());
-    response.header.frame_id = "world";
-    const Eigen::Quaterniond rotation(X_WM.linear());
-    response.pose.position = {X_WM.translation().x(), X_WM.translation().y(), X_WM.translation().z()};
-    response.pose.orientation = {rotation.x(), rotation.y(), rotation.z(), rotation.w()};
-    respond(response);
-  });
-  using gazebo_msgs::srv::SetModelState;
-  node_.serve<SetModelState>("~/set_model_state", [this](const SetModelState::Request& r,
-                                                         Responder<SetModelState::Response> respond) {
-    const auto& pose = r.model_state.pose;
-    const Eigen::Quaterniond rotation(pose.orientation.w, pose.orientation.x, pose.orientation.y,
-                                      pose.orientation.z);
-    Pose X_WM = Pose::Identity();
-    X_WM.translation() << pose.position.x, pose.position.y, pose.position.z;
-    Status status;
-    if (!X_WM.translation().allFinite() || !(rotation.norm() > 1e-6)) {
-      status =
-          Status::refused("the pose is no pose: a position of finite numbers and a quaternion of length 1");
-    } else if (X_WM.linear() = rotation.normalized().toRotationMatrix();
-               !engine_->set_object_pose(r.model_state.model_name, X_WM)) {
-      status = Status::refused(
-          fmt::format("there is no loose object '{}' in the world; the robot's joints are set "
-                      "with /gazebo/set_state",
-                      r.model_state.model_name));
-    }
-    respond(answer<SetModelState::Response>(status, "set"));
-  });
 }
 
 }  // namespace doppel

@@ -1,6 +1,7 @@
 #pragma once
 // The simulator as a node, /gazebo, by the names and types that its users know: pause, step, reset, speed,
-// efforts and wrenches on the machine, and its state. Everything runs on the loop's thread, between steps.
+// efforts and wrenches on the machine, and its joints' state (entity_services.h: its objects). Everything
+// runs on the loop's thread, between steps.
 
 #include <functional>
 #include <string>
@@ -50,7 +51,6 @@ class SimulatorServices {
   void offer_joint_efforts();
   void offer_link_wrenches();
   void offer_joint_state();
-  void offer_model_state();
 
   void apply_due(Time now);
   [[nodiscard]] double effort_on(int joint, Time now) const;
@@ -64,7 +64,6 @@ class SimulatorServices {
                      const std::vector<double>& velocities);
   [[nodiscard]] Status find_scalar_joint(const std::string& name, int& joint) const;
   [[nodiscard]] Status find_link(const std::string& name, int& link) const;
-  [[nodiscard]] bool is_robot(const std::string& name) const { return name.empty() || name == model_.name; }
 
   const Model& model_;
   Engine* engine_;

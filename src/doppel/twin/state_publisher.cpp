@@ -1,24 +1,31 @@
 #include "doppel/twin/state_publisher.h"
 
 #include "doppel/kinematics/kinematics.h"
+#include "doppel/twin/pose_messages.h"
 
 namespace doppel {
 namespace {
 
+constexpr const char* kWorld = "world";
+
 void write_transform(const Pose& X, geometry_msgs::msg::Transform& out) {
-  const Eigen::Quaterniond rotation(X.linear());
-  out.translation.x = X.translation().x();
-  out.translation.y = X.translation().y();
-  out.translation.z = X.translation().z();
-  out.rotation.x = rotation.x();
-  out.rotation.y = rotation.y();
-  out.rotation.z = rotation.z();
-  out.rotation.w = rotation.w();
+  const geometry_msgs::msg::Pose pose = to_pose_msg(X);
+  out.translation = {pose.position.x, pose.position.y, pose.position.z};
+  out.rotation = pose.orientation;
+}
+
+geometry_msgs::msg::TransformStamped transform_of(const std::string& parent, const std::string& child,
+                                                  const Pose& X_PC) {
+  geometry_msgs::msg::TransformStamped out;
+  out.header.frame_id = parent;
+  out.child_frame_id = child;
+  write_transform(X_PC, out.transform);
+  return out;
 }
 
 }  // namespace
 
-StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model)
+StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR)
     : model_(model), node_(bus, "/robot_state_publisher"), clock_node_(bus, "/gazebo") {
   const Qos latched{.depth = 1, .latched = true};
   description_ = node_.advertise<std_msgs::msg::String>("/robot_description", latched);
@@ -27,13 +34,14 @@ StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Mo
   clock_ = clock_node_.advertise<rosgraph_msgs::msg::Clock>("/clock");
   description_message_.data = robot.xml;
 
+  if (model.find_link(kWorld) < 0)
+    fixed_.transforms.push_back(transform_of(kWorld, model.links.front().name, X_WR));
   const Eigen::VectorXd q = model.neutral();
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];
-    geometry_msgs::msg::TransformStamped transform;
-    transform.header.frame_id = model.links[static_cast<std::size_t>(joint.parent_link)].name;
-    transform.child_frame_id = model.links[static_cast<std::size_t>(joint.child_link)].name;
-    write_transform(parent_to_child(joint, q), transform.transform);
+    auto transform =
+        transform_of(model.links[static_cast<std::size_t>(joint.parent_link)].name,
+                     model.links[static_cast<std::size_t>(joint.child_link)].name, parent_to_child(joint, q));
     if (joint.nq > 0) {
       moving_joints_.push_back(j);
       moving_.transforms.push_back(std::move(transform));

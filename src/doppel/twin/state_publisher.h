@@ -15,7 +15,9 @@ namespace doppel {
 
 class StatePublisher {
  public:
-  StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model);
+  // X_WR: the root link in the world. Where no link is called "world", /tf_static has the root link in a
+  // frame of that name.
+  StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR);
 
   // In the loop: no allocation, no lock, no throw. q: [model.nq].
   void publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q);

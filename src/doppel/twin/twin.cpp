@@ -4,9 +4,15 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 
 #include "doppel/messages/rcl_interfaces.h"
+#include "doppel/twin/contact_publisher.h"
+#include "doppel/twin/entity_mesh.h"
+#include "doppel/twin/entity_services.h"
+#include "doppel/twin/load_publisher.h"
+#include "doppel/twin/object_publisher.h"
 #include "doppel/twin/simulator_services.h"
 #include "doppel/twin/state_publisher.h"
 
@@ -22,6 +28,19 @@ std::uint64_t steps_in(Duration period, Duration step) {
       1, static_cast<std::uint64_t>((period.count() + step.count() / 2) / step.count()));
 }
 
+// Adds the wall time of its life to a sum.
+class Stopwatch {
+ public:
+  explicit Stopwatch(std::chrono::nanoseconds& sum) : sum_(sum) {}
+  ~Stopwatch() { sum_ += std::chrono::steady_clock::now() - begin_; }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  std::chrono::nanoseconds& sum_;
+  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
 std::uint64_t mixed(std::uint64_t hash, double value) {
   hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0x9E3779B97F4A7C15ull;
   return hash ^ (hash >> 29);
@@ -33,11 +52,12 @@ struct Twin::Impl {
   Impl(Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
       : scenario(std::move(the_scenario)),
         log(the_log),
-        machine(std::make_unique<Machine>(scenario, diagnostics)) {
+        machine(std::make_unique<Machine>(scenario, diagnostics)),
+        objects(bus) {
     registry = ControllerRegistry::with_builtin();
     for (const std::string& plugin : scenario.plugins) registry.load_library(plugin);
     build_control(diagnostics);
-    make_publisher();
+    make_publishers();
     if (scenario.start_controllers) control->start(control->wish_of(scenario.activate), log);
   }
 
@@ -48,7 +68,16 @@ struct Twin::Impl {
     services = std::make_unique<SimulatorServices>(
         bus, control->model(), *machine->engine,
         SimulatorServices::Callbacks{[this] { reset(); },
-                                     [this] { control->manager().restart(machine->engine->time()); }});
+                                     [this] {
+                                       control->manager().restart(machine->engine->time());
+                                       publish_state();
+                                     }});
+    entities = std::make_unique<EntityServices>(
+        bus, control->model(), *machine->engine, log,
+        EntityServices::Callbacks{[this](const std::string& uri) {
+                                    return find_entity_mesh(uri, machine->resolver, machine->setup.target);
+                                  },
+                                  [this] { objects.at_once(); }});
     const Duration step = machine->setup.world.step;
     steps_per_tick = static_cast<std::uint64_t>(control->manager().steps_per_tick());
     steps_per_transforms = steps_in(kTransformPeriod, step);
@@ -57,9 +86,16 @@ struct Twin::Impl {
     all_due_now();
   }
 
-  void make_publisher() {
+  // What tells of the machine; anew for every machine.
+  void make_publishers() {
     publisher.reset();
-    publisher = std::make_unique<StatePublisher>(bus, machine->setup.description.robot, control->model());
+    loads.reset();
+    contacts.reset();
+    publisher = std::make_unique<StatePublisher>(bus, machine->setup.description.robot, control->model(),
+                                                 machine->setup.world.X_WR);
+    loads = std::make_unique<LoadPublisher>(bus, control->model(), machine->servos, machine->gravity_R());
+    contacts = std::make_unique<ContactPublisher>(bus, control->model());
+    objects.at_once();
     publisher->publish_latched(machine->engine->time());
   }
 
@@ -68,6 +104,7 @@ struct Twin::Impl {
   // Controllers and services for the machine in place of those that are there, with the same pace of time.
   void rebuild_control(const ControllerWish& wish) {
     const TimeControl time = services->time_control();
+    entities.reset();
     services.reset();
     control.reset();
     Diagnostics told_before;
@@ -82,6 +119,7 @@ struct Twin::Impl {
     Engine* const engine = machine->engine.get();
     const Time now = engine->time();
     if (count == next_tick) {
+      const Stopwatch watch(phases.control);
       control->manager().tick(now);
       next_tick += steps_per_tick;
     }
@@ -92,24 +130,50 @@ struct Twin::Impl {
     for (const double value : q) hash = mixed(hash, value);
     for (const double value : engine->v()) hash = mixed(hash, value);
     for (const double value : engine->drive_effort()) hash = mixed(hash, value);
+    if (count >= next_transforms || count >= next_clock) publish_due();
+  }
+
+  // In the loop.
+  void publish_due() {
+    const Stopwatch watch(phases.publish);
+    const Time now = machine->engine->time();
     if (count >= next_transforms) {
-      publisher->publish_transforms(engine->time(),
-                                    Eigen::Map<const Eigen::VectorXd>(q.data(), machine->model.nq));
+      publish_transforms(now);
       next_transforms += steps_per_transforms;
     }
     if (count >= next_clock) {
-      publisher->publish_clock(engine->time());
+      publisher->publish_clock(now);
       next_clock += steps_per_clock;
     }
+  }
+
+  void publish_transforms(Time now) {
+    publisher->publish_transforms(
+        now, Eigen::Map<const Eigen::VectorXd>(machine->engine->q().data(), machine->model.nq));
+  }
+
+  void publish_state() {
+    const Time now = machine->engine->time();
+    bus.set_now(now);
+    publisher->publish_clock(now);
+    publish_transforms(now);
+    control->manager().publish_state(now);
+    loads->at_once();
+    contacts->at_once();
+    objects.at_once();
   }
 
   void between_steps() {
     bus.set_now(machine->engine->time());
     bus.spin();
+    const Time now = machine->engine->time();  // what came in may have set it back
     if (count >= next_housekeeping) {
-      control->manager().housekeeping(machine->engine->time());
+      control->manager().housekeeping(now);
       next_housekeeping = count + steps_per_housekeeping;
     }
+    loads->publish_due(*machine->engine, now);
+    contacts->publish_due(*machine->engine, now);
+    objects.publish_due(control->model(), *machine->engine, now);
   }
 
   void reset() {
@@ -119,6 +183,7 @@ struct Twin::Impl {
     bus.set_now(engine.time());
     control->manager().restart(engine.time());
     publisher->publish_latched(engine.time());
+    publish_state();
     all_due_now();
   }
 
@@ -129,8 +194,13 @@ struct Twin::Impl {
   std::unique_ptr<Machine> machine;
   std::unique_ptr<ControlStack> control;
   std::unique_ptr<StatePublisher> publisher;
+  std::unique_ptr<LoadPublisher> loads;
+  std::unique_ptr<ContactPublisher> contacts;
+  ObjectPublisher objects;
   std::unique_ptr<SimulatorServices> services;
+  std::unique_ptr<EntityServices> entities;
 
+  LoopPhases phases;
   std::uint64_t count = 0, hash = 0xCBF29CE484222325ull;
   std::uint64_t steps_per_tick = 1, steps_per_transforms = 1, steps_per_clock = 1, steps_per_housekeeping = 1;
   std::uint64_t next_tick = 0, next_transforms = 0, next_clock = 0, next_housekeeping = 0;
@@ -148,7 +218,9 @@ Twin::Reload Twin::Impl::replace(Replacement& fresh) {
   if (same_structure(*fresh.machine, *machine)) {
     control->take_over(*fresh.machine, *machine);
     services->rebind(*machine->engine);
-    make_publisher();
+    entities->rebind(*machine->engine);
+    make_publishers();
+    publish_state();
     return Reload::controllers_went_on;
   }
   const ControllerWish before = control->present_wish();
@@ -157,9 +229,11 @@ Twin::Reload Twin::Impl::replace(Replacement& fresh) {
   } catch (const InputError&) {
     std::swap(machine, fresh.machine);
     rebuild_control(before);
+    make_publishers();
     throw;
   }
-  make_publisher();
+  make_publishers();
+  publish_state();
   return Reload::controllers_made_anew;
 }
 
@@ -176,6 +250,12 @@ void Twin::between_steps() {
 }
 void Twin::reset() {
   impl_->reset();
+}
+void Twin::publish_state() {
+  impl_->publish_state();
+}
+const LoopPhases& Twin::step_phases() const {
+  return impl_->phases;
 }
 ControllerWish Twin::present_controllers() const {
   return impl_->control->present_wish();

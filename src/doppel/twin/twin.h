@@ -13,6 +13,7 @@
 #include "doppel/core/log.h"
 #include "doppel/physics/engine.h"
 #include "doppel/twin/control_stack.h"
+#include "doppel/twin/loop_meter.h"
 #include "doppel/twin/scenario.h"
 
 namespace doppel {
@@ -48,6 +49,11 @@ class Twin {
   // Between steps: what edges sent, reports, results. Allocates only where there is something to do.
   void between_steps();
   void reset();  // to the start: time 0, start pose, at rest; active controllers hold there
+  // /clock, /tf, /joint_states and what is told of loads, contacts and objects, as it is now: after the state
+  // was written or time was stepped, so that pictures follow while time stands.
+  void publish_state();
+  // Wall time spent in step() so far by controllers and by publishing; the rest is not told apart here.
+  [[nodiscard]] const LoopPhases& step_phases() const;
 
   // -- reload of the sources
   // What the scenario's files say now, built beside the running machine; opaque.

@@ -1,0 +1,53 @@
+#include "doppel/twin/contact_publisher.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "doppel/twin/pose_messages.h"
+#include "doppel/twin/world_frame.h"
+
+namespace doppel {
+
+ContactPublisher::ContactPublisher(Bus& bus, const Model& model) : model_(model), node_(bus, "/gazebo") {
+  topic_ = node_.advertise<gazebo_msgs::msg::ContactsState>("~/contacts");
+}
+
+std::string ContactPublisher::shape_name(int link, std::string_view object) const {
+  if (link < 0) return fmt::format("{}::link::collision", object);
+  const std::string& name = model_.links[static_cast<std::size_t>(link)].name;
+  return fmt::format("{}::{}::{}_collision", model_.name, name, name);
+}
+
+void ContactPublisher::publish(const Engine& engine, Time now) {
+  engine.contacts(contacts_);
+  const Pose X_TW = world_in_tf(model_, engine);
+  gazebo_msgs::msg::ContactsState message;
+  message.header.stamp = to_time_msg(now);
+  message.header.frame_id = "world";
+  for (const Contact& contact : contacts_) {
+    const std::string first = shape_name(contact.link_a, contact.object_a);
+    const std::string second = shape_name(contact.link_b, contact.object_b);
+    auto state = std::ranges::find_if(message.states, [&](const auto& s) {
+      return s.collision1_name == first && s.collision2_name == second;
+    });
+    if (state == message.states.end()) {
+      state = message.states.emplace(message.states.end());
+      state->info = fmt::format("{} touches {}", first, second);
+      state->collision1_name = first;
+      state->collision2_name = second;
+    }
+    // Gazebo tells what acts on the first shape; the engine, what acts on the second.
+    const Eigen::Vector3d force = X_TW.linear() * -contact.force_W;
+    state->wrenches.push_back({to_vector_msg(force), {}});
+    state->total_wrench.force.x += force.x();
+    state->total_wrench.force.y += force.y();
+    state->total_wrench.force.z += force.z();
+    state->contact_positions.push_back(to_vector_msg(X_TW * contact.p_W));
+    state->contact_normals.push_back(to_vector_msg(X_TW.linear() * -contact.normal_W));
+    state->depths.push_back(contact.depth);
+  }
+  topic_.publish(message, now);
+}
+
+}  // namespace doppel

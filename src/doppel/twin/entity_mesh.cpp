@@ -1,0 +1,89 @@
+#include "doppel/twin/entity_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kLargestMesh = std::uintmax_t{16} << 20;
+constexpr const char* kRule = "entity.mesh";
+
+// Both without "." and "..".
+bool is_below(const fs::path& file, const fs::path& folder) {
+  if (folder.empty()) return false;
+  const auto [in_folder, in_file] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
+  return in_folder == folder.end() || (in_folder->empty() && std::next(in_folder) == folder.end());
+}
+
+bool is_in_a_package(const fs::path& file) {
+  std::error_code none;
+  for (fs::path at = file.parent_path(); at.has_relative_path(); at = at.parent_path()) {
+    if (fs::is_regular_file(at / "package.xml", none)) return true;
+  }
+  return false;
+}
+
+bool is_mesh_name(const fs::path& file) {
+  std::string end = file.extension().string();
+  std::ranges::transform(end, end.begin(), [](unsigned char c) { return std::tolower(c); });
+  constexpr std::array kKnown{".stl", ".obj", ".dae"};
+  return std::ranges::find(kKnown, end) != kKnown.end();
+}
+
+std::vector<fs::path> folders_of(const std::string& scheme, const std::string& rest,
+                                 const PackageResolver& resolver, const Target& target) {
+  if (scheme == "file") return {target.description.parent_path(), target.package_folder};
+  return {resolver.find_package(rest.substr(0, rest.find('/'))).path};
+}
+
+}  // namespace
+
+fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolver, const Target& target) {
+  const auto refuse = [&uri](const std::string& why) {
+    return InputError(kRule, {}, fmt::format("the mesh '{}' {}", uri.substr(0, 200), why),
+                      "name a mesh of the robot's packages, as package://PACKAGE/meshes/part.stl");
+  };
+  const std::size_t colon = uri.find("://");
+  const std::string scheme = uri.substr(0, colon == std::string::npos ? 0 : colon);
+  if (scheme != "package" && scheme != "model" && scheme != "file")
+    throw refuse("is neither package:// nor file://");
+  if (uri.find('\0') != std::string::npos) throw refuse("has a NUL in its name");
+  if (!is_mesh_name(uri)) throw refuse("is no .stl, .obj or .dae");
+
+  std::error_code failed;
+  const fs::path base = fs::absolute(target.description, failed).parent_path();
+  const std::string rest = uri.substr(colon + 3);
+  fs::path file = scheme == "file" ? fs::path(rest) : fs::path();
+  if (file.is_relative() && scheme == "file") file = base / file;
+  const std::vector<fs::path> folders = folders_of(scheme, rest, resolver, target);
+  if (scheme != "file") {
+    if (folders.front().empty()) throw refuse("is of a package that is not found");
+    file = folders.front() / rest.substr(std::min(rest.size(), rest.find('/') + 1));
+  }
+  file = fs::absolute(file, failed).lexically_normal();
+  // Judged by its name before the disk is asked, so that no answer tells what stands elsewhere.
+  const auto holds = [&file, &failed](const fs::path& folder) {
+    return !folder.empty() && is_below(file, fs::absolute(folder, failed).lexically_normal());
+  };
+  if (std::ranges::none_of(folders, holds)) throw refuse("lies outside of the robot's packages");
+  const fs::path real = fs::canonical(file, failed);
+  if (failed || !fs::is_regular_file(real, failed)) throw refuse("is not found");
+  const auto really_holds = [&real](const fs::path& folder) {
+    std::error_code gone;
+    const fs::path canonical = folder.empty() ? folder : fs::canonical(folder, gone);
+    return is_below(real, canonical);
+  };
+  if (std::ranges::none_of(folders, really_holds) && !is_in_a_package(real))
+    throw refuse("is a link that leads out of the robot's packages");
+  if (!is_mesh_name(real)) throw refuse("is a link to what is no .stl, .obj or .dae");
+  if (fs::file_size(real, failed) > kLargestMesh || failed)
+    throw refuse("is larger than 16 MB, and would stop the loop for too long");
+  return real;
+}
+
+}  // namespace doppel

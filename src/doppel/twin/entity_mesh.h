@@ -1,0 +1,19 @@
+#pragma once
+// Which meshes an object that is spawned may have: files of the robot's own packages. Whoever may call
+// services must not be able to read any file of the machine by it.
+
+#include <filesystem>
+#include <string>
+
+#include "doppel/description/load.h"
+
+namespace doppel {
+
+// The file that a mesh's URI means: package:// (model://) below that package's folder, or file:// below the
+// description's folder or its package's. A link may lead out of there only into another package, as `colcon
+// build
+// --symlink-install` makes them. STL, OBJ or COLLADA of at most 16 MB. Throws InputError.
+std::filesystem::path find_entity_mesh(const std::string& uri, const PackageResolver& resolver,
+                                       const Target& target);
+
+}  // namespace doppel

@@ -1,0 +1,266 @@
+#include "doppel/twin/entity_services.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "doppel/core/names.h"
+#include "doppel/twin/pose_messages.h"
+#include "doppel/twin/service_answer.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kFarthest = 1e4;  // m
+constexpr double kFastest = 1e3;   // m/s, rad/s
+constexpr std::size_t kLongestName = 100;
+
+bool is_world(const std::string& frame) {
+  return frame.empty() || frame == "world" || frame == "map";
+}
+
+// "scope::plain"; without a scope, all of it is plain.
+std::pair<std::string, std::string> split_scope(const std::string& name) {
+  const std::size_t at = name.find("::");
+  if (at == std::string::npos) return {"", name};
+  return {name.substr(0, at), name.substr(name.rfind("::") + 2)};
+}
+
+std::string joined(const std::vector<Diagnostic>& diagnostics) {
+  std::string out;
+  for (const Diagnostic& diagnostic : diagnostics) {
+    if (!out.empty()) out += "; ";
+    if (diagnostic.where.known()) out += diagnostic.where.place() + ": ";
+    out += diagnostic.message;
+    if (!diagnostic.mend.empty()) out += fmt::format(" ({})", diagnostic.mend);
+  }
+  return out;
+}
+
+}  // namespace
+
+EntityServices::EntityServices(Bus& bus, const Model& model, Engine& engine, const Log& log,
+                               Callbacks callbacks)
+    : model_(model), engine_(&engine), log_(log), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
+  offer_coming_and_going();
+  offer_entity_state();
+  offer_model_state();
+}
+
+Status EntityServices::find(const std::string& name, Entity& entity) const {
+  const auto [scope, plain] = split_scope(name);
+  const std::string& model = scope.empty() ? plain : scope;
+  Pose unused;
+  if (engine_->object_pose(model, unused)) {
+    entity.object = model;
+    return {};
+  }
+  if (plain == model_.name) {
+    entity.link = 0;
+    return {};
+  }
+  entity.link = model_.find_link(plain);
+  if (entity.link >= 0 && (scope.empty() || scope == model_.name)) return {};
+  std::vector<std::string> names{model_.name};
+  for (const WorldObject& object : engine_->objects()) names.push_back(object.name);
+  if (std::ranges::find(names, model) != names.end()) {
+    names.clear();  // the model is right, so the link is not
+    for (const ModelLink& link : model_.links) names.push_back(link.name);
+  }
+  return Status::refused(fmt::format("there is no entity '{}'{}", name.substr(0, kLongestName),
+                                     did_you_mean(plain.substr(0, kLongestName), names)));
+}
+
+EntityServices::Motion EntityServices::motion_of(const Entity& entity) const {
+  Motion out;
+  if (!entity.object.empty()) {
+    engine_->object_pose(entity.object, out.X_WE);
+    engine_->object_velocity(entity.object, out.velocity);
+  } else {
+    out.X_WE = engine_->link_pose(entity.link);
+    out.velocity = engine_->link_velocity(entity.link);
+  }
+  return out;
+}
+
+Status EntityServices::find_frame(const std::string& name, Motion& frame) const {
+  if (is_world(name)) return {};
+  Entity entity;
+  if (const Status found = find(name, entity); !found)
+    return Status::refused("the frame of reference is unknown: " + found.why());
+  frame = motion_of(entity);
+  return {};
+}
+
+Status EntityServices::check_name(const std::string& name) const {
+  if (name.empty()) return Status::refused("the entity has no name, neither in the request nor in the xml");
+  const bool printable = std::ranges::all_of(name, [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
+  if (name.size() > kLongestName || !printable || name.find("::") != std::string::npos) {
+    return Status::refused(
+        fmt::format("a name has at most {} characters, all of them printable, and no '::'", kLongestName));
+  }
+  if (is_world(name) || name == "ground" || name == model_.name || model_.find_link(name) >= 0)
+    return Status::refused(fmt::format("the name '{}' is taken by the robot or its world", name));
+  Pose unused;
+  if (engine_->object_pose(name, unused))
+    return Status::refused(
+        fmt::format("there is an object '{}' already; choose another name, or delete it", name));
+  if (engine_->objects().size() >= kMostObjects)
+    return Status::refused(fmt::format("the world has {} objects, which is the most it takes", kMostObjects));
+  return {};
+}
+
+Status EntityServices::spawn(const gazebo_msgs::srv::SpawnEntity::Request& request, std::string& good) {
+  Motion frame;
+  if (const Status found = find_frame(request.reference_frame, frame); !found) return found;
+  const std::optional<Pose> X_FE = from_msg(request.initial_pose);
+  if (!X_FE)
+    return Status::refused(
+        "initial_pose is no pose: a position of finite numbers and a quaternion of length 1");
+  try {
+    Diagnostics notes;
+    WorldObject object = read_entity_xml(request.xml, callbacks_.find_mesh, notes);
+    if (!request.name.empty()) object.name = request.name;
+    if (const Status free = check_name(object.name); !free) return free;
+    object.X_WO = frame.X_WE * *X_FE * object.X_WO;
+    if (object.X_WO.translation().cwiseAbs().maxCoeff() > kFarthest)
+      return Status::refused(fmt::format("the pose is further away than {:g} m", kFarthest));
+    engine_->spawn(object);
+    callbacks_.changed();
+    good = fmt::format("'{}' is in the world{}{}", object.name, notes.all().empty() ? "" : "; ",
+                       joined(notes.all()));
+    return {};
+  } catch (const InputError& refused) {
+    return Status::refused(joined(refused.diagnostics()));
+  }
+}
+
+Status EntityServices::remove(const std::string& name) {
+  if (engine_->remove(name)) {
+    callbacks_.changed();
+    return {};
+  }
+  if (name == model_.name)
+    return Status::refused(fmt::format("'{}' is the robot, which stays as long as the twin runs", name));
+  if (name == "ground")
+    return Status::refused("the ground is the world's own; `ground: false` in a world file");
+  Entity entity;
+  const Status found = find(name, entity);
+  return found ? Status::refused(fmt::format("'{}' is a part, and cannot be deleted alone", name)) : found;
+}
+
+Status EntityServices::get_state(const std::string& name, const std::string& reference,
+                                 geometry_msgs::msg::Pose& pose, geometry_msgs::msg::Twist& twist) const {
+  Entity entity;
+  Motion frame;
+  if (const Status found = find(name, entity); !found) return found;
+  if (const Status found = find_frame(reference, frame); !found) return found;
+  const Motion motion = motion_of(entity);
+  const Eigen::Matrix3d R_FW = frame.X_WE.linear().transpose();
+  pose = to_pose_msg(frame.X_WE.inverse() * motion.X_WE);
+  twist.linear = to_vector_msg(R_FW * (motion.velocity.linear_W - frame.velocity.linear_W));
+  twist.angular = to_vector_msg(R_FW * (motion.velocity.angular_W - frame.velocity.angular_W));
+  return {};
+}
+
+Status EntityServices::set_state(const std::string& name, const std::string& reference,
+                                 const geometry_msgs::msg::Pose& pose,
+                                 const geometry_msgs::msg::Twist& twist) {
+  Entity entity;
+  Motion frame;
+  if (const Status found = find(name, entity); !found) return found;
+  if (const Status found = find_frame(reference, frame); !found) return found;
+  if (entity.object.empty()) {
+    return Status::refused(
+        fmt::format("'{}' is the robot or a link of it; its joints are set with "
+                    "/gazebo/set_state",
+                    name));
+  }
+  const std::optional<Pose> X_FE = from_msg(pose);
+  if (!X_FE)
+    return Status::refused("the pose is no pose: a position of finite numbers and a quaternion of length 1");
+  const Pose X_WE = frame.X_WE * *X_FE;
+  const Eigen::Matrix3d R_WF = frame.X_WE.linear();
+  const FrameVelocity velocity{R_WF * from_msg(twist.linear), R_WF * from_msg(twist.angular)};
+  if (!(X_WE.translation().cwiseAbs().maxCoeff() <= kFarthest))
+    return Status::refused(fmt::format("the pose is further away than {:g} m", kFarthest));
+  if (!(velocity.linear_W.norm() <= kFastest) || !(velocity.angular_W.norm() <= kFastest))
+    return Status::refused(
+        fmt::format("the twist is not finite, or faster than {:g} m/s or rad/s", kFastest));
+  engine_->set_object_pose(entity.object, X_WE);
+  if (!velocity.linear_W.isZero(0) || !velocity.angular_W.isZero(0))
+    engine_->set_object_velocity(entity.object, velocity);
+  callbacks_.changed();
+  return {};
+}
+
+// Once, however often a client tries.
+void EntityServices::tell_refusal(const char* service, const Status& status) {
+  if (status.ok() || status.why() == told_) return;
+  told_ = status.why();
+  log_.warning("gazebo", fmt::format("{}: {}", service, told_));
+}
+
+void EntityServices::offer_coming_and_going() {
+  using gazebo_msgs::srv::DeleteEntity;
+  using gazebo_msgs::srv::SpawnEntity;
+  node_.serve<SpawnEntity>("/spawn_entity",
+                           [this](const SpawnEntity::Request& r, Responder<SpawnEntity::Response> respond) {
+                             std::string good;
+                             const Status status = spawn(r, good);
+                             respond(answer<SpawnEntity::Response>(status, good));
+                           });
+  node_.serve<DeleteEntity>(
+      "/delete_entity", [this](const DeleteEntity::Request& r, Responder<DeleteEntity::Response> respond) {
+        const Status status = remove(r.name);
+        respond(answer<DeleteEntity::Response>(status, fmt::format("'{}' is gone", r.name)));
+      });
+}
+
+void EntityServices::offer_entity_state() {
+  using gazebo_msgs::srv::GetEntityState;
+  using gazebo_msgs::srv::SetEntityState;
+  node_.serve<GetEntityState>("~/get_entity_state", [this](const GetEntityState::Request& r,
+                                                           Responder<GetEntityState::Response> respond) {
+    GetEntityState::Response response;
+    const Status status = get_state(r.name, r.reference_frame, response.state.pose, response.state.twist);
+    response.success = status.ok();
+    response.header.stamp = to_time_msg(engine_->time());
+    response.header.frame_id = is_world(r.reference_frame) ? "world" : r.reference_frame;
+    response.state.name = r.name;
+    response.state.reference_frame = response.header.frame_id;
+    tell_refusal("get_entity_state", status);
+    respond(response);
+  });
+  node_.serve<SetEntityState>("~/set_entity_state", [this](const SetEntityState::Request& r,
+                                                           Responder<SetEntityState::Response> respond) {
+    const Status status = set_state(r.state.name, r.state.reference_frame, r.state.pose, r.state.twist);
+    tell_refusal("set_entity_state", status);
+    respond({status.ok()});
+  });
+}
+
+void EntityServices::offer_model_state() {
+  using gazebo_msgs::srv::GetModelState;
+  using gazebo_msgs::srv::SetModelState;
+  node_.serve<GetModelState>("~/get_model_state", [this](const GetModelState::Request& r,
+                                                         Responder<GetModelState::Response> respond) {
+    GetModelState::Response found;
+    const Status status = get_state(r.model_name.empty() ? model_.name : r.model_name, r.relative_entity_name,
+                                    found.pose, found.twist);
+    auto response = answer<GetModelState::Response>(status, "");
+    response.header.stamp = to_time_msg(engine_->time());
+    response.header.frame_id = is_world(r.relative_entity_name) ? "world" : r.relative_entity_name;
+    response.pose = found.pose;
+    response.twist = found.twist;
+    respond(response);
+  });
+  node_.serve<SetModelState>("~/set_model_state", [this](const SetModelState::Request& r,
+                                                         Responder<SetModelState::Response> respond) {
+    const auto& state = r.model_state;
+    respond(answer<SetModelState::Response>(
+        set_state(state.model_name, state.reference_frame, state.pose, state.twist), "set"));
+  });
+}
+
+}  // namespace doppel

@@ -1,0 +1,399 @@
+#include "doppel/twin/entity_xml.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "doppel/core/names.h"
+#include "doppel/description/urdf_reader.h"
+#include "doppel/description/xml.h"
+#include "doppel/math/pose.h"
+
+namespace doppel {
+namespace {
+
+constexpr std::size_t kLargestText = std::size_t{1} << 20;
+constexpr double kSmallest = 1e-4, kLargest = 1e3;   // m
+constexpr double kLightest = 1e-6, kHeaviest = 1e6;  // kg
+constexpr double kFarthest = 1e4;                    // m
+constexpr double kMostFriction = 100;
+constexpr const char* kInvalid = "entity.invalid";
+
+// What SDF and URDF have in common: numbers in their bounds, shapes, and what must be there once.
+class Reader {
+ public:
+  Reader(const MeshFinder& find_mesh, Diagnostics& notes) : find_mesh_(find_mesh), notes_(notes) {}
+
+ protected:
+  void error(const XmlNode& node, const std::string& message, const std::string& mend = "") {
+    errors_.error(kInvalid, node.where, message, mend);
+  }
+  void has_no_effect(const XmlNode& node) {
+    notes_.note("entity.no_effect", node.where, fmt::format("<{}> has no effect on an object", node.name));
+  }
+
+  static std::vector<const XmlNode*> all(const XmlNode& node, std::string_view name) {
+    std::vector<const XmlNode*> out;
+    for (const XmlNode& child : node.children) {
+      if (child.is(name)) out.push_back(&child);
+    }
+    return out;
+  }
+
+  // Numbers separated by blanks, from `least` to `most` of them.
+  std::vector<double> numbers(const XmlNode& node, const std::string& text, std::size_t least,
+                              std::size_t most) {
+    std::vector<double> out;
+    std::istringstream words(text);
+    for (std::string word; words >> word && out.size() <= most;) {
+      const auto value = parse_number(word);
+      if (!value) {
+        error(node,
+              fmt::format("<{}> holds '{}', which is not a finite number", node.name, word.substr(0, 40)));
+        return {};
+      }
+      out.push_back(*value);
+    }
+    if (out.size() >= least && out.size() <= most) return out;
+    error(node, fmt::format("<{}> takes {} numbers, not '{}'", node.name,
+                            least == most ? std::to_string(least) : fmt::format("{} or {}", least, most),
+                            text.substr(0, 60)));
+    return {};
+  }
+
+  Eigen::Vector3d triple(const XmlNode& node, const std::string& text) {
+    const std::vector<double> found = numbers(node, text, 3, 3);
+    return found.empty() ? Eigen::Vector3d(Eigen::Vector3d::Ones())
+                         : Eigen::Vector3d(found[0], found[1], found[2]);
+  }
+
+  void check_range(const XmlNode& node, const char* what, double value, double low, double high,
+                   const char* unit) {
+    if (value >= low && value <= high) return;
+    error(node,
+          fmt::format("the {} is {:g} {}; it has to be from {:g} to {:g}", what, value, unit, low, high));
+  }
+  void check_sizes(const XmlNode& node, const Geometry& shape) {
+    const auto check = [&](const char* what, double value) {
+      check_range(node, what, value, kSmallest, kLargest, "m");
+    };
+    if (const auto* box = std::get_if<Box>(&shape)) {
+      for (const double side : box->size) check("side", side);
+    } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
+      check("radius", cylinder->radius);
+      check("length", cylinder->length);
+    } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+      check("radius", capsule->radius);
+      check("length", capsule->length);
+    } else if (const auto* sphere = std::get_if<Sphere>(&shape)) {
+      check("radius", sphere->radius);
+    } else if (const auto* mesh = std::get_if<MeshGeometry>(&shape)) {
+      for (const double scale : mesh->scale) check_range(node, "scale", std::fabs(scale), 1e-6, 1e6, "");
+    }
+  }
+  void check_pose(const XmlNode& node, const Pose& pose) {
+    check_range(node, "distance", pose.translation().cwiseAbs().maxCoeff(), 0, kFarthest, "m");
+  }
+  double mass_from(const XmlNode& node, std::optional<double> value) {
+    if (!value) return kLightest;  // told already
+    check_range(node, "mass", *value, kLightest, kHeaviest, "kg");
+    return *value;
+  }
+
+  void set_color(const XmlNode& node, const std::string& text, WorldObject& object) {
+    const std::vector<double> found = numbers(node, text, 3, 4);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      object.rgba[static_cast<Eigen::Index>(i)] = found[i];
+      check_range(node, "colour", found[i], 0, 1, "");
+    }
+  }
+
+  // The one element below <geometry> that is a shape; nothing and an error where there is none or several.
+  const XmlNode* shape_below(const XmlNode& parent, const std::vector<std::string>& kinds) {
+    const XmlNode* geometry = parent.first("geometry");
+    if (geometry == nullptr) {
+      error(parent, fmt::format("<{}> has no <geometry>", parent.name));
+      return nullptr;
+    }
+    const XmlNode* found = nullptr;
+    for (const XmlNode& child : geometry->children) {
+      if (child.kind != XmlNode::Kind::element) continue;
+      if (std::ranges::find(kinds, child.name) == kinds.end()) {
+        error(child, fmt::format("there is no shape <{}> for an object{}", child.name.substr(0, 40),
+                                 did_you_mean(child.name.substr(0, 40), kinds)));
+        return nullptr;
+      }
+      if (found != nullptr) {
+        error(child, "a <geometry> has one shape, not two");
+        return nullptr;
+      }
+      found = &child;
+    }
+    if (found == nullptr) error(*geometry, "<geometry> holds no shape");
+    return found;
+  }
+
+  MeshGeometry mesh_from(const XmlNode& node, const std::string& uri, const Eigen::Vector3d& scale) {
+    MeshGeometry mesh{uri, scale, ""};
+    try {
+      mesh.path = find_mesh_(uri).string();
+    } catch (const InputError& refused) {
+      for (const Diagnostic& diagnostic : refused.diagnostics())
+        errors_.error(diagnostic.rule, node.where, diagnostic.message, diagnostic.mend);
+    }
+    return mesh;
+  }
+
+  // The shape's element among the link's <collision> and <visual>; a second one is an error.
+  const XmlNode* carrier_of_shape(const XmlNode& link) {
+    const auto collisions = all(link, "collision"), visuals = all(link, "visual");
+    const auto& carriers = collisions.empty() ? visuals : collisions;
+    if (carriers.empty()) {
+      error(link, "the link has no shape: neither <collision> nor <visual>");
+      return nullptr;
+    }
+    if (carriers.size() > 1) {
+      error(*carriers[1], fmt::format("a second <{}>; an object has one shape", carriers[1]->name),
+            "spawn several objects, or one mesh");
+    }
+    return carriers.front();
+  }
+
+  const XmlNode* only_link(const XmlNode& parent) {
+    const auto links = all(parent, "link");
+    if (links.size() == 1) return links.front();
+    error(links.empty() ? parent : *links[1], fmt::format("an object is one link, this has {}", links.size()),
+          "robots are brought up with `doppel up`");
+    return nullptr;
+  }
+
+  const MeshFinder& find_mesh_;
+  Diagnostics& notes_;
+  Diagnostics errors_;
+};
+
+class SdfReader : private Reader {
+ public:
+  using Reader::Reader;
+
+  WorldObject read(const XmlNode& sdf) {
+    WorldObject object;
+    const auto models = all(sdf, "model");
+    if (models.size() != 1) {
+      error(models.size() > 1 ? *models[1] : sdf,
+            fmt::format("the SDF has {} models; an entity is one <model>", models.size()));
+    } else {
+      read_model(*models.front(), object);
+    }
+    errors_.throw_if_errors();
+    return object;
+  }
+
+ private:
+  void read_model(const XmlNode& model, WorldObject& object) {
+    object.name = UrdfReader::optional(model, "name");
+    object.X_WO = pose(model);
+    object.mass = 1.0;  // SDF's own where nothing is written
+    for (const XmlNode& child : model.children) {
+      if (child.is("joint") || child.is("model") || child.is("include")) {
+        error(child, fmt::format("a <{}>; an object is one link", child.name));
+      } else if (child.kind == XmlNode::Kind::element && !child.is("pose") && !child.is("static") &&
+                 !child.is("link")) {
+        has_no_effect(child);
+      }
+    }
+    if (const XmlNode* link = only_link(model)) read_link(*link, object);
+    if (const XmlNode* fixed = model.first("static"); fixed != nullptr && truth(*fixed)) object.mass = 0;
+  }
+
+  void read_link(const XmlNode& link, WorldObject& object) {
+    for (const XmlNode& child : link.children) {
+      if (child.kind == XmlNode::Kind::element && !child.is("pose") && !child.is("inertial") &&
+          !child.is("collision") && !child.is("visual")) {
+        has_no_effect(child);
+      }
+    }
+    if (const XmlNode* inertial = link.first("inertial")) {
+      if (const XmlNode* mass = inertial->first("mass")) object.mass = mass_from(*mass, number(*mass));
+      if (const XmlNode* inertia = inertial->first("inertia")) has_no_effect(*inertia);
+    }
+    if (const XmlNode* visual = link.first("visual")) read_color(*visual, object);
+    const XmlNode* carrier = carrier_of_shape(link);
+    if (carrier == nullptr) return;
+    object.X_OS = pose(link) * pose(*carrier);
+    if (const XmlNode* shape = shape_below(*carrier, {"box", "sphere", "cylinder", "capsule", "mesh"})) {
+      object.shape = geometry(*shape);
+      check_sizes(*shape, object.shape);
+    }
+    const XmlNode* mu = carrier;
+    for (const char* below : {"surface", "friction", "ode", "mu"})
+      mu = mu == nullptr ? nullptr : mu->first(below);
+    if (mu == nullptr) return;
+    object.friction = number(*mu).value_or(object.friction);
+    check_range(*mu, "friction", object.friction, 0, kMostFriction, "");
+  }
+
+  void read_color(const XmlNode& visual, WorldObject& object) {
+    const XmlNode* material = visual.first("material");
+    if (material == nullptr) return;
+    const XmlNode* color = material->first("diffuse");
+    if (color == nullptr) color = material->first("ambient");
+    if (color != nullptr) set_color(*color, color->content(), object);
+  }
+
+  Geometry geometry(const XmlNode& shape) {
+    if (shape.is("box")) return Box{vector(shape, "size")};
+    if (shape.is("sphere")) return Sphere{length(shape, "radius")};
+    if (shape.is("cylinder")) return Cylinder{length(shape, "radius"), length(shape, "length")};
+    if (shape.is("capsule")) return Capsule{length(shape, "radius"), length(shape, "length")};
+    if (const XmlNode* part = shape.first("submesh")) error(*part, "parts of a mesh cannot be taken alone");
+    const XmlNode* uri = shape.first("uri");
+    if (uri == nullptr) {
+      error(shape, "<mesh> has no <uri>");
+      return MeshGeometry{};
+    }
+    return mesh_from(
+        *uri, uri->content(),
+        shape.first("scale") ? vector(shape, "scale") : Eigen::Vector3d(Eigen::Vector3d::Ones()));
+  }
+
+  std::optional<double> number(const XmlNode& node) {
+    const std::vector<double> found = numbers(node, node.content(), 1, 1);
+    return found.empty() ? std::nullopt : std::optional(found.front());
+  }
+  double length(const XmlNode& shape, const char* name) {
+    const XmlNode* node = shape.first(name);
+    if (node != nullptr) return number(*node).value_or(kSmallest);
+    error(shape, fmt::format("<{}> has no <{}>", shape.name, name));
+    return kSmallest;
+  }
+  Eigen::Vector3d vector(const XmlNode& shape, const char* name) {
+    const XmlNode* node = shape.first(name);
+    if (node != nullptr) return triple(*node, node->content());
+    error(shape, fmt::format("<{}> has no <{}>", shape.name, name));
+    return Eigen::Vector3d::Ones();
+  }
+  bool truth(const XmlNode& node) {
+    const std::string text = node.content();
+    if (text == "true" || text == "1") return true;
+    if (text != "false" && text != "0")
+      error(node, fmt::format("<{}> is true or false, not '{}'", node.name, text.substr(0, 40)));
+    return false;
+  }
+
+  Pose pose(const XmlNode& parent) {
+    const XmlNode* node = parent.first("pose");
+    if (node == nullptr) return Pose::Identity();
+    if (!UrdfReader::optional(*node, "relative_to").empty())
+      error(*node, "poses relative to other frames are not supported",
+            "write it relative to the element's parent");
+    const std::string format = UrdfReader::optional(*node, "rotation_format");
+    const std::string degrees = UrdfReader::optional(*node, "degrees");
+    if (!format.empty() && format != "euler_rpy")
+      error(*node, fmt::format("a rotation as '{}' is not supported", format.substr(0, 40)),
+            "write roll pitch yaw");
+    const std::vector<double> found = numbers(*node, node->content(), 6, 6);
+    if (found.empty()) return Pose::Identity();
+    const double unit = degrees == "true" || degrees == "1" ? std::numbers::pi / 180 : 1;
+    const Pose X =
+        make_pose({found[0], found[1], found[2]}, unit * Eigen::Vector3d(found[3], found[4], found[5]));
+    check_pose(*node, X);
+    return X;
+  }
+};
+
+class UrdfEntityReader : private Reader {
+ public:
+  using Reader::Reader;
+
+  WorldObject read(const XmlNode& robot) {
+    WorldObject object;
+    object.name = UrdfReader::optional(robot, "name");
+    for (const XmlNode& child : robot.children) {
+      if (child.is("joint")) error(child, "a <joint>; an object is one link");
+      if (child.kind == XmlNode::Kind::element && !child.is("joint") && !child.is("link") &&
+          !child.is("material"))
+        has_no_effect(child);
+    }
+    if (const XmlNode* link = only_link(robot)) read_link(robot, *link, object);
+    for (const Diagnostic& diagnostic : attributes_.all()) errors_.add(diagnostic);
+    errors_.throw_if_errors();
+    return object;
+  }
+
+ private:
+  void read_link(const XmlNode& robot, const XmlNode& link, WorldObject& object) {
+    object.mass = 0;  // without an inertia it stands where it is
+    if (const XmlNode* inertial = link.first("inertial")) {
+      if (const XmlNode* mass = inertial->first("mass"))
+        object.mass = mass_from(*mass, from_.number(*mass, "value"));
+    }
+    if (const XmlNode* visual = link.first("visual")) read_color(robot, *visual, object);
+    const XmlNode* carrier = carrier_of_shape(link);
+    if (carrier == nullptr) return;
+    if (const XmlNode* origin = carrier->first("origin")) {
+      object.X_OS = make_pose(vector(*origin, "xyz", Eigen::Vector3d::Zero()),
+                              vector(*origin, "rpy", Eigen::Vector3d::Zero()));
+      check_pose(*origin, object.X_OS);
+    }
+    if (const XmlNode* shape = shape_below(*carrier, {"box", "sphere", "cylinder", "capsule", "mesh"})) {
+      object.shape = geometry(*shape);
+      check_sizes(*shape, object.shape);
+    }
+  }
+
+  // A colour of its own, or the robot's by the material's name.
+  void read_color(const XmlNode& robot, const XmlNode& visual, WorldObject& object) {
+    const XmlNode* material = visual.first("material");
+    if (material == nullptr) return;
+    const XmlNode* color = material->first("color");
+    for (const XmlNode* shared : all(robot, "material")) {
+      if (color == nullptr &&
+          UrdfReader::optional(*shared, "name") == UrdfReader::optional(*material, "name"))
+        color = shared->first("color");
+    }
+    if (color != nullptr) set_color(*color, UrdfReader::optional(*color, "rgba"), object);
+  }
+
+  Geometry geometry(const XmlNode& shape) {
+    const auto length = [&](const char* name) {
+      from_.required(shape, name);
+      return from_.number(shape, name).value_or(kSmallest);
+    };
+    if (shape.is("box")) {
+      from_.required(shape, "size");
+      return Box{vector(shape, "size", Eigen::Vector3d::Ones())};
+    }
+    if (shape.is("sphere")) return Sphere{length("radius")};
+    if (shape.is("cylinder")) return Cylinder{length("radius"), length("length")};
+    if (shape.is("capsule")) return Capsule{length("radius"), length("length")};
+    return mesh_from(shape, from_.required(shape, "filename"),
+                     vector(shape, "scale", Eigen::Vector3d::Ones()));
+  }
+
+  Eigen::Vector3d vector(const XmlNode& node, const char* name, const Eigen::Vector3d& fallback) {
+    return from_.vector<3>(node, name).value_or(fallback);
+  }
+
+  Diagnostics attributes_;
+  UrdfReader from_{attributes_};
+};
+
+}  // namespace
+
+WorldObject read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Diagnostics& notes) {
+  if (xml.size() > kLargestText)
+    throw InputError(kInvalid, {},
+                     fmt::format("the xml has {} bytes; at most {} are read", xml.size(), kLargestText));
+  const XmlNode root = parse_xml(xml, "xml");
+  if (root.is("sdf")) return SdfReader(find_mesh, notes).read(root);
+  if (root.is("robot")) return UrdfEntityReader(find_mesh, notes).read(root);
+  throw InputError(kInvalid, root.where,
+                   fmt::format("<{}> is neither <sdf> nor <robot>", root.name.substr(0, 40)),
+                   "send SDF with one <model>, or a URDF with one <link>");
+}
+
+}  // namespace doppel

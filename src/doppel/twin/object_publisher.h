@@ -1,0 +1,48 @@
+#pragma once
+// /doppel/objects (visualization_msgs/msg/MarkerArray, latched): the world's objects as RViz's markers, ns
+// "objects", text: the object's name, in the frame "world". Published when one comes, goes, or has moved, 25
+// times a second of simulated time at most. Every message has all objects, and DELETE for those that went
+// lately, so that who missed one is right with the next.
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "doppel/bus/bus.h"
+#include "doppel/messages/visualization_msgs.h"
+#include "doppel/physics/engine.h"
+#include "doppel/twin/due.h"
+
+namespace doppel {
+
+class ObjectPublisher {
+ public:
+  explicit ObjectPublisher(Bus& bus);
+
+  // Between steps.
+  void publish_due(const Model& model, const Engine& engine, Time now) {
+    if (due_(now, true)) publish_changes(model, engine, now);
+  }
+  // Also after objects came or went.
+  void at_once() {
+    listed_ = false;
+    due_.at_once();
+  }
+
+ private:
+  void publish_changes(const Model& model, const Engine& engine, Time now);
+  void list(const std::vector<WorldObject>& objects);
+  bool update_poses(const std::vector<WorldObject>& objects, const Engine& engine, const Pose& X_TW);
+
+  Node node_;
+  Publisher<visualization_msgs::msg::MarkerArray> topic_;
+  Due due_{Duration{40'000'000}};
+  visualization_msgs::msg::MarkerArray
+      message_;                            // first the objects, in the engine's order, then the deleted
+  std::vector<std::optional<Pose>> told_;  // [objects] as published last
+  std::deque<std::int32_t> gone_;          // the last that went
+  std::int32_t next_id_ = 0;
+  bool listed_ = false;
+};
+
+}  // namespace doppel

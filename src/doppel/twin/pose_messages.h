@@ -1,0 +1,36 @@
+#pragma once
+// Poses between Eigen and geometry_msgs.
+
+#include <optional>
+
+#include "doppel/math/pose.h"
+#include "doppel/messages/geometry_msgs.h"
+
+namespace doppel {
+
+inline geometry_msgs::msg::Vector3 to_vector_msg(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+inline Eigen::Vector3d from_msg(const geometry_msgs::msg::Vector3& v) {
+  return {v.x, v.y, v.z};
+}
+
+inline geometry_msgs::msg::Pose to_pose_msg(const Pose& X) {
+  const Eigen::Quaterniond rotation(X.linear());
+  return {{X.translation().x(), X.translation().y(), X.translation().z()},
+          {rotation.x(), rotation.y(), rotation.z(), rotation.w()}};
+}
+
+// Nothing where it is no pose: a number that is not finite, or a quaternion without direction.
+inline std::optional<Pose> from_msg(const geometry_msgs::msg::Pose& pose) {
+  const Eigen::Quaterniond rotation(pose.orientation.w, pose.orientation.x, pose.orientation.y,
+                                    pose.orientation.z);
+  Pose X = Pose::Identity();
+  X.translation() << pose.position.x, pose.position.y, pose.position.z;
+  if (!X.translation().allFinite() || !std::isfinite(rotation.norm()) || rotation.norm() < 1e-6)
+    return std::nullopt;
+  X.linear() = rotation.normalized().toRotationMatrix();
+  return X;
+}
+
+}  // namespace doppel

@@ -1,0 +1,52 @@
+#pragma once
+// How the loop runs, told by the wall clock, also while time stands: /doppel/status
+// (doppel_msgs/msg/TwinStatus, latched, 4 Hz and at every change) and, for ROS's tools, /diagnostics
+// (diagnostic_msgs/msg/DiagnosticArray, 1 Hz).
+
+#include <chrono>
+
+#include "doppel/bus/bus.h"
+#include "doppel/messages/diagnostic_msgs.h"
+#include "doppel/messages/doppel_msgs.h"
+#include "doppel/twin/loop_meter.h"
+
+namespace doppel {
+
+struct RunStatistics;
+struct TimeControl;
+
+class StatusPublisher {
+ public:
+  using WallTime = std::chrono::steady_clock::time_point;
+
+  // `robot`: its name, the diagnostics' hardware id.
+  StatusPublisher(Bus& bus, std::string robot, WallTime now);
+
+  // What is told, as it is now.
+  struct Loop {
+    Time time{};  // simulated
+    std::uint64_t steps = 0;
+    const TimeControl& control;
+    const LoopMeter& meter;
+    const RunStatistics& run;
+  };
+  // The loop's thread, between steps, often: publishes what is due. Costs a few comparisons where nothing is.
+  void publish_due(const Loop& loop, WallTime now);
+
+ private:
+  void publish_status(const Loop& loop, WallTime now);
+  void publish_diagnostics(const Loop& loop);
+
+  Bus& bus_;
+  Node node_;
+  Publisher<doppel_msgs::msg::TwinStatus> status_topic_;
+  Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_topic_;
+  const WallTime begin_;
+  WallTime next_status_, next_diagnostics_;
+  doppel_msgs::msg::TwinStatus status_;  // as it was told last
+  Time last_time_{};                     // one that runs backwards has been reset
+  std::string robot_;
+  std::uint64_t overruns_told_ = 0;
+};
+
+}  // namespace doppel

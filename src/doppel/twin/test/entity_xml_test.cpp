@@ -1,0 +1,214 @@
+#include "doppel/twin/entity_xml.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "doppel/twin/entity_mesh.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+fs::path any_mesh(const std::string& uri) {
+  return "/found/" + uri;
+}
+
+WorldObject read(const std::string& xml) {
+  Diagnostics notes;
+  return read_entity_xml(xml, any_mesh, notes);
+}
+
+std::string refusal(const std::string& xml) {
+  try {
+    read(xml);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string model(const std::string& inside) {
+  return "<sdf version='1.7'><model name='m'>" + inside + "</model></sdf>";
+}
+std::string link(const std::string& geometry, const std::string& more = "") {
+  return model("<link name='l'>" + more + "<collision name='c'><geometry>" + geometry +
+               "</geometry></collision></link>");
+}
+const std::string kBall = "<sphere><radius>0.05</radius></sphere>";
+
+TEST(EntityXml, SdfIsReadWhole) {
+  const WorldObject box = read(
+      "<sdf version='1.7'><model name='crate'><pose>1 2 3 0 0 0.5</pose><link name='l'>"
+      "<pose>0 0 0.1 0 0 0</pose><inertial><mass>0.4</mass></inertial>"
+      "<collision name='c'><pose>0 0 0.01 0 0 0</pose><geometry><box><size>0.1 0.2 "
+      "0.3</size></box></geometry>"
+      "<surface><friction><ode><mu>1.2</mu></ode></friction></surface></collision>"
+      "<visual name='v'><geometry><box><size>0.1 0.2 0.3</size></box></geometry>"
+      "<material><diffuse>0.9 0.8 0.1 1</diffuse></material></visual></link></model></sdf>");
+  EXPECT_EQ(box.name, "crate");
+  EXPECT_EQ(std::get<Box>(box.shape).size, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(box.mass, 0.4);
+  EXPECT_EQ(box.friction, 1.2);
+  EXPECT_EQ(box.rgba, Eigen::Vector4d(0.9, 0.8, 0.1, 1));
+  EXPECT_TRUE(box.X_WO.isApprox(make_pose({1, 2, 3}, {0, 0, 0.5}), 1e-12));
+  EXPECT_NEAR(box.X_OS.translation().z(), 0.11, 1e-12);
+}
+
+TEST(EntityXml, StaticHasNoMassAndNoInertialWeighsOneKilogram) {
+  EXPECT_EQ(read(model("<static>true</static><link name='l'><collision name='c'><geometry>" + kBall +
+                       "</geometry></collision></link>"))
+                .mass,
+            0.0);
+  EXPECT_EQ(read(link(kBall)).mass, 1.0);
+}
+
+TEST(EntityXml, UrdfIsReadToo) {
+  const WorldObject ball = read(
+      "<robot name='ball'><material name='red'><color rgba='1 0 0 1'/></material><link name='l'>"
+      "<inertial><mass value='0.1'/></inertial><visual><geometry><sphere radius='0.03'/></geometry>"
+      "<material name='red'/></visual><collision><origin xyz='0 0 0.03'/><geometry><sphere radius='0.03'/>"
+      "</geometry></collision></link></robot>");
+  EXPECT_EQ(ball.name, "ball");
+  EXPECT_EQ(ball.mass, 0.1);
+  EXPECT_EQ(std::get<Sphere>(ball.shape).radius, 0.03);
+  EXPECT_EQ(ball.rgba, Eigen::Vector4d(1, 0, 0, 1));
+  EXPECT_NEAR(ball.X_OS.translation().z(), 0.03, 1e-12);
+  EXPECT_EQ(read("<robot name='r'><link name='l'><visual><geometry><box size='1 1 1'/></geometry></visual>"
+                 "</link></robot>")
+                .mass,
+            0.0)
+      << "without an inertia it is fixed";
+}
+
+TEST(EntityXml, AMeshIsAskedFor) {
+  const WorldObject part =
+      read(link("<mesh><uri>package://p/a.stl</uri><scale>0.001 0.001 0.001</scale></mesh>"));
+  const auto& mesh = std::get<MeshGeometry>(part.shape);
+  EXPECT_EQ(mesh.path, "/found/package://p/a.stl");
+  EXPECT_EQ(mesh.uri, "package://p/a.stl");
+  EXPECT_EQ(mesh.scale.x(), 0.001);
+}
+
+TEST(EntityXml, WhatIsNoThingIsRefusedWithItsPlace) {
+  EXPECT_THAT(refusal("<sdf><model"), HasSubstr("xml:1"));
+  EXPECT_THAT(refusal(""), Not(HasSubstr("accepted")));
+  EXPECT_THAT(refusal("<world/>"), HasSubstr("neither <sdf> nor <robot>"));
+  EXPECT_THAT(refusal("<sdf version='1.7'/>"), HasSubstr("0 models"));
+  EXPECT_THAT(refusal(model("")), HasSubstr("this has 0"));
+  EXPECT_THAT(refusal(model("<link name='a'/><link name='b'/>")),
+              HasSubstr("an object is one link, this has 2"));
+  EXPECT_THAT(
+      refusal("<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='fixed'/></robot>"),
+      HasSubstr("one link"));
+  EXPECT_THAT(refusal(model("<link name='a'/>")), HasSubstr("no shape"));
+  EXPECT_THAT(refusal(link("<sphre><radius>1</radius></sphre>")), HasSubstr("did you mean 'sphere'"));
+  EXPECT_THAT(refusal(link(kBall + kBall)), HasSubstr("one shape, not two"));
+  EXPECT_THAT(refusal(link("<box><size>0.1 0.1</size></box>")), HasSubstr("takes 3 numbers"));
+  EXPECT_THAT(refusal(link("<box><size>0.1 0.1 nan</size></box>")), HasSubstr("'nan'"));
+  EXPECT_THAT(refusal(link("<box><size>0.1 0.1 0</size></box>")), HasSubstr("the side is 0 m"));
+  EXPECT_THAT(refusal(link("<box/>")), HasSubstr("<box> has no <size>"));
+  EXPECT_THAT(refusal(link("<sphere><radius>-1</radius></sphere>")), HasSubstr("radius"));
+  EXPECT_THAT(refusal(link("<sphere><radius>1e9</radius></sphere>")), HasSubstr("radius"));
+  EXPECT_THAT(refusal(link(kBall, "<inertial><mass>-0.1</mass></inertial>")),
+              HasSubstr("the mass is -0.1 kg"));
+  EXPECT_THAT(refusal(link(kBall, "<inertial><mass>inf</mass></inertial>")), HasSubstr("'inf'"));
+  EXPECT_THAT(refusal(link(kBall, "<pose>0 0 1e300 0 0 0</pose>")), HasSubstr("distance"));
+  EXPECT_THAT(refusal("<robot name='r'><link name='l'><collision><geometry><sphere radius='x'/></geometry>"
+                      "</collision></link></robot>"),
+              HasSubstr("radius=\"x\""));
+  EXPECT_THAT(refusal(std::string(std::size_t{2} << 20, ' ')), HasSubstr("at most"));
+}
+
+TEST(EntityXml, WhatHasNoEffectIsNoted) {
+  Diagnostics notes;
+  read_entity_xml(model("<plugin name='p' filename='f'/><link name='l'><sensor name='s'/><collision name='c'>"
+                        "<geometry>" +
+                        kBall + "</geometry></collision></link>"),
+                  any_mesh, notes);
+  ASSERT_EQ(notes.all().size(), 2u);
+  EXPECT_THAT(notes.all()[0].message, HasSubstr("<plugin>"));
+}
+
+// Two packages beside each other, a secret outside, and links.
+class EntityMesh : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    root_ = fs::canonical(::testing::TempDir()) / "entity_mesh" / info->name();
+    fs::remove_all(root_);
+    for (const char* package : {"ws/arm", "ws/hand"}) {
+      fs::create_directories(root_ / package / "meshes");
+      write(std::string(package) + "/package.xml",
+            "<package><name>" + fs::path(package).filename().string() + "</name></package>");
+      write(std::string(package) + "/meshes/a.stl", "solid");
+    }
+    fs::create_directories(root_ / "ws/arm/urdf");
+    write("ws/arm/urdf/arm.urdf", "<robot/>");
+    write("secret.stl", "secret");
+    write("ws/arm/notes.txt", "text");
+    target_ = {root_ / "ws/arm/urdf/arm.urdf", root_ / "ws/arm"};
+    resolver_.add_context(target_.description);
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  void write(const std::string& file, const std::string& text) { std::ofstream(root_ / file) << text; }
+  std::string find(const std::string& uri) {
+    try {
+      return fs::relative(find_entity_mesh(uri, resolver_, target_), root_).string();
+    } catch (const InputError& error) {
+      return error.diagnostics().front().message;
+    }
+  }
+
+  fs::path root_;
+  Target target_;
+  PackageResolver resolver_;
+};
+
+TEST_F(EntityMesh, OfThePackagesIsFound) {
+  EXPECT_EQ(find("package://arm/meshes/a.stl"), "ws/arm/meshes/a.stl");
+  EXPECT_EQ(find("package://hand/meshes/a.stl"), "ws/hand/meshes/a.stl");
+  EXPECT_EQ(find("file://" + (root_ / "ws/arm/meshes/a.stl").string()), "ws/arm/meshes/a.stl");
+  EXPECT_EQ(find("file://../meshes/a.stl"), "ws/arm/meshes/a.stl");
+  EXPECT_THAT(find("package://arm/meshes/b.stl"), HasSubstr("is not found"));
+}
+
+TEST_F(EntityMesh, NoOtherFileOfTheMachineIs) {
+  for (const std::string& uri :
+       {std::string("package://arm/../../secret.stl"), "file://" + (root_ / "secret.stl").string(),
+        "file://" + (root_ / "ws/arm/../../secret.stl").string(), std::string("file:///etc/nothing.stl"),
+        std::string("file://../../../secret.stl")})
+    EXPECT_THAT(find(uri), HasSubstr("lies outside")) << uri;
+  for (const std::string& uri : {std::string("/etc/passwd"), std::string("../secret.stl"),
+                                 std::string("http://x/a.stl"), std::string("://a.stl"), std::string()})
+    EXPECT_THAT(find(uri), HasSubstr("neither package:// nor file://")) << uri;
+  EXPECT_THAT(find("package://arm/notes.txt"), HasSubstr("is no .stl"));
+  EXPECT_THAT(find("package://nobody/a.stl"), HasSubstr("not found"));
+  EXPECT_THAT(find(std::string("package://arm/meshes/a\0.stl", 27)), HasSubstr("NUL"));
+  EXPECT_THAT(find("package://.stl"), Not(HasSubstr("ws/")));
+}
+
+TEST_F(EntityMesh, LinksMayLeadToAnotherPackageOnly) {
+  fs::create_symlink(root_ / "secret.stl", root_ / "ws/arm/meshes/out.stl");
+  fs::create_symlink(root_ / "ws/hand/meshes/a.stl", root_ / "ws/arm/meshes/in.stl");
+  fs::create_symlink(root_ / "ws/arm/notes.txt", root_ / "ws/arm/meshes/text.stl");
+  fs::create_directory_symlink(root_, root_ / "ws/arm/meshes/up");
+  EXPECT_THAT(find("package://arm/meshes/out.stl"), HasSubstr("link that leads out"));
+  EXPECT_THAT(find("package://arm/meshes/up/secret.stl"), HasSubstr("link that leads out"));
+  EXPECT_THAT(find("package://arm/meshes/text.stl"), HasSubstr("is a link to what is no .stl"));
+  EXPECT_EQ(find("package://arm/meshes/in.stl"), "ws/hand/meshes/a.stl");
+}
+
+TEST_F(EntityMesh, AHugeOneIsRefused) {
+  fs::resize_file(root_ / "ws/arm/meshes/a.stl", std::uintmax_t{17} << 20);
+  EXPECT_THAT(find("package://arm/meshes/a.stl"), HasSubstr("larger than 16 MB"));
+}
+
+}  // namespace
+}  // namespace doppel

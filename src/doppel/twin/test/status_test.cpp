@@ -1,0 +1,184 @@
+// The loop's meter, and what /doppel/status and /diagnostics tell of a run.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "doppel/messages/codec.h"
+#include "doppel/twin/runner.h"
+
+namespace doppel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+TEST(LoopMeter, MeansArePerStepOfTheLastWindow) {
+  LoopMeter meter;
+  const LoopMeter::WallTime begin{};
+  LoopPhases phases;
+  phases.physics = milliseconds(7);  // before: not of this window
+  meter.restart(begin, 10, phases);
+  phases.physics += milliseconds(50);
+  phases.idle += milliseconds(400);
+  EXPECT_FALSE(meter.update(begin + milliseconds(499), 510, phases, Duration(1'000'000)));
+  EXPECT_FALSE(meter.means().known);
+  ASSERT_TRUE(meter.update(begin + milliseconds(500), 510, phases, Duration(1'000'000)));
+  EXPECT_TRUE(meter.means().known);
+  EXPECT_DOUBLE_EQ(meter.means().real_time_factor, 1.0);
+  EXPECT_DOUBLE_EQ(meter.means().physics, 100.0);
+  EXPECT_DOUBLE_EQ(meter.means().idle, 800.0);
+  meter.restart(begin + milliseconds(900), 600, phases);
+  EXPECT_FALSE(meter.means().known);
+}
+
+class StatusTopics : public ::testing::Test {
+ protected:
+  StatusTopics() : publisher_(bus_, "arm", now_), edge_(bus_.attach("test")) {
+    for (const TopicInfo& topic : bus_.topics()) {
+      ids_[topic.name] = topic.id;
+      edge_->subscribe(topic.id);
+    }
+    bus_.spin();
+  }
+  void tell() { publisher_.publish_due({sim_, steps_, control_, meter_, run_}, now_); }
+  template <class M>
+  std::vector<M> heard(const std::string& topic) {
+    std::vector<M> out;
+    Edge::Incoming incoming;
+    while (edge_->next(incoming)) {
+      if (incoming.topic != ids_.at(topic)) continue;
+      EXPECT_TRUE(from_cdr(incoming.cdr, out.emplace_back()).ok());
+    }
+    return out;
+  }
+
+  Bus bus_;
+  LoopMeter::WallTime now_{std::chrono::seconds(100)};
+  StatusPublisher publisher_;
+  std::unique_ptr<Edge> edge_;
+  std::map<std::string, TopicId> ids_;
+  TimeControl control_;
+  LoopMeter meter_;
+  RunStatistics run_;
+  Time sim_{};
+  std::uint64_t steps_ = 0;
+};
+
+using doppel_msgs::msg::TwinStatus;
+
+TEST_F(StatusTopics, ComesFourTimesASecondAndAtEveryChange) {
+  tell();
+  for (int i = 0; i < 1000; ++i) {
+    now_ += milliseconds(1);
+    sim_ += Time(1'000'000);
+    tell();
+  }
+  EXPECT_EQ(heard<TwinStatus>("/doppel/status").size(), 5u);
+  control_.paused = true;
+  tell();
+  control_.speed = 2.0;
+  tell();
+  sim_ = Time{};
+  tell();
+  tell();
+  const auto changes = heard<TwinStatus>("/doppel/status");
+  ASSERT_EQ(changes.size(), 3u);
+  EXPECT_TRUE(changes[0].paused);
+  EXPECT_EQ(changes[1].speed, 2.0);
+  EXPECT_EQ(changes[2].sim_time, 0.0);
+  EXPECT_NEAR(changes[2].wall_time, 1.0, 1e-9);
+  for (int i = 0; i < 500; ++i) {
+    now_ += milliseconds(2);
+    tell();
+  }
+  EXPECT_EQ(heard<TwinStatus>("/doppel/status").size(), 4u) << "also while paused";
+}
+
+TEST_F(StatusTopics, CountsWhatWasSkipped) {
+  bus_.add_skipped(3);
+  tell();
+  EXPECT_EQ(heard<TwinStatus>("/doppel/status").front().skipped, 3u);
+}
+
+TEST_F(StatusTopics, DiagnosticsWarnOfOverrunsAndOfASlowLoop) {
+  using diagnostic_msgs::msg::DiagnosticArray;
+  using diagnostic_msgs::msg::DiagnosticStatus;
+  const auto next = [&] {
+    now_ += milliseconds(1001);
+    tell();
+    const auto all = heard<DiagnosticArray>("/diagnostics");
+    EXPECT_EQ(all.size(), 1u);
+    return all.at(0).status.at(0);
+  };
+  EXPECT_EQ(next().level, DiagnosticStatus::OK) << "nothing is known yet";
+  run_.overruns = 2;
+  EXPECT_EQ(next().level, DiagnosticStatus::WARN);
+  const DiagnosticStatus calm = next();
+  EXPECT_EQ(calm.level, DiagnosticStatus::OK) << "no new ones";
+  EXPECT_EQ(calm.name, "doppel: loop");
+  EXPECT_EQ(calm.hardware_id, "arm");
+  meter_.restart(now_, 0, {});
+  ASSERT_TRUE(meter_.update(now_ + milliseconds(1000), 900, {}, Duration(1'000'000)));
+  const DiagnosticStatus slow = next();
+  EXPECT_EQ(slow.level, DiagnosticStatus::WARN);
+  EXPECT_THAT(slow.message, ::testing::HasSubstr("0.90 x real time instead of 1"));
+  control_.paused = true;
+  EXPECT_EQ(next().level, DiagnosticStatus::OK);
+}
+
+// A run of a bundled robot: what another thread sees of it.
+TEST(Runner, TellsWhereItsTimeGoes) {
+  Log log;
+  Diagnostics diagnostics;
+  Scenario scenario;
+  scenario.target = "lab_arm";
+  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+  Twin twin(scenario, log, diagnostics);
+  ::doppel::Runner runner(twin, {.speed = 1.0, .duration = from_seconds(0.8)});
+  const auto edge = twin.bus().attach("test");
+  std::vector<TwinStatus> heard;
+  for (const TopicInfo& topic : twin.bus().topics()) {
+    if (topic.name == "/doppel/status") edge->subscribe(topic.id);
+  }
+  const std::atomic<bool> stop{false};
+  const RunStatistics run = runner.run(stop);
+  Edge::Incoming incoming;
+  while (edge->next(incoming)) EXPECT_TRUE(from_cdr(incoming.cdr, heard.emplace_back()).ok());
+  ASSERT_GE(heard.size(), 3u);
+  const TwinStatus& last = heard.back();
+  EXPECT_FALSE(last.paused);
+  EXPECT_GT(last.time_physics, 0.0);
+  EXPECT_GT(last.time_control, 0.0);
+  EXPECT_GT(last.time_idle, 0.0);
+  EXPECT_GT(last.time_bus, 0.0);
+  // A step's parts are a step's time: 1 ms, as long as the machine keeps up.
+  const double sum =
+      last.time_control + last.time_physics + last.time_publish + last.time_bus + last.time_idle;
+  EXPECT_NEAR(sum * last.real_time_factor, 1000.0, 50.0);
+  EXPECT_EQ(run.end, RunEnd::duration_reached);
+}
+
+// A request for very many steps must not take the loop away from everybody else.
+TEST(Runner, StopsInTheMiddleOfStepsThatAreOwed) {
+  Log log;
+  Diagnostics diagnostics;
+  Scenario scenario;
+  scenario.target = "lab_arm";
+  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+  Twin twin(scenario, log, diagnostics);
+  ::doppel::Runner runner(twin, {.speed = 1.0, .duration = {}});
+  twin.time_control().paused = true;
+  twin.time_control().steps_owed = UINT64_MAX;
+  std::atomic<bool> stop{false};
+  std::thread stopper([&] {
+    std::this_thread::sleep_for(milliseconds(50));
+    stop = true;
+  });
+  EXPECT_EQ(runner.run(stop).end, RunEnd::stopped);
+  stopper.join();
+  EXPECT_GT(twin.steps(), 0u);
+}
+
+}  // namespace
+}  // namespace doppel

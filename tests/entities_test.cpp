@@ -1,0 +1,268 @@
+// Objects that come, go and move while a twin runs, as another shell or the page would have it.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "doppel/messages/gazebo_msgs.h"
+#include "doppel/messages/visualization_msgs.h"
+#include "twin_fixture.h"
+
+namespace doppel::test {
+namespace {
+
+using ::testing::HasSubstr;
+using visualization_msgs::msg::Marker;
+using visualization_msgs::msg::MarkerArray;
+
+class Entities : public TwinFixture {
+ protected:
+  static std::string ball(const std::string& name, double mass = 0.1) {
+    const std::string inertial =
+        mass > 0 ? "<inertial><mass>" + std::to_string(mass) + "</mass></inertial>" : "";
+    return "<sdf version='1.7'><model name='" + name + "'><static>" + (mass > 0 ? "false" : "true") +
+           "</static><link name='link'>" + inertial +
+           "<collision name='c'><geometry><sphere><radius>0.05</radius></sphere></geometry></collision>"
+           "</link></model></sdf>";
+  }
+  std::string spawn(const std::string& name, const std::string& xml, const std::string& pose = "{}",
+                    const std::string& frame = "''") {
+    return call("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
+                "{name: '" + name + "', xml: \"" + xml + "\", initial_pose: " + pose +
+                    ", reference_frame: " + frame + "}");
+  }
+  static std::string at(double x, double y, double z) {
+    return "{position: {x: " + std::to_string(x) + ", y: " + std::to_string(y) + ", z: " + std::to_string(z) +
+           "}}";
+  }
+  std::string remove(const std::string& name) {
+    return call("/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: '" + name + "'}");
+  }
+  [[nodiscard]] Eigen::Vector3d where(const std::string& name) const {
+    Pose X = Pose::Identity();
+    EXPECT_TRUE(twin_->engine().object_pose(name, X)) << name;
+    return X.translation();
+  }
+  [[nodiscard]] bool is_there(const std::string& name) const {
+    Pose unused;
+    return twin_->engine().object_pose(name, unused);
+  }
+};
+
+TEST_F(Entities, ComeFallAndGo) {
+  bring_up("lab_arm");
+  run(0.2);
+  EXPECT_THAT(spawn("ball", ball("x"), at(1, 0, 0.5)), HasSubstr("success: true"));
+  EXPECT_NEAR(where("ball").z(), 0.5, 1e-9);
+  run(1.0);
+  EXPECT_NEAR(where("ball").z(), 0.05, 2e-3) << "it lies on the ground";
+  EXPECT_THAT(remove("ball"), HasSubstr("success: true"));
+  EXPECT_FALSE(is_there("ball"));
+  EXPECT_THAT(remove("ball"), HasSubstr("there is no entity"));
+}
+
+TEST_F(Entities, ANameMayComeFromTheXmlAndTheJointsStayAsTheyAre) {
+  bring_up("lab_arm");
+  run(0.2);
+  const double q = joint("j1").q;
+  EXPECT_THAT(spawn("", ball("named")), HasSubstr("named'' is in the world"));
+  EXPECT_EQ(joint("j1").q, q);
+}
+
+TEST_F(Entities, WhatCannotBeIsRefusedAndChangesNothing) {
+  bring_up("lab_arm");
+  const std::string robot = twin_->robot_name();
+  EXPECT_THAT(spawn("a", ball("a")), HasSubstr("success: true"));
+  EXPECT_THAT(spawn("a", ball("a")), HasSubstr("there is an object 'a' already"));
+  EXPECT_THAT(spawn(robot, ball("a")), HasSubstr("taken by the robot"));
+  EXPECT_THAT(spawn("ground", ball("a")), HasSubstr("taken by the robot or its world"));
+  EXPECT_THAT(spawn("a::b", ball("a")), HasSubstr("no '::'"));
+  EXPECT_THAT(spawn("b", "<sdf/>"), HasSubstr("0 models"));
+  EXPECT_THAT(spawn("b", "not xml"), HasSubstr("success: false"));
+  EXPECT_THAT(spawn("b", ball("b"), at(0, 0, 1), "nowhere"), HasSubstr("frame of reference is unknown"));
+  EXPECT_THAT(spawn("b", ball("b"), "{position: {x: .nan}}"), HasSubstr("no pose"));
+  EXPECT_THAT(spawn("b", ball("b"), "{orientation: {x: 0, y: 0, z: 0, w: 0}}"), HasSubstr("no pose"));
+  EXPECT_THAT(spawn("b", ball("b"), at(1e9, 0, 0)), HasSubstr("further away"));
+  EXPECT_THAT(
+      spawn("b",
+            "<sdf version='1.7'><model name='b'><link name='l'><collision name='c'><geometry><mesh><uri>"
+            "file:///etc/passwd.stl</uri></mesh></geometry></collision></link></model></sdf>"),
+      HasSubstr("lies outside of the robot"));
+  EXPECT_EQ(twin_->engine().objects().size(), 1u);
+  EXPECT_THAT(remove(robot), HasSubstr("is the robot"));
+  EXPECT_THAT(remove("ground"), HasSubstr("the ground"));
+}
+
+TEST_F(Entities, AreLimitedInNumber) {
+  bring_up("lab_arm");
+  std::vector<WorldObject> many;
+  for (int i = 0; i < 200; ++i) {
+    WorldObject object;
+    object.name = "o" + std::to_string(i);
+    object.shape = Sphere{0.01};
+    object.X_WO.translation() << 1 + 0.1 * i, 0, 1;
+    many.push_back(object);
+  }
+  twin_->engine().set_objects(many);
+  EXPECT_THAT(spawn("more", ball("more")), HasSubstr("200 objects"));
+}
+
+TEST_F(Entities, AreToldAndPlacedInFrames) {
+  bring_up("lab_arm");
+  spawn("base", ball("base", 0), at(1, 2, 0.5));
+  EXPECT_THAT(spawn("near", ball("near", 0), at(0, 0, 1), "base"), HasSubstr("success: true"));
+  EXPECT_TRUE(where("near").isApprox(Eigen::Vector3d(1, 2, 1.5), 1e-9));
+  const std::string state = call("/gazebo/get_entity_state", "gazebo_msgs/srv/GetEntityState",
+                                 "{name: near, reference_frame: 'base::link'}");
+  EXPECT_THAT(state, HasSubstr("success: true"));
+  EXPECT_THAT(state, HasSubstr("z: 1.0"));
+  EXPECT_THAT(call("/gazebo/get_entity_state", "gazebo_msgs/srv/GetEntityState", "{name: neer}"),
+              HasSubstr("success: false"));
+  EXPECT_THAT(call("/gazebo/set_entity_state", "gazebo_msgs/srv/SetEntityState",
+                   "{state: {name: near, pose: {position: {x: -1}}, reference_frame: world}}"),
+              HasSubstr("success: true"));
+  EXPECT_TRUE(where("near").isApprox(Eigen::Vector3d(-1, 0, 0), 1e-9));
+  EXPECT_THAT(call("/gazebo/set_entity_state", "gazebo_msgs/srv/SetEntityState",
+                   "{state: {name: near, pose: {position: {x: .inf}}}}"),
+              HasSubstr("success: false"));
+  EXPECT_THAT(call("/gazebo/set_entity_state", "gazebo_msgs/srv/SetEntityState",
+                   "{state: {name: " + twin_->robot_name() + "}}"),
+              HasSubstr("success: false"));
+}
+
+TEST_F(Entities, MayBeThrown) {
+  bring_up("lab_arm");
+  spawn("ball", ball("ball"));
+  call("/gazebo/set_entity_state", "gazebo_msgs/srv/SetEntityState",
+       "{state: {name: ball, pose: {position: {x: 2, z: 1}}, twist: {linear: {y: 3}}}}");
+  run(0.1);
+  EXPECT_NEAR(where("ball").y(), 0.3, 1e-3);
+  EXPECT_THAT(call("/gazebo/get_model_state", "gazebo_msgs/srv/GetModelState", "{model_name: ball}"),
+              HasSubstr("y: 3.0"));
+}
+
+TEST_F(Entities, AResetPutsThemBackAndRemovesNone) {
+  bring_up("lab_arm");
+  spawn("ball", ball("ball"), at(1, 0, 1));
+  run(0.6);
+  EXPECT_LT(where("ball").z(), 0.5);
+  call("/gazebo/reset_simulation", "std_srvs/srv/Empty", "{}");
+  EXPECT_NEAR(where("ball").z(), 1.0, 1e-9);
+}
+
+TEST_F(Entities, AreMarkers) {
+  bring_up("lab_arm");
+  listen("/doppel/objects");
+  run(0.1);
+  auto told = heard<MarkerArray>("/doppel/objects");
+  ASSERT_EQ(told.size(), 1u) << "once, that there are none";
+  EXPECT_TRUE(told[0].markers.empty());
+  spawn("ball", ball("ball"), at(1, 0, 1));
+  spawn("post", ball("post", 0), at(-1, 0, 1));
+  run(0.4);
+  told = heard<MarkerArray>("/doppel/objects");
+  EXPECT_GE(told.size(), 9u);
+  EXPECT_LE(told.size(), 13u) << "25 Hz while it falls";
+  const MarkerArray last = told.back();
+  ASSERT_EQ(last.markers.size(), 2u);
+  EXPECT_EQ(last.markers[0].text, "ball");
+  EXPECT_EQ(last.markers[0].ns, "objects");
+  EXPECT_EQ(last.markers[0].type, Marker::SPHERE);
+  EXPECT_EQ(last.markers[0].scale.x, 0.1);
+  EXPECT_EQ(last.markers[0].header.frame_id, "world");
+  EXPECT_LT(last.markers[0].pose.position.z, 0.99);
+  const int post = last.markers[1].id;
+  remove("ball");
+  told = heard<MarkerArray>("/doppel/objects");
+  ASSERT_EQ(told.size(), 1u) << "also while time stands";
+  ASSERT_EQ(told[0].markers.size(), 2u);
+  EXPECT_EQ(told[0].markers[0].id, post) << "ids are kept";
+  EXPECT_EQ(told[0].markers[1].action, Marker::DELETE);
+  EXPECT_EQ(told[0].markers[1].id, last.markers[0].id);
+  run(0.5);
+  EXPECT_TRUE(heard<MarkerArray>("/doppel/objects").empty()) << "nothing moves";
+}
+
+TEST_F(Entities, TouchTheGroundWithTheirWeight) {
+  bring_up("lab_arm");
+  spawn("ball", ball("ball", 0.5), at(1, 0, 0.05));
+  run(1.0);
+  listen("/gazebo/contacts");
+  run(0.5);
+  const auto told = heard<gazebo_msgs::msg::ContactsState>("/gazebo/contacts");
+  EXPECT_NEAR(static_cast<double>(told.size()), 15.0, 2.0);
+  const auto& states = told.back().states;
+  const auto touch = std::ranges::find_if(states, [](const auto& s) {
+    return s.collision1_name == "ball::link::collision" || s.collision2_name == "ball::link::collision";
+  });
+  ASSERT_NE(touch, states.end());
+  const bool first = touch->collision1_name == "ball::link::collision";
+  EXPECT_EQ(first ? touch->collision2_name : touch->collision1_name, "ground::link::collision");
+  // On the first of the two; what the ball weighs presses the ground down.
+  EXPECT_NEAR(touch->total_wrench.force.z, (first ? 1 : -1) * 0.5 * 9.81, 0.05);
+  EXPECT_NEAR(touch->contact_normals.at(0).z, first ? 1 : -1, 1e-6);
+  EXPECT_NEAR(touch->contact_positions.at(0).x, 1.0, 1e-2);
+}
+
+// With a world file, edited and deleted from while the twin runs.
+class EntitiesOfAWorld : public Entities {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    world_ = std::filesystem::path(::testing::TempDir()) / (std::string(info->name()) + "_world.yaml");
+    write_world(0.5);
+    Scenario scenario;
+    scenario.target = "lab_arm";
+    scenario.world = world_;
+    bring_up(scenario);
+  }
+  void TearDown() override { std::filesystem::remove(world_); }
+  void write_world(double shelf) {
+    std::ofstream(world_) << "robot: {xyz: [0, 0, 0.2]}\nobjects:\n"
+                             "  - {name: shelf, box: [0.2, 0.2, 0.02], xyz: [1, 0, "
+                          << shelf
+                          << "]}\n  - {name: cup, sphere: {radius: 0.03}, xyz: [2, 0, 0.5], mass: 0.1}\n";
+  }
+  void reload() {
+    Diagnostics said;
+    twin_->replace(twin_->prepare(twin_->present_controllers(), said));
+  }
+
+  std::filesystem::path world_;
+};
+
+TEST_F(EntitiesOfAWorld, SurviveAReload) {
+  EXPECT_THAT(spawn("ball", ball("ball"), at(3, 0, 5)), HasSubstr("success: true"));
+  EXPECT_THAT(spawn("post", ball("post", 0), at(-3, 0, 1)), HasSubstr("success: true"));
+  EXPECT_THAT(remove("cup"), HasSubstr("success: true"));
+  run(0.3);
+  const double z = where("ball").z();
+  write_world(0.7);
+  for (int i = 0; i < 2; ++i) {
+    reload();
+    EXPECT_NEAR(where("ball").z(), z, 1e-9);
+    EXPECT_NEAR(where("post").x(), -3, 1e-9);
+    EXPECT_NEAR(where("shelf").z(), 0.7, 1e-9) << "where the file puts it now";
+    EXPECT_FALSE(is_there("cup")) << "deleted by hand";
+  }
+  FrameVelocity velocity;
+  twin_->engine().object_velocity("ball", velocity);
+  EXPECT_NEAR(velocity.linear_W.z(), -0.3 * 9.81, 0.02) << "it goes on falling";
+}
+
+TEST_F(EntitiesOfAWorld, StandInTheFrameThatTfCallsWorld) {
+  listen("/doppel/objects");
+  listen("/tf_static");
+  run(0.1);
+  Pose X_WR = twin_->engine().link_pose(0);
+  EXPECT_NEAR(X_WR.translation().z(), 0.2, 1e-9);
+  const bool root_is_world = twin_->model().links.front().name == "world";
+  const auto told = heard<MarkerArray>("/doppel/objects");
+  ASSERT_FALSE(told.empty());
+  EXPECT_EQ(told.back().markers.at(0).text, "shelf");
+  EXPECT_NEAR(told.back().markers.at(0).pose.position.z, root_is_world ? 0.3 : 0.5, 1e-9);
+}
+
+}  // namespace
+}  // namespace doppel::test
