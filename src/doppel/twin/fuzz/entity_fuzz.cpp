@@ -1,0 +1,26 @@
+// Fuzz target: what a client sends to /spawn_entity. Whatever is accepted is a thing of finite size and mass.
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+
+#include "doppel/twin/entity_mesh.h"
+#include "doppel/twin/entity_xml.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const doppel::PackageResolver resolver;
+  static const doppel::Target target{"/nonexistent/urdf/robot.urdf", "/nonexistent"};
+  const auto find_mesh = [](const std::string& uri) {
+    if (uri.starts_with("package://")) return std::filesystem::path("/nonexistent/part.stl");
+    return doppel::find_entity_mesh(uri, resolver, target);
+  };
+  try {
+    doppel::Diagnostics notes;
+    const doppel::WorldObject object =
+        doppel::read_entity_xml({reinterpret_cast<const char*>(data), size}, find_mesh, notes);
+    if (!std::isfinite(object.mass) || object.mass < 0 || !object.X_WO.matrix().allFinite() ||
+        !object.X_OS.matrix().allFinite() || !object.rgba.allFinite())
+      std::abort();
+  } catch (const doppel::InputError&) {
+  }
+  return 0;
+}
