@@ -11,6 +11,7 @@
 #include "app/verbs/verbs.h"
 #include "doppel/conversion/summary.h"
 #include "doppel/conversion/tree_labels.h"
+#include "doppel/core/shown_path.h"
 #include "doppel/overlay/overlay.h"
 
 namespace doppel::app {

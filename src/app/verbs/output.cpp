@@ -8,6 +8,7 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/output_file.h"
+#include "doppel/core/shown_path.h"
 
 namespace doppel::app {
 
@@ -38,14 +39,6 @@ void refuse_own_source(const std::string& file, std::span<const std::filesystem:
                                  shown_path(source) == file ? "" : fmt::format(" ({})", shown_path(source))),
                      mend);
   }
-}
-
-std::string shown_path(const std::filesystem::path& file) {
-  std::error_code none;
-  const std::filesystem::path here = std::filesystem::current_path(none);
-  const std::filesystem::path relative = std::filesystem::absolute(file, none).lexically_relative(here);
-  const bool below = !relative.empty() && *relative.begin() != "..";
-  return below ? relative.lexically_normal().string() : file.string();
 }
 
 }  // namespace doppel::app

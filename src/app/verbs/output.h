@@ -16,7 +16,4 @@ void deliver(std::string_view text, const std::string& file = "");
 void refuse_own_source(const std::string& file, std::span<const std::filesystem::path> sources,
                        const std::string& mend);
 
-// As people see files: relative to the working folder where they lie below it.
-std::string shown_path(const std::filesystem::path& file);
-
 }  // namespace doppel::app

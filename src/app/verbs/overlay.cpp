@@ -15,6 +15,7 @@
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/shown_path.h"
 #include "doppel/overlay/bake.h"
 
 namespace doppel::app {

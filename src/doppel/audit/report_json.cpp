@@ -1,11 +1,11 @@
 // The audit for machines: doppel's own JSON, SARIF 2.1.0 (OASIS standard, March 2020), GitHub's annotations.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "doppel/audit/audit.h"
+#include "doppel/audit/report_places.h"
 
 namespace doppel {
 namespace {
@@ -14,14 +14,6 @@ using Json = nlohmann::ordered_json;
 
 std::string file_of(const SourceLocation& where) {
   return where.known() ? *where.file : "";
-}
-
-// Outermost call first; the place itself is not among them.
-std::vector<const SourceLocation::Within*> calls(const SourceLocation& where) {
-  std::vector<const SourceLocation::Within*> out;
-  for (const auto* w = where.within.get(); w != nullptr; w = w->call.within.get()) out.push_back(w);
-  std::reverse(out.begin(), out.end());
-  return out;
 }
 
 Json stack_of(const SourceLocation& where) {

@@ -1,6 +1,9 @@
 #include "doppel/audit/report_places.h"
 
+#include <algorithm>
 #include <cctype>
+
+#include "doppel/core/shown_path.h"
 
 namespace doppel {
 namespace {
@@ -13,11 +16,9 @@ bool of_a_path(char c) {
 class Shortener {
  public:
   explicit Shortener(const std::filesystem::path& folder)
-      : prefix_(folder.has_relative_path() ? folder.string() + "/" : "") {}
+      : folder_(folder), prefix_(folder.has_relative_path() ? folder.string() + "/" : "") {}
 
-  [[nodiscard]] std::string path(const std::string& path) const {
-    return path.starts_with(prefix_) ? path.substr(prefix_.size()) : path;
-  }
+  [[nodiscard]] std::string path(const std::string& path) const { return shown_path(path, folder_); }
 
   // Every place below the folder that the text names, as "(at /home/me/arm.urdf:2:1)"; what it quotes of the
   // description stays.
@@ -54,6 +55,7 @@ class Shortener {
   }
 
  private:
+  std::filesystem::path folder_;
   std::string prefix_;  // empty: the root, which nothing is shortened by
 };
 
@@ -70,6 +72,13 @@ InputError with_short_places(const InputError& error, const std::filesystem::pat
   std::vector<Diagnostic> diagnostics = error.diagnostics();
   for (Diagnostic& diagnostic : diagnostics) shortener.shorten(diagnostic);
   return InputError(std::move(diagnostics));
+}
+
+std::vector<const SourceLocation::Within*> calls(const SourceLocation& where) {
+  std::vector<const SourceLocation::Within*> out;
+  for (const auto* w = where.within.get(); w != nullptr; w = w->call.within.get()) out.push_back(w);
+  std::reverse(out.begin(), out.end());
+  return out;
 }
 
 AuditReport refusal_report(const InputError& error, const std::filesystem::path& file) {

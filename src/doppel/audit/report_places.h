@@ -2,6 +2,7 @@
 // A report's places as the reader would write them, and a report of what was refused.
 
 #include <filesystem>
+#include <vector>
 
 #include "doppel/audit/audit.h"
 
@@ -11,6 +12,10 @@ namespace doppel {
 // an <include> through its package.
 void shorten_places(AuditReport& report, const std::filesystem::path& folder);
 InputError with_short_places(const InputError& error, const std::filesystem::path& folder);
+
+// The expansions around a place, outermost first; the place itself is not among them. They live as long as
+// `where` does.
+std::vector<const SourceLocation::Within*> calls(const SourceLocation& where);
 
 // For readers of --json and the like: a description that there is nothing to judge of, with what was refused.
 AuditReport refusal_report(const InputError& error, const std::filesystem::path& file);
