@@ -124,7 +124,7 @@ std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagno
     const Eigen::Vector3d moments = principal_moments(body.I);
     diagnostics.warning(
         "model.not_physical", inertial.source,
-        fmt::format("{}; simulated with principal moments {:.3g}, {:.3g}, {:.3g} kg m^2 instead", subject,
+        fmt::format("{}; taken with the principal moments {:.3g}, {:.3g}, {:.3g} kg m^2 instead", subject,
                     moments[0], moments[1], moments[2]),
         mend);
   }

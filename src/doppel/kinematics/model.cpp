@@ -230,7 +230,7 @@ class Compiler {
       const MassProperties assumed = assumed_inertia(source);
       diagnostics_.warning(
           "model.no_inertial", source.source,
-          fmt::format("link '{}' moves and has no <inertial>; simulated with {:.3g} kg, {}", source.name,
+          fmt::format("link '{}' moves and has no <inertial>; taken to weigh {:.3g} kg, {}", source.name,
                       assumed.mass,
                       source.collisions.empty() && source.visuals.empty()
                           ? "a ball of 1 cm radius"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "doppel/overlay/overlay.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {
@@ -86,18 +85,9 @@ Eigen::Vector3d Machine::gravity_R() const {
 }
 
 std::vector<std::filesystem::path> Machine::files(const Scenario& scenario) const {
-  std::vector<std::filesystem::path> out = setup.description.files;
-  out.push_back(overlay_path(setup.target.description));  // it may come while the twin runs
+  std::vector<std::filesystem::path> out = files_of(setup.target, setup.description);
   if (setup.controllers_origin != "generated") out.emplace_back(setup.controllers_origin);
   if (scenario.world) out.push_back(*scenario.world);
-  const auto add = [&out](const Geometry& geometry) {
-    const auto* mesh = std::get_if<MeshGeometry>(&geometry);
-    if (mesh != nullptr && !mesh->path.empty()) out.emplace_back(mesh->path);
-  };
-  for (const Link& link : setup.description.robot.links) {
-    for (const Visual& visual : link.visuals) add(visual.geometry);
-    for (const Collision& collision : link.collisions) add(collision.geometry);
-  }
   return out;
 }
 

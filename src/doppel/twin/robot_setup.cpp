@@ -21,25 +21,6 @@ constexpr std::pair<const char*, const char*> kSimulationArguments[] = {{"use_si
                                                                         {"sim_gz", "true"},
                                                                         {"sim_ignition", "true"}};
 
-XacroArguments with_simulation(const fs::path& file, XacroArguments arguments, PackageResolver& resolver,
-                               Diagnostics& diagnostics) {
-  const auto declared = declared_xacro_arguments(file, resolver);
-  for (const auto& [name, value] : kSimulationArguments) {
-    const auto given = [&, wanted = std::string(name)](const auto& a) { return a.first == wanted; };
-    const auto is = [&, wanted = std::string(name)](const auto& d) { return d.name == wanted; };
-    const auto found = std::find_if(declared.begin(), declared.end(), is);
-    if (found == declared.end() || std::any_of(arguments.begin(), arguments.end(), given)) continue;
-    arguments.emplace_back(name, value);
-    diagnostics.note(
-        "up.use_sim", found->source,
-        fmt::format("the description has an argument '{}'; it is set to '{}', for this is a simulation", name,
-                    value),
-        fmt::format("give {}:=... to choose otherwise", name));
-    break;
-  }
-  return arguments;
-}
-
 bool declares_controllers(const fs::path& file) {
   try {
     const ParameterFile parsed = ParameterFile::load(file);
@@ -193,20 +174,59 @@ std::string generated_controllers(const std::vector<std::string>& joints, bool v
   return yaml;
 }
 
+XacroArguments simulation_arguments(const fs::path& description, XacroArguments given,
+                                    const PackageResolver& resolver, Diagnostics& diagnostics) {
+  const auto declared = declared_xacro_arguments(description, resolver);
+  for (const auto& [name, value] : kSimulationArguments) {
+    const auto chosen = [&, wanted = std::string(name)](const auto& a) { return a.first == wanted; };
+    const auto is = [&, wanted = std::string(name)](const auto& d) { return d.name == wanted; };
+    const auto found = std::find_if(declared.begin(), declared.end(), is);
+    if (found == declared.end() || std::any_of(given.begin(), given.end(), chosen)) continue;
+    given.emplace_back(name, value);
+    diagnostics.note(
+        "up.use_sim", found->source,
+        fmt::format("the description has an argument '{}'; it is set to '{}', for this is a simulation", name,
+                    value),
+        fmt::format("give {}:=... to choose otherwise", name));
+    break;
+  }
+  return given;
+}
+
+ExpandedTarget expand_target(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics) {
+  ExpandedTarget out;
+  resolver.add_bundled(scenario.bundled_robots);
+  out.target = resolve_target(scenario.target, scenario.bundled_robots);
+  resolver.add_context(out.target.description);
+  const XacroArguments arguments =
+      simulation_arguments(out.target.description, scenario.arguments, resolver, diagnostics);
+  out.description = expand_corrected(out.target.description, arguments, resolver, diagnostics);
+  if (scenario.inspect) scenario.inspect(out.description, diagnostics);
+  return out;
+}
+
+std::vector<fs::path> files_of(const Target& target, const LoadedDescription& description) {
+  std::vector<fs::path> out = description.files;
+  out.push_back(overlay_path(target.description));
+  const auto add = [&out](const Geometry& geometry) {
+    const auto* mesh = std::get_if<MeshGeometry>(&geometry);
+    if (mesh != nullptr && !mesh->path.empty()) out.emplace_back(mesh->path);
+  };
+  for (const Link& link : description.robot.links) {
+    for (const Visual& visual : link.visuals) add(visual.geometry);
+    for (const Collision& collision : link.collisions) add(collision.geometry);
+  }
+  return out;
+}
+
 RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics) {
   RobotSetup setup;
-  resolver.add_bundled(scenario.bundled_robots);
-  setup.target = resolve_target(scenario.target, scenario.bundled_robots);
-  resolver.add_context(setup.target.description);
+  ExpandedTarget expanded = expand_target(scenario, resolver, diagnostics);
+  setup.target = std::move(expanded.target);
   if (scenario.world) setup.world = load_world(*scenario.world, resolver);
-  const XacroArguments arguments =
-      with_simulation(setup.target.description, scenario.arguments, resolver, diagnostics);
-  const ExpandedDescription expanded =
-      expand_corrected(setup.target.description, arguments, resolver, diagnostics);
-  if (scenario.inspect) scenario.inspect(expanded, diagnostics);
-  setup.description.robot = read_description(expanded, resolver, diagnostics);
+  setup.description.robot = read_description(expanded.description, resolver, diagnostics);
   diagnostics.throw_if_errors();
-  setup.description.files = expanded.files;
+  setup.description.files = std::move(expanded.description.files);
   setup.controllers = choose_controllers(scenario, setup, setup.controllers_origin, diagnostics);
   return setup;
 }

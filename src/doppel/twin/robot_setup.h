@@ -23,6 +23,22 @@ struct RobotSetup {
   World world;
 };
 
+// The arguments that a scenario's description is expanded with: the given ones and, where it declares one by
+// which simulation is chosen (use_sim) and none is given, that one with a note.
+XacroArguments simulation_arguments(const std::filesystem::path& description, XacroArguments given,
+                                    const PackageResolver& resolver, Diagnostics& diagnostics);
+
+// The scenario's target, found and expanded with its overlay. Throws InputError: nothing of that name, or
+// what expand_description refuses.
+struct ExpandedTarget {
+  Target target;
+  ExpandedDescription description;
+};
+ExpandedTarget expand_target(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics);
+
+// Every file that a description was made of: its sources, its overlay (which may come later), its meshes.
+std::vector<std::filesystem::path> files_of(const Target& target, const LoadedDescription& description);
+
 // Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are
 // notes.
 RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics);

@@ -25,13 +25,17 @@ geometry_msgs::msg::TransformStamped transform_of(const std::string& parent, con
 
 }  // namespace
 
-StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR)
-    : model_(model), node_(bus, "/robot_state_publisher"), clock_node_(bus, "/gazebo") {
+StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR,
+                               StampedBy time)
+    : model_(model), node_(bus, "/robot_state_publisher") {
   const Qos latched{.depth = 1, .latched = true};
   description_ = node_.advertise<std_msgs::msg::String>("/robot_description", latched);
   tf_ = node_.advertise<tf2_msgs::msg::TFMessage>("/tf", {.depth = 100});
   tf_static_ = node_.advertise<tf2_msgs::msg::TFMessage>("/tf_static", latched);
-  clock_ = clock_node_.advertise<rosgraph_msgs::msg::Clock>("/clock");
+  if (time == StampedBy::simulation) {
+    clock_node_.emplace(bus, "/gazebo");
+    clock_ = clock_node_->advertise<rosgraph_msgs::msg::Clock>("/clock");
+  }
   description_message_.data = robot.xml;
 
   if (model.find_link(kWorld) < 0)

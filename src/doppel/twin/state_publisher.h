@@ -3,6 +3,7 @@
 // computed from the true state of every joint, mimics included.
 
 #include <memory>
+#include <optional>
 
 #include "doppel/bus/bus.h"
 #include "doppel/description/robot_description.h"
@@ -13,21 +14,26 @@
 
 namespace doppel {
 
+// Whose time the states are stamped with: the simulation's, which /clock then tells, or the wall's.
+enum class StampedBy { simulation, wall };
+
 class StatePublisher {
  public:
-  // X_WR: the root link in the world. Where no link is called "world", /tf_static has the root link in a
-  // frame of that name.
-  StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR);
+  // `model` has to outlive it. X_WR: the root link in the world. Where no link is called "world", /tf_static
+  // has the root link in a frame of that name.
+  StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR,
+                 StampedBy time = StampedBy::simulation);
 
   // In the loop: no allocation, no lock, no throw. q: [model.nq].
   void publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q);
-  void publish_clock(Time now);
+  void publish_clock(Time now);  // with simulated time only
   // Between steps, at the start and after a reset of time.
   void publish_latched(Time now);
 
  private:
   const Model& model_;
-  Node node_, clock_node_;
+  Node node_;
+  std::optional<Node> clock_node_;
   Publisher<std_msgs::msg::String> description_;
   Publisher<tf2_msgs::msg::TFMessage> tf_, tf_static_;
   Publisher<rosgraph_msgs::msg::Clock> clock_;

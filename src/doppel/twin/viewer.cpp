@@ -1,0 +1,220 @@
+#include "doppel/twin/viewer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "doppel/core/names.h"
+#include "doppel/messages/sensor_msgs.h"
+#include "doppel/twin/drawable.h"
+#include "doppel/twin/robot_setup.h"
+#include "doppel/twin/simulated_hardware.h"
+#include "doppel/twin/state_publisher.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kCommand = "/joint_command";
+constexpr const char* kOrigin = "joint_state_publisher";
+constexpr Duration kPeriod{100'000'000};     // between two publications while nothing moves
+constexpr std::size_t kMostComplaints = 50;  // whoever sends made-up names does not fill the log
+
+// A joint's position as it may be: within the limits; where it turns for ever, within a turn.
+double allowed(const ModelJoint& joint, double position) {
+  if (joint.type == JointType::continuous) return std::remainder(position, 2 * std::numbers::pi);
+  return std::clamp(position, joint.lower, joint.upper);
+}
+
+// What the files make, before anything is on the bus.
+struct Picture {
+  Picture(const Scenario& scenario, Diagnostics& diagnostics) {
+    PackageResolver resolver;
+    ExpandedTarget expanded = expand_target(scenario, resolver, diagnostics);
+    Diagnostics found;
+    target = std::move(expanded.target);
+    description.robot = read_description(expanded.description, resolver, found);
+    make_drawable(description.robot, found, diagnostics);
+    description.files = std::move(expanded.description.files);
+    model = compile_model(description.robot, BaseKind::fixed, diagnostics);
+    start = model.neutral();
+    apply_initial_values(description.robot, model, start, diagnostics);
+  }
+
+  Target target;
+  LoadedDescription description;
+  Model model;
+  Eigen::VectorXd start;  // [model.nq]
+};
+
+}  // namespace
+
+struct Viewer::Replacement {
+  std::unique_ptr<Picture> picture;
+};
+
+struct Viewer::Impl {
+  Impl(Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
+      : scenario(std::move(the_scenario)), log(the_log) {
+    states = node.advertise<sensor_msgs::msg::JointState>("/joint_states");
+    node.subscribe<sensor_msgs::msg::JointState>(
+        kCommand, [this](const sensor_msgs::msg::JointState& command) { take(command); });
+    show(std::make_unique<Picture>(scenario, diagnostics));
+  }
+
+  void show(std::unique_ptr<Picture> fresh) {
+    publisher.reset();  // it reads the model from before
+    picture = std::move(fresh);
+    const Model& model = picture->model;
+    q = picture->start;
+    publisher = std::make_unique<StatePublisher>(bus, picture->description.robot, model, StampedBy::wall);
+    shown.name = model.scalar_joint_names();
+    shown.position.assign(shown.name.size(), 0.0);
+    joints.clear();
+    for (std::size_t i = 0; i < model.joints.size(); ++i)
+      joints.emplace(model.joints[i].name, static_cast<int>(i));
+    complaints.clear();
+    latched_due = changed = true;
+  }
+
+  void replace(std::unique_ptr<Picture> fresh) {
+    const std::unique_ptr<Picture> old = std::move(picture);
+    const Eigen::VectorXd stood = q;
+    show(std::move(fresh));
+    for (const ModelJoint& joint : picture->model.joints) {
+      const int index = old->model.find_joint(joint.name);
+      if (index < 0 || !joint.scalar()) continue;
+      const ModelJoint& before = old->model.joints[static_cast<std::size_t>(index)];
+      if (before.scalar() && (before.type == JointType::prismatic) == (joint.type == JointType::prismatic))
+        q[joint.q] = allowed(joint, stood[before.q]);
+    }
+    picture->model.apply_mimics(q);
+  }
+
+  void complain(const std::string& key, const std::string& text) {
+    if (complaints.size() >= kMostComplaints || !complaints.insert(key).second) return;
+    log.warning(kOrigin, fmt::format("{}: {}", kCommand, text));
+    if (complaints.size() == kMostComplaints)
+      log.warning(kOrigin, fmt::format("{}: more of this kind is not told", kCommand));
+  }
+
+  // The joint that a command sets; null: none, and why was told.
+  const ModelJoint* find(const std::string& name) {
+    const auto found = joints.find(name);
+    if (found == joints.end()) {
+      complain(name, fmt::format("the robot has no joint '{}'{}", name,
+                                 did_you_mean(name, picture->model.driven_joint_names())));
+      return nullptr;
+    }
+    const ModelJoint& joint = picture->model.joints[static_cast<std::size_t>(found->second)];
+    if (!joint.scalar()) {
+      complain(name, fmt::format("the joint '{}' has no single position that could be set", name));
+      return nullptr;
+    }
+    if (joint.mimics()) {
+      const auto& leader = picture->model.joints[static_cast<std::size_t>(joint.mimic_leader)];
+      complain(name, fmt::format("the joint '{}' follows '{}'; set that one", name, leader.name));
+      return nullptr;
+    }
+    return &joint;
+  }
+
+  void take(const sensor_msgs::msg::JointState& command) {
+    if (command.position.size() != command.name.size()) {
+      complain("", fmt::format("{} names with {} positions; such a message is left out", command.name.size(),
+                               command.position.size()));
+      return;
+    }
+    for (std::size_t i = 0; i < command.name.size(); ++i) {
+      const ModelJoint* joint = find(command.name[i]);
+      if (joint == nullptr) continue;
+      if (!std::isfinite(command.position[i])) {
+        complain(joint->name + " is finite",
+                 fmt::format("the position of '{}' is {}, no finite number; it stays "
+                             "where it is",
+                             joint->name, command.position[i]));
+        continue;
+      }
+      const double position = allowed(*joint, command.position[i]);
+      changed = changed || q[joint->q] != position;
+      q[joint->q] = position;
+    }
+    if (changed) picture->model.apply_mimics(q);
+  }
+
+  void publish(Time now) {
+    shown.header.stamp = to_time_msg(now);
+    std::size_t row = 0;
+    for (const ModelJoint& joint : picture->model.joints) {
+      if (joint.scalar()) shown.position[row++] = q[joint.q];
+    }
+    states.publish(shown, now);
+    publisher->publish_transforms(now, q);
+    changed = false;
+    published = now;
+  }
+
+  void step(Time now) {
+    bus.set_now(now);
+    bus.spin();
+    if (std::exchange(latched_due, false)) publisher->publish_latched(now);
+    // The wall's clock may be set back.
+    if (changed || now < published || now - published >= kPeriod) publish(now);
+  }
+
+  const Scenario scenario;
+  const Log& log;
+  Bus bus;
+  Node node{bus, "/joint_state_publisher"};
+  Publisher<sensor_msgs::msg::JointState> states;
+  std::unique_ptr<Picture> picture;
+  std::unique_ptr<StatePublisher> publisher;
+  std::unordered_map<std::string, int> joints;  // index by name
+  std::set<std::string> complaints;             // what was told of
+  Eigen::VectorXd q;
+  sensor_msgs::msg::JointState shown;
+  bool changed = true, latched_due = true;
+  Time published{};
+};
+
+Viewer::Viewer(const Scenario& scenario, const Log& log, Diagnostics& diagnostics)
+    : impl_(std::make_unique<Impl>(scenario, log, diagnostics)) {}
+
+Viewer::~Viewer() = default;
+
+void Viewer::step(Time now) {
+  impl_->step(now);
+}
+
+std::shared_ptr<Viewer::Replacement> Viewer::prepare(Diagnostics& diagnostics) const {
+  auto fresh = std::make_shared<Replacement>();
+  fresh->picture = std::make_unique<Picture>(impl_->scenario, diagnostics);
+  return fresh;
+}
+
+void Viewer::replace(const std::shared_ptr<Replacement>& replacement) {
+  impl_->replace(std::move(replacement->picture));
+}
+
+std::vector<std::filesystem::path> Viewer::files() const {
+  return files_of(impl_->picture->target, impl_->picture->description);
+}
+
+const Model& Viewer::model() const {
+  return impl_->picture->model;
+}
+const RobotDescription& Viewer::description() const {
+  return impl_->picture->description.robot;
+}
+const Eigen::VectorXd& Viewer::q() const {
+  return impl_->q;
+}
+Bus& Viewer::bus() {
+  return impl_->bus;
+}
+
+}  // namespace doppel
