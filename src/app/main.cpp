@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 
 #include "app/process.h"
@@ -104,9 +106,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, int argc, ch
   return kBadInput;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
   app.set_version_flag("--version", "doppel " DOPPEL_VERSION);
@@ -132,6 +132,17 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     fmt::print(stderr, "error: {}\n", error.what());
     return 1;
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int exit_code = run(argc, argv);
+  if (doppel::app::work_left_behind()) {
+    std::fflush(nullptr);
+    std::_Exit(exit_code);
   }
   return exit_code;
 }

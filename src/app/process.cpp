@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
@@ -30,6 +31,27 @@ double peak_rss_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) * 1024.0 / 1e6;
+}
+
+const std::atomic<bool>& stop_on_signals() {
+  static std::atomic<bool> requested{false};
+  struct sigaction action {};
+  action.sa_handler = [](int /*signal*/) { requested.store(true); };
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  return requested;
+}
+
+namespace {
+std::atomic<bool> left_behind{false};
+}
+
+void leave_work_behind() {
+  left_behind = true;
+}
+
+bool work_left_behind() {
+  return left_behind;
 }
 
 std::filesystem::path root_folder() {

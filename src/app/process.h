@@ -1,6 +1,7 @@
 #pragma once
 // What the operating system knows of this process.
 
+#include <atomic>
 #include <filesystem>
 
 namespace doppel::app {
@@ -10,6 +11,13 @@ double milliseconds_since_process_start();
 
 // The most memory this process has ever held, MB (10^6 bytes).
 double peak_rss_mb();
+
+// From now on SIGINT and SIGTERM do not end the process; they set the flag that is returned.
+const std::atomic<bool>& stop_on_signals();
+
+// A thread runs on that may not be waited for: the process is to end without cleaning up behind main.
+void leave_work_behind();
+bool work_left_behind();
 
 // The folder that holds robots/ and worlds/: DOPPEL_ROOT, else where this program was built from.
 std::filesystem::path root_folder();

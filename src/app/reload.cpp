@@ -5,6 +5,9 @@
 #include <chrono>
 #include <future>
 
+#include "doppel/twin/twin.h"
+#include "doppel/twin/viewer.h"
+
 namespace doppel::app {
 namespace {
 
@@ -19,15 +22,37 @@ std::string names_of(const std::vector<std::filesystem::path>& files) {
 
 }  // namespace
 
-Reloader::Reloader(Twin& twin, const Log& log, std::function<void()> replaced)
-    : twin_(twin), log_(log), replaced_(std::move(replaced)) {
+Reloadable reloadable(Twin& twin, std::function<void()> afterwards) {
+  const auto begin = [&twin]() -> Reloadable::Build {
+    return [&twin, wish = twin.present_controllers()](Diagnostics& said) -> Reloadable::TakeOver {
+      return [&twin, fresh = twin.prepare(wish, said)] {
+        return twin.replace(fresh) == Twin::Reload::controllers_went_on
+                   ? "joints and controllers went on"
+                   : "joints kept their state, controllers were made anew";
+      };
+    };
+  };
+  return {twin.bus(), [&twin] { return twin.files(); }, begin, std::move(afterwards)};
+}
+
+Reloadable reloadable(Viewer& viewer, std::function<void()> afterwards) {
+  const auto begin = [&viewer]() -> Reloadable::Build {
+    return [&viewer](Diagnostics& said) -> Reloadable::TakeOver {
+      return [&viewer, fresh = viewer.prepare(said)] {
+        viewer.replace(fresh);
+        return "joints stay where they are";
+      };
+    };
+  };
+  return {viewer.bus(), [&viewer] { return viewer.files(); }, begin, std::move(afterwards)};
+}
+
+Reloader::Reloader(Reloadable what, const Log& log) : what_(std::move(what)), log_(log) {
   if (!watcher_.works()) {
     log.warning(kOrigin, "the system gives no file notifications; edits are not picked up");
     return;
   }
-  const auto files = twin.files();
-  watched_ = files.size();
-  watcher_.watch(files);
+  watcher_.watch(what_.files());
   thread_ = std::thread([this] { run(); });
 }
 
@@ -42,13 +67,14 @@ void Reloader::run() {
     const auto changed = watcher_.wait(kQuiet);
     if (changed.empty()) return;
     reload(changed);
+    if (what_.afterwards) on_loop(what_.afterwards);
   }
 }
 
 bool Reloader::on_loop(const std::function<void()>& task) {
   const auto done = std::make_shared<std::promise<void>>();
   auto future = done->get_future();
-  twin_.bus().post([task, done] {
+  what_.bus.post([task, done] {
     task();
     done->set_value();
   });
@@ -58,34 +84,36 @@ bool Reloader::on_loop(const std::function<void()>& task) {
   return true;
 }
 
+bool Reloader::apply(std::string& outcome, Diagnostics& said) {
+  Reloadable::Build build;
+  if (!on_loop([&] { build = what_.begin(); })) return false;
+  const Reloadable::TakeOver take_over = build(said);
+  std::vector<std::filesystem::path> files;
+  std::exception_ptr refused;
+  const auto take = [&] {
+    try {
+      outcome = take_over();
+      files = what_.files();
+    } catch (const InputError&) {
+      refused = std::current_exception();
+    }
+  };
+  if (!on_loop(take)) return false;
+  if (refused) std::rethrow_exception(refused);
+  watcher_.watch(files);
+  return true;
+}
+
 void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
   const auto begin = std::chrono::steady_clock::now();
-  ControllerWish wish;
-  if (!on_loop([&] { wish = twin_.present_controllers(); })) return;
   Diagnostics said;
   try {
-    const auto fresh = twin_.prepare(wish, said);
-    auto how = Twin::Reload::controllers_went_on;
-    std::vector<std::filesystem::path> files;
-    std::exception_ptr refused;
-    const auto take_over = [&] {
-      try {
-        how = twin_.replace(fresh);
-        files = twin_.files();
-        replaced_();
-      } catch (const InputError&) {
-        refused = std::current_exception();
-      }
-    };
-    if (!on_loop(take_over)) return;
-    if (refused) std::rethrow_exception(refused);
-    watcher_.watch(files);
+    std::string outcome;
+    if (!apply(outcome, said)) return;
     const auto took =
         std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin);
-    log_.note(kOrigin, fmt::format("{} applied in {} ms; {}", names_of(changed), (took + kQuiet).count(),
-                                   how == Twin::Reload::controllers_went_on
-                                       ? "joints and controllers went on"
-                                       : "joints kept their state, controllers were made anew"));
+    log_.note(kOrigin,
+              fmt::format("{} applied in {} ms; {}", names_of(changed), (took + kQuiet).count(), outcome));
     for (const Diagnostic& diagnostic : said.all()) {
       if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
     }

@@ -5,35 +5,30 @@
 
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <cmath>
 #include <condition_variable>
-#include <csignal>
-#include <deque>
 #include <future>
 #include <mutex>
 #include <thread>
 
+#include "app/described_scenario.h"
 #include "app/door.h"
+#include "app/health_publisher.h"
+#include "app/judgement.h"
 #include "app/live_table.h"
 #include "app/process.h"
 #include "app/reload.h"
 #include "app/snapshot.h"
+#include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
-#include "doppel/audit/audit.h"
 #include "doppel/twin/runner.h"
 #include "doppel/twin/twin.h"
 
 namespace doppel::app {
 namespace {
 
-std::atomic<bool> stop_requested{false};
-
-void request_stop(int /*signal*/) {
-  stop_requested.store(true);
-}
-
 struct UpOptions {
-  std::vector<std::string> target;  // TARGET and its name:=value arguments
-  std::vector<std::string> set;
+  DescribedBy robot;
   std::string world, controllers, base = "fixed", speed = "1";
   std::vector<std::string> activate, plugins;
   double duration = 0;
@@ -43,11 +38,7 @@ struct UpOptions {
 };
 
 Scenario make_scenario(const UpOptions& options) {
-  Scenario scenario;
-  scenario.target = options.target.front();
-  for (std::size_t i = 1; i < options.target.size(); ++i)
-    scenario.arguments.push_back(split_argument(options.target[i]));
-  for (const std::string& text : options.set) scenario.arguments.push_back(split_argument(text));
+  Scenario scenario = described_scenario(options.robot);
   if (!options.world.empty()) scenario.world = options.world;
   if (!options.controllers.empty()) scenario.controllers = options.controllers;
   scenario.activate = options.activate;
@@ -56,11 +47,6 @@ Scenario make_scenario(const UpOptions& options) {
   scenario.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
-  scenario.bundled_robots = root_folder() / "robots";
-  scenario.inspect = [](const ExpandedDescription& expanded, Diagnostics& said) {
-    for (Finding& finding : misspellings(expanded))
-      said.warning(finding.rule, finding.where, finding.message, finding.mend);
-  };
   return scenario;
 }
 
@@ -80,47 +66,6 @@ double parse_speed(const std::string& text) {
   }
   return speed;
 }
-
-// The terminal's log: lines go to stderr at once, or, while a live table is up, to the table.
-class TerminalLog {
- public:
-  void add(const LogLine& line) {
-    const std::lock_guard lock(mutex_);
-    if (!table_) return print(line);
-    recent_.push_back(line);
-    if (recent_.size() > 4) recent_.pop_front();
-    if (line.severity != Severity::note) kept_.push_back(line);
-  }
-  void table_begins() {
-    const std::lock_guard lock(mutex_);
-    table_ = true;
-  }
-  // Warnings and errors that scrolled away in the table are repeated for the record.
-  void table_ends() {
-    const std::lock_guard lock(mutex_);
-    table_ = false;
-    for (const LogLine& line : kept_) print(line);
-    kept_.clear();
-  }
-  [[nodiscard]] std::vector<LogLine> recent() {
-    const std::lock_guard lock(mutex_);
-    return {recent_.begin(), recent_.end()};
-  }
-
- private:
-  static void print(const LogLine& line) {
-    if (line.severity == Severity::note) {
-      fmt::print(stderr, "  {}: {}\n", line.origin, line.text);
-    } else {
-      fmt::print(stderr, "  {}: {}: {}\n", to_string(line.severity), line.origin, line.text);
-    }
-  }
-
-  std::mutex mutex_;
-  bool table_ = false;
-  std::deque<LogLine> recent_;
-  std::vector<LogLine> kept_;
-};
 
 // Draws the live table from a thread of its own; the state is taken on the loop's thread, between steps.
 class TableThread {
@@ -211,11 +156,7 @@ int run_up(const UpOptions& options) {
   const Scenario scenario = make_scenario(options);
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
-  struct sigaction action {};
-  action.sa_handler = request_stop;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-
+  const std::atomic<bool>& stop_requested = stop_on_signals();
   TerminalLog terminal;
   Log log;
   log.add_sink([&terminal](const LogLine& line) { terminal.add(line); });
@@ -233,17 +174,21 @@ int run_up(const UpOptions& options) {
   door.print();
   if (!options.headless && !options.json) door.open_page();
 
+  HealthPublisher health(twin.bus(), [scenario] { return health_json(scenario); });
+  const auto look = [&] { health.look_at(twin.description()); };
   std::unique_ptr<Reloader> reloader;
-  if (!options.no_reload) {
-    reloader = std::make_unique<Reloader>(twin, log,
-                                          [&twin, assets] { assets->offer(files_of(twin.description())); });
-  }
+  const auto look_again = [&] {
+    assets->offer(files_of(twin.description()));
+    look();
+  };
+  if (!options.no_reload) reloader = std::make_unique<Reloader>(reloadable(twin, look_again), log);
   RunnerOptions runner_options;
   runner_options.speed = speed;
   if (options.duration > 0) runner_options.duration = from_seconds(options.duration);
   Runner runner(twin, runner_options);
   runner.on_first_step([&] {
     summary.startup_ms = milliseconds_since_process_start();
+    look();
     fmt::print(stderr, "  ready        {:.0f} ms after the start\n", summary.startup_ms);
   });
   if (table) {
@@ -280,12 +225,7 @@ int run_up(const UpOptions& options) {
 void add_up(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<UpOptions>();
   CLI::App* up = app.add_subcommand("up", "Bring a robot up: physics, controllers, topics");
-  up->add_option(
-        "TARGET", options->target,
-        "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or workspace, and "
-        "name:=value arguments for its xacro")
-      ->required();
-  up->add_option("--set", options->set, "An argument for the description's xacro, name:=value")->take_all();
+  add_described_by(*up, options->robot);
   up->add_option("--controllers", options->controllers,
                  "The controllers' YAML, in place of the description's");
   up->add_option("--activate", options->activate,

@@ -8,10 +8,9 @@
 #include <cstdlib>
 #include <memory>
 
-#include "app/process.h"
+#include "app/judgement.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/verbs.h"
-#include "doppel/audit/report_places.h"
 #include "doppel/core/names.h"
 #include "doppel/overlay/overlay.h"
 
@@ -86,7 +85,7 @@ AuditReport fix(DescriptionTarget& target, const AuditOptions& options, const Au
     for (const Operation& repair : repairs) fmt::print(stderr, "  {}\n", describe(repair.action));
     fmt::print(stderr, "\n");
   }
-  return audit(target.target.description, target.arguments, target.resolver, options);
+  return audit_target(target, options);
 }
 
 void print_report(const AuditReport& report, const CheckOptions& o) {
@@ -98,25 +97,14 @@ void print_report(const AuditReport& report, const CheckOptions& o) {
   fmt::print("{}", to_text(report, style));
 }
 
-AuditReport audit_target(const CheckOptions& o, AuditOptions options) {
-  DescriptionTarget target = open_target(o.words);
-  options.package_folder = target.target.package_folder;
-  options.datasheet_folder = root_folder() / "datasheets";
+Judgement judged(const CheckOptions& o, AuditOptions options) {
   if (!o.datasheet.empty()) options.datasheet = o.datasheet;
   if (!o.controllers.empty()) options.controllers = o.controllers;
-  const AuditReport report = audit(target.target.description, target.arguments, target.resolver, options);
-  return o.fix ? fix(target, options, report, o.quiet) : report;
-}
-
-// Whoever reads the report by program reads what is refused there as well; a person reads it on stderr.
-AuditReport judged(const CheckOptions& o, const AuditOptions& options) {
-  try {
-    return audit_target(o, options);
-  } catch (const InputError& error) {
-    const InputError refused = with_short_places(error, std::filesystem::current_path());
-    if (o.json || o.sarif || o.github) print_report(refusal_report(refused, o.words.front()), o);
-    throw refused;
-  }
+  return judge(o.words.front(), [&] {
+    DescriptionTarget target = open_target(o.words);
+    const AuditReport report = audit_target(target, options);
+    return o.fix ? fix(target, options, report, o.quiet) : report;
+  });
 }
 
 int check(const CheckOptions& o) {
@@ -130,10 +118,11 @@ int check(const CheckOptions& o) {
   }
   AuditOptions options;
   options.profiles = chosen_profiles(o.profiles);
-  AuditReport report = judged(o, options);
-  shorten_places(report, std::filesystem::current_path());
-  print_report(report, o);
-  return report.count(Severity::error) > 0 ? 1 : 0;
+  const Judgement judgement = judged(o, options);
+  // Whoever reads the report by program reads what is refused there as well; a person reads it on stderr.
+  if (!judgement.refused || o.json || o.sarif || o.github) print_report(judgement.report, o);
+  if (judgement.refused) throw *judgement.refused;
+  return judgement.report.count(Severity::error) > 0 ? 1 : 0;
 }
 
 }  // namespace

@@ -1,0 +1,29 @@
+#include "app/described_scenario.h"
+
+#include <CLI/CLI.hpp>
+
+#include "app/process.h"
+#include "app/verbs/description_target.h"
+#include "doppel/audit/audit.h"
+
+namespace doppel::app {
+
+void add_described_by(CLI::App& verb, DescribedBy& by) {
+  add_target(verb, by.words);
+  verb.add_option("--set", by.set, "An argument for the description's xacro, name:=value")->take_all();
+}
+
+Scenario described_scenario(const DescribedBy& by) {
+  Scenario scenario;
+  scenario.target = by.words.front();
+  for (std::size_t i = 1; i < by.words.size(); ++i) scenario.arguments.push_back(split_argument(by.words[i]));
+  for (const std::string& text : by.set) scenario.arguments.push_back(split_argument(text));
+  scenario.bundled_robots = root_folder() / "robots";
+  scenario.inspect = [](const ExpandedDescription& expanded, Diagnostics& said) {
+    for (Finding& finding : misspellings(expanded))
+      said.warning(finding.rule, finding.where, finding.message, finding.mend);
+  };
+  return scenario;
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,27 @@
+#pragma once
+// What `up` and `view` are told of a robot on the command line.
+
+#include <string>
+#include <vector>
+
+#include "doppel/twin/scenario.h"
+
+namespace CLI {
+class App;
+}
+
+namespace doppel::app {
+
+struct DescribedBy {
+  std::vector<std::string> words;  // TARGET and its name:=value arguments
+  std::vector<std::string> set;    // further name:=value
+};
+
+// TARGET (required) and --set.
+void add_described_by(CLI::App& verb, DescribedBy& by);
+
+// The scenario of that description, in which misspelt elements and attributes are told whenever it is read.
+// Throws InputError: an argument that is not name:=value.
+Scenario described_scenario(const DescribedBy& by);
+
+}  // namespace doppel::app

@@ -1,0 +1,29 @@
+#pragma once
+// What `doppel check` prints of a description, and what /doppel/health tells of the one that is up.
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "app/verbs/description_target.h"
+#include "doppel/audit/audit.h"
+#include "doppel/twin/scenario.h"
+
+namespace doppel::app {
+
+// The audit of a target, with the folders that belong to it.
+AuditReport audit_target(DescriptionTarget& target, AuditOptions options);
+
+struct Judgement {
+  AuditReport report;
+  std::optional<InputError> refused;  // there is nothing to judge; the report says why
+};
+// What `look` finds, or the InputError that it throws; places are short, by the working folder. `target`: as
+// the user named it.
+Judgement judge(const std::string& target, const std::function<AuditReport()>& look);
+
+// `doppel check TARGET --json` for the description that a scenario runs with: the same arguments, those that
+// choose simulation included. Never throws: what goes wrong is a finding.
+std::string health_json(const Scenario& scenario);
+
+}  // namespace doppel::app

@@ -1,0 +1,40 @@
+#include "app/terminal_log.h"
+
+#include <fmt/format.h>
+
+namespace doppel::app {
+
+void TerminalLog::add(const LogLine& line) {
+  const std::lock_guard lock(mutex_);
+  if (!table_) return print(line);
+  recent_.push_back(line);
+  if (recent_.size() > 4) recent_.pop_front();
+  if (line.severity != Severity::note) kept_.push_back(line);
+}
+
+void TerminalLog::table_begins() {
+  const std::lock_guard lock(mutex_);
+  table_ = true;
+}
+
+void TerminalLog::table_ends() {
+  const std::lock_guard lock(mutex_);
+  table_ = false;
+  for (const LogLine& line : kept_) print(line);
+  kept_.clear();
+}
+
+std::vector<LogLine> TerminalLog::recent() {
+  const std::lock_guard lock(mutex_);
+  return {recent_.begin(), recent_.end()};
+}
+
+void TerminalLog::print(const LogLine& line) {
+  if (line.severity == Severity::note) {
+    fmt::print(stderr, "  {}: {}\n", line.origin, line.text);
+  } else {
+    fmt::print(stderr, "  {}: {}: {}\n", to_string(line.severity), line.origin, line.text);
+  }
+}
+
+}  // namespace doppel::app

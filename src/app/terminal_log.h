@@ -1,0 +1,30 @@
+#pragma once
+// The terminal's log: lines go to stderr at once, or, while a live table is up, to the table.
+
+#include <deque>
+#include <mutex>
+#include <vector>
+
+#include "doppel/core/log.h"
+
+namespace doppel::app {
+
+// Any thread.
+class TerminalLog {
+ public:
+  void add(const LogLine& line);
+  void table_begins();
+  // Warnings and errors that scrolled away in the table are repeated for the record.
+  void table_ends();
+  [[nodiscard]] std::vector<LogLine> recent();
+
+ private:
+  static void print(const LogLine& line);
+
+  std::mutex mutex_;
+  bool table_ = false;
+  std::deque<LogLine> recent_;
+  std::vector<LogLine> kept_;
+};
+
+}  // namespace doppel::app
