@@ -9,6 +9,7 @@
 #include "app/process.h"
 #include "app/up.h"
 #include "app/verbs/verbs.h"
+#include "app/view.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
 
@@ -50,7 +51,7 @@ _doppel() {
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do [[ $word == -* ]] || words+=("$word"); done
   local IFS=$'\n'
   case "${words[0]-} ${words[1]-}" in
-    'up '*|'check '*|'tree '*|'info '*|'mass '*|'convert '*|'diff '*|'calibrate '*|'xacro '*|'overlay '[a-z]*)
+    'up '*|'view '*|'check '*|'tree '*|'info '*|'mass '*|'convert '*|'diff '*|'calibrate '*|'xacro '*|'overlay '[a-z]*)
       mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" robots)" -- "$current"; compgen -f -- "$current") ;;
     'topic echo'|'topic hz'|'topic info'|'topic type'|'topic bw'|'topic pub')
       mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" topic list 2>/dev/null)" -- "$current") ;;
@@ -112,9 +113,11 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", "doppel " DOPPEL_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "Start here:\n  doppel up omarm_one\nand from another shell:\n  doppel topic echo /joint_states");
+      "Start here:\n  doppel up omarm_one\nor, to look at a description without physics:\n  doppel view "
+      "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states");
   int exit_code = 0;
   doppel::app::add_up(app, exit_code);
+  doppel::app::add_view(app, exit_code);
   doppel::app::add_verbs(app, exit_code);
   add_robots(app);
   add_completion(app);

@@ -71,7 +71,8 @@ struct Viewer::Impl {
     picture = std::move(fresh);
     const Model& model = picture->model;
     q = picture->start;
-    publisher = std::make_unique<StatePublisher>(bus, picture->description.robot, model, StampedBy::wall);
+    publisher = std::make_unique<StatePublisher>(bus, picture->description.robot, model, Pose::Identity(),
+                                                 StampedBy::wall);
     shown.name = model.scalar_joint_names();
     shown.position.assign(shown.name.size(), 0.0);
     joints.clear();

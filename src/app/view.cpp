@@ -1,0 +1,99 @@
+#include "app/view.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "app/described_scenario.h"
+#include "app/door.h"
+#include "app/health_publisher.h"
+#include "app/judgement.h"
+#include "app/process.h"
+#include "app/reload.h"
+#include "app/terminal_log.h"
+#include "app/verbs/description_target.h"
+#include "doppel/twin/viewer.h"
+
+namespace doppel::app {
+namespace {
+
+constexpr std::chrono::microseconds kFrame{16'667};
+
+struct ViewOptions {
+  DescribedBy robot;
+  bool no_reload = false, headless = false;
+  DoorOptions door;
+};
+
+void print_banner(const Viewer& viewer, const Door& door) {
+  const Model& model = viewer.model();
+  fmt::print(stderr, "{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
+             model.joints.size(), model.driven_joint_names().size());
+  fmt::print(stderr, "  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
+  door.print();
+  fmt::print(stderr, "  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
+}
+
+// Until `stop`; frames that could not be kept up with are left out.
+void show_frames(Viewer& viewer, const std::atomic<bool>& stop) {
+  auto due = std::chrono::steady_clock::now();
+  while (!stop) {
+    viewer.step(std::chrono::system_clock::now().time_since_epoch());
+    due = std::max(due + kFrame, std::chrono::steady_clock::now());
+    std::this_thread::sleep_until(due);
+  }
+}
+
+int run_view(const ViewOptions& options) {
+  const Scenario scenario = described_scenario(options.robot);
+  const std::atomic<bool>& stop = stop_on_signals();
+  TerminalLog terminal;
+  Log log;
+  log.add_sink([&terminal](const LogLine& line) { terminal.add(line); });
+  Diagnostics diagnostics;
+  Viewer viewer(scenario, log, diagnostics);
+  print_diagnostics(diagnostics, true);
+
+  const auto assets = std::make_shared<AssetLibrary>();
+  Door door(viewer.bus(), viewer.model().name, options.door, assets, log);
+  HealthPublisher health(viewer.bus(), [scenario] { return health_json(scenario); });
+  const auto look = [&] {
+    assets->offer(files_of(viewer.description()));
+    health.look_at(viewer.description());
+  };
+  look();
+  std::unique_ptr<Reloader> reloader;
+  if (!options.no_reload) reloader = std::make_unique<Reloader>(reloadable(viewer, look), log);
+  print_banner(viewer, door);
+  if (!options.headless) door.open_page();
+  show_frames(viewer, stop);
+  return 0;
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<ViewOptions>();
+  CLI::App* view =
+      app.add_subcommand("view", "Look at a description: the page and the joints, without physics");
+  add_described_by(*view, options->robot);
+  view->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
+  view->add_flag("--headless", options->headless, "Open no page; log lines only");
+  add_door_options(*view, options->door);
+  view->footer(
+      "Whatever can be drawn is drawn; faults are warnings, and the page's Health tells them with their "
+      "places.\n"
+      "Examples:\n"
+      "  doppel view omarm_one\n"
+      "  doppel view my_arm.urdf.xacro use_gripper:=true\n"
+      "  doppel view ~/ros2_ws --port 8800\n"
+      "and from another shell:\n"
+      "  doppel topic pub --once /joint_command sensor_msgs/msg/JointState '{name: [elbow], position: "
+      "[0.5]}'");
+  view->callback([options, &exit_code] { exit_code = run_view(*options); });
+}
+
+}  // namespace doppel::app

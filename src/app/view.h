@@ -1,0 +1,13 @@
+#pragma once
+// `doppel view TARGET`: the page of `up` without physics, for looking at a description.
+
+namespace CLI {
+class App;
+}
+
+namespace doppel::app {
+
+// Adds the verb; when it has run, `exit_code` is the program's.
+void add_view(CLI::App& app, int& exit_code);
+
+}  // namespace doppel::app
