@@ -21,6 +21,8 @@ std::string_view view(beast::string_view text) {
 HttpSession::HttpSession(tcp::socket socket, Context& context)
     : context_(context), stream_(std::move(socket)), buffer_(2 * kMostHeader) {
   context_.visitors.insert(this);
+  error_code ignored;
+  stream_.socket().set_option(tcp::no_delay(true), ignored);  // what is said is said at once, as a client too
 }
 
 HttpSession::~HttpSession() {

@@ -43,8 +43,6 @@ void WebSocketSession::accept(const Request& request, std::string_view subprotoc
   socket_.control_callback([this](websocket::frame_type, beast::string_view text) {
     if (!closing_) static_cast<void>(within_limits(text.size()));
   });
-  error_code ignored;
-  beast::get_lowest_layer(socket_).socket().set_option(tcp::no_delay(true), ignored);
   socket_.async_accept(request, [self = shared_from_this()](error_code failed) {
     if (failed) return self->end();
     self->id_ = self->context_.hub.join(*self);
