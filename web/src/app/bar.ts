@@ -22,17 +22,26 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   const name = h('strong', { class: 'robot-name' }, 'doppel');
   const link = h('span', { class: 'link', role: 'status' }, 'connecting');
   const play = button(icon('pause'), 'Pause (P)', () => {
-    const pause = !twin.paused;
-    call(pause ? '/gazebo/pause_physics' : '/gazebo/unpause_physics', {}, () => twin.knowTime(pause, null));
+    call(twin.paused ? '/gazebo/unpause_physics' : '/gazebo/pause_physics');
   }, { class: 'icon', id: 'play' });
   const step = button(icon('step'), 'One step of physics, 1 ms; with shift a tenth of a second', () => {}, { class: 'icon', id: 'step' });
-  step.addEventListener('click', (event) => call('/gazebo/step', { steps: event.shiftKey ? 100 : 1 }, (answer) => twin.knowTime(null, Number(answer['sim_time']))));
+  step.addEventListener('click', (event) => call('/gazebo/step', { steps: event.shiftKey ? 100 : 1 }, (answer) => twin.knowTime(Number(answer['sim_time']))));
   const reset = button(icon('reset'), 'Reset: time and joints back to the start', () => {
     app.world.trace.clear();
-    call('/gazebo/reset_simulation', {}, () => call('/gazebo/get_state', {}, (answer) => twin.knowTime(null, Number(answer['sim_time']))));
+    call('/gazebo/reset_simulation');
   }, { class: 'icon', id: 'reset' });
   const speed = h('select', { 'aria-label': 'Speed of simulated time', title: 'Speed of simulated time', id: 'speed', onchange: () => call('/gazebo/set_speed', { factor: Number(speed.value) }) },
     ...SPEEDS.map(([label, value]) => h('option', { value: String(value), selected: value === 1 }, label)));
+  const other = h('option', { hidden: true }); // a speed that somebody else has chosen
+  speed.append(other);
+  twin.statusChanged.on((status) => {
+    if (!status || document.activeElement === speed) return;
+    if (!SPEEDS.some(([, value]) => value === status.speed)) {
+      other.value = String(status.speed);
+      say(other, `${+status.speed.toFixed(3)}×`);
+    }
+    if (speed.value !== String(status.speed)) speed.value = String(status.speed);
+  });
   const time = h('output', { class: 'num time', title: 'simulated time' });
   const factor = h('output', { class: 'num factor', title: 'real-time factor: simulated seconds in one second' });
   const theme = button(icon('theme'), 'Theme: as the system, light, dark', () => {
@@ -67,8 +76,10 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
       play.setAttribute('aria-label', title);
     }
     say(time, seconds(twin.simTime));
-    say(factor, twin.paused ? 'paused' : Number.isFinite(twin.realTimeFactor) ? `${twin.realTimeFactor.toFixed(2)}×` : '–');
-    factor.classList.toggle('slow', !twin.paused && Number(speed.value) > 0 && twin.realTimeFactor < Number(speed.value) * 0.9);
+    const { status } = twin;
+    const slow = status !== null && !status.paused && status.speed > 0 && status.realTimeFactor < status.speed * 0.9;
+    say(factor, !status ? '–' : status.paused ? 'paused' : `${status.realTimeFactor.toFixed(2)}×${slow ? ' slow' : ''}`);
+    factor.classList.toggle('slow', slow);
   };
   return { element, update };
 }

@@ -4,7 +4,8 @@ import { Client, type Phase } from '../protocol/client';
 import type { Message, Value } from '../protocol/cdr';
 import { STRIDE, Tree } from '../robot/tree';
 import { parseUrdf } from '../robot/urdf';
-import { Signal } from './signal';
+import { Signal, Standing } from './signal';
+import { readLoads, readStatus, type Load, type Status } from './status';
 import { readTransform, type Transform, TransformStore } from './transforms';
 
 export interface Controller {
@@ -24,20 +25,23 @@ export interface LogLine {
   place: string;
 }
 
+const LOG_MOST = 1000;
+
 export function stampOf(value: Value | undefined): number {
   const time = value as { sec?: number; nanosec?: number } | undefined;
   return time ? (time.sec ?? 0) + (time.nanosec ?? 0) * 1e-9 : 0;
 }
 
 export class Twin {
-  readonly robotChanged = new Signal<Tree>();
+  readonly robotChanged = new Standing<Tree>();
   readonly moved = new Signal();
   readonly sampled = new Signal(); // joint states have come
-  readonly phaseChanged = new Signal<Phase>();
-  readonly graphChanged = new Signal();
-  readonly controllersChanged = new Signal();
-  readonly timeChanged = new Signal();
+  readonly phaseChanged = new Standing<Phase>();
+  readonly graphChanged = new Standing<void>();
+  readonly controllersChanged = new Standing<void>();
+  readonly statusChanged = new Standing<Status | null>();
   readonly logged = new Signal<LogLine>();
+  readonly log: LogLine[] = []; // the last of them, for who comes later
   readonly referenceChanged = new Signal<string>();
 
   readonly client: Client;
@@ -52,26 +56,23 @@ export class Twin {
   poses = new Float64Array();
   controllers: Controller[] = [];
   simTime = 0;
-  realTimeFactor = NaN;
-  paused = false;
-  effortWanted = 0; // panels that show efforts
+  status: Status | null = null; // null: the server does not tell it
+  readonly loads = new Map<string, Load>(); // by joint; told while somebody watches
 
   private readonly heard = new Map<string, number>(); // joint → ms
-  private clockSamples: [number, number][] = [];
-  private lastClockChange = 0;
-  private runningSince = 0;
+  private loadWatchers = 0;
+  private endLoads: (() => void) | null = null;
   private readonly stateSubscriptions = new Map<string, () => void>();
-  private asking = false;
+  private listing: Promise<void> | null = null;
+  private stale = false; // asked again while an answer was under way
   private seen = new Float64Array();
 
   constructor(url: string) {
     this.client = new Client({ url });
     const { client } = this;
     client.onphase = (phase) => {
-      if (phase === 'open') {
-        this.clockSamples = [];
-        void this.listControllers();
-      }
+      if (phase === 'open') void this.listControllers();
+      else this.takeStatus(null);
       this.phaseChanged.emit(phase);
     };
     client.ongraph = () => {
@@ -79,16 +80,15 @@ export class Twin {
       if (client.phase === 'open' && client.services.size > 0) void this.listControllers();
     };
     client.onstatus = (level, text) =>
-      this.logged.emit({ time: this.simTime, level: [20, 30, 40][level] ?? 20, name: 'server', text, place: '' });
+      this.tell({ time: this.simTime, level: [20, 30, 40][level] ?? 20, name: 'server', text, place: '' });
     client.subscribe('/robot_description', (m) => this.describe(String(m['data'])));
     client.subscribe('/joint_states', (m) => this.takeJointState(m));
     client.subscribe('/tf', (m) => this.takeTransforms(m, false));
     client.subscribe('/tf_static', (m) => this.takeTransforms(m, true));
-    client.subscribe('/clock', (m) => this.takeClock(stampOf(m['clock'])));
+    client.subscribe('/clock', (m) => this.knowTime(stampOf(m['clock'])));
+    client.subscribe('/doppel/status', (m) => this.takeStatus(readStatus(m)));
     client.subscribe('/rosout', (m) => this.takeLog(m));
     client.subscribe('/controller_manager/activity', () => void this.listControllers());
-    setInterval(() => this.checkPause(), 200);
-    setInterval(() => void this.askEfforts(), 200);
   }
 
   start(): void {
@@ -114,12 +114,13 @@ export class Twin {
       this.commandedAt = new Float64Array(tree.size);
       this.poses = tree.newPoses();
       this.heard.clear();
+      this.loads.clear();
       tree.follow(this.q);
       this.placeRoot();
       tree.forward(this.q, this.poses);
       this.robotChanged.emit(tree);
     } catch (problem) {
-      this.logged.emit({ time: 0, level: 40, name: 'page', text: `the description cannot be drawn: ${(problem as Error).message}`, place: '' });
+      this.tell({ time: 0, level: 40, name: 'page', text: `the description cannot be drawn: ${(problem as Error).message}`, place: '' });
     }
   }
 
@@ -192,45 +193,52 @@ export class Twin {
     return true;
   }
 
-  private takeClock(time: number): void {
-    const now = performance.now();
-    if (time < this.simTime - 0.5) this.clockSamples = [];
-    if (time !== this.simTime) {
-      if (now - this.lastClockChange > 150) this.runningSince = now;
-      this.lastClockChange = now;
-    }
+  get paused(): boolean {
+    return this.status?.paused ?? false;
+  }
+
+  private takeStatus(status: Status | null): void {
+    this.status = status;
+    if (status) this.simTime = status.simTime;
+    this.statusChanged.emit(status);
+  }
+
+  knowTime(time: number): void {
     this.simTime = time;
-    this.clockSamples.push([now, time]);
-    while (this.clockSamples.length > 2 && now - this.clockSamples[0]![0] > 1500) this.clockSamples.shift();
-    const first = this.clockSamples[0]!;
-    if (now - first[0] > 300) this.realTimeFactor = ((time - first[1]) / (now - first[0])) * 1000;
   }
 
-  // No message says whether time is paused: it is when the clock stands still, and no longer when it has run for a
-  // while (single steps let it jump).
-  private checkPause(): void {
-    const now = performance.now();
-    const still = now - this.lastClockChange;
-    if (this.client.phase !== 'open' || this.lastClockChange === 0) this.paused = false;
-    else if (still > 350) this.paused = true;
-    else if (this.paused && this.lastClockChange - this.runningSince > 300) this.paused = false;
-    if (this.paused) this.clockSamples = [];
-    this.timeChanged.emit();
+  // Efforts and what gravity asks of each joint, while somebody looks. Returns what ends it.
+  watchLoads(): () => void {
+    this.loadWatchers += 1;
+    this.endLoads ??= this.client.subscribe('/doppel/joint_loads', (m) => this.takeLoads(m));
+    let ended = false;
+    return () => {
+      if (ended) return;
+      ended = true;
+      this.loadWatchers -= 1;
+      if (this.loadWatchers > 0) return;
+      this.endLoads?.();
+      this.endLoads = null;
+    };
   }
 
-  // What a service has answered, before the clock shows it.
-  knowTime(paused: boolean | null, time: number | null): void {
-    const now = performance.now();
-    if (paused !== null) this.paused = paused;
-    if (paused === false) this.lastClockChange = now;
-    if (time !== null) this.simTime = time;
-    this.clockSamples = [];
-    this.timeChanged.emit();
+  private takeLoads(m: Message): void {
+    for (const load of readLoads(m)) {
+      this.loads.set(load.joint, load);
+      const index = this.tree?.jointByName.get(load.joint)?.index ?? -1;
+      if (index >= 0) this.effort[index] = load.effort;
+    }
+  }
+
+  private tell(line: LogLine): void {
+    this.log.push(line);
+    if (this.log.length > LOG_MOST) this.log.shift();
+    this.logged.emit(line);
   }
 
   private takeLog(m: Message): void {
     const file = String(m['file'] ?? '');
-    this.logged.emit({
+    this.tell({
       time: stampOf(m['stamp']),
       level: Number(m['level']),
       name: String(m['name']),
@@ -239,9 +247,20 @@ export class Twin {
     });
   }
 
-  async listControllers(): Promise<void> {
-    if (this.asking || !this.client.services.has('/controller_manager/list_controllers')) return;
-    this.asking = true;
+  listControllers(): Promise<void> {
+    this.stale = true;
+    this.listing ??= (async () => {
+      while (this.stale) {
+        this.stale = false;
+        await this.askControllers();
+      }
+      this.listing = null;
+    })();
+    return this.listing;
+  }
+
+  private async askControllers(): Promise<void> {
+    if (!this.client.services.has('/controller_manager/list_controllers')) return;
     try {
       const answer = await this.client.call('/controller_manager/list_controllers');
       this.controllers = (answer['controller'] as Message[]).map((raw) => {
@@ -261,8 +280,6 @@ export class Twin {
       this.controllersChanged.emit();
     } catch {
       // the connection went; the next one asks again
-    } finally {
-      this.asking = false;
     }
   }
 
@@ -290,20 +307,5 @@ export class Twin {
       if (now - this.commandedAt[joint.index]! > 1500) this.target[joint.index] = positions[i]!;
     }
     this.referenceChanged.emit(topic);
-  }
-
-  // Where the broadcaster does not tell efforts, the simulator does.
-  private async askEfforts(): Promise<void> {
-    if (this.effortWanted <= 0 || !this.tree || document.hidden || this.paused) return;
-    if (!this.client.services.has('/gazebo/get_state')) return;
-    try {
-      const state = await this.client.call('/gazebo/get_state', {}, 1000);
-      (state['names'] as string[]).forEach((name, i) => {
-        const joint = this.tree?.jointByName.get(name);
-        if (joint && joint.index >= 0) this.effort[joint.index] = (state['efforts'] as number[])[i] ?? NaN;
-      });
-    } catch {
-      // told elsewhere
-    }
   }
 }

@@ -1,13 +1,12 @@
 // Controllers with their states and claims; how time runs and where it goes.
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say } from '../app/dom';
-import type { Message } from '../protocol/cdr';
+import { PHASES, type Status } from '../app/status';
 
 export function controlPanel(app: App): Panel {
   const { twin, commander } = app;
   const list = h('div', { class: 'controllers' });
   const times = h('dl', { class: 'facts' });
-  const loop = h('div', {});
 
   function build(): void {
     fill(list, twin.controllers.length === 0 ? h('p', { class: 'empty' }, 'This twin has no controllers.') : twin.controllers.map((c) => {
@@ -24,7 +23,7 @@ export function controlPanel(app: App): Panel {
 
   const facts: [string, () => string][] = [
     ['simulated time', () => `${twin.simTime.toFixed(3)} s`],
-    ['real-time factor', () => (twin.paused ? 'paused' : Number.isFinite(twin.realTimeFactor) ? twin.realTimeFactor.toFixed(3) : '–')],
+    ['real-time factor', () => (!twin.status ? '–' : twin.paused ? 'paused' : `${twin.status.realTimeFactor.toFixed(3)} of ${twin.status.speed > 0 ? twin.status.speed : 'as much as there is'}`)],
     ['drawing', () => `${app.world.stage.frameTime.toFixed(1)} ms a frame`],
     ['received', () => `${(rate / 1024).toFixed(0)} KiB/s`],
   ];
@@ -32,13 +31,36 @@ export function controlPanel(app: App): Panel {
   fill(times, outs.map(([name, dd]) => [h('dt', {}, name), dd]));
   let bytes = 0, rate = 0, at = performance.now();
 
-  function diagnose(message: Message): void {
-    fill(loop, (message['status'] as Message[]).map((status) => h('details', { open: true },
-      h('summary', {}, h('span', { class: ['', 'warning', 'error', 'muted'][Number(status['level'])] ?? '' }, String(status['name'])), ' ', h('span', { class: 'muted' }, String(status['message']))),
-      h('dl', { class: 'facts' }, (status['values'] as Message[]).map((pair) => [h('dt', {}, String(pair['key'])), h('dd', { class: 'num' }, String(pair['value']))])))));
+  // A bar a step wide: what of it each part of the loop takes, and what is left.
+  const total = h('span', { class: 'muted' });
+  const parts = PHASES.map((phase) => ({ phase, piece: h('i', { class: `phase ${phase}` }), out: h('dd', { class: 'num' }) }));
+  const stack = h('div', { class: 'stack', role: 'img' }, parts.map((part) => part.piece));
+  const lateness = h('dd', { class: 'num' }), overruns = h('dd', { class: 'num' }), skipped = h('dd', { class: 'num' });
+  const loop = h('section', { 'aria-label': 'Where the time goes' },
+    h('h4', {}, 'A step ', total), stack,
+    h('dl', { class: 'facts phases' }, parts.map(({ phase, out }) => [h('dt', {}, h('i', { class: `phase key ${phase}` }), phase === 'idle' ? 'idle, waiting for time' : phase), out])),
+    h('dl', { class: 'facts' }, h('dt', {}, 'lateness of steps'), lateness, h('dt', {}, 'steps that came late'), overruns, h('dt', {}, 'messages skipped for slow clients'), skipped));
+
+  function showLoop(status: Status | null): void {
+    loop.hidden = status === null;
+    if (!status) return;
+    const { times } = status;
+    const sum = PHASES.reduce((all, phase) => all + (Number.isFinite(times[phase]) ? times[phase] : 0), 0);
+    say(total, status.paused ? 'while paused' : `${sum.toFixed(0)} µs`);
+    for (const { phase, piece, out } of parts) {
+      const share = sum > 0 && Number.isFinite(times[phase]) ? times[phase] / sum : 0;
+      piece.style.flexGrow = String(share);
+      say(out, `${Number.isFinite(times[phase]) ? times[phase].toFixed(1) : '–'} µs   ${(share * 100).toFixed(0)} %`);
+    }
+    stack.setAttribute('aria-label', parts.map(({ phase, out }) => `${phase} ${out.textContent}`).join(', '));
+    const ms = (s: number): string => (s * 1000).toFixed(2);
+    say(lateness, `${ms(status.lateness.p50)} ms half, ${ms(status.lateness.p99)} ms 99 %, ${ms(status.lateness.max)} ms most`);
+    say(overruns, String(status.overruns));
+    say(skipped, String(status.skipped));
   }
 
-  let end: (() => void) | null = null;
+  let visible = false;
+  twin.statusChanged.on((status) => visible && showLoop(status));
   twin.controllersChanged.on(build);
   build();
   return {
@@ -53,7 +75,10 @@ export function controlPanel(app: App): Panel {
       }
       facts.forEach(([, text], i) => say(outs[i]![1], text()));
     },
-    shown: () => (end = twin.client.subscribe('/diagnostics', diagnose)),
-    hidden: () => end?.(),
+    shown: () => {
+      visible = true;
+      showLoop(twin.status);
+    },
+    hidden: () => (visible = false),
   };
 }

@@ -2,6 +2,7 @@
 import type { App, Panel } from '../app/app';
 import { fill, h, say } from '../app/dom';
 import { readFindings, type Finding } from '../app/health';
+import { judgeLoad } from '../app/status';
 import { format, unitOf } from '../app/units';
 import type { TreeJoint } from '../robot/tree';
 
@@ -9,7 +10,11 @@ export function healthPanel(app: App): Panel {
   const { twin } = app;
   const findings = h('div', {});
   const table = h('tbody', {});
+  const missing = h('p', { class: 'empty' }, 'This twin does not tell the load of its joints.');
+  const loads = h('table', { class: 'loads' },
+    h('thead', {}, h('tr', {}, ['joint', 'effort', 'gravity', 'sag', 'margin', ''].map((t) => h('th', { scope: 'col' }, t)))), table);
   let rows: { joint: TreeJoint; cells: HTMLElement[]; bar: HTMLElement }[] = [];
+  let endLoads = (): void => {};
 
   // The first link or joint of the description that the finding's words name.
   function find(finding: Finding): number {
@@ -43,26 +48,40 @@ export function healthPanel(app: App): Panel {
   twin.client.subscribe('/doppel/health', (m) => show(String(m['data'])));
   fill(findings, h('p', { class: 'empty' }, 'This twin does not publish /doppel/health.'));
   twin.robotChanged.on((tree) => {
-    rows = tree.moving.filter((j) => !j.mimic).map((joint) => ({ joint, cells: [h('td', { class: 'num' }), h('td', { class: 'num' }), h('td', { class: 'num' })], bar: h('i', {}) }));
-    fill(table, rows.map((row) => h('tr', {}, h('td', {}, row.joint.name), row.cells, h('td', { class: 'margin' }, row.bar))));
+    rows = tree.moving.filter((j) => !j.mimic).map((joint) => ({ joint, cells: [0, 1, 2, 3].map(() => h('td', { class: 'num' })), bar: h('i', {}) }));
+    fill(table, rows.map((row) => h('tr', {}, h('th', { scope: 'row' }, row.joint.name), row.cells, h('td', { class: 'margin' }, h('span', { class: 'gauge' }, row.bar)))));
   });
+
+  // The bar is what gravity takes of the limit; the word beside it says the same.
+  function showLoad(row: (typeof rows)[number]): void {
+    const { joint, cells: [effort, gravity, sag, margin], bar } = row;
+    const load = twin.loads.get(joint.name);
+    const unit = joint.kind === 'prismatic' ? 'N' : 'N m';
+    const number = (value: number | undefined): string => (value !== undefined && Number.isFinite(value) ? `${value.toFixed(3)} ${unit}` : '–');
+    say(effort!, number(load?.effort));
+    say(gravity!, number(load?.gravity));
+    say(sag!, load && Number.isFinite(load.sag) ? `${format(joint, load.sag)} ${unitOf(joint)}` : '–');
+    if (!load) {
+      say(margin!, '–');
+      return;
+    }
+    const { share, word } = judgeLoad(load);
+    say(margin!, word === 'free' ? 'no limit' : `${word === 'ample' ? '' : word === 'tight' ? '▲ tight, ' : '✕ too much, '}${number(load.margin)}`);
+    bar.style.width = `${Math.min(100, share * 100)}%`;
+    bar.className = word === 'too much' ? 'over' : word === 'tight' ? 'high' : '';
+  }
 
   return {
     id: 'health', title: 'Health', rate: 4,
     element: h('div', { class: 'padded' }, h('h3', {}, 'Findings'), findings, h('h3', {}, 'Load of the joints'),
-      h('table', { class: 'loads' }, h('thead', {}, h('tr', {}, ['joint', 'error', 'effort', 'of limit', ''].map((t) => h('th', { scope: 'col' }, t)))), table)),
+      missing, loads),
     update: () => {
-      for (const { joint, cells, bar } of rows) {
-        const effort = twin.effort[joint.index]!;
-        const share = joint.effort > 0 ? Math.abs(effort) / joint.effort : NaN;
-        say(cells[0]!, `${format(joint, twin.target[joint.index]! - twin.q[joint.index]!)} ${unitOf(joint)}`);
-        say(cells[1]!, Number.isFinite(effort) ? `${effort.toFixed(3)} ${joint.kind === 'prismatic' ? 'N' : 'N m'}` : '–');
-        say(cells[2]!, Number.isFinite(share) ? `${(share * 100).toFixed(0)} %` : '–');
-        bar.style.width = `${Math.min(100, (Number.isFinite(share) ? share : 0) * 100)}%`;
-        bar.className = share > 0.8 ? 'high' : '';
-      }
+      const told = twin.client.channel('/doppel/joint_loads') !== null;
+      missing.hidden = told;
+      loads.hidden = !told;
+      if (told) for (const row of rows) showLoad(row);
     },
-    shown: () => (twin.effortWanted += 1),
-    hidden: () => (twin.effortWanted -= 1),
+    shown: () => (endLoads = twin.watchLoads()),
+    hidden: () => endLoads(),
   };
 }

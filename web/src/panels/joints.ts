@@ -23,6 +23,7 @@ export function jointsPanel(app: App): Panel {
   const list = h('div', { class: 'joints' });
   const none = h('p', { class: 'empty' }, 'Waiting for the description of the robot.');
   let rows: Row[] = [];
+  let endLoads = (): void => {};
   const watch = new IntersectionObserver((entries) => {
     for (const entry of entries) {
       const row = rows.find((one) => one.element === entry.target);
@@ -187,7 +188,7 @@ export function jointsPanel(app: App): Panel {
   });
   return {
     id: 'joints', title: 'Joints', element, rate: 20, update,
-    shown: () => (twin.effortWanted += 1),
-    hidden: () => (twin.effortWanted -= 1),
+    shown: () => (endLoads = twin.watchLoads()),
+    hidden: () => endLoads(),
   };
 }

@@ -7,7 +7,7 @@ const NAMES: [number, string][] = [[10, 'debug'], [20, 'info'], [30, 'warning'],
 const MOST = 1000;
 
 export function logPanel(app: App): Panel {
-  const lines: LogLine[] = [];
+  const lines = app.twin.log;
   const list = h('div', { class: 'log', role: 'log' });
   let least = 20;
   let follow = true;
@@ -26,13 +26,12 @@ export function logPanel(app: App): Panel {
   };
   list.addEventListener('scroll', () => (follow = list.scrollHeight - list.scrollTop - list.clientHeight < 24));
   app.twin.logged.on((line) => {
-    lines.push(line);
-    if (lines.length > MOST) lines.shift();
     if (!fits(line)) return;
     list.appendChild(row(line));
     if (list.children.length > MOST) list.firstElementChild?.remove();
     bottom();
   });
+  fill(list, lines.filter(fits).map(row));
   return {
     id: 'log', title: 'Log', shown: bottom,
     element: h('div', { class: 'log-panel' }, h('div', { class: 'tools' }, level, search, button('Clear', 'Empty the log', () => {

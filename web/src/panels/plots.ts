@@ -18,6 +18,7 @@ export function plotsPanel(app: App, recorder: Recorder): Panel {
   const host = h('div', { class: 'plot' });
   const chips = h('div', { class: 'chips' });
   let plot: uPlot | null = null;
+  let endLoads = (): void => {};
   let span = 15;
   let held: number | null = null; // the right end, when not live
 
@@ -134,9 +135,9 @@ export function plotsPanel(app: App, recorder: Recorder): Panel {
         button('CSV', 'Save the last minutes of these curves', () => download('doppel.csv', 'text/csv', recorder.csv(shown)))),
       chips, host, readout),
     shown: () => {
-      twin.effortWanted += 1;
+      endLoads = twin.watchLoads();
       rebuild();
     },
-    hidden: () => (twin.effortWanted -= 1),
+    hidden: () => endLoads(),
   };
 }

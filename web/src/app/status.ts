@@ -1,0 +1,60 @@
+// What the twin says of its loop (/doppel/status) and of the load of its joints (/doppel/joint_loads).
+import type { Message } from '../protocol/cdr';
+
+export const PHASES = ['control', 'physics', 'publish', 'bus', 'idle'] as const;
+export type LoopPhase = (typeof PHASES)[number];
+
+export interface Status {
+  simTime: number; // s
+  realTimeFactor: number;
+  paused: boolean;
+  speed: number; // wanted factor; 0: as fast as possible
+  lateness: { p50: number; p99: number; max: number }; // s
+  times: Record<LoopPhase, number>; // mean microseconds of wall time per step
+  overruns: number;
+  skipped: number; // messages that slow clients did not get
+}
+
+export interface Load {
+  joint: string;
+  effort: number; // N m or N, of the drive now
+  gravity: number; // what gravity asks for here
+  sag: number; // rad or m, what gravity bends the joint by
+  margin: number; // of the limit beyond gravity; Infinity: no limit
+  limit: number;
+}
+
+export function readStatus(m: Message): Status {
+  const number = (name: string): number => Number(m[name] ?? NaN);
+  return {
+    simTime: number('sim_time'),
+    realTimeFactor: number('real_time_factor'),
+    paused: m['paused'] === true,
+    speed: number('speed'),
+    lateness: { p50: number('lateness_p50'), p99: number('lateness_p99'), max: number('lateness_max') },
+    times: Object.fromEntries(PHASES.map((phase) => [phase, number(`time_${phase}`)])) as Record<LoopPhase, number>,
+    overruns: number('overruns'),
+    skipped: number('skipped'),
+  };
+}
+
+export function readLoads(m: Message): Load[] {
+  const column = (name: string): number[] => (m[name] ?? []) as number[];
+  const [efforts, gravity, sags, margins, limits] = ['efforts', 'gravity_torques', 'sags', 'margins', 'effort_limits'].map(column);
+  return (m['joint_names'] as string[]).map((joint, i) => ({
+    joint,
+    effort: efforts![i] ?? NaN,
+    gravity: gravity![i] ?? NaN,
+    sag: sags![i] ?? NaN,
+    margin: margins![i] ?? NaN,
+    limit: limits![i] ?? NaN,
+  }));
+}
+
+// How much of a joint's limit gravity takes, in words, so that no colour has to say it.
+export function judgeLoad(load: Load): { share: number; word: 'free' | 'ample' | 'tight' | 'too much' } {
+  if (!Number.isFinite(load.margin)) return { share: 0, word: 'free' };
+  const limit = load.margin + Math.abs(load.gravity);
+  const share = limit > 0 ? Math.abs(load.gravity) / limit : 1;
+  return { share, word: load.margin < 0 || limit <= 0 ? 'too much' : share > 0.8 ? 'tight' : 'ample' };
+}
