@@ -24,17 +24,32 @@ const made = await build({
   legalComments: 'none',
   logLevel: 'warning',
 });
-const [script, output] = Object.entries(made.metafile.outputs).find(([, out]) => out.entryPoint === 'src/app/main.ts');
+const outputs = made.metafile.outputs;
+const from = (source) => Object.entries(outputs).find(([, out]) => out.entryPoint === source)[0];
 const href = (path) => relative(dist, join(here, path));
+// What the first picture needs, asked for at once instead of one after another.
+const firstSources = ['src/app/main.ts', 'src/app/page.ts'];
+const start = new Set();
+const take = (path) => {
+  if (start.has(path)) return;
+  start.add(path);
+  for (const { path: used, kind } of outputs[path].imports) if (kind === 'import-statement') take(used);
+};
+for (const source of firstSources) take(from(source));
+const script = from('src/app/main.ts');
+const { cssBundle } = outputs[script];
+// The entry's styles hold those of the parts that are loaded later, too; nothing links the others.
+for (const path of Object.keys(outputs)) if (path.endsWith('.css') && path !== cssBundle) rmSync(join(here, path));
+const tags = [...start].filter((path) => path !== script).map((path) => `<link rel="modulepreload" href="${href(path)}">`);
 const html = readFileSync(join(here, 'src/index.html'), 'utf8')
-  .replace('<!--STYLE-->', `<link rel="stylesheet" href="${href(output.cssBundle)}">`)
+  .replace('<!--STYLE-->', `<link rel="stylesheet" href="${href(cssBundle)}">\n${tags.join('\n')}`)
   .replace('<!--SCRIPT-->', `<script type="module" src="${href(script)}"></script>`);
 writeFileSync(join(dist, 'index.html'), html);
 
 let raw = 0;
 let packed = 0;
 let first = 0;
-const startup = new Set([href(script), href(output.cssBundle), 'index.html', ...output.imports.filter((i) => i.kind === 'import-statement').map((i) => href(i.path))]);
+const startup = new Set([...[...start].map(href), href(cssBundle), 'index.html']);
 for (const folder of [dist, join(dist, 'assets')]) {
   for (const name of readdirSync(folder)) {
     const path = join(folder, name);

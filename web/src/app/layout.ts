@@ -16,14 +16,16 @@ export class Layout {
   private readonly rightPanels: Panel[] = [];
   private readonly bottomPanels: Panel[] = [];
 
-  constructor(private readonly bar: HTMLElement) {
+  constructor(bar: HTMLElement) {
     this.work = h('main', { class: 'work' }, this.stage, this.splitter('v'), this.right.element, this.splitter('h'), this.bottom.element);
+    this.sizes();
+    this.setBottom(settings.bottomOpen);
+    document.getElementById('app')!.replaceChildren(bar, this.work);
   }
 
   mount(right: Panel[], bottom: Panel[]): void {
     this.rightPanels.push(...right);
     this.bottomPanels.push(...bottom);
-    document.getElementById('app')!.replaceChildren(this.bar, this.work);
     const media = matchMedia(NARROW);
     const arrange = (): void => {
       this.right.clear();
@@ -37,8 +39,6 @@ export class Layout {
       }
     };
     media.addEventListener('change', arrange);
-    this.sizes();
-    this.setBottom(settings.bottomOpen);
     arrange();
   }
 

@@ -1,36 +1,29 @@
-// Meshes by URI: fetched through the twin (fetchAsset), or from the development server; each is read once.
+// Meshes by URI; each is read once.
 
 import * as THREE from 'three';
-import type { Client } from '../protocol/client';
+import { STLLoader } from 'three/addons/loaders/STLLoader.js';
+import type { AssetStore } from './assets';
+import { creasedNormals } from './normals';
 
 export type Loaded = { geometry: THREE.BufferGeometry } | { object: THREE.Object3D };
 
 const CREASE_LIMIT = 150_000; // vertices; above, flat shading as in the file
 
-async function bytesOf(client: Client, uri: string): Promise<Uint8Array> {
-  if (client.capabilities.has('assets')) return client.fetchAsset(uri);
-  const answer = await fetch(`dev-asset?uri=${encodeURIComponent(uri)}`);
-  if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
-  return new Uint8Array(await answer.arrayBuffer());
+function smooth(geometry: THREE.BufferGeometry): THREE.BufferGeometry {
+  const positions = geometry.getAttribute('position')?.array;
+  if (positions instanceof Float32Array && positions.length / 3 <= CREASE_LIMIT) {
+    geometry.setAttribute('normal', new THREE.BufferAttribute(creasedNormals(positions, 0.6), 3));
+  }
+  return geometry;
 }
 
-async function smooth(geometry: THREE.BufferGeometry): Promise<THREE.BufferGeometry> {
-  const count = geometry.getAttribute('position')?.count ?? 0;
-  if (count === 0 || count > CREASE_LIMIT) return geometry;
-  const { toCreasedNormals } = await import('three/addons/utils/BufferGeometryUtils.js');
-  geometry.deleteAttribute('normal');
-  return toCreasedNormals(geometry, 0.6);
-}
-
-async function read(client: Client, uri: string): Promise<Loaded> {
-  const bytes = await bytesOf(client, uri);
+async function read(assets: AssetStore, uri: string): Promise<Loaded> {
+  const bytes = await assets.get(uri);
   const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength) as ArrayBuffer;
   const kind = /\.(\w+)(?:[?#].*)?$/.exec(uri)?.[1]?.toLowerCase() ?? '';
   switch (kind) {
-    case 'stl': {
-      const { STLLoader } = await import('three/addons/loaders/STLLoader.js');
-      return { geometry: await smooth(new STLLoader().parse(buffer)) };
-    }
+    case 'stl':
+      return { geometry: smooth(new STLLoader().parse(buffer)) };
     case 'dae': {
       const { ColladaLoader } = await import('three/addons/loaders/ColladaLoader.js');
       const made = new ColladaLoader().parse(new TextDecoder().decode(buffer), '');
@@ -56,12 +49,12 @@ async function read(client: Client, uri: string): Promise<Loaded> {
 export class MeshStore {
   private readonly known = new Map<string, Promise<Loaded>>();
 
-  constructor(private readonly client: Client) {}
+  constructor(private readonly assets: AssetStore) {}
 
   get(uri: string): Promise<Loaded> {
     let made = this.known.get(uri);
     if (!made) {
-      made = read(this.client, uri);
+      made = read(this.assets, uri);
       made.catch(() => this.known.delete(uri));
       this.known.set(uri, made);
     }
@@ -71,5 +64,6 @@ export class MeshStore {
   // After a restart or a reload files may have changed.
   forget(): void {
     this.known.clear();
+    this.assets.forget();
   }
 }

@@ -60,7 +60,7 @@ export class Ground {
     this.shadow.receiveShadow = true;
     this.shadow.position.z = -0.0005;
     this.grid.position.z = -0.001;
-    this.root.add(this.grid, this.shadow);
+    this.root.add(this.grid); // the shadow's plane where shadows are on
   }
 
   // For a robot of this size, in metres.

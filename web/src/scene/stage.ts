@@ -3,25 +3,42 @@
 
 import * as THREE from 'three';
 import { Signal } from '../app/signal';
-import { useSimpleMaterials } from '../robot/materials';
+import { materialOf, useSimpleMaterials } from '../robot/materials';
 import { Ground } from './ground';
 
 // Whether WebGL is drawn by the processor; ?quality=high or low in the address decides otherwise.
-function isSoftware(): boolean {
+function isSoftware(context: WebGL2RenderingContext): boolean {
   const wanted = new URLSearchParams(location.search).get('quality');
   if (wanted === 'high' || wanted === 'low') return wanted === 'low';
-  const context = document.createElement('canvas').getContext('webgl2');
-  const info = context?.getExtension('WEBGL_debug_renderer_info');
-  const name = context && info ? String(context.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
-  context?.getExtension('WEBGL_lose_context')?.loseContext();
+  const info = context.getExtension('WEBGL_debug_renderer_info');
+  const name = info ? String(context.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
+// Smoothed edges are chosen when the context is made, so a graphics card gets a second one: there it costs nothing.
+function makeRenderer(): { renderer: THREE.WebGLRenderer; software: boolean } {
+  const make = (antialias: boolean): { canvas: HTMLCanvasElement; context: WebGL2RenderingContext; antialias: boolean } => {
+    const canvas = document.createElement('canvas');
+    const context = canvas.getContext('webgl2', { alpha: true, antialias, powerPreference: 'high-performance' });
+    if (!context) throw new Error('This browser does not draw WebGL 2, which the picture of the robot needs.');
+    return { canvas, context, antialias };
+  };
+  let made = make(false);
+  const software = isSoftware(made.context);
+  if (!software) {
+    made.context.getExtension('WEBGL_lose_context')?.loseContext();
+    made = make(true);
+  }
+  const renderer = new THREE.WebGLRenderer({ ...made, alpha: true });
+  renderer.debug.checkShaderErrors = false; // asking waits for the compiler
+  return { renderer, software };
+}
+
 export class Stage {
-  readonly software = isSoftware();
   readonly scene = new THREE.Scene();
   readonly camera = new THREE.PerspectiveCamera(38, 1, 0.005, 200);
   readonly renderer: THREE.WebGLRenderer;
+  readonly software: boolean;
   readonly ground = new Ground();
   readonly sun = new THREE.DirectionalLight(0xffffff, 2.4);
   readonly sky = new THREE.HemisphereLight(0xffffff, 0x8a8f98, 1.5);
@@ -29,6 +46,7 @@ export class Stage {
   readonly tick = new Signal<number>(); // of every animation frame, drawn or not
   frameTime = 0; // ms, smoothed: between the start of drawing and the end of it, as the CPU sees it
   frames = 0;
+  private begun = false;
   private dirty = true;
   private ratio = Math.min(devicePixelRatio || 1, 2);
   private slow = 0;
@@ -37,8 +55,10 @@ export class Stage {
   constructor(readonly host: HTMLElement) {
     THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
     this.camera.up.set(0, 0, 1);
-    this.renderer = new THREE.WebGLRenderer({ antialias: !this.software, alpha: true, powerPreference: 'high-performance' });
-    const { renderer, scene, sun } = this;
+    const { renderer, software } = makeRenderer();
+    this.renderer = renderer;
+    this.software = software;
+    const { scene, sun } = this;
     renderer.setPixelRatio(this.ratio);
     renderer.shadowMap.enabled = true;
     renderer.shadowMap.type = this.software ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
@@ -51,7 +71,6 @@ export class Stage {
     renderer.domElement.setAttribute('role', 'img');
     renderer.domElement.setAttribute('aria-label', 'The robot in 3D. Drag to turn, right drag to move, wheel to zoom.');
     host.prepend(renderer.domElement);
-    sun.castShadow = true;
     sun.shadow.mapSize.setScalar(this.software ? 512 : 1024);
     sun.shadow.bias = -0.0004;
     sun.shadow.normalBias = 0.002;
@@ -59,6 +78,7 @@ export class Stage {
     fillLight.position.set(-2, -1.5, 1);
     this.sky.position.set(0, 0, 1);
     scene.add(this.sky, sun, sun.target, fillLight, this.ground.root);
+    this.compileEarly();
     new ResizeObserver(() => this.resize()).observe(host);
     this.resize();
     requestAnimationFrame(this.loop);
@@ -67,6 +87,29 @@ export class Stage {
   invalidate = (): void => {
     this.dirty = true;
   };
+
+  // Nothing is drawn before there is something to see.
+  begin(): void {
+    this.begun = true;
+    this.dirty = true;
+  }
+
+  // Calls back when what was drawn last has really been drawn, not only handed to the graphics process.
+  finished(done: () => void): void {
+    const context = this.renderer.getContext() as WebGL2RenderingContext;
+    const fence = context.fenceSync(context.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    context.flush();
+    const look = (): void => {
+      const state = fence ? context.clientWaitSync(fence, 0, 0) : context.ALREADY_SIGNALED;
+      if (state === context.TIMEOUT_EXPIRED) {
+        setTimeout(look, 4);
+        return;
+      }
+      context.deleteSync(fence);
+      done();
+    };
+    look();
+  }
 
   // Something that throws a shadow has moved.
   moved(): void {
@@ -94,8 +137,17 @@ export class Stage {
 
   shadows(on: boolean): void {
     this.sun.castShadow = on;
-    this.ground.shadow.visible = on;
+    if (on) this.ground.root.add(this.ground.shadow);
+    else this.ground.shadow.removeFromParent();
     this.moved();
+  }
+
+  // The graphics process compiles while the meshes are still on their way.
+  private compileEarly(): void {
+    const sample = new THREE.Mesh(new THREE.BufferGeometry(), materialOf(null));
+    this.scene.add(sample);
+    this.renderer.compile(this.scene, this.camera);
+    this.scene.remove(sample);
   }
 
   private resize(): void {
@@ -104,7 +156,7 @@ export class Stage {
     this.renderer.setSize(w, h, false);
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
-    this.draw(0);
+    if (this.begun) this.draw(0);
   }
 
   private draw(dt: number): void {
@@ -122,7 +174,7 @@ export class Stage {
     const dt = Math.min(0.25, (now - this.last) / 1000);
     this.last = now;
     this.tick.emit(dt);
-    if (!this.dirty) {
+    if (!this.dirty || !this.begun) {
       this.slow = 0;
       return;
     }

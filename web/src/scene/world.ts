@@ -2,7 +2,8 @@
 import * as THREE from 'three';
 import { Commander } from '../app/commander';
 import { set, settings } from '../app/settings';
-import { Signal } from '../app/signal';
+import { Signal, Standing } from '../app/signal';
+import type { AssetStore } from '../robot/assets';
 import type { Twin } from '../app/twin';
 import { MeshStore } from '../robot/meshes';
 import { RobotView, type Layer, type LayerMaker } from '../robot/view';
@@ -12,12 +13,15 @@ import { AxisLayer, centres, frames, inertiaBoxes } from './layers';
 import { Stage } from './stage';
 import { Trace } from './trace';
 
+const PATIENCE = 1200; // ms after which the ground is drawn without a robot
+
 export class World {
   readonly stage: Stage;
   readonly camera: CameraMan;
   readonly meshes: MeshStore;
   readonly trace = new Trace();
-  readonly built = new Signal<RobotView>();
+  readonly built = new Standing<RobotView>();
+  readonly pictured = new Standing<void>(); // the first picture with the whole robot is drawn
   view: RobotView | null = null;
   ghost: RobotView | null = null;
   size = 0.5;
@@ -27,14 +31,15 @@ export class World {
   private axes = new AxisLayer();
   private ghostPoses = new Float64Array();
   private stale = false;
+  private complete = false; // shadows and ground wait for the first picture
   private fitted = false;
   private highlighted: { mesh: THREE.Mesh; material: THREE.Material | THREE.Material[] }[] = [];
   private highlightedLink = -1;
 
-  constructor(host: HTMLElement, private readonly twin: Twin, private readonly commander: Commander) {
+  constructor(host: HTMLElement, private readonly twin: Twin, private readonly commander: Commander, assets: AssetStore) {
     this.stage = new Stage(host);
     this.camera = new CameraMan(this.stage);
-    this.meshes = new MeshStore(twin.client);
+    this.meshes = new MeshStore(assets);
     this.stage.scene.add(this.trace.line);
     twin.robotChanged.on((tree) => this.build(tree));
     twin.moved.on(() => {
@@ -50,6 +55,8 @@ export class World {
       this.stage.invalidate();
     });
     this.stage.frame.on(() => this.place());
+    this.applyOthers();
+    setTimeout(() => this.stage.begin(), PATIENCE);
     twin.referenceChanged.on(() => {
       if (this.ghostDiffers()) this.stage.invalidate();
     });
@@ -108,10 +115,22 @@ export class World {
     this.camera.fit(box);
     this.stage.fit(box.getCenter(new THREE.Vector3()), this.size);
     this.camera.jump('corner');
-    if (view.loading === 0) {
-      this.fitted = true;
-      if (this.firstPicture === 0) requestAnimationFrame(() => (this.firstPicture = performance.now()));
-    }
+    if (view.loading > 0) return;
+    this.fitted = true;
+    if (!this.complete) performance.mark('doppel: meshes');
+    this.stage.begin();
+    if (!this.complete) requestAnimationFrame(() => {
+      performance.mark('doppel: drawn');
+      this.stage.finished(() => this.finish());
+    });
+  }
+
+  private finish(): void {
+    if (this.complete) return;
+    this.complete = true;
+    this.firstPicture = performance.now();
+    this.applyOthers();
+    this.pictured.emit();
   }
 
   refit(): void {
@@ -147,7 +166,7 @@ export class World {
   private applyOthers(): void {
     const { layers } = settings;
     this.stage.ground.grid.visible = layers['grid'] ?? true;
-    this.stage.shadows(layers['shadows'] ?? true);
+    this.stage.shadows(this.complete && (layers['shadows'] ?? true));
     this.trace.line.visible = layers['trace'] ?? false;
     if (!layers['trace']) this.trace.clear();
     this.stage.invalidate();

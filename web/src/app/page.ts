@@ -1,0 +1,59 @@
+// What the first picture needs: bar, layout, the 3D part. The panels and tools come once it stands.
+import type { AssetStore } from '../robot/assets';
+import { World } from '../scene/world';
+import type { App } from './app';
+import { makeBar } from './bar';
+import { Commander } from './commander';
+import { h } from './dom';
+import { Layout } from './layout';
+import { makeOverlay } from './overlay';
+import { openSettings } from './settings_dialog';
+import { Signal } from './signal';
+import { startTheme } from './theme';
+import type { Twin } from './twin';
+
+const PATIENCE = 1500; // ms after which panels come without a picture
+
+export function startPage(twin: Twin, assets: AssetStore): void {
+  performance.mark('doppel: page');
+  const commander = new Commander(twin);
+  const app = { twin, commander, selection: null, selected: new Signal() } as unknown as App;
+  app.select = (selection) => {
+    app.selection = selection;
+    app.selected.emit(selection);
+  };
+  const bar = makeBar(app, openSettings);
+  const layout = new Layout(bar.element);
+  try {
+    app.world = new World(layout.stage, twin, commander, assets);
+  } catch (problem) {
+    document.getElementById('app')!.replaceChildren(h('p', { class: 'boot', role: 'alert' }, (problem as Error).message));
+    return;
+  }
+  performance.mark('doppel: stage');
+  const overlay = makeOverlay(app);
+  layout.stage.append(...overlay.elements);
+  startTheme(app.world);
+
+  let since = 0;
+  app.world.stage.tick.on((dt) => {
+    layout.tick(dt);
+    since += dt;
+    if (since < 0.1) return;
+    since = 0;
+    bar.update();
+    overlay.update();
+  });
+  // For tests and for people with the console open.
+  Object.assign(window, { doppel: Object.assign(app, { layout, ready: false }) });
+
+  let begun = false;
+  const begin = async (): Promise<void> => {
+    if (begun) return;
+    begun = true;
+    const { startWorkbench } = await import('./workbench');
+    startWorkbench(app, layout);
+  };
+  app.world.pictured.on(() => void begin());
+  setTimeout(() => void begin(), PATIENCE);
+}

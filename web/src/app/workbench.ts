@@ -1,0 +1,57 @@
+// Everything beyond the picture: tools that act on the arm, keys, panels.
+import type { App, Panel } from './app';
+import type { Layout } from './layout';
+import { Jog } from './jog';
+import { startKeyboard } from './keyboard';
+import { Recorder } from './recorder';
+import { ToolDriver } from './tool';
+import { controlPanel } from '../panels/control';
+import { healthPanel } from '../panels/health';
+import { jointsPanel } from '../panels/joints';
+import { logPanel } from '../panels/log';
+import { plotsPanel } from '../panels/plots';
+import { posesPanel } from '../panels/poses';
+import { tfPanel } from '../panels/tf';
+import { toolPanel } from '../panels/tool';
+import { topicsPanel } from '../panels/topics';
+import { ContactLayer } from '../scene/contacts';
+import { ToolHandle } from '../scene/handle';
+import { Picker } from '../scene/picking';
+import { Pusher } from '../scene/push';
+
+export function startWorkbench(app: App, layout: Layout): void {
+  const picker = new Picker(app.world);
+  const pusher = new Pusher(app, picker);
+  const driver = new ToolDriver(app);
+  const handle = new ToolHandle(app, driver);
+  const jog = new Jog(app, driver);
+  new ContactLayer(app);
+  startKeyboard(app, jog);
+
+  const right: Panel[] = [jointsPanel(app), toolPanel(app, driver, handle, jog, pusher), posesPanel(app), controlPanel(app), healthPanel(app)];
+  const bottom: Panel[] = [plotsPanel(app, new Recorder(app.twin)), topicsPanel(app), tfPanel(app), logPanel(app)];
+  layout.mount(right, bottom);
+
+  let down: { x: number; y: number } | null = null;
+  const canvas = app.world.stage.renderer.domElement;
+  canvas.addEventListener('pointerdown', (event) => {
+    down = null;
+    if (event.button !== 0 || handle.busy) return;
+    const hit = pusher.armed || event.altKey ? picker.hit(event) : null;
+    if (hit) {
+      pusher.begin(hit);
+      if (pusher.active) canvas.setPointerCapture(event.pointerId);
+    } else {
+      down = { x: event.clientX, y: event.clientY };
+    }
+  }, true);
+  canvas.addEventListener('pointermove', (event) => pusher.move(event));
+  for (const name of ['pointercancel', 'lostpointercapture']) canvas.addEventListener(name, () => pusher.end());
+  canvas.addEventListener('pointerup', (event) => {
+    pusher.end();
+    if (!down || Math.hypot(event.clientX - down.x, event.clientY - down.y) > 4) return;
+    const hit = picker.hit(event);
+    app.select(hit ? { link: hit.link } : null);
+  });
+  Object.assign(app, { driver, handle, jog, pusher, ready: true });
+}

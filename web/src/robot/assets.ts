@@ -1,0 +1,33 @@
+// Files of the robot by URI: through the twin (fetchAsset), or from the development server.
+import type { Client } from '../protocol/client';
+
+export class AssetStore {
+  private readonly early = new Map<string, Promise<Uint8Array>>();
+
+  constructor(private readonly client: Client) {}
+
+  // Asks now for what `get` will be asked for soon.
+  prefetch(uri: string): void {
+    if (this.early.has(uri)) return;
+    const coming = this.fetch(uri);
+    coming.catch(() => {}); // told to whoever gets it
+    this.early.set(uri, coming);
+  }
+
+  get(uri: string): Promise<Uint8Array> {
+    const coming = this.early.get(uri) ?? this.fetch(uri);
+    this.early.delete(uri);
+    return coming;
+  }
+
+  forget(): void {
+    this.early.clear();
+  }
+
+  private async fetch(uri: string): Promise<Uint8Array> {
+    if (this.client.capabilities.has('assets')) return this.client.fetchAsset(uri);
+    const answer = await fetch(`dev-asset?uri=${encodeURIComponent(uri)}`);
+    if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
+    return new Uint8Array(await answer.arrayBuffer());
+  }
+}
