@@ -60,6 +60,16 @@ test('an empty message is one byte, a trajectory is what the program sends', () 
   assert.deepEqual(back.points[0].time_from_start, { sec: 1, nanosec: 5 });
 });
 
+test('a message of any size is written whole, wherever the buffer has to grow', () => {
+  const type = typeOf('a/msg/A', 'string[] a\nfloat64[] b\nint8[] c\n');
+  for (let size = 0; size < 400; size += 1) {
+    const message = { a: ['x'.repeat(size), 'name'], b: [1, 2], c: [3] };
+    assert.deepEqual(readCdr(type, view(writeCdr(type, message))), message, `${size}`);
+  }
+  const names = { a: ['', 'é', 'joint_1', 'ü'.repeat(60), 'x'.repeat(47), 'x'.repeat(48)], b: [], c: [] };
+  assert.deepEqual(readCdr(type, view(writeCdr(type, names))), names);
+});
+
 test('hostile messages are refused, not believed', () => {
   const type = typeOf('a/msg/A', 'float64[] a\nstring b\n');
   assert.throws(() => readCdr(type, view(Uint8Array.of(0, 1, 0))), CdrError);

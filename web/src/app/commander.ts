@@ -25,6 +25,8 @@ export class Commander {
   readonly stopChanged = new Signal<boolean>();
   stopped = false;
   private stoppedControllers: string[] = [];
+  private readonly owners = new Map<string, Controller>(); // by joint
+  private ownersOf: Controller[] | null = null; // the list that `owners` was made of
   private readonly waiting = new Set<string>();
   private readonly sentAt = new Map<string, number>();
   private told = 0;
@@ -38,7 +40,14 @@ export class Commander {
   }
 
   owner(joint: TreeJoint): Controller | null {
-    return this.twin.controllers.find((c) => c.state === 'active' && c.joints.includes(joint.name) && this.takesPositions(c)) ?? null;
+    if (this.ownersOf !== this.twin.controllers) {
+      this.ownersOf = this.twin.controllers;
+      this.owners.clear();
+      for (const c of this.ownersOf) {
+        if (c.state === 'active' && this.takesPositions(c)) for (const name of c.joints) this.owners.set(name, c);
+      }
+    }
+    return this.owners.get(joint.name) ?? null;
   }
 
   private takesPositions(c: Controller): boolean {

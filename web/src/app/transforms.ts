@@ -32,6 +32,7 @@ export function readTransform(raw: Message, still: boolean, at: number): Transfo
 
 export class TransformStore {
   readonly frames = new Map<string, Transform>();
+  edges = 0; // counts up whenever a frame comes or changes its parent
 
   put(transform: Transform): void {
     const before = this.frames.get(transform.child);
@@ -39,6 +40,7 @@ export class TransformStore {
       const now = 1000 / (transform.at - before.at);
       transform.rate = before.rate === 0 ? now : before.rate * 0.95 + now * 0.05;
     }
+    if (before?.parent !== transform.parent) this.edges += 1;
     this.frames.set(transform.child, transform);
   }
 

@@ -2,9 +2,16 @@
 import type { App, Panel } from '../app/app';
 import { fill, h, say } from '../app/dom';
 import { readFindings, type Finding } from '../app/health';
+import { Seen } from '../app/seen';
 import { judgeLoad } from '../app/status';
 import { format, unitOf } from '../app/units';
-import type { TreeJoint } from '../robot/tree';
+import type { Tree, TreeJoint } from '../robot/tree';
+
+interface Row {
+  joint: TreeJoint;
+  cells: HTMLElement[];
+  bar: HTMLElement;
+}
 
 export function healthPanel(app: App): Panel {
   const { twin } = app;
@@ -13,7 +20,9 @@ export function healthPanel(app: App): Panel {
   const missing = h('p', { class: 'empty' }, 'This twin does not tell the load of its joints.');
   const loads = h('table', { class: 'loads' },
     h('thead', {}, h('tr', {}, ['joint', 'effort', 'gravity', 'sag', 'margin', ''].map((t) => h('th', { scope: 'col' }, t)))), table);
-  let rows: { joint: TreeJoint; cells: HTMLElement[]; bar: HTMLElement }[] = [];
+  const seen = new Seen<Row>((row) => showLoad(row));
+  let visible = false;
+  let built: Tree | null = null;
   let endLoads = (): void => {};
 
   // The first link or joint of the description that the finding's words name.
@@ -47,13 +56,22 @@ export function healthPanel(app: App): Panel {
 
   twin.client.subscribe('/doppel/health', (m) => show(String(m['data'])));
   fill(findings, h('p', { class: 'empty' }, 'This twin does not publish /doppel/health.'));
-  twin.robotChanged.on((tree) => {
-    rows = tree.moving.filter((j) => !j.mimic).map((joint) => ({ joint, cells: [0, 1, 2, 3].map(() => h('td', { class: 'num' })), bar: h('i', {}) }));
-    fill(table, rows.map((row) => h('tr', {}, h('th', { scope: 'row' }, row.joint.name), row.cells, h('td', { class: 'margin' }, h('span', { class: 'gauge' }, row.bar)))));
-  });
+  // Rows are made when somebody looks: there may be a thousand.
+  function build(): void {
+    const { tree } = twin;
+    if (!visible || tree === built) return;
+    built = tree;
+    const rows: [Element, Row][] = (tree?.moving ?? []).filter((j) => !j.mimic).map((joint) => {
+      const row: Row = { joint, cells: [0, 1, 2, 3].map(() => h('td', { class: 'num' })), bar: h('i', {}) };
+      return [h('tr', {}, h('th', { scope: 'row' }, joint.name), row.cells, h('td', { class: 'margin' }, h('span', { class: 'gauge' }, row.bar))), row];
+    });
+    fill(table, rows.map(([element]) => element));
+    seen.watch(rows);
+  }
+  twin.robotChanged.on(build);
 
   // The bar is what gravity takes of the limit; the word beside it says the same.
-  function showLoad(row: (typeof rows)[number]): void {
+  function showLoad(row: Row): void {
     const { joint, cells: [effort, gravity, sag, margin], bar } = row;
     const load = twin.loads.get(joint.name);
     const unit = joint.kind === 'prismatic' ? 'N' : 'N m';
@@ -79,9 +97,16 @@ export function healthPanel(app: App): Panel {
       const told = twin.client.channel('/doppel/joint_loads') !== null;
       missing.hidden = told;
       loads.hidden = !told;
-      if (told) for (const row of rows) showLoad(row);
+      if (told) for (const row of seen) showLoad(row);
     },
-    shown: () => (endLoads = twin.watchLoads()),
-    hidden: () => endLoads(),
+    shown: () => {
+      visible = true;
+      build();
+      endLoads = twin.watchLoads();
+    },
+    hidden: () => {
+      visible = false;
+      endLoads();
+    },
   };
 }

@@ -2,6 +2,7 @@
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say, toast } from '../app/dom';
 import { parsePose, poseYaml } from '../app/pose_yaml';
+import { Seen } from '../app/seen';
 import { set, settings, settingsChanged } from '../app/settings';
 import { format, meant, rangeOf, unitOf } from '../app/units';
 import type { TreeJoint } from '../robot/tree';
@@ -14,7 +15,7 @@ interface Row {
   value: HTMLElement;
   target: HTMLInputElement;
   effort: HTMLElement;
-  visible: boolean;
+  filled: boolean; // rows are filled when first seen: there may be a thousand
   held: boolean; // by the user's hand
 }
 
@@ -24,11 +25,9 @@ export function jointsPanel(app: App): Panel {
   const none = h('p', { class: 'empty' }, 'Waiting for the description of the robot.');
   let rows: Row[] = [];
   let endLoads = (): void => {};
-  const watch = new IntersectionObserver((entries) => {
-    for (const entry of entries) {
-      const row = rows.find((one) => one.element === entry.target);
-      if (row) row.visible = entry.isIntersecting;
-    }
+  const seen = new Seen<Row>((row) => {
+    if (!row.filled) fillRow(row);
+    show(row);
   });
 
   function makeRow(joint: TreeJoint): Row {
@@ -38,15 +37,7 @@ export function jointsPanel(app: App): Panel {
     const effort = h('i', { class: 'effort' });
     const value = h('output', { class: 'value num', title: 'where it is' });
     const target = h('input', { class: 'target num', inputMode: 'decimal', 'aria-label': `Target of ${joint.name} as a number`, title: 'target', spellcheck: false });
-    const row: Row = {
-      joint, slider, now, value, target, effort, visible: true, held: false,
-      element: h('div', { class: 'joint' },
-        h('button', { type: 'button', class: 'name', title: `${joint.kind}, between ${joint.parent} and ${joint.child}`, onclick: () => app.select({ link: joint.childLink }) }, joint.name),
-        joint.mimic ? h('span', { class: 'tag', title: `follows: ${joint.mimic.multiplier} × ${joint.mimic.joint} + ${joint.mimic.offset}` }, `↳ ${joint.mimic.joint}`) : null,
-        value, joint.mimic ? null : [target, h('span', { class: 'unit' }, unitOf(joint))],
-        h('div', { class: 'track' }, now, slider),
-        h('div', { class: 'effort-bar', title: joint.effort > 0 ? `effort; the bar is full at ${joint.effort} ${joint.kind === 'prismatic' ? 'N' : 'N m'}` : 'effort' }, effort)),
-    };
+    const row: Row = { joint, slider, now, value, target, effort, filled: false, held: false, element: h('div', { class: `joint${joint.mimic ? ' mimic' : ''}` }) };
     slider.min = String(low);
     slider.max = String(high);
     const command = (): void => commander.set(joint, Number(slider.value));
@@ -70,47 +61,58 @@ export function jointsPanel(app: App): Panel {
     return row;
   }
 
+  function fillRow(row: Row): void {
+    const { joint } = row;
+    row.filled = true;
+    fill(row.element,
+      h('button', { type: 'button', class: 'name', title: `${joint.kind}, between ${joint.parent} and ${joint.child}`, onclick: () => app.select({ link: joint.childLink }) }, joint.name),
+      joint.mimic ? h('span', { class: 'tag', title: `follows: ${joint.mimic.multiplier} × ${joint.mimic.joint} + ${joint.mimic.offset}` }, `↳ ${joint.mimic.joint}`) : null,
+      row.value, joint.mimic ? null : [row.target, h('span', { class: 'unit' }, unitOf(joint))],
+      h('div', { class: 'track' }, row.now, row.slider),
+      h('div', { class: 'effort-bar', title: joint.effort > 0 ? `effort; the bar is full at ${joint.effort} ${joint.kind === 'prismatic' ? 'N' : 'N m'}` : 'effort' }, row.effort));
+    enableRow(row);
+  }
+
   function build(): void {
-    watch.disconnect();
-    const joints = twin.tree?.moving ?? [];
-    rows = joints.map(makeRow);
+    rows = (twin.tree?.moving ?? []).map(makeRow);
     fill(list, rows.length > 0 ? rows.map((row) => row.element) : none);
-    for (const row of rows) watch.observe(row.element);
-    enable();
+    seen.watch(rows.map((row) => [row.element, row]));
+  }
+
+  function enableRow(row: Row): void {
+    const can = commander.canMove(row.joint) && !commander.stopped;
+    row.slider.disabled = row.target.disabled = !can;
+    row.element.classList.toggle('off', !can);
   }
 
   function enable(): void {
-    for (const row of rows) {
-      const can = commander.canMove(row.joint) && !commander.stopped;
-      row.slider.disabled = row.target.disabled = !can;
-      row.element.classList.toggle('off', !can);
-      row.element.classList.toggle('mimic', row.joint.mimic !== null);
-    }
+    for (const row of rows) if (row.filled) enableRow(row);
   }
 
   function update(): void {
-    for (const row of rows) {
-      if (!row.visible) continue;
-      const { joint } = row;
-      const [low, high] = [Number(row.slider.min), Number(row.slider.max)];
-      const q = twin.q[joint.index]!;
-      const target = row.joint.mimic ? q : twin.target[joint.index]!;
-      const share = (x: number): number => Math.min(1, Math.max(0, (x - low) / (high - low)));
-      row.now.style.transform = `translateX(${(share(q) * 100).toFixed(2)}%)`;
-      say(row.value, format(joint, q));
-      if (!row.held) row.slider.value = String(target);
-      row.slider.style.setProperty('--share', `${(share(Number(row.slider.value)) * 100).toFixed(2)}%`);
-      if (document.activeElement !== row.target) {
-        const text = format(joint, target);
-        if (row.target.value !== text) row.target.value = text;
-      }
-      const effort = twin.effort[joint.index]!;
-      const part = Number.isFinite(effort) && joint.effort > 0 ? Math.max(-1, Math.min(1, effort / joint.effort)) : 0;
-      row.effort.style.transform = `scaleX(${part.toFixed(3)})`;
-      row.effort.classList.toggle('high', Math.abs(part) > 0.8);
-      row.effort.parentElement!.title = Number.isFinite(effort)
-        ? `effort ${effort.toFixed(3)} ${joint.kind === 'prismatic' ? 'N' : 'N m'}${joint.effort > 0 ? ` of ${joint.effort}` : ''}` : 'effort not known';
+    for (const row of seen) show(row);
+  }
+
+  function show(row: Row): void {
+    const { joint } = row;
+    const [low, high] = [Number(row.slider.min), Number(row.slider.max)];
+    const q = twin.q[joint.index]!;
+    const target = row.joint.mimic ? q : twin.target[joint.index]!;
+    const share = (x: number): number => Math.min(1, Math.max(0, (x - low) / (high - low)));
+    row.now.style.transform = `translateX(${(share(q) * 100).toFixed(2)}%)`;
+    say(row.value, format(joint, q));
+    if (!row.held) row.slider.value = String(target);
+    row.slider.style.setProperty('--share', `${(share(Number(row.slider.value)) * 100).toFixed(2)}%`);
+    if (document.activeElement !== row.target) {
+      const text = format(joint, target);
+      if (row.target.value !== text) row.target.value = text;
     }
+    const effort = twin.effort[joint.index]!;
+    const part = Number.isFinite(effort) && joint.effort > 0 ? Math.max(-1, Math.min(1, effort / joint.effort)) : 0;
+    row.effort.style.transform = `scaleX(${part.toFixed(3)})`;
+    row.effort.classList.toggle('high', Math.abs(part) > 0.8);
+    row.effort.parentElement!.title = Number.isFinite(effort)
+      ? `effort ${effort.toFixed(3)} ${joint.kind === 'prismatic' ? 'N' : 'N m'}${joint.effort > 0 ? ` of ${joint.effort}` : ''}` : 'effort not known';
   }
 
   function all(value: (joint: TreeJoint) => number): void {

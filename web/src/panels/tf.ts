@@ -1,12 +1,19 @@
 // The tree of frames, with the age of each transform.
 import type { App, Panel } from '../app/app';
 import { fill, h, say } from '../app/dom';
+import { Seen } from '../app/seen';
+
+interface Row {
+  frame: string;
+  out: HTMLElement;
+  pose: HTMLElement;
+}
 
 export function tfPanel(app: App): Panel {
   const { twin } = app;
   const list = h('div', { class: 'tf' });
-  let known = '';
-  let ages: { frame: string; out: HTMLElement; pose: HTMLElement }[] = [];
+  const seen = new Seen<Row>(show);
+  let known = -1;
 
   function build(): void {
     const children = new Map<string, string[]>();
@@ -15,39 +22,39 @@ export function tfPanel(app: App): Panel {
       list_.push(child);
       children.set(transform.parent, list_);
     }
-    ages = [];
-    const rows: HTMLElement[] = [];
+    const rows: [HTMLElement, Row][] = [];
     const walk = (frame: string, depth: number): void => {
       if (depth > 200) return;
       const out = h('span', { class: 'num muted age' });
       const pose = h('span', { class: 'num muted tf-pose' });
-      ages.push({ frame, out, pose });
       const link = twin.tree?.linkIndex.get(frame);
-      rows.push(h('div', { class: 'tf-row', style: `padding-left:${10 + Math.min(depth, 14) * 14}px` },
-        link === undefined ? h('span', {}, frame) : h('button', { type: 'button', class: 'plain', title: `Select ${frame}`, onclick: () => app.select({ link }) }, frame), pose, out));
+      rows.push([h('div', { class: 'tf-row', style: `padding-left:${10 + Math.min(depth, 14) * 14}px` },
+        link === undefined ? h('span', {}, frame) : h('button', { type: 'button', class: 'plain', title: `Select ${frame}`, onclick: () => app.select({ link }) }, frame), pose, out), { frame, out, pose }]);
       for (const child of children.get(frame) ?? []) walk(child, depth + 1);
     };
     for (const parent of children.keys()) if (!twin.transforms.frames.has(parent)) walk(parent, 0);
-    fill(list, rows.length > 0 ? rows : h('p', { class: 'empty' }, 'No transforms yet.'));
+    fill(list, rows.length > 0 ? rows.map(([element]) => element) : h('p', { class: 'empty' }, 'No transforms yet.'));
+    seen.watch(rows);
+  }
+
+  function show({ frame, out, pose }: Row): void {
+    const transform = twin.transforms.frames.get(frame);
+    if (!transform) return;
+    const age = (performance.now() - transform.at) / 1000;
+    say(out, transform.still ? 'static' : age > 1 ? `${age.toFixed(0)} s old` : `${transform.rate.toFixed(0)} Hz`);
+    out.classList.toggle('warning', !transform.still && age > 1 && !twin.paused);
+    say(pose, [0, 1, 2].map((i) => (transform.pose[i]! * 1000).toFixed(1)).join('  '));
   }
 
   return {
     id: 'tf', title: 'TF', rate: 4, element: list,
     update: () => {
-      const now = [...twin.transforms.frames].map(([child, t]) => `${child}<${t.parent}`).join();
-      if (now !== known || ages.length === 0) {
-        known = now;
+      const { edges } = twin.transforms;
+      if (edges !== known) {
+        known = edges;
         build();
       }
-      const time = performance.now();
-      for (const { frame, out, pose } of ages) {
-        const transform = twin.transforms.frames.get(frame);
-        if (!transform) continue;
-        const age = (time - transform.at) / 1000;
-        say(out, transform.still ? 'static' : age > 1 ? `${age.toFixed(0)} s old` : `${transform.rate.toFixed(0)} Hz`);
-        out.classList.toggle('warning', !transform.still && age > 1 && !twin.paused);
-        say(pose, [0, 1, 2].map((i) => (transform.pose[i]! * 1000).toFixed(1)).join('  '));
-      }
+      for (const row of seen) show(row);
     },
   };
 }

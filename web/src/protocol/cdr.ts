@@ -7,6 +7,7 @@ export type Message = { [name: string]: Value };
 
 export class CdrError extends Error {}
 
+const SHORT = 48; // bytes up to which a name is read faster by hand than by the decoder
 const decoder = new TextDecoder();
 const encoder = new TextEncoder();
 const SIZES: Record<Primitive, number> = {
@@ -54,9 +55,16 @@ class Reader {
   private text(): string {
     const size = this.view.getUint32(this.take(4), this.little);
     if (this.at + size > this.view.byteLength) throw new CdrError('a text ends too early');
-    const bytes = new Uint8Array(this.view.buffer, this.view.byteOffset + this.at, Math.max(0, size - 1));
+    const from = this.at, end = from + Math.max(0, size - 1);
     this.at += size;
-    return decoder.decode(bytes);
+    if (size > SHORT) return decoder.decode(new Uint8Array(this.view.buffer, this.view.byteOffset + from, end - from));
+    let text = '';
+    for (let i = from; i < end; i += 1) {
+      const code = this.view.getUint8(i);
+      if (code > 127) return decoder.decode(new Uint8Array(this.view.buffer, this.view.byteOffset + from, end - from));
+      text += String.fromCharCode(code);
+    }
+    return text;
   }
 
   message(type: MessageType): Message {
@@ -116,10 +124,15 @@ class Writer {
     return from;
   }
 
+  private length(value: number): void {
+    const at = this.room(4, 4); // before `view` is read: it may be another one after
+    this.view.setUint32(at, value, true);
+  }
+
   primitive(type: Primitive, value: Value | undefined, name: string): void {
     if (type === 'string' || type === 'wstring') {
       const text = encoder.encode(value === undefined ? '' : String(value));
-      this.view.setUint32(this.room(4, 4), text.length + 1, true);
+      this.length(text.length + 1);
       const at = this.room(1, text.length + 1);
       this.bytes.set(text, at);
       this.bytes[at + text.length] = 0;
@@ -171,7 +184,7 @@ class Writer {
   private list(field: Field, value: Value | undefined): void {
     const items = value === undefined ? [] : value instanceof Uint8Array ? Array.from(value) : value;
     if (!Array.isArray(items)) throw new CdrError(`'${field.name}' has to be a list`);
-    if (field.count < 0) this.view.setUint32(this.room(4, 4), items.length, true);
+    if (field.count < 0) this.length(items.length);
     const count = field.count < 0 ? items.length : field.count;
     for (let i = 0; i < count; i += 1) this.single(field, items[i]);
   }

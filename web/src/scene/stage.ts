@@ -50,6 +50,7 @@ export class Stage {
   private dirty = true;
   private ratio = Math.min(devicePixelRatio || 1, 2);
   private slow = 0;
+  private tooSlow = false; // for shadows
   private last = performance.now();
 
   constructor(readonly host: HTMLElement) {
@@ -135,7 +136,9 @@ export class Stage {
     this.moved();
   }
 
-  shadows(on: boolean): void {
+  shadows(wanted: boolean): void {
+    const on = wanted && !this.tooSlow;
+    if (on === this.sun.castShadow) return;
     this.sun.castShadow = on;
     if (on) this.ground.root.add(this.ground.shadow);
     else this.ground.shadow.removeFromParent();
@@ -182,11 +185,16 @@ export class Stage {
     this.adapt(dt);
   };
 
-  // Where frames come late one after another (software rendering), fewer pixels.
+  // Where frames come late one after another (software rendering), fewer pixels; then no shadows.
   private adapt(dt: number): void {
     this.slow = dt > 0.045 ? this.slow + 1 : Math.max(0, this.slow - 2);
-    if (this.slow < (this.software ? 6 : 20) || this.ratio <= 0.6 || location.search.includes('quality=high')) return;
+    if (this.slow < (this.software ? 6 : 20) || location.search.includes('quality=high')) return;
     this.slow = 0;
+    if (this.ratio <= 0.6) {
+      this.tooSlow = true;
+      this.shadows(false);
+      return;
+    }
     this.ratio = Math.max(0.6, this.ratio * 0.8);
     this.renderer.setPixelRatio(this.ratio);
     this.resize();
