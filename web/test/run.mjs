@@ -1,18 +1,20 @@
-// Bundles each test with esbuild (so that no newer Node is needed) and hands them to node's own test runner.
+// node test/run.mjs [FOLDER]: bundles each test of the folder with esbuild (so that no newer Node is needed) and hands
+// them to node's own test runner.
 import { build } from 'esbuild';
 import { readdirSync, rmSync } from 'node:fs';
 import { spawnSync } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
 import { join } from 'node:path';
 
-const here = fileURLToPath(new URL('.', import.meta.url));
-const out = join(here, '..', '.test');
+const here = join(fileURLToPath(new URL('.', import.meta.url)), process.argv[2] ?? '.');
+const out = join(fileURLToPath(new URL('.', import.meta.url)), '..', '.test', process.argv[2] ?? 'units');
 rmSync(out, { recursive: true, force: true });
 const tests = readdirSync(here).filter((name) => name.endsWith('.test.ts'));
 await build({
   entryPoints: tests.map((name) => join(here, name)),
   outdir: out,
   bundle: true,
+  packages: 'external',
   platform: 'node',
   format: 'esm',
   outExtension: { '.js': '.mjs' },

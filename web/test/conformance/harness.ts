@@ -1,0 +1,121 @@
+// A running program and a connection to it made with the protocol's own client library.
+import protocol from '@foxglove/ws-protocol';
+import type { Channel, Service } from '@foxglove/ws-protocol';
+import { parse } from '@foxglove/rosmsg';
+import { MessageReader, MessageWriter } from '@foxglove/rosmsg2-serialization';
+import { spawn, type ChildProcess } from 'node:child_process';
+import { createServer, type AddressInfo } from 'node:net';
+import { join } from 'node:path';
+import WebSocket from 'ws';
+
+const root = process.env['DOPPEL_ROOT'] ?? join(process.cwd(), '..');
+const program = process.env['DOPPEL'] ?? join(root, 'build/bin/doppel');
+const robot = process.env['DOPPEL_ROBOT'] ?? join(root, 'robots/omarm_one');
+
+export const sleep = (ms: number): Promise<void> => new Promise((done) => setTimeout(done, ms));
+
+export async function until<T>(what: string, look: () => T | undefined | false | null, ms = 20_000): Promise<T> {
+  const end = Date.now() + ms;
+  for (;;) {
+    const found = look();
+    if (found) return found;
+    if (Date.now() > end) throw new Error(`${what} did not come within ${ms / 1000} s`);
+    await sleep(20);
+  }
+}
+
+export const definitions = (schema: string): ReturnType<typeof parse> => parse(schema, { ros2: true });
+
+// Bytes of a message, fields that are left out empty; the library writes a list that is left out twice.
+export function encode(schema: string, message: object): Uint8Array {
+  const all = definitions(schema);
+  const complete = (fields: (typeof all)[number]['definitions'], given: Record<string, unknown>): object => Object.fromEntries(
+    fields.filter((field) => !field.isConstant).map((field) => {
+      const value = given[field.name];
+      const nested = field.isComplex ? all.find((one) => one.name === field.type)!.definitions : null;
+      if (field.isArray && field.arrayLength === undefined) return [field.name, nested ? ((value ?? []) as Record<string, unknown>[]).map((one) => complete(nested, one)) : value ?? []];
+      return [field.name, nested && !field.isArray ? complete(nested, (value ?? {}) as Record<string, unknown>) : value];
+    }));
+  return new MessageWriter(all).writeMessage(complete(all.find((one) => one.name === undefined)?.definitions ?? [], message as Record<string, unknown>));
+}
+
+export class Peer {
+  readonly client: InstanceType<typeof protocol.FoxgloveClient>;
+  readonly channels = new Map<string, Channel>();
+  readonly services = new Map<string, Service>();
+  info: Record<string, unknown> | null = null;
+  private nextCall = 1;
+
+  constructor(port: number) {
+    const ws = new WebSocket(`ws://127.0.0.1:${port}/`, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
+    this.client = new protocol.FoxgloveClient({ ws: ws as never });
+    this.client.on('serverInfo', (info) => (this.info = info as never));
+    this.client.on('advertise', (list) => list.forEach((channel) => this.channels.set(channel.topic, channel)));
+    this.client.on('advertiseServices', (list) => list.forEach((service) => this.services.set(service.name, service)));
+  }
+
+  // What the event tells next that `wanted` takes, after `act` was done.
+  next<T>(event: string, wanted: (value: T) => boolean, act: () => void, ms = 20_000): Promise<T> {
+    return new Promise((done, failed) => {
+      const timer = setTimeout(() => failed(new Error(`no ${event} within ${ms / 1000} s`)), ms);
+      const listen = (value: T): void => {
+        if (!wanted(value)) return;
+        clearTimeout(timer);
+        this.client.off(event as never, listen as never);
+        done(value);
+      };
+      this.client.on(event as never, listen as never);
+      act();
+    });
+  }
+
+  async call(name: string, request: object): Promise<{ message: Record<string, unknown>; bytes: Uint8Array }> {
+    const service = this.services.get(name);
+    if (!service) throw new Error(`there is no service ${name}`);
+    const callId = this.nextCall++;
+    const data = encode(service.request!.schema, request);
+    const answer = await Promise.race([
+      this.next<{ callId: number; data: DataView }>('serviceCallResponse', (one) => one.callId === callId,
+        () => this.client.sendServiceCallRequest({ serviceId: service.id, callId, encoding: 'cdr', data })),
+      this.next<{ callId: number; message: string }>('serviceCallFailure', (one) => one.callId === callId, () => {}, 60_000)
+        .then((failure) => Promise.reject(new Error(`${name}: ${failure.message}`)), () => new Promise<never>(() => {})),
+    ]);
+    const bytes = bytesOf(answer.data);
+    return { message: new MessageReader(definitions(service.response!.schema)).readMessage(bytes) as Record<string, unknown>, bytes };
+  }
+
+  close(): void {
+    this.client.close();
+  }
+}
+
+export function bytesOf(view: ArrayBufferView): Uint8Array {
+  return new Uint8Array(view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength));
+}
+
+export class Program {
+  private child: ChildProcess | null = null;
+  port = 0;
+
+  async start(): Promise<void> {
+    this.port = await new Promise<number>((done) => {
+      const server = createServer().listen(0, '127.0.0.1', () => {
+        const { port } = server.address() as AddressInfo;
+        server.close(() => done(port));
+      });
+    });
+    const child = spawn(program, ['up', robot, '--headless', '--port', String(this.port)], { stdio: 'ignore' });
+    this.child = child;
+    const end = Date.now() + 20_000;
+    for (;;) {
+      if (child.exitCode !== null || child.pid === undefined) throw new Error(`${program} ended with ${child.exitCode}`);
+      if (await fetch(`http://127.0.0.1:${this.port}/health`).then((r) => r.ok, () => false)) return;
+      if (Date.now() > end) throw new Error(`${program} does not answer`);
+      await sleep(30);
+    }
+  }
+
+  stop(): void {
+    this.child?.kill('SIGKILL');
+  }
+}
