@@ -23,12 +23,27 @@ export function materialOf(material: Material | null): Lit {
   return made;
 }
 
+// The description's material with its picture on it.
+export function texturedOf(material: Material, map: THREE.Texture): Lit {
+  const key = `${material.texture} ${material.color?.join(' ')}`;
+  let made = cache.get(key);
+  if (!made) {
+    made = materialOf({ ...material, color: material.color ?? [1, 1, 1, 1] }).clone();
+    made.map = map;
+    cache.set(key, made);
+  }
+  return made;
+}
+
+export const COMMANDED = 0x56b4e9, PAST = 0xcc79a7; // colours of the ghost
+
 export const ghostMaterial = new THREE.MeshBasicMaterial({
-  color: 0x56b4e9,
+  color: COMMANDED,
   transparent: true,
   opacity: 0.28,
   depthWrite: false,
 });
 
-export const collisionMaterial = new THREE.MeshBasicMaterial({ color: 0xe69f00, wireframe: true, transparent: true, opacity: 0.55 });
+export const collisionMaterial = new THREE.MeshBasicMaterial({ color: 0xe69f00, transparent: true, opacity: 0.16, depthWrite: false });
+export const collisionEdges = new THREE.LineBasicMaterial({ color: 0xc98200, transparent: true, opacity: 0.8 });
 export const inertiaMaterial = new THREE.MeshBasicMaterial({ color: 0xcc79a7, transparent: true, opacity: 0.4, depthWrite: false });

@@ -3,9 +3,12 @@
 import * as THREE from 'three';
 import { STLLoader } from 'three/addons/loaders/STLLoader.js';
 import type { AssetStore } from './assets';
+import { beside, Bundle, colladaImages, gltfFiles, mtlImages, objLibraries, type Problem } from './bundle';
 import { creasedNormals } from './normals';
 
-export type Loaded = { geometry: THREE.BufferGeometry } | { object: THREE.Object3D };
+// Of an object, each mesh's `userData.bare` says which of its materials are none of the file's own: there the
+// description's colour goes.
+export type Loaded = ({ geometry: THREE.BufferGeometry } | { object: THREE.Object3D }) & { problems?: Problem[] };
 
 const CREASE_LIMIT = 150_000; // vertices; above, flat shading as in the file
 
@@ -17,37 +20,111 @@ function smooth(geometry: THREE.BufferGeometry): THREE.BufferGeometry {
   return geometry;
 }
 
+function finish(object: THREE.Object3D, bare: (material: THREE.Material) => boolean): void {
+  object.traverse((one) => {
+    if (!(one instanceof THREE.Mesh)) return;
+    one.userData['bare'] = [one.material].flat().map(bare);
+    const geometry = one.geometry as THREE.BufferGeometry;
+    if (!geometry.hasAttribute('normal')) geometry.computeVertexNormals(); // without, it would be black
+  });
+}
+
+async function readCollada(text: string, bundle: Bundle): Promise<THREE.Object3D> {
+  const { ColladaLoader } = await import('three/addons/loaders/ColladaLoader.js');
+  await bundle.add(colladaImages(text));
+  const object = new ColladaLoader(bundle.manager).parse(text, '').scene;
+  // The loader turns Y-up files so that they stand in a Y-up scene; here Z is up, as ROS reads them.
+  object.rotation.set(0, 0, 0);
+  finish(object, (material) => material.name === THREE.Loader.DEFAULT_MATERIAL_NAME);
+  return object;
+}
+
+async function readObj(text: string, bundle: Bundle, fetchAsset: (name: string) => Promise<string>): Promise<THREE.Object3D> {
+  const { OBJLoader } = await import('three/addons/loaders/OBJLoader.js');
+  const loader = new OBJLoader(bundle.manager);
+  const known = new Set<string>();
+  for (const library of objLibraries(text)) {
+    try {
+      const mtl = await fetchAsset(library);
+      await bundle.add(mtlImages(mtl));
+      const { MTLLoader } = await import('three/addons/loaders/MTLLoader.js');
+      const materials = new MTLLoader(bundle.manager).parse(mtl, '');
+      materials.preload();
+      for (const name of Object.keys(materials.materials)) known.add(name);
+      loader.setMaterials(materials);
+    } catch (problem) {
+      bundle.problems.push({ uri: library, reason: (problem as Error).message });
+    }
+  }
+  const object = loader.parse(text);
+  finish(object, (material) => !known.has(material.name));
+  return object;
+}
+
+async function readGltf(buffer: ArrayBuffer, bundle: Bundle): Promise<THREE.Object3D> {
+  const { GLTFLoader } = await import('three/addons/loaders/GLTFLoader.js');
+  const binary = new DataView(buffer).getUint32(0, true) === 0x46546c67; // "glTF"
+  if (!binary) await bundle.add(gltfFiles(new TextDecoder().decode(buffer)));
+  const { scene, parser } = await new GLTFLoader(bundle.manager).parseAsync(buffer, '');
+  finish(scene, (material) => parser.associations.get(material) === undefined);
+  return scene;
+}
+
 async function read(assets: AssetStore, uri: string): Promise<Loaded> {
   const bytes = await assets.get(uri);
   const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength) as ArrayBuffer;
+  const text = (): string => new TextDecoder().decode(buffer);
   const kind = /\.(\w+)(?:[?#].*)?$/.exec(uri)?.[1]?.toLowerCase() ?? '';
-  switch (kind) {
-    case 'stl':
-      return { geometry: smooth(new STLLoader().parse(buffer)) };
-    case 'dae': {
-      const { ColladaLoader } = await import('three/addons/loaders/ColladaLoader.js');
-      const made = new ColladaLoader().parse(new TextDecoder().decode(buffer), '');
-      const object = made.scene;
-      // The loader turns Y-up files so that they stand in a Y-up scene; here Z is up, as ROS reads them.
-      object.rotation.set(0, 0, 0);
-      return { object };
+  if (kind === 'stl') return { geometry: smooth(new STLLoader().parse(buffer)) };
+  const bundle = new Bundle((one) => assets.get(one), uri);
+  let object: THREE.Object3D;
+  if (kind === 'dae') object = await readCollada(text(), bundle);
+  else if (kind === 'obj') object = await readObj(text(), bundle, async (name) => new TextDecoder().decode(await assets.get(beside(uri, name))));
+  else if (kind === 'glb' || kind === 'gltf') object = await readGltf(buffer, bundle);
+  else throw new Error(`meshes of the kind '${kind}' are not drawn`);
+  await bundle.done();
+  return { object, problems: bundle.problems };
+}
+
+// The convex hull of all vertices: what collides where the description says mesh.
+async function hullOf(loaded: Loaded): Promise<THREE.BufferGeometry> {
+  const points = new Map<string, THREE.Vector3>();
+  const take = (geometry: THREE.BufferGeometry, matrix: THREE.Matrix4 | null): void => {
+    const position = geometry.getAttribute('position');
+    for (let i = 0; i < position.count; i += 1) {
+      const point = new THREE.Vector3().fromBufferAttribute(position, i);
+      if (matrix) point.applyMatrix4(matrix);
+      points.set(`${point.x.toPrecision(5)} ${point.y.toPrecision(5)} ${point.z.toPrecision(5)}`, point);
     }
-    case 'obj': {
-      const { OBJLoader } = await import('three/addons/loaders/OBJLoader.js');
-      return { object: new OBJLoader().parse(new TextDecoder().decode(buffer)) };
-    }
-    case 'glb':
-    case 'gltf': {
-      const { GLTFLoader } = await import('three/addons/loaders/GLTFLoader.js');
-      return { object: (await new GLTFLoader().parseAsync(buffer, '')).scene };
-    }
-    default:
-      throw new Error(`meshes of the kind '${kind}' are not drawn`);
+  };
+  if ('geometry' in loaded) {
+    take(loaded.geometry, null);
+  } else {
+    loaded.object.updateMatrixWorld(true);
+    loaded.object.traverse((one) => {
+      if (one instanceof THREE.Mesh) take(one.geometry as THREE.BufferGeometry, one.matrixWorld);
+    });
   }
+  const { ConvexGeometry } = await import('three/addons/geometries/ConvexGeometry.js');
+  await new Promise((ready) => setTimeout(ready)); // a hull at a time between two frames
+  return new ConvexGeometry([...points.values()]);
+}
+
+async function readTexture(assets: AssetStore, uri: string): Promise<THREE.Texture> {
+  const bytes = await assets.get(uri);
+  const picture = await createImageBitmap(new Blob([bytes as BlobPart]), { imageOrientation: 'flipY' });
+  const texture = new THREE.Texture(picture as unknown as HTMLImageElement);
+  texture.flipY = false; // it is already
+  texture.colorSpace = THREE.SRGBColorSpace;
+  texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+  texture.needsUpdate = true;
+  return texture;
 }
 
 export class MeshStore {
   private readonly known = new Map<string, Promise<Loaded>>();
+  private readonly hulls = new Map<string, Promise<THREE.BufferGeometry>>();
+  private readonly textures = new Map<string, Promise<THREE.Texture>>();
 
   constructor(private readonly assets: AssetStore) {}
 
@@ -61,9 +138,32 @@ export class MeshStore {
     return made;
   }
 
+  // The convex hull of the mesh, in the mesh's own units.
+  hull(uri: string): Promise<THREE.BufferGeometry> {
+    let made = this.hulls.get(uri);
+    if (!made) {
+      made = this.get(uri).then(hullOf);
+      made.catch(() => this.hulls.delete(uri));
+      this.hulls.set(uri, made);
+    }
+    return made;
+  }
+
+  texture(uri: string): Promise<THREE.Texture> {
+    let made = this.textures.get(uri);
+    if (!made) {
+      made = readTexture(this.assets, uri);
+      made.catch(() => this.textures.delete(uri));
+      this.textures.set(uri, made);
+    }
+    return made;
+  }
+
   // After a restart or a reload files may have changed.
   forget(): void {
     this.known.clear();
+    this.hulls.clear();
+    this.textures.clear();
     this.assets.forget();
   }
 }

@@ -57,6 +57,7 @@ export interface Joint {
   upper: number;
   velocity: number; // 0: none given
   effort: number; // 0: none given
+  dynamics: { damping: number; friction: number }; // 0 where none is given
   mimic: { joint: string; multiplier: number; offset: number } | null;
 }
 
@@ -160,6 +161,7 @@ function joint(element: Element): Joint {
     upper: bounded ? number(limit, 'upper') : Infinity,
     velocity: number(limit, 'velocity'),
     effort: number(limit, 'effort'),
+    dynamics: { damping: number(child(element, 'dynamics'), 'damping'), friction: number(child(element, 'dynamics'), 'friction') },
     mimic: mimic
       ? {
           joint: mimic.attributes['joint'] ?? '',

@@ -2,10 +2,10 @@
 // first shown.
 
 import * as THREE from 'three';
-import { collisionMaterial, ghostMaterial, materialOf } from './materials';
+import { collisionEdges, collisionMaterial, ghostMaterial, materialOf, texturedOf } from './materials';
 import type { MeshStore } from './meshes';
 import { STRIDE, type Tree } from './tree';
-import type { Shape } from './urdf';
+import type { Material, Shape, Vec3 } from './urdf';
 
 export type Layer = 'visual' | 'collision' | 'inertia' | 'com' | 'frames' | 'axes';
 export type LayerMaker = (tree: Tree, link: number, into: THREE.Group) => void;
@@ -98,36 +98,37 @@ export class RobotView {
       const holder = new THREE.Group();
       applyOrigin(holder, shape);
       into.add(holder);
-      const material = this.ghost ? ghostMaterial : collision ? collisionMaterial : materialOf(shape.material);
       const geometry = primitive(shape);
-      if (geometry) holder.add(this.solid(geometry, material, collision));
-      else if (shape.geometry.kind === 'mesh') void this.addMesh(shape, holder, material, collision);
+      if (geometry) holder.add(collision ? colliding(geometry) : this.solid(geometry, shape));
+      else if (shape.geometry.kind === 'mesh') void this.addMesh(shape, shape.geometry, holder, collision);
     }
   }
 
-  private solid(geometry: THREE.BufferGeometry, material: THREE.Material, collision: boolean): THREE.Mesh {
-    const mesh = new THREE.Mesh(geometry, material);
-    mesh.castShadow = !collision && !this.ghost;
-    mesh.receiveShadow = !collision && !this.ghost;
+  private solid(geometry: THREE.BufferGeometry, shape: Shape): THREE.Mesh {
+    const mesh = new THREE.Mesh(geometry, this.ghost ? ghostMaterial : materialOf(shape.material));
+    mesh.castShadow = mesh.receiveShadow = !this.ghost;
+    if (!this.ghost && shape.material?.texture) void this.paint(mesh, shape.material);
     return mesh;
   }
 
-  private async addMesh(shape: Shape, holder: THREE.Group, material: THREE.Material, collision: boolean): Promise<void> {
-    if (shape.geometry.kind !== 'mesh') return;
-    const { uri, scale } = shape.geometry;
+  private async paint(mesh: THREE.Mesh, material: Material): Promise<void> {
+    try {
+      mesh.material = texturedOf(material, await this.meshes.texture(material.texture!));
+    } catch (problem) {
+      this.failed.push({ uri: material.texture!, reason: (problem as Error).message });
+    }
+    this.changed();
+  }
+
+  private async addMesh(shape: Shape, { uri, scale }: { uri: string; scale: Vec3 }, holder: THREE.Group, collision: boolean): Promise<void> {
     this.loading += 1;
     try {
-      const loaded = await this.meshes.get(uri);
-      if ('geometry' in loaded) {
-        holder.add(this.solid(loaded.geometry, material, collision));
+      if (collision) {
+        holder.add(colliding(await this.meshes.hull(uri)));
       } else {
-        const own = loaded.object.clone();
-        own.traverse((object) => {
-          if (!(object instanceof THREE.Mesh)) return;
-          object.castShadow = object.receiveShadow = !collision && !this.ghost;
-          if (this.ghost || collision || shape.material) object.material = material;
-        });
-        holder.add(own);
+        const loaded = await this.meshes.get(uri);
+        holder.add('geometry' in loaded ? this.solid(loaded.geometry, shape) : this.own(loaded.object, shape));
+        if (!this.ghost) this.failed.push(...(loaded.problems ?? []));
       }
       holder.scale.set(...scale);
     } catch (problem) {
@@ -137,6 +138,29 @@ export class RobotView {
       this.changed();
     }
   }
+
+  // A mesh file's own materials stay, as RViz does it; the description's is for what has none.
+  private own(object: THREE.Object3D, shape: Shape): THREE.Object3D {
+    const made = object.clone();
+    made.traverse((one) => {
+      if (!(one instanceof THREE.Mesh)) return;
+      one.castShadow = one.receiveShadow = !this.ghost;
+      if (this.ghost) one.material = ghostMaterial;
+      else one.material = dressed(one.material as THREE.Material | THREE.Material[], one.userData['bare'] as boolean[] | undefined, materialOf(shape.material));
+    });
+    return made;
+  }
+}
+
+function dressed(materials: THREE.Material | THREE.Material[], bare: boolean[] | undefined, told: THREE.Material): THREE.Material | THREE.Material[] {
+  return Array.isArray(materials) ? materials.map((one, i) => (bare?.[i] ? told : one)) : bare?.[0] ? told : materials;
+}
+
+function colliding(geometry: THREE.BufferGeometry): THREE.Mesh {
+  const mesh = new THREE.Mesh(geometry, collisionMaterial);
+  mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 12), collisionEdges));
+  mesh.renderOrder = 2;
+  return mesh;
 }
 
 const position = new THREE.Vector3();
