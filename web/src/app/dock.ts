@@ -47,13 +47,14 @@ export class Dock {
 
   open(id: string, keep = true): void {
     const panel = this.panels.find((one) => one.id === id);
-    if (!panel) return;
-    if (this.current !== panel) this.current?.hidden?.();
+    if (!panel || panel === this.current) return;
+    this.current?.hidden?.();
     this.current = panel;
     for (const tab of this.tabs.children) {
       const on = tab.id === `tab-${id}`;
       tab.setAttribute('aria-selected', String(on));
       (tab as HTMLElement).tabIndex = on ? 0 : -1;
+      if (on) tab.scrollIntoView({ block: 'nearest', inline: 'nearest' });
     }
     this.body.replaceChildren(panel.element);
     panel.shown?.();

@@ -9,6 +9,7 @@ import { Layout } from './layout';
 import { makeOverlay } from './overlay';
 import { openSettings } from './settings_dialog';
 import { Signal } from './signal';
+import { Sources } from './sources';
 import { startTheme } from './theme';
 import type { Twin } from './twin';
 
@@ -31,7 +32,7 @@ export function startPage(twin: Twin, assets: AssetStore): void {
     return;
   }
   performance.mark('doppel: stage');
-  const overlay = makeOverlay(app);
+  const overlay = makeOverlay(app, new Sources(twin.client));
   layout.stage.append(...overlay.elements);
   startTheme(app.world);
 

@@ -1,10 +1,20 @@
-// A pose as a YAML trajectory (what `topic pub` takes), and back. Reads the forms that people paste: flow or block
-// lists; of several points the last.
+// Poses as YAML trajectories (what `doppel topic pub` and `ros2 topic pub` take), and back. Reads the forms that people
+// paste: flow or block lists; of several points the last; of several documents all.
 
-export function poseYaml(names: string[], positions: number[], seconds = 2): string {
-  const quoted = names.map((name) => JSON.stringify(name)).join(', ');
-  return `joint_names: [${quoted}]\npoints:\n- positions: [${positions.map((p) => +p.toFixed(6)).join(', ')}]\n` +
-    `  time_from_start: {sec: ${seconds}, nanosec: 0}\n`;
+export interface TrajectoryPoint {
+  time: number; // s from the start
+  positions: number[];
+}
+
+const list = (items: (string | number)[]): string => `[${items.join(', ')}]`;
+
+// `topic` stands in a comment, for those who publish it by hand.
+export function trajectoryYaml(names: string[], points: TrajectoryPoint[], topic = ''): string {
+  const rows = points.map(({ time, positions }) => {
+    const sec = Math.floor(time + 5e-10), nanosec = Math.max(0, Math.round((time - sec) * 1e9));
+    return `- positions: ${list(positions.map((p) => +p.toFixed(6)))}\n  time_from_start: {sec: ${sec}, nanosec: ${nanosec}}\n`;
+  });
+  return `${topic ? `# ${topic}\n` : ''}joint_names: ${list(names.map((name) => JSON.stringify(name)))}\npoints:\n${rows.join('')}`;
 }
 
 function listAfter(text: string, key: string, last: boolean): string[] | null {
@@ -18,6 +28,16 @@ function listAfter(text: string, key: string, last: boolean): string[] | null {
 }
 
 export function parsePose(text: string): Map<string, number> | null {
+  const out = new Map<string, number>();
+  for (const document of text.split(/^---[ \t]*$/m).filter((part) => /[^\s]/.test(part.replace(/^\s*#.*$/gm, '')))) {
+    const read = parseDocument(document);
+    if (!read) return null;
+    for (const [name, value] of read) out.set(name, value);
+  }
+  return out.size > 0 ? out : null;
+}
+
+function parseDocument(text: string): Map<string, number> | null {
   const names = listAfter(text, 'joint_names', false) ?? listAfter(text, 'name', false);
   const positions = listAfter(text, 'positions', true) ?? listAfter(text, 'position', true);
   if (!names || !positions || names.length !== positions.length || names.length === 0) return null;

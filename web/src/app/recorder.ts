@@ -4,6 +4,7 @@ import type { TreeJoint } from '../robot/tree';
 import type { Twin } from './twin';
 
 export const CAPACITY = 12_000; // at 50 Hz four minutes
+const MOST_POSITIONS = 4_000_000; // of all joints' positions that are kept; with many joints fewer moments are
 const SPACING = 0.0195; // s of wall time between samples at least
 
 export interface Series {
@@ -15,7 +16,14 @@ export interface Series {
   end: () => void;
 }
 
+// Of a joint: where a controller has it now, NaN where none has, and by how much it may miss that.
+export interface Allowed {
+  reference(joint: string): number;
+  tolerance(joint: string): number;
+}
+
 export const QUANTITIES = ['position', 'target', 'error', 'velocity', 'effort'] as const;
+export const TOLERANCE = 'tolerance'; // half the width of a band about the target
 export type Quantity = (typeof QUANTITIES)[number];
 
 export function numberAt(message: Value | undefined, path: (string | number)[]): number {
@@ -33,32 +41,38 @@ export class Recorder {
   private next = 0;
   count = 0;
   private lastWall = 0;
+  private positions = new Float32Array(); // of all joints, at every `thinned`th sample
+  private thinned = 1;
 
-  constructor(private readonly twin: Twin) {
+  constructor(private readonly twin: Twin, private readonly allowed: Allowed) {
     twin.sampled.on(() => this.sample());
     twin.robotChanged.on(() => this.clear());
   }
 
   clear(): void {
     this.next = this.count = 0;
+    for (const { ring } of this.series.values()) ring.fill(NaN);
   }
 
-  joint(joint: TreeJoint, quantity: Quantity): Series {
+  joint(joint: TreeJoint, quantity: Quantity | typeof TOLERANCE): Series {
     const { twin } = this;
     const name = joint.name;
     const read = (): number => {
       const index = twin.tree?.jointByName.get(name)?.index ?? -1;
       if (index < 0) return NaN;
+      const reference = this.allowed.reference(name);
+      const target = Number.isNaN(reference) ? twin.target[index]! : reference;
       switch (quantity) {
         case 'position': return twin.q[index]!;
-        case 'target': return twin.target[index]!;
-        case 'error': return twin.target[index]! - twin.q[index]!;
+        case 'target': return target;
+        case 'error': return target - twin.q[index]!;
+        case 'tolerance': return this.allowed.tolerance(name);
         case 'velocity': return twin.velocity[index]!;
         case 'effort': return twin.effort[index]!;
       }
     };
     const slides = joint.kind === 'prismatic';
-    const unit = { position: slides ? 'm' : 'rad', target: slides ? 'm' : 'rad', error: slides ? 'm' : 'rad', velocity: slides ? 'm/s' : 'rad/s', effort: slides ? 'N' : 'N m' }[quantity];
+    const unit = { position: slides ? 'm' : 'rad', target: slides ? 'm' : 'rad', error: slides ? 'm' : 'rad', tolerance: slides ? 'm' : 'rad', velocity: slides ? 'm/s' : 'rad/s', effort: slides ? 'N' : 'N m' }[quantity];
     return this.add(`joint:${name}:${quantity}`, `${name} ${quantity}`, unit, read, () => {});
   }
 
@@ -87,7 +101,7 @@ export class Recorder {
 
   private sample(): void {
     const wall = performance.now() / 1000;
-    const time = this.twin.simTime;
+    const time = this.twin.client.channel('/clock') ? this.twin.simTime : wall; // pure kinematics has no clock
     if (wall - this.lastWall < SPACING || this.twin.paused) return;
     const newest = this.count > 0 ? this.times[(this.next + CAPACITY - 1) % CAPACITY]! : -Infinity;
     if (time < newest) this.clear();
@@ -95,8 +109,40 @@ export class Recorder {
     this.lastWall = wall;
     this.times[this.next] = time;
     for (const series of this.series.values()) series.ring[this.next] = series.read();
+    this.keepPositions();
     this.next = (this.next + 1) % CAPACITY;
     this.count = Math.min(CAPACITY, this.count + 1);
+  }
+
+  private keepPositions(): void {
+    const { q } = this.twin;
+    if (q.length === 0) return;
+    const thinned = Math.max(1, Math.ceil((CAPACITY * q.length) / MOST_POSITIONS));
+    const size = Math.ceil(CAPACITY / thinned) * q.length;
+    if (this.positions.length !== size) this.positions = new Float32Array(size);
+    this.thinned = thinned;
+    if (this.next % thinned === 0) this.positions.set(q, (this.next / thinned) * q.length);
+  }
+
+  // All joints' positions at that time; null: before or after what is kept.
+  positionsAt(time: number): Float64Array | null {
+    const n = this.twin.q.length;
+    if (this.count === 0 || this.positions.length < n || time < this.oldest - 1e-6 || time > this.newest + 1e-6) return null;
+    const at = (this.next - this.count + CAPACITY + Math.min(this.find(time), this.count - 1)) % CAPACITY;
+    const row = Math.floor(at / this.thinned) * n;
+    return Float64Array.from(this.positions.subarray(row, row + n));
+  }
+
+  // How many samples are older than that time.
+  private find(time: number): number {
+    const start = this.next - this.count + CAPACITY;
+    let low = 0, high = this.count;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[(start + middle) % CAPACITY]! < time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
   }
 
   get newest(): number {
@@ -110,16 +156,7 @@ export class Recorder {
   window(from: number, to: number, keys: string[], most = Infinity): Float64Array[] {
     const start = this.next - this.count + CAPACITY;
     const at = (i: number): number => (start + i) % CAPACITY;
-    const find = (time: number): number => {
-      let low = 0, high = this.count;
-      while (low < high) {
-        const middle = (low + high) >> 1;
-        if (this.times[at(middle)]! < time) low = middle + 1;
-        else high = middle;
-      }
-      return low;
-    };
-    const first = Math.max(0, find(from) - 1), last = Math.min(this.count, find(to) + 1);
+    const first = Math.max(0, this.find(from) - 1), last = Math.min(this.count, this.find(to) + 1);
     const stride = Math.max(1, Math.ceil((last - first) / most));
     const rows = Math.ceil((last - first) / stride);
     const columns = [this.times, ...keys.map((key) => this.series.get(key)?.ring)];

@@ -23,7 +23,7 @@ const DEFAULTS: Settings = {
   stopDoes: 'hold',  // a joint that no controller holds is limp, and the arm would fall
   stopKeys: ['Escape'],
   speedShare: 0.5,
-  rightWidth: 380,
+  rightWidth: 400,
   bottomHeight: 250,
   bottomOpen: true,
   tabs: {},

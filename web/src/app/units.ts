@@ -21,6 +21,9 @@ export function digitsOf(joint: TreeJoint): number {
 export function format(joint: TreeJoint, value: number): string {
   return Number.isFinite(value) ? shown(joint, value).toFixed(digitsOf(joint)).replace(/^-(0\.?0*)$/, '$1') : '–';
 }
+export function millimetres(metres: number): string {
+  return (metres * 1000).toFixed(1).replace(/^-(0\.0)$/, '$1');
+}
 // What a slider spans: a joint without limits gets a turn to each side.
 export function rangeOf(joint: TreeJoint): [number, number] {
   if (Number.isFinite(joint.lower) && Number.isFinite(joint.upper) && joint.upper > joint.lower) return [joint.lower, joint.upper];

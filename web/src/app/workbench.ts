@@ -3,19 +3,25 @@ import type { App, Panel } from './app';
 import type { Layout } from './layout';
 import { Jog } from './jog';
 import { startKeyboard } from './keyboard';
+import { Parameters } from './parameters';
 import { Recorder } from './recorder';
+import { Tolerances } from './tolerances';
 import { ToolDriver } from './tool';
 import { controlPanel } from '../panels/control';
 import { healthPanel } from '../panels/health';
 import { jointsPanel } from '../panels/joints';
 import { logPanel } from '../panels/log';
+import { objectsPanel } from '../panels/objects';
+import { parametersPanel } from '../panels/parameters';
 import { plotsPanel } from '../panels/plots';
 import { posesPanel } from '../panels/poses';
 import { tfPanel } from '../panels/tf';
 import { toolPanel } from '../panels/tool';
 import { topicsPanel } from '../panels/topics';
+import { treePanel } from '../panels/tree';
 import { ContactLayer } from '../scene/contacts';
 import { ToolHandle } from '../scene/handle';
+import { ObjectLayer } from '../scene/objects';
 import { Picker } from '../scene/picking';
 import { Pusher } from '../scene/push';
 
@@ -26,17 +32,21 @@ export function startWorkbench(app: App, layout: Layout): void {
   const handle = new ToolHandle(app, driver);
   const jog = new Jog(app, driver);
   new ContactLayer(app);
+  const objects = new ObjectLayer(app, picker);
+  const parameters = new Parameters(app.twin.client);
+  const tolerances = new Tolerances(app.twin, parameters);
+  const recorder = new Recorder(app.twin, tolerances);
   startKeyboard(app, jog);
 
-  const right: Panel[] = [jointsPanel(app), toolPanel(app, driver, handle, jog, pusher), posesPanel(app), controlPanel(app), healthPanel(app)];
-  const bottom: Panel[] = [plotsPanel(app, new Recorder(app.twin)), topicsPanel(app), tfPanel(app), logPanel(app)];
+  const right: Panel[] = [jointsPanel(app), treePanel(app), toolPanel(app, driver, handle, jog, pusher), posesPanel(app), objectsPanel(app, objects), controlPanel(app), healthPanel(app)];
+  const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   layout.mount(right, bottom);
 
   let down: { x: number; y: number } | null = null;
   const canvas = app.world.stage.renderer.domElement;
   canvas.addEventListener('pointerdown', (event) => {
     down = null;
-    if (event.button !== 0 || handle.busy) return;
+    if (event.button !== 0 || handle.busy || objects.busy) return;
     const hit = pusher.armed || event.altKey ? picker.hit(event) : null;
     if (hit) {
       pusher.begin(hit);
@@ -50,8 +60,9 @@ export function startWorkbench(app: App, layout: Layout): void {
   canvas.addEventListener('pointerup', (event) => {
     pusher.end();
     if (!down || Math.hypot(event.clientX - down.x, event.clientY - down.y) > 4) return;
-    const hit = picker.hit(event);
+    const hit = objects.placing ? null : picker.hit(event);
+    if (objects.click(event, hit ? hit.point.distanceTo(app.world.stage.camera.position) : Infinity)) return;
     app.select(hit ? { link: hit.link } : null);
   });
-  Object.assign(app, { driver, handle, jog, pusher, ready: true });
+  Object.assign(app, { driver, handle, jog, pusher, objects, parameters, recorder, ready: true });
 }

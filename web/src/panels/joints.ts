@@ -1,9 +1,10 @@
 // A row for each joint: slider between limits, value, target, effort.
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say, toast } from '../app/dom';
-import { parsePose, poseYaml } from '../app/pose_yaml';
+import { parsePose } from '../app/pose_yaml';
 import { Seen } from '../app/seen';
 import { set, settings, settingsChanged } from '../app/settings';
+import { waypointsYaml } from '../app/trajectories';
 import { format, meant, rangeOf, unitOf } from '../app/units';
 import type { TreeJoint } from '../robot/tree';
 
@@ -75,7 +76,7 @@ export function jointsPanel(app: App): Panel {
 
   function build(): void {
     rows = (twin.tree?.moving ?? []).map(makeRow);
-    fill(list, rows.length > 0 ? rows.map((row) => row.element) : none);
+    fill(list, rows.length > 0 ? rows.map((row) => row.element) : twin.tree ? h('p', { class: 'empty' }, 'This robot has no joints that move.') : none);
     seen.watch(rows.map((row) => [row.element, row]));
   }
 
@@ -119,9 +120,18 @@ export function jointsPanel(app: App): Panel {
     commander.setMany((twin.tree?.moving ?? []).filter((j) => !j.mimic).map((j) => [j, value(j)]));
   }
 
+  function zero(): void {
+    const stays = (twin.tree?.moving ?? []).filter((j) => !j.mimic && (j.lower > 0 || j.upper < 0));
+    all((j) => (stays.includes(j) ? twin.target[j.index]! : 0));
+    if (stays.length > 0) toast(`Zero is outside of the limits of ${stays.map((j) => j.name).join(', ')}.`);
+  }
+
   async function copy(): Promise<void> {
     const joints = (twin.tree?.moving ?? []).filter((joint) => !joint.mimic);
-    const text = poseYaml(joints.map((j) => j.name), joints.map((j) => twin.q[j.index]!));
+    // As long as the way from the middle of the limits takes, so that it can be published from anywhere.
+    const middle = Float64Array.from(twin.tree?.moving ?? [], (j) => (Number.isFinite(j.lower) ? (j.lower + j.upper) / 2 : 0));
+    const time = Math.max(2, Math.ceil(2 * commander.timeFor(joints, middle, twin.q)));
+    const text = waypointsYaml(twin, commander, [{ time, positions: Float64Array.from(twin.q) }]);
     try {
       await navigator.clipboard.writeText(text);
       toast('The pose is on the clipboard, as a YAML trajectory.');
@@ -148,7 +158,7 @@ export function jointsPanel(app: App): Panel {
   const units = button(settings.degrees ? '°' : 'rad', 'Angles in degrees or radians', () => set('degrees', !settings.degrees), { id: 'units', class: 'units' });
   const element = h('div', { class: 'joints-panel' },
     h('div', { class: 'tools' },
-      button('Zero', 'All joints to zero, or the limit next to it', () => all(() => 0)),
+      button('Zero', 'All joints to zero; one whose limits exclude that stays', zero),
       button('Centre', 'All joints to the middle of their limits', () => all((j) => (Number.isFinite(j.lower) ? (j.lower + j.upper) / 2 : 0))),
       button('Random', 'All joints somewhere within their limits', () => all((j) => {
         const [low, high] = rangeOf(j);

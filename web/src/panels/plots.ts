@@ -1,50 +1,118 @@
-// Curves of the last minutes: joints' quantities and any number of any topic; live, or held and looked through.
+// Curves of the last minutes: joints' quantities and any number of any topic; live, or held and looked through, with a
+// ghost of the arm where it was.
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import type { App, Panel } from '../app/app';
-import { button, download, fill, h } from '../app/dom';
-import { QUANTITIES, type Quantity, type Recorder } from '../app/recorder';
+import { button, download, fill, h, say, toast } from '../app/dom';
+import type { Parameters } from '../app/parameters';
+import { QUANTITIES, TOLERANCE, type Quantity, type Recorder } from '../app/recorder';
+import { settings, settingsChanged } from '../app/settings';
 import { Signal } from '../app/signal';
 
 // Okabe and Ito's colours, told apart by all; past eight the dashes change.
 const LIGHT = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#b8860b', '#56b4e9', '#5d4a9c', '#444444'];
 const DARK = ['#56b4e9', '#f0814a', '#35c296', '#e39cc8', '#f0d25a', '#8fd0ff', '#b3a3ee', '#d0d0d0'];
+const DEG = 180 / Math.PI;
 
 export const plotWanted = new Signal<{ topic: string; path: (string | number)[] }>();
 
-export function plotsPanel(app: App, recorder: Recorder): Panel {
-  const { twin } = app;
+// Of a joint's position or error: the series that its band of tolerance is made of. Bands are about the target, or
+// about zero.
+function bandOf(key: string): { centre: string | null; width: string } | null {
+  const found = /^(joint:.*):(position|error)$/.exec(key);
+  return found ? { centre: found[2] === 'position' ? `${found[1]}:target` : null, width: `${found[1]}:${TOLERANCE}` } : null;
+}
+
+export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters): Panel {
+  const { twin, world } = app;
   const shown: string[] = [];
   const host = h('div', { class: 'plot' });
   const chips = h('div', { class: 'chips' });
   let plot: uPlot | null = null;
+  let bands: { key: string; centre: string | null; width: string }[] = [];
   let endLoads = (): void => {};
   let span = 15;
-  let held: number | null = null; // the right end, when not live
+  let held: number | null = null; // the moment that is looked at, when not live
+  let right = 0; // the right end of the window then
+  let hovered: number | null = null;
+  let endWatch: (() => void) | null = null;
 
   const joint = h('select', { 'aria-label': 'Joint' });
   const quantity = h('select', { 'aria-label': 'Quantity' }, ...QUANTITIES.map((name) => h('option', { value: name }, name)));
   const width = h('select', { 'aria-label': 'Width of the window', onchange: () => (span = Number(width.value)) },
     ...[5, 15, 60, 180].map((s) => h('option', { value: String(s), selected: s === span }, s < 60 ? `${s} s` : `${s / 60} min`)));
   const live = button('Hold', 'Hold the curves, to look through the last minutes', () => {
-    held = held === null ? recorder.newest : null;
-    reflect();
+    if (held === null) look(recorder.newest);
+    else goLive();
   }, { id: 'plot-hold' });
-  const scrub = h('input', { type: 'range', min: '0', max: '1', step: 'any', value: '1', 'aria-label': 'Look through the last minutes', class: 'scrub' });
+  const scrub = h('input', { type: 'range', min: '0', max: '1', step: '0.001', value: '1', 'aria-label': 'Look through the last minutes', title: 'Look through the last minutes; a ghost shows where the arm was', class: 'scrub' });
   scrub.addEventListener('input', () => {
-    held = recorder.oldest + (recorder.newest - recorder.oldest) * Number(scrub.value);
-    if (Number(scrub.value) > 0.999) held = null;
-    reflect();
+    if (Number(scrub.value) > 0.9995) goLive();
+    else look(recorder.oldest + (recorder.newest - recorder.oldest) * Number(scrub.value));
   });
 
+  function look(time: number): void {
+    if (held === null) right = recorder.newest;
+    held = time;
+    if (time > right || time < right - span) right = Math.min(recorder.newest, time + span / 2);
+    reflect();
+  }
+
+  function goLive(): void {
+    held = null;
+    scrub.value = '1';
+    reflect();
+  }
+
   function reflect(): void {
-    live.textContent = held === null ? 'Hold' : 'Live';
+    say(live, held === null ? 'Hold' : 'Live');
     live.setAttribute('aria-pressed', String(held !== null));
-    if (held === null) scrub.value = '1';
+    live.title = held === null ? 'Hold the curves, to look through the last minutes' : 'Back to what happens now';
+    const moment = hovered ?? held;
+    world.showPast(moment === null ? null : recorder.positionsAt(moment));
+    if (moment === null) {
+      say(readout, '');
+      return;
+    }
+    const row = recorder.window(moment, moment, shown);
+    const i = Math.max(0, (row[0]?.length ?? 1) - 1);
+    say(readout, `${moment.toFixed(2)} s, ${(recorder.newest - moment).toFixed(1)} s ago   ` + shown.map((key, k) => ((row[k + 1]?.[i] ?? NaN) * factor(key)).toPrecision(4)).join('   '));
+  }
+
+  // Angles are shown as the page shows them.
+  function factor(key: string): number {
+    return settings.degrees && /^rad/.test(recorder.series.get(key)?.unit ?? '') ? DEG : 1;
+  }
+  function unit(key: string): string {
+    const told = recorder.series.get(key)?.unit ?? '';
+    return settings.degrees ? told.replace(/^rad/, '°') : told;
   }
 
   function colours(): string[] {
     return document.documentElement.dataset['theme'] === 'dark' ? DARK : LIGHT;
+  }
+
+  function makePlot(palette: string[]): uPlot {
+    const style = getComputedStyle(document.documentElement);
+    const ink = style.getPropertyValue('--muted'), grid = style.getPropertyValue('--line');
+    const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 }, font: '11px system-ui' };
+    const units = [...new Set(shown.map(unit))];
+    const scaleOf = (key: string): string => (units.indexOf(unit(key)) === 0 ? 'y' : `y${units.indexOf(unit(key))}`);
+    bands = shown.flatMap((key) => {
+      const band = bandOf(key);
+      return band ? [{ key, ...band }] : [];
+    });
+    const edge = (key: string): uPlot.Series => ({ stroke: `${palette[shown.indexOf(key) % palette.length]!}99`, width: 1, dash: [2, 3], points: { show: false }, scale: scaleOf(key) });
+    return new uPlot({
+      width: Math.max(100, host.clientWidth), height: Math.max(60, host.clientHeight), legend: { show: false },
+      cursor: { drag: { x: false, y: false } }, scales: { x: { time: false }, ...Object.fromEntries(units.slice(1).map((_, i) => [`y${i + 1}`, { auto: true }])) },
+      axes: [{ ...axis, values: (_, ticks) => ticks.map((t) => (t < 0 ? '' : `${t.toFixed(t % 1 ? 1 : 0)} s`)), size: 26 },
+        ...units.slice(0, 2).map((label, i) => ({ ...axis, scale: i === 0 ? 'y' : 'y1', side: i === 0 ? 3 : 1, grid: i === 0 ? axis.grid : { show: false }, label, space: 26, labelSize: 16, labelFont: '11px system-ui', size: 52 }))],
+      series: [{}, ...shown.map((key, i) => ({ stroke: palette[i % palette.length]!, width: 1.5, points: { show: false }, scale: scaleOf(key), ...(i >= palette.length || key.endsWith(':target') ? { dash: [6, 3] } : {}) })),
+        ...bands.flatMap(({ key }) => [edge(key), edge(key)])],
+      bands: bands.map(({ key }, i) => ({ series: [1 + shown.length + 2 * i, 2 + shown.length + 2 * i] as uPlot.Band.Bounds, fill: `${palette[shown.indexOf(key) % palette.length]!}1c` })),
+      hooks: { setCursor: [hover], draw: [drawMoment] },
+    }, [new Float64Array(), ...shown.map(() => new Float64Array()), ...bands.flatMap(() => [new Float64Array(), new Float64Array()])], host);
   }
 
   function rebuild(): void {
@@ -53,78 +121,109 @@ export function plotsPanel(app: App, recorder: Recorder): Panel {
     fill(host);
     const palette = colours();
     fill(chips, shown.map((key, i) => h('button', { type: 'button', class: 'chip', title: `Take away ${recorder.series.get(key)?.label ?? key}`, onclick: () => remove(key) },
-      h('i', { style: `background:${palette[i % palette.length]}` }), recorder.series.get(key)?.label ?? key, ' ×')));
+      h('i', { style: `background:${palette[i % palette.length]}` }), recorder.series.get(key)?.label ?? key, h('span', { class: 'muted', 'aria-hidden': 'true' }, ' ×'))));
     if (shown.length === 0) {
       fill(host, h('p', { class: 'empty' }, 'Choose a joint and a quantity, or a number in Topics.'));
       return;
     }
-    const style = getComputedStyle(document.documentElement);
-    const ink = style.getPropertyValue('--muted'), grid = style.getPropertyValue('--line');
-    const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 }, font: '11px system-ui' };
-    const units = [...new Set(shown.map((key) => recorder.series.get(key)?.unit ?? ''))];
-    plot = new uPlot({
-      width: Math.max(100, host.clientWidth), height: Math.max(60, host.clientHeight), legend: { show: false },
-      cursor: { drag: { x: false, y: false } }, scales: { x: { time: false }, ...Object.fromEntries(units.slice(1).map((_, i) => [`y${i + 1}`, { auto: true }])) },
-      axes: [{ ...axis, values: (_, ticks) => ticks.map((t) => (t < 0 ? '' : `${t.toFixed(t % 1 ? 1 : 0)} s`)), size: 26 },
-        ...units.slice(0, 2).map((unit, i) => ({ ...axis, scale: i === 0 ? 'y' : 'y1', side: i === 0 ? 3 : 1, grid: i === 0 ? axis.grid : { show: false }, label: unit, labelSize: 16, labelFont: '11px system-ui', size: 52 }))],
-      series: [{}, ...shown.map((key, i) => {
-        const unit = units.indexOf(recorder.series.get(key)?.unit ?? '');
-        return { stroke: palette[i % palette.length]!, width: 1.5, points: { show: false }, scale: unit === 0 ? 'y' : `y${unit}`, ...(i >= palette.length || key.endsWith(':target') ? { dash: [6, 3] } : {}) };
-      })],
-      hooks: { setCursor: [values] },
-    }, [new Float64Array(), ...shown.map(() => new Float64Array())], host);
+    plot = makePlot(palette);
     update();
   }
 
   const readout = h('output', { class: 'readout num' });
-  function values(u: uPlot): void {
+  function hover(u: uPlot): void {
     const i = u.cursor.idx;
-    readout.textContent = i === null || i === undefined ? ''
-      : `${u.data[0][i]!.toFixed(2)} s   ` + shown.map((_, k) => (u.data[k + 1]?.[i] ?? NaN).toPrecision(4)).join('   ');
+    const time = i === null || i === undefined || (u.cursor.left ?? -1) < 0 ? null : u.data[0][i] ?? null;
+    if (time === hovered) return;
+    hovered = time;
+    reflect();
   }
 
-  function add(key: string): void {
-    if (!shown.includes(key)) shown.push(key);
+  function drawMoment(u: uPlot): void {
+    if (held === null) return;
+    const x = u.valToPos(held, 'x', true);
+    const { ctx, bbox } = u;
+    if (x < bbox.left - 1 || x > bbox.left + bbox.width + 1) return;
+    ctx.save();
+    ctx.strokeStyle = '#cc79a7';
+    ctx.setLineDash([]);
+    ctx.lineWidth = 2 * devicePixelRatio;
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.restore();
+  }
+
+  // Recorded along with the curve, from when that is first shown.
+  function record(name: string, which: Quantity): string | null {
+    const found = twin.tree?.jointByName.get(name);
+    if (!found) return null;
+    if (which === 'position' || which === 'error') for (const needed of ['target', TOLERANCE] as const) recorder.joint(found, needed);
+    return recorder.joint(found, which).key;
+  }
+
+  function add(key: string | null): void {
+    if (key !== null && !shown.includes(key)) shown.push(key);
     rebuild();
   }
 
   function remove(key: string): void {
     shown.splice(shown.indexOf(key), 1);
-    recorder.remove(key);
+    const needed = new Set(shown.flatMap((one) => [one, bandOf(one)?.centre, bandOf(one)?.width]));
+    for (const one of [key, bandOf(key)?.centre, bandOf(key)?.width]) if (one && !needed.has(one)) recorder.remove(one);
     rebuild();
   }
 
   function update(): void {
     if (!plot || recorder.count === 0) return;
-    const to = held ?? recorder.newest;
-    const data = recorder.window(to - span, to, shown, Math.max(200, plot.width * 1.5));
-    plot.setData(data as unknown as uPlot.AlignedData, false);
+    const to = held === null ? recorder.newest : right;
+    const keys = [...shown, ...bands.flatMap(({ centre, width: w }) => [centre ?? '', w])];
+    const columns = recorder.window(to - span, to, keys, Math.max(200, plot.width * 1.5));
+    const data = columns.slice(0, 1 + shown.length);
+    shown.forEach((key, i) => {
+      const by = factor(key);
+      if (by !== 1) data[i + 1] = data[i + 1]!.map((value) => value * by);
+    });
+    bands.forEach(({ key, centre }, i) => {
+      const by = factor(key);
+      const middle = columns[1 + shown.length + 2 * i]!, half = columns[2 + shown.length + 2 * i]!;
+      const side = (sign: number): Float64Array => half.map((w, k) => ((centre ? middle[k]! : 0) + sign * w) * by);
+      data.push(side(1), side(-1));
+    });
+    plot.setData(data.map((column, i) => (i === 0 ? column : Array.from(column, (v) => (Number.isNaN(v) ? null : v)))) as uPlot.AlignedData, false);
     plot.setScale('x', { min: to - span, max: to });
-    if (held !== null) scrub.value = String((held - recorder.oldest) / Math.max(1e-9, recorder.newest - recorder.oldest));
+    if (held !== null && document.activeElement !== scrub) scrub.value = String((held - recorder.oldest) / Math.max(1e-9, recorder.newest - recorder.oldest));
   }
 
   twin.robotChanged.on((tree) => {
     fill(joint, tree.moving.map((j) => h('option', { value: j.name }, j.name)));
+    joint.disabled = tree.size === 0;
     for (const key of [...shown]) if (!key.startsWith('topic:')) remove(key);
-    for (const j of tree.moving.filter((one) => !one.mimic).slice(0, 3)) shown.push(recorder.joint(j, 'position').key);
+    for (const j of tree.moving.filter((one) => !one.mimic).slice(0, 3)) shown.push(record(j.name, 'position')!);
+    goLive();
     rebuild();
   });
   plotWanted.on(({ topic, path }) => add(recorder.field(topic, path).key));
   addEventListener('themechange', rebuild);
+  settingsChanged.on((key) => {
+    if (key === 'degrees') rebuild();
+  });
+  host.addEventListener('pointerleave', () => {
+    hovered = null;
+    reflect();
+  });
   new ResizeObserver(() => plot?.setSize({ width: Math.max(100, host.clientWidth), height: Math.max(60, host.clientHeight) })).observe(host);
 
   return {
     id: 'plots', title: 'Plots', rate: 15, update,
     element: h('div', { class: 'plots-panel' },
       h('div', { class: 'tools' }, joint, quantity,
-        button('Add', 'Add this curve', () => {
-          const found = twin.tree?.jointByName.get(joint.value);
-          if (found) add(recorder.joint(found, quantity.value as Quantity).key);
-        }),
-        button('All joints', 'This quantity of all joints', () => {
+        button('Add', 'Add this curve', () => add(record(joint.value, quantity.value as Quantity))),
+        button('All joints', 'This quantity of all joints, of the first sixteen at most', () => {
           for (const j of (twin.tree?.moving ?? []).slice(0, 16)) {
-            const { key } = recorder.joint(j, quantity.value as Quantity);
-            if (!shown.includes(key)) shown.push(key);
+            const key = record(j.name, quantity.value as Quantity);
+            if (key !== null && !shown.includes(key)) shown.push(key);
           }
           rebuild();
         }),
@@ -132,12 +231,22 @@ export function plotsPanel(app: App, recorder: Recorder): Panel {
           for (const key of [...shown]) remove(key);
         }),
         h('span', { class: 'spacer' }), width, live, scrub,
-        button('CSV', 'Save the last minutes of these curves', () => download('doppel.csv', 'text/csv', recorder.csv(shown)))),
+        button('CSV', 'Save the last minutes of these curves, in radians and metres', () => {
+          if (shown.length === 0) toast('There are no curves to save.', 'warning');
+          else download('doppel.csv', 'text/csv', recorder.csv(shown));
+        })),
       chips, host, readout),
     shown: () => {
       endLoads = twin.watchLoads();
+      endWatch ??= parameters.watch();
       rebuild();
     },
-    hidden: () => endLoads(),
+    hidden: () => {
+      endLoads();
+      endWatch?.();
+      endWatch = null;
+      hovered = null;
+      goLive();
+    },
   };
 }

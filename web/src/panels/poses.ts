@@ -3,6 +3,7 @@ import type { App, Panel } from '../app/app';
 import { button, download, fill, h, toast } from '../app/dom';
 import { load, save } from '../app/settings';
 import type { Waypoint } from '../app/commander';
+import { waypointsYaml } from '../app/trajectories';
 
 interface Kept {
   name: string;
@@ -19,7 +20,12 @@ export function posesPanel(app: App): Panel {
   let poses: Kept[] = [];
   let steps: Step[] = [];
   let loop = false;
-  let timer: ReturnType<typeof setTimeout> | null = null;
+  const run = button('Play', 'Play the sequence as one trajectory', play, { 'aria-pressed': 'false' });
+  const file = h('input', { type: 'file', accept: '.json,application/json', hidden: true, onchange: () => {
+    if (file.files?.[0]) void open(file.files[0]);
+    file.value = '';
+  } });
+  let timer: ReturnType<typeof setInterval> | null = null;
   const poseList = h('div', { class: 'pose-list' });
   const stepList = h('ol', { class: 'step-list' });
   const name = h('input', { type: 'text', placeholder: 'name of the pose', 'aria-label': 'Name of the pose', onkeydown: (e: KeyboardEvent) => e.key === 'Enter' && keep() });
@@ -46,9 +52,10 @@ export function posesPanel(app: App): Panel {
     build();
   }
 
-  function play(): void {
-    if (!twin.tree || steps.length === 0) return;
+  // The sequence as waypoints from where the arm is.
+  function waypoints(): Waypoint[] {
     const points: Waypoint[] = [];
+    if (!twin.tree) return points;
     let from = Float64Array.from(twin.q);
     let time = 0;
     const joints = twin.tree.moving.filter((joint) => commander.canMove(joint));
@@ -62,16 +69,73 @@ export function posesPanel(app: App): Panel {
       if (step.pause > 0) points.push({ time: (time += step.pause), positions: to });
       from = to;
     }
+    return points;
+  }
+
+  function play(): void {
+    const points = waypoints();
+    const time = points[points.length - 1]?.time;
+    if (time === undefined || commander.stopped) {
+      toast(commander.stopped ? 'Stopped. Release the stop first.' : 'Add a pose to the sequence first.', 'warning');
+      return;
+    }
     commander.play(points);
     toast(`Playing ${steps.length} steps, ${time.toFixed(1)} s.`);
-    if (timer) clearTimeout(timer);
-    if (loop) timer = setTimeout(() => !commander.stopped && play(), time * 1000 + 100);
+    stopTimer();
+    // Trajectories run in the twin's time, which may be slower than ours or stand still.
+    const now = (): number => (commander.viewing ? performance.now() / 1000 : twin.simTime);
+    const end = now() + time + 0.1;
+    timer = setInterval(() => {
+      if (now() < end && now() > end - time - 5) return;
+      stopTimer();
+      if (loop && !commander.stopped) play();
+    }, 50);
+    reflect();
+  }
+
+  function stopTimer(): void {
+    if (timer) clearInterval(timer);
+    timer = null;
+    reflect();
   }
 
   function halt(): void {
-    if (timer) clearTimeout(timer);
-    timer = null;
+    stopTimer();
     commander.hold();
+  }
+
+  function reflect(): void {
+    run.setAttribute('aria-pressed', String(timer !== null));
+  }
+
+  async function copy(): Promise<void> {
+    const points = waypoints();
+    if (points.length === 0) {
+      toast('Add a pose to the sequence first.', 'warning');
+      return;
+    }
+    try {
+      await navigator.clipboard.writeText(waypointsYaml(twin, commander, points));
+      toast('The sequence is on the clipboard, as a YAML trajectory.');
+    } catch {
+      toast('The browser does not give the clipboard to this page.', 'warning');
+    }
+  }
+
+  async function open(file: File): Promise<void> {
+    try {
+      const read = JSON.parse(await file.text()) as { poses?: Kept[]; steps?: Step[] };
+      const good = (read.poses ?? []).filter((pose) => typeof pose.name === 'string' && pose.joints !== null && typeof pose.joints === 'object');
+      if (good.length === 0) throw new Error('there are no poses in it');
+      poses = [...poses.filter((pose) => !good.some((one) => one.name === pose.name)), ...good];
+      steps = (read.steps ?? []).filter((step) => poses.some((pose) => pose.name === step.pose))
+        .map((step) => ({ pose: step.pose, seconds: Math.max(0, Number(step.seconds) || 0), pause: Math.max(0, Number(step.pause) || 0) }));
+      store();
+      build();
+      toast(`${good.length} poses and ${steps.length} steps are here.`);
+    } catch (problem) {
+      toast(`${file.name} cannot be used: ${(problem as Error).message}`, 'error');
+    }
   }
 
   function build(): void {
@@ -95,9 +159,9 @@ export function posesPanel(app: App): Panel {
           step[field] = Math.max(0, Number(input.value) || 0);
           store();
         } });
-        return h('label', { class: 'muted', title: field === 'seconds' ? 'seconds of the way there; 0: as fast as allowed' : 'seconds to wait there' }, `${label} `, input);
+        return h('label', { class: 'field muted', title: field === 'seconds' ? 'seconds of the way there; 0: as fast as allowed' : 'seconds to wait there' }, `${label} `, input);
       };
-      return h('li', {}, h('span', { class: 'pose-name' }, step.pose), number('seconds', 'in'), number('pause', 'wait'),
+      return h('li', {}, h('div', { class: 'step' }, h('span', { class: 'pose-name' }, step.pose), number('seconds', 'in'), number('pause', 'wait'),
         button('↑', 'Earlier', () => {
           if (i > 0) [steps[i - 1], steps[i]] = [steps[i]!, steps[i - 1]!];
           store();
@@ -107,7 +171,7 @@ export function posesPanel(app: App): Panel {
           steps.splice(i, 1);
           store();
           build();
-        }, { class: 'icon' }));
+        }, { class: 'icon' })));
     }));
   }
 
@@ -118,15 +182,16 @@ export function posesPanel(app: App): Panel {
     build();
   });
   commander.stopChanged.on((stopped) => {
-    if (stopped && timer) clearTimeout(timer);
+    if (stopped) stopTimer();
   });
   const repeat = h('input', { type: 'checkbox', onchange: () => (loop = repeat.checked) });
   build();
   return {
     id: 'poses', title: 'Poses',
-    element: h('div', { class: 'padded' }, h('div', { class: 'row' }, name, button('Keep', 'Keep the commanded pose under this name', keep), h('span', { class: 'spacer' }),
+    element: h('div', { class: 'padded' }, h('div', { class: 'row keep-row' }, name, button('Keep', 'Keep the commanded pose under this name', keep),
+      button('Open', 'Take poses and a sequence from a file', () => file.click()), file,
       button('Save', 'Save poses and sequence to a file', () => download('poses.json', 'application/json', JSON.stringify({ poses, steps }, null, 2)))),
     poseList, h('h3', {}, 'Sequence'), stepList,
-    h('div', { class: 'row' }, button('Play', 'Play the sequence as one trajectory', play), button('Halt', 'Hold where the arm is', halt), h('label', { class: 'toggle' }, repeat, h('span', {}, 'again and again')))),
+    h('div', { class: 'row' }, run, button('Halt', 'Hold where the arm is', halt), button('Copy', 'Copy the sequence as a YAML trajectory', () => void copy()), h('label', { class: 'toggle' }, repeat, h('span', {}, 'again and again')))),
   };
 }

@@ -28,7 +28,7 @@ export function tfPanel(app: App): Panel {
       const out = h('span', { class: 'num muted age' });
       const pose = h('span', { class: 'num muted tf-pose' });
       const link = twin.tree?.linkIndex.get(frame);
-      rows.push([h('div', { class: 'tf-row', style: `padding-left:${10 + Math.min(depth, 14) * 14}px` },
+      rows.push([h('div', { class: 'tf-row', style: `--depth:${Math.min(depth, 14)}` },
         link === undefined ? h('span', {}, frame) : h('button', { type: 'button', class: 'plain', title: `Select ${frame}`, onclick: () => app.select({ link }) }, frame), pose, out), { frame, out, pose }]);
       for (const child of children.get(frame) ?? []) walk(child, depth + 1);
     };

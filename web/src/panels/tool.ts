@@ -4,12 +4,12 @@ import { button, fill, h, say, toggle } from '../app/dom';
 import type { Jog } from '../app/jog';
 import { set, settings } from '../app/settings';
 import type { ToolDriver } from '../app/tool';
+import { millimetres } from '../app/units';
 import { STRIDE } from '../robot/tree';
 import type { ToolHandle } from '../scene/handle';
 import type { Pusher } from '../scene/push';
 
 const AXES = ['x', 'y', 'z'] as const;
-const millimetres = (metres: number): string => (metres * 1000).toFixed(1).replace(/^-(0\.0)$/, '$1');
 
 export function toolPanel(app: App, driver: ToolDriver, handle: ToolHandle, jog: Jog, pusher: Pusher): Panel {
   const { twin, world } = app;

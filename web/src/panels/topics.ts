@@ -1,6 +1,8 @@
-// Topics with their rates; the last message as a tree, and a form to publish one.
+// Topics with their rates, the last message as a tree or a picture, a form to publish one; services, called by form.
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say, toast } from '../app/dom';
+import { drawImage, isImage } from '../app/image';
+import { formFields, invalid } from '../app/form';
 import { blank, type Message, type Value } from '../protocol/cdr';
 import type { MessageType } from '../protocol/schema';
 import { plotWanted } from './plots';
@@ -15,7 +17,13 @@ export function topicsPanel(app: App): Panel {
   const list = h('ul', { class: 'topic-list', role: 'listbox', 'aria-label': 'Topics' });
   const tree = h('div', { class: 'message-tree' });
   const head = h('div', { class: 'tools' });
-  const search = h('input', { type: 'text', placeholder: 'search', 'aria-label': 'Search topics', oninput: () => build() });
+  const search = h('input', { type: 'text', placeholder: 'search', 'aria-label': 'Search topics and services', oninput: () => build() });
+  const canvas = h('canvas', { role: 'img', 'aria-label': 'The last image' });
+  const caption = h('figcaption', { class: 'muted' });
+  let drawing = false;
+  let publishing = false;
+  let kind: 'topics' | 'services' = 'topics';
+  const kinds = h('div', { class: 'segments', role: 'group', 'aria-label': 'What is listed' }, button('Topics', 'Topics', () => showKind('topics'), { 'aria-pressed': 'true' }), button('Services', 'Services', () => showKind('services'), { 'aria-pressed': 'false' }));
   let chosen = '';
   let end: (() => void) | null = null;
   let last: Message | null = null;
@@ -26,36 +34,67 @@ export function topicsPanel(app: App): Panel {
   let shape = '';
   const rates = new Map<string, { out: HTMLElement; count: number; at: number }>();
 
+  function entry(name: string, title: string, pick: () => void, more: HTMLElement | null): HTMLElement {
+    return h('li', {}, h('button', { type: 'button', role: 'option', 'aria-selected': String(name === chosen), title: `${name}\n${title}`, onclick: pick }, h('span', { class: 'topic-name' }, name), more));
+  }
+
   function build(): void {
-    const topics = [...client.channels.values()].sort((a, b) => (a.topic < b.topic ? -1 : 1)).filter((c) => c.topic.includes(search.value));
+    const wanted = search.value.toLowerCase();
+    const fits = (name: string): boolean => name.toLowerCase().includes(wanted);
     rates.clear();
-    fill(list, topics.length === 0 ? h('li', { class: 'empty' }, 'No topics.') : topics.map((channel) => {
-      const out = h('span', { class: 'num muted rate' });
-      rates.set(channel.topic, { out, count: client.received.get(channel.topic)?.count ?? 0, at: performance.now() });
-      return h('li', {}, h('button', { type: 'button', role: 'option', 'aria-selected': String(channel.topic === chosen), title: channel.schemaName, onclick: () => choose(channel.topic) },
-        h('span', { class: 'topic-name' }, channel.topic), out));
-    }));
+    const entries = kind === 'services'
+      ? [...client.services.values()].filter((s) => fits(s.name)).sort((a, b) => (a.name < b.name ? -1 : 1)).map((s) => entry(s.name, s.type, () => chooseService(s.name), null))
+      : [...client.channels.values()].filter((c) => fits(c.topic)).sort((a, b) => (a.topic < b.topic ? -1 : 1)).map((channel) => {
+        const out = h('span', { class: 'num muted rate' });
+        rates.set(channel.topic, { out, count: client.received.get(channel.topic)?.count ?? 0, at: performance.now() });
+        return entry(channel.topic, channel.schemaName, () => choose(channel.topic), out);
+      });
+    fill(list, entries.length === 0 ? h('li', { class: 'empty' }, wanted ? 'None of this name.' : `No ${kind} yet.`) : entries);
+  }
+
+  function showKind(next: typeof kind): void {
+    kind = next;
+    for (const b of kinds.children) b.setAttribute('aria-pressed', String(b.textContent?.toLowerCase() === kind));
+    list.setAttribute('aria-label', next === 'topics' ? 'Topics' : 'Services');
+    build();
+  }
+
+  function mark(): void {
+    for (const item of list.querySelectorAll('button')) item.setAttribute('aria-selected', String(item.querySelector('.topic-name')?.textContent === chosen));
   }
 
   function choose(topic: string): void {
     end?.();
     chosen = topic;
     last = null;
-    shape = '';
     held = false;
-    fill(tree, h('p', { class: 'empty' }, 'No message yet.'));
-    for (const item of list.querySelectorAll('button')) item.setAttribute('aria-selected', String(item.querySelector('.topic-name')?.textContent === topic));
-    const channel = client.channel(topic);
+    mark();
+    const schema = client.channel(topic)?.schemaName ?? '';
     const hold = button('Hold', 'Keep this message', () => {
       held = !held;
       hold.setAttribute('aria-pressed', String(held));
-    });
-    fill(head, h('span', { class: 'muted' }, channel?.schemaName ?? ''), h('span', { class: 'spacer' }), hold, button('Publish…', 'Publish a message to this topic', () => publishForm(topic)));
+    }, { 'aria-pressed': 'false' });
+    const publish = button('Publish…', 'Publish a message to this topic', () => {
+      publishing = !publishing;
+      reflect();
+    }, { id: 'publish' });
+    const reflect = (): void => {
+      publish.setAttribute('aria-pressed', String(publishing));
+      hold.disabled = publishing;
+      shape = '';
+      if (publishing) publishForm();
+      else if (last) show();
+      else fill(tree, h('p', { class: 'empty' }, 'No message yet.'));
+    };
+    publishing = false;
+    fill(head, h('span', { class: 'muted schema', title: schema }, schema), h('span', { class: 'spacer' }), hold, publish);
+    reflect();
     listen();
   }
 
   function listen(): void {
-    end = chosen === '' || !visible ? null : client.subscribe(chosen, (message) => {
+    end?.();
+    end = chosen === '' || !visible || client.services.has(chosen) ? null : client.subscribe(chosen, (message) => {
       if (held) return;
       last = message;
       fresh = true;
@@ -77,29 +116,34 @@ export function topicsPanel(app: App): Panel {
     return String(value);
   }
 
-  function node(name: string, value: Value, path: Path): HTMLElement {
+  function node(name: string, value: Value, path: Path, plots = true): HTMLElement {
     if (typeof value === 'object' && !(value instanceof Uint8Array)) {
       const entries: [string | number, Value][] = Array.isArray(value) ? value.slice(0, MOST_ELEMENTS).map((v, i) => [i, v]) : Object.entries(value);
       const more = Array.isArray(value) && value.length > MOST_ELEMENTS ? h('div', { class: 'muted' }, `… ${value.length - MOST_ELEMENTS} more`) : null;
       return h('details', { open: path.length < 3 && entries.length <= 30 }, h('summary', {}, name, Array.isArray(value) ? h('span', { class: 'muted' }, ` [${value.length}]`) : null),
-        entries.map(([key, v]) => node(String(key), v, [...path, key])), more);
+        entries.map(([key, v]) => node(String(key), v, [...path, key], plots)), more);
     }
     const out = h('span', { class: 'num leaf' }, textOf(value));
     leaves.push({ node: out, path });
     return h('div', { class: 'leaf-row' }, h('span', { class: 'muted' }, name), out,
-      typeof value === 'number' ? button('plot', `Plot ${path.join('.')}`, () => {
+      typeof value === 'number' && plots ? button('plot', `Plot ${path.join('.')}`, () => {
         plotWanted.emit({ topic: chosen, path });
         toast('It is among the plots now.');
       }, { class: 'plot-it' }) : null);
   }
 
   function show(): void {
-    if (!last) return;
+    if (!last || publishing) return;
+    const schema = client.channel(chosen)?.schemaName ?? '';
+    if (isImage(schema) && !drawing) {
+      drawing = true;
+      void drawImage(last, canvas).then((text) => say(caption, text)).finally(() => (drawing = false));
+    }
     const now = shapeOf(last);
     if (now !== shape) {
       shape = now;
       leaves = [];
-      fill(tree, Object.entries(last).map(([key, value]) => node(key, value, [key])));
+      fill(tree, isImage(schema) ? h('figure', { class: 'image' }, canvas, caption) : null, Object.entries(last).map(([key, value]) => node(key, value, [key])));
       if (leaves.length === 0) fill(tree, h('p', { class: 'empty' }, 'An empty message.'));
       return;
     }
@@ -110,61 +154,71 @@ export function topicsPanel(app: App): Panel {
     }
   }
 
-  function publishForm(topic: string): void {
-    const typeName = client.channel(topic)?.schemaName ?? '';
-    const type = client.type(typeName);
-    if (!type) return;
-    const value = blank(type);
-    const dialog = h('dialog', { class: 'publish' });
-    const close = (): void => dialog.close();
-    fill(dialog, h('h2', {}, `Publish to ${topic}`), h('p', { class: 'muted' }, typeName), h('div', { class: 'form' }, fields(type, value)),
-      h('div', { class: 'row' }, h('span', { class: 'spacer' }), button('Close', 'Close', close), button('Publish', 'Publish once', () => {
-        try {
-          client.publish(topic, typeName, value);
-          toast(`Published to ${topic}.`);
-        } catch (problem) {
-          toast((problem as Error).message, 'error');
-        }
-      }, { class: 'on' })));
-    dialog.addEventListener('close', () => dialog.remove());
-    document.body.appendChild(dialog);
-    dialog.showModal();
+  // -- forms
+
+  function form(title: string, type: MessageType, value: Message, verb: string, send: (value: Message) => void, more: HTMLElement[] = []): void {
+    const fields = h('form', { class: 'form', onsubmit: (event: Event) => {
+      event.preventDefault();
+      const wrong = invalid(fields);
+      if (wrong) wrong.reportValidity();
+      else send(value);
+    } }, formFields(type, value));
+    const go = button(verb, `${verb}: ${title}`, () => fields.requestSubmit(), { class: 'on', id: 'form-send' });
+    fill(tree, fields, h('div', { class: 'row form-row' }, more, h('span', { class: 'spacer' }), go));
   }
 
-  function fields(type: MessageType, value: Message): HTMLElement[] {
-    return type.fields.map((field) => {
-      if (field.message && !field.list) {
-        return h('fieldset', {}, h('legend', {}, field.name), fields(field.message, value[field.name] as Message));
+  function publishForm(value?: Message): void {
+    const typeName = client.channel(chosen)?.schemaName ?? '';
+    const type = client.type(typeName);
+    if (!type) return;
+    const latest = last;
+    form(chosen, type, value ?? blank(type), 'Publish', (message) => {
+      try {
+        client.publish(chosen, typeName, message);
+        toast(`Published to ${chosen}.`);
+      } catch (problem) {
+        toast((problem as Error).message, 'error');
       }
-      if (field.type === 'bool' && !field.list) {
-        const box = h('input', { type: 'checkbox', checked: value[field.name] === true, onchange: () => (value[field.name] = box.checked) });
-        return h('label', {}, h('span', {}, field.name), box);
-      }
-      const listed = field.list || field.message;
-      const input = h('input', { type: 'text', spellcheck: false, value: listed ? JSON.stringify(value[field.name]) : String(value[field.name]), title: field.typeName + (listed ? '[] as JSON' : '') });
-      input.addEventListener('input', () => {
-        try {
-          value[field.name] = listed ? (JSON.parse(input.value) as Value) : field.type === 'string' ? input.value : Number(input.value.replace(',', '.'));
-          if (!listed && field.type !== 'string' && (input.value.trim() === '' || Number.isNaN(value[field.name]))) throw new Error('no number');
-          input.setCustomValidity('');
-        } catch {
-          input.setCustomValidity(listed ? 'JSON is wanted here' : 'a number is wanted here');
-        }
-        input.reportValidity();
-      });
-      return h('label', {}, h('span', {}, field.name, h('small', { class: 'muted' }, ` ${field.typeName}${field.list ? '[]' : ''}`)), input);
+    }, [button('From the last message', 'Fill the form with the last message', () => publishForm(structuredClone(latest!)), { disabled: latest === null })]);
+  }
+
+  function callForm(service: string): void {
+    const type = client.requestType(service);
+    if (!type) return;
+    const answer = h('div', { class: 'answer', role: 'status' });
+    form(service, type, blank(type), 'Call', (request) => {
+      const began = performance.now();
+      fill(answer, h('p', { class: 'muted' }, 'Asked.'));
+      client.call(service, request, 30000).then(
+        (message) => {
+          leaves = [];
+          fill(answer, h('p', { class: 'muted' }, `Answered in ${(performance.now() - began).toFixed(0)} ms.`), Object.entries(message).map(([key, one]) => node(key, one, [key], false)));
+          answer.scrollIntoView({ block: 'nearest' });
+        },
+        (problem: Error) => fill(answer, h('p', { class: 'error' }, problem.message)));
     });
+    tree.append(answer);
+  }
+
+  function chooseService(service: string): void {
+    end?.();
+    end = null;
+    chosen = service;
+    last = null;
+    mark();
+    fill(head, h('span', { class: 'muted' }, client.services.get(service)?.type ?? ''));
+    callForm(service);
   }
 
   let known = '';
   twin.graphChanged.on(() => {
-    const now = [...client.channels.values()].map((c) => c.topic).join();
+    const now = [...[...client.channels.values()].map((c) => c.topic), ...client.services.keys()].join();
     if (now !== known) build();
     known = now;
   });
   return {
     id: 'topics', title: 'Topics', rate: 8,
-    element: h('div', { class: 'topics-panel' }, h('div', { class: 'topics-left' }, h('div', { class: 'tools' }, search), list), h('div', { class: 'topics-right' }, head, tree)),
+    element: h('div', { class: 'topics-panel' }, h('div', { class: 'topics-left' }, h('div', { class: 'tools' }, kinds, search), list), h('div', { class: 'topics-right' }, head, tree)),
     update: () => {
       if (fresh) {
         fresh = false;

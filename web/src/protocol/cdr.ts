@@ -224,6 +224,6 @@ export function blank(type: MessageType): Message {
   return out;
 }
 
-function zero(field: Field): Value {
+export function zero(field: Field): Value {
   return field.type === 'string' || field.type === 'wstring' ? '' : field.type === 'bool' ? false : 0;
 }

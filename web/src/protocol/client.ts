@@ -3,7 +3,7 @@
 
 import { readCdr, writeCdr, type Message } from './cdr';
 import { callFrame, FrameError, messageFrame, readServerBinary, readServerText, SUBPROTOCOL } from './frames';
-import type { ChannelOffer, ServerText, ServiceOffer } from './frames';
+import type { ChannelOffer, Parameter, ServerText, ServiceOffer } from './frames';
 import { parseSchema, shortName, type MessageType } from './schema';
 import { BUILTIN } from './builtin';
 
@@ -55,6 +55,7 @@ export class Client {
   onphase: (phase: Phase) => void = () => {};
   ongraph: () => void = () => {};
   onstatus: (level: number, message: string) => void = () => {};
+  onparameters: (values: Parameter[]) => void = () => {};
   bytes = 0;
 
   private socket: SocketLike | null = null;
@@ -67,6 +68,8 @@ export class Client {
   private readonly calls = new Map<number, Pending>();
   private readonly assets = new Map<number, { done: (data: Uint8Array) => void; failed: (e: Error) => void }>();
   private readonly types = new Map<string, MessageType>();
+  private readonly asked = new Map<string, { done: (values: Parameter[]) => void; failed: (e: Error) => void; about: string; errors: string[] }>();
+  private watching = false;
 
   constructor(private readonly options: ClientOptions) {
     for (const [name, text] of Object.entries(BUILTIN)) this.learn(name, text);
@@ -103,6 +106,8 @@ export class Client {
     }
     for (const asset of this.assets.values()) asset.failed(new Error('the connection was lost'));
     this.assets.clear();
+    for (const request of this.asked.values()) request.failed(new Error('the connection was lost'));
+    this.asked.clear();
     this.channels.clear();
     this.services.clear();
     for (const subscription of this.subscriptions.values()) {
@@ -138,9 +143,20 @@ export class Client {
         this.capabilities = new Set(frame.capabilities);
         for (const subscription of this.subscriptions.values()) subscription.last = null;
         if (this.advertised.size > 0) this.advertiseNow([...this.advertised.values()]);
+        if (this.watching) this.send({ op: 'subscribeParameterUpdates', parameterNames: [] });
         this.setPhase('open');
         break;
+      case 'parameterValues': {
+        const request = this.asked.get(frame.id ?? '');
+        this.asked.delete(frame.id ?? '');
+        if (request && request.errors.length > 0) request.failed(new Error(request.errors.join('; ')));
+        else request?.done(frame.parameters);
+        this.onparameters(frame.parameters);
+        break;
+      }
       case 'status':
+        // What a node has against a value comes as a status that begins with the parameter's name.
+        for (const { about, errors } of this.asked.values()) if (about && frame.message.startsWith(`${about}: `)) errors.push(frame.message.slice(about.length + 2));
         this.onstatus(frame.level, frame.message);
         break;
       case 'advertise':
@@ -338,6 +354,34 @@ export class Client {
       const requestId = this.nextId++;
       this.assets.set(requestId, { done, failed });
       this.send({ op: 'fetchAsset', requestId, uri });
+    });
+  }
+
+  // -- parameters
+
+  // All values there are, now and whenever one changes, to `onparameters`.
+  watchParameters(on: boolean): void {
+    if (on === this.watching) return;
+    this.watching = on;
+    this.send({ op: on ? 'subscribeParameterUpdates' : 'unsubscribeParameterUpdates', parameterNames: [] });
+  }
+
+  getParameters(names: string[] = []): Promise<Parameter[]> {
+    return this.askParameters('', { op: 'getParameters', parameterNames: names });
+  }
+
+  // Fails with the reason of the node that refuses.
+  setParameter(parameter: Parameter): Promise<Parameter[]> {
+    return this.askParameters(parameter.name, { op: 'setParameters', parameters: [parameter] });
+  }
+
+  private askParameters(about: string, frame: object): Promise<Parameter[]> {
+    const id = `page${this.nextId++}`;
+    if (this.phase !== 'open') return Promise.reject(new Error('not connected'));
+    return new Promise((done, failed) => {
+      this.asked.set(id, { done, failed, about, errors: [] });
+      setTimeout(() => this.asked.delete(id) && failed(new Error('no answer within 5 s')), 5000);
+      this.send({ ...frame, id });
     });
   }
 

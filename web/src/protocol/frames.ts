@@ -29,6 +29,7 @@ export type ServerText =
   | { op: 'advertiseServices'; services: ServiceOffer[] }
   | { op: 'unadvertiseServices'; serviceIds: number[] }
   | { op: 'serviceCallFailure'; serviceId: number; callId: number; message: string }
+  | { op: 'parameterValues'; parameters: Parameter[]; id?: string }
   | { op: 'connectionGraphUpdate'; publishedTopics: Named[]; subscribedTopics: Named[]; removedTopics: string[] }
   | { op: 'other' };
 
@@ -36,6 +37,14 @@ export interface Named {
   name: string;
   publisherIds?: string[];
   subscriberIds?: string[];
+}
+
+export type ParameterValue = boolean | number | string | boolean[] | number[] | string[];
+
+export interface Parameter {
+  name: string; // "/node.parameter"
+  value?: ParameterValue; // absent: there is none of this name
+  type?: string; // "float64", "float64_array": numbers that are no whole ones by type
 }
 
 export type ServerBinary =
@@ -141,6 +150,8 @@ export function readServerText(text: string): ServerText {
         subscribedTopics: (raw['subscribedTopics'] ?? []) as Named[],
         removedTopics: (raw['removedTopics'] ?? []) as string[],
       };
+    case 'parameterValues':
+      return { op: 'parameterValues', parameters: (raw['parameters'] ?? []) as Parameter[], id: raw['id'] as string | undefined };
     case 'serverInfo':
     case 'status':
     case 'advertise':

@@ -42,12 +42,20 @@ export function frameAxes(length: number): THREE.Group {
   return group;
 }
 
+// How many frames of links above stand in the same place, so that names do not lie on each other.
+function stacked(tree: Tree, link: number, near: number): number {
+  let count = 0;
+  for (let joint = tree.parentJoint[link]; joint && joint.index < 0 && Math.hypot(...joint.origin.xyz) < near; joint = tree.parentJoint[joint.parentLink]) count += 1;
+  return count;
+}
+
 export function frames(size: number): LayerMaker {
   return (tree, link, into) => {
     into.add(frameAxes(size * 0.12));
     const dark = document.documentElement.dataset['theme'] === 'dark';
     const text = label(tree.links[link]!, dark ? '#e6e9ec' : '#1b1f24', size * 0.034);
     text.position.set(size * 0.012, 0, size * 0.012);
+    text.center.y = -1.1 * stacked(tree, link, size * 0.03);
     into.add(text);
   };
 }
@@ -85,6 +93,8 @@ export const inertiaBoxes: LayerMaker = (tree, link, into) => {
   holder.add(box);
   into.add(holder);
 };
+
+const sectorMaterial = new THREE.MeshBasicMaterial({ color: 0xe69f00, transparent: true, opacity: 0.16, side: THREE.DoubleSide, depthTest: false, depthWrite: false });
 
 // The joint that carries the link: its axis and the arc that it may go, in the joint's frame; turns back by q.
 export class AxisLayer {
@@ -125,7 +135,10 @@ export class AxisLayer {
       }
       if (bounded) points.push(...at(from, radius * 0.8), ...at(from, radius * 1.15), ...at(to, radius * 0.8), ...at(to, radius * 1.15));
       const still = new THREE.Group();
-      still.add(lines(points, 0xe69f00, 0.9));
+      const sector = new THREE.Mesh(new THREE.RingGeometry(radius * 0.08, radius, steps, 1, from, to - from), sectorMaterial);
+      sector.setRotationFromMatrix(new THREE.Matrix4().makeBasis(u, v, along));
+      sector.renderOrder = 8;
+      still.add(sector, lines(points, 0xe69f00, 0.9));
       into.add(still, lines([...at(0, 0), ...at(0, radius)], 0xd55e00));
       this.arcs.push({ joint: joint.index, group: still });
       still.userData['axis'] = along;

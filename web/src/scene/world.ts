@@ -5,6 +5,7 @@ import { set, settings } from '../app/settings';
 import { Signal, Standing } from '../app/signal';
 import type { AssetStore } from '../robot/assets';
 import type { Twin } from '../app/twin';
+import { COMMANDED, ghostMaterial, PAST } from '../robot/materials';
 import { MeshStore } from '../robot/meshes';
 import { RobotView, type Layer, type LayerMaker } from '../robot/view';
 import { STRIDE, type Tree } from '../robot/tree';
@@ -14,6 +15,7 @@ import { Stage } from './stage';
 import { Trace } from './trace';
 
 const PATIENCE = 1200; // ms after which the ground is drawn without a robot
+const PICKED = new THREE.Color(0x0b6bcb);
 
 export class World {
   readonly stage: Stage;
@@ -31,6 +33,7 @@ export class World {
   private axes = new AxisLayer();
   private ghostPoses = new Float64Array();
   private stale = false;
+  private past: ArrayLike<number> | null = null;
   private complete = false; // shadows and ground wait for the first picture
   private fitted = false;
   private highlighted: { mesh: THREE.Mesh; material: THREE.Material | THREE.Material[] }[] = [];
@@ -55,6 +58,12 @@ export class World {
       this.stage.invalidate();
     });
     this.stage.frame.on(() => this.place());
+    // Where the arm stands still, only the end of the difference to the target takes the ghost away.
+    twin.sampled.on(() => {
+      if (!this.ghost?.root.visible || this.past !== null || this.ghostDiffers()) return;
+      this.stale = true;
+      this.stage.invalidate();
+    });
     this.applyOthers();
     setTimeout(() => this.stage.begin(), PATIENCE);
     twin.referenceChanged.on(() => {
@@ -68,6 +77,7 @@ export class World {
     this.highlightedLink = -1;
     this.axes = new AxisLayer();
     this.ghostPoses = tree.newPoses();
+    this.showPast(null);
     this.view = new RobotView(tree, this.meshes, () => this.loaded());
     this.ghost = new RobotView(tree, this.meshes, this.stage.invalidate, true);
     this.view.place(this.twin.poses);
@@ -179,6 +189,15 @@ export class World {
     this.stage.invalidate();
   }
 
+  // The ghost shows these positions, of a moment that is gone, instead of what is commanded; null: no longer.
+  showPast(q: ArrayLike<number> | null): void {
+    if (q === null && this.past === null) return;
+    this.past = q;
+    ghostMaterial.color.set(q ? PAST : COMMANDED);
+    this.stale = true;
+    this.stage.invalidate();
+  }
+
   private ghostDiffers(): boolean {
     const { q, target, tree } = this.twin;
     if (!tree) return false;
@@ -197,12 +216,12 @@ export class World {
     const o = this.tool * STRIDE;
     if (settings.layers['trace']) this.trace.add(twin.poses[o]!, twin.poses[o + 1]!, twin.poses[o + 2]!);
     if (!ghost) return;
-    const show = (settings.layers['ghost'] ?? true) && !this.commander.viewing && !this.commander.stopped && this.ghostDiffers();
+    const show = this.past !== null || (settings.layers['ghost'] ?? true) && !this.commander.viewing && !this.commander.stopped && this.ghostDiffers();
     if (show) {
       ghost.show('visual', true);
       const root = view.tree.root * STRIDE;
       this.ghostPoses.set(twin.poses.subarray(root, root + STRIDE), root);
-      view.tree.forward(twin.target, this.ghostPoses);
+      view.tree.forward(this.past ?? twin.target, this.ghostPoses);
       ghost.place(this.ghostPoses);
     }
     ghost.root.visible = show;
@@ -218,9 +237,12 @@ export class World {
         this.highlighted.push({ mesh, material: mesh.material });
         const base = Array.isArray(mesh.material) ? mesh.material[0]! : mesh.material;
         const glowing = base.clone() as THREE.MeshStandardMaterial;
+        glowing.color.lerp(PICKED, 0.75);
         if (glowing.emissive) {
-          glowing.emissive.set(0x0b6bcb);
-          glowing.emissiveIntensity = 0.45;
+          glowing.emissive.copy(PICKED);
+          glowing.emissiveIntensity = 0.35;
+        } else {
+          glowing.opacity = Math.max(glowing.opacity, 0.4);
         }
         mesh.material = glowing;
       }

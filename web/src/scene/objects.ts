@@ -1,0 +1,283 @@
+// Loose and fixed objects of the world, as /doppel/objects tells them; a handle on the one that is selected.
+import * as THREE from 'three';
+import type { TransformControls } from 'three/addons/controls/TransformControls.js';
+import type { App } from '../app/app';
+import { toast } from '../app/dom';
+import { Signal } from '../app/signal';
+import type { Message } from '../protocol/cdr';
+import { materialOf } from '../robot/materials';
+import type { Picker } from './picking';
+
+export const OBJECTS_TOPIC = '/doppel/objects';
+export const SPAWN = '/spawn_entity', DELETE = '/delete_entity', SET_STATE = '/gazebo/set_entity_state';
+const PERIOD = 40; // ms between two poses that the hand sends
+const ACTION = { remove: 2, removeAll: 3 }; // visualization_msgs/Marker
+const MARKER = { cube: 1, sphere: 2, cylinder: 3, mesh: 10 };
+
+export interface WorldObject {
+  name: string;
+  holder: THREE.Group;
+  shape: string; // what its look was made of
+}
+
+type Vector = { x: number; y: number; z: number };
+
+export class ObjectLayer {
+  readonly objects = new Map<string, WorldObject>();
+  readonly listChanged = new Signal();
+  readonly selectedChanged = new Signal<string | null>();
+  readonly placingChanged = new Signal<boolean>();
+  selected: string | null = null;
+  private readonly root = new THREE.Group();
+  private readonly proxy = new THREE.Object3D();
+  private controls: TransformControls | null = null;
+  private outline: THREE.Box3Helper | null = null;
+  private sentAt = 0;
+  private placed: ((at: THREE.Vector3) => void) | null = null;
+
+  constructor(private readonly app: App, private readonly picker: Picker) {
+    const { world, twin } = app;
+    world.stage.scene.add(this.root, this.proxy);
+    twin.client.subscribe(OBJECTS_TOPIC, (m) => this.take(m));
+    twin.phaseChanged.on((phase) => {
+      if (phase === 'lost') this.clear();
+    });
+    app.selected.on((selection) => {
+      if (selection) this.select(null);
+    });
+  }
+
+  // Why objects cannot be changed here; '' when they can.
+  get missing(): string {
+    const { services } = this.app.twin.client;
+    const lacking = [SPAWN, DELETE, SET_STATE].filter((name) => !services.has(name));
+    return lacking.length === 0 ? '' : `This twin takes no objects: it does not offer ${lacking.join(', ')}.`;
+  }
+
+  private clear(): void {
+    this.select(null);
+    this.root.clear();
+    this.objects.clear();
+    this.listChanged.emit();
+    this.app.world.stage.moved();
+  }
+
+  private take(message: Message): void {
+    let changed = false;
+    for (const marker of message['markers'] as Message[]) {
+      const action = Number(marker['action']);
+      const name = String(marker['text']) || String(marker['id']);
+      if (action === ACTION.removeAll) {
+        this.clear();
+      } else if (action === ACTION.remove) {
+        changed = this.drop(Number(marker['id'])) || changed;
+      } else {
+        changed = this.put(name, marker) || changed;
+      }
+    }
+    if (changed) this.listChanged.emit();
+    this.showOutline();
+    this.app.world.stage.moved();
+  }
+
+  private drop(id: number): boolean {
+    for (const [name, object] of this.objects) {
+      if (object.holder.userData['id'] !== id) continue;
+      if (this.selected === name) this.select(null);
+      this.root.remove(object.holder);
+      this.objects.delete(name);
+      return true;
+    }
+    return false;
+  }
+
+  private put(name: string, marker: Message): boolean {
+    let object = this.objects.get(name);
+    const made = object === undefined;
+    if (!object) {
+      object = { name, holder: new THREE.Group(), shape: '' };
+      object.holder.userData['object'] = name;
+      this.objects.set(name, object);
+      this.root.add(object.holder);
+    }
+    object.holder.userData['id'] = Number(marker['id']);
+    this.look(object, marker);
+    const { position: p, orientation: q } = marker['pose'] as unknown as { position: Vector; orientation: Vector & { w: number } };
+    if (this.controls?.dragging && this.selected === name) return made;
+    object.holder.position.set(p.x, p.y, p.z);
+    object.holder.quaternion.set(q.x, q.y, q.z, q.w);
+    if (this.selected === name) this.follow(object);
+    return made;
+  }
+
+  private look(object: WorldObject, marker: Message): void {
+    const scale = marker['scale'] as unknown as Vector;
+    const colour = marker['color'] as unknown as { r: number; g: number; b: number; a: number };
+    const type = Number(marker['type']);
+    const uri = String(marker['mesh_resource'] ?? '');
+    const shape = JSON.stringify([type, scale, colour, uri]);
+    if (shape === object.shape) return;
+    object.shape = shape;
+    object.holder.clear();
+    const embedded = type === MARKER.mesh && marker['mesh_use_embedded_materials'] === true;
+    const rgba: [number, number, number, number] = [colour.r, colour.g, colour.b, colour.a > 0 ? colour.a : 1];
+    const material = materialOf({ name: '', color: rgba, texture: null });
+    const add = (made: THREE.Object3D): void => {
+      made.traverse((one) => {
+        if (!(one instanceof THREE.Mesh)) return;
+        one.castShadow = one.receiveShadow = true;
+        if (!embedded) one.material = material;
+      });
+      made.scale.set(scale.x || 1, scale.y || 1, scale.z || 1);
+      object.holder.add(made);
+      this.app.world.stage.moved();
+    };
+    if (type === MARKER.sphere) add(new THREE.Mesh(new THREE.SphereGeometry(0.5, 32, 20), material));
+    else if (type === MARKER.cylinder) add(new THREE.Mesh(new THREE.CylinderGeometry(0.5, 0.5, 1, 40).rotateX(Math.PI / 2), material));
+    else if (type === MARKER.mesh) {
+      this.app.world.meshes.get(uri).then((loaded) => {
+        if (object.shape === shape) add('geometry' in loaded ? new THREE.Mesh(loaded.geometry, material) : loaded.object.clone());
+      }, (problem: Error) => toast(`${object.name}: ${problem.message}`, 'warning'));
+    } else add(new THREE.Mesh(new THREE.BoxGeometry(1, 1, 1), material));
+  }
+
+  // -- the hand
+
+  // The next click on the ground says where; calling it again takes that back.
+  place(then: ((at: THREE.Vector3) => void) | null): void {
+    this.placed = then;
+    this.placingChanged.emit(then !== null);
+  }
+
+  get placing(): boolean {
+    return this.placed !== null;
+  }
+
+  // Whether the pointer is on the handle, or moves an object.
+  get busy(): boolean {
+    return this.controls !== null && this.selected !== null && (this.controls.dragging || this.controls.axis !== null);
+  }
+
+  // A click in the picture; true: it was meant for the objects. `nearest`: how far the robot is under the pointer.
+  click(event: { clientX: number; clientY: number }, nearest: number): boolean {
+    const ray = this.picker.rayAt(event);
+    if (this.placed) {
+      const at = ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), 0), new THREE.Vector3());
+      if (!at || at.length() > 100) return true;
+      const then = this.placed;
+      this.place(null);
+      then(at);
+      return true;
+    }
+    const found = new THREE.Raycaster(ray.origin, ray.direction).intersectObjects(this.root.children, true)[0];
+    if (!found || found.distance > nearest) {
+      this.select(null);
+      return false;
+    }
+    let at: THREE.Object3D | null = found.object;
+    while (at && at.userData['object'] === undefined) at = at.parent;
+    if (!at) return false;
+    this.app.select(null);
+    this.select(String(at.userData['object']));
+    return true;
+  }
+
+  select(name: string | null): void {
+    if (name === this.selected) return;
+    this.selected = name;
+    const object = name === null ? undefined : this.objects.get(name);
+    if (object && this.missing === '') void this.hold(object);
+    else this.letGo();
+    this.showOutline();
+    this.selectedChanged.emit(name);
+    this.app.world.stage.invalidate();
+  }
+
+  private async hold(object: WorldObject): Promise<void> {
+    const { stage, camera } = this.app.world;
+    if (!this.controls) {
+      const { TransformControls } = await import('three/addons/controls/TransformControls.js');
+      const controls = new TransformControls(stage.camera, stage.renderer.domElement);
+      controls.setSize(0.6);
+      controls.addEventListener('change', stage.invalidate);
+      controls.addEventListener('dragging-changed', (event) => {
+        camera.controls.enabled = !(event as unknown as { value: boolean }).value;
+        if (camera.controls.enabled) this.send(true);
+      });
+      controls.addEventListener('objectChange', () => this.drag());
+      stage.scene.add(controls.getHelper());
+      this.controls = controls;
+    }
+    if (this.selected !== object.name) return;
+    this.follow(object);
+    this.controls.attach(this.proxy);
+    stage.invalidate();
+  }
+
+  private letGo(): void {
+    this.controls?.detach();
+  }
+
+  showMode(mode: 'translate' | 'rotate'): void {
+    this.controls?.setMode(mode);
+    this.app.world.stage.invalidate();
+  }
+
+  private follow(object: WorldObject): void {
+    this.proxy.position.copy(object.holder.position);
+    this.proxy.quaternion.copy(object.holder.quaternion);
+  }
+
+  private drag(): void {
+    const object = this.objects.get(this.selected ?? '');
+    if (!object) return;
+    object.holder.position.copy(this.proxy.position);
+    object.holder.quaternion.copy(this.proxy.quaternion);
+    this.showOutline();
+    this.app.world.stage.moved();
+    this.send(false);
+  }
+
+  private send(now: boolean): void {
+    const object = this.objects.get(this.selected ?? '');
+    if (!object || (!now && performance.now() - this.sentAt < PERIOD)) return;
+    this.sentAt = performance.now();
+    void this.move(object.name, object.holder.position, object.holder.quaternion);
+  }
+
+  private showOutline(): void {
+    const object = this.objects.get(this.selected ?? '');
+    if (this.outline) this.app.world.stage.scene.remove(this.outline);
+    this.outline = object ? new THREE.Box3Helper(new THREE.Box3().setFromObject(object.holder), 0x0b6bcb) : null;
+    if (this.outline) this.app.world.stage.scene.add(this.outline);
+  }
+
+  // -- services
+
+  private async ask(service: string, request: Message): Promise<boolean> {
+    try {
+      const answer = await this.app.twin.client.call(service, request);
+      if (answer['success'] === true) return true;
+      toast(String(answer['status_message'] || `${service} refused`), 'warning');
+    } catch (problem) {
+      toast((problem as Error).message, 'error');
+    }
+    return false;
+  }
+
+  move(name: string, p: THREE.Vector3, q: THREE.Quaternion): Promise<boolean> {
+    return this.ask(SET_STATE, { state: { name, reference_frame: '', pose: poseMessage(p, q) } });
+  }
+
+  add(name: string, xml: string, p: THREE.Vector3, q = new THREE.Quaternion()): Promise<boolean> {
+    return this.ask(SPAWN, { name, xml, initial_pose: poseMessage(p, q) });
+  }
+
+  remove(name: string): Promise<boolean> {
+    return this.ask(DELETE, { name });
+  }
+}
+
+function poseMessage(p: THREE.Vector3, q: THREE.Quaternion): Message {
+  return { position: { x: p.x, y: p.y, z: p.z }, orientation: { x: q.x, y: q.y, z: q.z, w: q.w } };
+}
