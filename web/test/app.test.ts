@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { parsePose, poseYaml } from '../src/app/pose_yaml';
+import { parsePose, trajectoryYaml } from '../src/app/pose_yaml';
 import { readFindings } from '../src/app/health';
 import { CAPACITY, numberAt, Recorder } from '../src/app/recorder';
 import { Signal } from '../src/app/signal';
@@ -11,13 +11,16 @@ import { parseUrdf } from '../src/robot/urdf';
 import { STRIDE, Tree } from '../src/robot/tree';
 
 test('a pose is copied and pasted; other spellings are read, nonsense is not', () => {
-  const text = poseYaml(['Revolute 1', 'a "b", c'], [1.5, -0.25]);
+  const text = trajectoryYaml(['Revolute 1', 'a "b", c'], [{ time: 2, positions: [1.5, -0.25] }], '/arm/joint_trajectory');
+  assert.equal(text, '# /arm/joint_trajectory\njoint_names: ["Revolute 1", "a \\"b\\", c"]\npoints:\n- positions: [1.5, -0.25]\n  time_from_start: {sec: 2, nanosec: 0}\n');
   assert.deepEqual([...parsePose(text)!], [['Revolute 1', 1.5], ['a "b", c', -0.25]]);
   assert.deepEqual([...parsePose("joint_names:\n- a\n- 'b c'\npoints:\n- positions:\n  - 1\n  - 2e-1\n  time_from_start: {sec: 1}\n")!], [['a', 1], ['b c', 0.2]]);
   assert.deepEqual([...parsePose('{joint_names: [a], points: [{positions: [1]}, {positions: [2]}]}')!], [['a', 2]]);
   assert.equal(parsePose('joint_names: [a, b]\npositions: [1]'), null);
   assert.equal(parsePose('joint_names: [a]\npositions: [x]'), null);
   assert.equal(parsePose('hello'), null);
+  assert.deepEqual([...parsePose(`${trajectoryYaml(['a'], [{ time: 0.25, positions: [1] }], '/x')}---\n${trajectoryYaml(['b'], [{ time: 1, positions: [2] }])}`)!], [['a', 1], ['b', 2]]);
+  assert.match(trajectoryYaml(['a'], [{ time: 2.9999999999, positions: [0] }]), /sec: 3, nanosec: 0/);
 });
 
 test('findings are read worst first, and no JSON is no findings', () => {
@@ -28,8 +31,8 @@ test('findings are read worst first, and no JSON is no findings', () => {
 });
 
 test('the recorder keeps the last samples, windows them, and starts again when time goes back', () => {
-  const twin = { sampled: new Signal(), robotChanged: new Signal(), simTime: 0, paused: false, tree: null, q: [] } as unknown as Twin & { simTime: number };
-  const recorder = new Recorder(twin);
+  const twin = { sampled: new Signal(), robotChanged: new Signal(), simTime: 0, client: { channel: () => ({}) }, paused: false, tree: null, q: [] } as unknown as Twin & { simTime: number };
+  const recorder = new Recorder(twin, { reference: () => NaN, tolerance: () => NaN });
   let value = 0;
   const wall = { now: 0 };
   const real = performance.now;
