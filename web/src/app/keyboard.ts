@@ -8,6 +8,7 @@ export const KEYS: [string, string][] = [
   ['Escape', 'emergency stop (can be changed below)'], ['P', 'pause and play'], ['.', 'one step'],
   ['W S  A D  R F', 'tool along x, y, z'], ['U O  I K  J L', 'turn the tool about x, y, z'],
   ['[ ]', 'jog the chosen joint'], ['- +', 'choose the joint before, after'], ['1 … 6', 'views'], ['0', 'fit the view'],
+  ['← → ↑ ↓', 'turn the picture, where it has the focus; with shift move it'], ['PgUp PgDn', 'nearer and farther'],
 ];
 
 function typing(target: EventTarget | null): boolean {

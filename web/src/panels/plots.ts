@@ -230,12 +230,12 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
         button('Clear', 'Take all curves away', () => {
           for (const key of [...shown]) remove(key);
         }),
-        h('span', { class: 'spacer' }), width, live, scrub,
+        h('span', { class: 'spacer' }), width, live,
         button('CSV', 'Save the last minutes of these curves, in radians and metres', () => {
           if (shown.length === 0) toast('There are no curves to save.', 'warning');
           else download('doppel.csv', 'text/csv', recorder.csv(shown));
         })),
-      chips, host, readout),
+      chips, host, h('div', { class: 'timeline' }, scrub, readout)),
     shown: () => {
       endLoads = twin.watchLoads();
       endWatch ??= parameters.watch();

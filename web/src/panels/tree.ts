@@ -38,8 +38,15 @@ export function treePanel(app: App): Panel {
   let nodes: Node[] = [];
   const byLink = new Map<number, Node>();
   const folded = new Set<number>();
+  let built: Tree | null = null; // rows are made when somebody looks: there may be a thousand
+  let visible = false;
+  let marked: Node | null = null;
 
-  function build(tree: Tree): void {
+  function build(): void {
+    const { tree } = twin;
+    if (!visible || !tree || tree === built) return;
+    built = tree;
+    marked = null;
     byLink.clear();
     folded.clear();
     nodes = treeOrder(tree).map(({ link, depth, children }) => {
@@ -59,8 +66,9 @@ export function treePanel(app: App): Panel {
       byLink.set(link, node);
       return node;
     });
-    fill(list, nodes.length > 0 ? nodes.map((node) => node.element) : none);
+    fill(list, nodes.map((node) => node.element));
     reflect();
+    mark();
   }
 
   function fold(link: number, on: boolean): void {
@@ -120,17 +128,32 @@ export function treePanel(app: App): Panel {
     step(nodes.find((node) => !node.element.hidden && node.element.textContent?.toLowerCase().includes(wanted)));
     list.focus();
   });
-  app.selected.on((selection) => {
-    for (const node of nodes) node.element.setAttribute('aria-selected', String(node.link === selection?.link));
-    const chosen = selection ? byLink.get(selection.link) : undefined;
-    if (chosen) list.setAttribute('aria-activedescendant', chosen.element.id);
-    else list.removeAttribute('aria-activedescendant');
-    for (let at = chosen && twin.tree?.parentJoint[chosen.link]?.parentLink; at !== undefined; at = twin.tree?.parentJoint[at]?.parentLink) {
+  function mark(): void {
+    const chosen = app.selection ? byLink.get(app.selection.link) ?? null : null;
+    marked?.element.setAttribute('aria-selected', 'false');
+    marked = chosen;
+    if (!chosen) {
+      list.removeAttribute('aria-activedescendant');
+      return;
+    }
+    chosen.element.setAttribute('aria-selected', 'true');
+    list.setAttribute('aria-activedescendant', chosen.element.id);
+    for (let at = twin.tree?.parentJoint[chosen.link]?.parentLink; at !== undefined; at = twin.tree?.parentJoint[at]?.parentLink) {
       if (folded.has(at)) fold(at, false);
     }
-    chosen?.element.scrollIntoView({ block: 'nearest' });
-  });
+    chosen.element.scrollIntoView({ block: 'nearest' });
+  }
+
+  app.selected.on(mark);
   twin.robotChanged.on(build);
   fill(list, none);
-  return { id: 'tree', title: 'Tree', element: h('div', { class: 'tree-panel' }, h('div', { class: 'tools' }, search), list) };
+  return {
+    id: 'tree', title: 'Tree', element: h('div', { class: 'tree-panel' }, h('div', { class: 'tools' }, search), list),
+    shown: () => {
+      visible = true;
+      build();
+      marked?.element.scrollIntoView({ block: 'nearest' });
+    },
+    hidden: () => (visible = false),
+  };
 }

@@ -31,6 +31,9 @@ export class CameraMan {
       this.goal = null;
     });
     stage.tick.on((dt) => this.advance(dt));
+    stage.renderer.domElement.addEventListener('keydown', (event) => {
+      if (this.key(event.key, event.shiftKey)) event.preventDefault();
+    });
     this.jump('corner');
   }
 
@@ -60,6 +63,32 @@ export class CameraMan {
   go(view: ViewName): void {
     if (matchMedia('(prefers-reduced-motion: reduce)').matches) this.jump(view);
     else this.goal = this.place(view);
+  }
+
+  // Arrows turn, with shift they move; Page Up and Down go nearer and farther. True: the key was for the camera.
+  private key(key: string, shift: boolean): boolean {
+    const { camera } = this.stage;
+    const across = { ArrowLeft: -1, ArrowRight: 1 }[key] ?? 0, up = { ArrowUp: 1, ArrowDown: -1 }[key] ?? 0;
+    const nearer = { PageUp: 1, PageDown: -1 }[key] ?? 0;
+    if (across === 0 && up === 0 && nearer === 0) return false;
+    this.goal = null;
+    const { target } = this.controls;
+    const offset = camera.position.clone().sub(target);
+    if (shift) {
+      const step = offset.length() * 0.05;
+      const move = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0).multiplyScalar(across * step).addScaledVector(new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1), up * step);
+      target.add(move);
+    } else {
+      const at = new THREE.Spherical().setFromVector3(offset.applyQuaternion(UP_TO_Y));
+      at.theta += across * 0.1;
+      at.phi = Math.min(Math.PI - 0.01, Math.max(0.01, at.phi - up * 0.1));
+      at.radius = Math.min(this.controls.maxDistance, Math.max(this.controls.minDistance, at.radius * 0.85 ** nearer));
+      offset.setFromSpherical(at).applyQuaternion(Y_TO_UP);
+    }
+    camera.position.copy(target).add(offset);
+    this.controls.update();
+    this.stage.invalidate();
+    return true;
   }
 
   private advance(dt: number): void {

@@ -70,7 +70,7 @@ export class Stage {
     renderer.domElement.className = 'view3d';
     renderer.domElement.tabIndex = 0;
     renderer.domElement.setAttribute('role', 'img');
-    renderer.domElement.setAttribute('aria-label', 'The robot in 3D. Drag to turn, right drag to move, wheel to zoom.');
+    renderer.domElement.setAttribute('aria-label', 'The robot in 3D. Drag to turn, right drag to move, wheel to zoom; or arrows, shift and arrows, Page Up and Page Down.');
     host.prepend(renderer.domElement);
     sun.shadow.mapSize.setScalar(this.software ? 512 : 1024);
     sun.shadow.bias = -0.0004;
