@@ -115,7 +115,7 @@ test('places of links and joints, in the form that editors take', () => {
 });
 
 test('numbers of the details', () => {
-  assert.equal(short(0.00012345), '0.000123');
+  assert.deepEqual([0.00012345, 0.000001, 0.012345, 12.345, -2e-7, 0].map(short), ['1.23e-4', '1e-6', '0.0123', '12.3', '-2e-7', '0']);
   const inertial = { origin: { xyz: [0, 0, 0] as [number, number, number], rpy: [0, 0, 0] as [number, number, number] }, mass: 1 };
   assert.equal(inertiaText({ ...inertial, inertia: [1, 0, 0, 2, 0, 3] }), '1  2  3 kg m²');
   assert.match(inertiaText({ ...inertial, inertia: [1, 0.5, 0, 2, 0, 3] }), /\nxy 0.5  xz 0  yz 0$/);

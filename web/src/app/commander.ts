@@ -30,6 +30,7 @@ export class Commander {
   private readonly waiting = new Set<string>();
   private readonly sentAt = new Map<string, number>();
   private told = 0;
+  private glide: ReturnType<typeof setInterval> | null = null;
 
   constructor(private readonly twin: Twin) {}
 
@@ -64,6 +65,11 @@ export class Commander {
   }
 
   setMany(values: Iterable<[TreeJoint, number]>, seconds = 0): void {
+    this.endGlide();
+    this.command(values, seconds);
+  }
+
+  private command(values: Iterable<[TreeJoint, number]>, seconds: number): void {
     const { twin } = this;
     if (this.stopped) {
       if (performance.now() - this.told > 3000) toast('Stopped. Release the stop first.', 'warning');
@@ -161,16 +167,36 @@ export class Commander {
       })));
       for (const joint of joints) twin.commandedAt[joint.index] = now - 1400;
     }
-    if (this.viewing) {
-      for (const point of waypoints) {
-        setTimeout(() => this.setMany(twin.tree!.moving.map((joint) => [joint, point.positions[joint.index]!])), point.time * 1000);
-      }
-    }
+    if (this.viewing) this.glideAlong(waypoints);
+  }
+
+  // Without controllers the page goes from waypoint to waypoint itself.
+  private glideAlong(waypoints: Waypoint[]): void {
+    const { twin } = this;
+    const { tree } = twin;
+    this.endGlide();
+    const points = [{ time: 0, positions: Float64Array.from(twin.q) }, ...waypoints];
+    const began = performance.now();
+    this.glide = setInterval(() => {
+      const time = (performance.now() - began) / 1000;
+      const next = points.findIndex((point) => point.time > time);
+      if (next < 0 || this.stopped || twin.tree !== tree) this.endGlide();
+      if (this.stopped || !tree || twin.tree !== tree) return;
+      const to = points[next < 0 ? points.length - 1 : next]!, from = next < 0 ? to : points[next - 1]!;
+      const share = to.time > from.time ? (time - from.time) / (to.time - from.time) : 1;
+      this.command(tree.moving.map((joint) => [joint, from.positions[joint.index]! + (to.positions[joint.index]! - from.positions[joint.index]!) * share]), 0);
+    }, PERIOD);
+  }
+
+  private endGlide(): void {
+    if (this.glide) clearInterval(this.glide);
+    this.glide = null;
   }
 
   // Every active controller stays where it is.
   hold(): void {
     const { twin } = this;
+    this.endGlide();
     for (const controller of twin.controllers) {
       if (controller.state !== 'active') continue;
       const joints = this.jointsOf(controller);

@@ -11,7 +11,8 @@ type Row = [string, Child];
 
 // Three digits that count, and no more than that.
 export function short(value: number): string {
-  return value === 0 ? '0' : Number(value.toPrecision(3)).toString();
+  if (value === 0) return '0';
+  return Math.abs(value) < 0.001 ? value.toExponential(2).replace(/\.?0+e/, 'e') : Number(value.toPrecision(3)).toString();
 }
 
 export function inertiaText(inertial: Inertial): string {

@@ -85,7 +85,7 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
   [...kinds.children].forEach((b, i) => ((b as HTMLElement).dataset['kind'] = (['box', 'ball', 'cylinder', 'mesh'] as const)[i]!));
 
   function build(): void {
-    const lacking = twin.client.phase === 'open' && twin.client.services.size > 0 ? layer.missing : '';
+    const lacking = twin.client.phase === 'open' && twin.client.channels.size > 0 ? layer.missing : '';
     say(missing, lacking);
     missing.hidden = lacking === '';
     form.hidden = lacking !== '';
