@@ -7,7 +7,7 @@ interface Node {
   link: number;
   depth: number;
   children: number[];
-  element: HTMLElement;
+  text: string; // what a search looks through
 }
 
 const MARKS: Record<string, string> = { revolute: '↻', continuous: '↻', prismatic: '↔', fixed: '—', floating: '✥', planar: '▱' };
@@ -32,68 +32,77 @@ export function treeOrder(tree: Tree): { link: number; depth: number; children: 
 
 export function treePanel(app: App): Panel {
   const { twin } = app;
-  const list = h('div', { class: 'tree', role: 'tree', 'aria-label': 'Links and joints', tabIndex: 0 });
+  const rows = h('div', { class: 'tree-rows', role: 'presentation' });
+  const list = h('div', { class: 'tree', role: 'tree', 'aria-label': 'Links and joints', tabIndex: 0 }, rows);
   const none = h('p', { class: 'empty' }, 'Waiting for the description of the robot.');
-  const search = h('input', { type: 'text', placeholder: 'search links and joints', 'aria-label': 'Search links and joints', oninput: () => reflect() });
-  let nodes: Node[] = [];
-  const byLink = new Map<number, Node>();
-  const folded = new Set<number>();
-  let built: Tree | null = null; // rows are made when somebody looks: there may be a thousand
-  let visible = false;
-  let marked: Node | null = null;
-
-  function build(): void {
-    const { tree } = twin;
-    if (!visible || !tree || tree === built) return;
-    built = tree;
-    marked = null;
-    byLink.clear();
-    folded.clear();
-    nodes = treeOrder(tree).map(({ link, depth, children }) => {
-      const joint = tree.parentJoint[link];
-      const toggle = h('span', { class: 'tree-fold', 'aria-hidden': 'true' }, children.length > 0 ? '▾' : '');
-      const element = h('div', {
-        class: 'tree-row', role: 'treeitem', id: `tree-${link}`, 'aria-level': depth + 1, 'aria-selected': 'false', style: `--depth:${Math.min(depth, 12)}`,
-        onclick: (event: MouseEvent) => {
-          if (event.target === toggle && children.length > 0) fold(link, !folded.has(link));
-          else app.select({ link });
-          list.focus();
-        },
-      }, toggle, h('span', { class: 'tree-link' }, tree.links[link]!),
-      joint ? h('span', { class: 'tree-joint muted', title: `${joint.name}, ${joint.kind}` }, `${MARKS[joint.kind] ?? ''} ${joint.name}`) : null);
-      if (children.length > 0) element.setAttribute('aria-expanded', 'true');
-      const node = { link, depth, children, element };
-      byLink.set(link, node);
-      return node;
-    });
-    fill(list, nodes.map((node) => node.element));
+  const search = h('input', { type: 'text', placeholder: 'search links and joints', 'aria-label': 'Search links and joints', oninput: () => {
+    list.scrollTop = 0;
     reflect();
-    mark();
+  } });
+  const narrow = matchMedia('(max-width: 820px)');
+  const folded = new Set<number>();
+  let nodes: Node[] = [];
+  let shown: Node[] = []; // those that are neither folded away nor searched away
+  let byLink = new Map<number, Node>();
+  let built: Tree | null = null;
+
+  const height = (): number => (narrow.matches ? 42 : 26);
+  const chosen = (): number => shown.findIndex((node) => node.link === app.selection?.link);
+
+  function build(tree: Tree): void {
+    built = tree;
+    folded.clear();
+    nodes = treeOrder(tree).map((one) => ({ ...one, text: `${tree.links[one.link]} ${tree.parentJoint[one.link]?.name ?? ''}`.toLowerCase() }));
+    byLink = new Map(nodes.map((node) => [node.link, node]));
+    none.remove();
+    reflect();
+  }
+
+  function reflect(): void {
+    const wanted = search.value.trim().toLowerCase();
+    const kept = new Set<number>();
+    const hidden = new Set<number>();
+    for (const { link, children, text } of nodes) {
+      if (hidden.has(link) || folded.has(link)) for (const child of children) hidden.add(child);
+      if (wanted === '' || !text.includes(wanted)) continue;
+      for (let at: number | undefined = link; at !== undefined && !kept.has(at); at = built?.parentJoint[at]?.parentLink) kept.add(at);
+    }
+    shown = nodes.filter(({ link }) => (wanted === '' ? !hidden.has(link) : kept.has(link)));
+    rows.style.height = `${shown.length * height()}px`;
+    draw();
+  }
+
+  // Only the rows that can be seen are there: a robot may have a thousand.
+  function draw(): void {
+    const tall = height();
+    const first = Math.max(0, Math.floor(list.scrollTop / tall) - 4);
+    const last = Math.min(shown.length, Math.ceil((list.scrollTop + list.clientHeight) / tall) + 4);
+    fill(rows, shown.slice(first, last).map((node, i) => row(node, (first + i) * tall)));
+    const at = chosen();
+    if (at >= first && at < last) list.setAttribute('aria-activedescendant', `tree-${shown[at]!.link}`);
+    else list.removeAttribute('aria-activedescendant');
+  }
+
+  function row({ link, depth, children }: Node, top: number): HTMLElement {
+    const joint = built!.parentJoint[link];
+    const toggle = h('span', { class: 'tree-fold', 'aria-hidden': 'true' }, children.length === 0 ? '' : folded.has(link) ? '▸' : '▾');
+    const element = h('div', {
+      class: 'tree-row', role: 'treeitem', id: `tree-${link}`, 'aria-level': depth + 1, 'aria-selected': String(link === app.selection?.link), style: `--depth:${Math.min(depth, 12)};top:${top}px`,
+      onclick: (event: MouseEvent) => {
+        if (event.target === toggle && children.length > 0) fold(link, !folded.has(link));
+        else app.select({ link });
+        list.focus({ preventScroll: true });
+      },
+    }, toggle, h('span', { class: 'tree-link' }, built!.links[link]!),
+    joint ? h('span', { class: 'tree-joint muted', title: `${joint.name}, ${joint.kind}` }, `${MARKS[joint.kind] ?? ''} ${joint.name}`) : null);
+    if (children.length > 0) element.setAttribute('aria-expanded', String(!folded.has(link)));
+    return element;
   }
 
   function fold(link: number, on: boolean): void {
     if (on) folded.add(link);
     else folded.delete(link);
-    const { element } = byLink.get(link)!;
-    element.setAttribute('aria-expanded', String(!on));
-    element.firstChild!.textContent = on ? '▸' : '▾';
     reflect();
-  }
-
-  function reflect(): void {
-    const { tree } = twin;
-    if (!tree) return;
-    const wanted = search.value.trim().toLowerCase();
-    const visible = new Set<number>();
-    const hidden = new Set<number>();
-    for (const { link, children } of nodes) {
-      if (hidden.has(link) || folded.has(link)) for (const child of children) hidden.add(child);
-      const joint = tree.parentJoint[link];
-      if (wanted !== '' && `${tree.links[link]} ${joint?.name ?? ''}`.toLowerCase().includes(wanted)) {
-        for (let at: number | undefined = link; at !== undefined && !visible.has(at); at = tree.parentJoint[at]?.parentLink) visible.add(at);
-      }
-    }
-    for (const { link, element } of nodes) element.hidden = wanted === '' ? hidden.has(link) : !visible.has(link);
   }
 
   function step(to: Node | undefined): void {
@@ -101,8 +110,7 @@ export function treePanel(app: App): Panel {
   }
 
   list.addEventListener('keydown', (event) => {
-    const shown = nodes.filter((node) => !node.element.hidden);
-    const at = shown.findIndex((node) => node.link === app.selection?.link);
+    const at = chosen();
     const node = shown[at];
     switch (event.key) {
       case 'ArrowDown': step(shown[Math.min(at + 1, shown.length - 1)]); break;
@@ -115,7 +123,7 @@ export function treePanel(app: App): Panel {
         break;
       case 'ArrowLeft':
         if (node && node.children.length > 0 && !folded.has(node.link)) fold(node.link, true);
-        else if (node) step(byLink.get(twin.tree?.parentJoint[node.link]?.parentLink ?? -1));
+        else if (node) step(byLink.get(built?.parentJoint[node.link]?.parentLink ?? -1));
         break;
       default: return;
     }
@@ -125,35 +133,26 @@ export function treePanel(app: App): Panel {
     if (event.key !== 'Enter' && event.key !== 'ArrowDown') return;
     event.preventDefault();
     const wanted = search.value.trim().toLowerCase();
-    step(nodes.find((node) => !node.element.hidden && node.element.textContent?.toLowerCase().includes(wanted)));
+    step(shown.find((node) => node.text.includes(wanted)));
     list.focus();
   });
-  function mark(): void {
-    const chosen = app.selection ? byLink.get(app.selection.link) ?? null : null;
-    marked?.element.setAttribute('aria-selected', 'false');
-    marked = chosen;
-    if (!chosen) {
-      list.removeAttribute('aria-activedescendant');
-      return;
-    }
-    chosen.element.setAttribute('aria-selected', 'true');
-    list.setAttribute('aria-activedescendant', chosen.element.id);
-    for (let at = twin.tree?.parentJoint[chosen.link]?.parentLink; at !== undefined; at = twin.tree?.parentJoint[at]?.parentLink) {
-      if (folded.has(at)) fold(at, false);
-    }
-    chosen.element.scrollIntoView({ block: 'nearest' });
+
+  // Unfolds what hides the selection, and brings it into sight.
+  function follow(): void {
+    const { selection } = app;
+    for (let at = selection ? built?.parentJoint[selection.link]?.parentLink : undefined; at !== undefined; at = built?.parentJoint[at]?.parentLink) folded.delete(at);
+    reflect();
+    const at = chosen(), tall = height();
+    if (at < 0) return;
+    if (at * tall < list.scrollTop) list.scrollTop = at * tall;
+    else if ((at + 1) * tall > list.scrollTop + list.clientHeight) list.scrollTop = (at + 1) * tall - list.clientHeight;
+    draw();
   }
 
-  app.selected.on(mark);
+  list.addEventListener('scroll', draw, { passive: true });
+  new ResizeObserver(() => reflect()).observe(list);
+  app.selected.on(follow);
   twin.robotChanged.on(build);
-  fill(list, none);
-  return {
-    id: 'tree', title: 'Tree', element: h('div', { class: 'tree-panel' }, h('div', { class: 'tools' }, search), list),
-    shown: () => {
-      visible = true;
-      build();
-      marked?.element.scrollIntoView({ block: 'nearest' });
-    },
-    hidden: () => (visible = false),
-  };
+  list.append(none);
+  return { id: 'tree', title: 'Tree', element: h('div', { class: 'tree-panel' }, h('div', { class: 'tools' }, search), list), shown: follow };
 }
