@@ -14,6 +14,8 @@ const port = Number(option('port', 8790));
 const twin = Number(option('twin', 8700));
 const robots = resolve(option('robots', join(here, '../../robots')));
 const dist = join(here, '../dist');
+// As the program sends it.
+const POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self' ws: wss: blob:; font-src 'self'; base-uri 'none'; form-action 'none'";
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css' };
 
 function inside(root, path) {
@@ -37,7 +39,7 @@ const server = createServer((req, res) => {
     res.writeHead(404).end('not found');
     return;
   }
-  res.writeHead(200, { 'content-type': TYPES[extname(path)] ?? 'application/octet-stream', 'cache-control': 'no-store' });
+  res.writeHead(200, { 'content-type': TYPES[extname(path)] ?? 'application/octet-stream', 'cache-control': 'no-store', 'content-security-policy': POLICY });
   createReadStream(path).pipe(res);
 });
 server.on('upgrade', (req, socket, head) => {

@@ -8,6 +8,7 @@ import { h } from './dom';
 import { Layout } from './layout';
 import { makeOverlay } from './overlay';
 import { openSettings } from './settings_dialog';
+import { settings } from './settings';
 import { Signal } from './signal';
 import { Sources } from './sources';
 import { startTheme } from './theme';
@@ -46,7 +47,7 @@ export function startPage(twin: Twin, assets: AssetStore): void {
     overlay.update();
   });
   // For tests and for people with the console open.
-  Object.assign(window, { doppel: Object.assign(app, { layout, ready: false }) });
+  Object.assign(window, { doppel: Object.assign(app, { layout, settings, ready: false }) });
 
   let begun = false;
   const begin = async (): Promise<void> => {

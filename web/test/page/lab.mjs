@@ -1,8 +1,11 @@
-// A twin, the development server before it, and a browser, for the tests of the page.
+// A twin, the development server before it where the program does not serve the page, and a browser, for the tests of
+// the page. SHOTS=FOLDER: a picture of each failure.
 import { chromium } from 'playwright-core';
 import { spawn } from 'node:child_process';
+import { mkdirSync } from 'node:fs';
 import { createServer } from 'node:net';
 import { dirname, join } from 'node:path';
+import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -10,6 +13,8 @@ const root = join(here, '../../..');
 export const program = process.env.DOPPEL ?? join(root, 'build/bin/doppel');
 export const robot = process.env.DOPPEL_ROBOT ?? join(root, 'robots/omarm_one');
 export const robots = process.env.DOPPEL_ROBOTS ?? join(root, 'robots');
+
+const patience = Number(process.env.PATIENCE ?? 60000); // ms
 
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
@@ -31,21 +36,34 @@ async function until(what, check, ms = 20000) {
   throw new Error(`${what} did not come within ${ms / 1000} s`);
 }
 
+// playwright's own waitForFunction evaluates text within the page, which the page's policy refuses.
+export async function waitFor(page, condition, arg, ms = patience / 2) {
+  const end = Date.now() + ms;
+  while (!(await page.evaluate(condition, arg))) {
+    if (Date.now() > end) throw new Error(`within ${ms / 1000} s it did not come that ${condition}${arg === undefined ? '' : ` with ${JSON.stringify(arg)}`}`);
+    await sleep(30);
+  }
+}
+
 export class Lab {
   #children = new Set();
+  #page = null;
 
   async start() {
     this.twinPort = await freePort();
     await this.startTwin();
     this.url = `http://127.0.0.1:${this.twinPort}/`;
-    // A program that serves the page itself needs no other server.
     const served = await fetch(this.url).then((r) => r.text()).catch(() => '');
-    if (process.env.PAGE_BY_DEV === '1' || !served.includes('type="module"')) {
+    if (!served.includes('type="module"')) {
       const port = await freePort();
       this.#spawn(process.execPath, [join(here, '../../dev/serve.mjs'), '--port', port, '--twin', this.twinPort, '--robots', robots]);
       this.url = `http://127.0.0.1:${port}/`;
       await until('the development server', async () => (await fetch(this.url)).ok);
     }
+    await this.startBrowser();
+  }
+
+  async startBrowser() {
     this.browser = await chromium.launch({
       executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
       args: ['--headless=new', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-sandbox'],
@@ -70,15 +88,59 @@ export class Lab {
     return child;
   }
 
-  async page(options = {}) {
+  // A page whose picture, panels and tools stand; what the console complains of is in its `problems`.
+  async page(options = {}, url = this.url) {
     const page = await this.browser.newPage({ viewport: { width: 900, height: 600 }, ...options });
     page.problems = [];
     page.on('console', (m) => m.type() === 'error' && page.problems.push(m.text()));
     page.on('pageerror', (e) => page.problems.push(e.stack));
-    if (options.before) await page.addInitScript(options.before);
-    await page.goto(this.url, { timeout: Number(process.env.PATIENCE ?? 60000) });
-    await page.waitForFunction(() => window.doppel?.world.firstPicture > 0 && doppel.twin.controllers.length > 0, null, { timeout: Number(process.env.PATIENCE ?? 60000) });
+    await page.addInitScript(() => addEventListener('securitypolicyviolation', (e) => console.error(`refused by the policy: ${e.violatedDirective} ${e.blockedURI}`)));
+    await page.goto(url, { timeout: patience });
+    await waitFor(page, () => window.doppel?.ready && doppel.world.firstPicture > 0, undefined, patience);
     return page;
+  }
+
+  // The page that tests share, and the twin as after its start: running, controllers active, the arm where it began.
+  async fresh() {
+    if (!this.#page || this.#page.isClosed()) this.#page = await this.page();
+    const page = this.#page;
+    page.problems.length = 0;
+    await waitFor(page, () => doppel.twin.client.phase === 'open' && doppel.twin.controllers.length > 0);
+    await page.evaluate(async () => {
+      const { twin, commander, driver, layout } = doppel;
+      driver.drop();
+      if (commander.stopped) await commander.release();
+      const idle = twin.controllers.filter((c) => c.state === 'inactive').map((c) => c.name);
+      if (idle.length > 0) await commander.switchControllers(idle, []);
+      for (const [name, request] of [['set_speed', { factor: 1 }], ['unpause_physics', {}], ['reset_simulation', {}]]) await twin.client.call(`/gazebo/${name}`, request);
+      twin.commandedAt.fill(0);
+      layout.open('joints');
+      await twin.listControllers();
+    });
+    await waitFor(page, () => doppel.twin.tree.moving.every((j) => j.mimic || (Math.abs(doppel.twin.velocity[j.index] || 0) < 0.01
+      && Math.abs(doppel.twin.q[j.index] - doppel.twin.target[j.index]) < 0.02)));
+    return page;
+  }
+
+  // A test with a fresh page.
+  check(name, body) {
+    test(name, { timeout: 3 * patience }, async () => {
+      const page = await this.fresh();
+      await this.watched(name, page, () => body(page));
+    });
+  }
+
+  async watched(name, page, body) {
+    try {
+      await body();
+    } catch (problem) {
+      if (process.env.SHOTS) {
+        mkdirSync(process.env.SHOTS, { recursive: true });
+        await page.screenshot({ path: join(process.env.SHOTS, `${name.replace(/\W+/g, '-').slice(0, 60)}.png`), timeout: patience }).catch(() => {});
+      }
+      if (page.problems.length > 0) console.log(`the console of '${name}':\n${page.problems.join('\n')}`);
+      throw problem;
+    }
   }
 
   async stop() {

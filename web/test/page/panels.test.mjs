@@ -1,7 +1,7 @@
 // The panels of the page in real Chromium against a running twin: tree, parameters, plots, topics, services, objects.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { Lab } from './lab.mjs';
+import { Lab, waitFor as wait } from './lab.mjs';
 
 const lab = new Lab();
 let page;
@@ -9,11 +9,10 @@ let page;
 before(async () => {
   await lab.start();
   page = await lab.page();
-  await page.waitForFunction(() => doppel.ready);
 }, { timeout: 300000 });
 after(() => lab.stop());
 
-const waitFor = (check, arg, timeout = 30000) => page.waitForFunction(check, arg, { timeout });
+const waitFor = (check, arg, timeout = 30000) => wait(page, check, arg, timeout);
 const open = (id) => page.evaluate((name) => doppel.layout.open(name), id);
 
 test('the tree: searched, walked by keys, one selection with rows, details and picture', async () => {

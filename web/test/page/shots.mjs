@@ -2,6 +2,7 @@
 //   [TABS=all] node test/page/shots.mjs URL FOLDER [NAME...]
 import { chromium } from 'playwright-core';
 import { mkdirSync } from 'node:fs';
+import { waitFor } from './lab.mjs';
 
 const [url, folder, ...only] = process.argv.slice(2);
 mkdirSync(folder, { recursive: true });
@@ -52,7 +53,7 @@ for (const theme of ['light', 'dark']) {
     page.on('console', (m) => (m.type() === 'error' || m.type() === 'warning') && console.log(`${name}-${theme}: ${m.text()}`));
     page.on('pageerror', (e) => console.log(`${name}-${theme}: ${e.stack}`));
     await page.goto(url);
-    await page.waitForFunction(() => window.doppel?.world?.firstPicture > 0 && doppel.ready, null, { timeout: 20000 }).catch((e) => console.log(e.message));
+    await waitFor(page, () => window.doppel?.ready && doppel.world.firstPicture > 0, undefined, 20000).catch((e) => console.log(e.message));
     await page.evaluate(process.env.BEFORE ?? '0');
     await page.waitForTimeout(wait);
     await page.screenshot({ path: `${folder}/${name}-${theme}.png` });

@@ -11,6 +11,8 @@ import { fileURLToPath } from 'node:url';
 import { WebSocketServer } from 'ws';
 
 const dist = join(dirname(fileURLToPath(import.meta.url)), '../../dist');
+// As the program sends it.
+const POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self' ws: wss: blob:; font-src 'self'; base-uri 'none'; form-action 'none'";
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css' };
 const RULE = '='.repeat(80);
 const part = (name, ...fields) => `${RULE}\nMSG: ${name}\n${fields.join('\n')}\n`;
@@ -120,7 +122,7 @@ export class Stub {
     this.http = createServer((request, response) => {
       const path = normalize(new URL(request.url, 'http://x').pathname);
       const file = join(dist, path === '/' ? 'index.html' : path);
-      readFile(file).then((bytes) => response.writeHead(200, { 'content-type': TYPES[extname(file)] ?? 'application/octet-stream' }).end(bytes),
+      readFile(file).then((bytes) => response.writeHead(200, { 'content-type': TYPES[extname(file)] ?? 'application/octet-stream', 'content-security-policy': POLICY }).end(bytes),
         () => response.writeHead(404).end());
     });
     const sockets = new WebSocketServer({ server: this.http, handleProtocols: (offered) => this.#server.handleProtocols(offered) });
