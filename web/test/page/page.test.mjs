@@ -19,32 +19,31 @@ const ran = async (page, seconds) => {
 };
 
 // What of the picture belongs to the arm: pixels that the arm's visibility changes.
-async function armPixels(p) {
-  const shot = () => p.evaluate(() => {
-    const { stage } = doppel.world;
+async function armPixels(page) {
+  return new Set(await page.evaluate(() => {
+    const { stage, view } = doppel.world;
+    const shot = () => {
+      stage.renderer.render(stage.scene, stage.camera);
+      const canvas = document.createElement('canvas');
+      canvas.width = 200;
+      canvas.height = 150;
+      const context = canvas.getContext('2d', { willReadFrequently: true });
+      context.drawImage(stage.renderer.domElement, 0, 0, 200, 150);
+      return context.getImageData(0, 0, 200, 150).data;
+    };
     doppel.handle.show(false);
     stage.frame.emit(0);
-    stage.renderer.render(stage.scene, stage.camera);
-    const canvas = document.createElement('canvas');
-    canvas.width = 200;
-    canvas.height = 150;
-    const context = canvas.getContext('2d', { willReadFrequently: true });
-    context.drawImage(stage.renderer.domElement, 0, 0, 200, 150);
-    return [...context.getImageData(0, 0, 200, 150).data];
-  });
-  const withArm = await shot();
-  await p.evaluate(() => (doppel.world.view.root.visible = false));
-  const without = await shot();
-  await p.evaluate(() => {
-    doppel.world.view.root.visible = true;
+    const withArm = shot();
+    view.root.visible = false;
+    const without = shot();
+    view.root.visible = true;
     doppel.handle.show(true);
-    doppel.world.stage.invalidate();
-  });
-  const out = new Set();
-  for (let i = 0; i < withArm.length; i += 4) {
-    if ([0, 1, 2].some((k) => Math.abs(withArm[i + k] - without[i + k]) > 24)) out.add(i / 4);
-  }
-  return out;
+    const out = [];
+    for (let i = 0; i < withArm.length; i += 4) {
+      if ([0, 1, 2].some((k) => Math.abs(withArm[i + k] - without[i + k]) > 24)) out.push(i / 4);
+    }
+    return out;
+  }));
 }
 
 function changed(before, now) {
