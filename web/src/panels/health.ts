@@ -9,7 +9,8 @@ import type { Tree, TreeJoint } from '../robot/tree';
 
 interface Row {
   joint: TreeJoint;
-  cells: HTMLElement[];
+  element: HTMLElement;
+  cells: HTMLElement[]; // made when first seen
   bar: HTMLElement;
 }
 
@@ -62,8 +63,8 @@ export function healthPanel(app: App): Panel {
     if (!visible || tree === built) return;
     built = tree;
     const rows: [Element, Row][] = (tree?.moving ?? []).filter((j) => !j.mimic).map((joint) => {
-      const row: Row = { joint, cells: [0, 1, 2, 3].map(() => h('td', { class: 'num' })), bar: h('i', {}) };
-      return [h('tr', {}, h('th', { scope: 'row' }, joint.name), row.cells, h('td', { class: 'margin' }, h('span', { class: 'gauge' }, row.bar))), row];
+      const element = h('tr', {}, h('th', { scope: 'row' }, joint.name));
+      return [element, { joint, element, cells: [], bar: h('i', {}) }];
     });
     fill(table, rows.map(([element]) => element));
     seen.watch(rows);
@@ -72,7 +73,12 @@ export function healthPanel(app: App): Panel {
 
   // The bar is what gravity takes of the limit; the word beside it says the same.
   function showLoad(row: Row): void {
-    const { joint, cells: [effort, gravity, sag, margin], bar } = row;
+    const { joint, bar } = row;
+    if (row.cells.length === 0) {
+      row.cells = [0, 1, 2, 3].map(() => h('td', { class: 'num' }));
+      row.element.append(...row.cells, h('td', { class: 'margin' }, h('span', { class: 'gauge' }, bar)));
+    }
+    const [effort, gravity, sag, margin] = row.cells;
     const load = twin.loads.get(joint.name);
     const unit = joint.kind === 'prismatic' ? 'N' : 'N m';
     const number = (value: number | undefined): string => (value !== undefined && Number.isFinite(value) ? `${value.toFixed(3)} ${unit}` : '–');

@@ -42,7 +42,7 @@ check('a pause, the speed and where the time goes are what the twin says', 10, a
 
 check('loads are told in words, and only asked for while somebody looks', 10, async (page, stub) => {
   await page.evaluate(() => doppel.layout.open('health'));
-  await waitFor(page, () => document.querySelectorAll('.loads tbody tr').length === 10 && doppel.twin.loads.size === 10);
+  await waitFor(page, () => document.querySelectorAll('.loads .gauge').length === 10 && doppel.twin.loads.size === 10);
   const words = () => page.evaluate(() => [...document.querySelectorAll('.loads tbody tr')].map((row) => row.cells[4].textContent));
   await waitFor(page, () => [...document.querySelectorAll('.loads tbody tr')].every((row) => row.cells[4].textContent.includes('N m')));
   const told = await words();
