@@ -97,18 +97,21 @@ lab.check('a trajectory moves the arm, and the picture shows it', async (page) =
 
 lab.check('two pages agree: pose, pause and speed', async (page) => {
   const other = await lab.page();
-  await set(page, 'Revolute 1', 1.2);
-  await near(other, 'Revolute 1', 1.2);
-  await near(page, 'Revolute 1', 1.2);
-  await waitFor(other, () => Math.abs(doppel.twin.target[doppel.twin.tree.jointByName.get('Revolute 1').index] - 1.2) < 0.01);
-  await page.selectOption('#speed', '0.5');
-  await waitFor(other, () => doppel.twin.status.speed === 0.5 && document.getElementById('speed').value === '0.5');
-  await page.click('#play');
-  await waitFor(other, () => doppel.twin.paused && document.getElementById('play').title.startsWith('Play'));
-  await waitFor(page, () => doppel.twin.paused);
-  assert.ok(Math.abs((await at(page, 'Revolute 1')) - (await at(other, 'Revolute 1'))) < 0.005);
-  assert.deepEqual(other.problems, []);
-  await other.close();
+  try {
+    await set(page, 'Revolute 1', 1.2);
+    await near(other, 'Revolute 1', 1.2);
+    await near(page, 'Revolute 1', 1.2);
+    await waitFor(other, () => Math.abs(doppel.twin.target[doppel.twin.tree.jointByName.get('Revolute 1').index] - 1.2) < 0.01);
+    await page.selectOption('#speed', '0.5');
+    await waitFor(other, () => doppel.twin.status?.speed === 0.5 && document.getElementById('speed').value === '0.5');
+    await page.click('#play');
+    await waitFor(other, () => doppel.twin.paused && document.getElementById('play').title.startsWith('Play'));
+    await waitFor(page, () => doppel.twin.paused);
+    assert.ok(Math.abs((await at(page, 'Revolute 1')) - (await at(other, 'Revolute 1'))) < 0.005);
+    assert.deepEqual(other.problems, []);
+  } finally {
+    await other.close();
+  }
 });
 
 lab.check('a goal of the tool is reached within 2 mm by the commanded pose; one too far is told', async (page) => {
