@@ -13,6 +13,7 @@ export interface App {
   select: (selection: Selection) => void;
   selection: Selection;
   selected: Signal<Selection>;
+  details: HTMLElement; // the box about what is selected; over the picture, or below the tree
 }
 
 // A tab of a dock. `update` runs some times a second while the panel can be seen.

@@ -40,6 +40,7 @@ export function makeOverlay(app: App, sources: Sources): { elements: HTMLElement
   }, { 'aria-expanded': 'false', id: 'layers' });
   const layers = h('div', { class: 'layers' }, open, list);
   const details = makeDetails(app, sources);
+  app.details = details.element;
   const note = h('div', { class: 'note', role: 'status', hidden: true });
   const stopped = h('div', { class: 'stopped-note', role: 'alert' }, 'Stopped. Commands of this page are refused until the stop is released.');
 

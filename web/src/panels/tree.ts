@@ -154,5 +154,13 @@ export function treePanel(app: App): Panel {
   app.selected.on(follow);
   twin.robotChanged.on(build);
   list.append(none);
-  return { id: 'tree', title: 'Tree', element: h('div', { class: 'tree-panel' }, h('div', { class: 'tools' }, search), list), shown: follow };
+  const element = h('div', { class: 'tree-panel' }, h('div', { class: 'tools' }, search), list);
+  return {
+    id: 'tree', title: 'Tree', element,
+    shown: () => {
+      element.append(app.details); // where it covers nothing of the picture
+      follow();
+    },
+    hidden: () => app.world.stage.host.append(app.details),
+  };
 }

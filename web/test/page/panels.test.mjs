@@ -133,4 +133,27 @@ test('objects are added, moved and removed; where that cannot be, a sentence say
   await waitFor(() => doppel.objects.objects.size === 0);
 });
 
+test('where meshes collide their convex hulls are drawn', async () => {
+  await page.evaluate(() => doppel.world.setLayer('collision', true));
+  await waitFor(() => doppel.world.view.loading === 0);
+  const worst = await page.evaluate(() => {
+    let out = 0, faces = 0;
+    for (const link of doppel.world.view.links) {
+      for (const layer of link.children.filter((one) => one.userData.layer === 'collision')) layer.traverse((one) => {
+        if (!one.isMesh || one.geometry.type !== 'BufferGeometry') return; // not a box or a cylinder
+        const p = one.geometry.getAttribute('position'), n = one.geometry.getAttribute('normal');
+        const size = Math.max(...p.array) - Math.min(...p.array);
+        for (let f = 0; f < p.count; f += 3) {
+          faces += 1;
+          const dot = (i) => n.getX(f) * p.getX(i) + n.getY(f) * p.getY(i) + n.getZ(f) * p.getZ(i);
+          for (let i = 0; i < p.count; i += 7) out = Math.max(out, (dot(i) - dot(f)) / size);
+        }
+      });
+    }
+    doppel.world.setLayer('collision', false);
+    return faces > 0 ? out : -1;
+  });
+  assert.ok(worst >= 0 && worst < 1e-3, `a vertex stands out of a face by ${worst} of the size`);
+});
+
 test('nothing of it complained', () => assert.deepEqual(page.problems, []));
