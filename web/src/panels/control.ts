@@ -3,6 +3,8 @@ import type { App, Panel } from '../app/app';
 import { button, fill, h, say } from '../app/dom';
 import { PHASES, type Status } from '../app/status';
 
+const FIGURE = '\u2007'; // a space as wide as a figure
+
 export function controlPanel(app: App): Panel {
   const { twin, commander } = app;
   const list = h('div', { class: 'controllers' });
@@ -39,7 +41,7 @@ export function controlPanel(app: App): Panel {
   const loop = h('section', { 'aria-label': 'Where the time goes' },
     h('h4', {}, 'A step ', total), stack,
     h('dl', { class: 'facts phases' }, parts.map(({ phase, out }) => [h('dt', {}, h('i', { class: `phase key ${phase}` }), phase === 'idle' ? 'idle, waiting for time' : phase), out])),
-    h('dl', { class: 'facts' }, h('dt', {}, 'lateness of steps'), lateness, h('dt', {}, 'steps that came late'), overruns, h('dt', {}, 'messages skipped for slow clients'), skipped));
+    h('dl', { class: 'facts' }, h('dt', {}, 'lateness: half, 99 %, most'), lateness, h('dt', {}, 'steps that came late'), overruns, h('dt', {}, 'messages skipped for slow clients'), skipped));
 
   function showLoop(status: Status | null): void {
     loop.hidden = status === null;
@@ -50,11 +52,11 @@ export function controlPanel(app: App): Panel {
     for (const { phase, piece, out } of parts) {
       const share = sum > 0 && Number.isFinite(times[phase]) ? times[phase] / sum : 0;
       piece.style.flexGrow = String(share);
-      say(out, `${Number.isFinite(times[phase]) ? times[phase].toFixed(1) : '–'} µs   ${(share * 100).toFixed(0)} %`);
+      say(out, `${(Number.isFinite(times[phase]) ? times[phase].toFixed(1) : '–').padStart(6, FIGURE)} µs  ${(share * 100).toFixed(0).padStart(3, FIGURE)} %`);
     }
     stack.setAttribute('aria-label', parts.map(({ phase, out }) => `${phase} ${out.textContent}`).join(', '));
     const ms = (s: number): string => (s * 1000).toFixed(2);
-    say(lateness, `${ms(status.lateness.p50)} ms half, ${ms(status.lateness.p99)} ms 99 %, ${ms(status.lateness.max)} ms most`);
+    say(lateness, `${ms(status.lateness.p50)} · ${ms(status.lateness.p99)} · ${ms(status.lateness.max)} ms`);
     say(overruns, String(status.overruns));
     say(skipped, String(status.skipped));
   }

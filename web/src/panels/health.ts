@@ -4,7 +4,7 @@ import { fill, h, say } from '../app/dom';
 import { readFindings, type Finding } from '../app/health';
 import { Seen } from '../app/seen';
 import { judgeLoad } from '../app/status';
-import { format, unitOf } from '../app/units';
+import { shown, unitOf } from '../app/units';
 import type { Tree, TreeJoint } from '../robot/tree';
 
 interface Row {
@@ -63,7 +63,7 @@ export function healthPanel(app: App): Panel {
     if (!visible || tree === built) return;
     built = tree;
     const rows: [Element, Row][] = (tree?.moving ?? []).filter((j) => !j.mimic).map((joint) => {
-      const element = h('tr', {}, h('th', { scope: 'row' }, joint.name));
+      const element = h('tr', {}, h('th', { scope: 'row' }, joint.name, ' ', h('small', { class: 'muted' }, joint.kind === 'prismatic' ? 'N' : 'N m')));
       return [element, { joint, element, cells: [], bar: h('i', {}) }];
     });
     fill(table, rows.map(([element]) => element));
@@ -80,11 +80,10 @@ export function healthPanel(app: App): Panel {
     }
     const [effort, gravity, sag, margin] = row.cells;
     const load = twin.loads.get(joint.name);
-    const unit = joint.kind === 'prismatic' ? 'N' : 'N m';
-    const number = (value: number | undefined): string => (value !== undefined && Number.isFinite(value) ? `${value.toFixed(3)} ${unit}` : '–');
+    const number = (value: number | undefined): string => (value !== undefined && Number.isFinite(value) ? value.toFixed(3) : '–');
     say(effort!, number(load?.effort));
     say(gravity!, number(load?.gravity));
-    say(sag!, load && Number.isFinite(load.sag) ? `${format(joint, load.sag)} ${unitOf(joint)}` : '–');
+    say(sag!, load && Number.isFinite(load.sag) ? `${shown(joint, load.sag).toFixed(unitOf(joint) === 'rad' ? 4 : 2)} ${unitOf(joint)}` : '–');
     if (!load) {
       say(margin!, '–');
       return;
