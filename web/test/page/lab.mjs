@@ -83,6 +83,7 @@ export class Lab {
 
   #spawn(command, args) {
     const child = spawn(command, args.map(String), { stdio: process.env.VERBOSE ? 'inherit' : 'ignore' });
+    if (this.#children.size === 0) process.once('exit', () => this.#end()); // also where starting has failed
     this.#children.add(child);
     child.once('exit', () => this.#children.delete(child));
     return child;
@@ -145,6 +146,10 @@ export class Lab {
 
   async stop() {
     await this.browser?.close();
+    this.#end();
+  }
+
+  #end() {
     for (const child of this.#children) child.kill('SIGKILL');
   }
 }
