@@ -108,6 +108,21 @@ TEST_F(Entities, AreLimitedInNumber) {
   EXPECT_THAT(spawn("more", ball("more")), HasSubstr("200 objects"));
 }
 
+TEST_F(Entities, AProgramMayPutThemInByTheEngine) {
+  bring_up("lab_arm");
+  listen("/doppel/objects");
+  run(0.1);
+  WorldObject post;
+  post.name = "post";
+  post.shape = Box{{0.1, 0.1, 1}};
+  post.X_WO.translation() << 1, 0, 0.5;
+  twin_->engine().spawn(post);
+  run(0.1);
+  const auto told = heard<MarkerArray>("/doppel/objects");
+  ASSERT_FALSE(told.empty());
+  EXPECT_EQ(told.back().markers.at(0).text, "post");
+}
+
 TEST_F(Entities, AreToldAndPlacedInFrames) {
   bring_up("lab_arm");
   spawn("base", ball("base", 0), at(1, 2, 0.5));

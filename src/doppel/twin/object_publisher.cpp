@@ -1,6 +1,7 @@
 #include "doppel/twin/object_publisher.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "doppel/twin/pose_messages.h"
@@ -57,6 +58,12 @@ ObjectPublisher::ObjectPublisher(Bus& bus) : node_(bus, "/doppel") {
   topic_ = node_.advertise<visualization_msgs::msg::MarkerArray>("~/objects", {.depth = 1, .latched = true});
 }
 
+// Whoever has the engine may have put objects in or taken them out.
+bool ObjectPublisher::names_are(const std::vector<WorldObject>& objects) const {
+  const std::span told(message_.markers.data(), told_.size());
+  return std::ranges::equal(told, objects, {}, &Marker::text, &WorldObject::name);
+}
+
 // An object keeps its id as long as it is there under its name.
 void ObjectPublisher::list(const std::vector<WorldObject>& objects) {
   const auto before = static_cast<std::ptrdiff_t>(told_.size());
@@ -92,7 +99,7 @@ bool ObjectPublisher::update_poses(const std::vector<WorldObject>& objects, cons
 
 void ObjectPublisher::publish_changes(const Model& model, const Engine& engine, Time now) {
   const std::vector<WorldObject>& objects = engine.objects();
-  const bool was_listed = std::exchange(listed_, true);
+  const bool was_listed = std::exchange(listed_, true) && names_are(objects);
   if (!was_listed) list(objects);
   const bool moved = update_poses(objects, engine, world_in_tf(model, engine));
   if (was_listed && !moved) return;

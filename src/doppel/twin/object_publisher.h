@@ -23,7 +23,7 @@ class ObjectPublisher {
   void publish_due(const Model& model, const Engine& engine, Time now) {
     if (due_(now, true)) publish_changes(model, engine, now);
   }
-  // Also after objects came or went.
+  // After objects were moved, or others came under the same names.
   void at_once() {
     listed_ = false;
     due_.at_once();
@@ -31,6 +31,7 @@ class ObjectPublisher {
 
  private:
   void publish_changes(const Model& model, const Engine& engine, Time now);
+  [[nodiscard]] bool names_are(const std::vector<WorldObject>& objects) const;
   void list(const std::vector<WorldObject>& objects);
   bool update_poses(const std::vector<WorldObject>& objects, const Engine& engine, const Pose& X_TW);
 
