@@ -35,6 +35,7 @@ class WebSocketSession;
 // What connections need of the server.
 struct Context {
   const ServerOptions& options;
+  Bus& bus;
   Hub& hub;
   const Admission& admission;
   PageFiles& page;

@@ -39,7 +39,7 @@ struct Server::Impl {
   Impl(Bus& bus, ServerOptions wanted)
       : options(std::move(wanted)),
         page(options.page_folder),
-        context{.options = options, .hub = hub, .admission = admission, .page = page, .url = ""},
+        context{.options = options, .bus = bus, .hub = hub, .admission = admission, .page = page, .url = ""},
         acceptor(listen(io, options)),
         address(acceptor.local_endpoint().address()),
         port(acceptor.local_endpoint().port()),

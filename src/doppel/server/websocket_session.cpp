@@ -53,7 +53,10 @@ void WebSocketSession::accept(const Request& request, std::string_view subprotoc
 
 void WebSocketSession::send(OutgoingFrame frame) {
   if (closing_) return;
-  context_.skipped += queue_.push(std::move(frame));
+  if (const std::size_t skipped = queue_.push(std::move(frame)); skipped > 0) {
+    context_.skipped += skipped;
+    context_.bus.add_skipped(skipped);  // the loop's status tells it
+  }
   if (queue_.answer_bytes() > 4 * context_.options.client_queue_bytes + kAnswersBeforePause) {
     return close(websocket::close_code::try_again_later, "this client does not read what it asked for");
   }
