@@ -44,6 +44,7 @@ export function startWorkbench(app: App, layout: Layout): void {
 
   let down: { x: number; y: number } | null = null;
   const canvas = app.world.stage.renderer.domElement;
+  objects.placingChanged.on((placing) => handle.stepAside(placing));
   canvas.addEventListener('pointerdown', (event) => {
     down = null;
     if (event.button !== 0 || handle.busy || objects.busy) return;

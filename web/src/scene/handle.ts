@@ -10,6 +10,7 @@ export class ToolHandle {
   private readonly helper: THREE.Object3D;
   private readonly gap: THREE.Line;
   on = true;
+  private away = false;
 
   constructor(private readonly app: App, private readonly driver: ToolDriver) {
     const { stage, camera } = app.world;
@@ -53,10 +54,18 @@ export class ToolHandle {
     this.app.world.stage.invalidate();
   }
 
+  // Out of the way of a click that is meant for something else.
+  stepAside(away: boolean): void {
+    this.away = away;
+    this.place();
+    this.app.world.stage.invalidate();
+  }
+
   private place(): void {
-    const usable = this.on && this.driver.canMove();
+    const usable = this.on && !this.away && this.driver.canMove();
     this.helper.visible = usable;
     this.controls.enabled = usable;
+    if (!usable) this.controls.axis = null;
     if (this.controls.dragging) return;
     const pose = this.driver.goal ?? this.driver.commanded();
     if (!pose) return;

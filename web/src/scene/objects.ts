@@ -147,6 +147,11 @@ export class ObjectLayer {
   // The next click on the ground says where; calling it again takes that back.
   place(then: ((at: THREE.Vector3) => void) | null): void {
     this.placed = then;
+    if (this.controls) {
+      this.controls.enabled = then === null;
+      this.controls.getHelper().visible = then === null;
+      if (then !== null) this.controls.axis = null;
+    }
     this.placingChanged.emit(then !== null);
   }
 

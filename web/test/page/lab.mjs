@@ -27,7 +27,7 @@ export function freePort() {
   });
 }
 
-async function until(what, check, ms = 20000) {
+export async function until(what, check, ms = 20000) {
   const end = Date.now() + ms;
   while (Date.now() < end) {
     if (await check().catch(() => false)) return;

@@ -1,7 +1,7 @@
 // The page in real Chromium against a running twin. Each test begins with the arm at rest where it started.
 import assert from 'node:assert/strict';
 import { after, before } from 'node:test';
-import { Lab, waitFor } from './lab.mjs';
+import { Lab, until, waitFor } from './lab.mjs';
 
 const lab = new Lab();
 before(() => lab.start(), { timeout: 120000 });
@@ -149,14 +149,19 @@ lab.check('a goal of the tool is reached within 2 mm by the commanded pose; one 
 
 lab.check('the handle is dragged with the mouse, without a jump', async (page) => {
   const start = await page.evaluate(() => [...doppel.driver.commanded().slice(0, 3)]);
-  const at = await page.evaluate(() => {
-    const { stage } = doppel.world;
-    const p = doppel.world.toolPosition().project(stage.camera);
-    const box = stage.renderer.domElement.getBoundingClientRect();
-    return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
+  let at;
+  await until('the handle under the mouse', async () => {
+    at = await page.evaluate(() => {
+      const { stage } = doppel.world;
+      const p = doppel.world.toolPosition().project(stage.camera);
+      const box = stage.renderer.domElement.getBoundingClientRect();
+      return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
+    });
+    await page.mouse.move(at.x + 1, at.y);
+    await page.mouse.move(at.x, at.y);
+    await frames(page, 2);
+    return page.evaluate(() => doppel.handle.controls.axis !== null);
   });
-  await page.mouse.move(at.x, at.y);
-  await waitFor(page, () => doppel.handle.controls.axis !== null);
   await page.mouse.down();
   const first = await page.evaluate(() => [...doppel.driver.commanded().slice(0, 3)]);
   assert.ok(Math.hypot(...first.map((v, i) => v - start[i])) < 0.002, 'no jump');

@@ -129,8 +129,10 @@ test('objects are added, moved and removed; where that cannot be, a sentence say
   });
   await page.mouse.click(at.x, at.y);
   await waitFor(() => Math.abs(doppel.objects.objects.get('placed')?.holder.position.y - 0.25) < 0.01);
-  for (const name of ['test_box', 'placed']) await page.locator('.object-list li', { hasText: name }).locator('button', { hasText: 'Remove' }).click();
-  await waitFor(() => doppel.objects.objects.size === 0);
+  for (const name of ['test_box', 'placed']) {
+    await page.locator('.object-list li', { hasText: name }).locator('button', { hasText: 'Remove' }).click();
+    await waitFor((gone) => !doppel.objects.objects.has(gone), name);
+  }
 });
 
 test('where meshes collide their convex hulls are drawn', async () => {
