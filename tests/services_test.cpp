@@ -93,6 +93,55 @@ TEST_F(Services, JointLoadsTellWhatGravityAsks) {
   }
 }
 
+// Against the physics engine's own energy, which knows nothing of how the loads are computed.
+TEST_F(Services, JointLoadsAreTheSlopeOfThePotentialEnergy) {
+  for (const char* robot : {"lab_arm", "omarm_one", "omarm_zero"}) {
+    bring_up(robot);
+    listen("/doppel/joint_loads");
+    run(0.3);
+    heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
+    twin_->publish_state();
+    twin_->between_steps();
+    const auto loads = heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
+    ASSERT_EQ(loads.size(), 1u);
+    Engine& engine = twin_->engine();
+    const std::vector<double> q(engine.q().begin(), engine.q().end());
+    const std::vector<double> rest(engine.v().size(), 0.0);
+    for (std::size_t i = 0; i < loads[0].joint_names.size(); ++i) {
+      const Model& model = twin_->model();
+      const ModelJoint& joint =
+          model.joints[static_cast<std::size_t>(model.find_joint(loads[0].joint_names[i]))];
+      const auto energy_at = [&](double offset) {
+        Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(q.data(), model.nq);
+        moved[joint.q] += offset;
+        engine.set_state({moved.data(), q.size()}, rest);  // mimics follow
+        return engine.potential_energy();
+      };
+      const double slope = (energy_at(1e-5) - energy_at(-1e-5)) / 2e-5;
+      EXPECT_NEAR(loads[0].gravity_torques[i], slope, 1e-6) << robot << ' ' << joint.name;
+      EXPECT_NEAR(loads[0].margins[i], joint.effort - std::abs(slope), 1e-6) << robot << ' ' << joint.name;
+    }
+  }
+}
+
+// A drive at rest stands behind its reference by what is told as its sag, but for what friction holds.
+TEST_F(Services, JointsSagAsTold) {
+  bring_up("lab_arm");
+  run(2.0);
+  listen("/doppel/joint_loads");
+  run(0.3);
+  const auto loads = heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads").back();
+  const Model& model = twin_->model();
+  for (std::size_t i = 0; i < loads.joint_names.size(); ++i) {
+    const int index = model.find_joint(loads.joint_names[i]);
+    const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
+    const double behind =
+        twin_->engine().drive_reference(index) - twin_->engine().q()[static_cast<std::size_t>(joint.q)];
+    const double stiffness = twin_->engine().servos()[static_cast<std::size_t>(index)].stiffness;
+    EXPECT_NEAR(behind, loads.sags[i], joint.friction / stiffness + 1e-6) << joint.name;
+  }
+}
+
 TEST_F(Services, JointEffortActsForItsTimeOnly) {
   Scenario scenario;
   scenario.target = "omarm_one";

@@ -213,14 +213,14 @@ FrameVelocity MujocoEngine::body_velocity(int body) const {
   return {vector_at(rotation_then_translation + 3), vector_at(rotation_then_translation)};
 }
 
-double MujocoEngine::kinetic_energy() const {
-  mj_energyVel(m(), d());
-  return d()->energy[1];
-}
-
-double MujocoEngine::potential_energy() const {
+// MuJoCo tells zero unless it is set to compute energies, which would cost every step.
+MujocoEngine::Energy MujocoEngine::energy() const {
+  const int flags = m()->opt.enableflags;
+  m()->opt.enableflags |= mjENBL_ENERGY;
   mj_energyPos(m(), d());
-  return d()->energy[0];
+  mj_energyVel(m(), d());
+  m()->opt.enableflags = flags;
+  return {d()->energy[0], d()->energy[1]};
 }
 
 Contact MujocoEngine::describe(const mjContact& contact) const {

@@ -93,8 +93,8 @@ class MujocoEngine final : public Engine {
   [[nodiscard]] FrameVelocity link_velocity(int link) const override {
     return body_velocity(state_->body_of_link(link));
   }
-  [[nodiscard]] double kinetic_energy() const override;
-  [[nodiscard]] double potential_energy() const override;
+  [[nodiscard]] double kinetic_energy() const override { return energy().kinetic; }
+  [[nodiscard]] double potential_energy() const override { return energy().potential; }
 
   void contacts(std::vector<Contact>& out) const override;
   [[nodiscard]] RayHit cast_ray(const Eigen::Vector3d& from_W,
@@ -112,6 +112,10 @@ class MujocoEngine final : public Engine {
   [[nodiscard]] mjData* d() const { return state_->d(); }
 
  private:
+  struct Energy {
+    double potential, kinetic;
+  };
+  [[nodiscard]] Energy energy() const;
   void make_drives(const EngineOptions& options);
   void write_drive(std::size_t actuator);
   void choose_exclusions(bool self_collision);
