@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <sstream>
 
@@ -22,6 +23,29 @@ constexpr double kFarthest = 1e4;                    // m
 constexpr double kMostFriction = 100;
 constexpr const char* kInvalid = "entity.invalid";
 
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream words(text);
+  return {std::istream_iterator<std::string>(words), {}};
+}
+
+// The same words, numbers by their value.
+bool same_text(const std::string& a, const std::string& b) {
+  return std::ranges::equal(words_of(a), words_of(b), [](const std::string& x, const std::string& y) {
+    const auto number = parse_number(x);
+    return x == y || (number && number == parse_number(y));
+  });
+}
+
+bool same_xml(const XmlNode& a, const XmlNode& b) {
+  const auto same_attribute = [&b](const XmlAttribute& attribute) {
+    const XmlAttribute* other = b.find(attribute.name);
+    return other != nullptr && same_text(attribute.value, other->value);
+  };
+  return a.name == b.name && same_text(a.text, b.text) && a.attributes.size() == b.attributes.size() &&
+         std::ranges::all_of(a.attributes, same_attribute) &&
+         std::ranges::equal(a.children, b.children, same_xml);
+}
+
 // What SDF and URDF have in common: numbers in their bounds, shapes, and what must be there once.
 class Reader {
  public:
@@ -33,6 +57,37 @@ class Reader {
   }
   void has_no_effect(const XmlNode& node) {
     notes_.note("entity.no_effect", node.where, fmt::format("<{}> has no effect on an object", node.name));
+  }
+
+  // An object's mass is spread evenly over its shape, whatever the text says beside it.
+  void note_inertial(const XmlNode& inertial) {
+    for (const XmlNode& child : inertial.children) {
+      if (child.kind == XmlNode::Kind::element && !child.is("mass")) has_no_effect(child);
+    }
+  }
+  // A pose that is not written, or is all zeros.
+  static bool moves_nothing(const XmlNode* pose) {
+    if (pose == nullptr) return true;
+    std::string text = pose->content();
+    for (const XmlAttribute& attribute : pose->attributes) text += ' ' + attribute.value;
+    return std::ranges::all_of(words_of(text),
+                               [](const std::string& word) { return parse_number(word) == 0.0; });
+  }
+  // An object is drawn as what collides.
+  void note_visuals(const XmlNode& link, const XmlNode& carrier, std::string_view place) {
+    const auto same = [](const XmlNode* a, const XmlNode* b) {
+      return a != nullptr && b != nullptr && same_xml(*a, *b);
+    };
+    for (const XmlNode* visual : all(link, "visual")) {
+      const XmlNode *here = visual->first(place), *there = carrier.first(place);
+      const bool same_place = (moves_nothing(here) && moves_nothing(there)) || same(here, there);
+      if (visual == &carrier || (same_place && same(visual->first("geometry"), carrier.first("geometry"))))
+        continue;
+      notes_.note(
+          "entity.visual", visual->where,
+          "the <visual> is not the same shape in the same place as the <collision>, and is not drawn: an "
+          "object is drawn as it collides");
+    }
   }
 
   static std::vector<const XmlNode*> all(const XmlNode& node, std::string_view name) {
@@ -218,11 +273,12 @@ class SdfReader : private Reader {
     }
     if (const XmlNode* inertial = link.first("inertial")) {
       if (const XmlNode* mass = inertial->first("mass")) object.mass = mass_from(*mass, number(*mass));
-      if (const XmlNode* inertia = inertial->first("inertia")) has_no_effect(*inertia);
+      note_inertial(*inertial);
     }
     if (const XmlNode* visual = link.first("visual")) read_color(*visual, object);
     const XmlNode* carrier = carrier_of_shape(link);
     if (carrier == nullptr) return;
+    note_visuals(link, *carrier, "pose");
     object.X_OS = pose(link) * pose(*carrier);
     if (const XmlNode* shape = shape_below(*carrier, {"box", "sphere", "cylinder", "capsule", "mesh"})) {
       object.shape = geometry(*shape);
@@ -330,10 +386,12 @@ class UrdfEntityReader : private Reader {
     if (const XmlNode* inertial = link.first("inertial")) {
       if (const XmlNode* mass = inertial->first("mass"))
         object.mass = mass_from(*mass, from_.number(*mass, "value"));
+      note_inertial(*inertial);
     }
     if (const XmlNode* visual = link.first("visual")) read_color(robot, *visual, object);
     const XmlNode* carrier = carrier_of_shape(link);
     if (carrier == nullptr) return;
+    note_visuals(link, *carrier, "origin");
     if (const XmlNode* origin = carrier->first("origin")) {
       object.X_OS = make_pose(vector(*origin, "xyz", Eigen::Vector3d::Zero()),
                               vector(*origin, "rpy", Eigen::Vector3d::Zero()));

@@ -135,6 +135,42 @@ TEST(EntityXml, WhatHasNoEffectIsNoted) {
   EXPECT_THAT(notes.all()[0].message, HasSubstr("<plugin>"));
 }
 
+std::string notes_of(const std::string& xml) {
+  Diagnostics notes;
+  read_entity_xml(xml, any_mesh, notes);
+  std::string out;
+  for (const Diagnostic& note : notes.all()) out += note.where.place() + ": " + note.message + "\n";
+  return out;
+}
+
+TEST(EntityXml, AVisualThatIsNotDrawnIsNoted) {
+  const auto sdf = [](const std::string& visual) {
+    return model("<link name='l'><collision name='c'><geometry>" + kBall +
+                 "</geometry></collision><visual name='v'>" + visual + "</visual></link>");
+  };
+  EXPECT_EQ(notes_of(sdf("<geometry><sphere><radius> 5e-2 </radius></sphere></geometry>")), "");
+  EXPECT_THAT(notes_of(sdf("<geometry><sphere><radius>0.06</radius></sphere></geometry>")),
+              HasSubstr("the <visual> is not the same shape"));
+  EXPECT_THAT(notes_of(sdf("<geometry><mesh><uri>package://p/cup.dae</uri></mesh></geometry>")),
+              HasSubstr("is not drawn"));
+  EXPECT_THAT(notes_of(sdf("<pose>0 0 1 0 0 0</pose><geometry>" + kBall + "</geometry>")),
+              HasSubstr("in the same place"));
+  EXPECT_EQ(
+      notes_of(model("<link name='l'><visual name='v'><geometry>" + kBall + "</geometry></visual></link>")),
+      "")
+      << "where nothing collides the visual does, and is drawn";
+  const auto urdf = [](const std::string& radius, const std::string& more) {
+    return "<robot name='r'><link name='l'><collision><origin xyz='0 0 1'/><geometry><sphere "
+           "radius='0.1'/></geometry>"
+           "</collision><visual><origin xyz='0 0 1.0'/><geometry><sphere radius='" +
+           radius + "'/></geometry></visual>" + more + "</link></robot>";
+  };
+  EXPECT_EQ(notes_of(urdf("1e-1", "")), "");
+  EXPECT_THAT(notes_of(urdf("0.2", "")), HasSubstr("is not drawn"));
+  EXPECT_THAT(notes_of(urdf("0.1", "<inertial><origin xyz='0 0 1'/><mass value='1'/></inertial>")),
+              HasSubstr("<origin> has no effect"));
+}
+
 // Two packages beside each other, a secret outside, and links.
 class EntityMesh : public ::testing::Test {
  protected:
