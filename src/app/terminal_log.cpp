@@ -2,9 +2,27 @@
 
 #include <fmt/format.h>
 
-namespace doppel::app {
+#include "doppel/messages/utf8.h"
 
-void TerminalLog::add(const LogLine& line) {
+namespace doppel::app {
+namespace {
+
+// Names that clients send stand in these lines, and must not steer the terminal.
+std::string without_controls(const std::string& text) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const Utf8Char c = next_utf8(text, at);
+    const bool control = (c.code < 0x20 && c.code != '\n') || (c.code >= 0x7F && c.code < 0xA0);
+    out += c.valid && !control ? text.substr(at, c.size) : "?";
+    at += c.size;
+  }
+  return out;
+}
+
+}  // namespace
+
+void TerminalLog::add(const LogLine& said) {
+  const LogLine line{said.severity, said.origin, without_controls(said.text)};
   const std::lock_guard lock(mutex_);
   if (!table_) return print(line);
   recent_.push_back(line);

@@ -12,7 +12,7 @@ namespace doppel::app {
 // Any thread.
 class TerminalLog {
  public:
-  void add(const LogLine& line);
+  void add(const LogLine& said);
   void table_begins();
   // Warnings and errors that scrolled away in the table are repeated for the record.
   void table_ends();
