@@ -78,6 +78,11 @@ TEST_F(Entities, WhatCannotBeIsRefusedAndChangesNothing) {
   EXPECT_THAT(spawn(robot, ball("a")), HasSubstr("taken by the robot"));
   EXPECT_THAT(spawn("ground", ball("a")), HasSubstr("taken by the robot or its world"));
   EXPECT_THAT(spawn("a::b", ball("a")), HasSubstr("no '::'"));
+  for (const char* name : {"' '", "\"a\\nb\"", "\"\\e[31m\"", "\"\\x9b\"", "\xff"}) {
+    const std::string said = call("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
+                                  "{name: " + std::string(name) + ", xml: \"" + ball("a") + "\"}");
+    EXPECT_THAT(said, ::testing::Not(HasSubstr("success: true"))) << name;
+  }
   EXPECT_THAT(spawn("b", "<sdf/>"), HasSubstr("0 models"));
   EXPECT_THAT(spawn("b", "not xml"), HasSubstr("success: false"));
   EXPECT_THAT(spawn("b", ball("b"), at(0, 0, 1), "nowhere"), HasSubstr("frame of reference is unknown"));
@@ -220,8 +225,131 @@ TEST_F(Entities, TouchTheGroundWithTheirWeight) {
   EXPECT_NEAR(touch->contact_positions.at(0).x, 1.0, 1e-2);
 }
 
+// A shape that stands elsewhere than its model: 0.1 m beside it and turned by 90 degrees about z.
+constexpr const char* kBeside =
+    "<sdf version='1.7'><model name='can'><link name='body'><pose>0.1 0 0 0 0 1.5707963267948966</pose>"
+    "<inertial><mass>2</mass></inertial><collision name='c'><pose>0 0 0.2 0 0 0</pose>"
+    "<geometry><box><size>0.1 0.1 0.1</size></box></geometry></collision></link></model></sdf>";
+
+class EntityStates : public Entities {
+ protected:
+  gazebo_msgs::msg::EntityState state_of(const std::string& name, const std::string& frame = "") {
+    const std::string said = call("/gazebo/get_entity_state", "gazebo_msgs/srv/GetEntityState",
+                                  "{name: '" + name + "', reference_frame: '" + frame + "'}");
+    gazebo_msgs::srv::GetEntityState::Response out;
+    Bytes cdr;
+    const Status read = find_service("gazebo_msgs/srv/GetEntityState")->response->yaml_to_cdr(said, cdr);
+    EXPECT_TRUE(read.ok() && from_cdr(cdr, out).ok() && out.success) << said;
+    return out.state;
+  }
+  std::string put(const std::string& name, const std::string& state, const std::string& frame = "") {
+    return call("/gazebo/set_entity_state", "gazebo_msgs/srv/SetEntityState",
+                "{state: {name: '" + name + "', reference_frame: '" + frame + "', " + state + "}}");
+  }
+  std::string push(const std::string& request) {
+    return call("/gazebo/apply_link_wrench", "gazebo_msgs/srv/ApplyLinkWrench", request);
+  }
+  Marker marker(const std::string& name) {
+    run(0.001);
+    for (const MarkerArray& told : heard<MarkerArray>("/doppel/objects")) {
+      for (const Marker& one : told.markers) {
+        if (one.text == name) last_ = one;
+      }
+    }
+    return last_;
+  }
+  static void expect_same(const geometry_msgs::msg::Pose& a, const geometry_msgs::msg::Pose& b) {
+    EXPECT_NEAR(a.position.x, b.position.x, 1e-4);
+    EXPECT_NEAR(a.position.y, b.position.y, 1e-4);
+    EXPECT_NEAR(a.position.z, b.position.z, 1e-4);
+    EXPECT_NEAR(std::abs(a.orientation.x * b.orientation.x + a.orientation.y * b.orientation.y +
+                         a.orientation.z * b.orientation.z + a.orientation.w * b.orientation.w),
+                1.0, 1e-6);
+  }
+
+ private:
+  Marker last_;
+};
+
+TEST_F(EntityStates, OfAShapeAreWhatItsMarkerTells) {
+  bring_up("lab_arm");
+  listen("/doppel/objects");
+  ASSERT_THAT(spawn("can", kBeside, at(1, 2, 3)), HasSubstr("success: true"));
+  EXPECT_NEAR(state_of("can").pose.position.x, 1.0, 1e-9) << "the model's frame is where it was put";
+  EXPECT_NEAR(state_of("can::body").pose.position.x, 1.0, 1e-9);
+  const auto shape = state_of("can::link::collision").pose;
+  EXPECT_NEAR(shape.position.x, 1.1, 1e-9);
+  EXPECT_NEAR(shape.position.z, 3.2, 1e-9);
+  EXPECT_NEAR(shape.orientation.z, std::sqrt(0.5), 1e-9);
+  expect_same(marker("can").pose, shape);
+  // What a marker tells may be sent back: nothing jumps.
+  const std::string told =
+      "pose: {position: {x: 1.1, y: 2, z: 3.2}, orientation: {z: 0.70710678118654752, w: "
+      "0.70710678118654752}}";
+  EXPECT_THAT(put("can::link::collision", told), HasSubstr("success: true"));
+  EXPECT_TRUE(where("can").isApprox(Eigen::Vector3d(1, 2, 3), 1e-9)) << where("can").transpose();
+}
+
+TEST_F(EntityStates, AShapeMovesAsARigidBody) {
+  bring_up("lab_arm");
+  spawn("can", kBeside, at(1, 2, 3));
+  EXPECT_THAT(put("can::link::collision",
+                  "pose: {position: {x: 5, y: 0, z: 2}}, twist: {linear: {x: 1}, angular: {z: 2}}"),
+              HasSubstr("success: true"));
+  const auto shape = state_of("can::link::collision");
+  EXPECT_NEAR(shape.pose.position.x, 5, 1e-9);
+  EXPECT_NEAR(shape.twist.linear.x, 1, 1e-9);
+  EXPECT_NEAR(shape.twist.linear.y, 0, 1e-9);
+  // The model's frame lies 0.1 m along the shape's y, and goes round it.
+  const auto body = state_of("can");
+  EXPECT_NEAR(body.pose.position.y, 0.1, 1e-9);
+  EXPECT_NEAR(body.twist.linear.x, 1 - 2 * 0.1, 1e-9);
+}
+
+TEST_F(EntityStates, ObjectsArePushedAsLinksAre) {
+  bring_up("lab_arm");
+  spawn("can", kBeside, at(1, 2, 30));
+  spawn("post", ball("post", 0), at(-1, 0, 1));
+  // At the middle of the shape: F/m, and nothing turns. 0.2 s of 10 N on 2 kg.
+  EXPECT_THAT(
+      push("{link_name: 'can::link::collision', wrench: {force: {y: 10}}, duration: {nanosec: 200000000}}"),
+      HasSubstr("success: true"));
+  run(0.2);
+  EXPECT_NEAR(state_of("can").twist.linear.y, 1.0, 1e-6);
+  EXPECT_NEAR(state_of("can").twist.angular.z, 0.0, 1e-9);
+  run(0.2);
+  EXPECT_NEAR(state_of("can").twist.linear.y, 1.0, 1e-6) << "for its time only";
+  // The same force at the model's origin, 0.1 m beside: torque 1 N m about a box's m a^2 / 6.
+  push("{link_name: can, wrench: {force: {y: -10}}, duration: {nanosec: 1000000}}");
+  run(0.001);
+  EXPECT_NEAR(state_of("can").twist.angular.z, 1.0 / (2 * 0.01 / 6) * 0.001, 1e-4);
+  EXPECT_THAT(push("{link_name: post, wrench: {force: {y: 10}}, duration: {sec: -1}}"),
+              HasSubstr("fixed to the world"));
+  EXPECT_THAT(push("{link_name: cann, wrench: {force: {y: 10}}, duration: {sec: -1}}"),
+              HasSubstr("did you mean 'can'"));
+}
+
+TEST_F(EntityStates, APushEndsWithItsObject) {
+  bring_up("lab_arm");
+  spawn("ball", ball("ball", 1), at(1, 0, 50));
+  push("{link_name: ball, wrench: {force: {z: 9.81}}, duration: {sec: -1}}");
+  spawn("other", ball("other", 1), at(2, 0, 50));  // the physics' model is made anew
+  run(0.5);
+  EXPECT_NEAR(where("ball").z(), 50, 1e-6) << "held";
+  call("/gazebo/clear_link_wrenches", "gazebo_msgs/srv/LinkRequest", "{link_name: 'ball::link'}");
+  run(0.1);
+  EXPECT_LT(state_of("ball").twist.linear.z, -0.9) << "let go";
+  push("{link_name: ball, wrench: {force: {z: 9.81}}, duration: {sec: -1}}");
+  run(0.01);
+  remove("ball");
+  spawn("ball", ball("ball", 1), at(1, 0, 50));
+  push("{link_name: other, wrench: {force: {x: 1}}, duration: {sec: -1}}");  // all loads are written again
+  run(0.1);
+  EXPECT_LT(state_of("ball").twist.linear.z, -0.9) << "another ball is not held";
+}
+
 // With a world file, edited and deleted from while the twin runs.
-class EntitiesOfAWorld : public Entities {
+class EntitiesOfAWorld : public EntityStates {
  protected:
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -277,6 +405,13 @@ TEST_F(EntitiesOfAWorld, StandInTheFrameThatTfCallsWorld) {
   ASSERT_FALSE(told.empty());
   EXPECT_EQ(told.back().markers.at(0).text, "shelf");
   EXPECT_NEAR(told.back().markers.at(0).pose.position.z, root_is_world ? 0.3 : 0.5, 1e-9);
+  expect_same(told.back().markers.at(0).pose, state_of("shelf").pose);
+  spawn("post", ball("post", 0), at(3, 0, 1), "world");
+  EXPECT_NEAR(state_of("post").pose.position.z, 1, 1e-9);
+  EXPECT_NEAR(marker("post").pose.position.z, 1, 1e-9);
+  put("post", "pose: {position: {x: 3, z: 2}}");
+  EXPECT_NEAR(marker("post").pose.position.z, 2, 1e-9);
+  EXPECT_NEAR(state_of("post").pose.position.z, 2, 1e-9);
 }
 
 }  // namespace

@@ -104,6 +104,9 @@ class Engine {
   virtual void apply_joint_effort(int joint, double effort) = 0;
   virtual void apply_wrench(int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,
                             const Eigen::Vector3d& torque_W) = 0;
+  // The same on a loose object, at p_OoP_O; nothing moves a fixed one. False: no such object.
+  virtual bool apply_object_wrench(std::string_view name, const Eigen::Vector3d& p_OoP_O,
+                                   const Eigen::Vector3d& force_W, const Eigen::Vector3d& torque_W) = 0;
   virtual void clear_applied() = 0;
 
   [[nodiscard]] virtual Pose link_pose(int link) const = 0;  // X_WL

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
+#include "doppel/messages/utf8.h"
 #include "doppel/twin/pose_messages.h"
 #include "doppel/twin/service_answer.h"
 
@@ -13,17 +13,16 @@ namespace {
 
 constexpr double kFarthest = 1e4;  // m
 constexpr double kFastest = 1e3;   // m/s, rad/s
-constexpr std::size_t kLongestName = 100;
 
-bool is_world(const std::string& frame) {
-  return frame.empty() || frame == "world" || frame == "map";
-}
-
-// "scope::plain"; without a scope, all of it is plain.
-std::pair<std::string, std::string> split_scope(const std::string& name) {
-  const std::size_t at = name.find("::");
-  if (at == std::string::npos) return {"", name};
-  return {name.substr(0, at), name.substr(name.rfind("::") + 2)};
+bool is_printable(const std::string& name) {
+  bool blank = true;
+  for (std::size_t at = 0; at < name.size();) {
+    const Utf8Char c = next_utf8(name, at);
+    if (!c.valid || c.code < 0x20 || (c.code >= 0x7F && c.code < 0xA0)) return false;
+    blank = blank && c.code == ' ';
+    at += c.size;
+  }
+  return !blank;
 }
 
 std::string joined(const std::vector<Diagnostic>& diagnostics) {
@@ -47,62 +46,16 @@ EntityServices::EntityServices(Bus& bus, const Model& model, Engine& engine, con
   offer_model_state();
 }
 
-Status EntityServices::find(const std::string& name, Entity& entity) const {
-  const auto [scope, plain] = split_scope(name);
-  const std::string& model = scope.empty() ? plain : scope;
-  Pose unused;
-  if (engine_->object_pose(model, unused)) {
-    entity.object = model;
-    return {};
-  }
-  if (plain == model_.name) {
-    entity.link = 0;
-    return {};
-  }
-  entity.link = model_.find_link(plain);
-  if (entity.link >= 0 && (scope.empty() || scope == model_.name)) return {};
-  std::vector<std::string> names{model_.name};
-  for (const WorldObject& object : engine_->objects()) names.push_back(object.name);
-  if (std::ranges::find(names, model) != names.end()) {
-    names.clear();  // the model is right, so the link is not
-    for (const ModelLink& link : model_.links) names.push_back(link.name);
-  }
-  return Status::refused(fmt::format("there is no entity '{}'{}", name.substr(0, kLongestName),
-                                     did_you_mean(plain.substr(0, kLongestName), names)));
-}
-
-EntityServices::Motion EntityServices::motion_of(const Entity& entity) const {
-  Motion out;
-  if (!entity.object.empty()) {
-    engine_->object_pose(entity.object, out.X_WE);
-    engine_->object_velocity(entity.object, out.velocity);
-  } else {
-    out.X_WE = engine_->link_pose(entity.link);
-    out.velocity = engine_->link_velocity(entity.link);
-  }
-  return out;
-}
-
-Status EntityServices::find_frame(const std::string& name, Motion& frame) const {
-  if (is_world(name)) return {};
-  Entity entity;
-  if (const Status found = find(name, entity); !found)
-    return Status::refused("the frame of reference is unknown: " + found.why());
-  frame = motion_of(entity);
-  return {};
-}
-
 Status EntityServices::check_name(const std::string& name) const {
   if (name.empty()) return Status::refused("the entity has no name, neither in the request nor in the xml");
-  const bool printable = std::ranges::all_of(name, [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
-  if (name.size() > kLongestName || !printable || name.find("::") != std::string::npos) {
-    return Status::refused(
-        fmt::format("a name has at most {} characters, all of them printable, and no '::'", kLongestName));
+  if (name.size() > kLongestName || !is_printable(name) || name.find("::") != std::string::npos) {
+    return Status::refused(fmt::format(
+        "a name has at most {} bytes of UTF-8, all of it printable and not only blanks, and no '::'",
+        kLongestName));
   }
   if (is_world(name) || name == "ground" || name == model_.name || model_.find_link(name) >= 0)
     return Status::refused(fmt::format("the name '{}' is taken by the robot or its world", name));
-  Pose unused;
-  if (engine_->object_pose(name, unused))
+  if (find_named(engine_->objects(), name) != nullptr)
     return Status::refused(
         fmt::format("there is an object '{}' already; choose another name, or delete it", name));
   if (engine_->objects().size() >= kMostObjects)
@@ -111,8 +64,8 @@ Status EntityServices::check_name(const std::string& name) const {
 }
 
 Status EntityServices::spawn(const gazebo_msgs::srv::SpawnEntity::Request& request, std::string& good) {
-  Motion frame;
-  if (const Status found = find_frame(request.reference_frame, frame); !found) return found;
+  EntityMotion frame;
+  if (const Status found = find_frame(model_, *engine_, request.reference_frame, frame); !found) return found;
   const std::optional<Pose> X_FE = from_msg(request.initial_pose);
   if (!X_FE)
     return Status::refused(
@@ -145,17 +98,17 @@ Status EntityServices::remove(const std::string& name) {
   if (name == "ground")
     return Status::refused("the ground is the world's own; `ground: false` in a world file");
   Entity entity;
-  const Status found = find(name, entity);
+  const Status found = find_entity(model_, *engine_, name, entity);
   return found ? Status::refused(fmt::format("'{}' is a part, and cannot be deleted alone", name)) : found;
 }
 
 Status EntityServices::get_state(const std::string& name, const std::string& reference,
                                  geometry_msgs::msg::Pose& pose, geometry_msgs::msg::Twist& twist) const {
   Entity entity;
-  Motion frame;
-  if (const Status found = find(name, entity); !found) return found;
-  if (const Status found = find_frame(reference, frame); !found) return found;
-  const Motion motion = motion_of(entity);
+  EntityMotion frame;
+  if (const Status found = find_entity(model_, *engine_, name, entity); !found) return found;
+  if (const Status found = find_frame(model_, *engine_, reference, frame); !found) return found;
+  const EntityMotion motion = motion_of(*engine_, entity);
   const Eigen::Matrix3d R_FW = frame.X_WE.linear().transpose();
   pose = to_pose_msg(frame.X_WE.inverse() * motion.X_WE);
   twist.linear = to_vector_msg(R_FW * (motion.velocity.linear_W - frame.velocity.linear_W));
@@ -167,9 +120,9 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
                                  const geometry_msgs::msg::Pose& pose,
                                  const geometry_msgs::msg::Twist& twist) {
   Entity entity;
-  Motion frame;
-  if (const Status found = find(name, entity); !found) return found;
-  if (const Status found = find_frame(reference, frame); !found) return found;
+  EntityMotion frame;
+  if (const Status found = find_entity(model_, *engine_, name, entity); !found) return found;
+  if (const Status found = find_frame(model_, *engine_, reference, frame); !found) return found;
   if (entity.object.empty()) {
     return Status::refused(
         fmt::format("'{}' is the robot or a link of it; its joints are set with "
@@ -187,11 +140,22 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
   if (!(velocity.linear_W.norm() <= kFastest) || !(velocity.angular_W.norm() <= kFastest))
     return Status::refused(
         fmt::format("the twist is not finite, or faster than {:g} m/s or rad/s", kFastest));
-  engine_->set_object_pose(entity.object, X_WE);
-  if (!velocity.linear_W.isZero(0) || !velocity.angular_W.isZero(0))
-    engine_->set_object_velocity(entity.object, velocity);
-  callbacks_.changed();
+  place(entity, {X_WE, velocity});
   return {};
+}
+
+// Puts an object where it, or its shape, is to move so.
+void EntityServices::place(const Entity& entity, EntityMotion motion) {
+  if (entity.shape) {
+    const Pose X_WO = motion.X_WE * shape_in_object(*engine_, entity.object).inverse();
+    motion.velocity.linear_W +=
+        motion.velocity.angular_W.cross(X_WO.translation() - motion.X_WE.translation());
+    motion.X_WE = X_WO;
+  }
+  engine_->set_object_pose(entity.object, motion.X_WE);
+  if (!motion.velocity.linear_W.isZero(0) || !motion.velocity.angular_W.isZero(0))
+    engine_->set_object_velocity(entity.object, motion.velocity);
+  callbacks_.changed();
 }
 
 // Once, however often a client tries.

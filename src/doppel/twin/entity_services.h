@@ -3,10 +3,9 @@
 // set_entity_state, and ROS 1's get_model_state and set_model_state. Everything runs on the loop's thread,
 // between steps; an object that comes or goes costs it a recompilation of the physics' model.
 //
-// An entity is named as in Gazebo: the robot, "robot::link" or just the link, an object, "object::link".
-// Frames of reference likewise; empty, "world" and "map" mean the world. A reset puts objects back to where
-// they were put, and removes none. Velocities relative to a frame are as gazebo_ros has them: the difference,
-// in the frame's axes.
+// Entities and frames of reference are named as entity.h says. A reset puts objects back to where they were
+// put, and removes none. Velocities relative to a frame are as gazebo_ros has them, in the frame's axes: what
+// is told is the difference to the frame's own, what is set is without it.
 
 #include <functional>
 #include <string>
@@ -15,6 +14,7 @@
 #include "doppel/core/log.h"
 #include "doppel/messages/gazebo_msgs.h"
 #include "doppel/physics/engine.h"
+#include "doppel/twin/entity.h"
 #include "doppel/twin/entity_xml.h"
 
 namespace doppel {
@@ -34,25 +34,14 @@ class EntityServices {
   void rebind(Engine& engine) { engine_ = &engine; }
 
  private:
-  // The world, a link of the robot, or an object.
-  struct Entity {
-    int link = -1;
-    std::string object;
-  };
-  struct Motion {
-    Pose X_WE = Pose::Identity();
-    FrameVelocity velocity;
-  };
   void offer_coming_and_going();
   void offer_entity_state();
   void offer_model_state();
 
-  [[nodiscard]] Status find(const std::string& name, Entity& entity) const;
-  [[nodiscard]] Status find_frame(const std::string& name, Motion& frame) const;
-  [[nodiscard]] Motion motion_of(const Entity& entity) const;
   Status spawn(const gazebo_msgs::srv::SpawnEntity::Request& request, std::string& good);
   [[nodiscard]] Status check_name(const std::string& name) const;
   Status remove(const std::string& name);
+  void place(const Entity& entity, EntityMotion motion);
   Status get_state(const std::string& name, const std::string& frame, geometry_msgs::msg::Pose& pose,
                    geometry_msgs::msg::Twist& twist) const;
   Status set_state(const std::string& name, const std::string& frame, const geometry_msgs::msg::Pose& pose,

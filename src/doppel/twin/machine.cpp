@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "doppel/twin/entity.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {
@@ -134,21 +135,16 @@ void refuse_lost_range(const Machine& from, const Machine& to) {
 
 namespace {
 
-const WorldObject* find_object(const std::vector<WorldObject>& objects, const std::string& name) {
-  const auto found = std::ranges::find(objects, name, &WorldObject::name);
-  return found == objects.end() ? nullptr : &*found;
-}
-
 // The world file's objects but for those that were deleted while it ran, and what was put in.
 std::vector<WorldObject> objects_after(const Machine& from, const Machine& to) {
   std::vector<WorldObject> out;
   const std::vector<WorldObject>& there = from.engine->objects();
   for (const WorldObject& object : to.setup.world.objects) {
-    const bool was_in_file = find_object(from.setup.world.objects, object.name) != nullptr;
-    if (!was_in_file || find_object(there, object.name) != nullptr) out.push_back(object);
+    const bool was_in_file = find_named(from.setup.world.objects, object.name) != nullptr;
+    if (!was_in_file || find_named(there, object.name) != nullptr) out.push_back(object);
   }
   for (const WorldObject& object : there) {
-    if (!object.source.known() && find_object(out, object.name) == nullptr) out.push_back(object);
+    if (!object.source.known() && find_named(out, object.name) == nullptr) out.push_back(object);
   }
   return out;
 }
@@ -159,7 +155,7 @@ void carry_over_objects(const Machine& from, Machine& to) {
       std::ranges::equal(objects, to.setup.world.objects, {}, &WorldObject::name, &WorldObject::name);
   if (!as_in_file) to.engine->set_objects(std::move(objects));
   for (const WorldObject& object : to.engine->objects()) {
-    const WorldObject* before = find_object(from.engine->objects(), object.name);
+    const WorldObject* before = find_named(from.engine->objects(), object.name);
     if (before == nullptr) continue;
     Pose X_WO = Pose::Identity();
     FrameVelocity velocity;

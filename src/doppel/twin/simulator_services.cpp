@@ -8,6 +8,7 @@
 #include "doppel/core/names.h"
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/std_srvs.h"
+#include "doppel/twin/entity.h"
 #include "doppel/twin/pose_messages.h"
 #include "doppel/twin/service_answer.h"
 
@@ -34,8 +35,16 @@ void SimulatorServices::forget_loads() {
   next_change_ = Time::max();
 }
 
+void SimulatorServices::forget_loads_of_gone_objects() {
+  const auto forgotten = std::erase_if(loads_, [this](const Load& load) {
+    return !load.object.empty() && find_named(engine_->objects(), load.object) == nullptr;
+  });
+  if (forgotten > 0) next_change_ = Time::zero();
+}
+
 void SimulatorServices::rebind(Engine& engine) {
   engine_ = &engine;
+  forget_loads_of_gone_objects();
   next_change_ = Time::zero();
 }
 
@@ -46,30 +55,39 @@ Status SimulatorServices::find_scalar_joint(const std::string& name, int& joint)
       fmt::format("there is no moving joint '{}'{}", name, did_you_mean(name, model_.scalar_joint_names())));
 }
 
-Status SimulatorServices::find_link(const std::string& name, int& link) const {
-  const std::size_t scope = name.rfind("::");  // Gazebo's "model::link"
+// The robot's scope is not looked at: in Gazebo it is called whatever it was spawned as.
+Status SimulatorServices::find_body(const std::string& name, Load& load) const {
+  Entity entity;
+  if (find_object(*engine_, name, entity)) {
+    load.object = entity.object;
+    if (entity.shape) load.p_BoP_B = shape_in_object(*engine_, entity.object) * load.p_BoP_B;
+    return {};
+  }
+  const std::size_t scope = name.rfind("::");
   const std::string plain = scope == std::string::npos ? name : name.substr(scope + 2);
-  link = model_.find_link(plain);
-  if (link >= 0) return {};
+  load.link = model_.find_link(plain);
+  if (load.link >= 0) return {};
   std::vector<std::string> names;
   for (const ModelLink& l : model_.links) names.push_back(l.name);
-  return Status::refused(fmt::format("there is no link '{}'{}", plain, did_you_mean(plain, names)));
+  for (const WorldObject& object : engine_->objects()) names.push_back(object.name);
+  return Status::refused(
+      fmt::format("there is no link and no object '{}'{}", plain, did_you_mean(plain, names)));
 }
 
 // Efforts on one joint add up.
 double SimulatorServices::effort_on(int joint, Time now) const {
   double sum = 0.0;
   for (const Load& load : loads_) {
-    if (load.joint == joint && load.start <= now) sum += load.effort;
+    if (load.joint == joint && load.start <= now && now < load.end) sum += load.effort;
   }
   return sum;
 }
 
 void SimulatorServices::apply_due(Time now) {
-  std::erase_if(loads_, [now](const Load& load) { return load.end <= now; });
   engine_->clear_applied();
   next_change_ = Time::max();
   for (const Load& load : loads_) {
+    if (load.end <= now) continue;  // forgotten between steps, where memory may be given back
     if (load.start > now) {
       next_change_ = std::min(next_change_, load.start);
       continue;
@@ -77,14 +95,17 @@ void SimulatorServices::apply_due(Time now) {
     next_change_ = std::min(next_change_, load.end);
     if (load.joint >= 0) {
       engine_->apply_joint_effort(load.joint, effort_on(load.joint, now));
+    } else if (load.link >= 0) {
+      engine_->apply_wrench(load.link, load.p_BoP_B, load.force_W, load.torque_W);
     } else {
-      engine_->apply_wrench(load.link, load.p_LoP_L, load.force_W, load.torque_W);
+      engine_->apply_object_wrench(load.object, load.p_BoP_B, load.force_W, load.torque_W);
     }
   }
 }
 
 Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Time& start,
                                    const builtin_interfaces::msg::Duration& duration) {
+  std::erase_if(loads_, [this](const Load& old) { return old.end <= engine_->time(); });
   if (loads_.size() >= kMostLoads)
     return Status::refused("too many efforts and wrenches act at once; clear some");
   const Duration acts = from_msg(duration);
@@ -95,8 +116,8 @@ Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Tim
   }
   load.start = std::max(from_msg(start), engine_->time());
   load.end = acts < Duration::zero() ? Time::max() : load.start + acts;
-  if (load.link >= 0) std::erase_if(loads_, [&load](const Load& old) { return old.link == load.link; });
-  loads_.push_back(load);
+  std::erase_if(loads_, [&load](const Load& old) { return load.on_same_body(old); });
+  loads_.push_back(std::move(load));
   next_change_ = Time::zero();
   return {};
 }
@@ -170,26 +191,25 @@ void SimulatorServices::offer_joint_efforts() {
   node_.serve<JointRequest>("~/clear_joint_forces", clear);  // ROS 1's name
 }
 
-Status SimulatorServices::add_wrench(const std::string& link, const std::string& frame,
+Status SimulatorServices::add_wrench(const std::string& body, const std::string& frame,
                                      const geometry_msgs::msg::Point& point,
                                      const geometry_msgs::msg::Wrench& wrench,
                                      const builtin_interfaces::msg::Time& start,
                                      const builtin_interfaces::msg::Duration& duration) {
   Load load;
-  if (const Status found = find_link(link, load.link); !found) return found;
-  Eigen::Matrix3d R_WF = Eigen::Matrix3d::Identity();
-  if (!frame.empty() && frame != "world") {
-    int reference = -1;
-    if (const Status found = find_link(frame, reference); !found) return found;
-    R_WF = engine_->link_pose(reference).linear();
-  }
-  load.p_LoP_L = {point.x, point.y, point.z};
+  load.p_BoP_B = {point.x, point.y, point.z};
+  if (const Status found = find_body(body, load); !found) return found;
+  if (const auto* object = find_named(engine_->objects(), load.object); object && !(object->mass > 0))
+    return Status::refused(fmt::format("'{}' is fixed to the world, so no force moves it", load.object));
+  EntityMotion reference;
+  if (const Status found = find_frame(model_, *engine_, frame, reference); !found) return found;
+  const Eigen::Matrix3d R_WF = reference.X_WE.linear();
   load.force_W = R_WF * from_msg(wrench.force);
   load.torque_W = R_WF * from_msg(wrench.torque);
-  if (!load.force_W.allFinite() || !load.torque_W.allFinite() || !load.p_LoP_L.allFinite()) {
+  if (!load.force_W.allFinite() || !load.torque_W.allFinite() || !load.p_BoP_B.allFinite()) {
     return Status::refused("the wrench is not made of finite numbers");
   }
-  return add_load(load, start, duration);
+  return add_load(std::move(load), start, duration);
 }
 
 void SimulatorServices::offer_link_wrenches() {
@@ -208,9 +228,9 @@ void SimulatorServices::offer_link_wrenches() {
         "acts"));
   });
   const auto clear = [this](const std::string& name) {
-    int link = -1;
-    if (!find_link(name, link)) return;
-    std::erase_if(loads_, [link](const Load& load) { return load.link == link; });
+    Load meant;
+    if (!find_body(name, meant)) return;
+    std::erase_if(loads_, [&meant](const Load& load) { return meant.on_same_body(load); });
     next_change_ = Time::zero();
   };
   using gazebo_msgs::srv::BodyRequest;

@@ -1,7 +1,7 @@
 #pragma once
 // The simulator as a node, /gazebo, by the names and types that its users know: pause, step, reset, speed,
-// efforts and wrenches on the machine, and its joints' state (entity_services.h: its objects). Everything
-// runs on the loop's thread, between steps.
+// efforts and wrenches on the machine, and its joints' state (entity_services.h: where its objects are).
+// Everything runs on the loop's thread, between steps.
 
 #include <functional>
 #include <string>
@@ -33,19 +33,25 @@ class SimulatorServices {
     if (now >= next_change_) apply_due(now);
   }
   void forget_loads();
+  // After objects came or went: who has the name of one that is gone is not pushed in its place.
+  void forget_loads_of_gone_objects();
   // Another engine for a model with the same links and joints takes over, with the loads that act.
   void rebind(Engine& engine);
 
   [[nodiscard]] TimeControl& time_control() { return time_control_; }
 
  private:
-  // An effort on a joint or a wrench on a link, and the time in which it acts.
+  // An effort on a joint, or a wrench on a link or an object, and the time in which it acts.
   struct Load {
     int joint = -1, link = -1;
+    std::string object;
     double effort = 0;
-    Eigen::Vector3d p_LoP_L = Eigen::Vector3d::Zero(), force_W = Eigen::Vector3d::Zero(),
+    Eigen::Vector3d p_BoP_B = Eigen::Vector3d::Zero(), force_W = Eigen::Vector3d::Zero(),
                     torque_W = Eigen::Vector3d::Zero();
     Time start{}, end{};
+    [[nodiscard]] bool on_same_body(const Load& other) const {
+      return joint < 0 && other.joint < 0 && link == other.link && object == other.object;
+    }
   };
   void offer_time_services();
   void offer_joint_efforts();
@@ -54,16 +60,16 @@ class SimulatorServices {
 
   void apply_due(Time now);
   [[nodiscard]] double effort_on(int joint, Time now) const;
-  // Efforts add up; a wrench replaces the one that acts on the same link.
+  // Efforts add up; a wrench replaces the one that acts on the same link or object.
   Status add_load(Load load, const builtin_interfaces::msg::Time& start,
                   const builtin_interfaces::msg::Duration& duration);
-  Status add_wrench(const std::string& link, const std::string& frame, const geometry_msgs::msg::Point& point,
+  Status add_wrench(const std::string& body, const std::string& frame, const geometry_msgs::msg::Point& point,
                     const geometry_msgs::msg::Wrench& wrench, const builtin_interfaces::msg::Time& start,
                     const builtin_interfaces::msg::Duration& duration);
   Status write_state(const std::vector<std::string>& names, const std::vector<double>& positions,
                      const std::vector<double>& velocities);
   [[nodiscard]] Status find_scalar_joint(const std::string& name, int& joint) const;
-  [[nodiscard]] Status find_link(const std::string& name, int& link) const;
+  [[nodiscard]] Status find_body(const std::string& name, Load& load) const;
 
   const Model& model_;
   Engine* engine_;

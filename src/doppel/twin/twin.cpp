@@ -77,7 +77,10 @@ struct Twin::Impl {
         EntityServices::Callbacks{[this](const std::string& uri) {
                                     return find_entity_mesh(uri, machine->resolver, machine->setup.target);
                                   },
-                                  [this] { objects.at_once(); }});
+                                  [this] {
+                                    services->forget_loads_of_gone_objects();
+                                    objects.at_once();
+                                  }});
     const Duration step = machine->setup.world.step;
     steps_per_tick = static_cast<std::uint64_t>(control->manager().steps_per_tick());
     steps_per_transforms = steps_in(kTransformPeriod, step);

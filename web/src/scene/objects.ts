@@ -271,8 +271,9 @@ export class ObjectLayer {
     return false;
   }
 
+  // A marker's pose is of the object's shape, which need not stand in the middle of the object's frame.
   move(name: string, p: THREE.Vector3, q: THREE.Quaternion): Promise<boolean> {
-    return this.ask(SET_STATE, { state: { name, reference_frame: '', pose: poseMessage(p, q) } });
+    return this.ask(SET_STATE, { state: { name: `${name}::link::collision`, reference_frame: '', pose: poseMessage(p, q) } });
   }
 
   add(name: string, xml: string, p: THREE.Vector3, q = new THREE.Quaternion()): Promise<boolean> {

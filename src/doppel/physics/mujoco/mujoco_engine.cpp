@@ -104,8 +104,7 @@ void MujocoEngine::find_touching() {
 void MujocoEngine::reset() {
   mj_resetData(m(), d());
   for (std::size_t i = 0; i < world_.objects.size(); ++i) state_->place_object(i, world_.objects[i].X_WO);
-  for (AppliedWrench& wrench : wrenches_) wrench.on = false;
-  any_wrench_ = false;
+  lift_wrenches();
   diverged_ = false;
   steps_ = 0;
   kept_.resize(static_cast<std::size_t>(m()->nq + m()->nv));
@@ -142,21 +141,30 @@ void MujocoEngine::set_drive(int joint, DriveMode mode) {
 void MujocoEngine::clear_applied() {
   std::fill_n(d()->qfrc_applied, model_.nv, 0.0);
   std::fill_n(d()->xfrc_applied, 6 * m()->nbody, 0.0);
-  for (AppliedWrench& wrench : wrenches_) wrench.on = false;
+  lift_wrenches();
+}
+
+void MujocoEngine::lift_wrenches() {
+  for (auto* wrenches : {&wrenches_, &object_wrenches_}) {
+    for (AppliedWrench& wrench : *wrenches) wrench.on = false;
+  }
   any_wrench_ = false;
 }
 
 // MuJoCo takes wrenches at the body's centre of mass.
+void MujocoEngine::write_wrench(int body, const AppliedWrench& wrench) {
+  if (!wrench.on) return;
+  const Eigen::Vector3d arm = body_pose(body) * wrench.p_BoP_B - vector_at(d()->xipos + 3 * body);
+  double* out = d()->xfrc_applied + 6 * body;
+  Eigen::Map<Eigen::Vector3d>(out, 3) = wrench.force_W;
+  Eigen::Map<Eigen::Vector3d>(out + 3, 3) = wrench.torque_W + arm.cross(wrench.force_W);
+}
+
 void MujocoEngine::write_wrenches() {
-  for (std::size_t link = 0; link < wrenches_.size(); ++link) {
-    const AppliedWrench& wrench = wrenches_[link];
-    if (!wrench.on) continue;
-    const int body = state_->body_of_link(static_cast<int>(link));
-    const Eigen::Vector3d arm = body_pose(body) * wrench.p_LoP_L - vector_at(d()->xipos + 3 * body);
-    double* out = d()->xfrc_applied + 6 * body;
-    Eigen::Map<Eigen::Vector3d>(out, 3) = wrench.force_W;
-    Eigen::Map<Eigen::Vector3d>(out + 3, 3) = wrench.torque_W + arm.cross(wrench.force_W);
-  }
+  for (std::size_t i = 0; i < wrenches_.size(); ++i)
+    write_wrench(state_->body_of_link(static_cast<int>(i)), wrenches_[i]);
+  for (std::size_t i = 0; i < object_wrenches_.size(); ++i)
+    write_wrench(state_->object(i).body, object_wrenches_[i]);
 }
 
 // mj_step in its two halves, the second first: what depends on positions and velocities is then of the new

@@ -17,7 +17,7 @@ namespace doppel {
 
 struct AppliedWrench {
   bool on = false;
-  Eigen::Vector3d p_LoP_L, force_W, torque_W;
+  Eigen::Vector3d p_BoP_B, force_W, torque_W;  // on a body
 };
 
 class MujocoEngine final : public Engine {
@@ -31,7 +31,8 @@ class MujocoEngine final : public Engine {
         q0_(options.q0.size() > 0 ? options.q0 : model.neutral()),
         q_(model.nq),
         effort_(model.joints.size(), 0.0),
-        wrenches_(model.links.size()) {
+        wrenches_(model.links.size()),
+        object_wrenches_(world.objects.size()) {
     if (q0_.size() != model.nq) throw std::invalid_argument("EngineOptions::q0 has the wrong size");
     floating_ = std::any_of(model.joints.begin(), model.joints.end(),
                             [](const ModelJoint& joint) { return joint.type == JointType::floating; });
@@ -87,6 +88,8 @@ class MujocoEngine final : public Engine {
     wrenches_[link] = {true, p_LoP_L, force_W, torque_W};
     any_wrench_ = true;
   }
+  bool apply_object_wrench(std::string_view name, const Eigen::Vector3d& p_OoP_O,
+                           const Eigen::Vector3d& force_W, const Eigen::Vector3d& torque_W) override;
   void clear_applied() override;
 
   [[nodiscard]] Pose link_pose(int link) const override { return body_pose(state_->body_of_link(link)); }
@@ -120,7 +123,9 @@ class MujocoEngine final : public Engine {
   void write_drive(std::size_t actuator);
   void choose_exclusions(bool self_collision);
   void find_touching();
+  void write_wrench(int body, const AppliedWrench& wrench);
   void write_wrenches();
+  void lift_wrenches();
   void advance();
   bool ran_away() const;
   Pose body_pose(int body) const;
@@ -142,11 +147,12 @@ class MujocoEngine final : public Engine {
   std::vector<Drive> drives_;            // [actuators]
   std::vector<int> drive_of_joint_;      // [joints]; -1: none
   Eigen::VectorXd q0_;
-  Eigen::VectorXd q_;                    // the model's q where MuJoCo's differs from it
-  bool floating_ = false;                // it does
-  std::vector<double> effort_;           // [joints]
-  std::vector<double> kept_;             // MuJoCo's qpos and qvel before the step
-  std::vector<AppliedWrench> wrenches_;  // [links]
+  Eigen::VectorXd q_;                           // the model's q where MuJoCo's differs from it
+  bool floating_ = false;                       // it does
+  std::vector<double> effort_;                  // [joints]
+  std::vector<double> kept_;                    // MuJoCo's qpos and qvel before the step
+  std::vector<AppliedWrench> wrenches_;         // [links]
+  std::vector<AppliedWrench> object_wrenches_;  // [objects]
   bool any_wrench_ = false;
   bool diverged_ = false;
   std::int64_t steps_ = 0;

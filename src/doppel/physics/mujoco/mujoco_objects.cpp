@@ -50,6 +50,15 @@ bool MujocoEngine::set_object_velocity(std::string_view name, const FrameVelocit
   return true;
 }
 
+bool MujocoEngine::apply_object_wrench(std::string_view name, const Eigen::Vector3d& p_OoP_O,
+                                       const Eigen::Vector3d& force_W, const Eigen::Vector3d& torque_W) {
+  const int index = find_object(name);
+  if (index < 0) return false;
+  object_wrenches_[static_cast<std::size_t>(index)] = {true, p_OoP_O, force_W, torque_W};
+  any_wrench_ = true;
+  return true;
+}
+
 void MujocoEngine::spawn(const WorldObject& object) {
   if (find_object(object.name) >= 0 || object.name == "ground") {
     throw InputError("world.name_taken", object.source,
@@ -81,6 +90,12 @@ void MujocoEngine::rebuild(World world) {
   auto fresh = std::make_unique<MujocoState>(robot_, model_, world, meshes_, notes);
   fresh->apply_exclusions(robot_.pairs);
   carry_over(*state_, world_, *fresh, world);
+  std::vector<AppliedWrench> wrenches(world.objects.size());
+  for (std::size_t i = 0; i < wrenches.size(); ++i) {
+    const int before = find_object(world.objects[i].name);
+    if (before >= 0) wrenches[i] = object_wrenches_[static_cast<std::size_t>(before)];
+  }
+  object_wrenches_ = std::move(wrenches);
   looked_.reset();
   state_ = std::move(fresh);
   world_ = std::move(world);
