@@ -41,5 +41,26 @@ points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 
   EXPECT_EQ(edge_->dropped(), 0u);
 }
 
+TEST_F(Allocation, NoneWhereAPushOnAnObjectBeginsAndEnds) {
+  bring_up("lab_arm");
+  WorldObject ball;
+  ball.name = "a ball whose name is too long to be kept without memory of its own";
+  ball.shape = Sphere{0.05};
+  ball.X_WO.translation() << 1, 0, 10;
+  ball.mass = 1;
+  twin_->engine().spawn(ball);
+  const std::string said =
+      call("/gazebo/apply_link_wrench", "gazebo_msgs/srv/ApplyLinkWrench",
+           "{link_name: '" + ball.name + "', wrench: {force: {x: 1}}, duration: {nanosec: 50000000}}");
+  EXPECT_NE(said.find("success: true"), std::string::npos) << said;
+  EXPECT_EQ(heap_touches_of([&] {
+              for (int i = 0; i < 100; ++i) twin_->step();
+            }),
+            0u);
+  FrameVelocity velocity;
+  twin_->engine().object_velocity(ball.name, velocity);
+  EXPECT_NEAR(velocity.linear_W.x(), 0.05, 1e-6) << "and has ended";
+}
+
 }  // namespace
 }  // namespace doppel::test
