@@ -1,4 +1,4 @@
-// Files of the robot by URI: through the twin (fetchAsset), or from the development server.
+// Files of the robot by URI, through the twin (fetchAsset).
 import type { Client } from '../protocol/client';
 
 export class AssetStore {
@@ -25,9 +25,7 @@ export class AssetStore {
   }
 
   private async fetch(uri: string): Promise<Uint8Array> {
-    if (this.client.capabilities.has('assets')) return this.client.fetchAsset(uri);
-    const answer = await fetch(`dev-asset?uri=${encodeURIComponent(uri)}`);
-    if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
-    return new Uint8Array(await answer.arrayBuffer());
+    if (!this.client.capabilities.has('assets')) throw new Error('the server hands out no files');
+    return this.client.fetchAsset(uri);
   }
 }

@@ -1,5 +1,4 @@
-// A twin, the development server before it where the program does not serve the page, and a browser, for the tests of
-// the page. SHOTS=FOLDER: a picture of each failure.
+// A twin that serves the page, and a browser, for the tests of the page. SHOTS=FOLDER: a picture of each failure.
 import { chromium } from 'playwright-core';
 import { spawn } from 'node:child_process';
 import { mkdirSync } from 'node:fs';
@@ -12,7 +11,6 @@ const here = dirname(fileURLToPath(import.meta.url));
 const root = join(here, '../../..');
 export const program = process.env.DOPPEL ?? join(root, 'build/bin/doppel');
 export const robot = process.env.DOPPEL_ROBOT ?? join(root, 'robots/omarm_one');
-export const robots = process.env.DOPPEL_ROBOTS ?? join(root, 'robots');
 
 const patience = Number(process.env.PATIENCE ?? 60000); // ms
 
@@ -53,13 +51,6 @@ export class Lab {
     this.twinPort = await freePort();
     await this.startTwin();
     this.url = `http://127.0.0.1:${this.twinPort}/`;
-    const served = await fetch(this.url).then((r) => r.text()).catch(() => '');
-    if (!served.includes('type="module"')) {
-      const port = await freePort();
-      this.#spawn(process.execPath, [join(here, '../../dev/serve.mjs'), '--port', port, '--twin', this.twinPort, '--robots', robots]);
-      this.url = `http://127.0.0.1:${port}/`;
-      await until('the development server', async () => (await fetch(this.url)).ok);
-    }
     await this.startBrowser();
   }
 
@@ -82,7 +73,10 @@ export class Lab {
   }
 
   #spawn(command, args) {
-    const child = spawn(command, args.map(String), { stdio: process.env.VERBOSE ? 'inherit' : 'ignore' });
+    const child = spawn(command, args.map(String), {
+      stdio: process.env.VERBOSE ? 'inherit' : 'ignore',
+      env: { DOPPEL_ROOT: root, ...process.env }, // this page, not that of where the program was built
+    });
     if (this.#children.size === 0) process.once('exit', () => this.#end()); // also where starting has failed
     this.#children.add(child);
     child.once('exit', () => this.#children.delete(child));
