@@ -1,10 +1,12 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { parsePose, trajectoryYaml } from '../src/app/pose_yaml';
+import { duration } from '../src/app/commander';
 import { readFindings } from '../src/app/health';
 import { CAPACITY, numberAt, Recorder } from '../src/app/recorder';
 import { Signal } from '../src/app/signal';
 import { TransformStore } from '../src/app/transforms';
+import { fixed } from '../src/app/units';
 import type { Twin } from '../src/app/twin';
 import { eigen3 } from '../src/scene/eigen';
 import { parseUrdf } from '../src/robot/urdf';
@@ -82,6 +84,23 @@ test('joint positions are read off transforms, over the whole turn and along a s
     only.forward([slide], own);
     assert.ok(Math.abs(store.jointPosition(only.moving[0]!, made(own.slice(STRIDE, 2 * STRIDE))) - slide) < 1e-9);
   }
+});
+
+test('the rate of a frame is that of its arrivals, also after a burst; plain kinematics at ten a second', () => {
+  const store = new TransformStore();
+  const put = (at: number): void => store.put({ parent: 'w', child: 'c', still: false, pose: Float64Array.of(0, 0, 0, 0, 0, 0, 1), at, stamp: 0, rate: 0 });
+  for (const at of [0, 1, 2]) put(at);
+  for (let i = 1; i <= 40; i += 1) put(2 + i * 100);
+  assert.ok(Math.abs(store.frames.get('c')!.rate - 10) < 1.5, String(store.frames.get('c')!.rate));
+});
+
+test('numbers of zero have no minus, what is no number is a dash', () => {
+  assert.deepEqual([fixed(-0.0001, 2), fixed(-0.4, 0), fixed(-1.5, 1), fixed(NaN, 2)], ['0.00', '0', '-1.5', '–']);
+});
+
+test('a duration carries its nanoseconds over', () => {
+  assert.deepEqual(duration(2.9999999999), { sec: 3, nanosec: 0 });
+  assert.deepEqual(duration(0.25), { sec: 0, nanosec: 250_000_000 });
 });
 
 test('principal axes of inertia', () => {

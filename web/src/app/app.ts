@@ -1,6 +1,7 @@
 // What the parts of the page share.
 import { Signal } from './signal';
 import type { Commander } from './commander';
+import type { Sources } from './sources';
 import type { Twin } from './twin';
 import type { World } from '../scene/world';
 
@@ -10,6 +11,7 @@ export interface App {
   twin: Twin;
   commander: Commander;
   world: World;
+  sources: Sources;
   select: (selection: Selection) => void;
   selection: Selection;
   selected: Signal<Selection>;

@@ -12,8 +12,8 @@ const PERIOD = 40; // ms between two commands to one controller at least
 export const VIEW_TOPIC = '/joint_command';
 
 export function duration(seconds: number): { sec: number; nanosec: number } {
-  const sec = Math.floor(seconds);
-  return { sec, nanosec: Math.round((seconds - sec) * 1e9) };
+  const nanoseconds = Math.round(seconds * 1e9);
+  return { sec: Math.floor(nanoseconds / 1e9), nanosec: nanoseconds % 1e9 };
 }
 
 export interface Waypoint {

@@ -2,9 +2,10 @@
 import { STRIDE, type TreeJoint } from '../robot/tree';
 import type { Inertial } from '../robot/urdf';
 import type { App } from './app';
-import { button, fill, h, say, toast, type Child } from './dom';
+import { button, fill, h, say, type Child } from './dom';
 import { icon } from './icons';
-import { placeText, type Place, type Sources } from './sources';
+import { placeLabel } from './place_label';
+import type { Place } from './sources';
 import { format, millimetres, unitOf } from './units';
 
 type Row = [string, Child];
@@ -26,20 +27,13 @@ function axisText(axis: readonly number[]): string {
   return at >= 0 ? `${axis[at]! < 0 ? '−' : '+'}${'xyz'[at]}` : axis.map((v) => v.toFixed(3)).join('  ');
 }
 
-export function makeDetails(app: App, sources: Sources): { element: HTMLElement; update: () => void } {
-  const { twin, world } = app;
+export function makeDetails(app: App): { element: HTMLElement; update: () => void } {
+  const { twin, world, sources } = app;
   const element = h('section', { class: 'details', hidden: true, 'aria-label': 'What is selected' });
   const position = h('span', { class: 'num' });
   const at = h('span', { class: 'num' });
 
-  function place(where: Place | undefined, line: number): Child {
-    if (!where) return `line ${line} of /robot_description`;
-    const text = placeText(where);
-    const short_ = `${where.file.split('/').pop()}${text.slice(where.file.length)}`;
-    return h('span', { class: 'source' }, h('code', { title: text }, short_), button('Copy', `Copy ${text}`, () => {
-      navigator.clipboard.writeText(text).then(() => toast(`${short_} is on the clipboard.`), () => toast(`The browser does not give the clipboard to this page: ${text}`, 'warning'));
-    }, { class: 'small' }));
-  }
+  const place = (where: Place | undefined, line: number): Child => (where ? placeLabel(where) : `line ${line} of /robot_description`);
 
   function jointRows(joint: TreeJoint): Row[] {
     const slides = joint.kind === 'prismatic';

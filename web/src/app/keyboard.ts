@@ -36,7 +36,7 @@ export function startKeyboard(app: App, jog: Jog): void {
     else if (event.code === 'Minus') jog.nextJoint(-1);
     else if (event.code === 'Equal') jog.nextJoint(1);
     else if (event.code === 'Digit0') app.world.refit();
-    else if (/^Digit[1-6]$/.test(event.code)) app.world.camera.go(Object.keys(VIEWS)[Number(event.code[5]) - 1] as ViewName);
+    else if (/^Digit[1-6]$/.test(event.code)) app.world.look(Object.keys(VIEWS)[Number(event.code[5]) - 1] as ViewName);
     else return;
     event.preventDefault();
   });

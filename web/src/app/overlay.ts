@@ -3,7 +3,6 @@ import type { App } from './app';
 import { makeDetails } from './details';
 import { button, h, say, toggle } from './dom';
 import { settings } from './settings';
-import type { Sources } from './sources';
 import { VIEWS, type ViewName } from '../scene/camera';
 
 const LAYERS: [string, string, string][] = [
@@ -20,7 +19,7 @@ const LAYERS: [string, string, string][] = [
   ['shadows', 'Shadows', 'Shadows'],
 ];
 
-export function makeOverlay(app: App, sources: Sources): { elements: HTMLElement[]; update: () => void } {
+export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => void } {
   const { world, twin } = app;
   let following = false;
   const follow = button('Follow', 'The camera follows the tool', () => {
@@ -30,7 +29,7 @@ export function makeOverlay(app: App, sources: Sources): { elements: HTMLElement
     world.stage.invalidate();
   }, { 'aria-pressed': 'false' });
   const views = h('div', { class: 'views', role: 'group', 'aria-label': 'Views' },
-    ...Object.entries(VIEWS).map(([name, view]) => button(view.label, `Look from: ${view.label.toLowerCase()}`, () => world.camera.go(name as ViewName))),
+    ...Object.entries(VIEWS).map(([name, view]) => button(view.label, `Look from: ${view.label.toLowerCase()}`, () => world.look(name as ViewName))),
     follow);
   const list = h('div', { class: 'layer-list', hidden: true },
     LAYERS.map(([id, label, title]) => toggle(label, title, settings.layers[id] ?? false, (on) => world.setLayer(id, on))));
@@ -39,9 +38,9 @@ export function makeOverlay(app: App, sources: Sources): { elements: HTMLElement
     open.setAttribute('aria-expanded', String(!list.hidden));
   }, { 'aria-expanded': 'false', id: 'layers' });
   const layers = h('div', { class: 'layers' }, open, list);
-  const details = makeDetails(app, sources);
+  const details = makeDetails(app);
   app.details = details.element;
-  const note = h('div', { class: 'note', role: 'status', hidden: true });
+  const note = h('div', { class: 'stage-note', role: 'status', hidden: true });
   const stopped = h('div', { class: 'stopped-note', role: 'alert' }, 'Stopped. Commands of this page are refused until the stop is released.');
 
   function update(): void {

@@ -19,7 +19,7 @@ const PATIENCE = 1500; // ms after which panels come without a picture
 export function startPage(twin: Twin, assets: AssetStore): void {
   performance.mark('doppel: page');
   const commander = new Commander(twin);
-  const app = { twin, commander, selection: null, selected: new Signal() } as unknown as App;
+  const app = { twin, commander, sources: new Sources(twin.client), selection: null, selected: new Signal() } as unknown as App;
   app.select = (selection) => {
     app.selection = selection;
     app.selected.emit(selection);
@@ -33,7 +33,7 @@ export function startPage(twin: Twin, assets: AssetStore): void {
     return;
   }
   performance.mark('doppel: stage');
-  const overlay = makeOverlay(app, new Sources(twin.client));
+  const overlay = makeOverlay(app);
   layout.stage.append(...overlay.elements);
   startTheme(app.world);
 

@@ -40,4 +40,10 @@ export class Sources {
       this.changed.emit();
     });
   }
+  // The whole path of a file that the twin names from its own working folder; as it is where no source is that file.
+  whole(file: string): string {
+    if (file.startsWith('/')) return file;
+    for (const { file: known } of [...this.links.values(), ...this.joints.values()]) if (known.endsWith(`/${file}`)) return known;
+    return file;
+  }
 }

@@ -9,7 +9,7 @@ export interface Transform {
   pose: Float64Array; // x y z qx qy qz qw
   at: number; // ms, when it came
   stamp: number; // s
-  rate: number; // Hz, smoothed
+  rate: number; // Hz, of the last twenty or so
 }
 
 export function readTransform(raw: Message, still: boolean, at: number): Transform {
@@ -31,14 +31,19 @@ export function readTransform(raw: Message, still: boolean, at: number): Transfo
 }
 
 export class TransformStore {
+  private readonly intervals = new Map<string, { mean: number; count: number }>(); // ms, by child
   readonly frames = new Map<string, Transform>();
   edges = 0; // counts up whenever a frame comes or changes its parent
 
   put(transform: Transform): void {
     const before = this.frames.get(transform.child);
-    if (before && transform.at > before.at) {
-      const now = 1000 / (transform.at - before.at);
-      transform.rate = before.rate === 0 ? now : before.rate * 0.95 + now * 0.05;
+    if (before) {
+      // The mean of the intervals: that of their inverses would count a burst many times over.
+      const of = this.intervals.get(transform.child) ?? { mean: 0, count: 0 };
+      of.count = Math.min(of.count + 1, 20);
+      of.mean += (transform.at - before.at - of.mean) / of.count;
+      this.intervals.set(transform.child, of);
+      transform.rate = of.mean > 0 ? 1000 / of.mean : 0;
     }
     if (before?.parent !== transform.parent) this.edges += 1;
     this.frames.set(transform.child, transform);

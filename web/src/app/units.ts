@@ -18,11 +18,15 @@ export function meant(joint: TreeJoint, value: number): number {
 export function digitsOf(joint: TreeJoint): number {
   return isAngle(joint) && !settings.degrees ? 3 : 1;
 }
+// Without the minus of a zero.
+export function fixed(value: number, digits: number): string {
+  return Number.isFinite(value) ? value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1') : '–';
+}
 export function format(joint: TreeJoint, value: number): string {
-  return Number.isFinite(value) ? shown(joint, value).toFixed(digitsOf(joint)).replace(/^-(0\.?0*)$/, '$1') : '–';
+  return fixed(shown(joint, value), digitsOf(joint));
 }
 export function millimetres(metres: number): string {
-  return (metres * 1000).toFixed(1).replace(/^-(0\.0)$/, '$1');
+  return fixed(metres * 1000, 1);
 }
 // What a slider spans: a joint without limits gets a turn to each side.
 export function rangeOf(joint: TreeJoint): [number, number] {

@@ -11,7 +11,7 @@ export function controlPanel(app: App): Panel {
   const times = h('dl', { class: 'facts' });
 
   function build(): void {
-    fill(list, twin.controllers.length === 0 ? h('p', { class: 'empty' }, 'This twin has no controllers.') : twin.controllers.map((c) => {
+    fill(list, twin.controllers.length === 0 ? h('p', { class: 'empty' }, commander.viewing ? 'Kinematics alone: the sliders set the joints.' : 'This twin has no controllers.') : twin.controllers.map((c) => {
       const active = c.state === 'active';
       return h('div', { class: 'controller' },
         h('div', { class: 'row' }, h('strong', {}, c.name), h('span', { class: `tag ${c.state}` }, c.state), h('span', { class: 'spacer' }),
@@ -29,8 +29,8 @@ export function controlPanel(app: App): Panel {
     ['drawing', () => `${app.world.stage.frameTime.toFixed(1)} ms a frame`],
     ['received', () => `${(rate / 1024).toFixed(0)} KiB/s`],
   ];
-  const outs = facts.map(([name]) => [name, h('dd', { class: 'num' })] as const);
-  fill(times, outs.map(([name, dd]) => [h('dt', {}, name), dd]));
+  const outs = facts.map(([name]) => [h('dt', {}, name), h('dd', { class: 'num' })] as const);
+  fill(times, outs.map((pair) => [...pair]));
   let bytes = 0, rate = 0, at = performance.now();
 
   // A bar a step wide: what of it each part of the loop takes, and what is left.
@@ -41,7 +41,7 @@ export function controlPanel(app: App): Panel {
   const loop = h('section', { 'aria-label': 'Where the time goes' },
     h('h4', {}, 'A step ', total), stack,
     h('dl', { class: 'facts phases' }, parts.map(({ phase, out }) => [h('dt', {}, h('i', { class: `phase key ${phase}` }), phase === 'idle' ? 'idle, waiting for time' : phase), out])),
-    h('dl', { class: 'facts' }, h('dt', {}, 'lateness: half, 99 %, most'), lateness, h('dt', {}, 'steps that came late'), overruns, h('dt', {}, 'messages skipped for slow clients'), skipped));
+    h('dl', { class: 'facts' }, h('dt', { title: 'How late the steps begin' }, 'late: median, 99 %, most'), lateness, h('dt', {}, 'late steps'), overruns, h('dt', { title: 'For clients that read too slowly' }, 'messages skipped'), skipped));
 
   function showLoop(status: Status | null): void {
     loop.hidden = status === null;
@@ -64,6 +64,7 @@ export function controlPanel(app: App): Panel {
   let visible = false;
   twin.statusChanged.on((status) => visible && showLoop(status));
   twin.controllersChanged.on(build);
+  twin.robotChanged.on(build);
   build();
   return {
     id: 'control', title: 'Control', rate: 4,
@@ -76,6 +77,7 @@ export function controlPanel(app: App): Panel {
         at = now;
       }
       facts.forEach(([, text], i) => say(outs[i]![1], text()));
+      for (const pair of outs.slice(0, 2)) for (const one of pair) one.hidden = commander.viewing; // there is no time
     },
     shown: () => {
       visible = true;

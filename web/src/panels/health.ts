@@ -1,10 +1,12 @@
 // Findings of the audit, and what gravity asks of each joint.
 import type { App, Panel } from '../app/app';
-import { fill, h, say } from '../app/dom';
+import { button, fill, h, say, type Child } from '../app/dom';
 import { readFindings, type Finding } from '../app/health';
+import { placeLabel } from '../app/place_label';
 import { Seen } from '../app/seen';
+import type { Signal } from '../app/signal';
 import { judgeLoad } from '../app/status';
-import { shown, unitOf } from '../app/units';
+import { fixed, shown, unitOf } from '../app/units';
 import type { Tree, TreeJoint } from '../robot/tree';
 
 interface Row {
@@ -18,7 +20,7 @@ export function healthPanel(app: App): Panel {
   const { twin } = app;
   const findings = h('div', {});
   const table = h('tbody', {});
-  const missing = h('p', { class: 'empty' }, 'This twin does not tell the load of its joints.');
+  const missing = h('p', { class: 'empty' });
   const loads = h('table', { class: 'loads' },
     h('thead', {}, h('tr', {}, ['joint', 'effort', 'gravity', 'sag', 'margin', ''].map((t) => h('th', { scope: 'col' }, t)))), table);
   const seen = new Seen<Row>((row) => showLoad(row));
@@ -27,36 +29,45 @@ export function healthPanel(app: App): Panel {
   let endLoads = (): void => {};
 
   // The first link or joint of the description that the finding's words name.
-  function find(finding: Finding): number {
+  function find(finding: Finding): { link: number; joint: TreeJoint | null } | null {
     const { tree } = twin;
-    if (!tree) return -1;
+    if (!tree) return null;
     for (const text of [finding.subject, ...[...finding.message.matchAll(/'([^']+)'/g)].map((m) => m[1]!)]) {
       const name = text.replace(/^(link|joint) /, '').replace(/^'|'$/g, '');
-      const link = tree.linkIndex.get(name) ?? tree.jointByName.get(name)?.childLink;
-      if (link !== undefined) return link;
+      const joint = tree.jointByName.get(name);
+      const link = /^joint /.test(text) ? joint?.childLink : tree.linkIndex.get(name) ?? joint?.childLink;
+      if (link !== undefined) return { link, joint: joint && (/^joint /.test(text) || !tree.linkIndex.has(name)) ? joint : null };
     }
-    return -1;
+    return null;
   }
 
-  function show(text: string): void {
-    const read = readFindings(text);
-    if (!read) {
-      fill(findings, h('p', { class: 'empty' }, '/doppel/health holds nothing that can be read.'));
-      return;
-    }
-    fill(findings,
-      read.findings.length === 0 ? h('p', { class: 'empty' }, 'Nothing found.') : read.findings.map((f) => {
-        const link = find(f);
-        return h('details', { class: 'finding' },
-          h('summary', {}, h('span', { class: `tag ${f.severity}` }, f.severity), ' ', f.subject ? `${f.subject}: ` : '', f.message),
-          h('dl', { class: 'facts' }, [['leads to', f.consequence], ['mend', f.mend], ['where', f.file ? `${f.file}:${f.line}` : ''], ['rule', f.rule]]
-            .filter(([, value]) => value !== '').map(([key, value]) => [h('dt', {}, key!), h('dd', {}, value!)])),
-          link >= 0 ? h('button', { type: 'button', onclick: () => app.select({ link }) }, `Show ${twin.tree!.links[link]}`) : null);
-      }));
+  function showFinding(finding: Finding): HTMLElement {
+    const { sources } = app;
+    const about = find(finding);
+    const written = !about ? undefined : about.joint ? sources.joints.get(about.joint.name) : sources.links.get(twin.tree!.links[about.link]!);
+    const place = finding.file ? { file: sources.whole(finding.file), line: finding.line, column: finding.column } : written;
+    const facts: [string, Child][] = [['leads to', finding.consequence], ['mend', finding.mend], ['where', place ? placeLabel(place) : ''], ['rule', finding.rule]];
+    const name = about ? about.joint?.name ?? twin.tree!.links[about.link]! : '';
+    return h('details', { class: 'finding' },
+      h('summary', {}, h('span', { class: `tag ${finding.severity}` }, finding.severity), ' ', finding.subject ? `${finding.subject}: ` : '', finding.message),
+      h('dl', { class: 'facts' }, facts.filter(([, value]) => value !== '').map(([key, value]) => [h('dt', {}, key), h('dd', {}, value)])),
+      about ? button(`Show ${name}`, `Select ${name}`, () => app.select({ link: about.link })) : null);
   }
 
-  twin.client.subscribe('/doppel/health', (m) => show(String(m['data'])));
-  fill(findings, h('p', { class: 'empty' }, 'This twin does not publish /doppel/health.'));
+  let told = '';
+  function show(): void {
+    const read = readFindings(told);
+    if (!read) fill(findings, h('p', { class: 'empty' }, '/doppel/health holds nothing that can be read.'));
+    else fill(findings, read.findings.length === 0 ? h('p', { class: 'empty' }, 'Nothing found.') : read.findings.map(showFinding));
+  }
+
+  fill(findings, h('p', { class: 'empty' }, 'No findings have come yet, on /doppel/health.'));
+  twin.client.subscribe('/doppel/health', (m) => {
+    told = String(m['data']);
+    show();
+  });
+  // Names and places are known only once the description and the sources are there.
+  for (const signal of [app.sources.changed, app.world.built] as Signal<unknown>[]) signal.on(() => told !== '' && show());
   // Rows are made when somebody looks: there may be a thousand.
   function build(): void {
     const { tree } = twin;
@@ -80,10 +91,10 @@ export function healthPanel(app: App): Panel {
     }
     const [effort, gravity, sag, margin] = row.cells;
     const load = twin.loads.get(joint.name);
-    const number = (value: number | undefined): string => (value !== undefined && Number.isFinite(value) ? value.toFixed(3) : '–');
+    const number = (value: number | undefined): string => fixed(value ?? NaN, 3);
     say(effort!, number(load?.effort));
     say(gravity!, number(load?.gravity));
-    say(sag!, load && Number.isFinite(load.sag) ? `${shown(joint, load.sag).toFixed(unitOf(joint) === 'rad' ? 4 : 2)} ${unitOf(joint)}` : '–');
+    say(sag!, load && Number.isFinite(load.sag) ? `${fixed(shown(joint, load.sag), unitOf(joint) === 'rad' ? 4 : 2)} ${unitOf(joint)}` : '–');
     if (!load) {
       say(margin!, '–');
       return;
@@ -99,10 +110,11 @@ export function healthPanel(app: App): Panel {
     element: h('div', { class: 'padded' }, h('h3', {}, 'Findings'), findings, h('h3', {}, 'Load of the joints'),
       missing, loads),
     update: () => {
-      const told = twin.client.channel('/doppel/joint_loads') !== null;
-      missing.hidden = told;
-      loads.hidden = !told;
-      if (told) for (const row of seen) showLoad(row);
+      say(missing, app.commander.viewing ? 'Loads need physics: doppel up instead of doppel view.' : 'This twin does not tell the load of its joints.');
+      const offered = twin.client.channel('/doppel/joint_loads') !== null;
+      missing.hidden = offered;
+      loads.hidden = !offered;
+      if (offered) for (const row of seen) showLoad(row);
     },
     shown: () => {
       visible = true;

@@ -1,5 +1,6 @@
 // A row for each joint: slider between limits, value, target, effort.
 import type { App, Panel } from '../app/app';
+import { copyText, pasteText } from '../app/clipboard';
 import { button, fill, h, say, toast } from '../app/dom';
 import { parsePose } from '../app/pose_yaml';
 import { Seen } from '../app/seen';
@@ -126,18 +127,13 @@ export function jointsPanel(app: App): Panel {
     if (stays.length > 0) toast(`Zero is outside of the limits of ${stays.map((j) => j.name).join(', ')}.`);
   }
 
-  async function copy(): Promise<void> {
+  function copy(): void {
     const joints = (twin.tree?.moving ?? []).filter((joint) => !joint.mimic);
     // As long as the way from the middle of the limits takes, so that it can be published from anywhere.
     const middle = Float64Array.from(twin.tree?.moving ?? [], (j) => (Number.isFinite(j.lower) ? (j.lower + j.upper) / 2 : 0));
     const time = Math.max(2, Math.ceil(2 * commander.timeFor(joints, middle, twin.q)));
     const text = waypointsYaml(twin, commander, [{ time, positions: Float64Array.from(twin.q) }]);
-    try {
-      await navigator.clipboard.writeText(text);
-      toast('The pose is on the clipboard, as a YAML trajectory.');
-    } catch {
-      toast('The browser does not give the clipboard to this page.', 'warning');
-    }
+    void copyText(text, 'The pose, as a YAML trajectory,');
   }
 
   function take(text: string): void {
@@ -164,10 +160,8 @@ export function jointsPanel(app: App): Panel {
         const [low, high] = rangeOf(j);
         return low + (high - low) * Math.random();
       })),
-      button('Copy', 'Copy the pose as a YAML trajectory', () => void copy()),
-      button('Paste', 'Go to the pose on the clipboard', () => {
-        navigator.clipboard.readText().then(take, () => toast('The browser does not give the clipboard to this page.', 'warning'));
-      }),
+      button('Copy', 'Copy the pose as a YAML trajectory', copy),
+      button('Paste', 'Go to the pose on the clipboard', () => void pasteText('Go to a pose', take)),
       h('span', { class: 'spacer' }), units),
     list,
     h('div', { class: 'legend' },

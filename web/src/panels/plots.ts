@@ -8,6 +8,7 @@ import type { Parameters } from '../app/parameters';
 import { QUANTITIES, TOLERANCE, type Quantity, type Recorder } from '../app/recorder';
 import { settings, settingsChanged } from '../app/settings';
 import { Signal } from '../app/signal';
+import { fixed } from '../app/units';
 
 // Okabe and Ito's colours, told apart by all; past eight the dashes change.
 const LIGHT = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#b8860b', '#56b4e9', '#5d4a9c', '#444444'];
@@ -21,6 +22,21 @@ export const plotWanted = new Signal<{ topic: string; path: (string | number)[] 
 function bandOf(key: string): { centre: string | null; width: string } | null {
   const found = /^(joint:.*):(position|error)$/.exec(key);
   return found ? { centre: found[2] === 'position' ? `${found[1]}:target` : null, width: `${found[1]}:${TOLERANCE}` } : null;
+}
+
+// The range about the curves: noise of a joint that stands does not fill the picture.
+function rangeFor(unit: string): (u: uPlot, low: number | null, high: number | null) => [number, number] {
+  const least = /^(°|mm)/.test(unit) ? 0.5 : /^rad/.test(unit) ? 0.01 : 1e-3;
+  return (_, low, high) => {
+    if (low === null || high === null) return [0, 1];
+    const middle = (low + high) / 2, half = Math.max(least / 2, ((high - low) / 2) * 1.1);
+    return [middle - half, middle + half];
+  };
+}
+
+function tickTexts(_: uPlot, ticks: number[]): string[] {
+  const between = ticks.length > 1 ? Math.abs(ticks[1]! - ticks[0]!) : 1;
+  return ticks.map((tick) => (Math.abs(tick) >= 1e6 ? tick.toPrecision(3) : fixed(tick, Math.min(6, Math.max(0, Math.ceil(-Math.log10(between) - 1e-9))))));
 }
 
 export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters): Panel {
@@ -79,13 +95,14 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     say(readout, `${moment.toFixed(2)} s, ${(recorder.newest - moment).toFixed(1)} s ago   ` + shown.map((key, k) => ((row[k + 1]?.[i] ?? NaN) * factor(key)).toPrecision(4)).join('   '));
   }
 
-  // Angles are shown as the page shows them.
+  // As the page shows them elsewhere: angles in what was chosen, lengths in millimetres.
   function factor(key: string): number {
-    return settings.degrees && /^rad/.test(recorder.series.get(key)?.unit ?? '') ? DEG : 1;
+    const told = recorder.series.get(key)?.unit ?? '';
+    return settings.degrees && /^rad/.test(told) ? DEG : /^m/.test(told) ? 1000 : 1;
   }
   function unit(key: string): string {
     const told = recorder.series.get(key)?.unit ?? '';
-    return settings.degrees ? told.replace(/^rad/, '°') : told;
+    return (settings.degrees ? told.replace(/^rad/, '°') : told).replace(/^m/, 'mm');
   }
 
   function colours(): string[] {
@@ -105,9 +122,9 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     const edge = (key: string): uPlot.Series => ({ stroke: `${palette[shown.indexOf(key) % palette.length]!}99`, width: 1, dash: [2, 3], points: { show: false }, scale: scaleOf(key) });
     return new uPlot({
       width: Math.max(100, host.clientWidth), height: Math.max(60, host.clientHeight), legend: { show: false },
-      cursor: { drag: { x: false, y: false } }, scales: { x: { time: false }, ...Object.fromEntries(units.slice(1).map((_, i) => [`y${i + 1}`, { auto: true }])) },
+      cursor: { drag: { x: false, y: false } }, scales: { x: { time: false }, ...Object.fromEntries(units.map((of, i) => [i === 0 ? 'y' : `y${i}`, { range: rangeFor(of) }])) },
       axes: [{ ...axis, values: (_, ticks) => ticks.map((t) => (t < 0 ? '' : `${t.toFixed(t % 1 ? 1 : 0)} s`)), size: 26 },
-        ...units.slice(0, 2).map((label, i) => ({ ...axis, scale: i === 0 ? 'y' : 'y1', side: i === 0 ? 3 : 1, grid: i === 0 ? axis.grid : { show: false }, label, space: 26, labelSize: 16, labelFont: '11px system-ui', size: 52 }))],
+        ...units.slice(0, 2).map((label, i) => ({ ...axis, scale: i === 0 ? 'y' : 'y1', side: i === 0 ? 3 : 1, grid: i === 0 ? axis.grid : { show: false }, label, space: 26, values: tickTexts, labelSize: 16, labelFont: '11px system-ui', size: 52 }))],
       series: [{}, ...shown.map((key, i) => ({ stroke: palette[i % palette.length]!, width: 1.5, points: { show: false }, scale: scaleOf(key), ...(i >= palette.length || key.endsWith(':target') ? { dash: [6, 3] } : {}) })),
         ...bands.flatMap(({ key }) => [edge(key), edge(key)])],
       bands: bands.map(({ key }, i) => ({ series: [1 + shown.length + 2 * i, 2 + shown.length + 2 * i] as uPlot.Band.Bounds, fill: `${palette[shown.indexOf(key) % palette.length]!}1c` })),
@@ -121,7 +138,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     fill(host);
     const palette = colours();
     fill(chips, shown.map((key, i) => h('button', { type: 'button', class: 'chip', title: `Take away ${recorder.series.get(key)?.label ?? key}`, onclick: () => remove(key) },
-      h('i', { style: `background:${palette[i % palette.length]}` }), recorder.series.get(key)?.label ?? key, h('span', { class: 'muted', 'aria-hidden': 'true' }, ' ×'))));
+      h('i', { style: `background:${palette[i % palette.length]}` }), h('span', { class: 'chip-name' }, recorder.series.get(key)?.label ?? key), h('span', { class: 'muted', 'aria-hidden': 'true' }, ' ×'))));
     if (shown.length === 0) {
       fill(host, h('p', { class: 'empty' }, 'Choose a joint and a quantity, or a number in Topics.'));
       return;

@@ -1,5 +1,6 @@
 // Poses that are kept, and a sequence of them played as one trajectory.
 import type { App, Panel } from '../app/app';
+import { copyText } from '../app/clipboard';
 import { button, download, fill, h, toast } from '../app/dom';
 import { load, save } from '../app/settings';
 import type { Waypoint } from '../app/commander';
@@ -108,18 +109,13 @@ export function posesPanel(app: App): Panel {
     run.setAttribute('aria-pressed', String(timer !== null));
   }
 
-  async function copy(): Promise<void> {
+  function copy(): void {
     const points = waypoints();
     if (points.length === 0) {
       toast('Add a pose to the sequence first.', 'warning');
       return;
     }
-    try {
-      await navigator.clipboard.writeText(waypointsYaml(twin, commander, points));
-      toast('The sequence is on the clipboard, as a YAML trajectory.');
-    } catch {
-      toast('The browser does not give the clipboard to this page.', 'warning');
-    }
+    void copyText(waypointsYaml(twin, commander, points), 'The sequence, as a YAML trajectory,');
   }
 
   async function open(file: File): Promise<void> {
@@ -155,11 +151,11 @@ export function posesPanel(app: App): Panel {
       }, { class: 'icon' }))));
     fill(stepList, steps.map((step, i) => {
       const number = (field: 'seconds' | 'pause', label: string): HTMLElement => {
-        const input = h('input', { type: 'number', min: '0', step: '0.1', value: String(step[field]), 'aria-label': `${label} of step ${i + 1}`, onchange: () => {
+        const input = h('input', { type: 'number', min: '0', step: '0.1', value: step[field] > 0 ? String(step[field]) : '', placeholder: field === 'seconds' ? 'auto' : '0', 'aria-label': `${label} of step ${i + 1}`, onchange: () => {
           step[field] = Math.max(0, Number(input.value) || 0);
           store();
         } });
-        return h('label', { class: 'field muted', title: field === 'seconds' ? 'seconds of the way there; 0: as fast as allowed' : 'seconds to wait there' }, `${label} `, input);
+        return h('label', { class: 'field muted', title: field === 'seconds' ? 'Seconds of the way there; auto: as fast as the limits allow' : 'Seconds to wait there' }, `${label} `, input, ' s');
       };
       return h('li', {}, h('div', { class: 'step' }, h('span', { class: 'pose-name' }, step.pose), number('seconds', 'in'), number('pause', 'wait'),
         button('↑', 'Earlier', () => {
@@ -192,6 +188,6 @@ export function posesPanel(app: App): Panel {
       button('Open', 'Take poses and a sequence from a file', () => file.click()), file,
       button('Save', 'Save poses and sequence to a file', () => download('poses.json', 'application/json', JSON.stringify({ poses, steps }, null, 2)))),
     poseList, h('h3', {}, 'Sequence'), stepList,
-    h('div', { class: 'row' }, run, button('Halt', 'Hold where the arm is', halt), button('Copy', 'Copy the sequence as a YAML trajectory', () => void copy()), h('label', { class: 'toggle' }, repeat, h('span', {}, 'again and again')))),
+    h('div', { class: 'row' }, run, button('Halt', 'Hold where the arm is', halt), button('Copy', 'Copy the sequence as a YAML trajectory', copy), h('label', { class: 'toggle' }, repeat, h('span', {}, 'again and again')))),
   };
 }

@@ -6,6 +6,7 @@ import { Seen } from '../app/seen';
 interface Row {
   frame: string;
   out: HTMLElement;
+  rate: HTMLElement;
   pose: HTMLElement;
 }
 
@@ -26,10 +27,11 @@ export function tfPanel(app: App): Panel {
     const walk = (frame: string, depth: number): void => {
       if (depth > 200) return;
       const out = h('span', { class: 'num muted age' });
-      const pose = h('span', { class: 'num muted tf-pose' });
+      const rate = h('span', { class: 'num muted tf-rate' });
+      const pose = h('span', { class: 'num muted tf-pose', title: 'x y z in millimetres, in the frame above' });
       const link = twin.tree?.linkIndex.get(frame);
       rows.push([h('div', { class: 'tf-row', style: `--depth:${Math.min(depth, 14)}` },
-        link === undefined ? h('span', {}, frame) : h('button', { type: 'button', class: 'plain', title: `Select ${frame}`, onclick: () => app.select({ link }) }, frame), pose, out), { frame, out, pose }]);
+        link === undefined ? h('span', {}, frame) : h('button', { type: 'button', class: 'plain', title: `Select ${frame}`, onclick: () => app.select({ link }) }, frame), pose, rate, out), { frame, out, rate, pose }]);
       for (const child of children.get(frame) ?? []) walk(child, depth + 1);
     };
     for (const parent of children.keys()) if (!twin.transforms.frames.has(parent)) walk(parent, 0);
@@ -37,11 +39,12 @@ export function tfPanel(app: App): Panel {
     seen.watch(rows);
   }
 
-  function show({ frame, out, pose }: Row): void {
+  function show({ frame, out, rate, pose }: Row): void {
     const transform = twin.transforms.frames.get(frame);
     if (!transform) return;
     const age = (performance.now() - transform.at) / 1000;
-    say(out, transform.still ? 'static' : age > 1 ? `${age.toFixed(0)} s old` : `${transform.rate.toFixed(0)} Hz`);
+    say(out, transform.still ? '' : age < 1 ? `${(age * 1000).toFixed(0)} ms old` : `${age.toFixed(0)} s old`);
+    say(rate, transform.still ? 'static' : `${transform.rate.toFixed(0)} Hz`);
     out.classList.toggle('warning', !transform.still && age > 1 && !twin.paused);
     say(pose, [0, 1, 2].map((i) => (transform.pose[i]! * 1000).toFixed(1)).join('  '));
   }

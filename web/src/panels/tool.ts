@@ -68,28 +68,32 @@ export function toolPanel(app: App, driver: ToolDriver, handle: ToolHandle, jog:
   });
   const stiffness = h('input', { type: 'number', min: '1', max: '5000', value: String(pusher.stiffness), 'aria-label': 'Stiffness of the spring, newtons per metre', onchange: () => (pusher.stiffness = Number(stiffness.value) || 100) });
 
+  const pushing = h('section', {}, h('h3', {}, 'Push'), push, h('div', { class: 'row' }, h('label', {}, 'Spring ', stiffness, ' N/m'), force));
+
   return {
     id: 'tool', title: 'Tool', rate: 10,
     element: h('div', { class: 'padded tool' },
       h('label', { class: 'setting' }, h('span', {}, 'Link'), link),
-      h('div', { class: 'row' }, toggle('Handle', 'Show the handle', true, (on) => handle.show(on)), move, turn,
-        toggle('keep orientation', 'The tool keeps its orientation while it moves', settings.keepOrientation, (on) => set('keepOrientation', on)),
-        toggle('tool axes', 'Move along the axes of the tool instead of the world', false, (on) => {
+      h('div', { class: 'row' }, toggle('Handle', 'Show the handle', true, (on) => handle.show(on)), move, turn),
+      h('div', { class: 'row' },
+        toggle('Keep orientation', 'The tool keeps its orientation while it moves', settings.keepOrientation, (on) => set('keepOrientation', on)),
+        toggle('Tool axes', 'Move along the axes of the tool instead of the world', false, (on) => {
           jog.local = on;
           handle.showMode(handle.controls.mode as 'translate' | 'rotate', on ? 'local' : 'world');
         })),
-      h('table', {}, h('thead', {}, h('tr', {}, ['mm', 'is', 'goal'].map((t) => h('th', { scope: 'col' }, t)))),
+      h('table', { class: 'goal' }, h('thead', {}, h('tr', {}, ['mm', 'is', 'goal'].map((t) => h('th', { scope: 'col' }, t)))),
         h('tbody', {}, AXES.map((axis, i) => h('tr', {}, h('td', {}, axis), is[i]!, h('td', {}, goal[i]!))))),
       h('div', { class: 'row' }, button('Go', 'Move the tool to the goal', go, { id: 'goal-go' }), state),
       h('h3', {}, 'Jog'),
       h('div', { class: 'jogs' }, hold('+x', 'KeyW', 'Tool along x (W)'), hold('+y', 'KeyA', 'Tool along y (A)'), hold('+z', 'KeyR', 'Tool along z (R)'),
         hold('−x', 'KeyS', 'Tool against x (S)'), hold('−y', 'KeyD', 'Tool against y (D)'), hold('−z', 'KeyF', 'Tool against z (F)'),
         hold('↺x', 'KeyO', 'Turn about x (O)'), hold('↺y', 'KeyI', 'Turn about y (I)'), hold('↺z', 'KeyJ', 'Turn about z (J)')),
-      h('div', { class: 'row' }, button('‹', 'Joint before (-)', () => jog.nextJoint(-1), { class: 'icon' }), jointName, button('›', 'Joint after (+)', () => jog.nextJoint(1), { class: 'icon' }),
-        h('span', { class: 'spacer' }), hold('−', 'BracketLeft', 'Jog the joint down ([)'), hold('+', 'BracketRight', 'Jog the joint up (])')),
+      h('div', { class: 'jog-joint' }, button('‹', 'Joint before (-)', () => jog.nextJoint(-1), { class: 'icon' }), jointName, button('›', 'Joint after (+)', () => jog.nextJoint(1), { class: 'icon' }),
+        hold('−', 'BracketLeft', 'Jog the joint down ([)'), hold('+', 'BracketRight', 'Jog the joint up (])')),
       pad,
-      h('h3', {}, 'Push'), push, h('div', { class: 'row' }, h('label', {}, 'spring ', stiffness, ' N/m'), force)),
+      pushing),
     update: () => {
+      pushing.hidden = app.commander.viewing;
       const o = world.tool * STRIDE;
       const commanded = driver.goal ?? driver.commanded();
       AXES.forEach((_, i) => {

@@ -47,9 +47,11 @@ export class CameraMan {
     const { camera } = this.stage;
     const vertical = THREE.MathUtils.degToRad(camera.fov) / 2;
     const narrow = Math.min(vertical, Math.atan(Math.tan(vertical) * camera.aspect));
-    const distance = (this.size * 0.56) / Math.sin(narrow);
+    const distance = (this.size * 0.58) / Math.sin(narrow);
     const direction = new THREE.Vector3(...VIEWS[view].from).normalize();
-    return { position: this.centre.clone().addScaledVector(direction, distance), target: this.centre.clone() };
+    const target = this.centre.clone();
+    target.z += this.size * 0.04; // the buttons lie over the upper edge
+    return { position: target.clone().addScaledVector(direction, distance), target };
   }
 
   jump(view: ViewName): void {

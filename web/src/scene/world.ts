@@ -9,7 +9,7 @@ import { COMMANDED, ghostMaterial, PAST } from '../robot/materials';
 import { MeshStore } from '../robot/meshes';
 import { RobotView, type Layer, type LayerMaker } from '../robot/view';
 import { STRIDE, type Tree } from '../robot/tree';
-import { CameraMan } from './camera';
+import { CameraMan, type ViewName } from './camera';
 import { AxisLayer, centres, frames, inertiaBoxes } from './layers';
 import { Stage } from './stage';
 import { Trace } from './trace';
@@ -111,9 +111,7 @@ export class World {
     if (this.view?.loading === 0 && !this.fitted) this.fit();
   }
 
-  private fit(): void {
-    const { view } = this;
-    if (!view) return;
+  private bounds(view: RobotView): THREE.Box3 {
     view.root.updateMatrixWorld(true);
     const box = new THREE.Box3();
     for (let i = 0; i < view.links.length; i += 1) for (const mesh of view.meshesOf(i)) box.expandByObject(mesh);
@@ -121,6 +119,13 @@ export class World {
       for (const link of view.links) box.expandByPoint(new THREE.Vector3().setFromMatrixPosition(link.matrixWorld));
       box.expandByScalar(this.size * 0.1);
     }
+    return box;
+  }
+
+  private fit(): void {
+    const { view } = this;
+    if (!view) return;
+    const box = this.bounds(view);
     this.size = Math.max(0.05, box.getSize(new THREE.Vector3()).length());
     this.camera.fit(box);
     this.stage.fit(box.getCenter(new THREE.Vector3()), this.size);
@@ -145,6 +150,12 @@ export class World {
 
   refit(): void {
     this.fit();
+  }
+
+  // The robot as it stands now, from that side.
+  look(from: ViewName): void {
+    if (this.view) this.camera.fit(this.bounds(this.view));
+    this.camera.go(from);
   }
 
   setTool(link: number): void {

@@ -9,10 +9,10 @@ const lab = new Lab();
 before(() => lab.startBrowser(), { timeout: 120000 });
 after(() => lab.stop());
 
-function check(name, joints, body) {
+function check(name, robot, body, options = {}) {
   test(name, { timeout: 180000 }, async () => {
-    const stub = new Stub(comb(joints));
-    const page = await lab.page({}, await stub.start(0));
+    const stub = new Stub(typeof robot === 'string' ? robot : comb(robot));
+    const page = await lab.page(options, await stub.start(0));
     try {
       await lab.watched(name, page, () => body(page, stub));
       assert.deepEqual(page.problems, []);
@@ -117,4 +117,57 @@ check('a thousand joints do not freeze the page', 1000, async (page, stub) => {
   });
   console.log(`a thousand joints: update in ms ${JSON.stringify(costs.updates)}, long tasks ${JSON.stringify(costs.long)} ms, a frame ${costs.frame} ms`);
   assert.ok((await filled()) < 200);
+});
+
+const LONG = 'Lift (upright) whose name goes beyond every row_and_has_no_spaces_towards_its_very_end';
+const LIFT = `<robot name="A robot with a name too long for a narrow bar"><link name="base"/><link name="Column"><visual><geometry><box size="0.1 0.1 0.4"/></geometry></visual></link>
+  <joint name="${LONG}" type="prismatic"><parent link="base"/><child link="Column"/><axis xyz="0 0 1"/><limit lower="0" upper="0.8" effort="200" velocity="0.5"/></joint></robot>`;
+const FINDINGS = { findings: [{ rule: 'name.x', severity: 'note', subject: `joint '${LONG}'`, message: 'is long', file: 'urdf/lift.urdf', line: 2, column: 3, mend: 'a shorter one', consequence: 'long lines' },
+  { rule: 'name.y', severity: 'warning', subject: "link 'Column'", message: 'is not ASCII', mend: '', consequence: '' }] };
+const SOURCES = { links: { Column: { file: '/home/me/lift/urdf/lift.urdf', line: 1, column: 58 } }, joints: {} };
+
+check('on a phone long names stay within the page, and findings tell where they are written', LIFT, async (page, stub) => {
+  for (const [topic, data] of [['/doppel/health', FINDINGS], ['/doppel/sources', SOURCES]]) {
+    stub.topic(topic, 'std_msgs/msg/String');
+    stub.publish(topic, { data: JSON.stringify(data) }, true);
+  }
+  await page.evaluate(() => doppel.layout.open('health'));
+  await waitFor(page, () => document.querySelectorAll('.finding').length === 2);
+  for (const summary of await page.locator('.finding summary').all()) await summary.click();
+  await waitFor(page, () => [...document.querySelectorAll('.finding code')].map((one) => one.textContent).join() === 'lift.urdf:1:58,lift.urdf:2:3');
+  assert.equal(await page.locator('.finding code').nth(1).getAttribute('title'), '/home/me/lift/urdf/lift.urdf:2:3');
+  assert.ok(await page.evaluate(() => [...document.querySelectorAll('.finding')].every((one) => {
+    const [row, tag] = [one, one.querySelector('.tag')].map((element) => element.getBoundingClientRect());
+    return tag.top >= row.top && tag.bottom <= row.bottom;
+  })), 'the word for how bad it is stands in its row');
+  await page.locator('.finding button', { hasText: 'Copy' }).first().click();
+  await page.locator('.toast', { hasText: 'lift.urdf:1:58 is on the clipboard.' }).waitFor();
+  await page.locator('.finding button', { hasText: 'Show' }).nth(1).click();
+  assert.equal(await page.evaluate(() => doppel.twin.tree.links[doppel.selection.link]), 'Column');
+
+  for (const id of ['health', 'joints', 'tree', 'tool', 'control', 'plots', 'tf']) {
+    await page.evaluate((tab) => doppel.layout.open(tab), id);
+    assert.deepEqual(await page.evaluate(() => [...document.querySelectorAll('button, input, select, strong, .tag, .finding, .chip')].filter((one) => {
+      const box = one.getBoundingClientRect();
+      return box.width > 0 && !one.closest('.tabs') && (box.left < -1 || box.right > innerWidth + 1);
+    }).map((one) => `${one.className} ${one.textContent}`)), [], id);
+  }
+  const small = await page.evaluate(() => [...document.querySelectorAll('.views button, .bar button, .tab')].filter((one) => one.offsetWidth > 0 && (one.offsetWidth < 40 || one.offsetHeight < 40)).map((one) => one.textContent));
+  assert.deepEqual(small, [], 'what a finger finds');
+}, { viewport: { width: 390, height: 844 }, hasTouch: true });
+
+check('without the browser\'s clipboard a pose is pasted into a field', 10, async (page) => {
+  await page.evaluate(() => {
+    Object.defineProperty(navigator, 'clipboard', { value: undefined });
+    document.execCommand = (what) => what === 'copy' && document.activeElement.value.includes('joint_names') && (window.copied = document.activeElement.value) !== '';
+    doppel.layout.open('joints');
+  });
+  await page.locator('.joints-panel button', { hasText: 'Copy' }).click();
+  await page.locator('.toast', { hasText: 'on the clipboard' }).waitFor();
+  assert.match(await page.evaluate(() => window.copied), /joint_names:.*joint_3/);
+  await page.locator('.joints-panel button', { hasText: 'Paste' }).click();
+  await page.locator('dialog.paste textarea').fill('joint_names: [joint_3]\npoints:\n- positions: [0.5]\n');
+  await page.locator('dialog.paste button', { hasText: 'Use' }).click();
+  await waitFor(page, () => doppel.twin.target[doppel.twin.tree.jointByName.get('joint_3').index] === 0.5);
+  await page.locator('dialog.paste').waitFor({ state: 'detached' });
 });
