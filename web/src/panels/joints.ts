@@ -92,6 +92,7 @@ export function jointsPanel(app: App): Panel {
   }
 
   function update(): void {
+    element.classList.toggle('effortless', commander.viewing);
     for (const row of seen) show(row);
   }
 
@@ -166,7 +167,7 @@ export function jointsPanel(app: App): Panel {
     list,
     h('div', { class: 'legend' },
       h('span', {}, h('i', { class: 'key now-key' }), 'is'), h('span', {}, h('i', { class: 'key target-key' }), 'target'),
-      h('span', {}, h('i', { class: 'key effort-key' }), 'effort'), h('span', { class: 'spacer' }),
+      h('span', { class: 'effort-legend' }, h('i', { class: 'key effort-key' }), 'effort'), h('span', { class: 'spacer' }),
       h('label', { title: 'Share of the velocity limits that commands from this page use' }, 'speed ',
         (() => {
           const input = h('input', { type: 'range', min: '5', max: '100', value: String(settings.speedShare * 100), 'aria-label': 'Share of the velocity limits' });
