@@ -5,9 +5,6 @@
 #include <chrono>
 #include <future>
 
-#include "doppel/twin/twin.h"
-#include "doppel/twin/viewer.h"
-
 namespace doppel::app {
 namespace {
 
@@ -22,10 +19,12 @@ std::string names_of(const std::vector<std::filesystem::path>& files) {
 
 }  // namespace
 
-Reloadable reloadable(Twin& twin, std::function<void()> afterwards) {
-  const auto begin = [&twin]() -> Reloadable::Build {
-    return [&twin, wish = twin.present_controllers()](Diagnostics& said) -> Reloadable::TakeOver {
-      return [&twin, fresh = twin.prepare(wish, said)] {
+Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
+                      std::function<void()> afterwards) {
+  const auto begin = [&twin, before = std::move(before)]() -> Reloadable::Build {
+    return [&twin, before, wish = twin.present_controllers()](Diagnostics& said) -> Reloadable::TakeOver {
+      return [&twin, before, fresh = twin.prepare(wish, said)] {
+        before(*fresh);
         return twin.replace(fresh) == Twin::Reload::controllers_went_on
                    ? "joints and controllers went on"
                    : "joints kept their state, controllers were made anew";
@@ -35,10 +34,12 @@ Reloadable reloadable(Twin& twin, std::function<void()> afterwards) {
   return {twin.bus(), [&twin] { return twin.files(); }, begin, std::move(afterwards)};
 }
 
-Reloadable reloadable(Viewer& viewer, std::function<void()> afterwards) {
-  const auto begin = [&viewer]() -> Reloadable::Build {
-    return [&viewer](Diagnostics& said) -> Reloadable::TakeOver {
-      return [&viewer, fresh = viewer.prepare(said)] {
+Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replacement&)> before,
+                      std::function<void()> afterwards) {
+  const auto begin = [&viewer, before = std::move(before)]() -> Reloadable::Build {
+    return [&viewer, before](Diagnostics& said) -> Reloadable::TakeOver {
+      return [&viewer, before, fresh = viewer.prepare(said)] {
+        before(*fresh);
         viewer.replace(fresh);
         return "joints stay where they are";
       };

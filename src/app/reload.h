@@ -13,11 +13,8 @@
 #include "doppel/bus/bus.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/log.h"
-
-namespace doppel {
-class Twin;
-class Viewer;
-}  // namespace doppel
+#include "doppel/twin/twin.h"
+#include "doppel/twin/viewer.h"
 
 namespace doppel::app {
 
@@ -32,8 +29,11 @@ struct Reloadable {
   std::function<Build()> begin;
   std::function<void()> afterwards;  // after an edit, taken or refused; the loop's thread
 };
-Reloadable reloadable(Twin& twin, std::function<void()> afterwards);
-Reloadable reloadable(Viewer& viewer, std::function<void()> afterwards);
+// before: what is about to take over, and may be refused yet; the loop's thread.
+Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
+                      std::function<void()> afterwards);
+Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replacement&)> before,
+                      std::function<void()> afterwards);
 
 class Reloader {
  public:

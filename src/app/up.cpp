@@ -16,6 +16,7 @@
 #include "app/health_publisher.h"
 #include "app/judgement.h"
 #include "app/live_table.h"
+#include "app/offered_files.h"
 #include "app/process.h"
 #include "app/reload.h"
 #include "app/snapshot.h"
@@ -121,12 +122,12 @@ std::string controllers_text(const std::vector<ControllerView>& controllers) {
 
 void print_banner(Twin& twin, const std::string& engine) {
   const Model& model = twin.model();
-  fmt::print(stderr, "{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name, model.links.size(),
-             model.joints.size(), model.driven_joint_names().size(), model.total_mass * 1e3);
+  fmt::print(stderr, "{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name, model.links.size(), model.joints.size(),
+       model.driven_joint_names().size(), model.total_mass * 1e3);
   fmt::print(stderr, "  physics      {}, {:g} Hz; simulated time on /clock stamps every message\n", engine,
-             1.0 / to_seconds(twin.step_size()));
+       1.0 / to_seconds(twin.step_size()));
   fmt::print(stderr, "  controllers  {}\n               from {}\n",
-             controllers_text(twin.controller_manager().controllers()), twin.controllers_origin());
+       controllers_text(twin.controller_manager().controllers()), twin.controllers_origin());
   const auto& excluded = twin.engine().excluded_pairs();
   std::vector<std::string> touching;
   for (const ExcludedPair& pair : excluded) {
@@ -134,16 +135,15 @@ void print_banner(Twin& twin, const std::string& engine) {
       touching.push_back(pair.link_a + " + " + pair.link_b);
   }
   fmt::print(stderr, "  contact      ground and links; {} pairs of neighbours left out\n",
-             excluded.size() - touching.size());
+       excluded.size() - touching.size());
   if (!touching.empty()) {
     fmt::print(stderr, "               and what touches at the start: {}\n", fmt::join(touching, ", "));
   }
   bool heading = false;
   for (const SagReport& sag : twin.gravity_sag()) {
     if (std::abs(sag.sag) < 5e-4 && sag.margin >= 0) continue;
-    fmt::print(stderr, "  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}\n", heading ? "" : "gravity",
-               sag.joint, sag.torque, sag.sag,
-               sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
+    fmt::print(stderr, "  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}\n", heading ? "" : "gravity", sag.joint,
+         sag.torque, sag.sag, sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
     heading = true;
   }
 }
@@ -165,7 +165,8 @@ int run_up(const UpOptions& options) {
   print_diagnostics(diagnostics, true);
 
   const auto assets = std::make_shared<AssetLibrary>();
-  assets->offer(files_of(twin.description()));
+  const auto files = [&twin] { return offered_files(twin.description(), twin.engine().objects()); };
+  assets->offer(files());
   Door door(twin.bus(), twin.robot_name(), options.door, assets, log);
   Summary summary;
   summary.robot = twin.robot_name();
@@ -177,11 +178,15 @@ int run_up(const UpOptions& options) {
   HealthPublisher health(twin.bus(), [scenario] { return health_json(scenario); });
   const auto look = [&] { health.look_at(twin.description()); };
   std::unique_ptr<Reloader> reloader;
+  const auto offer_both = [&](const Twin::Replacement& next) {
+    assets->offer(both(offered_files(Twin::description(next), Twin::objects(next)), files()));
+  };
   const auto look_again = [&] {
-    assets->offer(files_of(twin.description()));
+    assets->offer(files());
     look();
   };
-  if (!options.no_reload) reloader = std::make_unique<Reloader>(reloadable(twin, look_again), log);
+  if (!options.no_reload)
+    reloader = std::make_unique<Reloader>(reloadable(twin, offer_both, look_again), log);
   RunnerOptions runner_options;
   runner_options.speed = speed;
   if (options.duration > 0) runner_options.duration = from_seconds(options.duration);
@@ -204,8 +209,7 @@ int run_up(const UpOptions& options) {
   summary.last = take_snapshot(twin);
   if (options.json) fmt::print("{}\n", to_json(summary));
   if (summary.run.end == RunEnd::diverged) {
-    fmt::print(
-        stderr,
+    fmt::print(stderr, 
         "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
         "finite number\n  mend: look for tiny masses on strong joints, or choose a smaller step in a "
         "world file (--world)\n",
@@ -214,8 +218,8 @@ int run_up(const UpOptions& options) {
   }
   if (!options.json) {
     fmt::print(stderr, "{}: {:.2f} s simulated in {:.2f} s, {:.2f} x real time\n", summary.robot,
-               to_seconds(summary.run.simulated), static_cast<double>(summary.run.wall.count()) * 1e-9,
-               summary.run.real_time_factor());
+         to_seconds(summary.run.simulated), static_cast<double>(summary.run.wall.count()) * 1e-9,
+         summary.run.real_time_factor());
   }
   return 0;
 }

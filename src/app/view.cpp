@@ -11,6 +11,7 @@
 #include "app/door.h"
 #include "app/health_publisher.h"
 #include "app/judgement.h"
+#include "app/offered_files.h"
 #include "app/process.h"
 #include "app/reload.h"
 #include "app/terminal_log.h"
@@ -31,7 +32,7 @@ struct ViewOptions {
 void print_banner(const Viewer& viewer, const Door& door) {
   const Model& model = viewer.model();
   fmt::print(stderr, "{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
-             model.joints.size(), model.driven_joint_names().size());
+       model.joints.size(), model.driven_joint_names().size());
   fmt::print(stderr, "  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
   door.print();
   fmt::print(stderr, "  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
@@ -65,8 +66,11 @@ int run_view(const ViewOptions& options) {
     health.look_at(viewer.description());
   };
   look();
+  const auto offer_both = [&](const Viewer::Replacement& next) {
+    assets->offer(both(files_of(Viewer::description(next)), files_of(viewer.description())));
+  };
   std::unique_ptr<Reloader> reloader;
-  if (!options.no_reload) reloader = std::make_unique<Reloader>(reloadable(viewer, look), log);
+  if (!options.no_reload) reloader = std::make_unique<Reloader>(reloadable(viewer, offer_both, look), log);
   print_banner(viewer, door);
   if (!options.headless) door.open_page();
   show_frames(viewer, stop);

@@ -20,8 +20,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestUri = 4096;
-constexpr std::array<std::string_view, 11> kCompanions{".png", ".jpg",  ".jpeg", ".bmp", ".gif", ".tga",
-                                                       ".tif", ".tiff", ".webp", ".dds", ".mtl"};
+constexpr std::array<std::string_view, 16> kCompanions{".png", ".jpg",  ".jpeg", ".bmp", ".gif", ".tga",
+                                                       ".tif", ".tiff", ".webp", ".dds", ".mtl", ".stl",
+                                                       ".obj", ".dae",  ".glb",  ".gltf"};
 
 struct File {
   explicit File(int opened) : fd(opened) {}
@@ -51,10 +52,21 @@ std::string percent_decoded(std::string_view text) {
   return out;
 }
 
+std::string ending_of(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
+
 bool is_companion(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  return std::ranges::find(kCompanions, extension) != kCompanions.end();
+  return std::ranges::find(kCompanions, ending_of(file)) != kCompanions.end();
+}
+
+// The buffers of a glTF are called .bin, as much else is: only beside one that is offered.
+bool is_gltf_buffer(const fs::path& file, const AssetTable& known) {
+  return ending_of(file) == ".bin" && std::ranges::any_of(known.assets, [&file](const Asset& asset) {
+           return ending_of(asset.file) == ".gltf" && asset.file.parent_path() == file.parent_path();
+         });
 }
 
 bool is_below(const fs::path& file, const fs::path& folder) {
@@ -82,14 +94,25 @@ AssetLibrary::Answer refuse(std::string_view uri, std::string_view why) {
 void AssetLibrary::offer(RobotFiles files) {
   const std::lock_guard lock(mutex_);
   files_ = std::move(files);
+  ++offers_;
   table_ = nullptr;
   std::erase_if(held_, [](const auto& entry) { return entry.second.bytes.expired(); });
 }
 
+// Made without the lock: a reload offers on the loop's thread, which does not wait for the disk.
 std::shared_ptr<const AssetTable> AssetLibrary::table() {
+  RobotFiles files;
+  std::uint64_t offer = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    if (table_) return table_;
+    files = files_;
+    offer = offers_;
+  }
+  auto made = std::make_shared<const AssetTable>(make_asset_table(files));
   const std::lock_guard lock(mutex_);
-  if (!table_) table_ = std::make_shared<const AssetTable>(make_asset_table(files_));
-  return table_;
+  if (offer == offers_) table_ = made;
+  return made;
 }
 
 AssetLibrary::Answer AssetLibrary::read(std::string_view uri) {
@@ -101,23 +124,36 @@ AssetLibrary::Answer AssetLibrary::read(std::string_view uri) {
     const auto found = std::ranges::find(known->assets, name, &Asset::uri);
     if (found != known->assets.end()) return read_file(found->file, {found->root}, uri);
   }
-  if (is_companion(decoded) && decoded.find('\0') == std::string::npos) {
-    std::vector<fs::path> roots;
-    for (const Asset& asset : known->assets) roots.push_back(asset.root);
-    std::error_code none;
-    for (const std::string_view name : {uri, std::string_view(decoded)}) {
-      for (const auto& [prefix, folder] : known->folders) {
-        if (!name.starts_with(prefix) || (prefix.empty() && name.find("://") != std::string_view::npos))
-          continue;
-        const fs::path file = folder / name.substr(prefix.size());
-        if (fs::exists(file, none)) return read_file(file, roots, uri);
-      }
-    }
+  if (decoded.find('\0') == std::string::npos) {
+    Answer companion = read_companion(*known, uri, decoded);
+    if (companion.bytes != nullptr || !companion.why.empty()) return companion;
   }
   std::vector<std::string> names;
   for (const Asset& asset : known->assets) names.push_back(asset.uri);
   return refuse(uri, "the robot's description names no such file, and only what it names can be had" +
                          did_you_mean(std::string(uri.substr(0, 256)), names));
+}
+
+AssetLibrary::Answer AssetLibrary::read_companion(const AssetTable& known, std::string_view uri,
+                                                  std::string_view decoded) {
+  const auto may_be_had = [&known](const fs::path& file) {
+    return is_companion(file) || is_gltf_buffer(file, known);
+  };
+  std::error_code none;
+  for (const std::string_view name : {uri, decoded}) {
+    for (const auto& [prefix, folder] : known.folders) {
+      if (!name.starts_with(prefix) || (prefix.empty() && name.find("://") != std::string_view::npos))
+        continue;
+      const fs::path file = (folder / name.substr(prefix.size())).lexically_normal();
+      // Judged by its name before the disk is asked, so that no answer tells what stands elsewhere.
+      const auto holds = [&file](const fs::path& root) { return is_below(file, root); };
+      if (!may_be_had(file) || std::ranges::none_of(known.roots, holds) || !fs::exists(file, none)) continue;
+      if (!may_be_had(fs::canonical(file, none)))
+        return refuse(uri, "it is a link to what is neither a mesh nor a picture nor a material");
+      return read_file(file, known.roots, uri);
+    }
+  }
+  return {};
 }
 
 AssetLibrary::Answer AssetLibrary::read_file(const fs::path& file, const std::vector<fs::path>& roots,

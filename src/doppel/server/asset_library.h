@@ -1,7 +1,8 @@
 #pragma once
-// The files that a client may fetch: those that the loaded robot's description names, and the textures and
-// materials beside its meshes. A request is only ever compared with this table and with the folders in it;
-// what a link or a ".." leads to has to lie in the package (or the description's folder) as well.
+// The files that a client may fetch: those that the loaded robot's description and its world name, and by
+// their endings the textures, materials and meshes beside them: an object that a client puts in may have any
+// mesh of the robot's packages. A request is only ever compared with this table and with the folders in it;
+// what a link or a ".." leads to has to lie in the package (or the folder of what names it) as well.
 
 #include <cstddef>
 #include <filesystem>
@@ -24,15 +25,24 @@ struct Asset {
 
 struct AssetTable {
   std::vector<Asset> assets;
-  // What URIs that begin with the first mean: the second, and what follows. For what meshes name.
+  // For what no description names, known by its ending: what URIs that begin with the first mean (the second,
+  // and what follows), and the folders that it may not leave.
   std::vector<std::pair<std::string, std::filesystem::path>> folders;
+  std::vector<std::filesystem::path> roots;
 };
 
-// What of a description says which files it needs; cheap to take.
+// A mesh that was found.
+struct MeshFile {
+  std::string uri;                   // as clients are told of it
+  std::filesystem::path file;        // absolute
+  std::filesystem::path named_in{};  // absolute; empty: the description
+};
+
+// What of a description, and of the world around the robot, says which files are needed; cheap to take.
 struct RobotFiles {
   std::filesystem::path description;
-  std::vector<std::pair<std::string, std::filesystem::path>> meshes;  // URI, absolute file
-  std::vector<std::string> textures;                                  // URIs
+  std::vector<MeshFile> meshes;
+  std::vector<std::string> textures;  // URIs
 };
 RobotFiles files_of(const RobotDescription& robot);
 // Looks at the disk for where packages begin.
@@ -66,12 +76,15 @@ class AssetLibrary {
   };
 
   std::shared_ptr<const AssetTable> table();
+  // Of a file that no description names; no bytes and no why: there is none, or it is of no kind to hand out.
+  Answer read_companion(const AssetTable& known, std::string_view uri, std::string_view decoded);
   Answer read_file(const std::filesystem::path& file, const std::vector<std::filesystem::path>& roots,
                    std::string_view uri);
   Answer read_open(int fd, const std::filesystem::path& file, std::string_view uri);
 
   std::mutex mutex_;
   RobotFiles files_;
+  std::uint64_t offers_ = 0;
   std::shared_ptr<const AssetTable> table_;  // made from files_ when first needed
   std::map<std::filesystem::path, Held> held_;
 };

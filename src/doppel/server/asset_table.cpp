@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <set>
@@ -33,11 +35,11 @@ fs::path without(const fs::path& file, const fs::path& rest) {
                                                                                             : fs::path();
 }
 
-// Without a package the description's folder holds all that belongs to it; or the one above, where the
-// description lies in one of the folders that are called so beside meshes/.
+// Without a package the folder of a description (or world file) holds all that belongs to it; or the one
+// above, where it lies in one of the folders that are called so beside meshes/.
 fs::path folder_around(const fs::path& description) {
   const fs::path folder = description.parent_path();
-  const std::set<std::string> inner{"urdf", "xacro", "robots"};
+  const std::set<std::string> inner{"urdf", "xacro", "robots", "worlds"};
   return inner.contains(folder.filename().string()) ? folder.parent_path() : folder;
 }
 
@@ -50,7 +52,7 @@ RobotFiles files_of(const RobotDescription& robot) {
   const auto add = [&out](const Geometry& geometry) {
     const auto* mesh = std::get_if<MeshGeometry>(&geometry);
     if (mesh != nullptr && !mesh->path.empty())
-      out.meshes.emplace_back(mesh->uri, fs::path(mesh->path).lexically_normal());
+      out.meshes.push_back({mesh->uri, fs::path(mesh->path).lexically_normal()});
   };
   for (const Link& link : robot.links) {
     for (const Visual& visual : link.visuals) {
@@ -63,34 +65,67 @@ RobotFiles files_of(const RobotDescription& robot) {
   return out;
 }
 
-AssetTable make_asset_table(const RobotFiles& files) {
-  AssetTable out;
-  PackageResolver resolver;
-  resolver.add_context(files.description);
-  std::set<std::string> known;
-  std::set<std::pair<std::string, fs::path>> folders;
-  const auto add = [&](const std::string& uri, const fs::path& file) {
-    if (!known.insert(uri).second) return;
-    fs::path root;
-    if (const std::string prefix = package_prefix(uri); !prefix.empty()) {
-      root = without(file, uri.substr(prefix.size()));
-      if (!root.empty()) folders.insert({prefix, root});
-    } else {
-      root = package_around(file);
-      if (root.empty()) root = folder_around(files.description);
-      const bool absolute = uri.starts_with(kFileScheme) || uri.starts_with('/');
-      if (uri.starts_with(kFileScheme)) folders.insert({std::string(kFileScheme), "/"});
-      if (!absolute) folders.insert({"", files.description.parent_path()});
+namespace {
+
+class TableMaker {
+ public:
+  explicit TableMaker(const RobotFiles& files) : files_(files) { resolver_.add_context(files.description); }
+
+  AssetTable make() {
+    for (const MeshFile& mesh : files_.meshes) add(mesh);
+    const fs::path base = files_.description.parent_path();
+    for (const std::string& uri : files_.textures) {
+      if (const auto found = resolver_.resolve(uri, base); !found.path.empty()) add({uri, found.path});
     }
-    out.assets.push_back({uri, file, root});
-  };
-  for (const auto& [uri, file] : files.meshes) add(uri, file);
-  for (const std::string& uri : files.textures) {
-    const auto found = resolver.resolve(uri, files.description.parent_path());
-    if (!found.path.empty()) add(uri, found.path);
+    if (const fs::path own = package_around(files_.description); !own.empty()) roots_.insert(own);
+    for (const fs::path& root : roots_) {
+      folders_.insert({std::string(kFileScheme), "/"});
+      if (!is_package(root)) continue;
+      for (const std::string_view scheme : kPackageSchemes)
+        folders_.insert({fmt::format("{}{}/", scheme, package_name(root)), root});
+    }
+    table_.folders.assign(folders_.begin(), folders_.end());
+    table_.roots.assign(roots_.begin(), roots_.end());
+    return std::move(table_);
   }
-  out.folders.assign(folders.begin(), folders.end());
-  return out;
+
+ private:
+  void add(const MeshFile& mesh) {
+    if (!known_.insert(mesh.uri).second) return;
+    const fs::path root = root_of(mesh);
+    if (!root.empty()) roots_.insert(root);
+    table_.assets.push_back({mesh.uri, mesh.file, root});
+  }
+
+  fs::path root_of(const MeshFile& mesh) {
+    if (const std::string prefix = package_prefix(mesh.uri); !prefix.empty()) {
+      fs::path root = without(mesh.file, mesh.uri.substr(prefix.size()));
+      if (root.empty()) {  // the file of a link, or one that has left its package
+        const std::size_t name = prefix.find("://") + 3;
+        root = resolver_.find_package(prefix.substr(name, prefix.size() - name - 1)).path;
+      }
+      if (!root.empty()) folders_.insert({prefix, root});
+      return root;
+    }
+    const bool absolute = mesh.uri.starts_with(kFileScheme) || mesh.uri.starts_with('/');
+    if (!absolute) folders_.insert({"", files_.description.parent_path()});
+    const fs::path package = package_around(mesh.file);
+    return package.empty() ? folder_around(mesh.named_in.empty() ? files_.description : mesh.named_in)
+                           : package;
+  }
+
+  const RobotFiles& files_;
+  PackageResolver resolver_;
+  AssetTable table_;
+  std::set<std::string> known_;
+  std::set<std::pair<std::string, fs::path>> folders_;
+  std::set<fs::path> roots_;
+};
+
+}  // namespace
+
+AssetTable make_asset_table(const RobotFiles& files) {
+  return TableMaker(files).make();
 }
 
 }  // namespace doppel

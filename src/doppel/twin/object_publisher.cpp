@@ -1,6 +1,7 @@
 #include "doppel/twin/object_publisher.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <span>
 #include <utility>
 
@@ -38,7 +39,7 @@ Marker look_of(const WorldObject& object) {
   } else if (const auto* mesh = std::get_if<MeshGeometry>(&object.shape)) {
     marker.type = Marker::MESH_RESOURCE;
     marker.scale = to_vector_msg(mesh->scale);
-    marker.mesh_resource = mesh->uri.find("://") != std::string::npos ? mesh->uri : "file://" + mesh->path;
+    marker.mesh_resource = mesh_resource(*mesh);
   }
   return marker;
 }
@@ -53,6 +54,12 @@ Marker deletion(std::int32_t id) {
 }
 
 }  // namespace
+
+std::string mesh_resource(const MeshGeometry& mesh) {
+  const bool in_a_package = mesh.uri.starts_with("package://") || mesh.uri.starts_with("model://");
+  return in_a_package ? mesh.uri
+                      : "file://" + std::filesystem::absolute(mesh.path).lexically_normal().string();
+}
 
 ObjectPublisher::ObjectPublisher(Bus& bus) : node_(bus, "/doppel") {
   topic_ = node_.advertise<visualization_msgs::msg::MarkerArray>("~/objects", {.depth = 1, .latched = true});

@@ -6,6 +6,7 @@
 
 #include <deque>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "doppel/bus/bus.h"
@@ -14,6 +15,9 @@
 #include "doppel/twin/due.h"
 
 namespace doppel {
+
+// The URI under which listeners are told of an object's mesh; one without a scheme is its file's.
+std::string mesh_resource(const MeshGeometry& mesh);
 
 class ObjectPublisher {
  public:

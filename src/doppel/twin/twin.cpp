@@ -305,6 +305,13 @@ Twin::Reload Twin::replace(const std::shared_ptr<Replacement>& replacement) {
   return impl_->replace(*replacement);
 }
 
+const RobotDescription& Twin::description(const Replacement& replacement) {
+  return replacement.machine->setup.description.robot;
+}
+const std::vector<WorldObject>& Twin::objects(const Replacement& replacement) {
+  return replacement.machine->engine->objects();
+}
+
 std::vector<std::filesystem::path> Twin::files() const {
   return impl_->machine->files(impl_->scenario);
 }

@@ -69,6 +69,9 @@ class Twin {
   // machine runs on then.
   enum class Reload { controllers_went_on, controllers_made_anew };
   Reload replace(const std::shared_ptr<Replacement>& replacement);
+  // What it is made of, before it takes over.
+  [[nodiscard]] static const RobotDescription& description(const Replacement& replacement);
+  [[nodiscard]] static const std::vector<WorldObject>& objects(const Replacement& replacement);
   // Every file that the twin was made of: what a reload watches. The loop's thread.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 

@@ -201,6 +201,10 @@ void Viewer::replace(const std::shared_ptr<Replacement>& replacement) {
   impl_->replace(std::move(replacement->picture));
 }
 
+const RobotDescription& Viewer::description(const Replacement& replacement) {
+  return replacement.picture->description.robot;
+}
+
 std::vector<std::filesystem::path> Viewer::files() const {
   return files_of(impl_->picture->target, impl_->picture->description);
 }

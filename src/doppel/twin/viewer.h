@@ -36,6 +36,8 @@ class Viewer {
   [[nodiscard]] std::shared_ptr<Replacement> prepare(Diagnostics& diagnostics) const;
   // The loop's thread. Joints of the same name and kind stay where they are, inside their limits of now.
   void replace(const std::shared_ptr<Replacement>& replacement);
+  // What it is made of, before it takes over.
+  [[nodiscard]] static const RobotDescription& description(const Replacement& replacement);
   // Every file that the picture was made of. The loop's thread.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 

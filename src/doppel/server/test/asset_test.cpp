@@ -43,7 +43,7 @@ class AssetTest : public ::testing::Test {
              const fs::path& description = "arm/urdf/arm.urdf") {
     RobotFiles files;
     files.description = folder_ / description;
-    for (const auto& [uri, file] : meshes) files.meshes.emplace_back(uri, folder_ / file);
+    for (const auto& [uri, file] : meshes) files.meshes.push_back({uri, folder_ / file});
     library_.offer(files);
   }
   std::string get(const std::string& uri) {
@@ -76,13 +76,82 @@ TEST_F(AssetTest, TexturesAndMaterialsOfThePackageComeAlong) {
   EXPECT_EQ(get("package://arm/meshes/tex.png"), "picture");
   EXPECT_EQ(get("package://arm/meshes/../materials/m.mtl"), "material");
   EXPECT_EQ(get("package://arm/materials/%6d.mtl"), "material");
+  EXPECT_EQ(get("file://" + (folder_ / "arm/meshes/tex.png").string()), "picture");
   for (const std::string& uri :
-       {"package://arm/config/secret.yaml"s, "package://arm/meshes/b c.stl"s, "package://arm/package.xml"s,
-        "package://arm/"s, "package://arm"s, "package://other/meshes/tex.png"s, "meshes/tex.png"s,
-        "file://" + (folder_ / "arm/meshes/tex.png").string(), (folder_ / "arm/meshes/tex.png").string(),
-        "http://example.org/tex.png"s, ""s}) {
+       {"package://arm/config/secret.yaml"s, "package://arm/package.xml"s, "package://arm/"s,
+        "package://arm"s, "package://other/meshes/tex.png"s, "meshes/tex.png"s,
+        (folder_ / "arm/meshes/tex.png").string(), "http://example.org/tex.png"s, ""s}) {
     EXPECT_THAT(get(uri), HasSubstr("refused: ")) << uri;
   }
+}
+
+TEST_F(AssetTest, SoDoMeshesForObjectsThatAreSpawned) {
+  package("other");
+  write("other/meshes/part.stl", "of a package that the robot needs nothing of");
+  for (const char* ending : {"stl", "obj", "dae", "glb", "gltf", "STL"})
+    write(std::string("arm/objects/part.") + ending, ending);
+  write("arm/objects/part.bin", "not beside a glTF that is offered");
+  write("arm/objects/part.py", "program");
+  offer({});
+  for (const char* ending : {"stl", "obj", "dae", "glb", "gltf", "STL"}) {
+    EXPECT_EQ(get(std::string("package://arm/objects/part.") + ending), ending) << "without any mesh";
+    EXPECT_EQ(get("file://" + (folder_ / "arm/objects/part.").string() + ending), ending);
+  }
+  EXPECT_EQ(get("model://arm/objects/part.stl"), "stl");
+  offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}, {"../meshes/a.stl", "arm/meshes/a.stl"}});
+  EXPECT_EQ(get("package://arm/objects/part.stl"), "stl");
+  EXPECT_EQ(get("../objects/part.stl"), "stl");
+  for (const std::string& uri : {"package://arm/objects/part.bin"s, "package://arm/objects/part.py"s,
+                                 "package://arm/objects/none.stl"s, "package://other/meshes/part.stl"s,
+                                 "file://" + (folder_ / "other/meshes/part.stl").string(),
+                                 "package://arm/../other/meshes/part.stl"s, "../../other/meshes/part.stl"s,
+                                 "../../outside.stl"s, "file://" + (folder_ / "outside.stl").string()}) {
+    EXPECT_THAT(get(uri), HasSubstr("refused: ")) << uri;
+  }
+}
+
+TEST_F(AssetTest, NoAnswerTellsWhatStandsElsewhere) {
+  offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
+  const std::string there = get("package://arm/../outside.png"),
+                    not_there = get("package://arm/../outsidf.png");
+  EXPECT_THAT(there, HasSubstr("refused: "));
+  EXPECT_EQ(there.substr(there.rfind(':')), not_there.substr(not_there.rfind(':')));
+}
+
+TEST_F(AssetTest, ALinkByAnotherNameHidesNothing) {
+  fs::create_symlink(folder_ / "arm/config/secret.yaml", folder_ / "arm/meshes/secret.png");
+  fs::create_symlink(folder_ / "arm/meshes/tex.png", folder_ / "arm/meshes/same.png");
+  offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
+  EXPECT_THAT(get("package://arm/meshes/secret.png"), HasSubstr("a link to what is neither"));
+  EXPECT_EQ(get("package://arm/meshes/same.png"), "picture");
+}
+
+TEST_F(AssetTest, TheBuffersOfAGltfLieBesideIt) {
+  write("arm/meshes/a.gltf", "gltf");
+  write("arm/meshes/a.bin", "buffer");
+  write("arm/config/a.bin", "something else");
+  offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
+  EXPECT_THAT(get("package://arm/meshes/a.bin"), HasSubstr("refused: "));
+  offer({{"package://arm/meshes/a.gltf", "arm/meshes/a.gltf"}});
+  EXPECT_EQ(get("package://arm/meshes/a.bin"), "buffer");
+  EXPECT_THAT(get("package://arm/config/a.bin"), HasSubstr("refused: "));
+}
+
+TEST_F(AssetTest, WhatAWorldNamesMayLieInTheWorldsFolder) {
+  write("place/worlds/table.yaml", "");
+  write("place/meshes/table.stl", "table");
+  write("place/notes.txt", "notes");
+  const std::string uri = "file://" + (folder_ / "place/meshes/table.stl").string();
+  RobotFiles files;
+  files.description = folder_ / "arm/urdf/arm.urdf";
+  files.meshes = {{uri, folder_ / "place/meshes/table.stl"}};
+  library_.offer(files);
+  EXPECT_THAT(get(uri), HasSubstr("outside of its package")) << "named by the description";
+  files.meshes.front().named_in = folder_ / "place/worlds/table.yaml";
+  library_.offer(files);
+  EXPECT_EQ(get(uri), "table");
+  EXPECT_THAT(get("file://" + (folder_ / "place/notes.txt").string()), HasSubstr("refused: "));
+  EXPECT_THAT(get("file://" + (folder_ / "outside.stl").string()), HasSubstr("refused: "));
 }
 
 TEST_F(AssetTest, NoWayLeadsOutOfThePackage) {
@@ -127,6 +196,8 @@ TEST_F(AssetTest, APackageInstalledByLinksIsItself) {
   fs::create_directory_symlink(folder_ / "arm/meshes", folder_ / "install/share/arm/meshes");
   offer({{"package://arm/meshes/a.stl", "install/share/arm/meshes/a.stl"}}, "install/share/arm/arm.urdf");
   EXPECT_EQ(get("package://arm/meshes/a.stl"), "mesh a");
+  offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}}, "install/share/arm/arm.urdf");
+  EXPECT_EQ(get("package://arm/meshes/a.stl"), "mesh a") << "told by the file that the link leads to";
 }
 
 TEST_F(AssetTest, WithoutAPackageTheDescriptionsFolderHoldsAll) {
@@ -162,7 +233,7 @@ TEST_F(AssetTest, BytesThatSomebodyHoldsAreSharedUntilTheFileChanges) {
   EXPECT_EQ(library_.read("package://arm/meshes/a.stl").bytes, first);
   write("arm/meshes/a.stl", "edited");
   EXPECT_EQ(get("package://arm/meshes/a.stl"), "edited");
-  offer({});
+  offer({}, "arm.urdf");
   EXPECT_THAT(get("package://arm/meshes/a.stl"), HasSubstr("refused: ")) << "a reload has taken it away";
 }
 
@@ -185,7 +256,7 @@ TEST(AssetFiles, AreTakenFromTheDescription) {
   const RobotFiles files = files_of(robot);
   EXPECT_EQ(files.description, "/robots/arm/urdf/arm.urdf");
   ASSERT_EQ(files.meshes.size(), 1u) << "what was not found is not offered";
-  EXPECT_EQ(files.meshes[0].second, "/robots/arm/a.dae");
+  EXPECT_EQ(files.meshes[0].file, "/robots/arm/a.dae");
   EXPECT_EQ(files.textures, std::vector<std::string>{"package://arm/t.png"});
 }
 

@@ -133,7 +133,7 @@ class FetchTest : public LimitsTest {
     for (int i = 0; i < 20; ++i) {
       const std::string mesh = std::to_string(i) + ".stl";
       std::ofstream(folder_ / mesh) << "mesh " << i;
-      files.meshes.emplace_back("package://arm/" + mesh, folder_ / mesh);
+      files.meshes.push_back({"package://arm/" + mesh, folder_ / mesh});
     }
     fs::resize_file(folder_ / "0.stl", kLarge);
     library_->offer(files);
