@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "app/process.h"
+#include "doppel/server/admission.h"
 
 namespace doppel::app {
 namespace {
@@ -86,7 +87,11 @@ void add_door_options(CLI::App& verb, DoorOptions& options) {
                   "stands in the printed address");
   verb.add_option("--token", options.token,
                   "A token of your own, 16 characters or more, to be asked for (else one is made where "
-                  "--host needs it)");
+                  "--host needs it)")
+      ->check([](const std::string& token) {
+        const Status usable = check_token(token);
+        return usable ? std::string() : usable.why();
+      });
   verb.add_flag("--no-open", options.no_open, "Do not open the page in the desktop's browser");
 }
 
@@ -94,7 +99,13 @@ Door::Door(Bus& bus, const std::string& robot, const DoorOptions& options,
            std::shared_ptr<AssetLibrary> assets, const Log& log)
     : open_(!options.no_open && somebody_sits_here()),
       server_(bus, server_options(robot, options, std::move(assets)), log),
-      announcement_(robot, server_.port(), server_.own_address(), server_.token()) {}
+      announcement_(robot, server_.port(), server_.own_address(), server_.token()) {
+  if (announcement_.problem().empty()) return;
+  log.warning(
+      "server",
+      fmt::format("other shells cannot find this twin by themselves: {}; name the port there, --port {}",
+                  announcement_.problem(), server_.port()));
+}
 
 Door::~Door() {
   if (opener_.joinable()) opener_.join();
@@ -102,9 +113,8 @@ Door::~Door() {
 
 void Door::print() const {
   fmt::print(stderr, "  page         {}{}\n", server_.page_url(),
-             server_.token().empty() ? "" : "  (whoever has this address can move the robot)");
-  fmt::print(stderr, "  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n",
-             server_.url());
+       server_.token().empty() ? "" : "  (whoever has this address can move the robot)");
+  fmt::print(stderr, "  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n", server_.url());
 }
 
 void Door::open_page() {

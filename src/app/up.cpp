@@ -245,7 +245,7 @@ void add_up(CLI::App& app, int& exit_code) {
   up->add_option("--duration", options->duration, "End after so many simulated seconds");
   up->add_option("--speed", options->speed, "1: real time, N: N times that, max: as fast as it goes");
   up->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
-  up->add_flag("--headless", options->headless, "No live table; log lines only");
+  up->add_flag("--headless", options->headless, "No live table and no browser; log lines only");
   up->add_flag("--json", options->json, "One summary object on stdout at the end");
   add_door_options(*up, options->door);
   up->footer(

@@ -85,7 +85,7 @@ void add_view(CLI::App& app, int& exit_code) {
       app.add_subcommand("view", "Look at a description: the page and the joints, without physics");
   add_described_by(*view, options->robot);
   view->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
-  view->add_flag("--headless", options->headless, "Open no page; log lines only");
+  view->add_flag("--headless", options->headless, "Open no page, as --no-open; there is no live table here");
   add_door_options(*view, options->door);
   view->footer(
       "Whatever can be drawn is drawn; faults are warnings, and the page's Health tells them with their "

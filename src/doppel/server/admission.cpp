@@ -80,7 +80,7 @@ Status Admission::check(const Credentials& who) const {
     return {};
   }
   return Status::refused(
-      "the token is missing or wrong; open the address that 'doppel up' printed, with ?token=...");
+      "the token is missing or wrong; open the address that was printed at the start, with ?token=...");
 }
 
 std::string Admission::cookie_for(std::string_view target) const {

@@ -111,6 +111,7 @@ Announcement::Announcement(std::string robot, std::uint16_t port, const std::str
   const fs::path draft = file.string() + ".new";  // renamed when whole, so that nobody reads half of it
   if (!write_private(draft, object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n")) {
     problem_ = fmt::format("cannot write {}: {}", draft.string(), std::strerror(errno));
+    unlink(draft.c_str());
     return;
   }
   std::error_code failed;

@@ -1,9 +1,11 @@
 #include "doppel/server/announcement.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 
@@ -40,6 +42,19 @@ TEST_F(AnnouncementTest, IsFoundWhileItLives) {
               std::filesystem::perms::owner_all);
   }
   EXPECT_TRUE(find_running().empty());
+}
+
+TEST_F(AnnouncementTest, AFullDiskIsToldAndLeavesNothingBehind) {
+  const auto before = signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{};
+  getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit full{.rlim_cur = 0, .rlim_max = limit.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &full);
+  const Announcement announcement("arm", 8700);
+  setrlimit(RLIMIT_FSIZE, &limit);
+  signal(SIGXFSZ, before);
+  EXPECT_NE(announcement.problem().find("File too large"), std::string::npos) << announcement.problem();
+  EXPECT_TRUE(std::filesystem::is_empty(announcement_folder()));
 }
 
 TEST_F(AnnouncementTest, TheNewestComesFirst) {
