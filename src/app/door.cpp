@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "app/process.h"
+#include "app/tell.h"
 #include "doppel/server/admission.h"
 
 namespace doppel::app {
@@ -112,9 +113,9 @@ Door::~Door() {
 }
 
 void Door::print() const {
-  fmt::print(stderr, "  page         {}{}\n", server_.page_url(),
+  tell("  page         {}{}\n", server_.page_url(),
        server_.token().empty() ? "" : "  (whoever has this address can move the robot)");
-  fmt::print(stderr, "  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n", server_.url());
+  tell("  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n", server_.url());
 }
 
 void Door::open_page() {

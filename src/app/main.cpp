@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "app/process.h"
+#include "app/tell.h"
 #include "app/up.h"
 #include "app/verbs/verbs.h"
 #include "app/view.h"
@@ -94,8 +95,8 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, int argc, ch
     }
     if (next == nullptr) {
       if (!names.empty() && argv[i][0] != '-') {
-        fmt::print(stderr, "error: '{}' is no verb of {}{}\n", argv[i], path,
-                   doppel::did_you_mean(argv[i], names));
+        doppel::app::tell("error: '{}' is no verb of {}{}\n", argv[i], path,
+                          doppel::did_you_mean(argv[i], names));
         return kBadInput;
       }
       break;
@@ -103,7 +104,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, int argc, ch
     deepest = next;
     path += " " + next->get_name();
   }
-  fmt::print(stderr, "error: {}\n  mend: {} --help tells how it is used\n", error.what(), path);
+  doppel::app::tell("error: {}\n  mend: {} --help tells how it is used\n", error.what(), path);
   return kBadInput;
 }
 
@@ -130,10 +131,10 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return report_usage(app, error, argc, argv);
   } catch (const doppel::InputError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    doppel::app::tell("{}\n", error.what());
     return kBadInput;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "error: {}\n", error.what());
+    doppel::app::tell("error: {}\n", error.what());
     return 1;
   }
   return exit_code;
@@ -142,6 +143,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  doppel::app::fill_standard_files();
   const int exit_code = run(argc, argv);
   if (doppel::app::work_left_behind()) {
     std::fflush(nullptr);

@@ -1,5 +1,6 @@
 #include "app/process.h"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -31,6 +32,14 @@ double peak_rss_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) * 1024.0 / 1e6;
+}
+
+void fill_standard_files() {
+  for (int file = open("/dev/null", O_RDWR); file >= 0; file = dup(file)) {
+    if (file <= STDERR_FILENO) continue;
+    close(file);
+    return;
+  }
 }
 
 const std::atomic<bool>& stop_on_signals() {

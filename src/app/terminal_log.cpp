@@ -1,7 +1,6 @@
 #include "app/terminal_log.h"
 
-#include <fmt/format.h>
-
+#include "app/tell.h"
 #include "doppel/messages/utf8.h"
 
 namespace doppel::app {
@@ -49,9 +48,9 @@ std::vector<LogLine> TerminalLog::recent() {
 
 void TerminalLog::print(const LogLine& line) {
   if (line.severity == Severity::note) {
-    fmt::print(stderr, "  {}: {}\n", line.origin, line.text);
+    tell("  {}: {}\n", line.origin, line.text);
   } else {
-    fmt::print(stderr, "  {}: {}: {}\n", to_string(line.severity), line.origin, line.text);
+    tell("  {}: {}: {}\n", to_string(line.severity), line.origin, line.text);
   }
 }
 

@@ -20,6 +20,7 @@
 #include "app/process.h"
 #include "app/reload.h"
 #include "app/snapshot.h"
+#include "app/tell.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
 #include "doppel/twin/runner.h"
@@ -122,11 +123,11 @@ std::string controllers_text(const std::vector<ControllerView>& controllers) {
 
 void print_banner(Twin& twin, const std::string& engine) {
   const Model& model = twin.model();
-  fmt::print(stderr, "{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name, model.links.size(), model.joints.size(),
+  tell("{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name, model.links.size(), model.joints.size(),
        model.driven_joint_names().size(), model.total_mass * 1e3);
-  fmt::print(stderr, "  physics      {}, {:g} Hz; simulated time on /clock stamps every message\n", engine,
+  tell("  physics      {}, {:g} Hz; simulated time on /clock stamps every message\n", engine,
        1.0 / to_seconds(twin.step_size()));
-  fmt::print(stderr, "  controllers  {}\n               from {}\n",
+  tell("  controllers  {}\n               from {}\n",
        controllers_text(twin.controller_manager().controllers()), twin.controllers_origin());
   const auto& excluded = twin.engine().excluded_pairs();
   std::vector<std::string> touching;
@@ -134,15 +135,15 @@ void print_banner(Twin& twin, const std::string& engine) {
     if (pair.reason.find("touching") != std::string::npos)
       touching.push_back(pair.link_a + " + " + pair.link_b);
   }
-  fmt::print(stderr, "  contact      ground and links; {} pairs of neighbours left out\n",
+  tell("  contact      ground and links; {} pairs of neighbours left out\n",
        excluded.size() - touching.size());
   if (!touching.empty()) {
-    fmt::print(stderr, "               and what touches at the start: {}\n", fmt::join(touching, ", "));
+    tell("               and what touches at the start: {}\n", fmt::join(touching, ", "));
   }
   bool heading = false;
   for (const SagReport& sag : twin.gravity_sag()) {
     if (std::abs(sag.sag) < 5e-4 && sag.margin >= 0) continue;
-    fmt::print(stderr, "  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}\n", heading ? "" : "gravity", sag.joint,
+    tell("  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}\n", heading ? "" : "gravity", sag.joint,
          sag.torque, sag.sag, sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
     heading = true;
   }
@@ -194,7 +195,7 @@ int run_up(const UpOptions& options) {
   runner.on_first_step([&] {
     summary.startup_ms = milliseconds_since_process_start();
     look();
-    fmt::print(stderr, "  ready        {:.0f} ms after the start\n", summary.startup_ms);
+    tell("  ready        {:.0f} ms after the start\n", summary.startup_ms);
   });
   if (table) {
     terminal.table_begins();
@@ -209,7 +210,7 @@ int run_up(const UpOptions& options) {
   summary.last = take_snapshot(twin);
   if (options.json) fmt::print("{}\n", to_json(summary));
   if (summary.run.end == RunEnd::diverged) {
-    fmt::print(stderr, 
+    tell(
         "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
         "finite number\n  mend: look for tiny masses on strong joints, or choose a smaller step in a "
         "world file (--world)\n",
@@ -217,7 +218,7 @@ int run_up(const UpOptions& options) {
     return 1;
   }
   if (!options.json) {
-    fmt::print(stderr, "{}: {:.2f} s simulated in {:.2f} s, {:.2f} x real time\n", summary.robot,
+    tell("{}: {:.2f} s simulated in {:.2f} s, {:.2f} x real time\n", summary.robot,
          to_seconds(summary.run.simulated), static_cast<double>(summary.run.wall.count()) * 1e-9,
          summary.run.real_time_factor());
   }

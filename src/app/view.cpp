@@ -14,6 +14,7 @@
 #include "app/offered_files.h"
 #include "app/process.h"
 #include "app/reload.h"
+#include "app/tell.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
 #include "doppel/twin/viewer.h"
@@ -31,11 +32,11 @@ struct ViewOptions {
 
 void print_banner(const Viewer& viewer, const Door& door) {
   const Model& model = viewer.model();
-  fmt::print(stderr, "{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
+  tell("{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
        model.joints.size(), model.driven_joint_names().size());
-  fmt::print(stderr, "  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
+  tell("  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
   door.print();
-  fmt::print(stderr, "  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
+  tell("  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
 }
 
 // Until `stop`; frames that could not be kept up with are left out.

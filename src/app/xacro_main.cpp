@@ -5,11 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 
+#include "app/process.h"
+#include "app/tell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/core/diagnostic.h"
 
 int main(int argc, char** argv) {
   constexpr int kBadInput = 2;
+  doppel::app::fill_standard_files();
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app("Expands xacro files.", "doppel");
   app.require_subcommand(1);
@@ -23,13 +26,13 @@ int main(int argc, char** argv) {
     app.parse(words);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    fmt::print(stderr, "error: {}\n  mend: doppel xacro --help tells how it is used\n", error.what());
+    doppel::app::tell("error: {}\n  mend: doppel xacro --help tells how it is used\n", error.what());
     return kBadInput;
   } catch (const doppel::InputError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    doppel::app::tell("{}\n", error.what());
     return kBadInput;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "error: {}\n", error.what());
+    doppel::app::tell("error: {}\n", error.what());
     return 1;
   }
   return exit_code;

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "app/judgement.h"
+#include "app/tell.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/verbs.h"
 #include "doppel/core/names.h"
@@ -75,15 +76,14 @@ AuditReport fix(DescriptionTarget& target, const AuditOptions& options, const Au
                 bool quiet) {
   const std::vector<Operation> repairs = repairs_of(before, target);
   if (repairs.empty()) {
-    if (!quiet) fmt::print(stderr, "nothing to fix: no finding has exactly one mend\n");
+    if (!quiet) tell("nothing to fix: no finding has exactly one mend\n");
     return before;
   }
   const auto file = add_to_overlay(target.target.description, repairs);
   if (!quiet) {
-    fmt::print(stderr, "wrote {} correction{} to {}:\n", repairs.size(), repairs.size() == 1 ? "" : "s",
-               file.string());
-    for (const Operation& repair : repairs) fmt::print(stderr, "  {}\n", describe(repair.action));
-    fmt::print(stderr, "\n");
+    tell("wrote {} correction{} to {}:\n", repairs.size(), repairs.size() == 1 ? "" : "s", file.string());
+    for (const Operation& repair : repairs) tell("  {}\n", describe(repair.action));
+    tell("\n");
   }
   return audit_target(target, options);
 }

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <memory>
 
+#include "app/tell.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
@@ -70,7 +71,7 @@ void tell_of_absolute_paths(const std::string& text, const std::string& out) {
 // On stderr, and only where somebody looks at it.
 bool tell_progress(double done) {
   if (isatty(STDERR_FILENO) != 0) {
-    fmt::print(stderr, "\r  looking for collisions {:3.0f} %{}", 100 * done, done < 1 ? "" : "\n");
+    tell("\r  looking for collisions {:3.0f} %{}", 100 * done, done < 1 ? "" : "\n");
     std::fflush(stderr);
   }
   return !interrupted.load();
@@ -92,12 +93,12 @@ int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot
   const SelfCollisions found = find_self_collisions(robot, model, sampling);
   sigaction(SIGINT, &before, nullptr);
   if (found.cancelled) {
-    fmt::print(stderr, "\ninterrupted; nothing was written\n");
+    tell("\ninterrupted; nothing was written\n");
     return kInterrupted;
   }
   deliver(to_srdf(model, groups, found.disabled), options.out);
-  fmt::print(stderr, "{}: {} group{}; of {} pairs of links {} need no collision checking\n", robot.name,
-             groups.size(), groups.size() == 1 ? "" : "s", found.checked_pairs, found.disabled.size());
+  tell("{}: {} group{}; of {} pairs of links {} need no collision checking\n", robot.name, groups.size(),
+       groups.size() == 1 ? "" : "s", found.checked_pairs, found.disabled.size());
   return 0;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/process.h"
+#include "app/tell.h"
 #include "doppel/overlay/overlay.h"
 #include "doppel/twin/robot_setup.h"
 
@@ -87,7 +88,7 @@ void print_diagnostics(const Diagnostics& diagnostics, bool notes) {
     if (many == 0) continue;
     Diagnostic told = diagnostic;
     if (many > 1) told.message = fmt::format("at {} places: {}", many, diagnostic.message);
-    fmt::print(stderr, "{}\n", told.str());
+    tell("{}\n", told.str());
   }
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "app/tell.h"
 #include "app/verbs/controllers.h"
 #include "app/verbs/goals.h"
 #include "app/verbs/verbs.h"
@@ -143,7 +144,7 @@ class Progress {
  public:
   explicit Progress(const Positions& targets) : targets_(targets), visible_(isatty(STDERR_FILENO) != 0) {}
   ~Progress() {
-    if (visible_ && drawn_) fmt::print(stderr, "\r\033[K");
+    if (visible_ && drawn_) tell("\r\033[K");
   }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -158,7 +159,7 @@ class Progress {
       const auto found = positions.find(joint);
       if (found != positions.end()) line += fmt::format("  {} {:.3f} → {:.3f}", joint, found->second, target);
     }
-    fmt::print(stderr, "\r\033[K{}", line);
+    tell("\r\033[K{}", line);
   }
 
  private:

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "app/tell.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
@@ -243,7 +244,7 @@ int add(const OverlayOptions& o) {
   }
   refuse_new_errors(before, c, operation);
   const fs::path file = add_to_overlay(c.target.target.description, {operation});
-  fmt::print(stderr, "{}: {}\n", file.string(), describe(operation.action));
+  tell("{}: {}\n", file.string(), describe(operation.action));
   return 0;
 }
 
@@ -276,8 +277,7 @@ int remove(const OverlayOptions& o) {
   const Corrected c(words);
   const std::size_t i = checked_index(c, number);
   remove_from_overlay(c.overlay, i);
-  fmt::print(stderr, "{}: no longer: {}\n", c.overlay.file.string(),
-             describe(c.overlay.operations[i].action));
+  tell("{}: no longer: {}\n", c.overlay.file.string(), describe(c.overlay.operations[i].action));
   return 0;
 }
 
@@ -285,8 +285,8 @@ bool stamp_one(const Corrected& c, std::size_t i) {
   Operation operation = c.overlay.operations[i];
   take_fingerprint(operation, c.before(i));
   stamp_overlay(c.overlay, i, operation);
-  fmt::print(stderr, "{}: made for the description as it stands: {}\n", c.overlay.file.string(),
-             describe(operation.action));
+  tell("{}: made for the description as it stands: {}\n", c.overlay.file.string(),
+       describe(operation.action));
   return true;
 }
 
@@ -303,7 +303,7 @@ int stamp(const OverlayOptions& o) {
     if (i >= c.overlay.operations.size()) break;
     if (c.overlay.operations[i].was.empty()) stamped = stamp_one(c, i);
   }
-  if (!stamped) fmt::print(stderr, "every operation has its fingerprint\n");
+  if (!stamped) tell("every operation has its fingerprint\n");
   return 0;
 }
 
@@ -323,7 +323,7 @@ void copy_meshes(const std::vector<std::pair<fs::path, fs::path>>& copies) {
       throw InputError("file.unwritable", make_location(to.string()),
                        fmt::format("'{}' cannot be written: {}", to.string(), problem.message()));
     }
-    fmt::print(stderr, "{}: written\n", to.string());
+    tell("{}: written\n", to.string());
   }
 }
 
@@ -340,14 +340,13 @@ void say_that_it_can_go(const Corrected& c) {
   const bool all =
       std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_fine(outcome.state); });
   if (all && !c.outcomes.empty())
-    fmt::print(stderr, "{}: every correction stands in the sources now; this file can go\n",
-               shown_path(c.overlay.file));
+    tell("{}: every correction stands in the sources now; this file can go\n", shown_path(c.overlay.file));
 }
 
 int bake_sources(Corrected& c, const OverlayOptions& o) {
   std::vector<BakedFile> files = bake_in_place(c.plain, c.corrected);
   if (files.empty()) {
-    fmt::print(stderr, "there is nothing to bake: {}\n", c.outcomes.empty() ? "no corrections" : counts(c));
+    tell("there is nothing to bake: {}\n", c.outcomes.empty() ? "no corrections" : counts(c));
     say_that_it_can_go(c);
     return 0;
   }
@@ -360,7 +359,7 @@ int bake_sources(Corrected& c, const OverlayOptions& o) {
     });
   }
   for (const BakedFile& file : files)
-    fmt::print(stderr, "{}: {}\n", shown_path(file.file), o.dry_run ? "would be patched" : "patched");
+    tell("{}: {}\n", shown_path(file.file), o.dry_run ? "would be patched" : "patched");
   if (!o.dry_run) say_that_it_can_go(c);
   return 0;
 }

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <set>
 
+#include "app/tell.h"
 #include "doppel/core/names.h"
 #include "doppel/server/announcement.h"
 
@@ -66,7 +67,7 @@ void print_out(std::string_view text) {
 }
 
 void print_note(std::string_view text) {
-  fmt::print(stderr, "{}\n", text);
+  tell("{}\n", text);
 }
 
 void wrong_use(std::string message, std::string mend) {

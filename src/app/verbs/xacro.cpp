@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "app/process.h"
+#include "app/tell.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 
@@ -63,9 +64,9 @@ Request read_words(const std::vector<std::string>& words) {
 void print_messages(const Diagnostics& diagnostics, int verbosity) {
   for (const Diagnostic& d : diagnostics.all()) {
     if (d.rule == "xacro.message" && d.severity == Severity::note)
-      fmt::print(stderr, "{}\n", d.message);
+      tell("{}\n", d.message);
     else if (verbosity > 0)
-      fmt::print(stderr, "{}\n", d.str());
+      tell("{}\n", d.str());
   }
 }
 
