@@ -149,6 +149,27 @@ void print_banner(Twin& twin, const std::string& engine) {
   }
 }
 
+// What became of the run; the exit code.
+int report(Twin& twin, Summary summary, bool json) {
+  summary.state_hash = twin.state_hash();
+  summary.last = take_snapshot(twin);
+  if (json) fmt::print("{}\n", to_json(summary));
+  if (summary.run.end == RunEnd::diverged) {
+    tell(
+        "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
+        "finite number\n  mend: look for tiny masses on strong joints, or choose a smaller step in a "
+        "world file (--world)\n",
+        to_seconds(twin.now()));
+    return 1;
+  }
+  if (!json) {
+    tell("{}: {:.2f} s simulated in {:.2f} s, {:.2f} x real time\n", summary.robot,
+         to_seconds(summary.run.simulated), static_cast<double>(summary.run.wall.count()) * 1e-9,
+         summary.run.real_time_factor());
+  }
+  return 0;
+}
+
 int run_up(const UpOptions& options) {
   const double speed = parse_speed(options.speed);
   if (options.duration < 0 || !std::isfinite(options.duration)) {
@@ -206,23 +227,7 @@ int run_up(const UpOptions& options) {
   }
   reloader.reset();
   terminal.table_ends();
-  summary.state_hash = twin.state_hash();
-  summary.last = take_snapshot(twin);
-  if (options.json) fmt::print("{}\n", to_json(summary));
-  if (summary.run.end == RunEnd::diverged) {
-    tell(
-        "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
-        "finite number\n  mend: look for tiny masses on strong joints, or choose a smaller step in a "
-        "world file (--world)\n",
-        to_seconds(twin.now()));
-    return 1;
-  }
-  if (!options.json) {
-    tell("{}: {:.2f} s simulated in {:.2f} s, {:.2f} x real time\n", summary.robot,
-         to_seconds(summary.run.simulated), static_cast<double>(summary.run.wall.count()) * 1e-9,
-         summary.run.real_time_factor());
-  }
-  return 0;
+  return report(twin, std::move(summary), options.json);
 }
 
 }  // namespace

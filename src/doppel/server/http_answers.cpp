@@ -74,9 +74,9 @@ HttpAnswer small_page(const HttpFacts& facts) {
   answer.headers.emplace_back("Content-Security-Policy", std::string(kSmallPagePolicy));
   answer.body = kPageTop;
   answer.body += fmt::format(
-      "<h1>{}</h1>\n<p>A digital twin is running here: {} topics, {:.1f} s of simulated time. The page that "
+      "<h1>{}</h1>\n<p>A digital twin is running here: {} topics. The page that "
       "shows it has not been built: <code>./doppel</code> builds it.</p>\n",
-      escape(facts.name, false), facts.topics, facts.sim_time);
+      escape(facts.name, false), facts.topics);
   answer.body +=
       fmt::format("<section><h2>Foxglove WebSocket</h2><code class=\"address\">{}</code></section>\n",
                   escape(facts.url, false));
@@ -88,9 +88,9 @@ HttpAnswer health(const HttpFacts& facts) {
   HttpAnswer answer;
   answer.content_type = "application/json";
   answer.body = fmt::format(
-      "{{\"status\":\"ok\",\"name\":\"{}\",\"url\":\"{}\",\"clients\":{},\"topics\":{},\"sim_time\":{:.6f}}}"
+      "{{\"status\":\"ok\",\"name\":\"{}\",\"url\":\"{}\",\"clients\":{},\"topics\":{}}}"
       "\n",
-      escape(facts.name, true), escape(facts.url, true), facts.clients, facts.topics, facts.sim_time);
+      escape(facts.name, true), escape(facts.url, true), facts.clients, facts.topics);
   return answer;
 }
 

@@ -27,7 +27,6 @@ struct HttpQuestion {
 struct HttpFacts {
   std::string name, url;
   std::size_t clients = 0, topics = 0;
-  double sim_time = 0;  // s
 };
 
 // GET / is the page (or, where it has not been built, a small one that says how), GET /assets/NAME its parts,

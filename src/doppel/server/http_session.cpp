@@ -75,8 +75,7 @@ void HttpSession::answer(const Request& request) {
   const HttpFacts facts{.name = context_.options.name,
                         .url = context_.url,
                         .clients = context_.hub.clients(),
-                        .topics = context_.hub.topic_count(),
-                        .sim_time = to_seconds(context_.hub.now())};
+                        .topics = context_.hub.topic_count()};
   HttpAnswer answer = answer_http({.method = view(request.method_string()),
                                    .target = who.target,
                                    .accept_encoding = view(request[http::field::accept_encoding]),

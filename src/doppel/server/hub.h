@@ -80,8 +80,10 @@ class Hub {
   // Ten times a second of wall time or so, while there are clients: the graph, the clock, watched parameters.
   void tick();
 
-  [[nodiscard]] std::size_t topic_count() const { return channels_.size(); }
-  [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] std::size_t topic_count() {
+    refresh_offers();  // which else waits for clients
+    return channels_.size();
+  }
 
  private:
   // Hidden, as ROS 2 hides names with a leading underscore: in the graph its clients stand for it.

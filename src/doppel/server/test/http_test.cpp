@@ -15,8 +15,7 @@ TEST(Http, ChoosesAKnownSubprotocol) {
 }
 
 TEST(Http, TellsWhatRunsWhereThePageIsNotBuilt) {
-  const HttpFacts facts{
-      .name = "arm \"<b>\"", .url = "ws://127.0.0.1:8700", .clients = 2, .topics = 7, .sim_time = 1.5};
+  const HttpFacts facts{.name = "arm \"<b>\"", .url = "ws://127.0.0.1:8700", .clients = 2, .topics = 7};
   PageFiles none("/nowhere/dist");
   const auto get = [&](std::string_view target, std::string_view method = "GET") {
     return answer_http({.method = method, .target = target, .accept_encoding = "", .if_none_match = ""}, none,
@@ -29,7 +28,6 @@ TEST(Http, TellsWhatRunsWhereThePageIsNotBuilt) {
   EXPECT_EQ(page.body.find("<b>"), std::string::npos) << "names are text, not markup";
   const auto health = nlohmann::json::parse(get("/health").body);
   EXPECT_EQ(health["name"], facts.name);
-  EXPECT_EQ(health["sim_time"], 1.5);
   EXPECT_EQ(get("/../etc/passwd").status, 404u);
   EXPECT_EQ(get("/", "POST").status, 405u);
 }

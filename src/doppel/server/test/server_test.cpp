@@ -395,6 +395,7 @@ TEST_F(ServerTest, AnswersPlainHttp) {
   };
   EXPECT_THAT(get("/", "localhost").body(), HasSubstr("doppel arm"));
   EXPECT_EQ(nlohmann::json::parse(get("/health", "localhost").body())["status"], "ok");
+  EXPECT_GT(nlohmann::json::parse(get("/health", "localhost").body())["topics"], 0) << "before any client";
   EXPECT_EQ(get("/nothing", "localhost").result_int(), 404u);
   EXPECT_EQ(get("/", "evil.example.org").result_int(), 403u);
 }
