@@ -243,8 +243,8 @@ std::vector<std::string> Bus::nodes() const {
   std::vector<std::string> names;
   for (const Node* node : impl_->nodes) names.push_back(node->name());
   std::ranges::sort(names);
-  const auto repeated = std::ranges::unique(names);  // a node may be put together from several parts
-  names.erase(repeated.begin(), repeated.end());
+  names.erase(std::unique(names.begin(), names.end()),
+              names.end());  // a node may be put together from several parts
   return names;
 }
 

@@ -51,7 +51,6 @@ class Loop {
   }
   [[nodiscard]] Bus& bus() { return bus_; }
   void begin() { begun_ = true; }
-  [[nodiscard]] bool done() const { return sent_ == kMessages; }
   [[nodiscard]] long waits() const { return waits_; }
   // When message `i` was published, since the clock's epoch.
   [[nodiscard]] std::chrono::nanoseconds published(std::size_t i) const {
@@ -135,7 +134,6 @@ TEST(Crowd, ThoseWhoNeverReadDisturbNobody) {
     threads.emplace_back([&, i] { delays[i] = read_all(*readers[i], loop); });
   loop.begin();
   for (std::thread& thread : threads) thread.join();
-  EXPECT_TRUE(loop.done());
   // A page of memory touched for the first time may wait for another thread's mmap.
   EXPECT_LT(loop.waits(), 5) << "publishing put the loop's thread to sleep";
   EXPECT_GT(server.skipped(), kSleepers) << "somebody has kept all that nobody reads";
