@@ -160,9 +160,8 @@ test('bands of tolerance: the trajectory’s while it moves, the goal’s for a 
 test('the recorder knows where all joints were', () => {
   const twin = fakeTwin();
   const recorder = new Recorder(twin, { reference: () => NaN, tolerance: () => NaN });
-  const real = performance.now;
   let wall = 0;
-  performance.now = () => wall;
+  Object.defineProperty(performance, 'now', { value: () => wall, configurable: true }); // Node 18 takes no assignment
   try {
     for (let i = 1; i <= 100; i += 1) {
       wall = i * 20;
@@ -171,7 +170,7 @@ test('the recorder knows where all joints were', () => {
       twin.sampled.emit();
     }
   } finally {
-    performance.now = real;
+    delete (performance as { now?: unknown }).now;
   }
   assert.deepEqual([...recorder.positionsAt(1)!], [50, -50]);
   assert.deepEqual([...recorder.positionsAt(2)!], [100, -100]);
