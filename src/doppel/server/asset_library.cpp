@@ -74,6 +74,11 @@ bool is_below(const fs::path& file, const fs::path& folder) {
   return !folder.empty() && rest == folder.end();
 }
 
+bool is_held(const fs::path& file, const AssetTable& known) {
+  return std::ranges::any_of(known.roots, [&file](const fs::path& root) { return is_below(file, root); }) ||
+         std::ranges::find(known.flat, file.parent_path()) != known.flat.end();
+}
+
 // `file` has no links left in it. A package installed by links (colcon build --symlink-install) lies where
 // its sources are: a folder with a package.xml of the same name is the same package.
 bool may_be_in(const fs::path& file, const fs::path& root) {
@@ -146,11 +151,12 @@ AssetLibrary::Answer AssetLibrary::read_companion(const AssetTable& known, std::
         continue;
       const fs::path file = (folder / name.substr(prefix.size())).lexically_normal();
       // Judged by its name before the disk is asked, so that no answer tells what stands elsewhere.
-      const auto holds = [&file](const fs::path& root) { return is_below(file, root); };
-      if (!may_be_had(file) || std::ranges::none_of(known.roots, holds) || !fs::exists(file, none)) continue;
+      if (!may_be_had(file) || !is_held(file, known) || !fs::exists(file, none)) continue;
       if (!may_be_had(fs::canonical(file, none)))
         return refuse(uri, "it is a link to what is neither a mesh nor a picture nor a material");
-      return read_file(file, known.roots, uri);
+      std::vector<fs::path> roots = known.roots;
+      roots.insert(roots.end(), known.flat.begin(), known.flat.end());
+      return read_file(file, roots, uri);
     }
   }
   return {};

@@ -29,6 +29,8 @@ struct AssetTable {
   // and what follows), and the folders that it may not leave.
   std::vector<std::pair<std::string, std::filesystem::path>> folders;
   std::vector<std::filesystem::path> roots;
+  // And these, of which no folder inside counts.
+  std::vector<std::filesystem::path> flat;
 };
 
 // A mesh that was found.

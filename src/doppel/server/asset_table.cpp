@@ -86,6 +86,7 @@ class TableMaker {
     }
     table_.folders.assign(folders_.begin(), folders_.end());
     table_.roots.assign(roots_.begin(), roots_.end());
+    table_.flat.assign(flat_.begin(), flat_.end());
     return std::move(table_);
   }
 
@@ -93,7 +94,15 @@ class TableMaker {
   void add(const MeshFile& mesh) {
     if (!known_.insert(mesh.uri).second) return;
     const fs::path root = root_of(mesh);
-    if (!root.empty()) roots_.insert(root);
+    if (is_package(root)) {
+      roots_.insert(root);
+    } else if (const fs::path way = mesh.file.lexically_relative(root);
+               !way.empty() && *way.begin() != "..") {
+      // The folder of a description may hold all that its owner has: only what lies where meshes and
+      // their textures do belongs to the robot.
+      for (const fs::path& folder : {mesh.file.parent_path(), root / "textures", root / "materials"})
+        (folder == root ? flat_ : roots_).insert(folder);
+    }
     table_.assets.push_back({mesh.uri, mesh.file, root});
   }
 
@@ -119,7 +128,7 @@ class TableMaker {
   AssetTable table_;
   std::set<std::string> known_;
   std::set<std::pair<std::string, fs::path>> folders_;
-  std::set<fs::path> roots_;
+  std::set<fs::path> roots_, flat_;
 };
 
 }  // namespace

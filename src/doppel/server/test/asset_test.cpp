@@ -209,6 +209,31 @@ TEST_F(AssetTest, WithoutAPackageTheDescriptionsFolderHoldsAll) {
   EXPECT_THAT(get("../../outside.stl"), HasSubstr("refused: "));
 }
 
+// Such as a description in somebody's home folder.
+TEST_F(AssetTest, WithoutAPackageOnlyWhatLiesBesideTheMeshesComesAlong) {
+  write("home/arm.urdf", "");
+  write("home/meshes/a.dae", "mesh");
+  write("home/meshes/skin/a.png", "skin");
+  write("home/textures/a.png", "texture");
+  write("home/Pictures/a.png", "private");
+  write("home/part.stl", "private");
+  offer({{"meshes/a.dae", "home/meshes/a.dae"}, {"../outside.stl", "outside.stl"}}, "home/arm.urdf");
+  EXPECT_EQ(get("meshes/a.dae"), "mesh");
+  EXPECT_EQ(get("meshes/skin/a.png"), "skin");
+  EXPECT_EQ(get("meshes/../textures/a.png"), "texture");
+  for (const std::string& uri : {"Pictures/a.png"s, "meshes/../Pictures/a.png"s, "part.stl"s,
+                                 "../outside.png"s, "file://" + (folder_ / "home/Pictures/a.png").string()}) {
+    EXPECT_THAT(get(uri), HasSubstr("refused: ")) << uri;
+  }
+  write("flat/arm.urdf", "");
+  write("flat/a.dae", "mesh");
+  write("flat/a.png", "skin");
+  write("flat/Pictures/a.png", "private");
+  offer({{"a.dae", "flat/a.dae"}}, "flat/arm.urdf");
+  EXPECT_EQ(get("a.png"), "skin");
+  EXPECT_THAT(get("Pictures/a.png"), HasSubstr("refused: "));
+}
+
 TEST_F(AssetTest, OnlyRegularFilesOfABoundedSize) {
   ASSERT_EQ(mkfifo((folder_ / "arm/meshes/pipe.stl").c_str(), 0600), 0);
   write("arm/meshes/huge.stl", "");
