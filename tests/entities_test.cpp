@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "doppel/messages/gazebo_msgs.h"
+#include "doppel/messages/tf2_msgs.h"
 #include "doppel/messages/visualization_msgs.h"
 #include "twin_fixture.h"
 
@@ -395,12 +396,20 @@ TEST_F(EntitiesOfAWorld, SurviveAReload) {
 }
 
 TEST_F(EntitiesOfAWorld, StandInTheFrameThatTfCallsWorld) {
-  listen("/doppel/objects");
   listen("/tf_static");
   run(0.1);
   Pose X_WR = twin_->engine().link_pose(0);
   EXPECT_NEAR(X_WR.translation().z(), 0.2, 1e-9);
   const bool root_is_world = twin_->model().links.front().name == "world";
+  double ground = 0;
+  const auto frames = heard<tf2_msgs::msg::TFMessage>("/tf_static");
+  ASSERT_FALSE(frames.empty());
+  for (const auto& transform : frames.back().transforms) {
+    if (transform.child_frame_id == "ground") ground = transform.transform.translation.z;
+  }
+  EXPECT_NEAR(ground, root_is_world ? -0.2 : 0.0, 1e-9) << "and so does the ground";
+  listen("/doppel/objects");
+  run(0.1);
   const auto told = heard<MarkerArray>("/doppel/objects");
   ASSERT_FALSE(told.empty());
   EXPECT_EQ(told.back().markers.at(0).text, "shelf");

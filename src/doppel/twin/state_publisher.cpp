@@ -6,7 +6,7 @@
 namespace doppel {
 namespace {
 
-constexpr const char* kWorld = "world";
+constexpr const char *kWorld = "world", *kGround = "ground";
 
 void write_transform(const Pose& X, geometry_msgs::msg::Transform& out) {
   const geometry_msgs::msg::Pose pose = to_pose_msg(X);
@@ -38,8 +38,11 @@ StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Mo
   }
   description_message_.data = robot.xml;
 
-  if (model.find_link(kWorld) < 0)
+  if (model.find_link(kWorld) < 0) {
     fixed_.transforms.push_back(transform_of(kWorld, model.links.front().name, X_WR));
+  } else if (!X_WR.isApprox(Pose::Identity()) && model.find_link(kGround) < 0) {
+    fixed_.transforms.push_back(transform_of(model.links.front().name, kGround, X_WR.inverse()));
+  }
   const Eigen::VectorXd q = model.neutral();
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];

@@ -20,7 +20,8 @@ enum class StampedBy { simulation, wall };
 class StatePublisher {
  public:
   // `model` has to outlive it. X_WR: the root link in the world. Where no link is called "world", /tf_static
-  // has the root link in a frame of that name.
+  // has the root link in a frame of that name; where one is, and the world file moves it, the engine's world
+  // is the frame "ground".
   StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR,
                  StampedBy time = StampedBy::simulation);
 

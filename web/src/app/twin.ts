@@ -182,6 +182,7 @@ export class Twin {
       if (tree && link === tree.root) changed = true;
     }
     if (changed) this.update();
+    if (still) this.moved.emit(); // the ground's frame, for one, moves no link
   }
 
   // A joint that /joint_states does not tell of is read off its transform.

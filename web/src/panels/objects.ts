@@ -62,7 +62,7 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
     }
     if (!check()) return;
     const wanted = spec();
-    if (!(await layer.add(wanted.name, objectSdf(wanted), new THREE.Vector3(x, y, restHeight(wanted.shape))))) return;
+    if (!(await layer.add(wanted.name, objectSdf(wanted), new THREE.Vector3(x, y, app.world.stage.ground.height + restHeight(wanted.shape))))) return;
     toast(`${wanted.name} is in the world.`);
     propose();
   }

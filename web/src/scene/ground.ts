@@ -72,6 +72,17 @@ export class Ground {
     this.shadow.scale.setScalar(reach * 2);
   }
 
+  // Above the origin of the picture, in metres.
+  get height(): number {
+    return this.root.position.z;
+  }
+
+  // Its pose in the picture (x y z qx qy qz qw); null: at the origin.
+  stand(pose: ArrayLike<number> | null): void {
+    this.root.position.set(pose?.[0] ?? 0, pose?.[1] ?? 0, pose?.[2] ?? 0);
+    this.root.quaternion.set(pose?.[3] ?? 0, pose?.[4] ?? 0, pose?.[5] ?? 0, pose?.[6] ?? 1);
+  }
+
   colour(line: string, shadowOpacity: number): void {
     this.uniforms.colour.value.set(line);
     (this.shadow.material as THREE.ShadowMaterial).opacity = shadowOpacity;

@@ -168,7 +168,7 @@ export class ObjectLayer {
   click(event: { clientX: number; clientY: number }, nearest: number): boolean {
     const ray = this.picker.rayAt(event);
     if (this.placed) {
-      const at = ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), 0), new THREE.Vector3());
+      const at = ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), -this.app.world.stage.ground.height), new THREE.Vector3());
       if (!at || at.length() > 100) return true;
       const then = this.placed;
       this.place(null);

@@ -223,6 +223,7 @@ export class World {
     if (!view || !this.stale) return;
     this.stale = false;
     view.place(twin.poses);
+    this.stage.ground.stand(view.tree.linkIndex.has('ground') ? null : twin.transforms.toWorld('ground'));
     this.axes.update(twin.q);
     const o = this.tool * STRIDE;
     if (settings.layers['trace']) this.trace.add(twin.poses[o]!, twin.poses[o + 1]!, twin.poses[o + 2]!);
