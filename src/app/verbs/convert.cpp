@@ -19,6 +19,7 @@
 #include "doppel/conversion/srdf.h"
 #include "doppel/conversion/urdf.h"
 #include "doppel/core/names.h"
+#include "doppel/core/text.h"
 
 namespace doppel::app {
 namespace {
@@ -38,15 +39,10 @@ struct ConvertOptions {
 
 const std::vector<std::string> kFormats = {"urdf", "sdf", "mjcf", "srdf"};
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
 std::string choose_format(const ConvertOptions& options) {
-  std::string wanted = lower(options.format);
+  std::string wanted = lowered(options.format);
   if (wanted.empty()) {
-    const std::string extension = lower(fs::path(options.out).extension().string());
+    const std::string extension = lowered(fs::path(options.out).extension().string());
     wanted = extension == ".xml" ? "mjcf" : extension.empty() ? "" : extension.substr(1);
     if (wanted.empty()) {
       throw InputError("cli.format", {}, "what to convert to is not given",

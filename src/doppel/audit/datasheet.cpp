@@ -4,7 +4,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <fstream>
 #include <iterator>
@@ -12,6 +11,7 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
+#include "doppel/core/text.h"
 
 namespace doppel {
 namespace {
@@ -42,11 +42,6 @@ const std::vector<Unit> kLinearSpeed = {{"m/s", 1, false}, {"mm/s", 1e-3, false}
 const std::vector<Unit> kAngle = {{"rad", 1, false}, {"deg", kDegree, false}};
 const std::vector<Unit> kLength = {{"m", 1, false}, {"mm", 1e-3, false}};
 const std::vector<Unit> kMass = {{"kg", 1, false}, {"g", 1e-3, false}};
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
 
 class Reader {
  public:
@@ -246,7 +241,7 @@ Datasheet load_datasheet(const fs::path& name, const fs::path& library) {
   for (const auto& entry : fs::directory_iterator(library, ignored)) {
     if (entry.path().extension() != ".yaml") continue;
     const std::string stem = entry.path().stem().string();
-    if (lower(stem) == lower(name.string())) return Reader(entry.path(), library).read();
+    if (lowered(stem) == lowered(name.string())) return Reader(entry.path(), library).read();
     known.push_back(stem);
   }
   std::sort(known.begin(), known.end());

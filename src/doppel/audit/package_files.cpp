@@ -9,6 +9,7 @@
 #include <map>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/text.h"
 #include "doppel/description/xml.h"
 
 namespace doppel {
@@ -102,8 +103,7 @@ std::vector<Command> commands_of(const std::string& text) {
     const std::size_t start = at;
     while (at < text.size() && (std::isalnum(static_cast<unsigned char>(text[at])) != 0 || text[at] == '_'))
       ++at;
-    std::string name = text.substr(start, at - start);
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::string name = lowered(text.substr(start, at - start));
     while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at])) != 0) ++at;
     if (at >= text.size() || text[at] != '(') continue;
     int depth = 0;

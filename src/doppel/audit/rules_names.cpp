@@ -5,6 +5,7 @@
 
 #include "doppel/audit/description_facts.h"
 #include "doppel/audit/rules_detail.h"
+#include "doppel/core/text.h"
 
 namespace doppel::audit_rules {
 namespace {
@@ -21,11 +22,6 @@ std::vector<Named> all_names(const RobotDescription& robot) {
   for (const Link& link : robot.links) out.push_back({"link", &link.name, link.source});
   for (const Joint& joint : robot.joints) out.push_back({"joint", &joint.name, joint.source});
   return out;
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
 }
 
 bool plain(char c) {
@@ -94,7 +90,7 @@ void check_odd_characters(const std::vector<Named>& names, Findings& out) {
 void check_case(const std::vector<Named>& names, Findings& out) {
   std::map<std::string, const Named*> seen;
   for (const Named& n : names) {
-    const auto [first, fresh] = seen.emplace(fmt::format("{} {}", n.kind, lower(*n.name)), &n);
+    const auto [first, fresh] = seen.emplace(fmt::format("{} {}", n.kind, lowered(*n.name)), &n);
     if (fresh || *first->second->name == *n.name) continue;
     out.add("name.case", n.subject(), n.where,
             fmt::format("it differs from '{}' only by the case of letters", *first->second->name));

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "doppel/audit/inertia_rules.h"
+#include "doppel/core/text.h"
 
 namespace doppel::audit_rules {
 namespace {
@@ -15,14 +16,9 @@ bool same(double a, double b, double slack) {
   return std::abs(a - b) <= slack * std::max(std::abs(a), std::abs(b));
 }
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
 // "gripper_left_1" -> "gripper_right_1"; "l_finger" -> "r_finger". Empty: neither left nor right.
 std::string mirrored_name(const std::string& name) {
-  std::string low = lower(name);
+  std::string low = lowered(name);
   if (const std::size_t at = low.find("left"); at != std::string::npos) return low.replace(at, 4, "right");
   const auto boundary = [&](std::size_t i) {
     return i >= low.size() || std::isalpha(static_cast<unsigned char>(low[i])) == 0;
@@ -67,7 +63,7 @@ void compare(const Link& a, const Link& b, const char* why, Findings& out) {
 void check_twins(const AuditInput& in, Findings& out) {
   std::map<std::string, const Link*> by_name;
   for (const Link& link : in.robot.links) {
-    if (link.inertial && readable(in, link, out)) by_name.emplace(lower(link.name), &link);
+    if (link.inertial && readable(in, link, out)) by_name.emplace(lowered(link.name), &link);
   }
   for (const Link& link : in.robot.links) {
     const bool weighed = link.inertial && readable(in, link, out);
@@ -82,8 +78,8 @@ void check_twins(const AuditInput& in, Findings& out) {
     const Eigen::Vector3d scale = mesh->scale.cwiseAbs();
     const auto [first, fresh] =
         by_mesh.emplace(fmt::format("{} {} {} {}", mesh->path, scale.x(), scale.y(), scale.z()), &link);
-    const bool by_names = mirrored_name(link.name) == lower(first->second->name) ||
-                          mirrored_name(first->second->name) == lower(link.name);
+    const bool by_names = mirrored_name(link.name) == lowered(first->second->name) ||
+                          mirrored_name(first->second->name) == lowered(link.name);
     if (!fresh && !by_names) compare(*first->second, link, "they show the same mesh", out);
   }
 }

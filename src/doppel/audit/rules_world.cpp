@@ -4,6 +4,7 @@
 #include <map>
 
 #include "doppel/audit/ros_rules_detail.h"
+#include "doppel/core/text.h"
 #include "doppel/geometry/mesh_report.h"
 #include "doppel/kinematics/kinematics.h"
 
@@ -33,9 +34,7 @@ bool stands_freely(const RobotDescription& robot, const Link& root) {
   std::size_t wheels = 0;
   for (const Joint& joint : robot.joints) {
     if (joint.type == JointType::floating || joint.type == JointType::planar) return true;
-    std::string words = joint.name + " " + joint.child;
-    std::transform(words.begin(), words.end(), words.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
+    const std::string words = lowered(joint.name + " " + joint.child);
     for (const char* word : {"wheel", "caster", "propeller", "rotor", "track"}) {
       if (words.find(word) != std::string::npos) ++wheels;
     }

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <fstream>
 
 #include "doppel/core/output_file.h"
+#include "doppel/core/text.h"
 #include "doppel/description/mesh.h"
 #include "doppel/description/xml.h"
 
@@ -19,8 +19,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kLargestMesh = std::size_t{1} << 30;
 
 std::string lower_extension(const fs::path& file) {
-  std::string text = file.extension().string();
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string text = lowered(file.extension().string());
   return text.empty() ? text : text.substr(1);
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <set>
 
 #include "doppel/conversion/document.h"
+#include "doppel/core/text.h"
 
 namespace doppel {
 namespace {
@@ -13,14 +13,9 @@ namespace {
 constexpr const char* kGripperWords[] = {"grip", "finger", "hand", "jaw", "knuckle", "thumb", "claw"};
 constexpr const char* kTipWords[] = {"tcp", "tool0", "tool", "flange", "ee", "end_effector", "grasp", "tip"};
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
 template <std::size_t count>
 bool has_word(const std::string& text, const char* const (&words)[count]) {
-  const std::string small = lower(text);
+  const std::string small = lowered(text);
   return std::any_of(std::begin(words), std::end(words),
                      [&small](const char* word) { return small.find(word) != std::string::npos; });
 }
@@ -164,7 +159,7 @@ class Finder {
     std::size_t best_word = std::size(kTipWords);
     std::vector<int> open{link};
     for (std::size_t i = 0; i < open.size(); ++i) {
-      const std::string name = lower(model_.links[open[i]].name);
+      const std::string name = lowered(model_.links[open[i]].name);
       for (std::size_t w = 0; open[i] != link && w < best_word; ++w) {
         const std::string word = kTipWords[w];
         const bool whole = name == word || name.ends_with("_" + word) ||
@@ -199,9 +194,9 @@ class Finder {
 
   [[nodiscard]] std::string side_of(const PlanningGroup& group) const {
     for (const char* side : {"left", "right", "front", "rear", "back"}) {
-      if (lower(group.name).find(side) != std::string::npos) return side;
+      if (lowered(group.name).find(side) != std::string::npos) return side;
       const bool all = std::all_of(group.joints.begin(), group.joints.end(), [&](int joint) {
-        return lower(model_.joints[joint].name).find(side) != std::string::npos;
+        return lowered(model_.joints[joint].name).find(side) != std::string::npos;
       });
       if (all) return side;
     }

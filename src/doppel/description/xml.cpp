@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/file_descriptor.h"
 #include "doppel/description/xml_tree.h"
 
 namespace doppel {
@@ -44,16 +45,6 @@ void write(const XmlNode& node, int depth, std::string& out) {
   }
   out += "</" + node.name + ">\n";
 }
-
-struct Descriptor {
-  explicit Descriptor(int n) : number(n) {}
-  ~Descriptor() {
-    if (number >= 0) close(number);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int number;
-};
 
 }  // namespace
 
@@ -91,23 +82,17 @@ std::string read_file(const std::string& file, std::size_t largest) {
                      fmt::format("'{}' cannot be read: {}", file, why));
   };
   // Not blocking: what is named may be a pipe that nobody writes to.
-  const Descriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const FileDescriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};
-  if (in.number < 0 || fstat(in.number, &status) != 0) refuse(std::strerror(errno));
+  if (!in.is_open() || fstat(in.get(), &status) != 0) refuse(std::strerror(errno));
   if (S_ISDIR(status.st_mode)) refuse("it is a folder");
   if (!S_ISREG(status.st_mode)) refuse("it is no regular file");
   if (static_cast<std::size_t>(status.st_size) > largest)
     refuse(fmt::format("it is larger than {} MB", largest >> 20));
   std::string out(static_cast<std::size_t>(status.st_size), '\0');
-  std::size_t got = 0;
-  while (got < out.size()) {
-    const ssize_t n = read(in.number, out.data() + got, out.size() - got);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) refuse(std::strerror(errno));
-    if (n == 0) break;
-    got += static_cast<std::size_t>(n);
-  }
-  out.resize(got);
+  const ssize_t got = read_all(in.get(), std::as_writable_bytes(std::span(out)));
+  if (got < 0) refuse(std::strerror(errno));
+  out.resize(static_cast<std::size_t>(got));
   return out;
 }
 

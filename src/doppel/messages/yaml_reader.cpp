@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "doppel/core/names.h"
+#include "doppel/core/text.h"
 #include "doppel/messages/cdr.h"
 #include "doppel/messages/type_description.h"
 
@@ -44,16 +45,14 @@ bool is_time(const TypeDescription& type) {
 
 std::optional<bool> parse_bool(const YAML::Node& node) {
   if (!node.IsScalar() || is_quoted(node)) return std::nullopt;
-  std::string lower = node.Scalar();
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string lower = lowered(node.Scalar());
   if (lower == "true" || lower == "yes" || lower == "on") return true;
   if (lower == "false" || lower == "no" || lower == "off") return false;
   return std::nullopt;
 }
 
 std::optional<double> parse_real(std::string_view text) {
-  std::string lower(text);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string lower = lowered(text);
   std::string_view rest = lower;
   const bool negative = rest.starts_with('-');
   if (negative || rest.starts_with('+')) rest.remove_prefix(1);

@@ -10,20 +10,15 @@
 #include <cctype>
 #include <system_error>
 
+#include "doppel/core/text.h"
 #include "doppel/server/header_text.h"
 
 namespace doppel {
 namespace {
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::ranges::transform(out, out.begin(), [](unsigned char c) { return std::tolower(c); });
-  return out;
-}
-
 std::string machine_name() {
   std::array<char, 256> name{};
-  return gethostname(name.data(), name.size() - 1) == 0 ? lower(name.data()) : "";
+  return gethostname(name.data(), name.size() - 1) == 0 ? lowered(name.data()) : "";
 }
 
 bool is_address(std::string_view text, int family) {
@@ -61,7 +56,7 @@ std::string_view token_in_address(std::string_view target) {
 }  // namespace
 
 Admission::Admission(std::string bound, bool loopback, std::string token, std::uint16_t port)
-    : bound_(lower(bound)),
+    : bound_(lowered(bound)),
       machine_(machine_name()),
       token_(std::move(token)),
       cookie_name_(fmt::format("doppel_{}", port)),  // browsers keep one jar for all ports of a host
@@ -92,7 +87,7 @@ bool Admission::is_own_name(std::string_view host) const {
   if (loopback_) return is_local_host(host);
   const std::string_view name = name_in_host(host);
   if (name.empty()) return false;
-  const std::string asked = lower(name);
+  const std::string asked = lowered(name);
   return is_address(name, AF_INET) || is_address(name, AF_INET6) || asked == "localhost" || asked == bound_ ||
          (!machine_.empty() && (asked == machine_ || asked == machine_ + ".local"));
 }
@@ -100,7 +95,8 @@ bool Admission::is_own_name(std::string_view host) const {
 bool Admission::is_own_origin(std::string_view origin, std::string_view host) const {
   if (loopback_ && token_.empty()) return is_local_origin(origin);
   for (const std::string_view scheme : {"http://", "https://"}) {
-    if (origin.starts_with(scheme)) return lower(origin.substr(scheme.size())) == lower(trim_blanks(host));
+    if (origin.starts_with(scheme))
+      return lowered(origin.substr(scheme.size())) == lowered(trim_blanks(host));
   }
   return false;
 }
@@ -146,7 +142,7 @@ std::string_view name_in_host(std::string_view host) {
 }
 
 bool is_local_host(std::string_view host) {
-  const std::string name = lower(name_in_host(host));
+  const std::string name = lowered(name_in_host(host));
   return name == "localhost" || name == "::1" || (name.starts_with("127.") && is_address(name, AF_INET));
 }
 

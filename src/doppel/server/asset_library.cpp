@@ -11,7 +11,9 @@
 #include <cerrno>
 #include <cstring>
 
+#include "doppel/core/file_descriptor.h"
 #include "doppel/core/names.h"
+#include "doppel/core/text.h"
 #include "doppel/description/package_folder.h"
 
 namespace doppel {
@@ -23,16 +25,6 @@ constexpr std::size_t kLongestUri = 4096;
 constexpr std::array<std::string_view, 16> kCompanions{".png", ".jpg",  ".jpeg", ".bmp", ".gif", ".tga",
                                                        ".tif", ".tiff", ".webp", ".dds", ".mtl", ".stl",
                                                        ".obj", ".dae",  ".glb",  ".gltf"};
-
-struct File {
-  explicit File(int opened) : fd(opened) {}
-  ~File() {
-    if (fd >= 0) close(fd);
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  int fd;
-};
 
 int hex_digit(char c) {
   const auto lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -53,9 +45,7 @@ std::string percent_decoded(std::string_view text) {
 }
 
 std::string ending_of(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending;
+  return lowered(file.extension().string());
 }
 
 bool is_companion(const fs::path& file) {
@@ -173,11 +163,11 @@ AssetLibrary::Answer AssetLibrary::read_file(const fs::path& file, const std::ve
                   "from elsewhere are not handed out");
   }
   // Not to wait for the other end of a pipe; nor to follow what may have become a link meanwhile.
-  const File opened(open(real.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
-  if (opened.fd < 0) return refuse(uri, std::strerror(errno));
-  const fs::path now = fs::read_symlink(fmt::format("/proc/self/fd/{}", opened.fd), failed);
+  const FileDescriptor opened(open(real.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
+  if (!opened.is_open()) return refuse(uri, std::strerror(errno));
+  const fs::path now = fs::read_symlink(fmt::format("/proc/self/fd/{}", opened.get()), failed);
   if (failed || now != real) return refuse(uri, "it was moved while it was being opened; ask again");
-  return read_open(opened.fd, real, uri);
+  return read_open(opened.get(), real, uri);
 }
 
 AssetLibrary::Answer AssetLibrary::read_open(int fd, const fs::path& file, std::string_view uri) {
@@ -201,15 +191,9 @@ AssetLibrary::Answer AssetLibrary::read_open(int fd, const fs::path& file, std::
     }
   }
   const auto bytes = std::make_shared<std::vector<std::byte>>(stamp.size);
-  std::size_t done = 0;
-  while (done < bytes->size()) {
-    const ssize_t got = ::read(fd, bytes->data() + done, bytes->size() - done);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return refuse(uri, std::strerror(errno));
-    if (got == 0) break;
-    done += static_cast<std::size_t>(got);
-  }
-  bytes->resize(done);
+  const ssize_t got = read_all(fd, *bytes);
+  if (got < 0) return refuse(uri, std::strerror(errno));
+  bytes->resize(static_cast<std::size_t>(got));
   const std::lock_guard lock(mutex_);
   held_[file] = {stamp, bytes};
   return {bytes, ""};

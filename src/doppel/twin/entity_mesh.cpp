@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "doppel/core/text.h"
+
 namespace doppel {
 namespace {
 
@@ -29,8 +31,7 @@ bool is_in_a_package(const fs::path& file) {
 }
 
 bool is_mesh_name(const fs::path& file) {
-  std::string end = file.extension().string();
-  std::ranges::transform(end, end.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string end = lowered(file.extension().string());
   constexpr std::array kKnown{".stl", ".obj", ".dae"};
   return std::ranges::find(kKnown, end) != kKnown.end();
 }

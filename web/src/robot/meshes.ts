@@ -121,6 +121,17 @@ async function readTexture(assets: AssetStore, uri: string): Promise<THREE.Textu
   return texture;
 }
 
+// What is known of `key`, or made now; what fails is forgotten, so that it may be tried again.
+function once<T>(known: Map<string, Promise<T>>, key: string, make: () => Promise<T>): Promise<T> {
+  let made = known.get(key);
+  if (!made) {
+    made = make();
+    made.catch(() => known.delete(key));
+    known.set(key, made);
+  }
+  return made;
+}
+
 export class MeshStore {
   private readonly known = new Map<string, Promise<Loaded>>();
   private readonly hulls = new Map<string, Promise<THREE.BufferGeometry>>();
@@ -129,34 +140,16 @@ export class MeshStore {
   constructor(private readonly assets: AssetStore) {}
 
   get(uri: string): Promise<Loaded> {
-    let made = this.known.get(uri);
-    if (!made) {
-      made = read(this.assets, uri);
-      made.catch(() => this.known.delete(uri));
-      this.known.set(uri, made);
-    }
-    return made;
+    return once(this.known, uri, () => read(this.assets, uri));
   }
 
   // The convex hull of the mesh, in the mesh's own units.
   hull(uri: string): Promise<THREE.BufferGeometry> {
-    let made = this.hulls.get(uri);
-    if (!made) {
-      made = this.get(uri).then(hullOf);
-      made.catch(() => this.hulls.delete(uri));
-      this.hulls.set(uri, made);
-    }
-    return made;
+    return once(this.hulls, uri, () => this.get(uri).then(hullOf));
   }
 
   texture(uri: string): Promise<THREE.Texture> {
-    let made = this.textures.get(uri);
-    if (!made) {
-      made = readTexture(this.assets, uri);
-      made.catch(() => this.textures.delete(uri));
-      this.textures.set(uri, made);
-    }
-    return made;
+    return once(this.textures, uri, () => readTexture(this.assets, uri));
   }
 
   // After a restart or a reload files may have changed.

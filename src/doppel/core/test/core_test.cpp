@@ -1,13 +1,18 @@
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <array>
 #include <cstring>
 #include <string>
 #include <thread>
 
 #include "doppel/core/byte_ring.h"
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/file_descriptor.h"
 #include "doppel/core/inbox.h"
 #include "doppel/core/names.h"
+#include "doppel/core/text.h"
 #include "doppel/core/time.h"
 
 namespace doppel {
@@ -135,6 +140,34 @@ TEST(ByteRing, OneWriterOneReader) {
     ++expected;
   }
   writer.join();
+}
+
+TEST(Text, IsLoweredInAsciiOnly) {
+  EXPECT_EQ(lowered("Arm_B.STL"), "arm_b.stl");
+  EXPECT_EQ(lowered("@[`{\xC3\x84"), "@[`{\xC3\x84");
+}
+
+TEST(FileDescriptor, ReadsUntilTheEndAndClosesItself) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  const int left = ends[0];
+  {
+    const FileDescriptor in(ends[0]);
+    {
+      const FileDescriptor out(ends[1]);
+      ASSERT_EQ(write(out.get(), "abc", 3), 3);
+      ASSERT_EQ(write(out.get(), "de", 2), 2);
+    }
+    std::array<std::byte, 4> four{};
+    EXPECT_EQ(read_all(in.get(), four), 4);
+    EXPECT_EQ(four[3], std::byte{'d'});
+    EXPECT_EQ(read_all(in.get(), four), 1) << "the other end is closed";
+    EXPECT_EQ(read_all(in.get(), four), 0);
+  }
+  EXPECT_EQ(fcntl(left, F_GETFD), -1);
+  EXPECT_FALSE(FileDescriptor(-1).is_open());
+  std::array<std::byte, 1> one{};
+  EXPECT_LT(read_all(-1, one), 0);
 }
 
 }  // namespace

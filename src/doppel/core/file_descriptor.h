@@ -1,0 +1,29 @@
+#pragma once
+// An open file of the system, closed when it goes.
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <span>
+
+namespace doppel {
+
+class FileDescriptor {
+ public:
+  // What open() gave; negative: it has failed, and there is nothing to close.
+  explicit FileDescriptor(int fd) : fd_(fd) {}
+  ~FileDescriptor();
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+
+  [[nodiscard]] bool is_open() const { return fd_ >= 0; }
+  [[nodiscard]] int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+// Reads until `out` is full or the file ends. Returns how many bytes came; negative: errno says why.
+ssize_t read_all(int fd, std::span<std::byte> out);
+
+}  // namespace doppel
