@@ -1,0 +1,34 @@
+#pragma once
+// What ROS 2's environment variables say of the network: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE
+// (doppel's default is LOCALHOST), ROS_LOCALHOST_ONLY (deprecated, wins where it is set, as in rmw),
+// ROS_STATIC_PEERS.
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+
+namespace doppel::ros2 {
+
+enum class DiscoveryRange { off, localhost, subnet, system_default };
+
+struct ParticipantOptions {
+  std::uint32_t domain = 0;  // 0 to 232
+  DiscoveryRange range = DiscoveryRange::localhost;
+  std::vector<std::string> static_peers;  // addresses or host names
+  std::string enclave = "/";
+  std::chrono::milliseconds lease{20000};  // after which a silent peer drops us; Fast DDS' default
+};
+
+// Throws InputError for a value that ROS 2 would refuse; what is deprecated or ignored becomes a diagnostic.
+// `lookup` is getenv.
+ParticipantOptions from_environment(const std::function<const char*(const char*)>& lookup,
+                                    Diagnostics& diagnostics);
+
+// "localhost", "subnet": for banners.
+std::string_view to_string(DiscoveryRange range);
+
+}  // namespace doppel::ros2

@@ -1,0 +1,66 @@
+#pragma once
+// Who is on the network, in ROS 2's words: nodes and what each offers, as rmw_dds_common joins them from DDS'
+// discovery and the topic ros_discovery_info (rmw_dds_common/msg/ParticipantEntitiesInfo, transient local).
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "doppel/ros2/participant.h"
+
+namespace doppel::ros2 {
+
+struct GraphNode {
+  std::string name;  // "/ns/name"
+  Gid participant;
+  std::string enclave;
+  std::vector<Gid> readers, writers;
+};
+
+// A node of this participant with its endpoints.
+struct OwnNode {
+  std::string name;  // "/ns/name"
+  std::vector<Gid> readers, writers;
+};
+
+struct GraphEndpoint {
+  std::string node;  // "/ns/name"; "_NODE_NAME_UNKNOWN_" as in ROS 2 where no node claims it
+  std::string type;  // "sensor_msgs/msg/JointState"
+  std::string type_hash;
+  QosProfile qos;
+  Gid gid;
+};
+
+struct GraphTopic {
+  std::string name;  // "/joint_states"
+  std::vector<GraphEndpoint> publishers, subscriptions;
+};
+
+struct GraphService {
+  std::string name;
+  std::vector<GraphEndpoint> servers, clients;  // types are the service's: "std_srvs/srv/Trigger"
+};
+
+class Graph {
+ public:
+  // Announces the own nodes and reads the others'. `participant` has to outlive it.
+  explicit Graph(Participant& participant);
+  ~Graph();
+
+  // Told to the network if they differ from the last ones.
+  void set_own_nodes(std::vector<OwnNode> nodes);
+
+  // Takes what has come; true if anything changed, by discovery too. The thread of the participant's readers.
+  bool update();
+  // As of the last update(). Sorted by name; a service is listed once, by its requests.
+  [[nodiscard]] const std::vector<GraphNode>& nodes() const;
+  [[nodiscard]] const std::vector<GraphTopic>& topics() const;
+  [[nodiscard]] const std::vector<GraphService>& services() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel::ros2

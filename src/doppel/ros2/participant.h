@@ -1,0 +1,120 @@
+#pragma once
+// One participant on the network of DDS: writers and readers of CDR bytes, and who else is there. What ROS 2
+// makes of it (names, services, nodes) stands in the headers beside this one; Fast DDS, which fulfils it, is
+// loaded when the first participant is made (late/fast_participant.cpp).
+//
+// Functions may be called from any thread, a Reader from one at a time. Nothing here waits for the network.
+
+#include <array>
+#include <chrono>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "doppel/messages/codec.h"
+#include "doppel/ros2/qos_profile.h"
+
+namespace doppel::ros2 {
+
+// RTPS's GUID: twelve bytes for the participant, four for the endpoint.
+struct Gid {
+  std::array<std::uint8_t, 16> bytes{};
+  friend auto operator<=>(const Gid&, const Gid&) = default;
+};
+
+// Which sample: of which writer, its how-manieth (from 1). What joins a service's answer to its request.
+struct SampleIdentity {
+  Gid writer;
+  std::int64_t sequence = 0;
+  friend bool operator==(const SampleIdentity&, const SampleIdentity&) = default;
+};
+
+struct Sample {
+  Bytes cdr;  // with the encapsulation header
+  SampleIdentity identity, related;
+  std::int64_t source_timestamp = 0, reception_timestamp = 0;  // ns since the epoch, wall time
+};
+
+// As DDS tells it: mangled names ("rt/joint_states", "sensor_msgs::msg::dds_::JointState_"), names.h undoes
+// them.
+struct EndpointInfo {
+  Gid gid;
+  bool is_writer = false;
+  std::string topic, type;
+  std::string type_hash;  // "RIHS01_...", "" where the endpoint does not tell
+  QosProfile qos;
+  bool is_own = false;  // of this participant
+};
+
+struct ParticipantInfo {
+  Gid gid;
+  std::string name, enclave;
+};
+
+// What an endpoint is made with.
+struct EndpointSpec {
+  std::string topic, type;  // DDS names
+  std::string type_hash;    // goes into the user data as "typehash=...;"; "": left out
+  QosProfile qos;
+};
+
+class Writer {
+ public:
+  virtual ~Writer() = default;
+  [[nodiscard]] virtual const Gid& gid() const = 0;
+  // The identity of what was written; nothing where the writer's history is full (reliable, keep all) or the
+  // bytes are too many for DDS (2^31). `related` goes with the sample, as rmw_fastrtps joins answers to
+  // requests.
+  virtual std::optional<SampleIdentity> write(std::span<const std::byte> cdr,
+                                              const SampleIdentity* related = nullptr) = 0;
+  [[nodiscard]] virtual std::size_t matched() const = 0;  // readers
+  [[nodiscard]] virtual bool is_matched(const Gid& reader) const = 0;
+};
+
+class Reader {
+ public:
+  virtual ~Reader() = default;
+  [[nodiscard]] virtual const Gid& gid() const = 0;
+  // One load: whether something has come since the last take() that returned false.
+  [[nodiscard]] virtual bool is_ready() const = 0;
+  // The oldest sample not yet taken; keeps the memory of `sample`. Samples of this participant's own writers
+  // never come.
+  virtual bool take(Sample& sample) = 0;
+  [[nodiscard]] virtual std::size_t matched() const = 0;  // writers
+  [[nodiscard]] virtual bool is_matched(const Gid& writer) const = 0;
+  [[nodiscard]] virtual std::uint64_t lost() const = 0;  // samples that DDS says were lost on the way
+};
+
+struct ParticipantOptions;  // environment.h
+
+class Participant {
+ public:
+  virtual ~Participant() = default;  // after its writers and readers
+  [[nodiscard]] virtual const Gid& gid() const = 0;
+  [[nodiscard]] virtual std::unique_ptr<Writer> make_writer(const EndpointSpec& spec) = 0;
+  [[nodiscard]] virtual std::unique_ptr<Reader> make_reader(const EndpointSpec& spec) = 0;
+
+  // All that is known of the network, this participant's own included; grows by one with every change.
+  [[nodiscard]] virtual std::uint64_t discovery_version() const = 0;
+  [[nodiscard]] virtual std::vector<EndpointInfo> endpoints() const = 0;
+  [[nodiscard]] virtual std::vector<ParticipantInfo> participants() const = 0;
+};
+
+// `on_activity` is called from the middleware's threads whenever a reader has become ready, or something was
+// matched, discovered or lost; it must neither block nor call back (an eventfd's write is the thing). Throws
+// NetworkError: no usable network, no free port, Fast DDS is missing; the text says which and what to do.
+std::unique_ptr<Participant> make_participant(const ParticipantOptions& options,
+                                              std::function<void()> on_activity);
+
+struct NetworkError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace doppel::ros2

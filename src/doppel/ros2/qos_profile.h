@@ -1,0 +1,48 @@
+#pragma once
+// Quality of service as ROS 2 says it (rmw_qos_profile_t), and whether two ends of a topic can meet.
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace doppel::ros2 {
+
+enum class Reliability : std::uint8_t { reliable, best_effort };
+enum class Durability : std::uint8_t { volatile_, transient_local };
+enum class History : std::uint8_t { keep_last, keep_all };
+enum class Liveliness : std::uint8_t { automatic, manual_by_topic };
+
+struct QosProfile {
+  static constexpr std::chrono::nanoseconds kInfinite = std::chrono::nanoseconds::max();
+
+  Reliability reliability = Reliability::reliable;
+  Durability durability = Durability::volatile_;
+  History history = History::keep_last;
+  std::size_t depth = 10;
+  std::chrono::nanoseconds deadline = kInfinite, lifespan = kInfinite, lease = kInfinite;
+  Liveliness liveliness = Liveliness::automatic;
+};
+
+// rmw's profiles: rmw_qos_profile_default, _sensor_data, _services_default, _parameter_events; "latched" is
+// what /tf_static and /robot_description use.
+constexpr QosProfile default_qos() {
+  return {};
+}
+constexpr QosProfile sensor_data_qos() {
+  return {.reliability = Reliability::best_effort, .depth = 5};
+}
+constexpr QosProfile services_qos() {
+  return {};
+}
+constexpr QosProfile parameter_events_qos() {
+  return {.depth = 1000};
+}
+constexpr QosProfile latched_qos(std::size_t depth = 1) {
+  return {.durability = Durability::transient_local, .depth = depth};
+}
+
+// Why a reader that asks for `wanted` gets nothing from a writer that offers `offered`; "": they match.
+std::string incompatibility(const QosProfile& offered, const QosProfile& wanted);
+
+}  // namespace doppel::ros2
