@@ -115,23 +115,13 @@ const FieldDescription* find_field(const TypeDescription& type, const std::strin
   return found == type.fields.end() ? nullptr : &*found;
 }
 
-std::string type_text(const FieldDescription& field) {
-  std::string name = field.kind == FieldKind::text      ? "string"
-                     : field.kind == FieldKind::message ? field.type->name
-                                                        : std::string(to_string(field.kind));
-  if (const std::size_t middle = name.find("/msg/"); middle != std::string::npos) name.erase(middle, 4);
-  if (field.shape == FieldShape::sequence) name += "[]";
-  if (field.shape == FieldShape::array) name += fmt::format("[{}]", field.count);
-  return name;
-}
-
 void show_fields(const TypeDescription& type, std::size_t depth, std::string& out) {
   const std::string indent(depth, '\t');
   for (const ConstantDescription& constant : type.constants) {
     out += fmt::format("{}{} {}={}\n", indent, to_string(constant.kind), constant.name, constant.value);
   }
   for (const FieldDescription& field : type.fields) {
-    out += fmt::format("{}{} {}\n", indent, type_text(field), field.name);
+    out += fmt::format("{}{} {}\n", indent, to_string(field), field.name);
     if (field.type != nullptr) show_fields(*field.type, depth + 1, out);
   }
 }

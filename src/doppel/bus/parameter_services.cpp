@@ -155,8 +155,12 @@ ParameterValue from_msg(const msg::ParameterValue& message) {
       return message.double_value;
     case Type::PARAMETER_STRING:
       return message.string_value;
-    case Type::PARAMETER_BYTE_ARRAY:
-      return std::vector<std::int64_t>(message.byte_array_value.begin(), message.byte_array_value.end());
+    case Type::PARAMETER_BYTE_ARRAY: {
+      std::vector<std::int64_t> bytes;
+      for (const std::byte byte : message.byte_array_value)
+        bytes.push_back(std::to_integer<std::int64_t>(byte));
+      return bytes;
+    }
     case Type::PARAMETER_BOOL_ARRAY:
       return message.bool_array_value;
     case Type::PARAMETER_INTEGER_ARRAY:

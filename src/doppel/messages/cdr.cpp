@@ -47,16 +47,29 @@ bool CdrReader::text(std::string_view& text) {
     return true;
   }
   const auto* chars = reinterpret_cast<const char*>(body_.data() + position_);
-  if (chars[size - 1] != '\0') return fail("a string does not end with NUL");
-  text = {chars, size - 1};
   position_ += size;
+  text = {chars, chars[size - 1] == '\0' ? size - 1 : size};
   return true;
 }
 
-bool CdrReader::length(std::uint32_t& count, std::size_t least_size) {
+bool CdrReader::wide_text(std::u16string& text) {
+  std::uint32_t size = 0;
+  if (!length(size, sizeof(std::uint32_t))) return false;
+  text.resize(size);
+  for (char16_t& unit : text) {
+    std::uint32_t wide = 0;
+    if (!number(wide)) return false;
+    if (wide > 0xFFFF) return fail("a wide character is no UTF-16");
+    unit = static_cast<char16_t>(wide);
+  }
+  return true;
+}
+
+bool CdrReader::length(std::uint32_t& count, std::size_t least_size, std::size_t bound) {
   if (!number(count)) return false;
   if (count > (body_.size() - position_) / least_size)
     return fail("a length is more than the bytes that follow");
+  if (bound > 0 && count > bound) return fail("a sequence is longer than its bound");
   return true;
 }
 

@@ -28,6 +28,13 @@ constexpr std::size_t cdr_aligned(std::size_t position, std::size_t alignment) {
   return (position + alignment - 1) & ~(alignment - 1);
 }
 
+// rmw_fastrtps's form: the number of UTF-16 units and each in four bytes, without a NUL.
+template <class Sink>
+void put_wide_text(Sink& sink, std::u16string_view text) {
+  sink.number(static_cast<std::uint32_t>(text.size()));
+  for (const char16_t unit : text) sink.number(static_cast<std::uint32_t>(unit));
+}
+
 // Counts what a CdrWriter would write.
 class CdrSizer {
  public:
@@ -42,6 +49,10 @@ class CdrSizer {
   void text(std::string_view text) {
     number(std::uint32_t{});
     position_ += text.size() + 1;
+  }
+  void wide_text(std::u16string_view text) {
+    number(std::uint32_t{});
+    position_ += text.size() * sizeof(std::uint32_t);
   }
   [[nodiscard]] std::size_t size() const { return kCdrHeaderSize + position_; }
 
@@ -72,6 +83,7 @@ class CdrWriter {
     position_ += text.size();
     body_[position_++] = std::byte{0};
   }
+  void wide_text(std::u16string_view text) { put_wide_text(*this, text); }
 
  private:
   void align(std::size_t alignment) {
@@ -98,6 +110,7 @@ class CdrAppender {
     append(text.data(), text.size());
     out_.push_back(std::byte{0});
   }
+  void wide_text(std::u16string_view text) { put_wide_text(*this, text); }
   [[nodiscard]] std::size_t size() const { return out_.size() - kCdrHeaderSize; }
 
  private:
@@ -128,9 +141,12 @@ class CdrReader {
     return true;
   }
   bool boolean(bool& value);
+  // With or without the NUL at its end, as Fast CDR reads it; Cyclone DDS and others always send one.
   bool text(std::string_view& text);
-  // The number of elements of a sequence of which each takes at least `least_size` bytes.
-  bool length(std::uint32_t& count, std::size_t least_size);
+  bool wide_text(std::u16string& text);
+  // The number of elements of a sequence of which each takes at least `least_size` bytes, and which has at
+  // most `bound` (0: any number).
+  bool length(std::uint32_t& count, std::size_t least_size, std::size_t bound = 0);
   // At the end of the message: nothing may follow but RTPS's padding of the whole to a multiple of four
   // bytes.
   bool finish();

@@ -3,9 +3,11 @@
 // as ROS 2 puts it on the wire. YAML is what `ros2 topic echo` prints and `ros2 topic pub` reads.
 
 #include <cstddef>
+#include <mutex>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "doppel/core/status.h"
@@ -33,31 +35,65 @@ Bytes to_cdr(const M& message);
 template <Message M>
 Status from_cdr(std::span<const std::byte> bytes, M& message);
 
-// Type-erased forms of one registered message type, for edges and the command line.
-struct TypeSupport {
-  std::string name;         // "sensor_msgs/msg/JointState"
-  std::string (*schema)();  // "ros2msg" text: the definition, then "===\nMSG: pkg/Name" dependencies
+// A text that is made when it is first asked for; any thread.
+class LateText {
+ public:
+  template <class Make>
+  const std::string& get(Make make) const {
+    std::call_once(once_, [&] { text_ = make(); });
+    return text_;
+  }
+
+ private:
+  mutable std::once_flag once_;
+  mutable std::string text_;
+};
+
+// Type-erased forms of one message type, for edges and the command line: of a struct (type_support<M>()) or
+// of a description that came from elsewhere (messages/described_type.h).
+class TypeSupport {
+ public:
+  explicit TypeSupport(std::string type_name) : name(std::move(type_name)) {}
+  virtual ~TypeSupport() = default;
+  TypeSupport(const TypeSupport&) = delete;
+  TypeSupport& operator=(const TypeSupport&) = delete;
+
+  const std::string name;  // "sensor_msgs/msg/JointState"
+
+  // "ros2msg" text: the definition, then "===\nMSG: pkg/Name" dependencies
+  [[nodiscard]] std::string schema() const;
   // What `ros2 topic pub` takes: fields left out keep their defaults, "auto" for a header and "now" for a
   // time leave the stamp zero. ROS 1's secs and nsecs are taken for times. Unknown keys are refused with the
   // nearest field and the place, "line:column: ...".
-  Status (*yaml_to_cdr)(std::string_view yaml, Bytes& out);
-  Status (*cdr_to_yaml)(std::span<const std::byte> cdr, std::string& out);
+  Status yaml_to_cdr(std::string_view yaml, Bytes& out) const;
+  Status cdr_to_yaml(std::span<const std::byte> cdr, std::string& out) const;
   // Compact. JSON has no NaN and no infinities: they become null; bytes that are not UTF-8 become U+FFFD.
-  Status (*cdr_to_json)(std::span<const std::byte> cdr, std::string& out);
-  const TypeDescription* (*description)();  // messages/type_description.h
-  // Into the struct and out again: checked, little endian, without padding.
-  Status (*recode)(std::span<const std::byte> cdr, Bytes& out);
+  Status cdr_to_json(std::span<const std::byte> cdr, std::string& out) const;
+  [[nodiscard]] const std::string& hash() const;  // messages/type_hash.h
+
+  [[nodiscard]] virtual const TypeDescription* description() const = 0;  // messages/type_description.h
+  // Checked, little endian, without padding.
+  virtual Status recode(std::span<const std::byte> cdr, Bytes& out) const = 0;
+
+ private:
+  LateText hash_;
 };
 
 struct ServiceSupport {
   std::string name;  // "std_srvs/srv/Trigger"
   const TypeSupport* request;
   const TypeSupport* response;
+  LateText late_hash = {};
+
+  [[nodiscard]] const std::string& hash() const;
 };
 
 struct ActionSupport {
   std::string name;  // "control_msgs/action/FollowJointTrajectory"
   const TypeSupport *goal, *result, *feedback;
+  LateText late_hash = {};
+
+  [[nodiscard]] const std::string& hash() const;
 };
 
 // Names in the long ("sensor_msgs/msg/JointState") or short form ("sensor_msgs/JointState"); nullptr:

@@ -9,18 +9,24 @@
 
 namespace doppel::messages_detail {
 
+// What lies in memory as on the wire, so that lists of it are copied whole.
+template <class T>
+concept Number = (std::is_arithmetic_v<T> && !std::same_as<T, bool>) || std::same_as<T, std::byte>;
+
 template <class Sink, class T>
 void put(Sink& sink, const T& value) {
-  if constexpr (std::same_as<T, bool> || std::same_as<T, std::byte>) {
+  if constexpr (std::same_as<T, bool>) {
     sink.number(static_cast<std::uint8_t>(value));
-  } else if constexpr (std::is_arithmetic_v<T>) {
+  } else if constexpr (Number<T>) {
     sink.number(value);
-  } else if constexpr (std::same_as<T, std::string>) {
+  } else if constexpr (Text<T>) {
     sink.text(value);
+  } else if constexpr (std::same_as<T, std::u16string>) {
+    sink.wide_text(value);
   } else if constexpr (SequenceOf<T>::value || ArrayOf<T>::value) {
     if constexpr (SequenceOf<T>::value) sink.number(static_cast<std::uint32_t>(value.size()));
     using Element = typename T::value_type;
-    if constexpr (std::is_arithmetic_v<Element> && !std::same_as<Element, bool>) {
+    if constexpr (Number<Element>) {
       sink.numbers(value.data(), value.size());
     } else {
       for (const auto& element : value) put<Sink, Element>(sink, element);
@@ -45,7 +51,7 @@ bool get_elements(CdrReader& reader, T& values) {
       values[i] = value;
     }
     return true;
-  } else if constexpr (std::is_arithmetic_v<Element>) {
+  } else if constexpr (Number<Element>) {
     return reader.numbers(values.data(), values.size());
   } else {
     for (Element& element : values) {
@@ -68,16 +74,18 @@ template <class T>
 bool get(CdrReader& reader, T& value) {
   if constexpr (std::same_as<T, bool>) {
     return reader.boolean(value);
-  } else if constexpr (std::is_arithmetic_v<T> || std::same_as<T, std::byte>) {
+  } else if constexpr (Number<T>) {
     return reader.number(value);
-  } else if constexpr (std::same_as<T, std::string>) {
+  } else if constexpr (Text<T>) {
     std::string_view text;
     if (!reader.text(text)) return false;
     value.assign(text);
     return true;
+  } else if constexpr (std::same_as<T, std::u16string>) {
+    return reader.wide_text(value);
   } else if constexpr (SequenceOf<T>::value) {
     std::uint32_t count = 0;
-    if (!reader.length(count, least_size<typename T::value_type>())) return false;
+    if (!reader.length(count, least_size<typename T::value_type>(), SequenceOf<T>::kBound)) return false;
     value.resize(count);
     return get_elements(reader, value);
   } else if constexpr (ArrayOf<T>::value) {
@@ -131,25 +139,26 @@ Status from_cdr(std::span<const std::byte> bytes, M& message) {
   return reader.ok() ? Status() : reader.status(M::kType);
 }
 
+namespace messages_detail {
+
+template <Message M>
+class StructType final : public TypeSupport {
+ public:
+  StructType() : TypeSupport(std::string(M::kType)) {}
+  [[nodiscard]] const TypeDescription* description() const override { return &describe<M>(); }
+  Status recode(std::span<const std::byte> cdr, Bytes& out) const override {
+    M message;
+    Status status = from_cdr(cdr, message);
+    if (status) out = to_cdr(message);
+    return status;
+  }
+};
+
+}  // namespace messages_detail
+
 template <Message M>
 const TypeSupport& type_support() {
-  static const TypeSupport support{
-      .name = std::string(M::kType),
-      .schema = [] { return schema_text(describe<M>()); },
-      .yaml_to_cdr = [](std::string_view yaml, Bytes& out) { return yaml_to_cdr(describe<M>(), yaml, out); },
-      .cdr_to_yaml = [](std::span<const std::byte> cdr,
-                        std::string& out) { return cdr_to_yaml(describe<M>(), cdr, out); },
-      .cdr_to_json = [](std::span<const std::byte> cdr,
-                        std::string& out) { return cdr_to_json(describe<M>(), cdr, out); },
-      .description = [] { return &describe<M>(); },
-      .recode =
-          [](std::span<const std::byte> cdr, Bytes& out) {
-            M message;
-            Status status = from_cdr(cdr, message);
-            if (status) out = to_cdr(message);
-            return status;
-          },
-  };
+  static const messages_detail::StructType<M> support;
   return support;
 }
 

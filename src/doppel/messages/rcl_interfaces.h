@@ -32,7 +32,7 @@ struct ParameterValue {
   std::int64_t integer_value = 0;
   double double_value = 0;
   std::string string_value;
-  std::vector<std::uint8_t> byte_array_value;
+  std::vector<std::byte> byte_array_value;
   std::vector<bool> bool_array_value;
   std::vector<std::int64_t> integer_array_value;
   std::vector<double> double_array_value;
@@ -64,8 +64,8 @@ struct ParameterDescriptor {
   std::uint8_t type = 0;
   std::string description, additional_constraints;
   bool read_only = false, dynamic_typing = false;
-  std::vector<FloatingPointRange> floating_point_range;  // at most one
-  std::vector<IntegerRange> integer_range;               // at most one
+  BoundedVector<FloatingPointRange, 1> floating_point_range;
+  BoundedVector<IntegerRange, 1> integer_range;
   DOPPEL_MESSAGE("rcl_interfaces/msg/ParameterDescriptor", name, type, description, additional_constraints,
                  read_only, dynamic_typing, floating_point_range, integer_range)
 };

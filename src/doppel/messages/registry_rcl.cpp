@@ -1,5 +1,7 @@
 #include "doppel/messages/rcl_interfaces.h"
 #include "doppel/messages/registry_detail.h"
+#include "doppel/messages/service_msgs.h"
+#include "doppel/messages/type_description_interfaces.h"
 
 namespace doppel::messages_detail {
 
@@ -14,6 +16,11 @@ void register_rcl_types() {
   register_messages<unique_identifier_msgs::msg::UUID, action_msgs::msg::GoalInfo,
                     action_msgs::msg::GoalStatus, action_msgs::msg::GoalStatusArray>();
   register_services<action_msgs::srv::CancelGoal>();
+  namespace type = type_description_interfaces::msg;
+  register_messages<service_msgs::msg::ServiceEventInfo, type::FieldType, type::Field,
+                    type::IndividualTypeDescription, type::TypeDescription, type::TypeSource,
+                    type::KeyValue>();
+  register_services<type_description_interfaces::srv::GetTypeDescription>();
 }
 
 }  // namespace doppel::messages_detail

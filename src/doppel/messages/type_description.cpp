@@ -7,14 +7,15 @@
 #include <cmath>
 
 #include "doppel/messages/cdr.h"
+#include "doppel/messages/utf8.h"
 
 namespace doppel {
 namespace {
 
-constexpr std::string_view kKindNames[] = {"bool",    "byte",    "int8",   "uint8", "int16",
-                                           "uint16",  "int32",   "uint32", "int64", "uint64",
-                                           "float32", "float64", "string", ""};
-constexpr std::size_t kKindSizes[] = {1, 1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 4, 0};
+constexpr std::string_view kKindNames[] = {"bool",  "byte",   "int8",   "uint8",   "int16",   "uint16",
+                                           "int32", "uint32", "int64",  "uint64",  "float32", "float64",
+                                           "char",  "wchar",  "string", "wstring", ""};
+constexpr std::size_t kKindSizes[] = {1, 1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1, 2, 4, 4, 0};
 
 class Walker {
  public:
@@ -39,7 +40,7 @@ class Walker {
   bool value(const FieldDescription& field) {
     if (field.shape == FieldShape::single) return element(field);
     auto size = static_cast<std::uint32_t>(field.count);
-    if (field.shape == FieldShape::sequence && !reader_.length(size, field.least_element_size()))
+    if (field.shape == FieldShape::sequence && !reader_.length(size, field.least_element_size(), field.bound))
       return false;
     sink_.begin_list(size);
     for (std::uint32_t i = 0; i < size; ++i) {
@@ -74,10 +75,12 @@ class Walker {
       case FieldKind::int8:
         return number<std::int8_t>();
       case FieldKind::byte:
+      case FieldKind::character:
       case FieldKind::uint8:
         return number<std::uint8_t>();
       case FieldKind::int16:
         return number<std::int16_t>();
+      case FieldKind::wide_character:
       case FieldKind::uint16:
         return number<std::uint16_t>();
       case FieldKind::int32:
@@ -96,6 +99,12 @@ class Walker {
         std::string_view value;
         if (!reader_.text(value)) return false;
         sink_.text(value);
+        return true;
+      }
+      case FieldKind::wide_text: {
+        std::u16string value;
+        if (!reader_.wide_text(value)) return false;
+        sink_.text(to_utf8(value));
         return true;
       }
       case FieldKind::message:
@@ -119,10 +128,7 @@ void definition(const TypeDescription& type, std::string& text) {
     text += fmt::format("{} {}={}\n", to_string(constant.kind), constant.name, constant.value);
   }
   for (const FieldDescription& field : type.fields) {
-    text += field.type != nullptr ? short_name(field.type->name) : std::string(to_string(field.kind));
-    if (field.shape == FieldShape::sequence) text += "[]";
-    if (field.shape == FieldShape::array) text += fmt::format("[{}]", field.count);
-    text += fmt::format(" {}\n", field.name);
+    text += fmt::format("{} {}\n", to_string(field), field.name);
   }
 }
 
@@ -138,6 +144,15 @@ void collect(const TypeDescription& type, std::vector<const TypeDescription*>& t
 
 std::string_view to_string(FieldKind kind) {
   return kKindNames[static_cast<std::size_t>(kind)];
+}
+std::string to_string(const FieldDescription& field) {
+  std::string text =
+      field.type != nullptr ? short_name(field.type->name) : std::string(to_string(field.kind));
+  if (field.text_bound > 0) text += fmt::format("<={}", field.text_bound);
+  if (field.shape == FieldShape::array) text += fmt::format("[{}]", field.count);
+  if (field.shape == FieldShape::sequence && field.bound > 0) text += fmt::format("[<={}]", field.bound);
+  if (field.shape == FieldShape::sequence && field.bound == 0) text += "[]";
+  return text;
 }
 std::size_t least_cdr_size(FieldKind kind) {
   return kKindSizes[static_cast<std::size_t>(kind)];

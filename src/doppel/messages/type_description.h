@@ -27,7 +27,10 @@ enum class FieldKind : std::uint8_t {
   uint64,
   float32,
   float64,
+  character,       // one byte; IDL's char, a .msg file's char is an uint8
+  wide_character,  // UTF-16
   text,
+  wide_text,  // UTF-16; here and in all text forms UTF-8
   message
 };
 enum class FieldShape : std::uint8_t { single, sequence, array };
@@ -42,11 +45,15 @@ struct FieldDescription {
   FieldKind kind = FieldKind::boolean;
   FieldShape shape = FieldShape::single;
   std::size_t count = 1;                  // of an array's elements
+  std::size_t bound = 0;                  // of a sequence's elements; 0: none
+  std::size_t text_bound = 0;             // of each text; 0: none
   const TypeDescription* type = nullptr;  // of a message
   double initial = 0;                     // of a single number, when the sender leaves it out
 
   [[nodiscard]] std::size_t least_element_size() const;
 };
+
+std::string to_string(const FieldDescription& field);  // its type: "string<=5[<=2]", "std_msgs/Header"
 
 struct ConstantDescription {
   std::string name;
@@ -90,6 +97,8 @@ std::string schema_text(const TypeDescription& type);
 Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml, std::vector<std::byte>& out);
 Status cdr_to_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
 Status cdr_to_json(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
+// Checked, little endian, without padding.
+Status recode_cdr(const TypeDescription& type, std::span<const std::byte> cdr, std::vector<std::byte>& out);
 
 // The shortest decimal that reads back as the same double, spelled as Python's repr: "1.0", "1e-05", "inf",
 // "nan".

@@ -10,6 +10,11 @@ struct SequenceOf : std::false_type {};
 template <class T>
 struct SequenceOf<std::vector<T>> : std::true_type {
   using Element = T;
+  static constexpr std::size_t kBound = 0;
+};
+template <class T, std::size_t N>
+struct SequenceOf<BoundedVector<T, N>> : SequenceOf<std::vector<T>> {
+  static constexpr std::size_t kBound = N;
 };
 template <class T>
 struct ArrayOf : std::false_type {};
@@ -18,6 +23,8 @@ struct ArrayOf<std::array<T, N>> : std::true_type {
   using Element = T;
   static constexpr std::size_t kCount = N;
 };
+template <class T>
+concept Text = std::derived_from<T, std::string>;  // also BoundedString
 template <class M>
 concept EmptyMessage = Message<M> && requires {
   M::kIsEmpty;
@@ -37,7 +44,9 @@ constexpr FieldKind kind_of() {
   if constexpr (std::same_as<T, std::uint64_t>) return FieldKind::uint64;
   if constexpr (std::same_as<T, float>) return FieldKind::float32;
   if constexpr (std::same_as<T, double>) return FieldKind::float64;
-  if constexpr (std::same_as<T, std::string>) return FieldKind::text;
+  if constexpr (std::same_as<T, char16_t>) return FieldKind::wide_character;
+  if constexpr (std::same_as<T, std::u16string>) return FieldKind::wide_text;
+  if constexpr (Text<T>) return FieldKind::text;
   return FieldKind::message;
 }
 
@@ -48,9 +57,11 @@ FieldDescription describe_field(const char* name, const T& initial) {
     static_assert(Message<E> || kind_of<E>() != FieldKind::message, "not a type that a message can have");
     field.kind = kind_of<E>();
     if constexpr (Message<E>) field.type = &describe<E>();
+    if constexpr (requires { E::kBound; }) field.text_bound = E::kBound;
   };
   if constexpr (SequenceOf<T>::value) {
     field.shape = FieldShape::sequence;
+    field.bound = SequenceOf<T>::kBound;
     element(std::type_identity<typename SequenceOf<T>::Element>{});
   } else if constexpr (ArrayOf<T>::value) {
     field.shape = FieldShape::array;

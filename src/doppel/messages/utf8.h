@@ -1,6 +1,7 @@
 #pragma once
-// UTF-8 one character at a time (RFC 3629), for writers that must know what they print.
+// UTF-8 one character at a time (RFC 3629), for writers that must know what they print, and UTF-16.
 
+#include <string>
 #include <string_view>
 
 namespace doppel {
@@ -26,6 +27,53 @@ inline Utf8Char next_utf8(std::string_view text, std::size_t at) {
   const bool overlong = (size == 3 && code < 0x800) || (size == 4 && code < 0x10000);
   if (overlong || code > 0x10FFFF || (code >= 0xD800 && code <= 0xDFFF)) return {lead, 1, false};
   return {code, size, true};
+}
+
+inline void append_utf8(std::string& out, char32_t code) {
+  if (code < 0x80) {
+    out += static_cast<char>(code);
+    return;
+  }
+  const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+  constexpr unsigned char kLead[] = {0, 0xC0, 0xE0, 0xF0};
+  out += static_cast<char>(kLead[more] | code >> (6 * more));
+  for (int i = more - 1; i >= 0; --i) out += static_cast<char>(0x80 | (code >> (6 * i) & 0x3F));
+}
+
+constexpr char32_t kReplacementCharacter = 0xFFFD;
+
+// Half a surrogate pair becomes U+FFFD.
+inline std::string to_utf8(std::u16string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    char32_t code = text[i];
+    const bool pair = code >= 0xD800 && code < 0xDC00 && i + 1 < text.size() && text[i + 1] >= 0xDC00 &&
+                      text[i + 1] < 0xE000;
+    if (pair) {
+      code = 0x10000 + ((code - 0xD800) << 10) + (text[++i] - 0xDC00);
+    } else if (code >= 0xD800 && code < 0xE000) {
+      code = kReplacementCharacter;
+    }
+    append_utf8(out, code);
+  }
+  return out;
+}
+
+// A byte that is no UTF-8 becomes U+FFFD.
+inline std::u16string to_utf16(std::string_view text) {
+  std::u16string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const Utf8Char c = next_utf8(text, at);
+    at += c.size;
+    const char32_t code = c.valid ? c.code : kReplacementCharacter;
+    if (code >= 0x10000) {
+      out += static_cast<char16_t>(0xD800 + ((code - 0x10000) >> 10));
+      out += static_cast<char16_t>(0xDC00 + ((code - 0x10000) & 0x3FF));
+    } else {
+      out += static_cast<char16_t>(code);
+    }
+  }
+  return out;
 }
 
 }  // namespace doppel

@@ -13,6 +13,7 @@
 #include "doppel/core/text.h"
 #include "doppel/messages/cdr.h"
 #include "doppel/messages/type_description.h"
+#include "doppel/messages/utf8.h"
 
 namespace doppel {
 namespace {
@@ -169,6 +170,8 @@ class YamlReader {
         initial(*field.type);
       } else if (field.kind == FieldKind::text) {
         out_.text("");
+      } else if (field.kind == FieldKind::wide_text) {
+        out_.wide_text(u"");
       } else {
         number(field.kind, field.initial);
       }
@@ -182,6 +185,10 @@ class YamlReader {
              fmt::format("{} where '{}' needs a list; write it as [...]", shown(node), field.name));
     }
     if (field.shape == FieldShape::sequence) {
+      if (field.bound > 0 && node.size() > field.bound) {
+        refuse(node.Mark(), fmt::format("'{}' takes at most {} elements, and there are {}", field.name,
+                                        field.bound, node.size()));
+      }
       out_.number(static_cast<std::uint32_t>(node.size()));
     } else if (node.size() != field.count) {
       refuse(node.Mark(),
@@ -196,6 +203,7 @@ class YamlReader {
       case FieldKind::message:
         return message(*field.type, node);
       case FieldKind::text:
+      case FieldKind::wide_text:
         return text(field, node);
       case FieldKind::boolean:
         return boolean(field, node);
@@ -212,6 +220,13 @@ class YamlReader {
       refuse(node.Mark(),
              fmt::format("{} where '{}' needs text; an empty one is ''", shown(node), field.name));
     }
+    const std::u16string wide = field.kind == FieldKind::wide_text ? to_utf16(node.Scalar()) : u"";
+    const std::size_t size = field.kind == FieldKind::wide_text ? wide.size() : node.Scalar().size();
+    if (field.text_bound > 0 && size > field.text_bound) {
+      refuse(node.Mark(), fmt::format("'{}' takes at most {} characters, and there are {}", field.name,
+                                      field.text_bound, size));
+    }
+    if (field.kind == FieldKind::wide_text) return out_.wide_text(wide);
     out_.text(node.Scalar());
   }
 
@@ -250,12 +265,14 @@ class YamlReader {
         fits = write<std::int8_t>(*value);
         break;
       case FieldKind::byte:
+      case FieldKind::character:
       case FieldKind::uint8:
         fits = write<std::uint8_t>(*value);
         break;
       case FieldKind::int16:
         fits = write<std::int16_t>(*value);
         break;
+      case FieldKind::wide_character:
       case FieldKind::uint16:
         fits = write<std::uint16_t>(*value);
         break;
@@ -295,10 +312,12 @@ class YamlReader {
       case FieldKind::int8:
         return out_.number(static_cast<std::int8_t>(value));
       case FieldKind::byte:
+      case FieldKind::character:
       case FieldKind::uint8:
         return out_.number(static_cast<std::uint8_t>(value));
       case FieldKind::int16:
         return out_.number(static_cast<std::int16_t>(value));
+      case FieldKind::wide_character:
       case FieldKind::uint16:
         return out_.number(static_cast<std::uint16_t>(value));
       case FieldKind::int32:

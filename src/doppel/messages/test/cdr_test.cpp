@@ -171,7 +171,7 @@ TEST(Cdr, MalformedBytesAreRefusedWithTheField) {
   EXPECT_NE(status.why().find("'name'"), std::string::npos) << status.why();
   EXPECT_NE(status.why().find("sensor_msgs/msg/JointState"), std::string::npos) << status.why();
   std_msgs::msg::String text;
-  EXPECT_FALSE(from_cdr(hex("00 01 00 00 02 00 00 00 61 62"), text)) << "no NUL";
+  EXPECT_FALSE(from_cdr(hex("00 01 00 00 03 00 00 00 61 62"), text));
 }
 
 TEST(Cdr, TypesOfAnActionAreNamedAsRosidlNamesThem) {

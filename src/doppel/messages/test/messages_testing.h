@@ -1,6 +1,7 @@
 #pragma once
 // Helpers of the messages' tests: bytes in hexadecimal, and random messages of any described type.
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -9,6 +10,7 @@
 #include "doppel/messages/cdr.h"
 #include "doppel/messages/codec.h"
 #include "doppel/messages/type_description.h"
+#include "doppel/messages/utf8.h"
 
 namespace doppel::messages_testing {
 
@@ -58,7 +60,7 @@ class RandomMessage {
     for (const FieldDescription& field : type.fields) {
       std::size_t count = field.count;
       if (field.shape == FieldShape::sequence) {
-        count = random_() % 4;
+        count = random_() % (field.bound > 0 ? std::min<std::size_t>(field.bound + 1, 4) : 4);
         out_.number(static_cast<std::uint32_t>(count));
       }
       for (std::size_t i = 0; i < count; ++i) element(field);
@@ -73,13 +75,17 @@ class RandomMessage {
         return message(*field.type);
       case FieldKind::text:
         return out_.text(text());
+      case FieldKind::wide_text:
+        return out_.wide_text(to_utf16(text()));
       case FieldKind::boolean:
         return out_.number(static_cast<std::uint8_t>(bits & 1));
       case FieldKind::int8:
       case FieldKind::byte:
+      case FieldKind::character:
       case FieldKind::uint8:
         return out_.number(static_cast<std::uint8_t>(bits));
       case FieldKind::int16:
+      case FieldKind::wide_character:
       case FieldKind::uint16:
         return out_.number(static_cast<std::uint16_t>(bits));
       case FieldKind::int32:

@@ -1,0 +1,18 @@
+#pragma once
+// SHA-256 (FIPS 180-4).
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace doppel {
+
+using Sha256 = std::array<std::uint8_t, 32>;
+
+Sha256 sha256(std::span<const std::byte> bytes);
+std::string sha256_hex(std::string_view text);  // 64 lower-case digits
+
+}  // namespace doppel

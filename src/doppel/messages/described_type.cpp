@@ -1,0 +1,269 @@
+#include "doppel/messages/described_type.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <mutex>
+
+#include "doppel/messages/cdr.h"
+#include "doppel/messages/type_hash.h"
+
+namespace doppel {
+
+using type_description_interfaces::msg::Field;
+using type_description_interfaces::msg::IndividualTypeDescription;
+
+namespace {
+
+constexpr std::size_t kLongestName = 255, kDeepest = 64, kLargestMessage = std::size_t{64} << 20;
+constexpr double kLargestInitial = 9e15;  // whole numbers beyond it are not exact in a double
+
+// By rosidl's ids; `message` also stands for those that no ROS 2 type has: long double, fixed strings.
+constexpr FieldKind kKinds[] = {
+    FieldKind::message, FieldKind::message,   FieldKind::int8,           FieldKind::uint8,
+    FieldKind::int16,   FieldKind::uint16,    FieldKind::int32,          FieldKind::uint32,
+    FieldKind::int64,   FieldKind::uint64,    FieldKind::float32,        FieldKind::float64,
+    FieldKind::message, FieldKind::character, FieldKind::wide_character, FieldKind::boolean,
+    FieldKind::byte,    FieldKind::text,      FieldKind::wide_text,      FieldKind::message,
+    FieldKind::message, FieldKind::text,      FieldKind::wide_text};
+constexpr std::uint8_t kNestedId = 1, kFirstBoundedTextId = 21;
+
+bool is_name(std::string_view name) {
+  const auto good = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  };
+  return !name.empty() && name.size() <= kLongestName && !(name[0] >= '0' && name[0] <= '9') &&
+         std::ranges::all_of(name, good);
+}
+
+// "package/msg/Name"
+bool is_type_name(std::string_view name) {
+  if (name.size() > kLongestName) return false;
+  const std::size_t first = name.find('/'), last = name.rfind('/');
+  if (first == std::string_view::npos || first == last) return false;
+  return is_name(name.substr(0, first)) && is_name(name.substr(first + 1, last - first - 1)) &&
+         is_name(name.substr(last + 1));
+}
+
+double initial_value(FieldKind kind, const std::string& text) {
+  if (kind == FieldKind::boolean) return text == "True" ? 1 : 0;
+  double value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return std::abs(value) <= kLargestInitial ? value : 0;
+}
+
+class DescribedType final : public TypeSupport {
+ public:
+  DescribedType(std::shared_ptr<const DescribedTypes> types, const TypeDescription& type)
+      : TypeSupport(type.name), types_(std::move(types)), type_(type) {}
+  [[nodiscard]] const TypeDescription* description() const override { return &type_; }
+  Status recode(std::span<const std::byte> cdr, Bytes& out) const override {
+    return recode_cdr(type_, cdr, out);
+  }
+
+ private:
+  std::shared_ptr<const DescribedTypes> types_;
+  const TypeDescription& type_;
+};
+
+bool has_fields(const TypeDescription& type, std::initializer_list<std::string_view> names) {
+  return std::ranges::equal(type.fields, names, {}, &FieldDescription::name);
+}
+bool is_service(const TypeDescription& type) {
+  return has_fields(type, {"request_message", "response_message", "event_message"});
+}
+bool is_action(const TypeDescription& type) {
+  return has_fields(
+      type, {"goal", "result", "feedback", "send_goal_service", "get_result_service", "feedback_message"});
+}
+
+// What has been learned stays for the rest of the run: topics and services point at it.
+struct Learned {
+  std::mutex mutex;
+  std::deque<DescribedType> types;
+  std::vector<std::unique_ptr<const ServiceSupport>> services;
+  std::vector<std::unique_ptr<const ActionSupport>> actions;
+
+  const TypeSupport* part(const std::shared_ptr<const DescribedTypes>& set, const FieldDescription& field) {
+    return &types.emplace_back(set, *field.type);
+  }
+  void learn(const std::shared_ptr<const DescribedTypes>& set, const TypeDescription& type) {
+    const auto& fields = type.fields;
+    if (is_service(type)) {
+      services.emplace_back(new ServiceSupport{type.name, part(set, fields[0]), part(set, fields[1])});
+      register_service(*services.back());
+    } else if (is_action(type)) {
+      actions.emplace_back(
+          new ActionSupport{type.name, part(set, fields[0]), part(set, fields[1]), part(set, fields[2])});
+      register_action(*actions.back());
+    } else {
+      register_type(types.emplace_back(set, type));
+    }
+  }
+};
+
+Learned& learned() {
+  static Learned everything;
+  return everything;
+}
+
+// The hash of what the registry has under this name; empty: nothing.
+std::string known_hash(const TypeDescription& type) {
+  if (is_service(type)) {
+    const ServiceSupport* service = find_service(type.name);
+    return service != nullptr ? service->hash() : "";
+  }
+  if (is_action(type)) {
+    const ActionSupport* action = find_action(type.name);
+    return action != nullptr ? action->hash() : "";
+  }
+  const TypeSupport* known = find_type(type.name);
+  return known != nullptr ? known->hash() : "";
+}
+
+}  // namespace
+
+class DescriptionReader {
+ public:
+  explicit DescriptionReader(const TypeDescriptionMessage& message) : message_(message) {}
+
+  std::shared_ptr<const DescribedTypes> read(Status& status) {
+    enter(message_.type_description);
+    for (const IndividualTypeDescription& type : message_.referenced_type_descriptions) enter(type);
+    if (why_.empty()) fill(message_.type_description.type_name, 0);
+    for (const IndividualTypeDescription& type : message_.referenced_type_descriptions)
+      if (why_.empty()) fill(type.type_name, 0);
+    status = why_.empty() ? Status() : Status::refused(why_);
+    return why_.empty() ? types_ : nullptr;
+  }
+
+ private:
+  struct Entry {
+    const IndividualTypeDescription* said;
+    TypeDescription* type;
+    enum { untouched, begun, done } state = untouched;
+  };
+
+  void enter(const IndividualTypeDescription& type) {
+    if (!why_.empty()) return;
+    if (!is_type_name(type.type_name)) return refuse("a type's name is not like 'package/msg/Name'");
+    TypeDescription& place = types_->types_.emplace_back();
+    place.name = type.type_name;
+    if (!entries_.emplace(place.name, Entry{&type, &place}).second)
+      refuse(fmt::format("{} is described twice", place.name));
+  }
+
+  // Its fields, after those of the types in them, so that least sizes are known.
+  const TypeDescription* fill(std::string_view name, std::size_t depth) {
+    const auto found = entries_.find(name);
+    if (found == entries_.end()) return refuse_type(fmt::format("{} is not described", shown(name)));
+    Entry& entry = found->second;
+    if (entry.state == Entry::done) return entry.type;
+    if (entry.state == Entry::begun) return refuse_type(fmt::format("{} contains itself", name));
+    if (depth > kDeepest) return refuse_type(fmt::format("{} lies too deep", name));
+    entry.state = Entry::begun;
+    for (const Field& field : entry.said->fields) {
+      add(*entry.type, field, depth);
+      if (!why_.empty()) return nullptr;
+    }
+    if (entry.type->fields.size() == 1 && entry.type->fields[0].name == kOnlyMember)
+      entry.type->fields.clear();
+    entry.state = Entry::done;
+    return entry.type;
+  }
+
+  void add(TypeDescription& type, const Field& said, std::size_t depth) {
+    const auto same_name = [&said](const FieldDescription& field) { return field.name == said.name; };
+    if (!is_name(said.name) || std::ranges::any_of(type.fields, same_name))
+      return refuse(fmt::format("{} has a field without a name of its own", type.name));
+    FieldDescription field;
+    field.name = said.name;
+    const std::uint8_t id = shape_of(said, field);
+    const bool nested = id == kNestedId;
+    if (id >= std::size(kKinds) || (kKinds[id] == FieldKind::message && !nested))
+      return refuse(fmt::format("{}.{} is of an unknown kind ({})", type.name, said.name, said.type.type_id));
+    field.kind = kKinds[id];
+    if (nested) field.type = fill(said.type.nested_type_name, depth + 1);
+    if (!why_.empty()) return;
+    if (id >= kFirstBoundedTextId) field.text_bound = said.type.string_capacity;
+    if (field.shape == FieldShape::single) field.initial = initial_value(field.kind, said.default_value);
+    const bool bounded = field.shape == FieldShape::sequence && id + kBoundedSequenceId == said.type.type_id;
+    if (field.count == 0 || (bounded && field.bound == 0) ||
+        (id >= kFirstBoundedTextId && field.text_bound == 0))
+      return refuse(fmt::format("{}.{} has no room for anything", type.name, said.name));
+    if (field.count > kLargestMessage / field.least_element_size())
+      return refuse(fmt::format("{}.{} is larger than 64 MiB", type.name, said.name));
+    type.add(std::move(field));
+    if (type.least_cdr_size > kLargestMessage) refuse(fmt::format("{} is larger than 64 MiB", type.name));
+  }
+
+  // Returns the id of the kind of its elements.
+  static std::uint8_t shape_of(const Field& said, FieldDescription& field) {
+    const std::uint8_t id = said.type.type_id;
+    if (id >= kUnboundedSequenceId) {
+      field.shape = FieldShape::sequence;
+      return id - kUnboundedSequenceId;
+    }
+    if (id >= kBoundedSequenceId) {
+      field.shape = FieldShape::sequence;
+      field.bound = said.type.capacity;
+      return id - kBoundedSequenceId;
+    }
+    if (id >= kArrayId) {
+      field.shape = FieldShape::array;
+      field.count = said.type.capacity;
+      return id - kArrayId;
+    }
+    return id;
+  }
+
+  const TypeDescription* refuse_type(std::string why) {
+    refuse(std::move(why));
+    return nullptr;
+  }
+  void refuse(std::string why) {
+    if (why_.empty()) why_ = std::move(why);
+  }
+  static std::string shown(std::string_view name) {
+    return is_type_name(name) ? std::string(name) : "a type in a field";
+  }
+
+  const TypeDescriptionMessage& message_;
+  std::shared_ptr<DescribedTypes> types_ = std::make_shared<DescribedTypes>();
+  std::map<std::string, Entry, std::less<>> entries_;
+  std::string why_;
+};
+
+std::shared_ptr<const DescribedTypes> DescribedTypes::read(const TypeDescriptionMessage& message,
+                                                           Status& status) {
+  return DescriptionReader(message).read(status);
+}
+
+std::shared_ptr<const TypeSupport> described_type(const TypeDescriptionMessage& message, Status& status) {
+  const auto types = DescribedTypes::read(message, status);
+  return types == nullptr ? nullptr : std::make_shared<DescribedType>(types, types->top());
+}
+
+Status learn_type(const TypeDescriptionMessage& message) {
+  Status status;
+  const auto types = DescribedTypes::read(message, status);
+  if (types == nullptr) return status;
+  const TypeDescription& top = types->top();
+  const std::lock_guard lock(learned().mutex);
+  const std::string known = known_hash(top), hash = type_hash(top);
+  if (known == hash) return {};
+  if (!known.empty()) {
+    return Status::refused(
+        fmt::format("{} is known as another type: {} here, {} there", top.name, known, hash));
+  }
+  for (const TypeDescription& type : types->types()) {
+    if (known_hash(type).empty()) learned().learn(types, type);
+  }
+  return {};
+}
+
+}  // namespace doppel

@@ -1,0 +1,25 @@
+#pragma once
+// A type's description as a message, as rosidl_generator_type_description (Jazzy) makes it: what
+// ~/get_type_description answers with, and what a type's hash is made of.
+
+#include "doppel/messages/codec.h"
+#include "doppel/messages/type_description.h"
+#include "doppel/messages/type_description_interfaces.h"
+
+namespace doppel {
+
+using TypeDescriptionMessage = type_description_interfaces::msg::TypeDescription;
+
+// rosidl's ids in FieldType.msg: a kind's own, and what a list of it adds.
+inline constexpr std::uint8_t kArrayId = 48, kBoundedSequenceId = 96, kUnboundedSequenceId = 144;
+std::uint8_t type_id(const FieldDescription& field);
+
+// The field that rosidl gives to a type without fields.
+inline constexpr std::string_view kOnlyMember = "structure_needs_at_least_one_member";
+
+// Default values are known of single numbers other than zero only; hashes leave them out anyway.
+TypeDescriptionMessage description_message(const TypeDescription& type);
+TypeDescriptionMessage description_message(const ServiceSupport& service);
+TypeDescriptionMessage description_message(const ActionSupport& action);
+
+}  // namespace doppel

@@ -1,0 +1,17 @@
+#pragma once
+// ROS 2's type hashes, version RIHS01 (REP 2016): "RIHS01_" and the SHA-256 in hexadecimal of the JSON of the
+// type's description without default values, as rosidl_generator_type_description (Jazzy) writes it.
+// Constants do not enter. These compute; TypeSupport, ServiceSupport and ActionSupport keep theirs (hash()).
+
+#include <string>
+
+#include "doppel/messages/type_description_message.h"
+
+namespace doppel {
+
+std::string type_hash(const TypeDescriptionMessage& type);  // of checked names, referenced types sorted
+std::string type_hash(const TypeDescription& type);
+std::string service_type_hash(const ServiceSupport& service);
+std::string action_type_hash(const ActionSupport& action);
+
+}  // namespace doppel

@@ -1,0 +1,35 @@
+#include "doppel/messages/codec.h"
+#include "doppel/messages/type_description.h"
+#include "doppel/messages/type_hash.h"
+
+namespace doppel {
+
+std::string TypeSupport::schema() const {
+  return schema_text(*description());
+}
+
+Status TypeSupport::yaml_to_cdr(std::string_view yaml, Bytes& out) const {
+  return doppel::yaml_to_cdr(*description(), yaml, out);
+}
+
+Status TypeSupport::cdr_to_yaml(std::span<const std::byte> cdr, std::string& out) const {
+  return doppel::cdr_to_yaml(*description(), cdr, out);
+}
+
+Status TypeSupport::cdr_to_json(std::span<const std::byte> cdr, std::string& out) const {
+  return doppel::cdr_to_json(*description(), cdr, out);
+}
+
+const std::string& TypeSupport::hash() const {
+  return hash_.get([this] { return type_hash(*description()); });
+}
+
+const std::string& ServiceSupport::hash() const {
+  return late_hash.get([this] { return service_type_hash(*this); });
+}
+
+const std::string& ActionSupport::hash() const {
+  return late_hash.get([this] { return action_type_hash(*this); });
+}
+
+}  // namespace doppel
