@@ -118,7 +118,7 @@ const FieldDescription* find_field(const TypeDescription& type, const std::strin
 void show_fields(const TypeDescription& type, std::size_t depth, std::string& out) {
   const std::string indent(depth, '\t');
   for (const ConstantDescription& constant : type.constants) {
-    out += fmt::format("{}{} {}={}\n", indent, to_string(constant.kind), constant.name, constant.value);
+    out += fmt::format("{}{}\n", indent, to_string(constant));
   }
   for (const FieldDescription& field : type.fields) {
     out += fmt::format("{}{} {}\n", indent, to_string(field), field.name);

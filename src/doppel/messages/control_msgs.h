@@ -2,6 +2,7 @@
 // ros-controls' control_msgs, as in Jazzy: states of controllers, and the actions that move arms and
 // grippers.
 
+#include "doppel/messages/geometry_msgs.h"
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/messages/trajectory_msgs.h"
 
@@ -104,6 +105,110 @@ struct MultiDOFStateStamped {
   DOPPEL_MESSAGE("control_msgs/msg/MultiDOFStateStamped", header, dof_states)
 };
 
+struct AdmittanceControllerState {
+  std_msgs::msg::Float64MultiArray mass, damping, stiffness;
+  geometry_msgs::msg::Quaternion rot_base_control;
+  geometry_msgs::msg::TransformStamped ref_trans_base_ft;
+  std_msgs::msg::Int8MultiArray selected_axes;
+  std_msgs::msg::String ft_sensor_frame;
+  geometry_msgs::msg::TransformStamped admittance_position;
+  geometry_msgs::msg::TwistStamped admittance_acceleration, admittance_velocity;
+  geometry_msgs::msg::WrenchStamped wrench_base;
+  sensor_msgs::msg::JointState joint_state;
+  DOPPEL_MESSAGE("control_msgs/msg/AdmittanceControllerState", mass, damping, stiffness, rot_base_control,
+                 ref_trans_base_ft, selected_axes, ft_sensor_frame, admittance_position,
+                 admittance_acceleration, admittance_velocity, wrench_base, joint_state)
+};
+
+struct BatteryStateArray {
+  std::vector<sensor_msgs::msg::BatteryState> battery_states;
+  DOPPEL_MESSAGE("control_msgs/msg/BatteryStateArray", battery_states)
+};
+
+struct DynamicInterfaceValues {
+  std_msgs::msg::Header header;
+  InterfaceValue states, commands;
+  DOPPEL_MESSAGE("control_msgs/msg/DynamicInterfaceValues", header, states, commands)
+};
+
+struct Float64Values {
+  std_msgs::msg::Header header;
+  std::vector<double> values;
+  DOPPEL_MESSAGE("control_msgs/msg/Float64Values", header, values)
+};
+
+struct JointControllerState {
+  std_msgs::msg::Header header;
+  double set_point = 0, process_value = 0, process_value_dot = 0, error = 0, time_step = 0, command = 0,
+         p = 0, i = 0, d = 0, i_clamp = 0;
+  bool antiwindup = false;
+  DOPPEL_MESSAGE("control_msgs/msg/JointControllerState", header, set_point, process_value, process_value_dot,
+                 error, time_step, command, p, i, d, i_clamp, antiwindup)
+};
+
+struct JointJog {
+  std_msgs::msg::Header header;
+  std::vector<std::string> joint_names;
+  std::vector<double> displacements, velocities;
+  double duration = 0;
+  DOPPEL_MESSAGE("control_msgs/msg/JointJog", header, joint_names, displacements, velocities, duration)
+};
+
+struct Keys {
+  std_msgs::msg::Header header;
+  std::vector<std::string> keys;
+  DOPPEL_MESSAGE("control_msgs/msg/Keys", header, keys)
+};
+
+struct MecanumDriveControllerState {
+  std_msgs::msg::Header header;
+  double front_left_wheel_velocity = 0, back_left_wheel_velocity = 0, back_right_wheel_velocity = 0,
+         front_right_wheel_velocity = 0;
+  geometry_msgs::msg::Twist reference_velocity;
+  DOPPEL_MESSAGE("control_msgs/msg/MecanumDriveControllerState", header, front_left_wheel_velocity,
+                 back_left_wheel_velocity, back_right_wheel_velocity, front_right_wheel_velocity,
+                 reference_velocity)
+};
+
+struct MotionArgument {
+  std::string name;
+  double value = 0;
+  DOPPEL_MESSAGE("control_msgs/msg/MotionArgument", name, value)
+};
+
+struct MotionPrimitive {
+  static constexpr std::int8_t UNKNOWN = -1, LINEAR_JOINT = 0, LINEAR_CARTESIAN = 50, CIRCULAR_CARTESIAN = 51;
+  std::int8_t type = -1;
+  double blend_radius = 0;
+  std::vector<MotionArgument> additional_arguments;
+  std::vector<geometry_msgs::msg::PoseStamped> poses;
+  std::vector<double> joint_positions;
+  DOPPEL_MESSAGE("control_msgs/msg/MotionPrimitive", type, blend_radius, additional_arguments, poses,
+                 joint_positions)
+  DOPPEL_CONSTANTS(UNKNOWN, LINEAR_JOINT, LINEAR_CARTESIAN, CIRCULAR_CARTESIAN)
+};
+
+struct MotionPrimitiveSequence {
+  std::vector<MotionPrimitive> motions;
+  DOPPEL_MESSAGE("control_msgs/msg/MotionPrimitiveSequence", motions)
+};
+
+struct SteeringControllerStatus {
+  std_msgs::msg::Header header;
+  std::vector<double> traction_wheels_position, traction_wheels_velocity, steer_positions,
+      linear_velocity_command, steering_angle_command;
+  DOPPEL_MESSAGE("control_msgs/msg/SteeringControllerStatus", header, traction_wheels_position,
+                 traction_wheels_velocity, steer_positions, linear_velocity_command, steering_angle_command)
+};
+
+struct VDA5050SafetyState {
+  static constexpr std::string_view AUTO_ACK = "autoAck", MANUAL = "manual", REMOTE = "remote", NONE = "none";
+  std::string e_stop;
+  bool field_violation = false;
+  DOPPEL_MESSAGE("control_msgs/msg/VDA5050SafetyState", e_stop, field_violation)
+  DOPPEL_CONSTANTS(AUTO_ACK, MANUAL, REMOTE, NONE)
+};
+
 }  // namespace doppel::control_msgs::msg
 
 namespace doppel::control_msgs::srv {
@@ -120,6 +225,28 @@ struct QueryTrajectoryState {
     std::vector<double> position, velocity, acceleration;
     DOPPEL_MESSAGE("control_msgs/srv/QueryTrajectoryState_Response", success, message, name, position,
                    velocity, acceleration)
+  };
+};
+
+struct QueryCalibrationState {
+  struct Request {
+    DOPPEL_EMPTY_MESSAGE("control_msgs/srv/QueryCalibrationState_Request")
+  };
+  struct Response {
+    bool is_calibrated = false;
+    DOPPEL_MESSAGE("control_msgs/srv/QueryCalibrationState_Response", is_calibrated)
+  };
+};
+
+struct SetOdometry {
+  struct Request {
+    double x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0;
+    DOPPEL_MESSAGE("control_msgs/srv/SetOdometry_Request", x, y, z, roll, pitch, yaw)
+  };
+  struct Response {
+    bool success = false;
+    std::string message;
+    DOPPEL_MESSAGE("control_msgs/srv/SetOdometry_Response", success, message)
   };
 };
 
@@ -191,6 +318,73 @@ struct ParallelGripperCommand {
   struct Feedback {
     sensor_msgs::msg::JointState state;
     DOPPEL_MESSAGE("control_msgs/action/ParallelGripperCommand_Feedback", state)
+  };
+};
+
+struct ExecuteMotionPrimitiveSequence {
+  struct Goal {
+    msg::MotionPrimitiveSequence trajectory;
+    DOPPEL_MESSAGE("control_msgs/action/ExecuteMotionPrimitiveSequence_Goal", trajectory)
+  };
+  struct Result {
+    static constexpr std::int32_t SUCCESSFUL = 0, INVALID_GOAL = -1, OLD_HEADER_TIMESTAMP = -3;
+    std::int32_t error_code = 0;
+    std::string error_string;
+    DOPPEL_MESSAGE("control_msgs/action/ExecuteMotionPrimitiveSequence_Result", error_code, error_string)
+    DOPPEL_CONSTANTS(SUCCESSFUL, INVALID_GOAL, OLD_HEADER_TIMESTAMP)
+  };
+  struct Feedback {
+    std::uint8_t current_primitive_index = 0;
+    DOPPEL_MESSAGE("control_msgs/action/ExecuteMotionPrimitiveSequence_Feedback", current_primitive_index)
+  };
+};
+
+struct JointTrajectory {
+  struct Goal {
+    trajectory_msgs::msg::JointTrajectory trajectory;
+    DOPPEL_MESSAGE("control_msgs/action/JointTrajectory_Goal", trajectory)
+  };
+  struct Result {
+    DOPPEL_EMPTY_MESSAGE("control_msgs/action/JointTrajectory_Result")
+  };
+  struct Feedback {
+    DOPPEL_EMPTY_MESSAGE("control_msgs/action/JointTrajectory_Feedback")
+  };
+};
+
+struct PointHead {
+  struct Goal {
+    geometry_msgs::msg::PointStamped target;
+    geometry_msgs::msg::Vector3 pointing_axis;
+    std::string pointing_frame;
+    builtin_interfaces::msg::Duration min_duration;
+    double max_velocity = 0;
+    DOPPEL_MESSAGE("control_msgs/action/PointHead_Goal", target, pointing_axis, pointing_frame, min_duration,
+                   max_velocity)
+  };
+  struct Result {
+    DOPPEL_EMPTY_MESSAGE("control_msgs/action/PointHead_Result")
+  };
+  struct Feedback {
+    double pointing_angle_error = 0;
+    DOPPEL_MESSAGE("control_msgs/action/PointHead_Feedback", pointing_angle_error)
+  };
+};
+
+struct SingleJointPosition {
+  struct Goal {
+    double position = 0;
+    builtin_interfaces::msg::Duration min_duration;
+    double max_velocity = 0;
+    DOPPEL_MESSAGE("control_msgs/action/SingleJointPosition_Goal", position, min_duration, max_velocity)
+  };
+  struct Result {
+    DOPPEL_EMPTY_MESSAGE("control_msgs/action/SingleJointPosition_Result")
+  };
+  struct Feedback {
+    std_msgs::msg::Header header;
+    double position = 0, velocity = 0, error = 0;
+    DOPPEL_MESSAGE("control_msgs/action/SingleJointPosition_Feedback", header, position, velocity, error)
   };
 };
 

@@ -180,4 +180,15 @@ struct SetHardwareComponentState {
   };
 };
 
+struct ReloadControllerLibraries {
+  struct Request {
+    bool force_kill = false;
+    DOPPEL_MESSAGE("controller_manager_msgs/srv/ReloadControllerLibraries_Request", force_kill)
+  };
+  struct Response {
+    bool ok = false;
+    DOPPEL_MESSAGE("controller_manager_msgs/srv/ReloadControllerLibraries_Response", ok)
+  };
+};
+
 }  // namespace doppel::controller_manager_msgs::srv

@@ -28,3 +28,31 @@ struct DiagnosticArray {
 };
 
 }  // namespace doppel::diagnostic_msgs::msg
+
+namespace doppel::diagnostic_msgs::srv {
+
+struct AddDiagnostics {
+  struct Request {
+    std::string load_namespace;
+    DOPPEL_MESSAGE("diagnostic_msgs/srv/AddDiagnostics_Request", load_namespace)
+  };
+  struct Response {
+    bool success = false;
+    std::string message;
+    DOPPEL_MESSAGE("diagnostic_msgs/srv/AddDiagnostics_Response", success, message)
+  };
+};
+
+struct SelfTest {
+  struct Request {
+    DOPPEL_EMPTY_MESSAGE("diagnostic_msgs/srv/SelfTest_Request")
+  };
+  struct Response {
+    std::string id;
+    std::byte passed{};
+    std::vector<msg::DiagnosticStatus> status;
+    DOPPEL_MESSAGE("diagnostic_msgs/srv/SelfTest_Response", id, passed, status)
+  };
+};
+
+}  // namespace doppel::diagnostic_msgs::srv

@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's rcl_interfaces: parameters of nodes and lines of the log.
+// ROS 2's rcl_interfaces: parameters of nodes, lines of the log and loggers' levels.
 
 #include "doppel/messages/builtin_interfaces.h"
 
@@ -89,6 +89,28 @@ struct ParameterEvent {
                  deleted_parameters)
 };
 
+struct LoggerLevel {
+  static constexpr std::uint8_t LOG_LEVEL_UNKNOWN = 0, LOG_LEVEL_DEBUG = 10, LOG_LEVEL_INFO = 20,
+                                LOG_LEVEL_WARN = 30, LOG_LEVEL_ERROR = 40, LOG_LEVEL_FATAL = 50;
+  std::string name;
+  std::uint32_t level = 0;
+  DOPPEL_MESSAGE("rcl_interfaces/msg/LoggerLevel", name, level)
+  DOPPEL_CONSTANTS(LOG_LEVEL_UNKNOWN, LOG_LEVEL_DEBUG, LOG_LEVEL_INFO, LOG_LEVEL_WARN, LOG_LEVEL_ERROR,
+                   LOG_LEVEL_FATAL)
+};
+
+struct ParameterEventDescriptors {
+  std::vector<ParameterDescriptor> new_parameters, changed_parameters, deleted_parameters;
+  DOPPEL_MESSAGE("rcl_interfaces/msg/ParameterEventDescriptors", new_parameters, changed_parameters,
+                 deleted_parameters)
+};
+
+struct SetLoggerLevelsResult {
+  bool successful = false;
+  std::string reason;
+  DOPPEL_MESSAGE("rcl_interfaces/msg/SetLoggerLevelsResult", successful, reason)
+};
+
 }  // namespace doppel::rcl_interfaces::msg
 
 namespace doppel::rcl_interfaces::srv {
@@ -159,6 +181,28 @@ struct SetParametersAtomically {
   struct Response {
     msg::SetParametersResult result;
     DOPPEL_MESSAGE("rcl_interfaces/srv/SetParametersAtomically_Response", result)
+  };
+};
+
+struct GetLoggerLevels {
+  struct Request {
+    std::vector<std::string> names;
+    DOPPEL_MESSAGE("rcl_interfaces/srv/GetLoggerLevels_Request", names)
+  };
+  struct Response {
+    std::vector<msg::LoggerLevel> levels;
+    DOPPEL_MESSAGE("rcl_interfaces/srv/GetLoggerLevels_Response", levels)
+  };
+};
+
+struct SetLoggerLevels {
+  struct Request {
+    std::vector<msg::LoggerLevel> levels;
+    DOPPEL_MESSAGE("rcl_interfaces/srv/SetLoggerLevels_Request", levels)
+  };
+  struct Response {
+    std::vector<msg::SetLoggerLevelsResult> results;
+    DOPPEL_MESSAGE("rcl_interfaces/srv/SetLoggerLevels_Response", results)
   };
 };
 

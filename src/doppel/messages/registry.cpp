@@ -23,10 +23,12 @@ Registry& tables() {
 Registry& filled_tables() {
   static std::once_flag once;
   std::call_once(once, [] {
-    messages_detail::register_common_messages();
+    messages_detail::register_standard_types();
+    messages_detail::register_sensing_types();
     messages_detail::register_control_types();
-    messages_detail::register_simulation_types();
+    messages_detail::register_manager_types();
     messages_detail::register_rcl_types();
+    messages_detail::register_simulation_types();
   });
   return tables();
 }

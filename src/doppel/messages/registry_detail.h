@@ -6,10 +6,12 @@
 
 namespace doppel::messages_detail {
 
-void register_common_messages();
+void register_standard_types();
+void register_sensing_types();
 void register_control_types();
-void register_simulation_types();
+void register_manager_types();
 void register_rcl_types();
+void register_simulation_types();
 
 template <Message... M>
 void register_messages() {

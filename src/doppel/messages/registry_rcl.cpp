@@ -1,26 +1,81 @@
+// What every ROS 2 node speaks.
+
+#include "doppel/messages/action_msgs.h"
+#include "doppel/messages/composition_interfaces.h"
 #include "doppel/messages/rcl_interfaces.h"
 #include "doppel/messages/registry_detail.h"
+#include "doppel/messages/rmw_dds_common.h"
 #include "doppel/messages/service_msgs.h"
+#include "doppel/messages/statistics_msgs.h"
 #include "doppel/messages/type_description_interfaces.h"
 
 namespace doppel::messages_detail {
 
-void register_rcl_types() {
+namespace {
+
+void register_rcl_interfaces() {
   namespace msg = rcl_interfaces::msg;
   namespace srv = rcl_interfaces::srv;
   register_messages<msg::Log, msg::ParameterType, msg::ParameterValue, msg::Parameter,
                     msg::FloatingPointRange, msg::IntegerRange, msg::ParameterDescriptor,
-                    msg::SetParametersResult, msg::ListParametersResult, msg::ParameterEvent>();
+                    msg::SetParametersResult, msg::ListParametersResult, msg::ParameterEvent,
+                    msg::LoggerLevel, msg::ParameterEventDescriptors, msg::SetLoggerLevelsResult>();
   register_services<srv::ListParameters, srv::GetParameters, srv::GetParameterTypes, srv::DescribeParameters,
-                    srv::SetParameters, srv::SetParametersAtomically>();
-  register_messages<unique_identifier_msgs::msg::UUID, action_msgs::msg::GoalInfo,
-                    action_msgs::msg::GoalStatus, action_msgs::msg::GoalStatusArray>();
-  register_services<action_msgs::srv::CancelGoal>();
-  namespace type = type_description_interfaces::msg;
-  register_messages<service_msgs::msg::ServiceEventInfo, type::FieldType, type::Field,
-                    type::IndividualTypeDescription, type::TypeDescription, type::TypeSource,
-                    type::KeyValue>();
-  register_services<type_description_interfaces::srv::GetTypeDescription>();
+                    srv::SetParameters, srv::SetParametersAtomically, srv::GetLoggerLevels,
+                    srv::SetLoggerLevels>();
+}
+
+void register_unique_identifier_msgs() {
+  namespace msg = unique_identifier_msgs::msg;
+  register_messages<msg::UUID>();
+}
+
+void register_action_msgs() {
+  namespace msg = action_msgs::msg;
+  namespace srv = action_msgs::srv;
+  register_messages<msg::GoalInfo, msg::GoalStatus, msg::GoalStatusArray>();
+  register_services<srv::CancelGoal>();
+}
+
+void register_service_msgs() {
+  namespace msg = service_msgs::msg;
+  register_messages<msg::ServiceEventInfo>();
+}
+
+void register_type_description_interfaces() {
+  namespace msg = type_description_interfaces::msg;
+  namespace srv = type_description_interfaces::srv;
+  register_messages<msg::FieldType, msg::Field, msg::IndividualTypeDescription, msg::TypeDescription,
+                    msg::TypeSource, msg::KeyValue>();
+  register_services<srv::GetTypeDescription>();
+}
+
+void register_composition_interfaces() {
+  namespace srv = composition_interfaces::srv;
+  register_services<srv::ListNodes, srv::LoadNode, srv::UnloadNode>();
+}
+
+void register_statistics_msgs() {
+  namespace msg = statistics_msgs::msg;
+  register_messages<msg::StatisticDataPoint, msg::MetricsMessage, msg::StatisticDataType>();
+}
+
+void register_rmw_dds_common() {
+  namespace msg = rmw_dds_common::msg;
+  register_messages<msg::Gid, msg::NodeEntitiesInfo, msg::ParticipantEntitiesInfo>();
+}
+
+}  // namespace
+
+void register_rcl_types() {
+  register_rcl_interfaces();
+  register_unique_identifier_msgs();
+  register_action_msgs();
+  register_service_msgs();
+  register_type_description_interfaces();
+  register_composition_interfaces();
+  register_statistics_msgs();
+  register_rmw_dds_common();
 }
 
 }  // namespace doppel::messages_detail

@@ -4,18 +4,30 @@
 
 namespace doppel::messages_detail {
 
+namespace {
+
+void register_gazebo_msgs() {
+  namespace msg = gazebo_msgs::msg;
+  namespace srv = gazebo_msgs::srv;
+  register_messages<msg::ModelState, msg::EntityState, msg::ContactState, msg::ContactsState>();
+  register_services<srv::ApplyJointEffort, srv::ApplyLinkWrench, srv::ApplyBodyWrench, srv::JointRequest,
+                    srv::LinkRequest, srv::BodyRequest, srv::GetModelState, srv::SetModelState,
+                    srv::GetJointProperties, srv::SetModelConfiguration, srv::SpawnEntity, srv::DeleteEntity,
+                    srv::SetEntityState, srv::GetEntityState>();
+}
+
+void register_doppel_msgs() {
+  namespace msg = doppel_msgs::msg;
+  namespace srv = doppel_msgs::srv;
+  register_messages<msg::TwinStatus, msg::JointLoads>();
+  register_services<srv::Step, srv::SetSpeed, srv::GetState, srv::SetState>();
+}
+
+}  // namespace
+
 void register_simulation_types() {
-  namespace gazebo = gazebo_msgs::srv;
-  namespace own = doppel_msgs::srv;
-  register_messages<gazebo_msgs::msg::ModelState, gazebo_msgs::msg::EntityState,
-                    gazebo_msgs::msg::ContactState, gazebo_msgs::msg::ContactsState>();
-  register_messages<doppel_msgs::msg::TwinStatus, doppel_msgs::msg::JointLoads>();
-  register_services<gazebo::ApplyJointEffort, gazebo::ApplyLinkWrench, gazebo::ApplyBodyWrench,
-                    gazebo::JointRequest, gazebo::LinkRequest, gazebo::BodyRequest, gazebo::GetModelState,
-                    gazebo::SetModelState, gazebo::GetJointProperties, gazebo::SetModelConfiguration,
-                    gazebo::SpawnEntity, gazebo::DeleteEntity, gazebo::SetEntityState,
-                    gazebo::GetEntityState>();
-  register_services<own::Step, own::SetSpeed, own::GetState, own::SetState>();
+  register_gazebo_msgs();
+  register_doppel_msgs();
 }
 
 }  // namespace doppel::messages_detail

@@ -125,7 +125,7 @@ std::string short_name(std::string_view name) {
 
 void definition(const TypeDescription& type, std::string& text) {
   for (const ConstantDescription& constant : type.constants) {
-    text += fmt::format("{} {}={}\n", to_string(constant.kind), constant.name, constant.value);
+    text += to_string(constant) + '\n';
   }
   for (const FieldDescription& field : type.fields) {
     text += fmt::format("{} {}\n", to_string(field), field.name);
@@ -144,6 +144,11 @@ void collect(const TypeDescription& type, std::vector<const TypeDescription*>& t
 
 std::string_view to_string(FieldKind kind) {
   return kKindNames[static_cast<std::size_t>(kind)];
+}
+std::string to_string(const ConstantDescription& constant) {
+  const bool is_text = constant.kind == FieldKind::text;
+  const std::string value = is_text ? fmt::format("\"{}\"", constant.text) : std::to_string(constant.value);
+  return fmt::format("{} {}={}", to_string(constant.kind), constant.name, value);
 }
 std::string to_string(const FieldDescription& field) {
   std::string text =

@@ -59,7 +59,9 @@ struct ConstantDescription {
   std::string name;
   FieldKind kind = FieldKind::int32;
   std::int64_t value = 0;
+  std::string text;  // of a text
 };
+std::string to_string(const ConstantDescription& constant);  // "uint8 BLUE=3"
 
 struct TypeDescription {
   std::string name;  // "sensor_msgs/msg/JointState"

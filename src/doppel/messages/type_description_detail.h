@@ -88,7 +88,12 @@ const TypeDescription& describe() {
     });
     if constexpr (requires { M::for_each_constant(initial, [](const char*, const auto&) {}); }) {
       M::for_each_constant(initial, [&type]<class T>(const char* name, const T& value) {
-        type.constants.push_back({name, messages_detail::kind_of<T>(), static_cast<std::int64_t>(value)});
+        if constexpr (std::same_as<T, std::string_view>) {
+          type.constants.push_back({name, FieldKind::text, 0, std::string(value)});
+        } else {
+          type.constants.push_back(
+              {name, messages_detail::kind_of<T>(), static_cast<std::int64_t>(value), {}});
+        }
       });
     }
     return type;
