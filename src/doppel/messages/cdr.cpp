@@ -6,14 +6,29 @@
 
 namespace doppel {
 
+namespace {
+
+// What the representation identifier says (RTPS 2.5, clause 10.2); nullptr: plain CDR. ROS 2 sends nothing
+// else.
+const char* why_not_plain(std::byte first, std::byte second) {
+  const auto id = std::to_integer<unsigned>(second);
+  if (first != std::byte{0}) return "the encapsulation is none of RTPS's";
+  if (id <= 1) return nullptr;
+  if (id <= 3) return "the encapsulation is a parameter list (PL_CDR), not plain CDR (00 00 or 00 01)";
+  if (id >= 6 && id <= 11) return "the encapsulation is XCDR version 2, not plain CDR (00 00 or 00 01)";
+  return "the encapsulation is not plain CDR (00 00 or 00 01)";
+}
+
+}  // namespace
+
 CdrReader::CdrReader(std::span<const std::byte> bytes) {
   if (bytes.size() < kCdrHeaderSize) {
     fail("there is no encapsulation header of four bytes");
     return;
   }
   body_ = bytes.subspan(kCdrHeaderSize);
-  if (bytes[0] != std::byte{0} || bytes[1] > std::byte{1}) {
-    fail("the encapsulation is not plain CDR (00 00 or 00 01)");
+  if (const char* why = why_not_plain(bytes[0], bytes[1]); why != nullptr) {
+    fail(why);
     return;
   }
   swap_ = bytes[1] == std::byte{0};

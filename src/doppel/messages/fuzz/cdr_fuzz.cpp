@@ -1,20 +1,78 @@
-// Fuzz target: the first byte chooses a type, the rest is its CDR form. What the struct's reader accepts must
-// survive being written again, and both readers must agree.
+// Fuzz target: the first two bytes choose a type, the third how the rest is meant: as its CDR form, or as a
+// seed for a message that is whole and bytes that are then changed in it. What the struct's reader accepts
+// must survive being written again, and all readers must agree: the struct's, the one over the description,
+// and that of a type made at run time from what a node would tell of it.
 
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
+#include <memory>
 
 #include "../test/messages_testing.h"
+#include "doppel/messages/described_type.h"
+
+namespace {
+
+using doppel::Bytes;
+using doppel::TypeSupport;
+
+struct Subject {
+  const TypeSupport* compiled;
+  std::shared_ptr<const TypeSupport> described;
+};
+
+std::vector<Subject> subjects() {
+  std::vector<Subject> all;
+  for (const TypeSupport* type : doppel::messages_testing::all_types()) {
+    doppel::Status status;
+    all.push_back({type, doppel::described_type(doppel::description_message(*type->description()), status)});
+    if (!status || all.back().described->hash() != type->hash()) std::abort();
+  }
+  return all;
+}
+
+// Three bytes an edit: where (of all that is there) and what.
+Bytes edited(Bytes message, std::span<const std::byte> edits) {
+  for (; edits.size() >= 3; edits = edits.subspan(3)) {
+    const std::size_t at =
+        std::to_integer<std::size_t>(edits[0]) << 8 | std::to_integer<std::size_t>(edits[1]);
+    message[at % message.size()] = edits[2];
+  }
+  if (!edits.empty())
+    message.resize(message.size() - std::to_integer<std::size_t>(edits[0]) % message.size());
+  return message;
+}
+
+void check(const Subject& subject, std::span<const std::byte> bytes) {
+  const TypeSupport &compiled = *subject.compiled, &described = *subject.described;
+  Bytes once, twice, other;
+  std::string yaml, json;
+  const bool good = compiled.recode(bytes, once).ok();
+  if (good != compiled.cdr_to_yaml(bytes, yaml).ok() || good != described.cdr_to_json(bytes, json).ok() ||
+      good != described.recode(bytes, other).ok()) {
+    std::abort();
+  }
+  if (!good) return;
+  if (!compiled.recode(once, twice).ok() || once != twice) std::abort();
+  if (!described.recode(other, twice).ok() || other != twice || once.size() != other.size()) std::abort();
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const auto types = doppel::messages_testing::all_types();
-  if (size == 0) return 0;
-  const doppel::TypeSupport& type = *types[data[0] % types.size()];
-  const std::span<const std::byte> bytes(reinterpret_cast<const std::byte*>(data + 1), size - 1);
-  doppel::Bytes once, twice;
-  std::string yaml, json;
-  const bool good = type.recode(bytes, once).ok();
-  if (good != type.cdr_to_yaml(bytes, yaml).ok() || good != type.cdr_to_json(bytes, json).ok()) std::abort();
-  if (good && (!type.recode(once, twice).ok() || once != twice)) std::abort();
+  static const std::vector<Subject> all = subjects();
+  constexpr std::size_t kHead = 3, kSeed = 4;
+  if (size < kHead) return 0;
+  const Subject& subject = all[(std::size_t{data[0]} << 8 | data[1]) % all.size()];
+  const std::span<const std::byte> rest = std::as_bytes(std::span(data, size)).subspan(kHead);
+  if (data[2] % 2 == 0) {
+    check(subject, rest);
+  } else if (rest.size() >= kSeed) {
+    std::uint32_t seed = 0;
+    std::memcpy(&seed, rest.data(), kSeed);
+    std::mt19937 random(seed);
+    check(subject, edited(doppel::messages_testing::random_message(*subject.compiled->description(), random),
+                          rest.subspan(kSeed)));
+  }
   return 0;
 }

@@ -174,6 +174,64 @@ TEST(Cdr, MalformedBytesAreRefusedWithTheField) {
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 03 00 00 00 61 62"), text));
 }
 
+TEST(Cdr, OnlyPlainCdrIsRead) {
+  const auto why = [](const char* header) {
+    std_msgs::msg::Bool flag;
+    return from_cdr(hex(std::string(header) + " 01"), flag).why();
+  };
+  EXPECT_EQ(why("00 00 00 00"), "");
+  EXPECT_EQ(why("00 01 00 00"), "");
+  EXPECT_EQ(why("00 01 ff ff"), "") << "Fast CDR ignores the options, too";
+  for (const char* header : {"00 02 00 00", "00 03 00 00"})
+    EXPECT_NE(why(header).find("parameter list"), std::string::npos) << header;
+  for (const char* header :
+       {"00 06 00 00", "00 07 00 00", "00 08 00 00", "00 09 00 00", "00 0a 00 00", "00 0b 00 00"})
+    EXPECT_NE(why(header).find("XCDR version 2"), std::string::npos) << header;
+  for (const char* header : {"00 04 00 00", "00 0c 00 00", "00 ff 00 00", "01 01 00 00", "80 00 00 00"})
+    EXPECT_NE(why(header).find("encapsulation"), std::string::npos) << header;
+  EXPECT_NE(why("00 01").find("four bytes"), std::string::npos) << why("00 01");
+}
+
+// Fast CDR's writers always send the NUL; its readers take a string without one, and one of no bytes at all.
+TEST(Cdr, StringsAreReadAsFastCdrReadsThem) {
+  const auto read = [](const char* bytes) {
+    std_msgs::msg::String text{"before"};
+    return from_cdr(hex(bytes), text) ? text.data : "refused";
+  };
+  EXPECT_EQ(read("00 01 00 00 03 00 00 00 61 62 00"), "ab");
+  EXPECT_EQ(read("00 01 00 00 02 00 00 00 61 62"), "ab");
+  EXPECT_EQ(read("00 01 00 00 01 00 00 00 00"), "");
+  EXPECT_EQ(read("00 01 00 00 00 00 00 00"), "");
+  EXPECT_EQ(read("00 01 00 00 03 00 00 00 61 00 62"), std::string("a\0b", 3));
+  EXPECT_EQ(read("00 01 00 00 04 00 00 00 61 62 00"), "refused");
+  EXPECT_EQ(read("00 01 00 00 ff ff ff ff 61 62 00"), "refused");
+  EXPECT_EQ(read("00 00 00 00 00 00 00 03 61 62 00"), "ab") << "big endian";
+}
+
+// A struct's field of wide text, as rosidl has it.
+struct Wide {
+  std::u16string text;
+  char16_t unit = 0;
+  DOPPEL_MESSAGE("my_msgs/msg/Wide", text, unit)
+};
+
+TEST(Cdr, WideTextTakesFourBytesAUnit) {
+  const Bytes bytes = hex("00 01 00 00 02 00 00 00 e4 00 00 00 41 00 00 00 42 00");
+  EXPECT_EQ(messages_testing::show(to_cdr(Wide{u"\u00e4A", u'B'})), messages_testing::show(bytes));
+  EXPECT_EQ(cdr_size(Wide{u"\u00e4A", u'B'}), bytes.size());
+  Wide wide;
+  ASSERT_TRUE(from_cdr(bytes, wide));
+  EXPECT_EQ(wide.text, u"\u00e4A");
+  EXPECT_EQ(wide.unit, u'B');
+  std::string yaml;
+  ASSERT_TRUE(type_support<Wide>().cdr_to_yaml(bytes, yaml));
+  EXPECT_EQ(yaml,
+            "text: \xC3\xA4"
+            "A\nunit: 66\n");
+  EXPECT_FALSE(from_cdr(hex("00 01 00 00 01 00 00 00 00 00 01 00 42 00"), wide)) << "no UTF-16 unit";
+  EXPECT_FALSE(from_cdr(hex("00 01 00 00 ff ff ff 7f e4 00 00 00 42 00"), wide));
+}
+
 TEST(Cdr, TypesOfAnActionAreNamedAsRosidlNamesThem) {
   ASSERT_NE(find_type("control_msgs/action/FollowJointTrajectory_FeedbackMessage"), nullptr);
   ASSERT_NE(find_service("control_msgs/action/FollowJointTrajectory_SendGoal"), nullptr);
