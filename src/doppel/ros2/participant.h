@@ -37,7 +37,7 @@ struct SampleIdentity {
 };
 
 struct Sample {
-  Bytes cdr;  // with the encapsulation header
+  Bytes cdr;  // with the encapsulation header, and what RTPS pads to a multiple of four bytes
   SampleIdentity identity, related;
   std::int64_t source_timestamp = 0, reception_timestamp = 0;  // ns since the epoch, wall time
 };
@@ -92,12 +92,19 @@ class Reader {
   [[nodiscard]] virtual std::uint64_t lost() const = 0;  // samples that DDS says were lost on the way
 };
 
+// What the middleware has had to complain of so far in this process; it goes here and not to the terminal.
+struct Complaints {
+  std::uint64_t count = 0;
+  std::string latest;
+};
+
 struct ParticipantOptions;  // environment.h
 
 class Participant {
  public:
   virtual ~Participant() = default;  // after its writers and readers
   [[nodiscard]] virtual const Gid& gid() const = 0;
+  // Throw NetworkError: the topic is in use here with another type, or the QoS is impossible.
   [[nodiscard]] virtual std::unique_ptr<Writer> make_writer(const EndpointSpec& spec) = 0;
   [[nodiscard]] virtual std::unique_ptr<Reader> make_reader(const EndpointSpec& spec) = 0;
 
@@ -105,8 +112,12 @@ class Participant {
   [[nodiscard]] virtual std::uint64_t discovery_version() const = 0;
   [[nodiscard]] virtual std::vector<EndpointInfo> endpoints() const = 0;
   [[nodiscard]] virtual std::vector<ParticipantInfo> participants() const = 0;
+  [[nodiscard]] virtual Complaints complaints() const = 0;
 };
 
+// Fast DDS' own files of profiles (FASTRTPS_DEFAULT_PROFILES_FILE) do not touch this participant: they are
+// made for the transports that ROS 2 uses and would reach beyond what `options` say.
+//
 // `on_activity` is called from the middleware's threads whenever a reader has become ready, or something was
 // matched, discovered or lost; it must neither block nor call back (an eventfd's write is the thing). Throws
 // NetworkError: no usable network, no free port, Fast DDS is missing; the text says which and what to do.

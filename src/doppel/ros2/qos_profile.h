@@ -10,7 +10,8 @@ namespace doppel::ros2 {
 
 enum class Reliability : std::uint8_t { reliable, best_effort };
 enum class Durability : std::uint8_t { volatile_, transient_local };
-enum class History : std::uint8_t { keep_last, keep_all };
+// unknown: what a peer has does not cross the network; its depth is 0.
+enum class History : std::uint8_t { keep_last, keep_all, unknown };
 enum class Liveliness : std::uint8_t { automatic, manual_by_topic };
 
 struct QosProfile {

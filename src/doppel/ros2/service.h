@@ -12,9 +12,10 @@
 namespace doppel::ros2 {
 
 struct ServiceSpec {
-  std::string name;       // "/controller_manager/list_controllers"
-  std::string type;       // "controller_manager_msgs/srv/ListControllers"
-  std::string type_hash;  // of the service
+  std::string name;  // "/controller_manager/list_controllers"
+  std::string type;  // "controller_manager_msgs/srv/ListControllers"
+  // Of the types <type>_Request and <type>_Response: the endpoints carry messages, so that is what they tell.
+  std::string request_hash, response_hash;
   QosProfile qos = services_qos();
 };
 

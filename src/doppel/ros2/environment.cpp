@@ -1,0 +1,109 @@
+#include "doppel/ros2/environment.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <utility>
+
+#include "doppel/core/names.h"
+
+namespace doppel::ros2 {
+namespace {
+
+constexpr const char* kRule = "ros.environment";
+constexpr std::uint32_t kLastDomain = 232;  // beyond it RTPS has no ports left
+
+constexpr std::array<std::pair<std::string_view, DiscoveryRange>, 4> kRanges{
+    {{"OFF", DiscoveryRange::off},
+     {"LOCALHOST", DiscoveryRange::localhost},
+     {"SUBNET", DiscoveryRange::subnet},
+     {"SYSTEM_DEFAULT", DiscoveryRange::system_default}}};
+
+std::uint32_t domain_of(std::string_view text) {
+  std::uint32_t domain = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), domain);
+  if (error != std::errc{} || end != text.data() + text.size() || domain > kLastDomain)
+    throw InputError(
+        kRule, {}, fmt::format("ROS_DOMAIN_ID is '{}', which is no domain: no ROS 2 node could be met", text),
+        fmt::format("set it to a number from 0 to {}, or unset it for 0", kLastDomain));
+  return domain;
+}
+
+DiscoveryRange range_of(std::string_view text, Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  for (const auto& [name, range] : kRanges) {
+    if (name == text) return range;
+    names.emplace_back(name);
+  }
+  diagnostics.warning(kRule, {},
+                      fmt::format("ROS_AUTOMATIC_DISCOVERY_RANGE is '{}', which ROS 2 does not know{}", text,
+                                  did_you_mean(text, names)),
+                      "LOCALHOST is taken, as ROS 2 does");
+  return DiscoveryRange::localhost;
+}
+
+std::vector<std::string> split_peers(std::string_view text) {
+  std::vector<std::string> peers;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(';', at), text.size());
+    if (end > at) peers.emplace_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return peers;
+}
+
+}  // namespace
+
+ParticipantOptions from_environment(const std::function<const char*(const char*)>& lookup,
+                                    Diagnostics& diagnostics) {
+  const auto value = [&](const char* name) {
+    const char* const text = lookup(name);
+    return std::string_view(text == nullptr ? "" : text);
+  };
+  ParticipantOptions options;
+  if (const auto domain = value("ROS_DOMAIN_ID"); !domain.empty()) options.domain = domain_of(domain);
+  if (const auto range = value("ROS_AUTOMATIC_DISCOVERY_RANGE"); !range.empty())
+    options.range = range_of(range, diagnostics);
+  options.static_peers = split_peers(value("ROS_STATIC_PEERS"));
+
+  if (const auto only = value("ROS_LOCALHOST_ONLY"); !only.empty()) {
+    const bool on = only == "1";
+    if (on) {
+      options.range = DiscoveryRange::localhost;
+      options.static_peers.clear();
+    }
+    diagnostics.warning(
+        kRule, {},
+        fmt::format("ROS_LOCALHOST_ONLY is deprecated; {}",
+                    on ? "being 1, it wins over ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_STATIC_PEERS"
+                       : "not being 1, it changes nothing"),
+        "use ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST");
+  }
+  const bool takes_peers =
+      options.range == DiscoveryRange::localhost || options.range == DiscoveryRange::subnet;
+  if (!takes_peers && !options.static_peers.empty()) {
+    options.static_peers.clear();
+    diagnostics.warning(kRule, {},
+                        "ROS_STATIC_PEERS is not looked at where ROS_AUTOMATIC_DISCOVERY_RANGE is OFF or "
+                        "SYSTEM_DEFAULT, as in ROS 2",
+                        "unset it, or use LOCALHOST or SUBNET");
+  }
+  return options;
+}
+
+std::string_view to_string(DiscoveryRange range) {
+  switch (range) {
+    case DiscoveryRange::off:
+      return "off";
+    case DiscoveryRange::localhost:
+      return "localhost";
+    case DiscoveryRange::subnet:
+      return "subnet";
+    case DiscoveryRange::system_default:
+      return "system default";
+  }
+  return "";
+}
+
+}  // namespace doppel::ros2

@@ -1,0 +1,30 @@
+#pragma once
+// Between the room's words and Fast DDS' own.
+
+#include <fastdds/rtps/common/Guid.h>
+#include <fastdds/rtps/common/SampleIdentity.h>
+
+#include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
+#include <fastdds/dds/publisher/qos/WriterQos.hpp>
+#include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
+#include <fastdds/dds/subscriber/qos/ReaderQos.hpp>
+
+#include "doppel/ros2/participant.h"
+
+namespace doppel::ros2::fast {
+
+Gid gid_of(const eprosima::fastrtps::rtps::GUID_t& guid);
+SampleIdentity identity_of(const eprosima::fastrtps::rtps::SampleIdentity& identity);
+eprosima::fastrtps::rtps::SampleIdentity identity_of(const SampleIdentity& identity);
+
+bool is_same_participant(const Gid& a, const Gid& b);
+
+// As rmw_fastrtps sets up its endpoints (qos.cpp, publisher.cpp, subscription.cpp of its branch jazzy).
+eprosima::fastdds::dds::DataWriterQos writer_qos(const EndpointSpec& spec);
+eprosima::fastdds::dds::DataReaderQos reader_qos(const EndpointSpec& spec);
+
+// What a peer has told of its endpoint; history and depth never cross the network.
+QosProfile profile_of(const eprosima::fastdds::dds::WriterQos& qos);
+QosProfile profile_of(const eprosima::fastdds::dds::ReaderQos& qos);
+
+}  // namespace doppel::ros2::fast

@@ -1,0 +1,102 @@
+#include "doppel/ros2/late/fast_convert_detail.h"
+#include "doppel/ros2/late/fast_discovery_detail.h"
+#include "doppel/ros2/participant_detail.h"
+
+namespace doppel::ros2::fast {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+
+std::string text_of(const std::vector<rtps::octet>& bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+template <class ProxyData>
+EndpointInfo endpoint_of(const ProxyData& data, bool is_writer) {
+  EndpointInfo endpoint;
+  endpoint.gid = gid_of(data.guid());
+  endpoint.is_writer = is_writer;
+  endpoint.topic = data.topicName().to_string();
+  endpoint.type = data.typeName().to_string();
+  endpoint.type_hash = detail::type_hash_of(text_of(data.m_qos.m_userData.getValue()));
+  endpoint.qos = profile_of(data.m_qos);
+  return endpoint;
+}
+
+}  // namespace
+
+void Discovery::add(ParticipantInfo participant) {
+  {
+    const std::lock_guard lock(mutex_);
+    participants_.insert_or_assign(participant.gid, std::move(participant));
+  }
+  changed();
+}
+
+void Discovery::add(EndpointInfo endpoint) {
+  {
+    const std::lock_guard lock(mutex_);
+    endpoints_.insert_or_assign(endpoint.gid, std::move(endpoint));
+  }
+  changed();
+}
+
+void Discovery::remove(const Gid& endpoint) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (endpoints_.erase(endpoint) == 0) return;
+  }
+  changed();
+}
+
+void Discovery::remove_participant(const Gid& gid) {
+  {
+    const std::lock_guard lock(mutex_);
+    participants_.erase(gid);
+    std::erase_if(endpoints_, [&](const auto& entry) { return is_same_participant(entry.first, gid); });
+  }
+  changed();
+}
+
+void Discovery::changed() {
+  version_.fetch_add(1, std::memory_order_release);
+  on_activity_();
+}
+
+std::vector<EndpointInfo> Discovery::endpoints() const {
+  std::vector<EndpointInfo> result;
+  const std::lock_guard lock(mutex_);
+  result.reserve(endpoints_.size());
+  for (const auto& [gid, endpoint] : endpoints_) result.push_back(endpoint);
+  return result;
+}
+
+std::vector<ParticipantInfo> Discovery::participants() const {
+  std::vector<ParticipantInfo> result;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [gid, participant] : participants_) result.push_back(participant);
+  return result;
+}
+
+void Discovery::on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) {
+  using Info = rtps::ParticipantDiscoveryInfo;
+  const Gid gid = gid_of(info.info.m_guid);
+  if (info.status == Info::REMOVED_PARTICIPANT || info.status == Info::DROPPED_PARTICIPANT)
+    return remove_participant(gid);
+  const std::string data = text_of(info.info.m_userData.getValue());
+  add(ParticipantInfo{gid, info.info.m_participantName.to_string(),
+                      detail::user_data_value(data, "enclave")});
+}
+
+void Discovery::on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) {
+  if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) return remove(gid_of(info.info.guid()));
+  add(endpoint_of(info.info, false));
+}
+
+void Discovery::on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) {
+  if (info.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER) return remove(gid_of(info.info.guid()));
+  add(endpoint_of(info.info, true));
+}
+
+}  // namespace doppel::ros2::fast

@@ -1,0 +1,62 @@
+#include <cstring>
+
+#include "doppel/ros2/late/fast_convert_detail.h"
+#include "doppel/ros2/late/fast_endpoint_detail.h"
+
+namespace doppel::ros2::fast {
+
+namespace rtps = eprosima::fastrtps::rtps;
+
+void Matches::update(const rtps::InstanceHandle_t& peer, int change) {
+  const Gid gid = gid_of(rtps::iHandle2GUID(peer));
+  if (is_same_participant(gid, own_)) return;
+  const std::lock_guard lock(mutex_);
+  if (change > 0)
+    peers_.insert(gid);
+  else
+    peers_.erase(gid);
+  count_.store(peers_.size(), std::memory_order_release);
+}
+
+bool Matches::contains(const Gid& peer) const {
+  const std::lock_guard lock(mutex_);
+  return peers_.contains(peer);
+}
+
+BytesType::BytesType(const std::string& name) {
+  setName(name.c_str());
+  m_typeSize = 256;  // what is reserved for a sample to begin with; memory grows with those that are longer
+  m_isGetKeyDefined = false;
+  auto_fill_type_object(false);
+  auto_fill_type_information(false);
+}
+
+bool BytesType::serialize(void* written, Payload* payload) {
+  const Written& bytes = *static_cast<const Written*>(written);
+  if (bytes.size() > payload->max_size || bytes.size() < 4) return false;
+  std::memcpy(payload->data, bytes.data(), bytes.size());
+  payload->length = static_cast<std::uint32_t>(bytes.size());
+  payload->encapsulation = static_cast<std::uint16_t>(std::to_integer<int>(bytes[1]));
+  return true;
+}
+
+bool BytesType::deserialize(Payload* payload, void* bytes) {
+  const auto* const data = reinterpret_cast<const std::byte*>(payload->data);
+  static_cast<Bytes*>(bytes)->assign(data, data + payload->length);
+  return true;
+}
+
+std::function<std::uint32_t()> BytesType::getSerializedSizeProvider(void* written) {
+  const auto size = static_cast<std::uint32_t>(static_cast<const Written*>(written)->size());
+  return [size] { return size; };
+}
+
+void* BytesType::createData() {
+  return new Bytes;
+}
+
+void BytesType::deleteData(void* bytes) {
+  delete static_cast<Bytes*>(bytes);
+}
+
+}  // namespace doppel::ros2::fast

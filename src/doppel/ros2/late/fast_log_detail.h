@@ -1,0 +1,12 @@
+#pragma once
+// What Fast DDS has to say, kept from the terminal.
+
+#include "doppel/ros2/participant.h"
+
+namespace doppel::ros2::fast {
+
+// From now on; the whole process has one log of Fast DDS.
+void catch_log();
+Complaints complaints();
+
+}  // namespace doppel::ros2::fast

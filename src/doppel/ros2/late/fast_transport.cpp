@@ -1,0 +1,143 @@
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "doppel/ros2/late/fast_ports_detail.h"
+#include "doppel/ros2/late/fast_transport_detail.h"
+#include "doppel/ros2/participant.h"
+#include "doppel/ros2/rtps_guard.h"
+
+namespace doppel::ros2::fast {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace udp = eprosima::fastdds::rtps;
+namespace rtps = eprosima::fastrtps::rtps;
+using rtps::IPLocator;
+
+constexpr const char* kLoopback = "127.0.0.1";
+// How many participants of one host can be met by unicast; as rmw_fastrtps has it.
+constexpr std::uint32_t kPeersRange = 32;
+// The kernel gives as much of it as net.core.rmem_max allows; an image comes in bursts.
+constexpr std::uint32_t kSocketBuffer = 4 * 1024 * 1024;
+
+rtps::Locator_t locator(const std::string& address, std::uint32_t port) {
+  rtps::Locator_t result;
+  IPLocator::setIPv4(result, address);
+  result.port = port;
+  return result;
+}
+
+// What the transport does with addresses of peers.
+enum class Reach { all, this_machine, nobody };
+
+// UDP that drops what could not be a message and, if told so, stays on the machine. A ROS 2 process listens
+// on all interfaces and tells the addresses of those; on this machine each of them is reached by loopback,
+// too, which is the only way that a socket bound to 127.0.0.1 may go.
+class GuardedTransport : public udp::ChainingTransport {
+ public:
+  GuardedTransport(const udp::ChainingTransportDescriptor& descriptor, Reach reach)
+      : udp::ChainingTransport(descriptor), reach_(reach) {}
+
+  udp::TransportDescriptorInterface* get_configuration() override {
+    return low_level_transport_->get_configuration();
+  }
+
+  bool transform_remote_locator(const rtps::Locator_t& remote, rtps::Locator_t& result) const override {
+    if (reach_ == Reach::all) return low_level_transport_->transform_remote_locator(remote, result);
+    if (reach_ == Reach::nobody || !IsLocatorSupported(remote) || !is_local_locator(remote)) return false;
+    result = remote;
+    IPLocator::setIPv4(result, kLoopback);
+    return true;
+  }
+
+  bool send(rtps::SenderResource* below, const rtps::octet* data, std::uint32_t size,
+            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& timeout) override {
+    return reach_ == Reach::nobody || below->send(data, size, begin, end, timeout);
+  }
+
+  void receive(udp::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
+               const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    if (reach_ == Reach::nobody || !is_acceptable({data, size})) return;
+    above->OnDataReceived(data, size, local, remote);
+  }
+
+ private:
+  Reach reach_;
+};
+
+class GuardedDescriptor : public udp::ChainingTransportDescriptor {
+ public:
+  GuardedDescriptor(std::shared_ptr<udp::TransportDescriptorInterface> below, Reach reach)
+      : udp::ChainingTransportDescriptor(std::move(below)), reach_(reach) {}
+  udp::TransportInterface* create_transport() const override { return new GuardedTransport(*this, reach_); }
+
+ private:
+  Reach reach_;
+};
+
+std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach) {
+  auto descriptor = std::make_shared<udp::UDPv4TransportDescriptor>();
+  descriptor->maxInitialPeersRange = kPeersRange;
+  descriptor->receiveBufferSize = kSocketBuffer;
+  descriptor->sendBufferSize = kSocketBuffer;
+  if (reach != Reach::all) descriptor->interfaceWhiteList = {kLoopback};
+  return std::make_shared<GuardedDescriptor>(std::move(descriptor), reach);
+}
+
+void add_peers(const ParticipantOptions& options, rtps::LocatorList_t& peers) {
+  for (const std::string& name : options.static_peers) {
+    const auto addresses = IPLocator::resolveNameDNS(name).first;
+    if (addresses.empty())
+      throw NetworkError("ROS_STATIC_PEERS names '" + name +
+                         "', which is no address and no host that is known here; mend or remove it");
+    peers.push_back(locator(*addresses.begin(), 0));  // port 0: those of the first participants
+  }
+}
+
+}  // namespace
+
+dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
+  dds::DomainParticipantQos qos;
+  qos.name(options.enclave);
+  const std::string text = "enclave=" + options.enclave + ";";
+  qos.user_data().setValue({text.begin(), text.end()});
+
+  auto& builtin = qos.wire_protocol().builtin;
+  const auto lease = options.lease.count();
+  builtin.discovery_config.leaseDuration = {static_cast<std::int32_t>(lease / 1000),
+                                            static_cast<std::uint32_t>(lease % 1000 * 1'000'000)};
+  const auto period = std::min<std::int64_t>(lease / 3, 3000);
+  builtin.discovery_config.leaseDuration_announcementperiod = {
+      static_cast<std::int32_t>(period / 1000), static_cast<std::uint32_t>(period % 1000 * 1'000'000)};
+  // Discovery's messages of a participant with many endpoints are longer than what is reserved for one.
+  builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+
+  const bool off = options.range == DiscoveryRange::off;
+  const bool stays = off || (options.range == DiscoveryRange::localhost && options.static_peers.empty());
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports.push_back(transport(off     ? Reach::nobody
+                                                      : stays ? Reach::this_machine
+                                                              : Reach::all));
+
+  const std::string address = stays ? kLoopback : "0.0.0.0";
+  const Ports ports = free_ports(options.domain, address);
+  builtin.metatrafficUnicastLocatorList.push_back(locator(address, ports.discovery));
+  qos.wire_protocol().default_unicast_locator_list.push_back(locator(address, ports.data));
+
+  if (off) return qos;
+  if (options.range == DiscoveryRange::localhost) builtin.initialPeersList.push_back(locator(kLoopback, 0));
+  add_peers(options, builtin.initialPeersList);
+  if (options.range == DiscoveryRange::localhost) return qos;
+  const rtps::Locator_t group = locator("239.255.0.1", ports.multicast);
+  builtin.metatrafficMulticastLocatorList.push_back(group);
+  if (!builtin.initialPeersList.empty()) builtin.initialPeersList.push_back(group);
+  return qos;
+}
+
+}  // namespace doppel::ros2::fast

@@ -1,0 +1,72 @@
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
+
+#include "doppel/ros2/late/fast_convert_detail.h"
+#include "doppel/ros2/late/fast_endpoint_detail.h"
+#include "doppel/ros2/late/fast_participant_detail.h"
+#include "doppel/ros2/rtps_guard.h"
+
+namespace doppel::ros2::fast {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+
+class FastWriter : public Writer, dds::DataWriterListener {
+ public:
+  FastWriter(FastParticipant& participant, const EndpointSpec& spec)
+      : participant_(participant), matches_(participant.gid()), topic_(participant.acquire_topic(spec)) {
+    writer_ = participant_.publisher().create_datawriter(topic_, writer_qos(spec), this,
+                                                         dds::StatusMask::publication_matched());
+    if (writer_ == nullptr) {
+      participant_.release_topic(topic_);
+      throw NetworkError("Fast DDS made no writer of '" + spec.topic +
+                         "'; is its quality of service possible?");
+    }
+    gid_ = gid_of(writer_->guid());
+    participant_.announce(gid_, true, spec);
+  }
+  ~FastWriter() override {
+    participant_.withdraw(gid_);
+    writer_->set_listener(nullptr);
+    participant_.publisher().delete_datawriter(writer_);
+    participant_.release_topic(topic_);
+  }
+  FastWriter(const FastWriter&) = delete;
+  FastWriter& operator=(const FastWriter&) = delete;
+
+  [[nodiscard]] const Gid& gid() const override { return gid_; }
+
+  std::optional<SampleIdentity> write(std::span<const std::byte> cdr,
+                                      const SampleIdentity* related) override {
+    if (cdr.size() > kLargestSample) return std::nullopt;
+    rtps::WriteParams params;
+    if (related != nullptr) params.related_sample_identity(identity_of(*related));
+    if (!writer_->write(&cdr, params)) return std::nullopt;
+    return SampleIdentity{gid_,
+                          static_cast<std::int64_t>(params.sample_identity().sequence_number().to64long())};
+  }
+
+  [[nodiscard]] std::size_t matched() const override { return matches_.count(); }
+  [[nodiscard]] bool is_matched(const Gid& reader) const override { return matches_.contains(reader); }
+
+ private:
+  void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override {
+    matches_.update(status.last_subscription_handle, status.current_count_change);
+    participant_.on_activity();
+  }
+
+  FastParticipant& participant_;
+  Matches matches_;
+  dds::Topic* const topic_;
+  dds::DataWriter* writer_ = nullptr;
+  Gid gid_;
+};
+
+}  // namespace
+
+std::unique_ptr<Writer> make_fast_writer(FastParticipant& participant, const EndpointSpec& spec) {
+  return std::make_unique<FastWriter>(participant, spec);
+}
+
+}  // namespace doppel::ros2::fast

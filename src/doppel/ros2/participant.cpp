@@ -1,0 +1,23 @@
+#include "doppel/ros2/participant.h"
+
+#include "doppel/core/late_library.h"
+#include "doppel/ros2/environment.h"
+#include "doppel/ros2/participant_detail.h"
+
+namespace doppel::ros2 {
+
+std::unique_ptr<Participant> make_participant(const ParticipantOptions& options,
+                                              std::function<void()> on_activity) {
+  try {
+    static const auto make =
+        reinterpret_cast<detail::MakeParticipant>(late_symbol("doppel_fastdds", detail::kMakeParticipant));
+    return std::unique_ptr<Participant>(make(options, std::move(on_activity)));
+  } catch (const NetworkError&) {
+    throw;
+  } catch (const std::runtime_error& missing) {
+    throw NetworkError(std::string("ROS 2 cannot be spoken, because Fast DDS is not usable: ") +
+                       missing.what() + "; install libfastrtps2.9");
+  }
+}
+
+}  // namespace doppel::ros2
