@@ -21,13 +21,15 @@ struct GraphNode {
 // A node of this participant with its endpoints.
 struct OwnNode {
   std::string name;  // "/ns/name"
-  std::vector<Gid> readers, writers;
+  std::vector<Gid> readers{}, writers{};
 };
 
 struct GraphEndpoint {
-  std::string node;  // "/ns/name"; "_NODE_NAME_UNKNOWN_" as in ROS 2 where no node claims it
-  std::string type;  // "sensor_msgs/msg/JointState"
-  std::string type_hash;
+  // "/ns/name"; where no node claims it, ROS 2's "_NODE_NAME_UNKNOWN_", or "_CREATED_BY_BARE_DDS_APP_" if its
+  // participant is none of ROS 2.
+  std::string node;
+  std::string type;       // "sensor_msgs/msg/JointState"
+  std::string type_hash;  // of a service's endpoint: of the request
   QosProfile qos;
   Gid gid;
 };
@@ -48,7 +50,7 @@ class Graph {
   explicit Graph(Participant& participant);
   ~Graph();
 
-  // Told to the network if they differ from the last ones.
+  // Told to the network if they differ from the last ones. The thread of update().
   void set_own_nodes(std::vector<OwnNode> nodes);
 
   // Takes what has come; true if anything changed, by discovery too. The thread of the participant's readers.

@@ -1,8 +1,9 @@
 #pragma once
 // Services as rmw_fastrtps carries them: a topic of requests and one of replies, joined by the sample's
 // identity. A client writes its reply reader's Gid as the request's related identity, so that a server knows
-// whom to wait for.
+// whom to wait for. Server and client in one participant do not meet.
 
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -28,12 +29,16 @@ class ServiceServer {
   // `request.related` is made what respond() wants.
   bool take(Sample& request);
   enum class Sent { yes, client_gone, not_yet_matched };
-  // not_yet_matched: the client's reader is not known yet; try again soon (rmw_fastrtps waits up to 100 ms).
+  // not_yet_matched: the client's reader is not known yet, or the writer has no room for the moment; try
+  // again soon (rmw_fastrtps waits up to 100 ms).
   Sent respond(const SampleIdentity& to, std::span<const std::byte> cdr);
 
  private:
+  void remember(const Gid& reply_reader, const Gid& request_writer);
+
   std::unique_ptr<Reader> requests_;
   std::unique_ptr<Writer> replies_;
+  std::map<Gid, Gid> clients_;  // reply reader to request writer, of those who have asked
 };
 
 class ServiceClient {

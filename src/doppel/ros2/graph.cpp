@@ -1,0 +1,243 @@
+#include "doppel/ros2/graph.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "doppel/messages/codec.h"
+#include "doppel/messages/rmw_dds_common.h"
+#include "doppel/ros2/names.h"
+
+namespace doppel::ros2 {
+namespace {
+
+namespace msg = rmw_dds_common::msg;
+
+constexpr const char* kTopic = "ros_discovery_info";  // not mangled
+constexpr const char* kUnknownNode = "_NODE_NAME_UNKNOWN_";
+constexpr const char* kNoNode = "_CREATED_BY_BARE_DDS_APP_";
+constexpr std::size_t kPrefixSize = 12;
+
+EndpointSpec spec(History history) {
+  EndpointSpec result{kTopic, dds_type(msg::ParticipantEntitiesInfo::kType), "", latched_qos()};
+  result.qos.history = history;
+  return result;
+}
+
+// The GUID of the participant itself, from that of one of its endpoints.
+Gid participant_of(const Gid& endpoint) {
+  constexpr std::array<std::uint8_t, 4> kParticipantEntity{0, 0, 1, 0xc1};
+  Gid gid = endpoint;
+  std::copy(kParticipantEntity.begin(), kParticipantEntity.end(), gid.bytes.begin() + kPrefixSize);
+  return gid;
+}
+
+std::vector<msg::Gid> to_message(const std::vector<Gid>& gids) {
+  std::vector<msg::Gid> result;
+  result.reserve(gids.size());
+  for (const Gid& gid : gids) result.push_back({gid.bytes});
+  return result;
+}
+
+std::vector<Gid> from_message(const std::vector<msg::Gid>& gids) {
+  std::vector<Gid> result;
+  result.reserve(gids.size());
+  for (const msg::Gid& gid : gids) result.push_back({gid.data});
+  return result;
+}
+
+msg::NodeEntitiesInfo to_message(const OwnNode& node) {
+  const std::size_t slash = node.name.rfind('/');
+  msg::NodeEntitiesInfo info;
+  info.node_namespace = slash == 0 || slash == std::string::npos ? "/" : node.name.substr(0, slash);
+  info.node_name = node.name.substr(slash == std::string::npos ? 0 : slash + 1);
+  info.reader_gid_seq = to_message(node.readers);
+  info.writer_gid_seq = to_message(node.writers);
+  return info;
+}
+
+GraphNode from_message(const msg::NodeEntitiesInfo& info, const Gid& participant) {
+  GraphNode node;
+  node.name =
+      (info.node_namespace.ends_with('/') ? info.node_namespace : info.node_namespace + "/") + info.node_name;
+  node.participant = participant;
+  node.readers = from_message(info.reader_gid_seq);
+  node.writers = from_message(info.writer_gid_seq);
+  return node;
+}
+
+// "std_srvs/srv/Trigger" of "std_srvs/srv/Trigger_Request".
+std::string service_type(std::string part) {
+  constexpr std::string_view kSuffix = "_Request";
+  if (part.ends_with(kSuffix)) part.resize(part.size() - kSuffix.size());
+  return part;
+}
+
+template <class Entry>
+std::vector<Entry> sorted(std::map<std::string, Entry>&& by_name) {
+  std::vector<Entry> result;
+  result.reserve(by_name.size());
+  for (auto& [name, entry] : by_name) {
+    entry.name = name;
+    result.push_back(std::move(entry));
+  }
+  return result;
+}
+
+}  // namespace
+
+struct Graph::Impl {
+  struct Claim {
+    std::vector<GraphNode> nodes;
+    bool was_there = false;  // its participant has been seen, so that its absence means that it has gone
+  };
+
+  Participant& participant;
+  std::unique_ptr<Writer> writer;
+  std::unique_ptr<Reader> reader;
+  std::map<Gid, Claim> claims;  // by participant, the own one included
+  Bytes announced;
+  Sample sample;
+  bool has_news = true;
+  std::uint64_t version = 0;  // of discovery, when the lists were made
+  std::vector<GraphNode> nodes;
+  std::vector<GraphTopic> topics;
+  std::vector<GraphService> services;
+
+  explicit Impl(Participant& p)
+      : participant(p),
+        writer(p.make_writer(spec(History::keep_last))),
+        reader(p.make_reader(spec(History::keep_all))) {
+    claims[p.gid()];
+  }
+
+  void take();
+  void forget_the_gone(const std::map<Gid, ParticipantInfo>& present);
+  void list_nodes(const std::map<Gid, ParticipantInfo>& present);
+  void list_endpoints(const std::map<Gid, ParticipantInfo>& present);
+  [[nodiscard]] std::map<Gid, const std::string*> node_names() const;
+};
+
+// A participant speaks for itself only; what cannot be read is not believed.
+void Graph::Impl::take() {
+  while (reader->take(sample)) {
+    msg::ParticipantEntitiesInfo info;
+    if (!from_cdr(sample.cdr, info)) continue;
+    const Gid gid = participant_of(sample.identity.writer);
+    if (!std::equal(gid.bytes.begin(), gid.bytes.begin() + kPrefixSize, info.gid.data.begin())) continue;
+    Claim& claim = claims[gid];
+    claim.nodes.clear();
+    for (const msg::NodeEntitiesInfo& node : info.node_entities_info_seq)
+      claim.nodes.push_back(from_message(node, gid));
+    has_news = true;
+  }
+}
+
+void Graph::Impl::forget_the_gone(const std::map<Gid, ParticipantInfo>& present) {
+  for (auto at = claims.begin(); at != claims.end();) {
+    const bool is_there = present.contains(at->first);
+    const bool has_gone = !is_there && at->second.was_there;
+    at->second.was_there |= is_there;
+    at = has_gone ? claims.erase(at) : std::next(at);
+  }
+}
+
+void Graph::Impl::list_nodes(const std::map<Gid, ParticipantInfo>& present) {
+  nodes.clear();
+  for (const auto& [gid, claim] : claims) {
+    const auto info = present.find(gid);
+    for (const GraphNode& node : claim.nodes) {
+      nodes.push_back(node);
+      if (info != present.end()) nodes.back().enclave = info->second.enclave;
+    }
+  }
+  std::stable_sort(nodes.begin(), nodes.end(),
+                   [](const GraphNode& a, const GraphNode& b) { return a.name < b.name; });
+}
+
+std::map<Gid, const std::string*> Graph::Impl::node_names() const {
+  std::map<Gid, const std::string*> names;
+  for (const GraphNode& node : nodes)
+    for (const auto* gids : {&node.readers, &node.writers})
+      for (const Gid& gid : *gids) names.emplace(gid, &node.name);
+  return names;
+}
+
+void Graph::Impl::list_endpoints(const std::map<Gid, ParticipantInfo>& present) {
+  const auto names = node_names();
+  std::map<std::string, GraphTopic> topics_by_name;
+  std::map<std::string, GraphService> services_by_name;
+  for (EndpointInfo& e : participant.endpoints()) {
+    auto name = ros_name(e.topic);
+    auto type = ros_type(e.type);
+    if (!name || !type || name->kind == NameKind::reply) continue;
+    const auto node = names.find(e.gid);
+    const auto owner = present.find(participant_of(e.gid));
+    const bool is_ros = owner != present.end() && !owner->second.enclave.empty();
+    GraphEndpoint endpoint{.node = node != names.end() ? *node->second
+                                   : is_ros            ? kUnknownNode
+                                                       : kNoNode,
+                           .type = std::move(*type),
+                           .type_hash = std::move(e.type_hash),
+                           .qos = e.qos,
+                           .gid = e.gid};
+    if (name->kind == NameKind::topic) {
+      GraphTopic& topic = topics_by_name[name->name];
+      (e.is_writer ? topic.publishers : topic.subscriptions).push_back(std::move(endpoint));
+    } else {
+      endpoint.type = service_type(std::move(endpoint.type));
+      GraphService& service = services_by_name[name->name];
+      (e.is_writer ? service.clients : service.servers).push_back(std::move(endpoint));
+    }
+  }
+  topics = sorted(std::move(topics_by_name));
+  services = sorted(std::move(services_by_name));
+}
+
+Graph::Graph(Participant& participant) : impl_(std::make_unique<Impl>(participant)) {
+  set_own_nodes({});
+}
+
+Graph::~Graph() = default;
+
+void Graph::set_own_nodes(std::vector<OwnNode> nodes) {
+  const Gid own = impl_->participant.gid();
+  msg::ParticipantEntitiesInfo info;
+  info.gid.data = own.bytes;
+  for (const OwnNode& node : nodes) info.node_entities_info_seq.push_back(to_message(node));
+  Bytes cdr = to_cdr(info);
+  if (cdr == impl_->announced) return;
+  impl_->writer->write(cdr);
+  impl_->announced = std::move(cdr);
+  std::vector<GraphNode>& claimed = impl_->claims[own].nodes;
+  claimed.clear();
+  for (const msg::NodeEntitiesInfo& node : info.node_entities_info_seq)
+    claimed.push_back(from_message(node, own));
+  impl_->has_news = true;
+}
+
+bool Graph::update() {
+  if (impl_->reader->is_ready()) impl_->take();
+  const std::uint64_t version = impl_->participant.discovery_version();
+  if (!impl_->has_news && version == impl_->version) return false;
+  impl_->has_news = false;
+  impl_->version = version;
+  std::map<Gid, ParticipantInfo> present;
+  for (ParticipantInfo& p : impl_->participant.participants()) present.emplace(p.gid, std::move(p));
+  impl_->forget_the_gone(present);
+  impl_->list_nodes(present);
+  impl_->list_endpoints(present);
+  return true;
+}
+
+const std::vector<GraphNode>& Graph::nodes() const {
+  return impl_->nodes;
+}
+const std::vector<GraphTopic>& Graph::topics() const {
+  return impl_->topics;
+}
+const std::vector<GraphService>& Graph::services() const {
+  return impl_->services;
+}
+
+}  // namespace doppel::ros2

@@ -1,0 +1,91 @@
+#include "doppel/ros2/service.h"
+
+#include "network.h"
+
+namespace doppel::ros2::test {
+namespace {
+
+ServiceSpec trigger() {
+  return {"/arm/go", "std_srvs/srv/Trigger", "RIHS01_" + std::string(64, '1'),
+          "RIHS01_" + std::string(64, '2')};
+}
+
+class Services : public testing::Test {
+ protected:
+  OwnDomain domain_;
+  Activity activity_;
+  std::unique_ptr<Participant> here_ = make_participant(on_domain(domain_), activity_.signal());
+  std::unique_ptr<Participant> there_ = make_participant(on_domain(domain_), activity_.signal());
+  ServiceServer server_{*here_, trigger()};
+
+  bool await_request(Sample& request) {
+    return activity_.wait([&] { return server_.take(request); });
+  }
+  bool await_answer(const Sample& request, const Bytes& cdr) {
+    return activity_.wait([&] { return server_.respond(request.related, cdr) == ServiceServer::Sent::yes; });
+  }
+};
+
+TEST_F(Services, EachClientGetsItsOwnAnswer) {
+  ServiceClient first(*there_, trigger()), second(*there_, trigger());
+  ASSERT_TRUE(activity_.wait([&] { return first.is_available() && second.is_available(); }));
+  ASSERT_EQ(first.send(cdr_text("first")), 1);
+  ASSERT_EQ(second.send(cdr_text("second")), 1);
+  for (int i = 0; i < 2; ++i) {
+    Sample request;
+    ASSERT_TRUE(await_request(request));
+    ASSERT_TRUE(await_answer(request, request.cdr));
+  }
+  Sample reply;
+  ASSERT_TRUE(activity_.wait([&] { return first.take(reply); }));
+  EXPECT_EQ(reply.cdr, cdr_text("first"));
+  EXPECT_EQ(reply.related.sequence, 1);
+  ASSERT_TRUE(activity_.wait([&] { return second.take(reply); }));
+  EXPECT_EQ(reply.cdr, cdr_text("second"));
+  EXPECT_FALSE(first.take(reply));
+}
+
+TEST_F(Services, AServerThatHasGoneIsNotAvailable) {
+  ServiceClient client(*here_, trigger());
+  {
+    const ServiceServer other(*there_, trigger());
+    ASSERT_TRUE(activity_.wait([&] { return client.is_available(); }));
+  }
+  EXPECT_TRUE(activity_.wait([&] { return !client.is_available(); }));
+}
+
+TEST_F(Services, AClientThatHasGoneIsToldSo) {
+  Sample request;
+  {
+    ServiceClient client(*there_, trigger());
+    ASSERT_TRUE(activity_.wait([&] { return client.is_available(); }));
+    client.send(cdr_text("x"));
+    ASSERT_TRUE(await_request(request));
+  }
+  EXPECT_TRUE(activity_.wait(
+      [&] { return server_.respond(request.related, request.cdr) == ServiceServer::Sent::client_gone; }));
+}
+
+TEST_F(Services, ARequestWithoutAReaderIsAnsweredToItsWriter) {
+  const EndpointSpec requests{"rq/arm/goRequest", "std_srvs::srv::dds_::Trigger_Request_", "",
+                              services_qos()};
+  const EndpointSpec replies{"rr/arm/goReply", "std_srvs::srv::dds_::Trigger_Response_", "", services_qos()};
+  const auto writer = there_->make_writer(requests);
+  const auto reader = there_->make_reader(replies);
+  ASSERT_TRUE(activity_.wait([&] { return writer->matched() == 1 && reader->matched() == 1; }));
+  ASSERT_TRUE(activity_.wait([&] { return server_.replies().matched() == 1; }));
+  const auto sent = writer->write(cdr_text("x"));
+  Sample request, reply;
+  ASSERT_TRUE(await_request(request));
+  ASSERT_TRUE(await_answer(request, request.cdr));
+  ASSERT_TRUE(activity_.wait([&] { return reader->take(reply); }));
+  EXPECT_EQ(reply.related, *sent);
+}
+
+TEST_F(Services, EndpointsTellTheHashesOfTheirMessages) {
+  for (const EndpointInfo& e : here_->endpoints())
+    EXPECT_EQ(e.type_hash, e.is_writer ? trigger().response_hash : trigger().request_hash);
+}
+
+}  // namespace
+}  // namespace doppel::ros2::test
