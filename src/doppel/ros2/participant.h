@@ -56,6 +56,7 @@ struct EndpointInfo {
 struct ParticipantInfo {
   Gid gid;
   std::string name, enclave;
+  friend bool operator==(const ParticipantInfo&, const ParticipantInfo&) = default;
 };
 
 // What an endpoint is made with.

@@ -29,7 +29,9 @@ EndpointInfo endpoint_of(const ProxyData& data, bool is_writer) {
 void Discovery::add(ParticipantInfo participant) {
   {
     const std::lock_guard lock(mutex_);
-    participants_.insert_or_assign(participant.gid, std::move(participant));
+    ParticipantInfo& known = participants_[participant.gid];
+    if (known == participant) return;  // it announces itself again and again
+    known = std::move(participant);
   }
   changed();
 }

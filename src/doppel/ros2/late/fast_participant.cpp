@@ -29,9 +29,11 @@ dds::DomainParticipant* create(const ParticipantOptions& options, Discovery& dis
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   prepare_library();
+  const auto gate = std::make_shared<Gate>();
   dds::DomainParticipant* const participant =
       dds::DomainParticipantFactory::get_instance()->create_participant(
-          options.domain, participant_qos(options), &discovery, dds::StatusMask::none());
+          options.domain, participant_qos(options, gate), &discovery, dds::StatusMask::none());
+  gate->open();
   if (participant != nullptr) return participant;
   throw NetworkError("no ROS 2 program can be met: Fast DDS made no participant in domain " +
                      std::to_string(options.domain) + " (" + complaints().latest + ")");

@@ -16,6 +16,7 @@ namespace {
 namespace dds = eprosima::fastdds::dds;
 namespace udp = eprosima::fastdds::rtps;
 namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::Duration_t;
 using rtps::IPLocator;
 
 constexpr const char* kLoopback = "127.0.0.1";
@@ -39,8 +40,9 @@ enum class Reach { all, this_machine, nobody };
 // too, which is the only way that a socket bound to 127.0.0.1 may go.
 class GuardedTransport : public udp::ChainingTransport {
  public:
-  GuardedTransport(const udp::ChainingTransportDescriptor& descriptor, Reach reach)
-      : udp::ChainingTransport(descriptor), reach_(reach) {}
+  GuardedTransport(const udp::ChainingTransportDescriptor& descriptor, Reach reach,
+                   std::shared_ptr<Gate> gate)
+      : udp::ChainingTransport(descriptor), reach_(reach), gate_(std::move(gate)) {}
 
   udp::TransportDescriptorInterface* get_configuration() override {
     return low_level_transport_->get_configuration();
@@ -63,30 +65,36 @@ class GuardedTransport : public udp::ChainingTransport {
   void receive(udp::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     if (reach_ == Reach::nobody || !is_acceptable({data, size})) return;
+    gate_->wait();
     above->OnDataReceived(data, size, local, remote);
   }
 
  private:
   Reach reach_;
+  std::shared_ptr<Gate> gate_;
 };
 
 class GuardedDescriptor : public udp::ChainingTransportDescriptor {
  public:
-  GuardedDescriptor(std::shared_ptr<udp::TransportDescriptorInterface> below, Reach reach)
-      : udp::ChainingTransportDescriptor(std::move(below)), reach_(reach) {}
-  udp::TransportInterface* create_transport() const override { return new GuardedTransport(*this, reach_); }
+  GuardedDescriptor(std::shared_ptr<udp::TransportDescriptorInterface> below, Reach reach,
+                    std::shared_ptr<Gate> gate)
+      : udp::ChainingTransportDescriptor(std::move(below)), reach_(reach), gate_(std::move(gate)) {}
+  udp::TransportInterface* create_transport() const override {
+    return new GuardedTransport(*this, reach_, gate_);
+  }
 
  private:
   Reach reach_;
+  std::shared_ptr<Gate> gate_;
 };
 
-std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach) {
+std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach, std::shared_ptr<Gate> gate) {
   auto descriptor = std::make_shared<udp::UDPv4TransportDescriptor>();
   descriptor->maxInitialPeersRange = kPeersRange;
   descriptor->receiveBufferSize = kSocketBuffer;
   descriptor->sendBufferSize = kSocketBuffer;
   if (reach != Reach::all) descriptor->interfaceWhiteList = {kLoopback};
-  return std::make_shared<GuardedDescriptor>(std::move(descriptor), reach);
+  return std::make_shared<GuardedDescriptor>(std::move(descriptor), reach, std::move(gate));
 }
 
 void add_peers(const ParticipantOptions& options, rtps::LocatorList_t& peers) {
@@ -99,31 +107,51 @@ void add_peers(const ParticipantOptions& options, rtps::LocatorList_t& peers) {
   }
 }
 
+Duration_t duration(std::int64_t milliseconds) {
+  return {static_cast<std::int32_t>(milliseconds / 1000),
+          static_cast<std::uint32_t>(milliseconds % 1000 * 1'000'000)};
+}
+
+// A new peer may miss our answer to its announcement (see Gate) and then waits for the next announcement. On
+// this machine these cost so little that it need not wait for Fast DDS' three seconds.
+void set_announcements(const ParticipantOptions& options, bool stays_here, rtps::BuiltinAttributes& builtin) {
+  const std::int64_t usual = stays_here ? 250 : 1000;
+  builtin.discovery_config.leaseDuration = duration(options.lease.count());
+  builtin.discovery_config.leaseDuration_announcementperiod =
+      duration(std::min<std::int64_t>(options.lease.count() / 3, usual));
+}
+
 }  // namespace
 
-dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
+void Gate::open() {
+  const std::lock_guard lock(mutex_);
+  is_open_ = true;
+  opened_.notify_all();
+}
+
+void Gate::wait() {
+  std::unique_lock lock(mutex_);
+  opened_.wait_for(lock, std::chrono::seconds(1), [&] { return is_open_; });
+  is_open_ = true;
+}
+
+dds::DomainParticipantQos participant_qos(const ParticipantOptions& options, std::shared_ptr<Gate> gate) {
   dds::DomainParticipantQos qos;
   qos.name(options.enclave);
   const std::string text = "enclave=" + options.enclave + ";";
   qos.user_data().setValue({text.begin(), text.end()});
 
   auto& builtin = qos.wire_protocol().builtin;
-  const auto lease = options.lease.count();
-  builtin.discovery_config.leaseDuration = {static_cast<std::int32_t>(lease / 1000),
-                                            static_cast<std::uint32_t>(lease % 1000 * 1'000'000)};
-  const auto period = std::min<std::int64_t>(lease / 3, 3000);
-  builtin.discovery_config.leaseDuration_announcementperiod = {
-      static_cast<std::int32_t>(period / 1000), static_cast<std::uint32_t>(period % 1000 * 1'000'000)};
+  const bool off = options.range == DiscoveryRange::off;
+  const bool stays = off || (options.range == DiscoveryRange::localhost && options.static_peers.empty());
+  set_announcements(options, stays, builtin);
   // Discovery's messages of a participant with many endpoints are longer than what is reserved for one.
   builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 
-  const bool off = options.range == DiscoveryRange::off;
-  const bool stays = off || (options.range == DiscoveryRange::localhost && options.static_peers.empty());
+  const Reach reach = off ? Reach::nobody : stays ? Reach::this_machine : Reach::all;
   qos.transport().use_builtin_transports = false;
-  qos.transport().user_transports.push_back(transport(off     ? Reach::nobody
-                                                      : stays ? Reach::this_machine
-                                                              : Reach::all));
+  qos.transport().user_transports.push_back(transport(reach, std::move(gate)));
 
   const std::string address = stays ? kLoopback : "0.0.0.0";
   const Ports ports = free_ports(options.domain, address);
@@ -131,12 +159,13 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
   qos.wire_protocol().default_unicast_locator_list.push_back(locator(address, ports.data));
 
   if (off) return qos;
-  if (options.range == DiscoveryRange::localhost) builtin.initialPeersList.push_back(locator(kLoopback, 0));
+  // Also in a subnet: programs that keep to this machine do not hear its multicast.
+  builtin.initialPeersList.push_back(locator(kLoopback, 0));
   add_peers(options, builtin.initialPeersList);
   if (options.range == DiscoveryRange::localhost) return qos;
   const rtps::Locator_t group = locator("239.255.0.1", ports.multicast);
   builtin.metatrafficMulticastLocatorList.push_back(group);
-  if (!builtin.initialPeersList.empty()) builtin.initialPeersList.push_back(group);
+  builtin.initialPeersList.push_back(group);
   return qos;
 }
 
