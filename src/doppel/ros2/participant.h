@@ -114,6 +114,8 @@ class Participant {
   [[nodiscard]] virtual std::vector<EndpointInfo> endpoints() const = 0;
   [[nodiscard]] virtual std::vector<ParticipantInfo> participants() const = 0;
   [[nodiscard]] virtual Complaints complaints() const = 0;
+  // Of those that came here, how many were no messages of RTPS or asked for absurd amounts of memory.
+  [[nodiscard]] virtual std::uint64_t refused_datagrams() const = 0;
 };
 
 // Fast DDS' own files of profiles (FASTRTPS_DEFAULT_PROFILES_FILE) do not touch this participant: they are

@@ -24,16 +24,16 @@ void prepare_library() {
   catch_log();
 }
 
-dds::DomainParticipant* create(const ParticipantOptions& options, Discovery& discovery) {
+dds::DomainParticipant* create(const ParticipantOptions& options, Discovery& discovery,
+                               const std::shared_ptr<Intake>& intake) {
   // Between the search for free ports and their use nobody else of this process may search.
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   prepare_library();
-  const auto gate = std::make_shared<Gate>();
   dds::DomainParticipant* const participant =
       dds::DomainParticipantFactory::get_instance()->create_participant(
-          options.domain, participant_qos(options, gate), &discovery, dds::StatusMask::none());
-  gate->open();
+          options.domain, participant_qos(options, intake), &discovery, dds::StatusMask::none());
+  intake->open();
   if (participant != nullptr) return participant;
   throw NetworkError("no ROS 2 program can be met: Fast DDS made no participant in domain " +
                      std::to_string(options.domain) + " (" + complaints().latest + ")");
@@ -44,7 +44,7 @@ dds::DomainParticipant* create(const ParticipantOptions& options, Discovery& dis
 FastParticipant::FastParticipant(const ParticipantOptions& options, std::function<void()> on_activity)
     : on_activity_(std::move(on_activity)),
       discovery_(on_activity_),
-      participant_(create(options, discovery_)) {
+      participant_(create(options, discovery_, intake_)) {
   publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
   gid_ = gid_of(participant_->guid());
@@ -67,6 +67,10 @@ std::unique_ptr<Reader> FastParticipant::make_reader(const EndpointSpec& spec) {
 
 Complaints FastParticipant::complaints() const {
   return fast::complaints();
+}
+
+std::uint64_t FastParticipant::refused_datagrams() const {
+  return intake_->refused();
 }
 
 dds::Topic* FastParticipant::acquire_topic(const EndpointSpec& spec) {

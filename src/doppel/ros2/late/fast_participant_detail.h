@@ -10,6 +10,7 @@
 #include <mutex>
 
 #include "doppel/ros2/late/fast_discovery_detail.h"
+#include "doppel/ros2/late/fast_transport_detail.h"
 #include "doppel/ros2/participant.h"
 
 namespace doppel::ros2::fast {
@@ -30,6 +31,7 @@ class FastParticipant : public Participant {
     return discovery_.participants();
   }
   [[nodiscard]] Complaints complaints() const override;
+  [[nodiscard]] std::uint64_t refused_datagrams() const override;
 
   // One topic serves all endpoints of its name; each acquire needs a release. Throws NetworkError where the
   // name is in use with another type.
@@ -51,6 +53,7 @@ class FastParticipant : public Participant {
 
   const std::function<void()> on_activity_;
   Discovery discovery_;
+  const std::shared_ptr<Intake> intake_ = std::make_shared<Intake>();
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;

@@ -41,8 +41,8 @@ enum class Reach { all, this_machine, nobody };
 class GuardedTransport : public udp::ChainingTransport {
  public:
   GuardedTransport(const udp::ChainingTransportDescriptor& descriptor, Reach reach,
-                   std::shared_ptr<Gate> gate)
-      : udp::ChainingTransport(descriptor), reach_(reach), gate_(std::move(gate)) {}
+                   std::shared_ptr<Intake> intake)
+      : udp::ChainingTransport(descriptor), reach_(reach), intake_(std::move(intake)) {}
 
   udp::TransportDescriptorInterface* get_configuration() override {
     return low_level_transport_->get_configuration();
@@ -64,37 +64,36 @@ class GuardedTransport : public udp::ChainingTransport {
 
   void receive(udp::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
-    if (reach_ == Reach::nobody || !is_acceptable({data, size})) return;
-    gate_->wait();
-    above->OnDataReceived(data, size, local, remote);
+    if (reach_ != Reach::nobody && intake_->admits({data, size}))
+      above->OnDataReceived(data, size, local, remote);
   }
 
  private:
   Reach reach_;
-  std::shared_ptr<Gate> gate_;
+  std::shared_ptr<Intake> intake_;
 };
 
 class GuardedDescriptor : public udp::ChainingTransportDescriptor {
  public:
   GuardedDescriptor(std::shared_ptr<udp::TransportDescriptorInterface> below, Reach reach,
-                    std::shared_ptr<Gate> gate)
-      : udp::ChainingTransportDescriptor(std::move(below)), reach_(reach), gate_(std::move(gate)) {}
+                    std::shared_ptr<Intake> intake)
+      : udp::ChainingTransportDescriptor(std::move(below)), reach_(reach), intake_(std::move(intake)) {}
   udp::TransportInterface* create_transport() const override {
-    return new GuardedTransport(*this, reach_, gate_);
+    return new GuardedTransport(*this, reach_, intake_);
   }
 
  private:
   Reach reach_;
-  std::shared_ptr<Gate> gate_;
+  std::shared_ptr<Intake> intake_;
 };
 
-std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach, std::shared_ptr<Gate> gate) {
+std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach, std::shared_ptr<Intake> intake) {
   auto descriptor = std::make_shared<udp::UDPv4TransportDescriptor>();
   descriptor->maxInitialPeersRange = kPeersRange;
   descriptor->receiveBufferSize = kSocketBuffer;
   descriptor->sendBufferSize = kSocketBuffer;
   if (reach != Reach::all) descriptor->interfaceWhiteList = {kLoopback};
-  return std::make_shared<GuardedDescriptor>(std::move(descriptor), reach, std::move(gate));
+  return std::make_shared<GuardedDescriptor>(std::move(descriptor), reach, std::move(intake));
 }
 
 void add_peers(const ParticipantOptions& options, rtps::LocatorList_t& peers) {
@@ -112,8 +111,8 @@ Duration_t duration(std::int64_t milliseconds) {
           static_cast<std::uint32_t>(milliseconds % 1000 * 1'000'000)};
 }
 
-// A new peer may miss our answer to its announcement (see Gate) and then waits for the next announcement. On
-// this machine these cost so little that it need not wait for Fast DDS' three seconds.
+// A new peer may miss our answer to its announcement (see Intake) and then waits for the next announcement.
+// On this machine these cost so little that it need not wait for Fast DDS' three seconds.
 void set_announcements(const ParticipantOptions& options, bool stays_here, rtps::BuiltinAttributes& builtin) {
   const std::int64_t usual = stays_here ? 250 : 1000;
   builtin.discovery_config.leaseDuration = duration(options.lease.count());
@@ -123,19 +122,24 @@ void set_announcements(const ParticipantOptions& options, bool stays_here, rtps:
 
 }  // namespace
 
-void Gate::open() {
+void Intake::open() {
   const std::lock_guard lock(mutex_);
   is_open_ = true;
   opened_.notify_all();
 }
 
-void Gate::wait() {
+bool Intake::admits(std::span<const std::uint8_t> datagram) {
+  if (!is_acceptable(datagram)) {
+    refused_.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
   std::unique_lock lock(mutex_);
   opened_.wait_for(lock, std::chrono::seconds(1), [&] { return is_open_; });
   is_open_ = true;
+  return true;
 }
 
-dds::DomainParticipantQos participant_qos(const ParticipantOptions& options, std::shared_ptr<Gate> gate) {
+dds::DomainParticipantQos participant_qos(const ParticipantOptions& options, std::shared_ptr<Intake> intake) {
   dds::DomainParticipantQos qos;
   qos.name(options.enclave);
   const std::string text = "enclave=" + options.enclave + ";";
@@ -151,7 +155,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options, std
 
   const Reach reach = off ? Reach::nobody : stays ? Reach::this_machine : Reach::all;
   qos.transport().use_builtin_transports = false;
-  qos.transport().user_transports.push_back(transport(reach, std::move(gate)));
+  qos.transport().user_transports.push_back(transport(reach, std::move(intake)));
 
   const std::string address = stays ? kLoopback : "0.0.0.0";
   const Ports ports = free_ports(options.domain, address);

@@ -101,6 +101,7 @@ TEST(Network, GarbageChangesNothing) {
   ASSERT_TRUE(activity.wait([&] { return reader->take(sample); }));
   EXPECT_EQ(sample.cdr, cdr_text("still here"));
   EXPECT_EQ(there->endpoints().size(), known);
+  EXPECT_GT(here->refused_datagrams() + there->refused_datagrams(), 0u);
 }
 
 TEST(Network, AParticipantMayGoInTheMiddleOfTraffic) {
