@@ -12,16 +12,18 @@ namespace bus_detail {
 namespace {
 
 // To one link or copied from the first to the others: a message is encoded once, straight into a ring.
-void write_to_links(Topic& topic, const void* message, Time stamp) {
+void write_to_links(Topic& topic, const void* message, Time stamp, const EdgeLink* from) {
   const std::size_t size = topic.ops->size(message);
   std::span<const std::byte> encoded;
-  if (topic.qos.latched) {
+  if (topic.latched) {
     topic.last.resize(size);
     topic.ops->write(message, topic.last);
     topic.last_stamp = stamp;
+    topic.last_from = from;
     encoded = topic.last;
   }
   for (const auto& link : topic.links) {
+    if (!link->wants_from(from)) continue;
     const auto room = link->begin(topic, stamp, size);
     if (room.empty()) continue;
     if (encoded.empty()) {
@@ -48,8 +50,8 @@ void deliver_locally(Topic& topic, const void* message) {
 }  // namespace
 
 // Edges come first, so that they see a message before what its subscribers publish in answer to it.
-void deliver(Topic& topic, const void* message, Time stamp) {
-  if (!topic.links.empty() || topic.qos.latched) write_to_links(topic, message, stamp);
+void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from) {
+  if (!topic.links.empty() || topic.latched) write_to_links(topic, message, stamp, from);
   if (!topic.locals.empty()) deliver_locally(topic, message);
 }
 
@@ -82,7 +84,7 @@ Topic& Bus::Impl::topic_for_node(const std::string& name, const bus_detail::Topi
       const auto holder = std::ranges::find_if(*endpoints, &Endpoint::is_node);
       if (holder == endpoints->end()) continue;
       throw std::logic_error(fmt::format("topic {} is a {} of node {}; node {} cannot have it as a {}", name,
-                                         topic->support->name, holder->name, node, support.name));
+                                         topic->support->name, holder->info.node, node, support.name));
     }
     if (is_listed(*topic)) graph_changed();
     topic = nullptr;
@@ -106,7 +108,7 @@ void Bus::Impl::change_endpoints(Topic& topic, Change change) {
   const bool was_listed = is_listed(topic);
   change();
   if (topic.publishers.empty()) {
-    topic.qos = {};
+    topic.latched = false;
     topic.last.clear();
   }
   update_wanted(topic);
@@ -115,14 +117,14 @@ void Bus::Impl::change_endpoints(Topic& topic, Change change) {
 
 void Bus::Impl::update_wanted(Topic& topic) {
   const bool local = std::ranges::any_of(topic.locals, [](const auto& l) { return l.callback != nullptr; });
-  topic.wanted.store(local || !topic.links.empty() || topic.qos.latched, std::memory_order_relaxed);
+  topic.wanted.store(local || !topic.links.empty() || topic.latched, std::memory_order_relaxed);
 }
 
 void Bus::Impl::add_endpoint(Topic& topic, bool publishes, Endpoint endpoint) {
   const std::lock_guard lock(mutex);
   auto& endpoints = publishes ? topic.publishers : topic.subscribers;
   const bool known = std::ranges::any_of(endpoints, [&endpoint](const Endpoint& e) {
-    return e.owner == endpoint.owner && e.name == endpoint.name;
+    return e.owner == endpoint.owner && e.info.node == endpoint.info.node;
   });
   change_endpoints(topic, [&] {
     if (!known) endpoints.push_back(std::move(endpoint));
@@ -134,14 +136,14 @@ void Bus::Impl::subscribe_link(TopicId id, const std::shared_ptr<bus_detail::Edg
   Topic& topic = *topics[id - 1];
   if (std::ranges::find(topic.links, link) != topic.links.end()) return;
   topic.links.push_back(link);
-  add_endpoint(topic, false, {link.get(), false, link->name()});
+  add_endpoint(topic, false, {link.get(), {link->name(), link->name(), {}}});
   deliver_last(topic, link);
 }
 
 // A latched message that finds the ring full is tried again at the next step: nobody will publish it anew.
 void Bus::Impl::deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link) {
   const bool subscribed = std::ranges::find(topic.links, link) != topic.links.end();
-  if (topic.last.empty() || !subscribed) return;
+  if (topic.last.empty() || !subscribed || !link->wants_from(topic.last_from)) return;
   const auto room = link->begin(topic, topic.last_stamp, topic.last.size());
   if (!room.empty()) {
     std::ranges::copy(topic.last, room.begin());
@@ -173,6 +175,7 @@ void Bus::Impl::remove_owner(const void* owner) {
       std::erase_if(topic->publishers, owned);
       std::erase_if(topic->subscribers, owned);
       std::erase_if(topic->links, [owner](const auto& link) { return link.get() == owner; });
+      if (topic->last_from == owner) topic->last_from = nullptr;
       for (auto& local : topic->locals) {
         if (local.node == owner) garbage.push_back(std::exchange(local.callback, nullptr));
       }
@@ -189,15 +192,17 @@ void Bus::Impl::remove_owner(const void* owner) {
   for (std::size_t i = 0; i < gone; ++i) graph_changed();
 }
 
-void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message) {
+void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message,
+                        const bus_detail::EdgeLink* from) {
   topic.received.fetch_add(1, std::memory_order_relaxed);
   if (!topic.wanted.load(std::memory_order_relaxed)) return;
   if (topic.ops != nullptr) {  // a node may have come since the edge looked
     if (message != nullptr || topic.ops->decode(cdr, message))
-      bus_detail::deliver(topic, message.get(), bus.now());
+      bus_detail::deliver(topic, message.get(), bus.now(), from);
     return;
   }
   for (const auto& link : topic.links) {
+    if (!link->wants_from(from)) continue;
     const auto room = link->begin(topic, bus.now(), cdr.size());
     if (room.empty()) continue;
     std::ranges::copy(cdr, room.begin());
@@ -213,18 +218,29 @@ Node* Bus::Impl::find_node(std::string_view name) const {
 Bus::Bus() : impl_(std::make_unique<Impl>(*this)) {}
 Bus::~Bus() = default;
 
+namespace {
+
+// A node may be put together from several parts; it is told of once, with what its first part asked for.
+std::vector<EndpointInfo> told(const std::vector<Endpoint>& endpoints) {
+  std::vector<EndpointInfo> infos;
+  for (const Endpoint& endpoint : endpoints) {
+    const bool known = std::ranges::any_of(infos, [&endpoint](const EndpointInfo& info) {
+      return info.node == endpoint.info.node && info.edge == endpoint.info.edge;
+    });
+    if (!known) infos.push_back(endpoint.info);
+  }
+  return infos;
+}
+
+}  // namespace
+
 std::vector<TopicInfo> Bus::topics() const {
-  const auto names = [](const std::vector<Endpoint>& endpoints) {
-    std::vector<std::string> result;
-    for (const Endpoint& endpoint : endpoints) result.push_back(endpoint.name);
-    return result;
-  };
   const std::lock_guard lock(impl_->mutex);
   std::vector<TopicInfo> infos;
   for (const auto& [name, topic] : impl_->by_name) {
     if (topic->publishers.empty() && topic->subscribers.empty()) continue;
-    infos.push_back({topic->id, name, topic->support->name, topic->qos, names(topic->publishers),
-                     names(topic->subscribers), topic->received.load(std::memory_order_relaxed)});
+    infos.push_back({topic->id, name, topic->support->name, topic->latched, told(topic->publishers),
+                     told(topic->subscribers), topic->received.load(std::memory_order_relaxed)});
   }
   return infos;
 }
@@ -248,8 +264,8 @@ std::vector<std::string> Bus::nodes() const {
   return names;
 }
 
-std::unique_ptr<Edge> Bus::attach(std::string name, std::size_t ring_bytes) {
-  return make_edge(*this, *impl_, std::move(name), ring_bytes);
+std::unique_ptr<Edge> Bus::attach(std::string name, EdgeOptions options) {
+  return make_edge(*this, *impl_, std::move(name), options);
 }
 
 }  // namespace doppel

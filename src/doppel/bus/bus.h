@@ -34,21 +34,40 @@ struct TopicOps;
 struct ServiceEntry;
 }  // namespace bus_detail
 
+// What of ROS 2's quality of service a node asks for; deadline, lifespan and liveliness are never asked for.
 struct Qos {
-  std::size_t depth = 10;
-  bool latched = false;  // transient local: the last message is kept for late joiners
+  std::size_t depth = 10;    // of the history that is kept
+  bool latched = false;      // transient local: the last message is kept for late joiners
+  bool best_effort = false;  // else reliable
+  bool keep_all = false;     // the history has no depth
+
+  // The profiles that ROS 2 names.
+  static constexpr Qos sensor_data() { return {.depth = 5, .best_effort = true}; }
+  static constexpr Qos system_default() { return {.depth = 1}; }
+  static constexpr Qos rosout() { return {.depth = 1000, .latched = true}; }
+  static constexpr Qos parameter_events() { return {.depth = 1000}; }
+  static constexpr Qos clock_publisher() { return {.depth = 10}; }
+  static constexpr Qos clock_subscription() { return {.depth = 1, .best_effort = true}; }
+
+  bool operator==(const Qos&) const = default;
 };
 
 using TopicId = std::uint32_t;
 using ServiceId = std::uint32_t;
 
+// One who publishes or subscribes: a node of the bus, or somebody beyond an edge.
+struct EndpointInfo {
+  std::string node;  // "/arm"; beyond an edge, what the edge calls it
+  std::string edge;  // the name of the edge that it came through; empty: a node of the bus
+  Qos qos;           // as the node asked for it; beyond an edge, the default
+};
+
 struct TopicInfo {
   TopicId id = 0;
   std::string name, type;
-  Qos qos;
-  std::vector<std::string> publishers,
-      subscribers;             // names of nodes and, for what came through them, of edges
-  std::uint64_t received = 0;  // messages that edges have sent in
+  bool latched = false;                               // the last message is kept for late joiners
+  std::vector<EndpointInfo> publishers, subscribers;  // each node once
+  std::uint64_t received = 0;                         // messages that edges have sent in
 };
 
 struct ServiceInfo {
@@ -103,12 +122,18 @@ class Node {
   [[nodiscard]] std::string resolve(std::string_view name) const;
   bus_detail::Topic* advertise_topic(std::string_view topic, const bus_detail::TopicOps& ops, Qos qos);
   void subscribe_topic(std::string_view topic, const bus_detail::TopicOps& ops,
-                       std::function<void(const void*)> callback);
+                       std::function<void(const void*)> callback, Qos qos);
   void serve_entry(std::string_view service, bus_detail::ServiceEntry entry);
 
   Bus& bus_;
   std::string name_;
   Parameters parameters_;
+};
+
+struct EdgeOptions {
+  std::size_t ring_bytes = std::size_t{8} << 20;  // how much it may lag before messages are dropped for it
+  // Whether what it sends in comes back to it where it subscribes. A network must not be told what it said.
+  bool hears_itself = true;
 };
 
 // An edge's view: everything here may be called from the edge's one thread, wake() from any. It must go
@@ -138,7 +163,8 @@ class Edge {
   [[nodiscard]] virtual std::uint64_t dropped() const = 0;
 
   // Sends a message in from outside, as node `from`. Refused: a type that nobody knows or that is not the
-  // topic's, malformed bytes. Whoever subscribes gets it at the loop's next step, this edge too.
+  // topic's, malformed bytes. Whoever subscribes gets it at the loop's next step; this edge too, unless it
+  // was attached as one that does not hear itself.
   virtual Status publish(std::string_view from, std::string_view topic, std::string_view type,
                          std::span<const std::byte> cdr) = 0;
   // Calls a service; `reply` runs on the loop's thread with the response's CDR, or the reason why there is
@@ -176,8 +202,7 @@ class Bus {
   // ring full, and what edges say they skipped for clients of theirs.
   [[nodiscard]] std::uint64_t skipped() const { return skipped_.load(std::memory_order_relaxed); }
   void add_skipped(std::uint64_t messages) { skipped_.fetch_add(messages, std::memory_order_relaxed); }
-  // ring_bytes: how much an edge may lag before messages are dropped for it.
-  std::unique_ptr<Edge> attach(std::string name, std::size_t ring_bytes = std::size_t{8} << 20);
+  std::unique_ptr<Edge> attach(std::string name, EdgeOptions options = {});
 
   struct Impl;
 

@@ -37,8 +37,8 @@ class EdgeLink;
 // One who publishes or subscribes, by the node's or the edge's address.
 struct Endpoint {
   const void* owner = nullptr;
-  bool is_node = false;
-  std::string name;
+  EndpointInfo info;
+  [[nodiscard]] bool is_node() const { return info.edge.empty(); }
 };
 
 struct LocalSubscriber {
@@ -56,7 +56,7 @@ struct Topic {
   // Changed by the loop's thread under the graph's mutex; others read under it.
   TopicId id = 0;
   std::string name;
-  Qos qos;
+  bool latched = false;
   const TopicOps* ops = nullptr;  // null: only edges have used the topic
   std::vector<Endpoint> publishers, subscribers;
 
@@ -66,10 +66,11 @@ struct Topic {
   int delivering = 0;  // depth of deliver() on this topic
   Bytes last;          // of a latched topic, empty: none
   Time last_stamp{};
+  const EdgeLink* last_from = nullptr;  // the edge that sent it in; null: a node
 };
 
-// Hands a message to everybody who wants it; the loop's thread.
-void deliver(Topic& topic, const void* message, Time stamp);
+// Hands a message to everybody who wants it; the loop's thread. `from`: the edge that sent it in.
+void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from = nullptr);
 
 // A request on its way to be answered, once; dropped unanswered, it tells the caller so.
 class PendingReply {
@@ -107,10 +108,10 @@ Publisher<M> Node::advertise(std::string_view topic, Qos qos) {
 }
 
 template <Message M>
-void Node::subscribe(std::string_view topic, std::function<void(const M&)> callback, Qos) {
-  subscribe_topic(topic, bus_detail::kTopicOps<M>, [call = std::move(callback)](const void* message) {
-    call(*static_cast<const M*>(message));
-  });
+void Node::subscribe(std::string_view topic, std::function<void(const M&)> callback, Qos qos) {
+  subscribe_topic(
+      topic, bus_detail::kTopicOps<M>,
+      [call = std::move(callback)](const void* message) { call(*static_cast<const M*>(message)); }, qos);
 }
 
 template <Service S>

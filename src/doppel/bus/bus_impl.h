@@ -25,11 +25,11 @@ static_assert(sizeof(RecordHeader) == 16);
 // call.
 class EdgeLink {
  public:
-  EdgeLink(Bus& bus, std::string name, std::size_t ring_bytes)
+  EdgeLink(Bus& bus, std::string name, const EdgeOptions& options)
       : bus_(bus),
         name_(std::move(name)),
-        ring_bytes_(ring_bytes),
-        ring_(ring_bytes),
+        options_(options),
+        ring_(options.ring_bytes),
         fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
     if (fd_ < 0)
       throw std::system_error(errno, std::generic_category(), "cannot make an eventfd for an edge");
@@ -42,7 +42,10 @@ class EdgeLink {
   [[nodiscard]] int fd() const { return fd_; }
   [[nodiscard]] ByteRing& ring() { return ring_; }
   [[nodiscard]] const ByteRing& ring() const { return ring_; }
-  [[nodiscard]] bool could_ever_take(std::size_t size) const { return size + 64 < ring_bytes_; }
+  [[nodiscard]] bool could_ever_take(std::size_t size) const { return size + 64 < options_.ring_bytes; }
+  [[nodiscard]] bool wants_from(const EdgeLink* sender) const {
+    return sender != this || options_.hears_itself;
+  }
 
   // The loop: room for a message's CDR form behind its header; empty: no room. Then commit().
   std::span<std::byte> begin(const Topic& topic, Time stamp, std::size_t size) {
@@ -80,7 +83,7 @@ class EdgeLink {
  private:
   Bus& bus_;
   const std::string name_;
-  const std::size_t ring_bytes_;
+  const EdgeOptions options_;
   ByteRing ring_;
   const int fd_;
   std::atomic<bool> armed_{true};
@@ -112,7 +115,8 @@ struct Bus::Impl {
   void subscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
   void unsubscribe_link(TopicId id, const bus_detail::EdgeLink* link);
   void remove_owner(const void* owner);  // a node or a link, with all that it offered
-  void receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message);
+  void receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message,
+               const bus_detail::EdgeLink* from);
   void deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link);
 
   Node* find_node(std::string_view name) const;
@@ -128,6 +132,6 @@ struct Bus::Impl {
   static void update_wanted(Topic& topic);
 };
 
-std::unique_ptr<Edge> make_edge(Bus& bus, Bus::Impl& impl, std::string name, std::size_t ring_bytes);
+std::unique_ptr<Edge> make_edge(Bus& bus, Bus::Impl& impl, std::string name, const EdgeOptions& options);
 
 }  // namespace doppel

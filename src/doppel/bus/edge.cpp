@@ -59,8 +59,8 @@ void handle(const bus_detail::ServiceEntry& entry, const void* request,
 
 class EdgeImpl : public Edge {
  public:
-  EdgeImpl(Bus& bus, Bus::Impl& impl, std::string name, std::size_t ring_bytes)
-      : bus_(bus), impl_(impl), link_(std::make_shared<EdgeLink>(bus, std::move(name), ring_bytes)) {}
+  EdgeImpl(Bus& bus, Bus::Impl& impl, std::string name, const EdgeOptions& options)
+      : bus_(bus), impl_(impl), link_(std::make_shared<EdgeLink>(bus, std::move(name), options)) {}
 
   ~EdgeImpl() override {
     {
@@ -165,8 +165,8 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
              message = std::move(message), bytes = std::move(bytes)] {
     bus_detail::Topic* target = impl.topic_for_edge(name, *support);
     if (target == nullptr) return;  // a node has taken the name for another type since
-    impl.add_endpoint(*target, true, {link.get(), false, from});
-    impl.receive(*target, bytes, message);
+    impl.add_endpoint(*target, true, {link.get(), {from, link->name(), {}}});
+    impl.receive(*target, bytes, message, link.get());
   });
   return {};
 }
@@ -229,8 +229,8 @@ void EdgeImpl::set_parameter(std::string_view node, std::string_view name, const
 
 }  // namespace
 
-std::unique_ptr<Edge> make_edge(Bus& bus, Bus::Impl& impl, std::string name, std::size_t ring_bytes) {
-  return std::make_unique<EdgeImpl>(bus, impl, std::move(name), ring_bytes);
+std::unique_ptr<Edge> make_edge(Bus& bus, Bus::Impl& impl, std::string name, const EdgeOptions& options) {
+  return std::make_unique<EdgeImpl>(bus, impl, std::move(name), options);
 }
 
 }  // namespace doppel

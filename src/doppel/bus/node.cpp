@@ -29,21 +29,19 @@ bus_detail::Topic* Node::advertise_topic(std::string_view name, const bus_detail
   bus_detail::Topic& topic = impl.topic_for_node(resolve(name), ops, name_);
   {
     const std::lock_guard lock(impl.mutex);
-    const bool latched = topic.qos.latched || qos.latched;
-    topic.qos = qos;
-    topic.qos.latched = latched;
+    topic.latched = topic.latched || qos.latched;
   }
-  impl.add_endpoint(topic, true, {this, true, name_});
+  impl.add_endpoint(topic, true, {this, {name_, "", qos}});
   return &topic;
 }
 
 void Node::subscribe_topic(std::string_view name, const bus_detail::TopicOps& ops,
-                           std::function<void(const void*)> callback) {
+                           std::function<void(const void*)> callback, Qos qos) {
   Bus::Impl& impl = *bus_.impl_;
   bus_detail::Topic& topic = impl.topic_for_node(resolve(name), ops, name_);
   auto shared = std::make_shared<std::function<void(const void*)>>(std::move(callback));
   topic.locals.push_back({this, shared});
-  impl.add_endpoint(topic, false, {this, true, name_});
+  impl.add_endpoint(topic, false, {this, {name_, "", qos}});
   std::shared_ptr<const void> last;
   if (!topic.last.empty() && ops.decode(topic.last, last)) (*shared)(last.get());
 }

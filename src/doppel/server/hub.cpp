@@ -77,7 +77,7 @@ Hub::Hub(Bus& bus, HubOptions options, Post post)
       session_id_(
           std::to_string(std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1))),
       assets_(options_.assets),
-      edge_(bus.attach(kEdgeName, options_.ring_bytes)) {}
+      edge_(bus.attach(kEdgeName, {.ring_bytes = options_.ring_bytes})) {}
 
 Hub::~Hub() = default;
 

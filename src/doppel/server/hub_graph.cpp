@@ -63,7 +63,7 @@ void Hub::refresh_channels() {
   for (const TopicInfo& topic : bus_.topics()) {
     const auto [entry, is_new] = channels_.try_emplace(topic.id);
     entry->second.seen = true;
-    entry->second.latched = topic.qos.latched;
+    entry->second.latched = topic.latched;
     if (!is_new) continue;
     entry->second.offer = describe(topic);
     added.channels.push_back(entry->second.offer);
@@ -111,12 +111,16 @@ void Hub::refresh_services() {
 // The server itself is no participant: in its place stand the clients that it speaks for.
 Hub::Graph Hub::read_graph() const {
   Graph graph;
-  const auto is_own = [](const std::string& name) { return name == kEdgeName; };
+  const auto names = [](const std::vector<EndpointInfo>& endpoints) {
+    std::vector<std::string> others;
+    for (const EndpointInfo& endpoint : endpoints) {
+      if (endpoint.edge != kEdgeName) others.push_back(endpoint.node);
+    }
+    return others;
+  };
   for (const TopicInfo& topic : bus_.topics()) {
-    auto& published = graph.published[topic.name] = topic.publishers;
-    auto& subscribed = graph.subscribed[topic.name] = topic.subscribers;
-    std::erase_if(published, is_own);
-    std::erase_if(subscribed, is_own);
+    graph.published[topic.name] = names(topic.publishers);
+    graph.subscribed[topic.name] = names(topic.subscribers);
   }
   for (const auto& [id, client] : clients_) {
     for (const auto& [channel_id, channel] : client.advertised)

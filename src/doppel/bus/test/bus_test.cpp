@@ -19,6 +19,7 @@ using std_msgs::msg::String;
 using std_srvs::srv::SetBool;
 using std_srvs::srv::Trigger;
 using testing::ElementsAre;
+using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -27,6 +28,12 @@ TopicInfo topic(const Bus& bus, std::string_view name) {
     if (info.name == name) return info;
   }
   return {};
+}
+
+std::vector<std::string> names(const std::vector<EndpointInfo>& endpoints) {
+  std::vector<std::string> result;
+  for (const EndpointInfo& endpoint : endpoints) result.push_back(endpoint.node);
+  return result;
 }
 
 bool is_readable(const Edge& edge) {
@@ -65,8 +72,8 @@ TEST(Bus, ResolvesNamesAndListsTheGraph) {
   a.advertise<String>("~/own");
   a.advertise<String>("plain");
   b.subscribe<String>("/a/own", [](const String&) {});
-  EXPECT_THAT(topic(bus, "/a/own").publishers, ElementsAre("/a"));
-  EXPECT_THAT(topic(bus, "/a/own").subscribers, ElementsAre("/b"));
+  EXPECT_THAT(names(topic(bus, "/a/own").publishers), ElementsAre("/a"));
+  EXPECT_THAT(names(topic(bus, "/a/own").subscribers), ElementsAre("/b"));
   EXPECT_EQ(topic(bus, "/plain").type, "std_msgs/msg/String");
   EXPECT_THAT(bus.nodes(), ElementsAre("/a", "/b"));
 }
@@ -142,7 +149,7 @@ TEST(Edge, GetsWhatItSubscribedTo) {
   edge->subscribe(id);
   publisher.publish({1}, {});  // not yet: the subscription takes effect at the next step
   bus.spin();
-  EXPECT_THAT(topic(bus, "/x").subscribers, ElementsAre("edge"));
+  EXPECT_THAT(names(topic(bus, "/x").subscribers), ElementsAre("edge"));
   publisher.publish({2}, milliseconds(7));
   EXPECT_TRUE(is_readable(*edge));
   Edge::Incoming incoming;
@@ -178,7 +185,7 @@ TEST(Edge, ALatchedMessageThatFindsTheRingFullComesLater) {
   const auto stream = node.advertise<String>("stream");
   const auto latched = node.advertise<String>("x", {.depth = 1, .latched = true});
   latched.publish({std::string(500, 'l')}, {});
-  const auto edge = bus.attach("edge", 1024);
+  const auto edge = bus.attach("edge", {.ring_bytes = 1024});
   edge->subscribe(topic(bus, "/stream").id);
   bus.spin();
   stream.publish({std::string(700, 's')}, {});
@@ -197,7 +204,7 @@ TEST(Edge, ASlowOneLosesMessagesAndCountsThem) {
   Bus bus;
   Node node(bus, "/n");
   const auto publisher = node.advertise<String>("x");
-  const auto edge = bus.attach("edge", 1024);
+  const auto edge = bus.attach("edge", {.ring_bytes = 1024});
   edge->subscribe(topic(bus, "/x").id);
   bus.spin();
   for (int i = 0; i < 100; ++i) publisher.publish({std::string(100, 'x')}, {});
@@ -219,11 +226,69 @@ TEST(Edge, PublishesToNodesAndEdges) {
   EXPECT_EQ(heard, 0) << "nothing happens outside the loop";
   bus.spin();
   EXPECT_EQ(heard, 4);
-  EXPECT_THAT(topic(bus, "/x").publishers, ElementsAre("/cli"));
+  EXPECT_THAT(names(topic(bus, "/x").publishers), ElementsAre("/cli"));
   EXPECT_EQ(topic(bus, "/x").received, 1U);
   const auto got = take_all<Float64>(*two, topic(bus, "/x").id);
   ASSERT_EQ(got.size(), 1U);
   EXPECT_EQ(got[0].data, 4);
+}
+
+TEST(Bus, TellsWhoOffersATopicHow) {
+  Bus bus;
+  Node node(bus, "/n"), part(bus, "/n"), other(bus, "/m");
+  node.advertise<Float64>("x", {.depth = 3, .best_effort = true});
+  part.advertise<Float64>("x", {.depth = 7});
+  other.subscribe<Float64>(
+      "x", [](const Float64&) {}, Qos::sensor_data());
+  const auto edge = bus.attach("edge");
+  edge->subscribe(topic(bus, "/x").id);
+  ASSERT_TRUE(edge->publish("/cli", "/x", "std_msgs/msg/Float64", to_cdr(Float64{1})));
+  bus.spin();
+  const TopicInfo x = topic(bus, "/x");
+  ASSERT_THAT(names(x.publishers), ElementsAre("/n", "/cli")) << "a node of several parts is one";
+  EXPECT_EQ(x.publishers[0].qos, (Qos{.depth = 3, .best_effort = true}));
+  EXPECT_EQ(x.publishers[0].edge, "");
+  EXPECT_EQ(x.publishers[1].edge, "edge");
+  ASSERT_THAT(names(x.subscribers), ElementsAre("/m", "edge"));
+  EXPECT_EQ(x.subscribers[0].qos, (Qos{.depth = 5, .best_effort = true}));
+  EXPECT_EQ(x.subscribers[1].edge, "edge");
+}
+
+TEST(Edge, ThatDoesNotHearItselfHearsAllOthers) {
+  Bus bus;
+  Node node(bus, "/n");
+  const auto publisher = node.advertise<Float64>("x", {.depth = 1, .latched = true});
+  const auto net = bus.attach("net", {.hears_itself = false}), page = bus.attach("page");
+  const TopicId id = topic(bus, "/x").id;
+  for (const auto* edge : {&net, &page}) (*edge)->subscribe(id);
+  bus.spin();
+  ASSERT_TRUE(net->publish("/remote", "/x", "std_msgs/msg/Float64", to_cdr(Float64{1})));
+  ASSERT_TRUE(page->publish("/page", "/x", "std_msgs/msg/Float64", to_cdr(Float64{2})));
+  bus.spin();
+  publisher.publish({3}, {});
+  EXPECT_THAT(take_all<Float64>(*net, id), ElementsAre(Field(&Float64::data, 2), Field(&Float64::data, 3)));
+  EXPECT_EQ(take_all<Float64>(*page, id).size(), 3U);
+
+  ASSERT_TRUE(net->publish("/remote", "/x", "std_msgs/msg/Float64", to_cdr(Float64{4})));
+  bus.spin();
+  net->unsubscribe(id);
+  net->subscribe(id);
+  bus.spin();
+  EXPECT_THAT(take_all<Float64>(*net, id), IsEmpty()) << "the latched message is its own";
+}
+
+TEST(Edge, OnATopicThatOnlyEdgesUseDoesNotHearItselfEither) {
+  Bus bus;
+  const auto net = bus.attach("net", {.hears_itself = false}), page = bus.attach("page");
+  ASSERT_TRUE(net->publish("/remote", "/x", "std_msgs/msg/Float64", to_cdr(Float64{1})));
+  bus.spin();
+  const TopicId id = topic(bus, "/x").id;
+  net->subscribe(id);
+  page->subscribe(id);
+  ASSERT_TRUE(net->publish("/remote", "/x", "std_msgs/msg/Float64", to_cdr(Float64{2})));
+  bus.spin();
+  EXPECT_THAT(take_all<Float64>(*net, id), IsEmpty());
+  EXPECT_EQ(take_all<Float64>(*page, id).size(), 1U);
 }
 
 TEST(Edge, MayPublishToATopicOfItsOwn) {
@@ -243,7 +308,7 @@ TEST(Edge, MayPublishToATopicOfItsOwn) {
   ASSERT_TRUE(one->publish("/cli", "x", "std_msgs/msg/String", to_cdr(String{"a"})));
   one.reset();
   bus.spin();
-  EXPECT_THAT(topic(bus, "/x").publishers, ElementsAre("/n"));
+  EXPECT_THAT(names(topic(bus, "/x").publishers), ElementsAre("/n"));
 }
 
 TEST(Edge, RefusesWhatItCannotPublish) {

@@ -131,7 +131,7 @@ TEST(Threads, EdgesAndNodesComeAndGoUnderLoad) {
   const auto come_and_go = [&] {
     while (!stop) {
       auto state = std::make_unique<std::atomic<int>>(0);
-      const auto edge = bus.attach("edge", 4096);
+      const auto edge = bus.attach("edge", {.ring_bytes = 4096});
       for (const TopicInfo& topic : bus.topics()) edge->subscribe(topic.id);
       for (const ServiceInfo& service : bus.services()) {
         // Touches what dies with this round: a reply that came after its edge would be caught by the
