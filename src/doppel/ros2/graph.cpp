@@ -58,8 +58,9 @@ msg::NodeEntitiesInfo to_message(const OwnNode& node) {
 
 GraphNode from_message(const msg::NodeEntitiesInfo& info, const Gid& participant) {
   GraphNode node;
-  node.name =
-      (info.node_namespace.ends_with('/') ? info.node_namespace : info.node_namespace + "/") + info.node_name;
+  node.name = info.node_namespace;
+  if (!node.name.ends_with('/')) node.name += '/';
+  node.name += info.node_name;
   node.participant = participant;
   node.readers = from_message(info.reader_gid_seq);
   node.writers = from_message(info.writer_gid_seq);
