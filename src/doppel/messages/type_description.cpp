@@ -123,15 +123,6 @@ std::string short_name(std::string_view name) {
   return fmt::format("{}{}", name.substr(0, first), name.substr(last));
 }
 
-void definition(const TypeDescription& type, std::string& text) {
-  for (const ConstantDescription& constant : type.constants) {
-    text += to_string(constant) + '\n';
-  }
-  for (const FieldDescription& field : type.fields) {
-    text += fmt::format("{} {}\n", to_string(field), field.name);
-  }
-}
-
 void collect(const TypeDescription& type, std::vector<const TypeDescription*>& types) {
   for (const FieldDescription& field : type.fields) {
     if (field.type == nullptr || std::ranges::find(types, field.type) != types.end()) continue;
@@ -180,14 +171,21 @@ Status walk_cdr(const TypeDescription& type, std::span<const std::byte> cdr, Val
   return reader.status(type.name);
 }
 
+std::string definition_text(const TypeDescription& type) {
+  std::string text;
+  for (const ConstantDescription& constant : type.constants) text += to_string(constant) + '\n';
+  for (const FieldDescription& field : type.fields)
+    text += fmt::format("{} {}\n", to_string(field), field.name);
+  return text;
+}
+
 std::string schema_text(const TypeDescription& type) {
   std::vector<const TypeDescription*> types;
   collect(type, types);
-  std::string text;
-  definition(type, text);
+  std::string text = definition_text(type);
   for (const TypeDescription* dependency : types) {
     text += std::string(80, '=') + "\nMSG: " + short_name(dependency->name) + '\n';
-    definition(*dependency, text);
+    text += definition_text(*dependency);
   }
   return text;
 }

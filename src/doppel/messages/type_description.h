@@ -95,6 +95,7 @@ class ValueSink {
 Status walk_cdr(const TypeDescription& type, std::span<const std::byte> cdr, ValueSink& sink);
 
 // What TypeSupport offers, for any described type.
+std::string definition_text(const TypeDescription& type);  // its lines of a .msg file
 std::string schema_text(const TypeDescription& type);
 Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml, std::vector<std::byte>& out);
 Status cdr_to_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);

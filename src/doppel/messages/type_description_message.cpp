@@ -52,6 +52,21 @@ void collect(const TypeDescription& type, std::map<std::string_view, const TypeD
   }
 }
 
+// `encoding` and `text` are the top type's, where it is no message.
+TypeSources sources(const TypeDescription& type, std::string_view encoding, std::string text) {
+  std::map<std::string_view, const TypeDescription*> types;
+  collect(type, types);
+  const auto source = [](const TypeDescription& each) {
+    const bool is_message = each.name.find("/msg/") != std::string::npos;
+    return type_description_interfaces::msg::TypeSource{each.name, is_message ? "msg" : "implicit",
+                                                        is_message ? definition_text(each) : ""};
+  };
+  TypeSources all = {source(type)};
+  if (!encoding.empty()) all.front() = {type.name, std::string(encoding), std::move(text)};
+  for (const auto& [name, referenced] : types) all.push_back(source(*referenced));
+  return all;
+}
+
 // The types that rosidl derives from a service or an action; they are described here, not compiled in.
 class Derived {
  public:
@@ -142,6 +157,26 @@ TypeDescriptionMessage description_message(const ServiceSupport& service) {
 TypeDescriptionMessage description_message(const ActionSupport& action) {
   Derived derived;
   return description_message(derived.action(action));
+}
+
+TypeSources type_sources(const TypeDescription& type) {
+  return sources(type, "", "");
+}
+
+TypeSources type_sources(const ServiceSupport& service) {
+  Derived derived;
+  const TypeDescription &request = *service.request->description(),
+                        &response = *service.response->description();
+  return sources(derived.service(service.name, request, response), "srv",
+                 definition_text(request) + "---\n" + definition_text(response));
+}
+
+TypeSources type_sources(const ActionSupport& action) {
+  Derived derived;
+  const std::string text = definition_text(*action.goal->description()) + "---\n" +
+                           definition_text(*action.result->description()) + "---\n" +
+                           definition_text(*action.feedback->description());
+  return sources(derived.action(action), "action", text);
 }
 
 }  // namespace doppel

@@ -22,4 +22,11 @@ TypeDescriptionMessage description_message(const TypeDescription& type);
 TypeDescriptionMessage description_message(const ServiceSupport& service);
 TypeDescriptionMessage description_message(const ActionSupport& action);
 
+// The texts that these come from, in the same order: as they would stand in .msg, .srv and .action files,
+// without comments and default values. Types that rosidl derives have none ("implicit").
+using TypeSources = std::vector<type_description_interfaces::msg::TypeSource>;
+TypeSources type_sources(const TypeDescription& type);
+TypeSources type_sources(const ServiceSupport& service);
+TypeSources type_sources(const ActionSupport& action);
+
 }  // namespace doppel

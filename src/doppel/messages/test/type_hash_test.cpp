@@ -58,6 +58,29 @@ TEST(TypeHash, NoTypeOfAListedPackageIsMissing) {
   EXPECT_EQ(missing, "");
 }
 
+TEST(TypeSources, AreTheFilesOfADescriptionsTypes) {
+  const auto shown = [](const TypeSources& sources) {
+    std::string text;
+    for (const auto& each : sources)
+      text += each.type_name + " (" + each.encoding + ")\n" + each.raw_file_contents;
+    return text;
+  };
+  EXPECT_EQ(shown(type_sources(*find_type("std_msgs/msg/Header")->description())),
+            "std_msgs/msg/Header (msg)\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+            "builtin_interfaces/msg/Time (msg)\nint32 sec\nuint32 nanosec\n");
+  EXPECT_EQ(shown(type_sources(*find_service("std_srvs/srv/SetBool"))),
+            "std_srvs/srv/SetBool (srv)\nbool data\n---\nbool success\nstring message\n"
+            "builtin_interfaces/msg/Time (msg)\nint32 sec\nuint32 nanosec\n"
+            "service_msgs/msg/ServiceEventInfo (msg)\nuint8 REQUEST_SENT=0\nuint8 REQUEST_RECEIVED=1\n"
+            "uint8 RESPONSE_SENT=2\nuint8 RESPONSE_RECEIVED=3\nuint8 event_type\n"
+            "builtin_interfaces/Time stamp\nuint8[16] client_gid\nint64 sequence_number\n"
+            "std_srvs/srv/SetBool_Event (implicit)\nstd_srvs/srv/SetBool_Request (implicit)\n"
+            "std_srvs/srv/SetBool_Response (implicit)\n");
+  const ActionSupport& action = *find_action("control_msgs/action/GripperCommand");
+  EXPECT_EQ(type_sources(action).size(), 1 + description_message(action).referenced_type_descriptions.size());
+  EXPECT_EQ(type_sources(action)[0].encoding, "action");
+}
+
 // What others have published: `ros2 topic info --verbose` and bag files of Jazzy in their documentation and
 // logs, and hashes in their tests.
 TEST(TypeHash, AsOthersHavePublished) {
