@@ -1,17 +1,29 @@
 #include "doppel/ros2/rtps_guard.h"
 
+#include <algorithm>
 #include <cstring>
+#include <optional>
 
 namespace doppel::ros2 {
 namespace {
 
 // DDSI-RTPS 2.5, 8.3.3 and 9.4.5.
-constexpr std::size_t kHeaderSize = 20, kSubmessageHeaderSize = 4;
-constexpr std::uint8_t kPad = 0x01, kInfoTimestamp = 0x09, kDataFragment = 0x16;
+constexpr std::size_t kHeaderSize = 20, kPrefixAt = 8, kPrefixSize = 12, kSubmessageHeaderSize = 4;
+constexpr std::uint8_t kPad = 0x01, kGap = 0x08, kHeartbeat = 0x07, kInfoTimestamp = 0x09, kData = 0x15,
+                       kDataFragment = 0x16;
 constexpr std::uint8_t kLittleEndian = 0x01;
-// In the body of DATA_FRAG.
+constexpr std::uint8_t kHasInlineQos = 0x02, kHasData = 0x04,
+                       kHasKey = 0x08;  // a fragment always has one of the two
+constexpr std::uint32_t kSentinel = 1;
+// In the bodies of DATA and DATA_FRAG, and of HEARTBEAT and GAP, which both tell two sequence numbers.
+constexpr std::size_t kOffsetAt = 2, kOffsetFrom = 4, kDataWriterAt = 8, kDataSequenceAt = 12,
+                      kLeastData = 20;
+constexpr std::size_t kWriterAt = 4, kFirstSequenceAt = 8, kSecondSequenceAt = 16, kLeastBody = 24;
+// In that of DATA_FRAG.
 constexpr std::size_t kFirstFragmentAt = 20, kFragmentCountAt = 24, kFragmentSizeAt = 26, kSampleSizeAt = 28,
-                      kLeastFragmentBody = 32;
+                      kLeastFragment = 32;
+constexpr std::int64_t kLargestSequence = std::int64_t{1} << 40;  // 35 years at 1 kHz
+constexpr std::size_t kMostWriters = 10'000;  // those of strangers must not fill the memory
 
 std::uint32_t number(const std::uint8_t* bytes, std::size_t width, bool little) {
   std::uint32_t value = 0;
@@ -19,26 +31,83 @@ std::uint32_t number(const std::uint8_t* bytes, std::size_t width, bool little) 
   return value;
 }
 
-bool is_acceptable_fragment(std::span<const std::uint8_t> body, bool little) {
-  if (body.size() < kLeastFragmentBody) return false;
-  return number(&body[kFirstFragmentAt], 4, little) > 0 && number(&body[kFragmentCountAt], 2, little) > 0 &&
-         number(&body[kFragmentSizeAt], 2, little) > 0 &&
-         number(&body[kSampleSizeAt], 4, little) <= kLargestSample;
+std::int64_t sequence(const std::uint8_t* bytes, bool little) {
+  const std::uint64_t high = number(bytes, 4, little);
+  return static_cast<std::int64_t>(high << 32 | number(bytes + 4, 4, little));
+}
+
+// What follows a list of parameters; nothing where the list does not end.
+std::optional<std::span<const std::uint8_t>> behind_parameters(std::span<const std::uint8_t> list,
+                                                               bool little) {
+  while (list.size() >= 4) {
+    const std::uint32_t id = number(list.data(), 2, little);
+    const std::size_t size = id == kSentinel ? 0 : (number(&list[2], 2, little) + 3) & ~std::size_t{3};
+    if (size > list.size() - 4) return std::nullopt;
+    list = list.subspan(4 + size);
+    if (id == kSentinel) return list;
+  }
+  return std::nullopt;
+}
+
+// Fast DDS takes the sizes of the parts at their word and subtracts them from the whole.
+bool is_possible_data(std::uint8_t kind, std::uint8_t flags, std::span<const std::uint8_t> body) {
+  const bool little = (flags & kLittleEndian) != 0;
+  const std::size_t fixed = kind == kData ? kLeastData : kLeastFragment;
+  if (body.size() < fixed) return false;
+  const std::size_t begin = kOffsetFrom + number(&body[kOffsetAt], 2, little);
+  if (begin < fixed || begin > body.size()) return false;
+  std::optional payload = body.subspan(begin);
+  if ((flags & kHasInlineQos) != 0) payload = behind_parameters(*payload, little);
+  if (!payload) return false;
+  if (kind == kData) return (flags & (kHasData | kHasKey)) == 0 || payload->size() >= 4;
+
+  const std::uint64_t first = number(&body[kFirstFragmentAt], 4, little);
+  const std::uint64_t count = number(&body[kFragmentCountAt], 2, little);
+  const std::uint64_t size = number(&body[kFragmentSizeAt], 2, little);
+  const std::uint64_t whole = number(&body[kSampleSizeAt], 4, little);
+  if (first == 0 || count == 0 || size == 0 || whole > kLargestSample || (first - 1) * size >= whole)
+    return false;
+  const std::uint64_t told = std::min(count * size, whole - (first - 1) * size);
+  return (first + count - 2) * size < whole && payload->size() >= told && payload->size() < told + 4;
 }
 
 }  // namespace
 
-bool is_acceptable(std::span<const std::uint8_t> datagram) {
+bool RtpsGuard::admits_sequence(const Writer& writer, std::int64_t sequence) {
+  if (sequence < 0 || sequence > kLargestSequence) return false;
+  Progress& progress = writers_[writer];
+  const bool is_repeated = sequence >= progress.claimed && sequence - progress.claimed <= kLargestJump;
+  const bool fits = sequence - progress.reached <= kLargestJump || (progress.claimed > 0 && is_repeated);
+  progress.claimed = fits ? 0 : sequence;
+  if (fits) progress.reached = std::max(progress.reached, sequence);
+  return fits;
+}
+
+bool RtpsGuard::admits_submessage(std::uint8_t kind, std::uint8_t flags, std::span<const std::uint8_t> body,
+                                  Writer& writer) {
+  const bool little = (flags & kLittleEndian) != 0;
+  const bool is_data = kind == kData || kind == kDataFragment;
+  if (!is_data && kind != kHeartbeat && kind != kGap) return true;
+  if (is_data ? !is_possible_data(kind, flags, body) : body.size() < kLeastBody) return false;
+  std::memcpy(writer.data() + kPrefixSize, &body[is_data ? kDataWriterAt : kWriterAt], 4);
+  if (is_data) return admits_sequence(writer, sequence(&body[kDataSequenceAt], little));
+  return admits_sequence(writer, std::max(sequence(&body[kFirstSequenceAt], little),
+                                          sequence(&body[kSecondSequenceAt], little)));
+}
+
+bool RtpsGuard::admits(std::span<const std::uint8_t> datagram) {
   if (datagram.size() < kHeaderSize || std::memcmp(datagram.data(), "RTPS", 4) != 0) return false;
+  if (writers_.size() > kMostWriters) writers_.clear();
+  Writer writer{};
+  std::memcpy(writer.data(), &datagram[kPrefixAt], kPrefixSize);
   datagram = datagram.subspan(kHeaderSize);
   while (datagram.size() >= kSubmessageHeaderSize) {
     const std::uint8_t kind = datagram[0];
-    const bool little = (datagram[1] & kLittleEndian) != 0;
-    std::size_t size = number(&datagram[2], 2, little);
+    const std::uint8_t flags = datagram[1];
+    std::size_t size = number(&datagram[2], 2, (flags & kLittleEndian) != 0);
     datagram = datagram.subspan(kSubmessageHeaderSize);
     if (size == 0 && kind != kPad && kind != kInfoTimestamp) size = datagram.size();  // it is the last one
-    if (size > datagram.size()) return false;
-    if (kind == kDataFragment && !is_acceptable_fragment(datagram.first(size), little)) return false;
+    if (size > datagram.size() || !admits_submessage(kind, flags, datagram.first(size), writer)) return false;
     datagram = datagram.subspan(size);
   }
   return true;

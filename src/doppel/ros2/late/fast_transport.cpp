@@ -8,7 +8,6 @@
 #include "doppel/ros2/late/fast_ports_detail.h"
 #include "doppel/ros2/late/fast_transport_detail.h"
 #include "doppel/ros2/participant.h"
-#include "doppel/ros2/rtps_guard.h"
 
 namespace doppel::ros2::fast {
 namespace {
@@ -129,11 +128,11 @@ void Intake::open() {
 }
 
 bool Intake::admits(std::span<const std::uint8_t> datagram) {
-  if (!is_acceptable(datagram)) {
+  std::unique_lock lock(mutex_);
+  if (!guard_.admits(datagram)) {
     refused_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
-  std::unique_lock lock(mutex_);
   opened_.wait_for(lock, std::chrono::seconds(1), [&] { return is_open_; });
   is_open_ = true;
   return true;

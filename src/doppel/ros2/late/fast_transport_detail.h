@@ -9,6 +9,7 @@
 #include <span>
 
 #include "doppel/ros2/environment.h"
+#include "doppel/ros2/rtps_guard.h"
 
 namespace doppel::ros2::fast {
 
@@ -28,6 +29,7 @@ class Intake {
   std::mutex mutex_;
   std::condition_variable opened_;
   bool is_open_ = false;
+  RtpsGuard guard_;
   std::atomic<std::uint64_t> refused_{0};
 };
 

@@ -20,46 +20,105 @@ void append(Datagram& d, std::uint32_t value, int width) {
 }
 
 struct Fragment {
-  std::uint32_t first = 1, count = 1, size = 1024, sample = 4096;
+  std::uint32_t first = 1, count = 1, size = 8, sample = 32, payload = 8;
 };
 
 Datagram with(const Fragment& f) {
   Datagram d = header();
   d.insert(d.end(), {0x16, 0x01});  // DATA_FRAG, little endian
-  append(d, 36, 2);
-  append(d, 0, 4);          // flags, offset to the inline QoS
+  append(d, 32 + f.payload, 2);
+  append(d, 0, 2);
+  append(d, 28, 2);         // to the payload
   d.resize(d.size() + 16);  // reader, writer, sequence number
   append(d, f.first, 4);
   append(d, f.count, 2);
   append(d, f.size, 2);
   append(d, f.sample, 4);
+  d.resize(d.size() + f.payload);
+  return d;
+}
+
+struct Data {
+  std::uint8_t flags = 0x07;  // little endian, inline QoS, data
+  std::uint32_t offset = 16, parameter_size = 4, payload = 8;
+};
+
+Datagram with(const Data& data) {
+  Datagram d = header();
+  d.insert(d.end(), {0x15, data.flags});
+  append(d, 20 + 8 + 4 + data.payload, 2);
+  append(d, 0, 2);
+  append(d, data.offset, 2);
+  d.resize(d.size() + 16);
+  append(d, 0x71, 2);  // a parameter of four bytes
+  append(d, data.parameter_size, 2);
   append(d, 0, 4);
+  append(d, 1, 4);  // the end of the list
+  d.resize(d.size() + data.payload);
   return d;
 }
 
 TEST(RtpsGuard, TakesWhatIsAMessage) {
-  EXPECT_TRUE(is_acceptable(header()));
-  EXPECT_TRUE(is_acceptable(with({})));
+  EXPECT_TRUE(RtpsGuard().admits(header()));
+  EXPECT_TRUE(RtpsGuard().admits(with(Fragment{})));
+  EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.first = 3, .count = 2, .sample = 29, .payload = 13})));
+  EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.first = 3, .count = 2, .sample = 29, .payload = 16})));
+  EXPECT_TRUE(RtpsGuard().admits(with(Data{})));
   Datagram last = header();
-  last.insert(last.end(), {0x15, 0x01, 0, 0, 1, 2, 3});  // a length of zero: to the end
-  EXPECT_TRUE(is_acceptable(last));
+  last.insert(last.end(), {0x0e, 0x01, 0, 0, 1, 2, 3});  // a length of zero: to the end
+  EXPECT_TRUE(RtpsGuard().admits(last));
+}
+
+TEST(RtpsGuard, RefusesDataWhosePartsExceedTheWhole) {
+  EXPECT_FALSE(RtpsGuard().admits(with(Data{.offset = 0})));
+  EXPECT_FALSE(RtpsGuard().admits(with(Data{.offset = 0x8000})));
+  EXPECT_FALSE(RtpsGuard().admits(with(Data{.offset = 64})));
+  EXPECT_FALSE(RtpsGuard().admits(with(Data{.parameter_size = 0xffff})));
+  EXPECT_FALSE(RtpsGuard().admits(with(Data{.parameter_size = 12})));  // the list's end is jumped over
+  EXPECT_FALSE(RtpsGuard().admits(with(Data{.payload = 0})));
 }
 
 TEST(RtpsGuard, RefusesWhatIsNone) {
-  EXPECT_FALSE(is_acceptable({}));
-  EXPECT_FALSE(is_acceptable(Datagram(100, 0xff)));
-  Datagram cut = with({});
+  EXPECT_FALSE(RtpsGuard().admits({}));
+  EXPECT_FALSE(RtpsGuard().admits(Datagram(100, 0xff)));
+  Datagram cut = with(Fragment{});
   cut.resize(cut.size() - 1);
-  EXPECT_FALSE(is_acceptable(cut));
+  EXPECT_FALSE(RtpsGuard().admits(cut));
 }
 
 TEST(RtpsGuard, RefusesFragmentsThatAskForTooMuchOrAreNone) {
-  EXPECT_TRUE(is_acceptable(with({.sample = kLargestSample})));
-  EXPECT_FALSE(is_acceptable(with({.sample = kLargestSample + 1})));
-  EXPECT_FALSE(is_acceptable(with({.sample = 0xffffffff})));
-  EXPECT_FALSE(is_acceptable(with({.first = 0})));
-  EXPECT_FALSE(is_acceptable(with({.count = 0})));
-  EXPECT_FALSE(is_acceptable(with({.size = 0})));
+  EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.sample = kLargestSample})));
+  for (const Fragment& f :
+       {Fragment{.sample = kLargestSample + 1}, Fragment{.sample = 0xffffffff}, Fragment{.first = 0},
+        Fragment{.count = 0}, Fragment{.size = 0}, Fragment{.first = 5}, Fragment{.first = 4, .count = 2},
+        Fragment{.payload = 4}, Fragment{.payload = 16}})
+    EXPECT_FALSE(RtpsGuard().admits(with(f)));
+}
+
+Datagram heartbeat(std::int64_t first, std::int64_t last) {
+  Datagram d = header();
+  d.insert(d.end(), {0x07, 0x01});
+  append(d, 28, 2);
+  append(d, 0, 4);           // reader
+  append(d, 0x03010000, 4);  // writer
+  for (const std::int64_t sequence : {first, last}) {
+    append(d, static_cast<std::uint32_t>(sequence >> 32), 4);
+    append(d, static_cast<std::uint32_t>(sequence), 4);
+  }
+  append(d, 1, 4);
+  return d;
+}
+
+TEST(RtpsGuard, RefusesLeapsThatNobodyHasMade) {
+  RtpsGuard guard;
+  EXPECT_TRUE(guard.admits(heartbeat(1, 10)));
+  EXPECT_FALSE(guard.admits(heartbeat(std::int64_t{5} << 32, 10)));
+  EXPECT_FALSE(guard.admits(heartbeat(1, std::int64_t{1} << 62)));
+  EXPECT_FALSE(guard.admits(heartbeat(-1, -1)));
+  EXPECT_TRUE(guard.admits(heartbeat(2, 11)));
+  EXPECT_FALSE(guard.admits(heartbeat(1, 2'000'000'000)));
+  EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'001)));  // it says so again
+  EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'002)));
 }
 
 }  // namespace
