@@ -105,14 +105,14 @@ Topic* Bus::Impl::topic_for_edge(const std::string& name, const TypeSupport& sup
 
 template <class Change>
 void Bus::Impl::change_endpoints(Topic& topic, Change change) {
-  const bool was_listed = is_listed(topic);
+  const std::size_t before = topic.publishers.size() + topic.subscribers.size();
   change();
   if (topic.publishers.empty()) {
     topic.latched = false;
     topic.last.clear();
   }
   update_wanted(topic);
-  if (is_listed(topic) != was_listed) graph_changed();
+  if (topic.publishers.size() + topic.subscribers.size() != before) graph_changed();
 }
 
 void Bus::Impl::update_wanted(Topic& topic) {

@@ -196,7 +196,7 @@ class Bus {
   [[nodiscard]] std::vector<TopicInfo> topics() const;
   [[nodiscard]] std::vector<ServiceInfo> services() const;
   [[nodiscard]] std::vector<std::string> nodes() const;  // sorted
-  // Grows by one whenever a topic, service or node comes or goes, so that edges can tell.
+  // Grows whenever a topic or who has it, a service or a node comes or goes, so that edges can tell.
   [[nodiscard]] std::uint64_t graph_version() const { return graph_version_.load(std::memory_order_acquire); }
   // Messages that did not reach who had asked for them, because they do not keep up: what found an edge's
   // ring full, and what edges say they skipped for clients of theirs.

@@ -254,6 +254,21 @@ TEST(Bus, TellsWhoOffersATopicHow) {
   EXPECT_EQ(x.subscribers[1].edge, "edge");
 }
 
+TEST(Bus, TellsThatAnotherNodeHasATopicToo) {
+  Bus bus;
+  Node one(bus, "/one");
+  std::optional<Node> two(std::in_place, bus, "/two");
+  one.advertise<Float64>("/x");
+  std::uint64_t version = bus.graph_version();
+  const auto has_grown = [&] { return std::exchange(version, bus.graph_version()) < version; };
+  two->subscribe<Float64>("/x", [](const Float64&) {});
+  EXPECT_TRUE(has_grown());
+  one.subscribe<Float64>("/x", [](const Float64&) {});
+  EXPECT_TRUE(has_grown());
+  two.reset();
+  EXPECT_TRUE(has_grown());
+}
+
 TEST(Edge, ThatDoesNotHearItselfHearsAllOthers) {
   Bus bus;
   Node node(bus, "/n");
