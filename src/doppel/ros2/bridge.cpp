@@ -1,0 +1,349 @@
+#include "doppel/ros2/bridge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <thread>
+
+#include "doppel/ros2/bridge_diagnostics.h"
+#include "doppel/ros2/bridge_mailbox.h"
+#include "doppel/ros2/bridge_services.h"
+#include "doppel/ros2/bridge_topics.h"
+#include "doppel/ros2/bridge_types.h"
+
+namespace doppel::ros2 {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr std::size_t kMostPassed = 256;  // messages to the network before others have their turn
+constexpr milliseconds kIdle{50};         // the bus does not tell when its graph changes
+constexpr milliseconds kHeldBack{1};      // while the loop, or a client, is waited for
+constexpr milliseconds kDiagnostics{1000};
+
+// Work that is asked for at any time, and done at most once in a period.
+class Paced {
+ public:
+  explicit Paced(milliseconds period) : period_(period) {}
+  void ask() { asked_ = true; }
+  [[nodiscard]] bool is_due(SteadyTime now) {
+    if (!asked_ || now < next_) return false;
+    asked_ = false;
+    next_ = now + period_;
+    return true;
+  }
+  [[nodiscard]] SteadyTime next(SteadyTime otherwise) const {
+    return asked_ ? std::min(next_, otherwise) : otherwise;
+  }
+
+ private:
+  const milliseconds period_;
+  bool asked_ = true;
+  SteadyTime next_{};
+};
+
+// What there is while the participant is.
+struct Network {
+  Network(Bus& bus, Edge& edge, std::unique_ptr<Participant> made, NetworkStatus& status, Refusals& refusals,
+          Unoffered& unoffered, ToBridge to_bridge)
+      : participant(std::move(made)),
+        graph(*participant),
+        topics(bus, edge, *participant, status, refusals, unoffered),
+        services(edge, *participant, status, refusals, unoffered, std::move(to_bridge)) {}
+
+  std::unique_ptr<Participant> participant;
+  Graph graph;
+  BridgedTopics topics;
+  BridgedServices services;
+};
+
+class RemoteServiceImpl : public RemoteService {
+ public:
+  RemoteServiceImpl(std::shared_ptr<BridgeMailbox> bridge, BridgedClients& clients,
+                    std::shared_ptr<ClientCore> core)
+      : bridge_(std::move(bridge)), clients_(clients), core_(std::move(core)) {
+    bridge_->post([&all = clients_, added = core_] { all.add(added); });
+  }
+  ~RemoteServiceImpl() override {
+    {
+      const std::lock_guard lock(core_->mutex);
+      core_->replies.clear();
+    }
+    bridge_->post([&all = clients_, removed = core_] { all.remove(removed); });
+  }
+
+  [[nodiscard]] bool is_available() const override { return core_->available; }
+
+  std::uint64_t call(Bytes request, Reply reply) override {
+    std::uint64_t number = 0;
+    {
+      const std::lock_guard lock(core_->mutex);
+      number = core_->next_call++;
+      core_->replies[number] = std::move(reply);
+    }
+    bridge_->post([&all = clients_, core = core_, number, request = std::move(request)]() mutable {
+      all.call(core, number, std::move(request));
+    });
+    return number;
+  }
+
+  void forget(std::uint64_t call) override {
+    const std::lock_guard lock(core_->mutex);
+    core_->replies.erase(call);
+  }
+
+ private:
+  std::shared_ptr<BridgeMailbox> bridge_;
+  BridgedClients& clients_;  // the mailbox's tasks alone touch it: it may have gone
+  std::shared_ptr<ClientCore> core_;
+};
+
+}  // namespace
+
+struct Bridge::Impl {
+  Impl(Bus& of, BridgeOptions with, const Log& to, MakeParticipant make)
+      : bus(of), options(std::move(with)), log(to), make_participant(std::move(make)) {
+    if (!options.diagnostics_node.empty()) diagnostics.emplace(bus, options);
+    thread = std::thread([this] { run(); });
+  }
+  ~Impl() {
+    stop = true;
+    edge->wake();
+    thread.join();
+  }
+
+  // The bridge's thread
+  void run();
+  void join();
+  void leave(const std::string& problem);
+  bool work(SteadyTime now);
+  bool work_with_network(SteadyTime now);
+  bool pass_on();
+  void follow_bus(SteadyTime now);
+  void announce();
+  void take_snapshot();
+  void tell_status(SteadyTime now);
+  void hear_complaints();
+  void wait(SteadyTime now);
+
+  Bus& bus;
+  const BridgeOptions options;
+  const Log& log;
+  const MakeParticipant make_participant;
+  std::unique_ptr<Edge> edge =
+      bus.attach(kBridgeName, {.ring_bytes = options.ring_bytes, .hears_itself = false});
+  std::shared_ptr<BridgeMailbox> mailbox = std::make_shared<BridgeMailbox>(*edge);
+  std::optional<NetworkDiagnostics> diagnostics;
+
+  // The bridge's thread only.
+  NetworkStatus now_so_far;
+  Refusals refusals{log, now_so_far};
+  Unoffered unoffered{log};
+  std::unique_ptr<Network> network;
+  BridgedClients clients{bus, *edge, now_so_far, unoffered};
+  Paced follow{milliseconds(10)}, match{milliseconds(5)}, graph_update{milliseconds(20)},
+      status_update{milliseconds(20)}, diagnosis{kDiagnostics};
+  std::uint64_t seen_version = ~std::uint64_t{0}, seen_discovery = ~std::uint64_t{0};
+  bool look = true, some_wait = false;  // at the readers; for a client or for the loop
+
+  // Shared with those who ask.
+  mutable std::mutex mutex;
+  NetworkStatus status;
+  std::shared_ptr<const GraphSnapshot> snapshot = std::make_shared<GraphSnapshot>();
+  std::map<std::string, Matches, std::less<>> matches;
+
+  std::atomic<bool> stop{false};
+  std::thread thread;  // last
+};
+
+void Bridge::Impl::run() {
+  join();
+  while (!stop) {
+    try {
+      const auto now = steady_clock::now();
+      if (!work(now)) wait(now);
+    } catch (const std::exception& e) {
+      leave(e.what());
+    }
+  }
+  clients.set_participant(nullptr);
+  network.reset();
+  mailbox->close();
+}
+
+void Bridge::Impl::join() {
+  try {
+    auto participant = make_participant(options.network, [box = mailbox] { box->activity(); });
+    network = std::make_unique<Network>(bus, *edge, std::move(participant), now_so_far, refusals, unoffered,
+                                        [box = mailbox](auto task) { box->post(std::move(task)); });
+    clients.set_participant(network->participant.get());
+    now_so_far.state = NetworkStatus::State::joined;
+  } catch (const std::exception& e) {
+    leave(e.what());
+  }
+}
+
+// Without a network the bus's own services are still there for clients.
+void Bridge::Impl::leave(const std::string& problem) {
+  clients.set_participant(nullptr);
+  network.reset();
+  now_so_far.state = NetworkStatus::State::absent;
+  now_so_far.problem = problem;
+  log.warning("ros2", fmt::format("no ROS 2 network: {}", problem));
+  follow.ask();
+  status_update.ask();
+}
+
+bool Bridge::Impl::work(SteadyTime now) {
+  const bool had_tasks = mailbox->run();
+  if (mailbox->had_activity()) {
+    look = true;
+    match.ask();
+    graph_update.ask();
+  }
+  look = look || had_tasks;
+  if (bus.graph_version() != seen_version) follow.ask();
+  if (follow.is_due(now)) follow_bus(now);
+  bool more = network != nullptr && work_with_network(now);
+  more = pass_on() || more;
+  if (clients.has_changed() && network != nullptr) announce();
+  diagnosis.ask();
+  tell_status(now);
+  return more;
+}
+
+bool Bridge::Impl::work_with_network(SteadyTime now) {
+  some_wait = network->services.retry(now);
+  bool more = false;
+  if (look) {
+    more = network->topics.take();
+    more = network->services.take() || more;
+    more = clients.take() || more;
+    const bool held_back = network->topics.is_held_back();
+    some_wait = some_wait || held_back;
+    look = more || held_back;
+    status_update.ask();
+  }
+  if (match.is_due(now)) {
+    if (network->topics.match()) match.ask();
+    clients.match();
+    const std::lock_guard lock(mutex);
+    matches = network->topics.matches();
+  }
+  if (graph_update.is_due(now) && network->graph.update()) take_snapshot();
+  return more;
+}
+
+// What the loop has published, to the network.
+bool Bridge::Impl::pass_on() {
+  Edge::Incoming message;
+  for (std::size_t i = 0; i < kMostPassed; ++i) {
+    if (!edge->next(message)) return false;
+    if (network != nullptr) network->topics.pass(message);
+    status_update.ask();
+  }
+  return true;
+}
+
+void Bridge::Impl::follow_bus(SteadyTime now) {
+  seen_version = bus.graph_version();  // read first: what comes later is seen next time
+  const auto services = bus.services();
+  clients.follow(services);
+  if (network == nullptr) return;
+  bool waits = network->topics.follow(bus.topics(), now);
+  waits = network->services.follow(services, now) || waits;
+  if (waits) follow.ask();
+  match.ask();
+  announce();
+}
+
+void Bridge::Impl::announce() {
+  Announcement announcement;
+  for (const std::string& node : bus.nodes()) announcement.add_node(node);
+  network->topics.announce(announcement);
+  network->services.announce(announcement);
+  clients.announce(announcement);
+  network->graph.set_own_nodes(announcement.nodes());
+  graph_update.ask();
+}
+
+void Bridge::Impl::take_snapshot() {
+  auto next = std::make_shared<GraphSnapshot>();
+  next->nodes = network->graph.nodes();
+  next->topics = network->graph.topics();
+  next->services = network->graph.services();
+  const Gid own = network->participant->gid();
+  now_so_far.nodes = static_cast<std::size_t>(
+      std::ranges::count_if(next->nodes, [&own](const GraphNode& node) { return node.participant != own; }));
+  const auto participants = network->participant->participants();
+  now_so_far.participants = static_cast<std::size_t>(std::ranges::count_if(
+      participants, [&own](const ParticipantInfo& participant) { return participant.gid != own; }));
+  status_update.ask();
+  const std::lock_guard lock(mutex);
+  next->version = snapshot->version + 1;
+  snapshot = std::move(next);
+}
+
+void Bridge::Impl::tell_status(SteadyTime now) {
+  if (status_update.is_due(now)) {
+    const std::lock_guard lock(mutex);
+    status = now_so_far;
+    if (network != nullptr) status.lost += network->topics.lost();
+    status.lost += edge->dropped();
+  }
+  if (!diagnosis.is_due(now)) return;
+  if (network != nullptr) hear_complaints();
+  if (diagnostics.has_value()) diagnostics->tell(status);
+}
+
+// The middleware goes on after what it complains of; the first one is said, for it may be all there is.
+void Bridge::Impl::hear_complaints() {
+  const bool first = now_so_far.complaints.count == 0;
+  now_so_far.complaints = network->participant->complaints();
+  now_so_far.refused_datagrams = network->participant->refused_datagrams();
+  if (first && now_so_far.complaints.count > 0)
+    log.warning("ros2", fmt::format("Fast DDS complains: {}; more of it is counted on /diagnostics, not told",
+                                    now_so_far.complaints.latest));
+  status_update.ask();
+}
+
+void Bridge::Impl::wait(SteadyTime now) {
+  SteadyTime until = now + (some_wait ? kHeldBack : kIdle);
+  for (const Paced* paced : {&follow, &match, &graph_update, &status_update, &diagnosis}) {
+    until = paced->next(until);
+  }
+  edge->wait(std::chrono::ceil<milliseconds>(std::max(until - now, steady_clock::duration{})));
+}
+
+Bridge::Bridge(Bus& bus, BridgeOptions options, const Log& log, MakeParticipant make)
+    : impl_(std::make_unique<Impl>(bus, std::move(options), log, std::move(make))) {}
+
+Bridge::~Bridge() = default;
+
+NetworkStatus Bridge::status() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->status;
+}
+
+std::shared_ptr<const GraphSnapshot> Bridge::graph() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->snapshot;
+}
+
+Matches Bridge::matches(std::string_view topic) const {
+  const std::lock_guard lock(impl_->mutex);
+  const auto found = impl_->matches.find(topic);
+  return found == impl_->matches.end() ? Matches{} : found->second;
+}
+
+std::unique_ptr<RemoteService> Bridge::make_client(std::string node, std::string_view service,
+                                                   std::string_view type) {
+  auto core = std::make_shared<ClientCore>();
+  core->node = std::move(node);
+  core->service = service_spec(service, type);
+  return std::make_unique<RemoteServiceImpl>(impl_->mailbox, impl_->clients, std::move(core));
+}
+
+}  // namespace doppel::ros2

@@ -1,0 +1,25 @@
+#pragma once
+// Private to the bridge: how the network is, for ROS's tools, on /diagnostics
+// (diagnostic_msgs/msg/DiagnosticArray).
+
+#include "doppel/messages/diagnostic_msgs.h"
+#include "doppel/ros2/bridge.h"
+
+namespace doppel::ros2 {
+
+class NetworkDiagnostics {
+ public:
+  // The loop's thread, as its end.
+  NetworkDiagnostics(Bus& bus, const BridgeOptions& options);
+  // Any thread: published by the loop, if anybody listens.
+  void tell(const NetworkStatus& status);
+
+ private:
+  Bus& bus_;
+  const ParticipantOptions network_;
+  Node node_;
+  Publisher<diagnostic_msgs::msg::DiagnosticArray> topic_;
+  std::uint64_t refused_told_ = 0;
+};
+
+}  // namespace doppel::ros2

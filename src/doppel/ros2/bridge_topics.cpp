@@ -1,0 +1,247 @@
+#include "doppel/ros2/bridge_topics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "doppel/ros2/bridge_types.h"
+#include "doppel/ros2/names.h"
+
+namespace doppel::ros2 {
+namespace {
+
+constexpr std::size_t kMostAtOnce = 64;  // samples of one reader, before others have their turn
+constexpr std::size_t kMostInFlight =
+    2048;                               // messages that the loop has not run: more wait in DDS' histories
+constexpr std::size_t kMostTold = 256;  // refusals that are said; all are counted
+
+// What of a bus's topic is for the network: its nodes, and what other edges, the page or a shell, send in.
+std::vector<doppel::EndpointInfo> for_network(std::vector<doppel::EndpointInfo> ends, bool edges_too) {
+  std::erase_if(ends, [edges_too](const doppel::EndpointInfo& info) {
+    return info.edge == kBridgeName || (!edges_too && !info.edge.empty());
+  });
+  return ends;
+}
+
+}  // namespace
+
+void Refusals::add(const std::string& name, const Gid& sender, const std::string& reason) {
+  ++status_.refused;
+  auto& refusal = status_.refusals[name];
+  ++refusal.count;
+  refusal.reason = reason;
+  if (told_.size() >= kMostTold) return;
+  if (!told_.emplace(name, std::vector<std::uint8_t>(sender.bytes.begin(), sender.bytes.begin() + 12)).second)
+    return;
+  log_.warning(
+      "ros2",
+      fmt::format("{}: refused what a peer on the network sent: {}; more of the same is counted, not told",
+                  name, reason));
+}
+
+void Unoffered::tell(const std::string& name, const std::string& reason) {
+  if (told_.size() < kMostTold && told_.emplace(name, reason).second)
+    log_.warning("ros2", fmt::format("{} cannot be offered to the network: {}", name, reason));
+}
+
+std::vector<OwnNode> Announcement::nodes() const {
+  std::vector<OwnNode> nodes;
+  for (const auto& [name, node] : nodes_) {
+    nodes.push_back(node);
+    std::ranges::sort(nodes.back().readers);
+    std::ranges::sort(nodes.back().writers);
+  }
+  return nodes;
+}
+
+EndpointSpec BridgedTopics::spec(const Topic& topic, const Qos& qos) const {
+  return {.topic = dds_name(NameKind::topic, topic.name),
+          .type = dds_type(topic.type),
+          .type_hash = message_hash(topic.type),
+          .qos = to_profile(qos)};
+}
+
+// False: the network would not have all.
+template <class End, class Make>
+bool BridgedTopics::follow_ends(const Topic& topic, std::vector<Endpoint<End>>& ends,
+                                const std::vector<doppel::EndpointInfo>& wanted, const Make& make) {
+  bool all = true;
+  for (auto& end : ends) end.seen = false;
+  for (const doppel::EndpointInfo& info : wanted) {
+    const auto found = std::ranges::find_if(
+        ends, [&info](const auto& end) { return end.node == info.node && end.qos == info.qos; });
+    if (found == ends.end()) {
+      const auto add = [&] { ends.push_back({info.node, info.qos, make(spec(topic, info.qos))}); };
+      all = unoffered_.attempt(topic.name, add) && all;
+    } else {
+      found->seen = true;
+      found->gone_since = {};
+    }
+  }
+  return all;
+}
+
+template <class End>
+bool BridgedTopics::end_ends(std::vector<Endpoint<End>>& ends, SteadyTime now) {
+  bool waits = false;
+  for (auto& end : ends) {
+    if (!end.seen && end.gone_since == SteadyTime{}) end.gone_since = now;
+    waits = waits || !end.seen;
+  }
+  std::erase_if(ends, [&](const auto& end) {
+    if (end.seen || now - end.gone_since < kGrace) return false;
+    if constexpr (std::is_same_v<End, Reader>) lost_by_gone_ += end.end->lost();
+    return true;
+  });
+  return waits;
+}
+
+bool BridgedTopics::end_unseen(TopicId id, Topic& topic, SteadyTime now) {
+  const Writer* carrier = topic.writers.empty() ? nullptr : topic.writers.front().end.get();
+  bool waits = end_ends(topic.writers, now);
+  waits = end_ends(topic.readers, now) || waits;
+  const Writer* next = topic.writers.empty() ? nullptr : topic.writers.front().end.get();
+  // A new carrier of a latched topic has to have the last message for late joiners: the bus gives it again.
+  if (topic.subscribed && next != carrier) unsubscribe(id, topic);
+  return waits;
+}
+
+bool BridgedTopics::follow(const std::vector<TopicInfo>& infos, SteadyTime now) {
+  std::set<TopicId> seen;
+  bool waits = false;
+  for (const TopicInfo& info : infos) {
+    auto writers = for_network(info.publishers, true);
+    auto readers = for_network(info.subscribers, false);
+    const auto known = topics_.find(info.id);
+    if (writers.empty() && readers.empty() && known == topics_.end()) continue;
+    Topic& topic = known != topics_.end() ? known->second : topics_[info.id];
+    topic.name = info.name;
+    topic.type = info.type;
+    topic.latched = info.latched;
+    seen.insert(info.id);
+    const auto make_writer = [this](const EndpointSpec& spec) { return participant_.make_writer(spec); };
+    const auto make_reader = [this](const EndpointSpec& spec) { return participant_.make_reader(spec); };
+    waits = !follow_ends(topic, topic.writers, writers, make_writer) || waits;
+    waits = !follow_ends(topic, topic.readers, readers, make_reader) || waits;
+  }
+  for (auto& [id, topic] : topics_) {
+    if (!seen.contains(id)) {
+      for (auto& writer : topic.writers) writer.seen = false;
+      for (auto& reader : topic.readers) reader.seen = false;
+    }
+    waits = end_unseen(id, topic, now) || waits;
+  }
+  std::erase_if(topics_, [](const auto& entry) {
+    return entry.second.writers.empty() && entry.second.readers.empty();
+  });
+  return waits;
+}
+
+void BridgedTopics::subscribe(TopicId id, Topic& topic) {
+  topic.subscribed = true;
+  edge_.subscribe(id);
+  bus_.post([listening = topic.listening] { listening->store(true, std::memory_order_release); });
+}
+
+void BridgedTopics::unsubscribe(TopicId id, Topic& topic) {
+  topic.subscribed = false;
+  topic.listening = std::make_shared<std::atomic<bool>>(false);
+  edge_.unsubscribe(id);
+}
+
+// What is latched is always listened to, for DDS has to have the newest before the next reader comes.
+bool BridgedTopics::match() {
+  bool begins = false;
+  for (auto& [id, topic] : topics_) {
+    const bool wanted = !topic.writers.empty() &&
+                        (topic.latched || std::ranges::any_of(topic.writers, [](const auto& writer) {
+                           return writer.end->matched() > 0;
+                         }));
+    if (wanted && !topic.subscribed) subscribe(id, topic);
+    if (!wanted && topic.subscribed) unsubscribe(id, topic);
+    begins = begins || (topic.subscribed && !topic.listening->load(std::memory_order_acquire));
+  }
+  return begins;
+}
+
+void BridgedTopics::pass(const Edge::Incoming& message) {
+  const auto found = topics_.find(message.topic);
+  if (found == topics_.end() || found->second.writers.empty()) return;
+  if (found->second.writers.front().end->write(message.cdr)) {
+    ++status_.sent;
+  } else {
+    ++status_.lost;
+  }
+}
+
+// Where several nodes subscribe, each reader gets what a writer sends, and the first that is matched with it
+// passes it on.
+bool BridgedTopics::take_from(Topic& topic, std::size_t which) {
+  Reader& reader = *topic.readers[which].end;
+  if (!reader.is_ready()) return false;
+  std::size_t handed = 0;
+  bool more = true;
+  for (std::size_t i = 0; i < kMostAtOnce && more; ++i) {
+    more = reader.take(sample_);
+    if (!more) break;
+    const Gid& writer = sample_.identity.writer;
+    const auto earlier = std::span(topic.readers).first(which);
+    if (std::ranges::any_of(earlier, [&writer](const auto& other) { return other.end->is_matched(writer); }))
+      continue;
+    const Status status = edge_.publish(kBridgeName, topic.name, topic.type, sample_.cdr);
+    if (status) {
+      ++status_.received;
+      ++handed;
+    } else {
+      refusals_.add(topic.name, writer, status.why());
+    }
+  }
+  if (handed > 0) {
+    in_flight_->fetch_add(handed, std::memory_order_relaxed);
+    bus_.post([in_flight = in_flight_, handed] { in_flight->fetch_sub(handed, std::memory_order_relaxed); });
+  }
+  return more;
+}
+
+bool BridgedTopics::is_held_back() const {
+  return in_flight_->load(std::memory_order_relaxed) >= kMostInFlight;
+}
+
+bool BridgedTopics::take() {
+  bool more = false;
+  for (auto& [id, topic] : topics_) {
+    for (std::size_t i = 0; i < topic.readers.size() && !is_held_back(); ++i) {
+      more = take_from(topic, i) || more;
+    }
+  }
+  return more && !is_held_back();
+}
+
+void BridgedTopics::announce(Announcement& announcement) const {
+  for (const auto& [id, topic] : topics_) {
+    for (const auto& writer : topic.writers) announcement.add_writer(writer.node, writer.end->gid());
+    for (const auto& reader : topic.readers) announcement.add_reader(reader.node, reader.end->gid());
+  }
+}
+
+std::map<std::string, Matches, std::less<>> BridgedTopics::matches() const {
+  std::map<std::string, Matches, std::less<>> all;
+  for (const auto& [id, topic] : topics_) {
+    Matches& matches = all[topic.name];
+    if (!topic.writers.empty() && topic.listening->load(std::memory_order_acquire))
+      matches.readers = topic.writers.front().end->matched();
+    for (const auto& reader : topic.readers)
+      matches.writers = std::max(matches.writers, reader.end->matched());
+  }
+  return all;
+}
+
+std::uint64_t BridgedTopics::lost() const {
+  std::uint64_t lost = lost_by_gone_;
+  for (const auto& [id, topic] : topics_) {
+    for (const auto& reader : topic.readers) lost += reader.end->lost();
+  }
+  return lost;
+}
+
+}  // namespace doppel::ros2

@@ -1,0 +1,17 @@
+#pragma once
+// Private to the bridge: what the bus and the registry say, in the network's words.
+
+#include <string>
+#include <string_view>
+
+#include "doppel/bus/bus.h"
+#include "doppel/ros2/service.h"
+
+namespace doppel::ros2 {
+
+QosProfile to_profile(const Qos& qos);
+// "RIHS01_..."; "" for a type that nobody knows.
+std::string message_hash(std::string_view type);
+ServiceSpec service_spec(std::string_view name, std::string_view type);
+
+}  // namespace doppel::ros2

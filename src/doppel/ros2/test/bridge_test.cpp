@@ -1,0 +1,437 @@
+// The bridge between a bus and a network that stands in memory; what another participant sees of it and does
+// to it.
+
+#include "doppel/ros2/bridge.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <thread>
+
+#include "doppel/messages/diagnostic_msgs.h"
+#include "doppel/messages/std_msgs.h"
+#include "doppel/messages/std_srvs.h"
+#include "doppel/ros2/names.h"
+#include "doppel/ros2/test/fake_network.h"
+
+namespace doppel::ros2 {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+using std_msgs::msg::Float64;
+using std_msgs::msg::String;
+using std_srvs::srv::SetBool;
+using std_srvs::srv::Trigger;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using testing::FakeNetwork;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr const char* kFloat = "std_msgs/msg/Float64";
+
+EndpointSpec topic_spec(std::string_view topic, std::string_view type = kFloat, QosProfile qos = {}) {
+  return {.topic = dds_name(NameKind::topic, topic), .type = dds_type(type), .type_hash = "", .qos = qos};
+}
+
+// A bus with its bridge, whose loop is this thread, and another participant.
+class BridgeTest : public ::testing::Test {
+ protected:
+  BridgeTest() {
+    log.add_sink([this](const LogLine& line) {
+      const std::lock_guard lock(mutex);
+      said.push_back(line.text);
+    });
+  }
+  void start(BridgeOptions options = {}) {
+    bridge.emplace(bus, std::move(options), log,
+                   [this](const auto&, auto on_activity) { return network.join(std::move(on_activity)); });
+  }
+  // Runs the loop until it holds.
+  template <class Condition>
+  bool comes_true(const Condition& condition) {
+    const auto end = steady_clock::now() + std::chrono::seconds(10);
+    while (steady_clock::now() < end) {
+      bus.spin();
+      if (condition()) return true;
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    return false;
+  }
+  // So long that what must not happen would have.
+  void run_for(milliseconds time) {
+    const auto end = steady_clock::now() + time;
+    comes_true([end] { return steady_clock::now() >= end; });
+  }
+  [[nodiscard]] std::vector<EndpointInfo> endpoints(std::string_view topic) const {
+    auto all = peer->endpoints();
+    std::erase_if(all, [&](const EndpointInfo& info) {
+      return info.is_own || info.topic != dds_name(NameKind::topic, topic);
+    });
+    return all;
+  }
+  [[nodiscard]] bool is_heard(std::string_view topic) const {
+    return std::ranges::any_of(bus.topics(), [&](const TopicInfo& info) {
+      return info.name == topic && std::ranges::any_of(info.subscribers, [](const doppel::EndpointInfo& end) {
+               return end.edge == "/_ros2";
+             });
+    });
+  }
+  std::vector<double> take_all(Reader& reader) {
+    std::vector<double> values;
+    Sample sample;
+    Float64 message;
+    while (reader.take(sample)) {
+      if (from_cdr(sample.cdr, message)) values.push_back(message.data);
+    }
+    return values;
+  }
+
+  FakeNetwork network;
+  Bus bus;
+  Node node{bus, "/arm"};
+  std::mutex mutex;
+  std::vector<std::string> said;
+  Log log;
+  std::unique_ptr<Participant> peer = network.join([] {});
+  std::optional<Bridge> bridge;
+};
+
+TEST_F(BridgeTest, WhatANodePublishesReachesTheNetworkWhileItIsListenedTo) {
+  const auto publisher = node.advertise<Float64>("~/x", {.depth = 3, .best_effort = true});
+  start();
+  ASSERT_TRUE(comes_true([&] { return endpoints("/arm/x").size() == 1; }));
+  const EndpointInfo writer = endpoints("/arm/x")[0];
+  EXPECT_TRUE(writer.is_writer);
+  EXPECT_EQ(writer.type, "std_msgs::msg::dds_::Float64_");
+  EXPECT_EQ(writer.qos.reliability, Reliability::best_effort);
+  EXPECT_EQ(writer.qos.depth, 3U);
+  EXPECT_FALSE(publisher.has_listeners()) << "the loop pays nothing for a topic that nobody wants";
+
+  auto reader = peer->make_reader(topic_spec("/arm/x", kFloat, sensor_data_qos()));
+  ASSERT_TRUE(comes_true([&] { return bridge->matches("/arm/x").readers == 1; }));
+  EXPECT_TRUE(publisher.has_listeners());
+  publisher.publish({7}, {});
+  ASSERT_TRUE(comes_true([&] { return reader->is_ready(); }));
+  EXPECT_THAT(take_all(*reader), ElementsAre(7));
+
+  reader.reset();
+  EXPECT_TRUE(comes_true([&] { return !publisher.has_listeners(); }));
+  EXPECT_TRUE(comes_true([&] { return bridge->status().sent == 1; }));
+}
+
+TEST_F(BridgeTest, LatchedTopicsHaveTheNewestForWhoComesLater) {
+  const auto publisher = node.advertise<Float64>("/x", {.depth = 1, .latched = true});
+  publisher.publish({1}, {});
+  start();
+  ASSERT_TRUE(comes_true([&] { return is_heard("/x"); }));
+  const auto first_value = [&] {
+    const auto reader = peer->make_reader(topic_spec("/x", kFloat, latched_qos()));
+    std::vector<double> values;
+    EXPECT_TRUE(comes_true([&] { return !(values = take_all(*reader)).empty(); }));
+    return values;
+  };
+  EXPECT_TRUE(comes_true([&] { return bridge->status().sent == 1; }));
+  EXPECT_THAT(first_value(), ElementsAre(1));
+  publisher.publish({2}, {});  // nobody reads
+  EXPECT_TRUE(comes_true([&] { return bridge->status().sent == 2; }));
+  EXPECT_THAT(first_value(), ElementsAre(2));
+}
+
+TEST_F(BridgeTest, WhatTheNetworkSendsReachesTheNodesOnceAndDoesNotGoBack) {
+  std::vector<double> heard;
+  node.subscribe<Float64>("/in", [&](const Float64& message) { heard.push_back(message.data); });
+  Node other(bus, "/other");
+  int others = 0;
+  other.subscribe<Float64>("/in", [&](const Float64&) { ++others; });
+  node.advertise<Float64>("/in");  // and a writer of its own: nothing may come back on it
+  const auto page = bus.attach("/_page");
+  start();
+  auto writer = peer->make_writer(topic_spec("/in"));
+  auto listener = peer->make_reader(topic_spec("/in"));
+  ASSERT_TRUE(comes_true([&] { return writer->matched() == 2 && bridge->matches("/in").readers == 1; }));
+  EXPECT_EQ(bridge->matches("/in").writers, 1U);
+  for (const double value : {1, 2, 3}) writer->write(to_cdr(Float64{value}));
+  ASSERT_TRUE(comes_true([&] { return heard.size() >= 3; }));
+  ASSERT_TRUE(page->publish("/_page", "/in", kFloat, to_cdr(Float64{4})));
+  ASSERT_TRUE(comes_true([&] { return listener->is_ready(); }));
+  EXPECT_THAT(take_all(*listener), ElementsAre(4)) << "what the page says is for the network, too";
+  EXPECT_THAT(heard, ElementsAre(1, 2, 3, 4));
+  EXPECT_EQ(others, 4);
+  EXPECT_TRUE(comes_true([&] { return bridge->status().received == 3; }));
+}
+
+TEST_F(BridgeTest, APageThatPublishesIsAPublisherOnTheNetwork) {
+  node.subscribe<Float64>("/in", [](const Float64&) {});
+  const auto page = bus.attach("/_page");
+  ASSERT_TRUE(page->publish("/_page", "/in", kFloat, to_cdr(Float64{4})));
+  bus.spin();
+  start();
+  auto listener = peer->make_reader(topic_spec("/in"));
+  ASSERT_TRUE(comes_true([&] { return bridge->matches("/in").readers == 1; }));
+  ASSERT_TRUE(page->publish("/_page", "/in", kFloat, to_cdr(Float64{5})));
+  ASSERT_TRUE(comes_true([&] { return listener->is_ready(); }));
+  EXPECT_THAT(take_all(*listener), ElementsAre(5));
+}
+
+TEST_F(BridgeTest, MalformedMessagesAreCountedAndToldOnce) {
+  int heard = 0;
+  node.subscribe<Float64>("/in", [&](const Float64&) { ++heard; });
+  start();
+  auto writer = peer->make_writer(topic_spec("/in", kFloat, {.depth = 1000}));
+  ASSERT_TRUE(comes_true([&] { return writer->matched() == 1; }));
+  const Bytes bad(3);
+  for (int i = 0; i < 5; ++i) {
+    writer->write(bad);
+    ASSERT_TRUE(comes_true([&] { return bridge->status().refused == static_cast<std::uint64_t>(i) + 1; }));
+  }
+  writer->write(to_cdr(Float64{1}));
+  EXPECT_TRUE(comes_true([&] { return heard == 1; }));
+  const NetworkStatus status = bridge->status();
+  ASSERT_TRUE(status.refusals.contains("/in"));
+  EXPECT_EQ(status.refusals.at("/in").count, 5U);
+  EXPECT_THAT(status.refusals.at("/in").reason, Not(IsEmpty()));
+  const std::lock_guard lock(mutex);
+  EXPECT_THAT(said, ElementsAre(HasSubstr("/in")));
+}
+
+TEST_F(BridgeTest, AFloodWaitsInItsHistoryUntilTheLoopHasRunWhatItGot) {
+  int heard = 0;
+  node.subscribe<Float64>("/in", [&](const Float64&) { ++heard; }, {.depth = 100000});
+  start();
+  auto writer = peer->make_writer(topic_spec("/in", kFloat, {.depth = 100000}));
+  while (writer->matched() == 0) std::this_thread::yield();
+  for (int i = 0; i < 20000; ++i) writer->write(to_cdr(Float64{1}));
+  std::this_thread::sleep_for(milliseconds(300));  // the loop stands
+  EXPECT_LT(bridge->status().received, 10000U);
+  EXPECT_TRUE(comes_true([&] { return heard == 20000; }));
+}
+
+TEST_F(BridgeTest, EndpointsAreTheirNodes) {
+  node.advertise<Float64>("/x");
+  Node other(bus, "/ns/other");
+  other.advertise<Float64>("/x", {.depth = 4});
+  other.subscribe<Float64>("/y", [](const Float64&) {});
+  node.serve<Trigger>("~/go", [](const auto&, const auto&) {});
+  start();
+  Graph graph(*peer);
+  const auto find = [&](std::string_view name) -> const GraphNode* {
+    const auto found = std::ranges::find(graph.nodes(), name, &GraphNode::name);
+    return found == graph.nodes().end() ? nullptr : &*found;
+  };
+  ASSERT_TRUE(comes_true([&] {
+    graph.update();
+    return find("/arm") != nullptr && find("/arm")->writers.size() == 2 && find("/ns/other") != nullptr &&
+           find("/ns/other")->readers.size() == 1;
+  }));
+  EXPECT_EQ(find("/arm")->readers.size(), 1U) << "of the service's requests";
+  EXPECT_EQ(find("/ns/other")->writers.size(), 1U);
+  EXPECT_EQ(endpoints("/x").size(), 2U) << "each node has a writer of its own";
+}
+
+TEST_F(BridgeTest, NodesComeAndGoAndWhatIsMadeAnewAtOnceStays) {
+  start();
+  std::optional<Node> controller(std::in_place, bus, "/controller");
+  controller->advertise<Float64>("~/state");
+  ASSERT_TRUE(comes_true([&] { return endpoints("/controller/state").size() == 1; }));
+  const Gid before = endpoints("/controller/state")[0].gid;
+  controller.reset();
+  run_for(milliseconds(60));  // the bridge has seen that it is gone
+  controller.emplace(bus, "/controller");
+  controller->advertise<Float64>("~/state");
+  run_for(milliseconds(400));
+  ASSERT_EQ(endpoints("/controller/state").size(), 1U);
+  EXPECT_EQ(endpoints("/controller/state")[0].gid, before);
+  controller.reset();
+  EXPECT_TRUE(comes_true([&] { return endpoints("/controller/state").empty(); }));
+}
+
+TEST_F(BridgeTest, TheNextNodeCarriesALatchedTopicOn) {
+  std::optional<Node> first(std::in_place, bus, "/a_first");
+  first->advertise<Float64>("/x", {.depth = 1, .latched = true}).publish({1}, {});
+  const auto publisher = node.advertise<Float64>("/x", {.depth = 1, .latched = true});
+  start();
+  ASSERT_TRUE(comes_true([&] { return endpoints("/x").size() == 2; }));
+  publisher.publish({2}, {});
+  ASSERT_TRUE(comes_true([&] { return bridge->status().sent >= 1; }));
+  first.reset();
+  ASSERT_TRUE(comes_true([&] { return endpoints("/x").size() == 1; }));
+  auto reader = peer->make_reader(topic_spec("/x", kFloat, latched_qos()));
+  ASSERT_TRUE(comes_true([&] { return reader->is_ready(); }));
+  EXPECT_THAT(take_all(*reader), ElementsAre(2));
+}
+
+ServiceSpec trigger_spec(const std::string& name) {
+  return {.name = name, .type = "std_srvs/srv/Trigger", .request_hash = "", .response_hash = ""};
+}
+
+TEST_F(BridgeTest, ServicesAnswerWhoAsksAndRefuseInSilence) {
+  node.serve<Trigger>("~/go", [](const auto&, const Responder<Trigger::Response>& respond) {
+    respond({.success = true, .message = "gone"});
+  });
+  start();
+  ServiceClient one(*peer, trigger_spec("/arm/go")), two(*peer, trigger_spec("/arm/go"));
+  ASSERT_TRUE(comes_true([&] { return one.is_available() && two.is_available(); }));
+  one.send(Bytes(1));  // malformed
+  const auto number = one.send(to_cdr(Trigger::Request{}));
+  Sample reply;
+  ASSERT_TRUE(comes_true([&] { return one.take(reply); }));
+  EXPECT_EQ(reply.related.sequence, number);
+  Trigger::Response response;
+  ASSERT_TRUE(from_cdr(reply.cdr, response));
+  EXPECT_EQ(response.message, "gone");
+  run_for(milliseconds(50));
+  EXPECT_FALSE(one.take(reply)) << "a malformed request has no answer";
+  EXPECT_FALSE(two.take(reply)) << "nor has one that another client sent";
+  EXPECT_EQ(bridge->status().refused, 1U);
+  EXPECT_EQ(bridge->status().requests, 2U);
+}
+
+TEST_F(BridgeTest, AClientThatIsGoneCostsNothing) {
+  std::vector<Responder<Trigger::Response>> waiting;
+  node.serve<Trigger>("~/go", [&](const auto&, const auto& respond) { waiting.push_back(respond); });
+  start();
+  std::optional<ServiceClient> client(std::in_place, *peer, trigger_spec("/arm/go"));
+  ASSERT_TRUE(comes_true([&] { return client->is_available(); }));
+  for (int i = 0; i < 3; ++i) client->send(to_cdr(Trigger::Request{}));
+  ASSERT_TRUE(comes_true([&] { return waiting.size() == 3; }));
+  client.reset();
+  for (const auto& respond : waiting) respond({});
+  EXPECT_TRUE(comes_true([&] { return bridge->status().unanswered == 3; }));
+  ServiceClient next(*peer, trigger_spec("/arm/go"));
+  ASSERT_TRUE(comes_true([&] { return next.is_available(); }));
+  next.send(to_cdr(Trigger::Request{}));
+  EXPECT_TRUE(comes_true([&] { return waiting.size() == 4; }));
+}
+
+TEST_F(BridgeTest, ANodesClientCallsOthersServices) {
+  start();
+  auto client = bridge->make_client("/arm", "/far/set", "std_srvs/srv/SetBool");
+  EXPECT_FALSE(client->is_available());
+  ServiceServer server(
+      *peer, {.name = "/far/set", .type = "std_srvs/srv/SetBool", .request_hash = "", .response_hash = ""});
+  ASSERT_TRUE(comes_true([&] { return client->is_available(); }));
+  std::string answer;
+  const auto remember = [&](const Bytes& bytes) {
+    SetBool::Response response;
+    if (from_cdr(bytes, response)) answer += response.message;
+  };
+  client->forget(client->call(to_cdr(SetBool::Request{.data = false}), remember));
+  client->call(to_cdr(SetBool::Request{.data = true}), remember);
+  int answered = 0;
+  ASSERT_TRUE(comes_true([&] {
+    Sample request;
+    while (server.take(request)) {
+      SetBool::Request asked;
+      EXPECT_TRUE(from_cdr(request.cdr, asked));
+      server.respond(request.related,
+                     to_cdr(SetBool::Response{.success = true, .message = asked.data ? "on" : "off"}));
+      ++answered;
+    }
+    return answered == 2 && !answer.empty();
+  }));
+  run_for(milliseconds(30));
+  EXPECT_EQ(answer, "on") << "what was forgotten is not told";
+
+  Graph graph(*peer);
+  ASSERT_TRUE(comes_true([&] {
+    graph.update();
+    const auto service = std::ranges::find(graph.services(), "/far/set", &GraphService::name);
+    return service != graph.services().end() && service->clients.size() == 1 &&
+           service->clients[0].node == "/arm";
+  }));
+  client.reset();
+  ASSERT_TRUE(comes_true([&] {
+    graph.update();
+    const auto service = std::ranges::find(graph.services(), "/far/set", &GraphService::name);
+    return service == graph.services().end() || service->clients.empty();
+  }));
+}
+
+TEST_F(BridgeTest, ANodesClientFindsTheBussOwnServices) {
+  node.serve<Trigger>("~/go", [](const auto&, const Responder<Trigger::Response>& respond) {
+    respond({.success = true, .message = "here"});
+  });
+  start();
+  const auto client = bridge->make_client("/arm", "/arm/go", "std_srvs/srv/Trigger");
+  ASSERT_TRUE(comes_true([&] { return client->is_available(); }));
+  std::string answer;
+  client->call(to_cdr(Trigger::Request{}), [&](const Bytes& bytes) {
+    Trigger::Response response;
+    if (from_cdr(bytes, response)) answer = response.message;
+  });
+  EXPECT_TRUE(comes_true([&] { return answer == "here"; }));
+}
+
+TEST_F(BridgeTest, ARemoteServiceMayOutliveItsBridge) {
+  start();
+  const auto client = bridge->make_client("/arm", "/far/go", "std_srvs/srv/Trigger");
+  bridge.reset();
+  EXPECT_FALSE(client->is_available());
+  client->call({}, [](const Bytes&) { FAIL(); });
+}
+
+TEST_F(BridgeTest, ItsGraphShowsOthersAndItself) {
+  node.advertise<Float64>("/x");
+  start();
+  auto reader = peer->make_reader(topic_spec("/x"));
+  Graph graph(*peer);
+  graph.set_own_nodes({{.name = "/rviz", .readers = {reader->gid()}, .writers = {}}});
+  std::shared_ptr<const GraphSnapshot> seen;
+  ASSERT_TRUE(comes_true([&] {
+    seen = bridge->graph();
+    const auto topic = std::ranges::find(seen->topics, "/x", &GraphTopic::name);
+    return topic != seen->topics.end() && topic->publishers.size() == 1 && topic->subscriptions.size() == 1 &&
+           topic->publishers[0].node == "/arm" && topic->subscriptions[0].node == "/rviz";
+  }));
+  EXPECT_TRUE(comes_true([&] { return bridge->status().participants == 1 && bridge->status().nodes == 1; }));
+  EXPECT_EQ(bridge->status().state, NetworkStatus::State::joined);
+}
+
+TEST_F(BridgeTest, WithoutANetworkItSaysSoOnceAndTheBusGoesOn) {
+  bridge.emplace(bus, BridgeOptions{.network = {}, .diagnostics_node = "/doppel"}, log,
+                 [](const auto&, const auto&) -> std::unique_ptr<Participant> {
+                   throw NetworkError("there is no interface");
+                 });
+  diagnostic_msgs::msg::DiagnosticStatus told;
+  node.subscribe<diagnostic_msgs::msg::DiagnosticArray>(
+      "/diagnostics", [&](const auto& message) { told = message.status.at(0); });
+  ASSERT_TRUE(comes_true([&] { return told.level == told.ERROR; }));
+  EXPECT_EQ(told.name, "doppel: ros2 network");
+  EXPECT_EQ(told.message, "there is no interface");
+  EXPECT_EQ(bridge->status().state, NetworkStatus::State::absent);
+  EXPECT_THAT(said, ElementsAre("no ROS 2 network: there is no interface"));
+}
+
+TEST_F(BridgeTest, TellsDiagnosticsHowTheNetworkIs) {
+  start({.network = {}, .diagnostics_node = "/doppel"});
+  diagnostic_msgs::msg::DiagnosticStatus told;
+  node.subscribe<diagnostic_msgs::msg::DiagnosticArray>(
+      "/diagnostics", [&](const auto& message) { told = message.status.at(0); });
+  ASSERT_TRUE(comes_true([&] { return told.message == "1 other participants"; }));
+  EXPECT_EQ(told.level, told.OK);
+  EXPECT_EQ(told.hardware_id, "domain 0");
+}
+
+TEST_F(BridgeTest, EndsWithCallsAndMessagesUnderWay) {
+  const auto publisher = node.advertise<Float64>("/x");
+  std::vector<Responder<Trigger::Response>> waiting;
+  node.serve<Trigger>("~/go", [&](const auto&, const auto& respond) { waiting.push_back(respond); });
+  start();
+  auto reader = peer->make_reader(topic_spec("/x"));
+  ServiceClient client(*peer, trigger_spec("/arm/go"));
+  ASSERT_TRUE(comes_true([&] { return client.is_available() && publisher.has_listeners(); }));
+  client.send(to_cdr(Trigger::Request{}));
+  ASSERT_TRUE(comes_true([&] { return waiting.size() == 1; }));
+  publisher.publish({1}, {});
+  bridge.reset();
+  waiting.clear();
+  bus.spin();
+  EXPECT_THAT(endpoints("/x"), IsEmpty());
+}
+
+}  // namespace
+}  // namespace doppel::ros2
