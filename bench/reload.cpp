@@ -34,7 +34,7 @@ class Twin {
     if (child_ == 0) {
       dup2(ends[1], STDERR_FILENO);
       close(ends[0]);
-      execl(program.c_str(), "doppel", "up", robot.c_str(), "--headless", nullptr);
+      execl(program.c_str(), "doppel", "up", robot.c_str(), "--headless", "--no-ros", nullptr);
       _exit(127);
     }
     close(ends[1]);

@@ -19,6 +19,7 @@
 #include "app/offered_files.h"
 #include "app/process.h"
 #include "app/reload.h"
+#include "app/ros_door.h"
 #include "app/snapshot.h"
 #include "app/tell.h"
 #include "app/terminal_log.h"
@@ -37,6 +38,7 @@ struct UpOptions {
   bool no_reload = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
   DoorOptions door;
+  RosDoorOptions ros;
 };
 
 Scenario make_scenario(const UpOptions& options) {
@@ -176,6 +178,7 @@ int run_up(const UpOptions& options) {
     throw InputError("cli.duration", {}, "--duration has to be a positive number of simulated seconds");
   }
   const Scenario scenario = make_scenario(options);
+  const auto network = ros_network(options.ros);
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();
@@ -190,11 +193,13 @@ int run_up(const UpOptions& options) {
   const auto files = [&twin] { return offered_files(twin.description(), twin.engine().objects()); };
   assets->offer(files());
   Door door(twin.bus(), twin.robot_name(), options.door, assets, log);
+  RosDoor ros(twin.bus(), network, log);
   Summary summary;
   summary.robot = twin.robot_name();
   summary.engine = twin.engine().capabilities().name;
   print_banner(twin, summary.engine);
   door.print();
+  ros.print();
   if (!options.headless && !options.json) door.open_page();
 
   HealthPublisher health(twin.bus(), [scenario] { return health_json(scenario); });
@@ -217,6 +222,7 @@ int run_up(const UpOptions& options) {
     summary.startup_ms = milliseconds_since_process_start();
     look();
     tell("  ready        {:.0f} ms after the start\n", summary.startup_ms);
+    ros.open();
   });
   if (table) {
     terminal.table_begins();
@@ -254,6 +260,7 @@ void add_up(CLI::App& app, int& exit_code) {
   up->add_flag("--headless", options->headless, "No live table and no browser; log lines only");
   up->add_flag("--json", options->json, "One summary object on stdout at the end");
   add_door_options(*up, options->door);
+  add_ros_door_options(*up, options->ros);
   up->footer(
       "Examples:\n"
       "  doppel up omarm_one\n"

@@ -14,6 +14,7 @@
 #include "app/offered_files.h"
 #include "app/process.h"
 #include "app/reload.h"
+#include "app/ros_door.h"
 #include "app/tell.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
@@ -28,14 +29,16 @@ struct ViewOptions {
   DescribedBy robot;
   bool no_reload = false, headless = false;
   DoorOptions door;
+  RosDoorOptions ros;
 };
 
-void print_banner(const Viewer& viewer, const Door& door) {
+void print_banner(const Viewer& viewer, const Door& door, const RosDoor& ros) {
   const Model& model = viewer.model();
   tell("{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
        model.joints.size(), model.driven_joint_names().size());
   tell("  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
   door.print();
+  ros.print();
   tell("  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
 }
 
@@ -51,6 +54,7 @@ void show_frames(Viewer& viewer, const std::atomic<bool>& stop) {
 
 int run_view(const ViewOptions& options) {
   const Scenario scenario = described_scenario(options.robot);
+  const auto network = ros_network(options.ros);
   const std::atomic<bool>& stop = stop_on_signals();
   TerminalLog terminal;
   Log log;
@@ -61,6 +65,7 @@ int run_view(const ViewOptions& options) {
 
   const auto assets = std::make_shared<AssetLibrary>();
   Door door(viewer.bus(), viewer.model().name, options.door, assets, log);
+  RosDoor ros(viewer.bus(), network, log);
   HealthPublisher health(viewer.bus(), [scenario] { return health_json(scenario); });
   const auto look = [&] {
     assets->offer(files_of(viewer.description()));
@@ -72,7 +77,8 @@ int run_view(const ViewOptions& options) {
   };
   std::unique_ptr<Reloader> reloader;
   if (!options.no_reload) reloader = std::make_unique<Reloader>(reloadable(viewer, offer_both, look), log);
-  print_banner(viewer, door);
+  print_banner(viewer, door, ros);
+  ros.open();
   if (!options.headless) door.open_page();
   show_frames(viewer, stop);
   return 0;
@@ -88,6 +94,7 @@ void add_view(CLI::App& app, int& exit_code) {
   view->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
   view->add_flag("--headless", options->headless, "Open no page, as --no-open; there is no live table here");
   add_door_options(*view, options->door);
+  add_ros_door_options(*view, options->ros);
   view->footer(
       "Whatever can be drawn is drawn; faults are warnings, and the page's Health tells them with their "
       "places.\n"
