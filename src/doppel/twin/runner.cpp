@@ -93,15 +93,23 @@ LoopPhases Runner::phases() const {
   return phases;
 }
 
-// Between steps, a step in its time, and where the wall time went.
+// Waits until a step is due and only then runs what has come in: a command waits for no step that it could
+// have had a part in.
+void Runner::begin_step() {
+  const auto told = Clock::now();
+  bus_ += told - measured_;
+  const auto due = keep_pace(told);
+  idle_ += due - told;
+  twin_.between_steps();
+  measured_ = Clock::now();
+  bus_ += measured_ - due;
+}
+
 void Runner::step_and_measure() {
-  const auto spun = Clock::now();
-  bus_ += spun - measured_;
-  const auto due = keep_pace(spun);
-  idle_ += due - spun;
+  const auto begun = measured_;
   twin_.step();
   measured_ = Clock::now();
-  step_ += measured_ - due;
+  step_ += measured_ - begun;
 }
 
 void Runner::tell(Clock::time_point now) {
@@ -152,7 +160,7 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
       statistics_.end = RunEnd::diverged;
       break;
     }
-    twin_.between_steps();
+    begin_step();
     if (twin_.time_control().paused) {
       rest_while_paused(stop);
       continue;

@@ -71,6 +71,7 @@ class Runner {
  private:
   using Clock = std::chrono::steady_clock;
   void rest_while_paused(const std::atomic<bool>& stop);
+  void begin_step();
   void step_and_measure();
   // Sleeps until the next step is due; the time then.
   Clock::time_point keep_pace(Clock::time_point now);
