@@ -1,0 +1,110 @@
+#pragma once
+// For benchmarks with ROS 2's network: a twin at 1 kHz, and peers in processes of their own, on loopback and
+// in a domain of the benchmark's.
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "doppel/ros2/environment.h"
+#include "doppel/ros2/names.h"
+#include "doppel/ros2/participant.h"
+#include "doppel/twin/twin.h"
+
+namespace doppel::bench {
+
+inline ros2::ParticipantOptions own_domain() {
+  ros2::ParticipantOptions options;
+  options.domain = 29;
+  return options;
+}
+
+// omarm_one with its controllers at the physics' rate.
+class FastScenario {
+ public:
+  FastScenario() {
+    const std::filesystem::path robots = DOPPEL_ROBOTS;
+    std::ostringstream text;
+    text << std::ifstream(robots / "omarm_one/config/ros2_controllers.yaml").rdbuf();
+    std::string yaml = text.str();
+    const std::string slow = "update_rate: 100 ";
+    const std::size_t at = yaml.find(slow);
+    if (at == std::string::npos) throw std::runtime_error("omarm_one's controllers no longer run at 100 Hz");
+    yaml.replace(at, slow.size(), "update_rate: 1000 ");
+    file_ = std::filesystem::temp_directory_path() / ("bench_ros_" + std::to_string(getpid()) + ".yaml");
+    std::ofstream(file_) << yaml;
+    scenario.target = "omarm_one";
+    scenario.bundled_robots = robots;
+    scenario.controllers = file_;
+  }
+  ~FastScenario() { std::filesystem::remove(file_); }
+  FastScenario(const FastScenario&) = delete;
+  FastScenario& operator=(const FastScenario&) = delete;
+
+  Scenario scenario;
+
+ private:
+  std::filesystem::path file_;
+};
+
+// This program again, as a peer: with the argument `role`, until it is destroyed. What it prints is kept.
+class Peer {
+ public:
+  explicit Peer(const char* role) {
+    if (pipe2(out_.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_adddup2(&files, out_[1], STDOUT_FILENO);
+    std::string program = "/proc/self/exe", argument = role;
+    char* const arguments[] = {program.data(), argument.data(), nullptr};
+    const int failed = posix_spawn(&child_, program.c_str(), &files, nullptr, arguments, environ);
+    posix_spawn_file_actions_destroy(&files);
+    close(out_[1]);
+    if (failed != 0) throw std::runtime_error("cannot start a peer");
+  }
+  ~Peer() { end(); }
+  Peer(const Peer&) = delete;
+  Peer& operator=(const Peer&) = delete;
+
+  // Ends it; all that it printed.
+  std::string end() {
+    if (child_ != 0) kill(child_, SIGTERM);
+    return output();
+  }
+  // Waits until it ends by itself.
+  std::string output() {
+    if (child_ == 0) return text_;
+    std::array<char, 4096> part;
+    for (ssize_t got = 0; (got = read(out_[0], part.data(), part.size())) > 0;)
+      text_.append(part.data(), static_cast<std::size_t>(got));
+    close(out_[0]);
+    waitpid(child_, nullptr, 0);
+    child_ = 0;
+    return text_;
+  }
+
+ private:
+  std::array<int, 2> out_{};
+  pid_t child_ = 0;
+  std::string text_;
+};
+
+inline ros2::EndpointSpec topic(std::string_view name, std::string_view type,
+                                const ros2::QosProfile& qos = {}) {
+  return {ros2::dds_name(ros2::NameKind::topic, name), ros2::dds_type(type), "", qos};
+}
+
+}  // namespace doppel::bench
