@@ -30,7 +30,7 @@ def struct(type):
 def package_idl(types, package):
     own = types.of_package(package)
     used = {field.type.split("/")[0] for type in own for field in type.fields if field.type not in BASIC}
-    guard = f"GOLDEN_{package.upper()}_IDL"
+    guard = f"{package.upper()}_IDL"
     includes = "".join(f'#include "{name}.idl"\n' for name in sorted(used - {package}))
     body = "\n".join(struct(type) for type in own)
     return f"{HEADING}#ifndef {guard}\n#define {guard}\n{includes}\n{body}\n#endif\n"

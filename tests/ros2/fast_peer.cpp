@@ -1,0 +1,160 @@
+#include "fast_peer.h"
+
+#include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+#include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+#include <fastrtps/utils/IPLocator.h>
+
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
+#include <stdexcept>
+
+namespace doppel::ros2_testing {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+
+namespace {
+
+template <class Octets>
+std::string text(const Octets& octets) {
+  std::string text(octets.begin(), octets.end());
+  return text.substr(0, text.find('\0'));  // rmw_fastrtps sends the enclave's NUL along
+}
+
+template <class EndpointQos>
+void set_qos(EndpointQos& out, const TopicQos& qos) {
+  out.reliability().kind = qos.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
+  out.durability().kind = qos.latched ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  out.history().kind = qos.depth == 0 ? dds::KEEP_ALL_HISTORY_QOS : dds::KEEP_LAST_HISTORY_QOS;
+  out.history().depth = qos.depth == 0 ? 1 : qos.depth;
+  out.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  out.data_sharing().off();
+}
+
+dds::DomainParticipantQos loopback_only(const FastPeer::Options& options) {
+  dds::DomainParticipantQos qos;
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList = {"127.0.0.1"};
+  udp->maxInitialPeersRange = 32;
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports = {udp};
+  auto& builtin = qos.wire_protocol().builtin;
+  rtps::Locator_t loopback;
+  rtps::IPLocator::setIPv4(loopback, "127.0.0.1");
+  builtin.initialPeersList.push_back(loopback);
+  builtin.metatrafficUnicastLocatorList.push_back(loopback);  // and so no multicast
+  builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(options.lease_seconds);
+  builtin.discovery_config.leaseDuration_announcementperiod =
+      eprosima::fastrtps::Duration_t(options.announce_seconds);
+  const std::string enclave = "enclave=" + options.enclave + ";";
+  qos.user_data().assign(enclave.begin(), enclave.end());
+  qos.user_data().push_back(0);
+  qos.name(options.enclave.c_str());
+  return qos;
+}
+
+}  // namespace
+
+class FastPeer::Discovery : public dds::DomainParticipantListener {
+ public:
+  void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) override {
+    using Info = rtps::ParticipantDiscoveryInfo;
+    const std::lock_guard lock(mutex);
+    if (info.status == Info::REMOVED_PARTICIPANT || info.status == Info::DROPPED_PARTICIPANT)
+      participants.erase(info.info.m_guid);
+    else
+      participants[info.info.m_guid] = {info.info.m_participantName.c_str(),
+                                        text(info.info.m_userData.getValue())};
+  }
+  void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
+    enter(info.info, true, info.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER);
+  }
+  void on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
+    enter(info.info, false, info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER);
+  }
+
+  mutable std::mutex mutex;
+  std::map<GUID_t, SeenEndpoint> endpoints;
+  std::map<GUID_t, SeenParticipant> participants;
+
+ private:
+  template <class Proxy>
+  void enter(const Proxy& proxy, bool is_writer, bool gone) {
+    const std::lock_guard lock(mutex);
+    if (gone) {
+      endpoints.erase(proxy.guid());
+      return;
+    }
+    endpoints[proxy.guid()] = {proxy.guid(),
+                               is_writer,
+                               proxy.topicName().to_string(),
+                               proxy.typeName().to_string(),
+                               text(proxy.m_qos.m_userData.getValue()),
+                               proxy.m_qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
+                               proxy.m_qos.m_durability.kind == dds::TRANSIENT_LOCAL_DURABILITY_QOS};
+  }
+};
+
+FastPeer::FastPeer(int domain, const Options& options) : discovery_(std::make_unique<Discovery>()) {
+  participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
+      static_cast<dds::DomainId_t>(domain), loopback_only(options), discovery_.get(),
+      dds::StatusMask::none());
+  if (participant_ == nullptr) throw std::runtime_error("Fast DDS made no participant");
+  publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
+  subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+}
+
+FastPeer::~FastPeer() {
+  participant_->set_listener(nullptr);
+  participant_->delete_contained_entities();
+  dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+dds::Topic* FastPeer::topic(const std::string& name, dds::TypeSupport& type) {
+  if (auto* known = participant_->lookup_topicdescription(name)) return dynamic_cast<dds::Topic*>(known);
+  type.register_type(participant_);
+  return participant_->create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+}
+
+dds::DataReader* FastPeer::reader(const std::string& name, dds::TypeSupport type, const TopicQos& qos) {
+  dds::DataReaderQos reader_qos;
+  set_qos(reader_qos, qos);
+  auto* reader = subscriber_->create_datareader(topic(name, type), reader_qos);
+  if (reader == nullptr) throw std::runtime_error("Fast DDS made no reader of " + name);
+  return reader;
+}
+
+dds::DataWriter* FastPeer::writer(const std::string& name, dds::TypeSupport type, const TopicQos& qos) {
+  dds::DataWriterQos writer_qos;
+  set_qos(writer_qos, qos);
+  writer_qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
+  auto* writer = publisher_->create_datawriter(topic(name, type), writer_qos);
+  if (writer == nullptr) throw std::runtime_error("Fast DDS made no writer of " + name);
+  return writer;
+}
+
+std::vector<SeenEndpoint> FastPeer::endpoints() const {
+  const std::lock_guard lock(discovery_->mutex);
+  std::vector<SeenEndpoint> all;
+  for (const auto& [guid, endpoint] : discovery_->endpoints) all.push_back(endpoint);
+  return all;
+}
+
+std::map<GUID_t, SeenParticipant> FastPeer::participants() const {
+  const std::lock_guard lock(discovery_->mutex);
+  return discovery_->participants;
+}
+
+GUID_t FastPeer::guid() const {
+  return participant_->guid();
+}
+
+}  // namespace doppel::ros2_testing

@@ -1,0 +1,256 @@
+#pragma once
+// A ROS 2 process as rmw_fastrtps makes one, from Fast DDS and fastddsgen's types alone: nothing here is
+// doppel's. It speaks UDP on 127.0.0.1 only, without multicast.
+
+#include <cxxabi.h>
+#include <fastcdr/Cdr.h>
+#include <fastdds/rtps/common/WriteParams.h>
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/topic/TopicDataType.hpp>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <typeinfo>
+#include <vector>
+
+#include "patience.h"
+
+namespace doppel::ros2_testing {
+
+using eprosima::fastdds::dds::SampleInfo;
+using eprosima::fastrtps::rtps::GUID_t;
+using eprosima::fastrtps::rtps::SampleIdentity;
+
+// One of fastddsgen's types on a topic, under its IDL name: "sensor_msgs::msg::dds_::JointState_".
+template <class T>
+class GeneratedType : public eprosima::fastdds::dds::TopicDataType {
+  using Cdr = eprosima::fastcdr::Cdr;
+  using Payload = eprosima::fastrtps::rtps::SerializedPayload_t;
+  static constexpr std::uint32_t kHeader = 4;
+
+ public:
+  static std::string name() {
+    const std::unique_ptr<char, void (*)(void*)> text(
+        abi::__cxa_demangle(typeid(T).name(), nullptr, nullptr, nullptr), std::free);
+    return text.get();
+  }
+  GeneratedType() {
+    setName(name().c_str());
+    m_typeSize = 1024;  // only what is set aside at first
+    m_isGetKeyDefined = false;
+  }
+  bool serialize(void* data, Payload* payload) override {
+    eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload->data), payload->max_size);
+    Cdr cdr(buffer, Cdr::LITTLE_ENDIANNESS, Cdr::DDS_CDR);
+    payload->encapsulation = CDR_LE;
+    cdr.serialize_encapsulation();
+    static_cast<T*>(data)->serialize(cdr);
+    payload->length = static_cast<std::uint32_t>(cdr.getSerializedDataLength());
+    return true;
+  }
+  bool deserialize(Payload* payload, void* data) override {
+    eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload->data), payload->length);
+    Cdr cdr(buffer, Cdr::LITTLE_ENDIANNESS, Cdr::DDS_CDR);
+    try {
+      cdr.read_encapsulation();
+      static_cast<T*>(data)->deserialize(cdr);
+    } catch (const eprosima::fastcdr::exception::Exception&) {
+      return false;
+    }
+    return true;
+  }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    return [data] {
+      return static_cast<std::uint32_t>(T::getCdrSerializedSize(*static_cast<T*>(data))) + kHeader;
+    };
+  }
+  void* createData() override { return new T; }
+  void deleteData(void* data) override { delete static_cast<T*>(data); }
+  bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
+};
+
+struct TopicQos {
+  bool reliable = true;
+  bool latched = false;  // transient local
+  int depth = 10;        // 0: all
+};
+
+// What discovery has told of somebody else's writer or reader.
+struct SeenEndpoint {
+  GUID_t guid;
+  bool is_writer = false;
+  std::string topic, type, user_data;
+  bool reliable = false, latched = false;
+};
+struct SeenParticipant {
+  std::string name, user_data;
+};
+
+template <class T>
+class Subscription;
+template <class T>
+class Publisher;
+
+class FastPeer {
+ public:
+  struct Options {
+    double lease_seconds = 20;    // after which others may drop us
+    double announce_seconds = 3;  // how often we say that we live
+    std::string enclave = "/";
+  };
+  explicit FastPeer(int domain) : FastPeer(domain, Options()) {}
+  FastPeer(int domain, const Options& options);
+  ~FastPeer();
+
+  // Topics by their DDS names: "rt/joint_states".
+  template <class T>
+  Subscription<T> subscribe(const std::string& topic, const TopicQos& qos = {}) {
+    return Subscription<T>(reader(topic, eprosima::fastdds::dds::TypeSupport(new GeneratedType<T>), qos));
+  }
+  template <class T>
+  Publisher<T> advertise(const std::string& topic, const TopicQos& qos = {}) {
+    return Publisher<T>(writer(topic, eprosima::fastdds::dds::TypeSupport(new GeneratedType<T>), qos));
+  }
+
+  [[nodiscard]] std::vector<SeenEndpoint> endpoints() const;
+  [[nodiscard]] std::map<GUID_t, SeenParticipant> participants() const;
+  [[nodiscard]] GUID_t guid() const;
+
+  eprosima::fastdds::dds::DataReader* reader(const std::string& topic,
+                                             eprosima::fastdds::dds::TypeSupport type, const TopicQos& qos);
+  eprosima::fastdds::dds::DataWriter* writer(const std::string& topic,
+                                             eprosima::fastdds::dds::TypeSupport type, const TopicQos& qos);
+
+ private:
+  class Discovery;
+  eprosima::fastdds::dds::Topic* topic(const std::string& name, eprosima::fastdds::dds::TypeSupport& type);
+
+  std::unique_ptr<Discovery> discovery_;
+  eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
+  eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
+  eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
+};
+
+// Its reader lives as long as the peer.
+template <class T>
+class Subscription {
+ public:
+  struct Received {
+    T value;
+    SampleInfo info;
+  };
+  explicit Subscription(eprosima::fastdds::dds::DataReader* reader) : reader_(reader) {}
+
+  [[nodiscard]] int matched() const {
+    eprosima::fastdds::dds::SubscriptionMatchedStatus status;
+    reader_->get_subscription_matched_status(status);
+    return status.current_count;
+  }
+  // The next message, if one is there.
+  std::optional<Received> take() {
+    Received received;
+    while (reader_->take_next_sample(&received.value, &received.info) == ReturnCode_t::RETCODE_OK)
+      if (received.info.valid_data) return received;
+    return std::nullopt;
+  }
+  // The first message from now on for which `wanted` holds; nothing after a minute.
+  std::optional<T> next(const std::function<bool(const T&)>& wanted = [](const T&) { return true; }) {
+    std::optional<T> found;
+    eventually([&] {
+      while (auto received = take()) {
+        if (!wanted(received->value)) continue;
+        found = std::move(received->value);
+        return true;
+      }
+      return false;
+    });
+    return found;
+  }
+  void forget_all() {
+    while (take()) {
+    }
+  }
+  [[nodiscard]] GUID_t guid() const { return reader_->guid(); }
+
+ private:
+  eprosima::fastdds::dds::DataReader* reader_;
+};
+
+template <class T>
+class Publisher {
+ public:
+  explicit Publisher(eprosima::fastdds::dds::DataWriter* writer) : writer_(writer) {}
+
+  [[nodiscard]] int matched() const {
+    eprosima::fastdds::dds::PublicationMatchedStatus status;
+    writer_->get_publication_matched_status(status);
+    return status.current_count;
+  }
+  void publish(T value) { writer_->write(&value); }
+  void publish(T value, eprosima::fastrtps::rtps::WriteParams& with) { writer_->write(&value, with); }
+  [[nodiscard]] GUID_t guid() const { return writer_->guid(); }
+
+ private:
+  eprosima::fastdds::dds::DataWriter* writer_;
+};
+
+// A service client with rmw_fastrtps' request identity: the request names the reader of the answers as
+// related writer, the answer names that, or the request's writer, with the request's sequence number.
+template <class Request, class Response>
+class ServiceClient {
+ public:
+  ServiceClient(FastPeer& peer, const std::string& service)  // "/controller_manager/list_controllers"
+      : requests_(peer.advertise<Request>("rq" + service + "Request")),
+        answers_(peer.subscribe<Response>("rr" + service + "Reply")) {}
+
+  bool wait_for_service() {
+    return eventually([&] { return requests_.matched() > 0 && answers_.matched() > 0; });
+  }
+  [[nodiscard]] bool is_available() const { return requests_.matched() > 0 && answers_.matched() > 0; }
+
+  std::int64_t send(const Request& request) {
+    eprosima::fastrtps::rtps::WriteParams with;
+    with.related_sample_identity().writer_guid() = answers_.guid();
+    requests_.publish(request, with);
+    return number(with.sample_identity());
+  }
+  // The answer to what `send` has numbered, if it is there; answers to others are passed over and counted.
+  std::optional<Response> answer(std::int64_t request) {
+    while (auto received = answers_.take()) {
+      const SampleIdentity& to = received->info.related_sample_identity;
+      if (to.writer_guid() != answers_.guid() && to.writer_guid() != requests_.guid()) {
+        ++foreign_;
+      } else {
+        own_[number(to)] = std::move(received->value);
+      }
+    }
+    const auto found = own_.find(request);
+    return found == own_.end() ? std::nullopt : std::optional(found->second);
+  }
+  std::optional<Response> call(const Request& request) {
+    if (!wait_for_service()) return std::nullopt;
+    const std::int64_t sent = send(request);
+    std::optional<Response> response;
+    eventually([&] { return (response = answer(sent)).has_value(); });
+    return response;
+  }
+  [[nodiscard]] int foreign() const { return foreign_; }
+  [[nodiscard]] std::size_t own() const { return own_.size(); }
+
+ private:
+  static std::int64_t number(const SampleIdentity& identity) {
+    return static_cast<std::int64_t>(identity.sequence_number().to64long());
+  }
+  Publisher<Request> requests_;
+  Subscription<Response> answers_;
+  std::map<std::int64_t, Response> own_;
+  int foreign_ = 0;
+};
+
+}  // namespace doppel::ros2_testing

@@ -1,0 +1,143 @@
+#include "twin_process.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace doppel::ros2_testing {
+namespace {
+
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> all;
+  for (std::string& text : texts) all.push_back(text.data());
+  all.push_back(nullptr);
+  return all;
+}
+
+std::vector<std::string> environment_with(const std::vector<std::string>& variables) {
+  std::vector<std::string> all;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string text = *entry;
+    const std::string name = text.substr(0, text.find('=') + 1);
+    bool replaced = false;
+    for (const std::string& variable : variables) replaced = replaced || variable.starts_with(name);
+    if (!replaced) all.push_back(text);
+  }
+  all.insert(all.end(), variables.begin(), variables.end());
+  return all;
+}
+
+std::string from_environment(const char* name) {
+  const char* value = std::getenv(name);
+  if (value == nullptr) throw std::runtime_error(std::string(name) + " is not set; ctest does so");
+  return value;
+}
+
+// A TCP port of this machine that nobody uses now.
+int free_port() {
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  auto* generic = reinterpret_cast<sockaddr*>(&address);
+  if (bind(listener, generic, size) != 0 || getsockname(listener, generic, &size) != 0)
+    throw std::runtime_error("no free TCP port on 127.0.0.1");
+  close(listener);
+  return ntohs(address.sin_port);
+}
+
+}  // namespace
+
+Process::Process(const std::vector<std::string>& command, const std::vector<std::string>& variables,
+                 const std::filesystem::path& log) {
+  std::vector<std::string> words = command, entries = environment_with(variables);
+  const std::vector<char*> arguments = pointers(words), environment = pointers(entries);
+  const pid_t parent = getpid();
+  pid_ = fork();
+  if (pid_ < 0) throw std::runtime_error("fork failed");
+  if (pid_ > 0) return;
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);  // it died before the line above
+  const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+  dup2(file, STDOUT_FILENO);
+  dup2(file, STDERR_FILENO);
+  execvpe(arguments[0], arguments.data(), environment.data());
+  _exit(127);
+}
+
+Process::~Process() {
+  kill();
+}
+
+int Process::reap(int options) {
+  int status = 0;
+  if (pid_ > 0 && waitpid(pid_, &status, options) == pid_) {
+    pid_ = -1;
+    exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  return exit_code_;
+}
+
+bool Process::running() {
+  reap(WNOHANG);
+  return pid_ > 0;
+}
+
+void Process::kill() {
+  if (pid_ > 0) ::kill(pid_, SIGKILL);
+  reap(0);
+}
+
+int Process::interrupt() {
+  if (pid_ > 0) ::kill(pid_, SIGINT);
+  return reap(0);
+}
+
+int Process::wait() {
+  return reap(0);
+}
+
+TwinProcess::TwinProcess(int domain, const std::vector<std::string>& more_options) {
+  std::string folder = (std::filesystem::temp_directory_path() / "doppel-peers-XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no folder under " + folder);
+  folder_ = folder;
+  std::vector<std::string> command = {from_environment("DOPPEL"),
+                                      "up",
+                                      from_environment("DOPPEL_ROOT") + "/robots/omarm_one",
+                                      "--headless",
+                                      "--port",
+                                      std::to_string(free_port())};
+  command.insert(command.end(), more_options.begin(), more_options.end());
+  process_ = std::make_unique<Process>(
+      command,
+      std::vector<std::string>{"ROS_DOMAIN_ID=" + std::to_string(domain),
+                               "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
+                               "ROS_LOCALHOST_ONLY=", "ROS_STATIC_PEERS=", "XDG_RUNTIME_DIR=" + folder},
+      folder_ / "output");
+}
+
+TwinProcess::~TwinProcess() {
+  process_.reset();
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+std::string TwinProcess::output() const {
+  std::ifstream file(folder_ / "output");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+}  // namespace doppel::ros2_testing

@@ -1,0 +1,50 @@
+#pragma once
+// `doppel up` as a process of its own, which ends with the test whatever happens. The program is DOPPEL
+// (environment) of the source tree DOPPEL_ROOT.
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace doppel::ros2_testing {
+
+// A child of this process that is killed when the object goes, and by the kernel when this process does.
+class Process {
+ public:
+  // Standard output and error go to the file `log`. The environment is ours with `variables` ("NAME=value").
+  Process(const std::vector<std::string>& command, const std::vector<std::string>& variables,
+          const std::filesystem::path& log);
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  [[nodiscard]] bool running();
+  void kill();      // SIGKILL: without a word to anybody
+  int interrupt();  // SIGINT, waits, the exit code (128 + signal, where one ended it)
+  int wait();       // for the end that comes by itself; the exit code likewise
+
+ private:
+  int reap(int options);
+  pid_t pid_ = -1;
+  int exit_code_ = -1;
+};
+
+class TwinProcess {
+ public:
+  // `doppel up` of the arm robots/omarm_one on this machine's loopback only, in the ROS domain. Returns at
+  // once.
+  explicit TwinProcess(int domain, const std::vector<std::string>& more_options = {});
+  ~TwinProcess();
+
+  Process& process() { return *process_; }
+  [[nodiscard]] std::string output() const;  // all that it has said so far
+
+ private:
+  std::filesystem::path folder_;
+  std::unique_ptr<Process> process_;
+};
+
+}  // namespace doppel::ros2_testing
