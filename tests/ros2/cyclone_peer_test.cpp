@@ -23,7 +23,7 @@ using Text = std_msgs_msg_dds__String_;
 
 class CyclonePeerTest : public ::testing::Test {
  protected:
-  static constexpr int kDomain = 50;
+  static constexpr int kDomain = PEER_DOMAIN;
   static void SetUpTestSuite() { twin = new TwinProcess(kDomain); }
   static void TearDownTestSuite() {
     delete twin;

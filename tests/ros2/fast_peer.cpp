@@ -12,6 +12,7 @@
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
+#include <set>
 #include <stdexcept>
 
 namespace doppel::ros2_testing {
@@ -37,28 +38,44 @@ void set_qos(EndpointQos& out, const TopicQos& qos) {
   out.data_sharing().off();
 }
 
-dds::DomainParticipantQos loopback_only(const FastPeer::Options& options) {
+rtps::Locator_t address(const std::string& ip) {
+  rtps::Locator_t locator;
+  rtps::IPLocator::setIPv4(locator, ip);
+  return locator;
+}
+
+dds::DomainParticipantQos participant_qos(const FastPeer::Options& options) {
   dds::DomainParticipantQos qos;
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-  udp->interfaceWhiteList = {"127.0.0.1"};
   udp->maxInitialPeersRange = 32;
+  auto& builtin = qos.wire_protocol().builtin;
+  for (const std::string& peer : options.peers) builtin.initialPeersList.push_back(address(peer));
+  if (options.loopback_only) {
+    udp->interfaceWhiteList = {"127.0.0.1"};
+    builtin.initialPeersList.push_back(address("127.0.0.1"));
+    builtin.metatrafficUnicastLocatorList.push_back(address("127.0.0.1"));  // and so no multicast
+  } else if (!options.peers.empty()) {
+    builtin.initialPeersList.push_back(address("239.255.0.1"));
+  }
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports = {udp};
-  auto& builtin = qos.wire_protocol().builtin;
-  rtps::Locator_t loopback;
-  rtps::IPLocator::setIPv4(loopback, "127.0.0.1");
-  builtin.initialPeersList.push_back(loopback);
-  builtin.metatrafficUnicastLocatorList.push_back(loopback);  // and so no multicast
   builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(options.lease_seconds);
   builtin.discovery_config.leaseDuration_announcementperiod =
       eprosima::fastrtps::Duration_t(options.announce_seconds);
-  const std::string enclave = "enclave=" + options.enclave + ";";
+  const std::string enclave = "enclave=/;";
   qos.user_data().assign(enclave.begin(), enclave.end());
   qos.user_data().push_back(0);
-  qos.name(options.enclave.c_str());
+  qos.name("/");
   return qos;
+}
+
+std::vector<int> ports_of(const rtps::ParticipantProxyData& participant) {
+  std::set<int> ports;
+  for (const auto* locators : {&participant.metatraffic_locators, &participant.default_locators})
+    for (const rtps::Locator_t& locator : locators->unicast) ports.insert(static_cast<int>(locator.port));
+  return {ports.begin(), ports.end()};
 }
 
 }  // namespace
@@ -72,7 +89,7 @@ class FastPeer::Discovery : public dds::DomainParticipantListener {
       participants.erase(info.info.m_guid);
     else
       participants[info.info.m_guid] = {info.info.m_participantName.c_str(),
-                                        text(info.info.m_userData.getValue())};
+                                        text(info.info.m_userData.getValue()), ports_of(info.info)};
   }
   void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
     enter(info.info, true, info.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER);
@@ -105,7 +122,7 @@ class FastPeer::Discovery : public dds::DomainParticipantListener {
 
 FastPeer::FastPeer(int domain, const Options& options) : discovery_(std::make_unique<Discovery>()) {
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<dds::DomainId_t>(domain), loopback_only(options), discovery_.get(),
+      static_cast<dds::DomainId_t>(domain), participant_qos(options), discovery_.get(),
       dds::StatusMask::none());
   if (participant_ == nullptr) throw std::runtime_error("Fast DDS made no participant");
   publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);

@@ -90,6 +90,7 @@ struct SeenEndpoint {
 };
 struct SeenParticipant {
   std::string name, user_data;
+  std::vector<int> ports;  // where it takes datagrams, in ascending order
 };
 
 template <class T>
@@ -100,9 +101,10 @@ class Publisher;
 class FastPeer {
  public:
   struct Options {
-    double lease_seconds = 20;    // after which others may drop us
-    double announce_seconds = 3;  // how often we say that we live
-    std::string enclave = "/";
+    bool loopback_only = true;       // else every interface, with multicast
+    std::vector<std::string> peers;  // addresses to look for others at, beside that
+    double lease_seconds = 20;       // after which others may drop us
+    double announce_seconds = 3;     // how often we say that we live
   };
   explicit FastPeer(int domain) : FastPeer(domain, Options()) {}
   FastPeer(int domain, const Options& options);

@@ -14,7 +14,7 @@ namespace doppel::ros2_testing {
 
 class FastTwinTest : public ::testing::Test {
  protected:
-  static constexpr int kDomain = 51;
+  static constexpr int kDomain = PEER_DOMAIN;
   static TwinProcess& twin() {
     static TwinProcess process(kDomain);
     return process;

@@ -1,0 +1,276 @@
+// What a bad neighbour can do to the twin: nothing but move a counter (/diagnostics, "doppel: ros2 network").
+
+#include <arpa/inet.h>
+#include <control_msgs.h>
+#include <diagnostic_msgs.h>
+#include <gtest/gtest.h>
+#include <rcl_interfaces.h>
+#include <sensor_msgs.h>
+#include <std_msgs.h>
+#include <sys/socket.h>
+#include <trajectory_msgs.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "fast_twin_test.h"
+
+namespace doppel::ros2_testing {
+namespace {
+
+using diagnostic_msgs::msg::dds_::DiagnosticArray_;
+using sensor_msgs::msg::dds_::JointState_;
+using trajectory_msgs::msg::dds_::JointTrajectory_;
+using Octets = std::vector<std::uint8_t>;
+namespace dds = eprosima::fastdds::dds;
+
+// Bytes under the name of any type, as they are, encapsulation header and all.
+class RawType : public dds::TopicDataType {
+  using Payload = eprosima::fastrtps::rtps::SerializedPayload_t;
+
+ public:
+  explicit RawType(const char* name) {
+    setName(name);
+    m_typeSize = 1024;
+    m_isGetKeyDefined = false;
+  }
+  bool serialize(void* data, Payload* payload) override {
+    const auto& bytes = *static_cast<Octets*>(data);
+    std::copy(bytes.begin(), bytes.end(), payload->data);
+    payload->length = static_cast<std::uint32_t>(bytes.size());
+    payload->encapsulation = CDR_LE;
+    return true;
+  }
+  bool deserialize(Payload*, void*) override { return false; }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    return [data] { return static_cast<std::uint32_t>(static_cast<Octets*>(data)->size()); };
+  }
+  void* createData() override { return new Octets; }
+  void deleteData(void* data) override { delete static_cast<Octets*>(data); }
+  bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
+};
+
+constexpr const char* kTrajectoryTopic = "rt/omarm_arm_controller/joint_trajectory";
+constexpr const char* kTrajectoryType = "trajectory_msgs::msg::dds_::JointTrajectory_";
+const std::string kGetParameters = "/omarm_arm_controller/get_parameters";
+
+class HostileNetwork : public FastTwinTest {
+ protected:
+  // What /diagnostics says from now on under that key, as a number.
+  std::int64_t counter(const std::string& key) {
+    diagnostics.forget_all();
+    std::int64_t value = -1;
+    diagnostics.next([&](const DiagnosticArray_& message) {
+      for (const auto& status : message.status_()) {
+        if (status.name_() != "doppel: ros2 network") continue;
+        for (const auto& entry : status.values_())
+          if (entry.key_() == key) value = std::stoll(entry.value_());
+      }
+      return value >= 0;
+    });
+    return value;
+  }
+  Publisher<Octets> raw(const std::string& topic, const char* type) {
+    return Publisher<Octets>(peer.writer(topic, dds::TypeSupport(new RawType(type)), {.depth = 100}));
+  }
+  // Simulated time goes on, a service answers, and the arm obeys.
+  void expect_twin_is_well() {
+    ASSERT_TRUE(twin().process().running());
+    FastPeer other(kDomain);
+    auto states = other.subscribe<JointState_>("rt/joint_states");
+    auto commands = other.advertise<JointTrajectory_>(kTrajectoryTopic);
+    ASSERT_TRUE(eventually([&] { return commands.matched() > 0; }));
+    static double goal = 0.1;
+    goal = 0.3 - goal;
+    JointTrajectory_ trajectory;
+    trajectory.joint_names_() = arm_joints();
+    auto& point = trajectory.points_().emplace_back();
+    point.positions_().assign(arm_joints().size(), goal);
+    point.time_from_start_().nanosec_() = 300'000'000;
+    commands.publish(trajectory);
+    EXPECT_TRUE(states.next([&](const JointState_& state) {
+      for (std::size_t i = 0; i < state.name_().size(); ++i)
+        if (state.name_()[i] == "Revolute 1") return std::abs(state.position_()[i] - goal) < 0.01;
+      return false;
+    })) << "the arm does not obey";
+    expect_parameters_are_told(other);
+  }
+  static void expect_parameters_are_told(FastPeer& from) {
+    using namespace rcl_interfaces::srv::dds_;  // NOLINT
+    ServiceClient<GetParameters_Request_, GetParameters_Response_> get(from, kGetParameters);
+    GetParameters_Request_ request;
+    request.names_() = {"joints"};
+    const auto answer = get.call(request);
+    ASSERT_TRUE(answer.has_value());
+    ASSERT_EQ(answer->values_().size(), 1u);
+    EXPECT_EQ(answer->values_()[0].string_array_value_(), arm_joints());
+  }
+  Subscription<DiagnosticArray_> diagnostics = peer.subscribe<DiagnosticArray_>("rt/diagnostics");
+};
+
+// All of these claim to be a JointTrajectory or a list of names; none is.
+std::vector<Octets> malformed_bodies() {
+  std::vector<Octets> all = {
+      {0, 1, 0, 0},                                  // nothing behind the header
+      {0, 1, 0, 0, 1, 2},                            // ends within a number
+      {0, 3, 0, 0, 0, 0, 0, 0},                      // a parameter list, not CDR
+      {0, 7, 0, 0, 0, 0, 0, 0},                      // XCDR version 2
+      {0x77, 0x77, 0x77, 0x77, 0, 0, 0, 0},          // no encapsulation that there is
+      {0, 1, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0},  // and a length that no memory holds
+      {0, 1, 0, 0, 255, 255, 255, 127, 0, 0, 0, 0},  // or one that fits into an int
+      {0, 0, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0},  // the other byte order
+  };
+  Octets names = {0, 1, 0, 0, 0, 0, 0, 0, 0, 0,
+                  0, 0, 1, 0, 0, 0, 0, 0, 0, 0};  // stamp, frame_id, joint_names
+  names[17] = 1;                                  // 256 names follow: they do not
+  all.push_back(names);
+  Octets endless = {0, 1, 0, 0, 9,   0,   0,   0,   9, 0, 0, 0,
+                    4, 0, 0, 0, 'a', 'b', 'c', 'd', 0, 0, 0, 0};  // no NUL
+  all.push_back(endless);
+  Octets ones(100'000, 1);
+  ones[0] = 0;
+  all.push_back(ones);
+  return all;
+}
+
+TEST_F(HostileNetwork, MalformedMessagesAreCountedAndNoMore) {
+  auto bad = raw(kTrajectoryTopic, kTrajectoryType);
+  ASSERT_TRUE(eventually([&] { return bad.matched() > 0; }));
+  const std::int64_t before = counter("refused");
+  const std::vector<Octets> bodies = malformed_bodies();
+  for (const Octets& body : bodies) bad.publish(body);
+  const auto expected = before + static_cast<std::int64_t>(bodies.size());
+  std::int64_t refused = 0;
+  EXPECT_TRUE(eventually([&] { return (refused = counter("refused")) >= expected; }))
+      << refused << " instead of " << expected;
+  EXPECT_EQ(refused, expected);
+  expect_twin_is_well();
+}
+
+// A request that cannot be read gets no answer, as from ROS 2's servers, and costs the next one nothing.
+TEST_F(HostileNetwork, MalformedRequestsAreCountedAndNoMore) {
+  auto bad = raw("rq" + kGetParameters + "Request", "rcl_interfaces::srv::dds_::GetParameters_Request_");
+  ASSERT_TRUE(eventually([&] { return bad.matched() > 0; }));
+  const std::int64_t before = counter("refused");
+  const std::vector<Octets> bodies = malformed_bodies();
+  for (const Octets& body : bodies) bad.publish(body);
+  EXPECT_TRUE(
+      eventually([&] { return counter("refused") >= before + static_cast<std::int64_t>(bodies.size()); }));
+  expect_twin_is_well();
+}
+
+TEST_F(HostileNetwork, AnotherTypeOnTheSameTopicIsNotMatched) {
+  auto wrong_writer = peer.advertise<std_msgs::msg::dds_::String_>(kTrajectoryTopic);
+  auto wrong_reader = peer.subscribe<std_msgs::msg::dds_::String_>("rt/joint_states");
+  // Discovery tells in order: when these are matched, the two above have been looked at.
+  auto writer_after = peer.advertise<control_msgs::msg::dds_::SpeedScalingFactor_>(
+      "rt/omarm_arm_controller/speed_scaling_input");
+  auto reader_after = peer.subscribe<sensor_msgs::msg::dds_::JointState_>("rt/dynamic_joint_states");
+  ASSERT_TRUE(eventually([&] { return writer_after.matched() > 0; }));
+  EXPECT_EQ(wrong_writer.matched(), 0);
+  EXPECT_EQ(wrong_reader.matched(), 0);
+  EXPECT_EQ(reader_after.matched(), 0);
+  wrong_writer.publish({});
+  expect_twin_is_well();
+}
+
+// A valid message with infinite and absurd numbers is the controller's to refuse.
+TEST_F(HostileNetwork, NumbersThatAreNoneDoNotMoveTheArm) {
+  auto commands = peer.advertise<JointTrajectory_>(kTrajectoryTopic);
+  ASSERT_TRUE(eventually([&] { return commands.matched() > 0; }));
+  for (const double number : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e308}) {
+    JointTrajectory_ trajectory;
+    trajectory.joint_names_() = arm_joints();
+    auto& point = trajectory.points_().emplace_back();
+    point.positions_().assign(arm_joints().size(), number);
+    point.time_from_start_().nanosec_() = 4'000'000'000;  // nor is this a time
+    commands.publish(trajectory);
+  }
+  expect_twin_is_well();
+}
+
+TEST_F(HostileNetwork, WhoVanishesWithoutAGoodbyeIsDropped) {
+  const std::int64_t before = counter("other participants");
+  const auto probe = std::filesystem::temp_directory_path() / ("doppel-probe-" + std::to_string(getpid()));
+  Process vanishing({std::getenv("PROBE"), std::to_string(kDomain), "--lease", "1", "hold"}, {}, probe);
+  EXPECT_TRUE(eventually([&] { return counter("other participants") == before + 1; }));
+  vanishing.kill();
+  EXPECT_TRUE(eventually([&] { return counter("other participants") == before; }));
+  std::filesystem::remove(probe);
+  expect_twin_is_well();
+}
+
+// ---- datagrams that no DDS has written
+
+class Garbage {
+ public:
+  Garbage() : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
+  ~Garbage() { close(socket_); }
+
+  void send(int port, const Octets& bytes) const {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(port));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    sendto(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  }
+  Octets noise(std::size_t most) {
+    Octets bytes(random_() % (most + 1));
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_());
+    return bytes;
+  }
+  // An RTPS header, from nobody or in somebody's name, and submessages whose lengths are right more often
+  // than not.
+  Octets nearly_rtps(const GUID_t& name) {
+    Octets bytes = {'R', 'T', 'P', 'S', 2, 3, 1, 15};
+    for (int i = 0; i < 12; ++i)
+      bytes.push_back(random_() % 2 == 0 ? static_cast<std::uint8_t>(random_()) : name.guidPrefix.value[i]);
+    if (random_() % 2 == 0) std::copy_n(name.guidPrefix.value, 12, bytes.begin() + 8);
+    for (std::size_t count = random_() % 4 + 1; count > 0; --count) submessage(bytes);
+    return bytes;
+  }
+
+ private:
+  void submessage(Octets& bytes) {
+    constexpr std::uint8_t kKinds[] = {0x01, 0x06, 0x07, 0x08, 0x09, 0x0c, 0x0d,
+                                       0x0e, 0x0f, 0x12, 0x13, 0x15, 0x16, 0x80};
+    constexpr std::uint8_t kEntities[][4] = {{0, 1, 0, 0xc2}, {0, 1, 0, 0xc7}, {0, 0, 3, 0xc2},
+                                             {0, 0, 3, 0xc7}, {0, 0, 4, 0xc2}, {0, 0, 4, 0xc7},
+                                             {0, 2, 0, 0xc2}, {0, 0, 1, 0x03}};
+    Octets body = noise(200);
+    if (body.size() >= 12 && random_() % 3 != 0) {  // for somebody: where DATA has its reader and its writer
+      std::copy_n(kEntities[random_() % std::size(kEntities)], 4, body.begin() + 4);
+      std::copy_n(kEntities[random_() % std::size(kEntities)], 4, body.begin() + 8);
+      body[2] = 16;  // octets to inline QoS
+      body[3] = 0;
+    }
+    const std::size_t told = random_() % 4 == 0 ? random_() % 65536 : body.size();
+    bytes.push_back(kKinds[random_() % std::size(kKinds)]);
+    bytes.push_back(static_cast<std::uint8_t>(random_() % 2 == 0 ? random_() : 1 | (random_() & 6)));
+    bytes.push_back(static_cast<std::uint8_t>(told));
+    bytes.push_back(static_cast<std::uint8_t>(told >> 8));
+    bytes.insert(bytes.end(), body.begin(), body.end());
+  }
+  int socket_;
+  std::mt19937 random_{2024};
+};
+
+TEST_F(HostileNetwork, GarbageOnItsPortsChangesNothing) {
+  ASSERT_TRUE(eventually([&] { return !peer.participants().empty(); }));
+  const auto [guid, seen] = *peer.participants().begin();
+  ASSERT_FALSE(seen.ports.empty());
+  Garbage garbage;
+  for (int i = 0; i < 1000; ++i) {
+    for (const int port : seen.ports) {
+      garbage.send(port, garbage.noise(1400));
+      garbage.send(port, garbage.nearly_rtps(i % 2 == 0 ? peer.guid() : guid));
+    }
+    if (i % 100 == 0) expect_parameters_are_told(peer);  // and leaves the sockets time to be read
+  }
+  expect_twin_is_well();
+}
+
+}  // namespace
+}  // namespace doppel::ros2_testing
