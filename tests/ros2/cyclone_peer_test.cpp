@@ -23,8 +23,7 @@ using Text = std_msgs_msg_dds__String_;
 
 class CyclonePeerTest : public ::testing::Test {
  protected:
-  static constexpr int kDomain = PEER_DOMAIN;
-  static void SetUpTestSuite() { twin = new TwinProcess(kDomain); }
+  static void SetUpTestSuite() { twin = new TwinProcess; }
   static void TearDownTestSuite() {
     delete twin;
     twin = nullptr;
@@ -33,7 +32,7 @@ class CyclonePeerTest : public ::testing::Test {
     if (HasFailure()) std::fputs(twin->output().c_str(), stderr);
   }
   static inline TwinProcess* twin = nullptr;
-  CyclonePeer peer{kDomain};
+  CyclonePeer peer{own_domain()};
 };
 
 std::set<std::string> names_in(const TFMessage& tf) {

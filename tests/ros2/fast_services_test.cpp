@@ -136,7 +136,7 @@ TEST_F(FastServices, PausesTime) {
 
 // Replies go to every client of the service; the identity in them tells whom they are for.
 TEST_F(FastServices, EachOfTwoClientsGetsItsOwnAnswers) {
-  FastPeer other_peer(kDomain);
+  FastPeer other_peer(own_domain());
   GetParameters here(peer, "/omarm_arm_controller/get_parameters");
   GetParameters there(other_peer, "/omarm_arm_controller/get_parameters");
   ASSERT_TRUE(here.wait_for_service());

@@ -14,16 +14,15 @@ namespace doppel::ros2_testing {
 
 class FastTwinTest : public ::testing::Test {
  protected:
-  static constexpr int kDomain = PEER_DOMAIN;
   static TwinProcess& twin() {
-    static TwinProcess process(kDomain);
+    static TwinProcess process;
     return process;
   }
   void SetUp() override { ASSERT_TRUE(twin().process().running()) << twin().output(); }
   void TearDown() override {
     if (HasFailure()) std::fputs(twin().output().c_str(), stderr);
   }
-  FastPeer peer{kDomain};
+  FastPeer peer{own_domain()};
 };
 
 inline std::vector<std::string> arm_joints() {

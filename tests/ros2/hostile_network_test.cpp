@@ -78,7 +78,7 @@ class HostileNetwork : public FastTwinTest {
   // Simulated time goes on, a service answers, and the arm obeys.
   void expect_twin_is_well() {
     ASSERT_TRUE(twin().process().running());
-    FastPeer other(kDomain);
+    FastPeer other(own_domain());
     auto states = other.subscribe<JointState_>("rt/joint_states");
     auto commands = other.advertise<JointTrajectory_>(kTrajectoryTopic);
     ASSERT_TRUE(eventually([&] { return commands.matched() > 0; }));
@@ -194,7 +194,7 @@ TEST_F(HostileNetwork, NumbersThatAreNoneDoNotMoveTheArm) {
 TEST_F(HostileNetwork, WhoVanishesWithoutAGoodbyeIsDropped) {
   const std::int64_t before = counter("other participants");
   const auto probe = std::filesystem::temp_directory_path() / ("doppel-probe-" + std::to_string(getpid()));
-  Process vanishing({std::getenv("PROBE"), std::to_string(kDomain), "--lease", "1", "hold"}, {}, probe);
+  Process vanishing({std::getenv("PROBE"), std::to_string(own_domain()), "--lease", "1", "hold"}, {}, probe);
   EXPECT_TRUE(eventually([&] { return counter("other participants") == before + 1; }));
   vanishing.kill();
   EXPECT_TRUE(eventually([&] { return counter("other participants") == before; }));

@@ -5,13 +5,16 @@
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 
 namespace doppel::ros2_testing {
 namespace {
@@ -56,7 +59,32 @@ int free_port() {
   return ntohs(address.sin_port);
 }
 
+// Whoever holds the socket of a domain's name has the domain; the kernel lets go of it when the process ends.
+bool hold_domain(int domain) {
+  const int holder = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const std::string name = "doppel-test-domain-" + std::to_string(domain);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  name.copy(address.sun_path + 1, name.size());  // a first NUL: not in the file system
+  if (bind(holder, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return true;
+  close(holder);
+  return false;
+}
+
 }  // namespace
+
+int own_domain() {
+  static const int domain = [] {
+    constexpr int kFirst = 50, kLast = 69;
+    int candidate = kFirst;
+    while (!hold_domain(candidate)) {
+      candidate = candidate == kLast ? kFirst : candidate + 1;
+      if (candidate == kFirst) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return candidate;
+  }();
+  return domain;
+}
 
 Process::Process(const std::vector<std::string>& command, const std::vector<std::string>& variables,
                  const std::filesystem::path& log) {
@@ -108,20 +136,19 @@ int Process::wait() {
   return reap(0);
 }
 
-TwinProcess::TwinProcess(int domain, const std::vector<std::string>& more_options) {
+TwinProcess::TwinProcess() {
   std::string folder = (std::filesystem::temp_directory_path() / "doppel-peers-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no folder under " + folder);
   folder_ = folder;
-  std::vector<std::string> command = {from_environment("DOPPEL"),
-                                      "up",
-                                      from_environment("DOPPEL_ROOT") + "/robots/omarm_one",
-                                      "--headless",
-                                      "--port",
-                                      std::to_string(free_port())};
-  command.insert(command.end(), more_options.begin(), more_options.end());
+  const std::vector<std::string> command = {from_environment("DOPPEL"),
+                                            "up",
+                                            from_environment("DOPPEL_ROOT") + "/robots/omarm_one",
+                                            "--headless",
+                                            "--port",
+                                            std::to_string(free_port())};
   process_ = std::make_unique<Process>(
       command,
-      std::vector<std::string>{"ROS_DOMAIN_ID=" + std::to_string(domain),
+      std::vector<std::string>{"ROS_DOMAIN_ID=" + std::to_string(own_domain()),
                                "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
                                "ROS_LOCALHOST_ONLY=", "ROS_STATIC_PEERS=", "XDG_RUNTIME_DIR=" + folder},
       folder_ / "output");

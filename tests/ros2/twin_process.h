@@ -11,6 +11,10 @@
 
 namespace doppel::ros2_testing {
 
+// A ROS domain that no other test on this machine has at the moment; the same one as long as this process
+// lives.
+int own_domain();
+
 // A child of this process that is killed when the object goes, and by the kernel when this process does.
 class Process {
  public:
