@@ -50,10 +50,15 @@ dds::DomainParticipantQos participant_qos(const FastPeer::Options& options) {
   udp->maxInitialPeersRange = 32;
   auto& builtin = qos.wire_protocol().builtin;
   for (const std::string& peer : options.peers) builtin.initialPeersList.push_back(address(peer));
-  if (options.loopback_only) {
+  if (options.reach == Reach::loopback) {
     udp->interfaceWhiteList = {"127.0.0.1"};
+    builtin.metatrafficUnicastLocatorList.push_back(address("127.0.0.1"));
+  } else if (options.reach == Reach::localhost) {
+    builtin.metatrafficUnicastLocatorList.push_back(
+        rtps::Locator_t());  // without one, Fast DDS adds multicast
+  }
+  if (options.reach != Reach::subnet) {
     builtin.initialPeersList.push_back(address("127.0.0.1"));
-    builtin.metatrafficUnicastLocatorList.push_back(address("127.0.0.1"));  // and so no multicast
   } else if (!options.peers.empty()) {
     builtin.initialPeersList.push_back(address("239.255.0.1"));
   }

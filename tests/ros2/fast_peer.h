@@ -98,11 +98,15 @@ class Subscription;
 template <class T>
 class Publisher;
 
+// loopback: the interface 127.0.0.1 alone. localhost and subnet: ROS_AUTOMATIC_DISCOVERY_RANGE as
+// rmw_fastrtps reads it; both use every interface, only subnet announces itself by multicast.
+enum class Reach { loopback, localhost, subnet };
+
 class FastPeer {
  public:
   struct Options {
-    bool loopback_only = true;       // else every interface, with multicast
-    std::vector<std::string> peers;  // addresses to look for others at, beside that
+    Reach reach = Reach::loopback;
+    std::vector<std::string> peers;  // addresses to look for others at, beside what `reach` says
     double lease_seconds = 20;       // after which others may drop us
     double announce_seconds = 3;     // how often we say that we live
   };

@@ -1,6 +1,8 @@
 // A ROS 2 process to be started where another network or another end is wanted:
 //
-//   network_probe DOMAIN [--everywhere] [--peer ADDRESS]... [--lease SECONDS] hear|hold
+//   network_probe DOMAIN [--localhost | --subnet] [--peer ADDRESS]... [--lease SECONDS] hear|hold
+//
+// The range is as in fast_peer.h; without one, loopback alone.
 //
 // hear: ends with 0 when a joint state has come and a service has answered, with 1 when that does not happen.
 // hold: reads joint states until it is killed.
@@ -43,7 +45,8 @@ int run(int count, char** words) {
   FastPeer::Options options;
   for (int i = 2; i < count; ++i) {
     const std::string word = words[i];
-    if (word == "--everywhere") options.loopback_only = false;
+    if (word == "--localhost") options.reach = Reach::localhost;
+    if (word == "--subnet") options.reach = Reach::subnet;
     if (word == "--peer" && i + 1 < count) options.peers.emplace_back(words[++i]);
     if (word == "--lease" && i + 1 < count) {
       options.lease_seconds = std::atof(words[++i]);

@@ -38,9 +38,9 @@ class Process {
 
 class TwinProcess {
  public:
-  // `doppel up` of the arm robots/omarm_one on this machine's loopback only, in the ROS domain. Returns at
+  // `doppel up` of the arm robots/omarm_one on this machine's loopback only, in own_domain(). Returns at
   // once.
-  explicit TwinProcess(int domain, const std::vector<std::string>& more_options = {});
+  TwinProcess();
   ~TwinProcess();
 
   Process& process() { return *process_; }
