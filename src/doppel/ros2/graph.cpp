@@ -19,7 +19,8 @@ constexpr const char* kNoNode = "_CREATED_BY_BARE_DDS_APP_";
 constexpr std::size_t kPrefixSize = 12;
 
 EndpointSpec spec(History history) {
-  EndpointSpec result{kTopic, dds_type(msg::ParticipantEntitiesInfo::kType), "", latched_qos()};
+  EndpointSpec result{kTopic, dds_type(msg::ParticipantEntitiesInfo::kType),
+                      type_support<msg::ParticipantEntitiesInfo>().hash(), latched_qos()};
   result.qos.history = history;
   return result;
 }

@@ -58,6 +58,15 @@ TEST_F(Graphs, NodesAndWhatTheyOffer) {
   EXPECT_TRUE(service.clients.empty());
 }
 
+TEST_F(Graphs, ItsOwnEndpointsTellJazzysTypeHash) {
+  const auto endpoints = here_->endpoints();
+  ASSERT_EQ(endpoints.size(), 2u);
+  for (const EndpointInfo& e : endpoints) {
+    EXPECT_EQ(e.topic, "ros_discovery_info");
+    EXPECT_EQ(e.type_hash, "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e");
+  }
+}
+
 TEST_F(Graphs, OwnNodesAreAmongThem) {
   graph_.set_own_nodes({{"/me"}});
   EXPECT_TRUE(graph_.update());
