@@ -70,6 +70,22 @@ test('the client subscribes when the topic comes, and again after the twin came 
   client.stop();
 });
 
+test("a twin in a namespace is met by the names that it has without one; '/tf' stays what it is", () => {
+  let socket!: FakeSocket;
+  const client = new Client({ url: 'ws://x', connect: () => (socket = new FakeSocket()) });
+  for (const topic of ['/joint_states', '/tf']) client.subscribe(topic, () => {});
+  client.start();
+  socket.say({ op: 'serverInfo', name: 'twin', capabilities: [] });
+  const channel = (id: number, topic: string) => ({ id, topic, encoding: 'cdr', schemaName: 'std_msgs/msg/Int8', schema: 'int8 data\n' });
+  socket.say({ op: 'advertise', channels: [channel(1, '/left/joint_states'), channel(2, '/left/doppel/health'), channel(3, '/tf')] });
+  const asked = socket.sent.map((frame) => (JSON.parse(frame as string) as { subscriptions: { channelId: number }[] }).subscriptions[0]!.channelId);
+  assert.deepEqual(asked, [1, 3]);
+  assert.equal(client.channel('/joint_states')?.topic, '/left/joint_states');
+  socket.say({ op: 'advertiseServices', services: [{ id: 1, name: '/left/gazebo/step', type: 'a/srv/S', requestSchema: '', responseSchema: '' }] });
+  assert.ok(client.services.has('/gazebo/step') && client.services.has('/left/gazebo/step') && !client.services.has('/gazebo/stop'));
+  client.stop();
+});
+
 test('a call is answered, refused, or fails with the connection', async () => {
   let socket!: FakeSocket;
   const client = new Client({ url: 'ws://x', connect: () => (socket = new FakeSocket()) });

@@ -43,6 +43,17 @@ export interface ClientOptions {
   connect?: (url: string, protocol: string) => SocketLike;
 }
 
+// By name; what the page calls '/gazebo/step' is '/left/gazebo/step' where the twin stands in the namespace '/left'.
+class Offers extends Map<string, ServiceOffer> {
+  space = '';
+  override get(name: string): ServiceOffer | undefined {
+    return super.get(name) ?? (this.space ? super.get(this.space + name) : undefined);
+  }
+  override has(name: string): boolean {
+    return this.get(name) !== undefined;
+  }
+}
+
 export class Client {
   phase: Phase = 'connecting';
   serverName = '';
@@ -50,7 +61,7 @@ export class Client {
   capabilities = new Set<string>();
   reason = '';
   readonly channels = new Map<number, ChannelOffer>();
-  readonly services = new Map<string, ServiceOffer>();
+  readonly services = new Offers();
   readonly received = new Map<string, { count: number; bytes: number; at: number }>();
   onphase: (phase: Phase) => void = () => {};
   ongraph: () => void = () => {};
@@ -243,6 +254,12 @@ export class Client {
 
   private addChannel(channel: ChannelOffer): void {
     this.channels.set(channel.id, channel);
+    // What the program tells of itself says in which namespace it stands.
+    const own = /^(.*)\/doppel\/(health|status)$/.exec(channel.topic);
+    if (own && own[1] !== this.services.space) {
+      this.services.space = own[1]!;
+      for (const other of [...this.channels.values()]) if (other.id !== channel.id) this.bind(other);
+    }
     try {
       this.types.delete(shortName(channel.schemaName));
       this.learn(channel.schemaName, channel.schema);
@@ -250,15 +267,23 @@ export class Client {
       this.onstatus(1, `${channel.topic}: ${(problem as Error).message}`);
       return;
     }
-    const subscription = this.subscriptions.get(channel.topic);
-    if (subscription && subscription.channel === null) this.subscribeNow(subscription, channel);
+    this.bind(channel);
+  }
+
+  // To the subscriptions that waited for it.
+  private bind(channel: ChannelOffer): void {
+    for (const subscription of this.subscriptions.values()) {
+      if (subscription.channel === null && this.means(subscription.topic, channel)) this.subscribeNow(subscription, channel);
+    }
+  }
+
+  private means(topic: string, channel: ChannelOffer): boolean {
+    return channel.topic === topic || (this.services.space !== '' && channel.topic === this.services.space + topic);
   }
 
   private removeChannel(id: number): void {
-    const channel = this.channels.get(id);
     this.channels.delete(id);
-    const subscription = channel && this.subscriptions.get(channel.topic);
-    if (subscription) subscription.channel = null;
+    for (const subscription of this.subscriptions.values()) if (subscription.channel === id) subscription.channel = null;
   }
 
   private subscribeNow(subscription: Subscription, channel: ChannelOffer): void {
@@ -272,8 +297,12 @@ export class Client {
   }
 
   channel(topic: string): ChannelOffer | null {
-    for (const channel of this.channels.values()) if (channel.topic === topic) return channel;
-    return null;
+    let found: ChannelOffer | null = null;
+    for (const channel of this.channels.values()) {
+      if (channel.topic === topic) return channel;
+      if (this.means(topic, channel)) found = channel;
+    }
+    return found;
   }
 
   // Returns what ends the subscription. A topic may come later, or again after a restart.
@@ -306,7 +335,8 @@ export class Client {
     });
   }
 
-  publish(topic: string, typeName: string, message: Message): void {
+  publish(name: string, typeName: string, message: Message): void {
+    const topic = this.channel(name)?.topic ?? name;
     const type = this.type(typeName);
     if (!type) throw new Error(`the type ${typeName} is not known here`);
     const payload = writeCdr(type, message);

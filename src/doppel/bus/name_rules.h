@@ -1,0 +1,63 @@
+#pragma once
+// ROS 2's rules for names (design.ros2.org/articles/topic_and_service_names.html) and for renaming them from
+// the command line (static_remapping.html): which names are allowed, how relative and private ones become
+// whole, and what `-r from:=to` makes of them.
+
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/core/status.h"
+
+namespace doppel {
+
+// "/left/arm": the namespace "/left" ("/" for a node without one) and the name "arm".
+std::string node_namespace(std::string_view full_name);
+std::string node_base_name(std::string_view full_name);
+// "left.arm": what the node calls itself in the log.
+std::string logger_name(std::string_view full_name);
+
+// Why it is no valid name; ok otherwise. A topic's or service's name may be relative or private ("~/x").
+Status check_node_name(std::string_view name);
+Status check_namespace(std::string_view name);
+Status check_topic_name(std::string_view name);
+
+// The whole name of what the node "/left/arm" calls `name`: "x" is "/left/x", "~/x" is "/left/arm/x", "/x"
+// itself.
+std::string expand_name(std::string_view name, std::string_view node);
+
+enum class NameKind { topic, service };
+
+// The rules of one process, in order; the first that fits counts. Not shared by threads.
+class NameRules {
+ public:
+  // "from:=to", "node:from:=to", "__ns:=/left", "node:__node:=name" and so on. Throws InputError. A rule that
+  // would give all nodes one name is refused: there are many here.
+  void add(std::string_view rule);
+  [[nodiscard]] bool empty() const { return rules_.empty(); }
+
+  // The whole name of a node that calls itself `full_name`.
+  std::string node(std::string_view full_name);
+  // The whole name of what node `node` (its name by the rules) calls `name`.
+  std::string resolve(NameKind kind, std::string_view name, std::string_view node);
+
+  // A warning for each rule that has fitted nothing so far, with the nearest name that there was.
+  void tell_unused(Diagnostics& diagnostics) const;
+
+ private:
+  enum class Target { node_name, node_namespace, topic, service, topic_and_service };
+  struct Rule {
+    std::string text, node;  // node: whose alone it is; empty: everybody's
+    Target target = Target::topic_and_service;
+    std::string from, to;
+    bool used = false;
+  };
+  static bool fits(const Rule& rule, NameKind kind);
+
+  std::vector<Rule> rules_;
+  std::set<std::string> nodes_, names_;  // what there was to fit
+};
+
+}  // namespace doppel

@@ -1,0 +1,41 @@
+#pragma once
+// What stands behind --ros-args on a command line, by ROS 2's rules (rcl's arguments): renamings, parameters
+// and parameter files, the log's level.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "doppel/bus/name_rules.h"
+#include "doppel/bus/parameters.h"
+#include "doppel/core/diagnostic.h"
+
+namespace doppel {
+
+// -p NODE:NAME:=VALUE
+struct GivenParameter {
+  std::string node;  // empty: every node that has it
+  std::string name;
+  ParameterValue value;
+  std::string text;  // as it was written
+};
+
+// --params-file FILE
+struct GivenParameterFile {
+  std::string path;
+};
+
+struct RosArguments {
+  NameRules names;
+  std::vector<std::variant<GivenParameter, GivenParameterFile>> parameters;  // in order: a later one wins
+  std::optional<Severity> log_level;  // nothing below it is told
+  [[nodiscard]] bool empty() const { return names.empty() && parameters.empty() && !log_level; }
+};
+
+// Takes everything from each "--ros-args" to the "--" behind it (or the end) out of `words`, and reads it.
+// Throws InputError, with every fault at once.
+RosArguments take_ros_arguments(std::vector<std::string>& words);
+
+}  // namespace doppel

@@ -1,0 +1,30 @@
+#pragma once
+// The program's log on /rosout, as the lines of the nodes that they are about.
+
+#include <memory>
+
+#include "doppel/bus/bus.h"
+#include "doppel/core/log.h"
+
+namespace doppel {
+
+// The loop's thread. Its node is /doppel, in whose name also stands what is about no node.
+class Rosout {
+ public:
+  explicit Rosout(Bus& bus);
+  ~Rosout();
+  Rosout(const Rosout&) = delete;
+  Rosout& operator=(const Rosout&) = delete;
+
+  // For Log::add_sink(). Any thread may say lines; they are published between steps, and dropped once this is
+  // gone.
+  [[nodiscard]] Log::Sink sink() const;
+
+ private:
+  struct Impl;
+  struct Door;
+  std::shared_ptr<Impl> impl_;
+  std::shared_ptr<Door> door_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,21 @@
+#pragma once
+// What every node of ROS 2 has, whatever it does (rclcpp::Node): the six parameter services,
+// /parameter_events, /rosout, and the parameters that all of them have.
+
+#include <string_view>
+
+#include "doppel/bus/bus.h"
+
+namespace doppel {
+
+// Call it before the node declares parameters of its own, so that these are told on /parameter_events.
+// Declares use_sim_time (the bus's, not to be changed), start_type_description_service and
+// qos_overrides./parameter_events; subscribes to what rclcpp's nodes subscribe to, so that graphs look alike.
+void make_standard(Node& node);
+
+// The read-only parameters "qos_overrides./topic.publisher.depth" and so on of a topic whose QoS ROS 2's node
+// would let the user override.
+enum class QosOverrideOf { publisher, subscription };
+void declare_qos_overrides(Node& node, std::string_view topic, QosOverrideOf end, const Qos& qos);
+
+}  // namespace doppel

@@ -1,0 +1,111 @@
+// What every node of ROS 2 has.
+#include "doppel/bus/standard_node.h"
+
+#include <gmock/gmock.h>
+
+#include "doppel/bus/rosout.h"
+#include "doppel/messages/rcl_interfaces.h"
+
+namespace doppel {
+namespace {
+
+using rcl_interfaces::msg::ParameterEvent;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::vector<std::string> topics_of(const Bus& bus, bool published) {
+  std::vector<std::string> names;
+  for (const TopicInfo& topic : bus.topics()) {
+    for (const EndpointInfo& end : published ? topic.publishers : topic.subscribers) {
+      if (end.node == "/left/arm") names.push_back(topic.name);
+    }
+  }
+  return names;
+}
+
+TEST(StandardNode, HasWhatRclcppGivesEveryNode) {
+  NameRules rules;
+  rules.add("__ns:=/left");
+  Bus bus({.names = rules});
+  Node node(bus, "/arm");
+  make_standard(node);
+  EXPECT_THAT(topics_of(bus, true), ElementsAre("/parameter_events", "/rosout"));
+  EXPECT_THAT(topics_of(bus, false), ElementsAre("/clock", "/parameter_events"));
+  std::vector<std::string> services;
+  for (const ServiceInfo& service : bus.services()) services.push_back(service.name);
+  for (const char* service : {"describe_parameters", "get_parameter_types", "get_parameters", "list_parameters",
+                              "set_parameters", "set_parameters_atomically"}) {
+    EXPECT_THAT(services, Contains(std::string("/left/arm/") + service));
+  }
+  const auto value = [&](const char* name) { return node.parameters().find(name)->value; };
+  EXPECT_EQ(value("use_sim_time"), ParameterValue(true));
+  EXPECT_EQ(value("qos_overrides./parameter_events.publisher.depth"), ParameterValue(std::int64_t{1000}));
+  EXPECT_EQ(value("qos_overrides./clock.subscription.reliability"), ParameterValue(std::string("best_effort")));
+  EXPECT_TRUE(node.parameters().set("use_sim_time", true));
+  EXPECT_THAT(node.parameters().set("use_sim_time", false).why(), HasSubstr("--stamp"));
+}
+
+TEST(StandardNode, StampedByTheWallHasNoClock) {
+  Bus bus({.sim_time = false});
+  Node node(bus, "/arm");
+  make_standard(node);
+  EXPECT_EQ(node.parameters().find("use_sim_time")->value, ParameterValue(false));
+  for (const TopicInfo& topic : bus.topics()) EXPECT_NE(topic.name, "/clock");
+}
+
+TEST(StandardNode, TellsItsParametersEvents) {
+  Bus bus({.sim_time = false});
+  bus.set_now(std::chrono::seconds(2));
+  bus.set_stamp_offset(std::chrono::seconds(100));
+  Node node(bus, "/arm"), listener(bus, "/listener");
+  std::vector<ParameterEvent> events;
+  listener.subscribe<ParameterEvent>("/parameter_events", [&](const ParameterEvent& e) { events.push_back(e); });
+  make_standard(node);
+  events.clear();
+  node.parameters().declare("gain", 1.0);
+  node.parameters().declare("rate", std::int64_t{5});
+  ASSERT_EQ(events.size(), 2U);
+  EXPECT_EQ(events[0].node, "/arm");
+  EXPECT_EQ(events[0].stamp.sec, 102);
+  EXPECT_EQ(events[0].new_parameters.at(0).name, "gain");
+  EXPECT_TRUE(node.parameters().set_all({{"gain", 2.0}, {"rate", std::int64_t{6}}}));
+  EXPECT_FALSE(node.parameters().set_all({{"gain", 3.0}, {"rate", 0.5}}));
+  ASSERT_EQ(events.size(), 3U) << "what was refused is no event";
+  ASSERT_EQ(events[2].changed_parameters.size(), 2U) << "what was set at once is told at once";
+  EXPECT_EQ(events[2].changed_parameters[0].value.double_value, 2.0);
+  EXPECT_THAT(events[2].new_parameters, IsEmpty());
+}
+
+TEST(Rosout, TellsLinesInTheNameOfTheirNodes) {
+  NameRules rules;
+  rules.add("arm:__ns:=/left");
+  Bus bus({.names = rules});
+  Node arm(bus, "/arm");
+  std::vector<rcl_interfaces::msg::Log> lines;
+  arm.subscribe<rcl_interfaces::msg::Log>("/rosout", [&](const auto& line) { lines.push_back(line); });
+  Log log;
+  {
+    const Rosout rosout(bus);
+    log.add_sink(rosout.sink());
+    log.warning("arm", "a warning");
+    log.error("", "an error");
+    log.note("room", "a note");
+    EXPECT_TRUE(lines.empty()) << "only between steps";
+    bus.spin();
+  }
+  log.note("arm", "too late");
+  bus.spin();
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0].name, "left.arm");
+  EXPECT_EQ(lines[0].msg, "a warning");
+  EXPECT_EQ(lines[0].level, 30);
+  EXPECT_EQ(lines[1].name, "doppel");
+  EXPECT_EQ(lines[1].level, 40);
+  EXPECT_EQ(lines[2].name, "room");
+  EXPECT_EQ(lines[2].level, 20);
+}
+
+}  // namespace
+}  // namespace doppel
