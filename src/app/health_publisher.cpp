@@ -64,8 +64,8 @@ std::string to_json(const SourcePlaces& places) {
 // What the loop publishes with; tasks that come after the end find it gone.
 struct HealthPublisher::Outlet {
   explicit Outlet(Bus& bus) : node(bus, "/doppel") {
-    health = node.advertise<std_msgs::msg::String>("/doppel/health", {.depth = 1, .latched = true});
-    sources = node.advertise<std_msgs::msg::String>("/doppel/sources", {.depth = 1, .latched = true});
+    health = node.advertise<std_msgs::msg::String>("~/health", {.depth = 1, .latched = true});
+    sources = node.advertise<std_msgs::msg::String>("~/sources", {.depth = 1, .latched = true});
   }
   Node node;
   Publisher<std_msgs::msg::String> health, sources;

@@ -11,6 +11,7 @@
 #include "app/up.h"
 #include "app/verbs/verbs.h"
 #include "app/view.h"
+#include "doppel/bus/ros_arguments.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
 
@@ -82,21 +83,20 @@ void add_completion(CLI::App& app) {
 }
 
 // CLI11's own message, and the nearest verb where the first word is none.
-int report_usage(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
   if (error.get_exit_code() == 0) return app.exit(error);
   const CLI::App* deepest = &app;
   std::string path = app.get_name();
-  for (int i = 1; i < argc; ++i) {
+  for (const std::string& word : words) {
     std::vector<std::string> names;
     const CLI::App* next = nullptr;
     for (const CLI::App* sub : deepest->get_subcommands([](const CLI::App*) { return true; })) {
       names.push_back(sub->get_name());
-      if (sub->get_name() == argv[i]) next = sub;
+      if (sub->get_name() == word) next = sub;
     }
     if (next == nullptr) {
-      if (!names.empty() && argv[i][0] != '-') {
-        doppel::app::tell("error: '{}' is no verb of {}{}\n", argv[i], path,
-                          doppel::did_you_mean(argv[i], names));
+      if (!names.empty() && !word.starts_with('-')) {
+        doppel::app::tell("error: '{}' is no verb of {}{}\n", word, path, doppel::did_you_mean(word, names));
         return kBadInput;
       }
       break;
@@ -108,6 +108,12 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, int argc, ch
   return kBadInput;
 }
 
+[[noreturn]] void refuse_ros_arguments(const std::string& verb) {
+  throw doppel::InputError("cli.ros_args", {},
+                           fmt::format("'{}' brings up no nodes, so --ros-args have nothing to act on", verb),
+                           "give them to up or view");
+}
+
 int run(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
@@ -117,8 +123,9 @@ int run(int argc, char** argv) {
       "Start here:\n  doppel up omarm_one\nor, to look at a description without physics:\n  doppel view "
       "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states");
   int exit_code = 0;
-  doppel::app::add_up(app, exit_code);
-  doppel::app::add_view(app, exit_code);
+  doppel::RosArguments ros;  // of up and view
+  doppel::app::add_up(app, ros, exit_code);
+  doppel::app::add_view(app, ros, exit_code);
   doppel::app::add_verbs(app, exit_code);
   add_robots(app);
   add_completion(app);
@@ -126,10 +133,14 @@ int run(int argc, char** argv) {
     fmt::print("{}", app.help());
     return 0;
   }
+  std::vector<std::string> words(argv + 1, argv + argc);
   try {
-    app.parse(argc, argv);
+    ros = doppel::take_ros_arguments(words);
+    const std::string verb = words.empty() ? "doppel" : words.front();
+    if (!ros.empty() && verb != "up" && verb != "view") refuse_ros_arguments(verb);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {
-    return report_usage(app, error, argc, argv);
+    return report_usage(app, error, words);
   } catch (const doppel::InputError& error) {
     doppel::app::tell("{}\n", error.what());
     return kBadInput;

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "doppel/core/log.h"
@@ -13,6 +14,12 @@ namespace doppel::app {
 class TerminalLog {
  public:
   void add(const LogLine& said);
+  // For Log::add_sink(): adds what is `least` or worse. This has to outlive the log's use.
+  [[nodiscard]] Log::Sink sink(std::optional<Severity> least = std::nullopt) {
+    return [this, least](const LogLine& line) {
+      if (!least || line.severity >= *least) add(line);
+    };
+  }
   void table_begins();
   // Warnings and errors that scrolled away in the table are repeated for the record.
   void table_ends();

@@ -24,6 +24,7 @@
 #include "app/tell.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
+#include "doppel/bus/rosout.h"
 #include "doppel/twin/runner.h"
 #include "doppel/twin/twin.h"
 
@@ -32,7 +33,7 @@ namespace {
 
 struct UpOptions {
   DescribedBy robot;
-  std::string world, controllers, base = "fixed", speed = "1";
+  std::string world, controllers, base = "fixed", speed = "1", stamp = "sim";
   std::vector<std::string> activate, plugins;
   double duration = 0;
   bool no_reload = false;
@@ -41,8 +42,10 @@ struct UpOptions {
   RosDoorOptions ros;
 };
 
-Scenario make_scenario(const UpOptions& options) {
+Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   Scenario scenario = described_scenario(options.robot);
+  scenario.ros = ros;
+  scenario.wall_stamps = options.stamp == "wall";
   if (!options.world.empty()) scenario.world = options.world;
   if (!options.controllers.empty()) scenario.controllers = options.controllers;
   scenario.activate = options.activate;
@@ -127,8 +130,9 @@ void print_banner(Twin& twin, const std::string& engine) {
   const Model& model = twin.model();
   tell("{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name, model.links.size(), model.joints.size(),
        model.driven_joint_names().size(), model.total_mass * 1e3);
-  tell("  physics      {}, {:g} Hz; simulated time on /clock stamps every message\n", engine,
-       1.0 / to_seconds(twin.step_size()));
+  tell("  physics      {}, {:g} Hz; {}\n", engine, 1.0 / to_seconds(twin.step_size()),
+       twin.bus().sim_time() ? "simulated time on /clock stamps every message"
+                             : "the wall's time stamps every message, there is no /clock");
   tell("  controllers  {}\n               from {}\n",
        controllers_text(twin.controller_manager().controllers()), twin.controllers_origin());
   const auto& excluded = twin.engine().excluded_pairs();
@@ -172,21 +176,24 @@ int report(Twin& twin, Summary summary, bool json) {
   return 0;
 }
 
-int run_up(const UpOptions& options) {
+int run_up(const UpOptions& options, const RosArguments& ros) {
   const double speed = parse_speed(options.speed);
   if (options.duration < 0 || !std::isfinite(options.duration)) {
     throw InputError("cli.duration", {}, "--duration has to be a positive number of simulated seconds");
   }
-  const Scenario scenario = make_scenario(options);
+  const Scenario scenario = make_scenario(options, ros);
   const auto network = ros_network(options.ros);
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();
   TerminalLog terminal;
   Log log;
-  log.add_sink([&terminal](const LogLine& line) { terminal.add(line); });
+  log.add_sink(terminal.sink(ros.log_level));
   Diagnostics diagnostics;
   Twin twin(scenario, log, diagnostics);
+  const Rosout rosout(twin.bus());
+  log.add_sink(rosout.sink());
+  tell_unused(ros, twin.bus(), diagnostics);
   print_diagnostics(diagnostics, true);
 
   const auto assets = std::make_shared<AssetLibrary>();
@@ -238,7 +245,7 @@ int run_up(const UpOptions& options) {
 
 }  // namespace
 
-void add_up(CLI::App& app, int& exit_code) {
+void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   auto options = std::make_shared<UpOptions>();
   CLI::App* up = app.add_subcommand("up", "Bring a robot up: physics, controllers, topics");
   add_described_by(*up, options->robot);
@@ -256,6 +263,11 @@ void add_up(CLI::App& app, int& exit_code) {
   up->add_flag("--no-limits", options->no_limits, "Do not hold commands to the joints' limits");
   up->add_option("--duration", options->duration, "End after so many simulated seconds");
   up->add_option("--speed", options->speed, "1: real time, N: N times that, max: as fast as it goes");
+  up->add_option(
+        "--stamp", options->stamp,
+        "What stamps messages: sim (simulated time, which /clock tells) or wall (for clients that do "
+        "not set use_sim_time)")
+      ->check(CLI::IsMember({"sim", "wall"}));
   up->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
   up->add_flag("--headless", options->headless, "No live table and no browser; log lines only");
   up->add_flag("--json", options->json, "One summary object on stdout at the end");
@@ -266,9 +278,11 @@ void add_up(CLI::App& app, int& exit_code) {
       "  doppel up omarm_one\n"
       "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
       "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
+      "  doppel up omarm_one --ros-args -r __ns:=/left -r joint_states:=js -p robot_state_publisher:"
+      "frame_prefix:=left/\n"
       "  doppel up omarm_one --host 0.0.0.0      # for a tablet beside the robot: open the printed address\n"
       "  doppel up omarm_zero --headless --duration 10 --speed max --json");
-  up->callback([options, &exit_code] { exit_code = run_up(*options); });
+  up->callback([options, &ros, &exit_code] { exit_code = run_up(*options, ros); });
 }
 
 }  // namespace doppel::app

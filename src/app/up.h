@@ -5,9 +5,13 @@ namespace CLI {
 class App;
 }
 
+namespace doppel {
+struct RosArguments;
+}
+
 namespace doppel::app {
 
-// Adds the verb; when it has run, `exit_code` is the program's.
-void add_up(CLI::App& app, int& exit_code);
+// Adds the verb; when it has run, `exit_code` is the program's. `ros` is read when it runs.
+void add_up(CLI::App& app, const RosArguments& ros, int& exit_code);
 
 }  // namespace doppel::app

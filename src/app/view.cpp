@@ -18,6 +18,7 @@
 #include "app/tell.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
+#include "doppel/bus/rosout.h"
 #include "doppel/twin/viewer.h"
 
 namespace doppel::app {
@@ -52,15 +53,19 @@ void show_frames(Viewer& viewer, const std::atomic<bool>& stop) {
   }
 }
 
-int run_view(const ViewOptions& options) {
-  const Scenario scenario = described_scenario(options.robot);
+int run_view(const ViewOptions& options, const RosArguments& ros) {
+  Scenario scenario = described_scenario(options.robot);
+  scenario.ros = ros;
   const auto network = ros_network(options.ros);
   const std::atomic<bool>& stop = stop_on_signals();
   TerminalLog terminal;
   Log log;
-  log.add_sink([&terminal](const LogLine& line) { terminal.add(line); });
+  log.add_sink(terminal.sink(ros.log_level));
   Diagnostics diagnostics;
   Viewer viewer(scenario, log, diagnostics);
+  const Rosout rosout(viewer.bus());
+  log.add_sink(rosout.sink());
+  tell_unused(ros, viewer.bus(), diagnostics);
   print_diagnostics(diagnostics, true);
 
   const auto assets = std::make_shared<AssetLibrary>();
@@ -86,7 +91,7 @@ int run_view(const ViewOptions& options) {
 
 }  // namespace
 
-void add_view(CLI::App& app, int& exit_code) {
+void add_view(CLI::App& app, const RosArguments& ros, int& exit_code) {
   auto options = std::make_shared<ViewOptions>();
   CLI::App* view =
       app.add_subcommand("view", "Look at a description: the page and the joints, without physics");
@@ -105,7 +110,7 @@ void add_view(CLI::App& app, int& exit_code) {
       "and from another shell:\n"
       "  doppel topic pub --once /joint_command sensor_msgs/msg/JointState '{name: [elbow], position: "
       "[0.5]}'");
-  view->callback([options, &exit_code] { exit_code = run_view(*options); });
+  view->callback([options, &ros, &exit_code] { exit_code = run_view(*options, ros); });
 }
 
 }  // namespace doppel::app

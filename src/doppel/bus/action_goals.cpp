@@ -23,6 +23,10 @@ bool leads_to(GoalStatus from, GoalStatus to) {
   }
 }
 
+bool cancelable(GoalStatus status) {
+  return leads_to(status, GoalStatus::canceling);
+}
+
 }  // namespace
 
 std::string to_string(const GoalId& id) {
@@ -58,15 +62,21 @@ bool ActionGoals::change(const GoalId& id, GoalStatus to) {
   return true;
 }
 
-std::vector<GoalId> ActionGoals::forget_oldest() {
-  const auto finished = [](const Goal& goal) { return is_terminal(goal.status); };
-  auto count = static_cast<std::size_t>(std::ranges::count_if(goals_, finished));
+void ActionGoals::finished(const GoalId& id, Time now) {
+  const auto goal = std::ranges::find(goals_, id, &Goal::id);
+  if (goal != goals_.end()) goal->ended = now;
+}
+
+std::vector<GoalId> ActionGoals::forget_expired(Time now) {
+  const auto is_finished = [](const Goal& goal) { return is_terminal(goal.status); };
+  auto count = static_cast<std::size_t>(std::ranges::count_if(goals_, is_finished));
   std::vector<GoalId> forgotten;
-  for (; count > kKeptResults; --count) {
-    const auto oldest = std::ranges::find_if(goals_, finished);
-    forgotten.push_back(oldest->id);
-    goals_.erase(oldest);
-  }
+  std::erase_if(goals_, [&](const Goal& goal) {
+    if (!is_finished(goal) || (count <= kKeptResults && now - goal.ended <= kResultTimeout)) return false;
+    --count;
+    forgotten.push_back(goal.id);
+    return true;
+  });
   return forgotten;
 }
 
@@ -80,15 +90,16 @@ action_msgs::srv::CancelGoal::Response ActionGoals::cancel(
   if (!any_id && until == Time{}) {
     const GoalStatus now = status(id);
     if (now == GoalStatus::unknown) response.return_code = Response::ERROR_UNKNOWN_GOAL_ID;
-    if (is_terminal(now)) response.return_code = Response::ERROR_GOAL_TERMINATED;
+    if (!cancelable(now) && now != GoalStatus::unknown)
+      response.return_code = Response::ERROR_GOAL_TERMINATED;  // rcl says so of one that is canceling, too
   }
   std::vector<Goal> meant;
   for (const Goal& goal : goals_) {
     const bool in_time = until == Time{} ? any_id : goal.stamp <= until;
-    if ((goal.id == id || in_time) && !is_terminal(goal.status)) meant.push_back(goal);
+    if ((goal.id == id || in_time) && cancelable(goal.status)) meant.push_back(goal);
   }
   for (const Goal& goal : meant) {
-    if (goal.status != GoalStatus::canceling && !accept(goal.id)) continue;
+    if (!accept(goal.id)) continue;
     change(goal.id, GoalStatus::canceling);
     response.goals_canceling.push_back({{goal.id}, to_time_msg(goal.stamp)});
   }

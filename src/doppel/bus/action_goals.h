@@ -35,7 +35,9 @@ std::string to_string(const GoalId& id);
 
 class ActionGoals {
  public:
-  static constexpr std::size_t kKeptResults = 16;
+  // As rcl_action keeps them; the number keeps a flood of goals from filling the memory.
+  static constexpr Duration kResultTimeout{10'000'000'000};
+  static constexpr std::size_t kKeptResults = 256;
 
   // False: the id is in use.
   bool add(const GoalId& id, Time stamp);
@@ -44,12 +46,15 @@ class ActionGoals {
   // False, and nothing happens, if the goal is unknown or the state machine does not lead from its status to
   // `to`.
   bool change(const GoalId& id, GoalStatus to);
-  // Beyond the last kKeptResults finished goals; they are forgotten here, their results are the caller's to
-  // forget.
-  std::vector<GoalId> forget_oldest();
+  // `now`: when it reached its end, from where its result is kept.
+  void finished(const GoalId& id, Time now);
+  // Goals whose end lies kResultTimeout back, or beyond the last kKeptResults; they are forgotten here, their
+  // results are the caller's to forget.
+  std::vector<GoalId> forget_expired(Time now);
 
   // Which goals a request means (a zero id and a zero stamp: all), asking `accept` for each that is not
-  // finished. An accepted one is canceling afterwards, unless `accept` has finished it at once.
+  // finished or canceling already. An accepted one is canceling afterwards, unless `accept` has finished it
+  // at once.
   action_msgs::srv::CancelGoal::Response cancel(const action_msgs::msg::GoalInfo& wanted,
                                                 const std::function<Status(const GoalId&)>& accept);
 
@@ -60,6 +65,7 @@ class ActionGoals {
     GoalId id{};
     Time stamp{};
     GoalStatus status = GoalStatus::accepted;
+    Time ended{};  // of a finished one
   };
   [[nodiscard]] const Goal* find(const GoalId& id) const;
 

@@ -31,7 +31,7 @@ class ActionServer {
 
   void publish_feedback(const GoalId& goal, const typename A::Feedback& feedback);
   // `terminal` is succeeded, canceled or aborted, else std::logic_error. Results are kept for clients that
-  // ask later (the last 16). A goal that is unknown or finished already stays as it is.
+  // ask later (10 s of time, and the last 256). A goal that is unknown or finished already stays as it is.
   void finish(const GoalId& goal, GoalStatus terminal, const typename A::Result& result);
   void set_executing(const GoalId& goal);
   void set_canceling(const GoalId& goal);

@@ -35,7 +35,7 @@ struct ActionServer<A>::Impl {
         feedback(node.advertise<FeedbackMessage<A>>(prefix + "feedback")),
         status(node.advertise<action_msgs::msg::GoalStatusArray>(prefix + "status",
                                                                  {.depth = 1, .latched = true})),
-        log(node.advertise<rcl_interfaces::msg::Log>("/rosout")) {}
+        log(node.advertise<rcl_interfaces::msg::Log>("/rosout", Qos::rosout())) {}
 
   void publish_status() {
     if (!deciding) status.publish(goals.status_message(), bus.now());
@@ -47,9 +47,9 @@ struct ActionServer<A>::Impl {
 
   void refuse(const GoalId& goal, const std::string& why) {
     rcl_interfaces::msg::Log line;
-    line.stamp = to_time_msg(bus.now());
+    line.stamp = to_time_msg(bus.ros_now());
     line.level = rcl_interfaces::msg::Log::WARN;
-    line.name = node_name.substr(1);
+    line.name = logger_name(node_name);
     line.msg = "goal " + to_string(goal) + " refused: " + why;
     log.publish(line, bus.now());
   }
@@ -57,9 +57,10 @@ struct ActionServer<A>::Impl {
   typename SendGoal<A>::Response send_goal(const typename SendGoal<A>::Request& request) {
     const GoalId& id = request.goal_id.uuid;
     typename SendGoal<A>::Response response;
-    response.stamp = to_time_msg(bus.now());
+    response.stamp = to_time_msg(bus.ros_now());
     Status decision = Status::refused("a goal with this id exists already");
-    if (goals.add(id, bus.now())) {
+    forget_expired();
+    if (goals.add(id, bus.ros_now())) {
       deciding = true;
       decision = callbacks.on_goal ? callbacks.on_goal(id, request.goal) : Status();
       deciding = false;
@@ -83,11 +84,12 @@ struct ActionServer<A>::Impl {
     auto response = goals.cancel(request.goal_info, [this](const GoalId& id) {
       return callbacks.on_cancel ? callbacks.on_cancel(id) : Status();
     });
-    publish_status();
+    if (!response.goals_canceling.empty()) publish_status();
     return response;
   }
 
   void get_result(const GoalId& id, ResultResponder respond) {
+    forget_expired();
     const GoalStatus now = goals.status(id);
     if (now == GoalStatus::unknown) return respond({});
     if (!is_terminal(now)) return waiting[id].push_back(std::move(respond));
@@ -102,7 +104,12 @@ struct ActionServer<A>::Impl {
     if (auto waiters = waiting.extract(id)) {
       for (const ResultResponder& respond : waiters.mapped()) respond(stored);
     }
-    for (const GoalId& old : goals.forget_oldest()) results.erase(old);
+    goals.finished(id, bus.now());
+    forget_expired();
+  }
+
+  void forget_expired() {
+    for (const GoalId& old : goals.forget_expired(bus.now())) results.erase(old);
   }
 };
 

@@ -210,12 +210,18 @@ void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::share
   }
 }
 
-Node* Bus::Impl::find_node(std::string_view name) const {
-  const auto found = std::ranges::find_if(nodes, [name](const Node* node) { return node->name() == name; });
-  return found == nodes.end() ? nullptr : *found;
+Node* Bus::Impl::find_node(std::string_view name, std::string_view parameter) const {
+  Node* any = nullptr;
+  for (Node* node : nodes) {
+    if (node->name() != name) continue;
+    if (node->parameters().find(parameter) != nullptr) return node;
+    any = node;
+  }
+  return any;
 }
 
-Bus::Bus() : impl_(std::make_unique<Impl>(*this)) {}
+Bus::Bus(BusOptions options)
+    : names_(std::move(options.names)), sim_time_(options.sim_time), impl_(std::make_unique<Impl>(*this)) {}
 Bus::~Bus() = default;
 
 namespace {
@@ -262,6 +268,11 @@ std::vector<std::string> Bus::nodes() const {
   names.erase(std::unique(names.begin(), names.end()),
               names.end());  // a node may be put together from several parts
   return names;
+}
+
+void Bus::each_node(const std::function<void(Node&)>& visit) const {
+  const std::vector<Node*> nodes = impl_->nodes;
+  for (Node* node : nodes) visit(*node);
 }
 
 std::unique_ptr<Edge> Bus::attach(std::string name, EdgeOptions options) {

@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "doppel/bus/name_rules.h"
 #include "doppel/bus/parameters.h"
 #include "doppel/core/byte_ring.h"
 #include "doppel/core/inbox.h"
@@ -41,13 +42,18 @@ struct Qos {
   bool best_effort = false;  // else reliable
   bool keep_all = false;     // the history has no depth
 
-  // The profiles that ROS 2 names.
+  // Transient local on a network, which keeps the history itself; the bus keeps nothing for late joiners.
+  bool latched_on_network = false;
+
+  // The profiles that ROS 2 names. What it leaves to the system is as Jazzy's middleware (Fast DDS) has it.
   static constexpr Qos sensor_data() { return {.depth = 5, .best_effort = true}; }
-  static constexpr Qos system_default() { return {.depth = 1}; }
-  static constexpr Qos rosout() { return {.depth = 1000, .latched = true}; }
+  static constexpr Qos system_default_publisher() { return {.depth = 1, .latched_on_network = true}; }
+  static constexpr Qos system_default_subscription() { return {.depth = 1, .best_effort = true}; }
+  static constexpr Qos rosout() { return {.depth = 1000, .latched_on_network = true}; }
   static constexpr Qos parameter_events() { return {.depth = 1000}; }
-  static constexpr Qos clock_publisher() { return {.depth = 10}; }
   static constexpr Qos clock_subscription() { return {.depth = 1, .best_effort = true}; }
+
+  [[nodiscard]] constexpr bool transient_local() const { return latched || latched_on_network; }
 
   bool operator==(const Qos&) const = default;
 };
@@ -93,18 +99,20 @@ class Publisher {
 };
 
 // A named participant: "/omarm_arm_controller". Destroying it removes all that it offered. The loop's thread
-// only. It must go before its bus does.
+// only. It must go before its bus does. Whatever it names goes through the bus's rules (name_rules.h), so
+// that everybody sees what `--ros-args -r` made of it.
 class Node {
  public:
-  Node(Bus& bus, std::string name);  // name with its leading slash
+  Node(Bus& bus, std::string_view name);  // with its leading slash, before the rules
   ~Node();
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
-  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::string& name() const { return name_; }              // "/left/arm"
+  [[nodiscard]] const std::string& given_name() const { return given_name_; }  // before the rules: "/arm"
   [[nodiscard]] Bus& bus() const { return bus_; }
 
-  // "~/x" is under the node, "/x" absolute, "x" becomes "/x".
+  // "~/x" is under the node, "/x" absolute, "x" in the node's namespace.
   // Throws std::logic_error if the topic has another type.
   template <Message M>
   Publisher<M> advertise(std::string_view topic, Qos qos = {});
@@ -119,14 +127,13 @@ class Node {
   [[nodiscard]] Parameters& parameters() { return parameters_; }
 
  private:
-  [[nodiscard]] std::string resolve(std::string_view name) const;
   bus_detail::Topic* advertise_topic(std::string_view topic, const bus_detail::TopicOps& ops, Qos qos);
   void subscribe_topic(std::string_view topic, const bus_detail::TopicOps& ops,
                        std::function<void(const void*)> callback, Qos qos);
   void serve_entry(std::string_view service, bus_detail::ServiceEntry entry);
 
   Bus& bus_;
-  std::string name_;
+  std::string given_name_, name_;
   Parameters parameters_;
 };
 
@@ -177,9 +184,16 @@ class Edge {
                              std::function<void(Status)> reply) = 0;
 };
 
+struct BusOptions {
+  NameRules names = {};
+  // Whether messages are stamped with simulated time, which /clock tells; else with the wall's. Everything on
+  // this side of the bus (now(), update(), publish()) is simulated time in either case.
+  bool sim_time = true;
+};
+
 class Bus {
  public:
-  Bus();
+  explicit Bus(BusOptions options = {});
   ~Bus();
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
@@ -190,6 +204,19 @@ class Bus {
   std::size_t spin() { return inbox_.run(); }
   void set_now(Time now) { now_ = now; }
   [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] NameRules& names() { return names_; }
+  [[nodiscard]] bool sim_time() const { return sim_time_; }
+  // By the logger's name, rcl's levels: below it, nothing reaches /rosout. The loop's thread.
+  [[nodiscard]] std::map<std::string, std::uint32_t>& logger_levels() { return logger_levels_; }
+  // What a message's header says of a time here, and back. With the wall's clock they lie set_stamp_offset()
+  // apart, which changes while time stands or runs at another speed.
+  [[nodiscard]] Time stamp(Time here) const { return here + stamp_offset_; }
+  [[nodiscard]] Time from_stamp(Time there) const { return there - stamp_offset_; }
+  [[nodiscard]] Time ros_now() const { return stamp(now_); }
+  void set_stamp_offset(Duration offset) { stamp_offset_ = offset; }
+
+  // Every node, or every part of one.
+  void each_node(const std::function<void(Node&)>& visit) const;
 
   // -- any thread
   void post(Inbox::Task task) { inbox_.post(std::move(task)); }
@@ -208,8 +235,12 @@ class Bus {
 
  private:
   friend class Node;
+  NameRules names_;
+  const bool sim_time_;
+  std::map<std::string, std::uint32_t> logger_levels_;
   Inbox inbox_;
   Time now_{};
+  Duration stamp_offset_{};
   std::atomic<std::uint64_t> graph_version_{0};
   std::atomic<std::uint64_t> skipped_{0};
   std::unique_ptr<Impl> impl_;

@@ -54,7 +54,7 @@ class EdgeLink {
       bus_.add_skipped(1);
       return {};
     }
-    const RecordHeader header{topic.id, 0, stamp.count()};
+    const RecordHeader header{topic.id, 0, bus_.stamp(stamp).count()};
     std::memcpy(record.data(), &header, sizeof(header));
     return record.subspan(sizeof(header));
   }
@@ -119,7 +119,8 @@ struct Bus::Impl {
                const bus_detail::EdgeLink* from);
   void deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link);
 
-  Node* find_node(std::string_view name) const;
+  // The part of the node that has the parameter; without one, any part; nullptr: no such node.
+  Node* find_node(std::string_view name, std::string_view parameter) const;
   void graph_changed() { bus.graph_version_.fetch_add(1, std::memory_order_acq_rel); }
 
  private:

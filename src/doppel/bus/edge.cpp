@@ -178,6 +178,7 @@ Status EdgeImpl::target_of(const std::string& topic, std::string_view type, cons
 Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::string_view type,
                          std::span<const std::byte> cdr) {
   const std::string name = topic.starts_with('/') ? std::string(topic) : fmt::format("/{}", topic);
+  if (Status fine = check_topic_name(name); !fine) return fine;
   const TypeSupport* support = nullptr;
   const bus_detail::TopicOps* ops = nullptr;
   Status status = target_of(name, type, support, ops);
@@ -243,7 +244,7 @@ void EdgeImpl::set_parameter(std::string_view node, std::string_view name, const
                              std::function<void(Status)> reply) {
   bus_.post([&impl = impl_, &bus = bus_, edge = liveness_, node = std::string(node), name = std::string(name),
              value, reply = std::move(reply)] {
-    Node* target = impl.find_node(node);
+    Node* target = impl.find_node(node, name);
     Status status =
         target != nullptr
             ? target->parameters().set(name, value)

@@ -87,7 +87,8 @@ std::string logger_name(std::string_view full_name) {
 Status check_node_name(std::string_view name) {
   if (name.empty()) return Status::refused("a node's name cannot be empty");
   if (name.size() > kLongest)
-    return Status::refused(fmt::format("a node's name has at most {} letters, this one {}", kLongest, name.size()));
+    return Status::refused(
+        fmt::format("a node's name has at most {} letters, this one {}", kLongest, name.size()));
   return check_token(name, name, "name of a node");
 }
 
@@ -137,8 +138,9 @@ void NameRules::add(std::string_view text) {
     require(check_namespace(rule.to), text, "write for instance -r __ns:=/left");
     rule.target = Target::node_namespace;
   } else if (match.starts_with("__")) {
-    refuse_rule(text, fmt::format("begins with '{}', which means nothing{}", match,
-                                  did_you_mean(match, std::vector<std::string>{"__ns", "__node", "__name"})),
+    refuse_rule(text,
+                fmt::format("begins with '{}', which means nothing{}", match,
+                            did_you_mean(match, std::vector<std::string>{"__ns", "__node", "__name"})),
                 "the special names are __ns, __node and __name");
   } else {
     if (take_scheme(match, kTopicScheme)) rule.target = Target::topic;
@@ -156,9 +158,8 @@ std::string NameRules::node(std::string_view full_name) {
   if (rules_.empty()) return std::string(full_name);
   nodes_.insert(name);
   const auto apply = [this](Target target, std::string& value, const std::string& who) {
-    const auto rule = std::ranges::find_if(rules_, [&](const Rule& r) {
-      return r.target == target && (r.node.empty() || r.node == who);
-    });
+    const auto rule = std::ranges::find_if(
+        rules_, [&](const Rule& r) { return r.target == target && (r.node.empty() || r.node == who); });
     if (rule == rules_.end()) return;
     rule->used = true;
     value = rule->to;
@@ -193,13 +194,13 @@ void NameRules::tell_unused(Diagnostics& diagnostics) const {
   for (const Rule& rule : rules_) {
     if (rule.used) continue;
     const bool unknown_node = !rule.node.empty() && !nodes_.contains(rule.node);
-    diagnostics.warning(
-        "cli.rule_unused", {},
-        unknown_node ? fmt::format("the rule '{}' renames nothing: there is no node '{}'{}", rule.text, rule.node,
-                                   did_you_mean(rule.node, listed(nodes_)))
-                     : fmt::format("the rule '{}' renames nothing: no node uses the name '{}'{}", rule.text,
-                                   rule.from, did_you_mean(rule.from, listed(names_))),
-        "correct it, or take it out");
+    diagnostics.warning("cli.rule_unused", {},
+                        unknown_node
+                            ? fmt::format("the rule '{}' renames nothing: there is no node '{}'{}", rule.text,
+                                          rule.node, did_you_mean(rule.node, listed(nodes_)))
+                            : fmt::format("the rule '{}' renames nothing: no node uses the name '{}'{}",
+                                          rule.text, rule.from, did_you_mean(rule.from, listed(names_))),
+                        "correct it, or take it out");
   }
 }
 

@@ -7,9 +7,9 @@
 
 namespace doppel {
 
-Node::Node(Bus& bus, std::string name) : bus_(bus), name_(std::move(name)) {
-  if (!name_.starts_with('/'))
-    throw std::logic_error(fmt::format("node name '{}' needs its leading slash", name_));
+Node::Node(Bus& bus, std::string_view name) : bus_(bus), given_name_(name), name_(bus.names().node(name)) {
+  if (!name.starts_with('/'))
+    throw std::logic_error(fmt::format("node name '{}' needs its leading slash", name));
   const std::lock_guard lock(bus_.impl_->mutex);
   bus_.impl_->nodes.push_back(this);
   bus_.impl_->graph_changed();
@@ -19,14 +19,10 @@ Node::~Node() {
   bus_.impl_->remove_owner(this);
 }
 
-std::string Node::resolve(std::string_view name) const {
-  if (name.starts_with("~/")) return fmt::format("{}{}", name_, name.substr(1));
-  return name.starts_with('/') ? std::string(name) : fmt::format("/{}", name);
-}
-
 bus_detail::Topic* Node::advertise_topic(std::string_view name, const bus_detail::TopicOps& ops, Qos qos) {
   Bus::Impl& impl = *bus_.impl_;
-  bus_detail::Topic& topic = impl.topic_for_node(resolve(name), ops, name_);
+  bus_detail::Topic& topic =
+      impl.topic_for_node(bus_.names().resolve(NameKind::topic, name, name_), ops, name_);
   {
     const std::lock_guard lock(impl.mutex);
     topic.latched = topic.latched || qos.latched;
@@ -38,7 +34,8 @@ bus_detail::Topic* Node::advertise_topic(std::string_view name, const bus_detail
 void Node::subscribe_topic(std::string_view name, const bus_detail::TopicOps& ops,
                            std::function<void(const void*)> callback, Qos qos) {
   Bus::Impl& impl = *bus_.impl_;
-  bus_detail::Topic& topic = impl.topic_for_node(resolve(name), ops, name_);
+  bus_detail::Topic& topic =
+      impl.topic_for_node(bus_.names().resolve(NameKind::topic, name, name_), ops, name_);
   auto shared = std::make_shared<std::function<void(const void*)>>(std::move(callback));
   topic.locals.push_back({this, shared});
   impl.add_endpoint(topic, false, {this, {name_, "", qos}});
@@ -49,7 +46,7 @@ void Node::subscribe_topic(std::string_view name, const bus_detail::TopicOps& op
 void Node::serve_entry(std::string_view name, bus_detail::ServiceEntry entry) {
   Bus::Impl& impl = *bus_.impl_;
   register_service(*entry.support);
-  entry.name = resolve(name);
+  entry.name = bus_.names().resolve(NameKind::service, name, name_);
   entry.node = this;
   std::shared_ptr<const bus_detail::ServiceEntry> replaced;  // freed outside the lock
   const std::lock_guard lock(impl.mutex);

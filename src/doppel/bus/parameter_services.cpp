@@ -1,6 +1,7 @@
 #include "doppel/bus/parameter_services.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace doppel {
 namespace {
@@ -14,6 +15,12 @@ constexpr std::uint8_t kTypes[] = {
     Type::PARAMETER_NOT_SET,       Type::PARAMETER_BOOL,         Type::PARAMETER_INTEGER,
     Type::PARAMETER_DOUBLE,        Type::PARAMETER_STRING,       Type::PARAMETER_BOOL_ARRAY,
     Type::PARAMETER_INTEGER_ARRAY, Type::PARAMETER_DOUBLE_ARRAY, Type::PARAMETER_STRING_ARRAY};
+
+std::int64_t whole(double end) {
+  using Limits = std::numeric_limits<std::int64_t>;
+  if (end >= static_cast<double>(Limits::max())) return Limits::max();
+  return end <= static_cast<double>(Limits::min()) ? Limits::min() : static_cast<std::int64_t>(end);
+}
 
 msg::SetParametersResult result_of(const Status& status) {
   return {status.ok(), status.why()};
@@ -39,7 +46,9 @@ msg::ListParametersResult list(const Parameters& parameters, const srv::ListPara
                                });
   };
   msg::ListParametersResult result;
-  for (const std::string& name : parameters.names()) {
+  std::vector<std::string> names = parameters.names();
+  std::ranges::sort(names);  // as rclcpp keeps them
+  for (const std::string& name : names) {
     if (!wanted(name)) continue;
     result.names.push_back(name);
     const auto dot = name.rfind('.');
@@ -51,27 +60,42 @@ msg::ListParametersResult list(const Parameters& parameters, const srv::ListPara
   return result;
 }
 
-msg::ParameterDescriptor describe_parameter(const Parameters& parameters, const std::string& name) {
+msg::ParameterDescriptor describe(const Parameters::Declared& declared) {
   msg::ParameterDescriptor descriptor;
-  descriptor.name = name;
-  if (const auto* declared = parameters.find(name)) {
-    descriptor.type = kTypes[declared->value.index()];
-    descriptor.description = declared->description;
-    descriptor.read_only = declared->read_only;
+  descriptor.name = declared.name;
+  descriptor.type = kTypes[declared.value.index()];
+  descriptor.description = declared.options.description;
+  descriptor.read_only = declared.options.read_only;
+  if (const auto& range = declared.options.range) {
+    if (std::holds_alternative<double>(declared.value)) {
+      constexpr double kMost = std::numeric_limits<double>::max();
+      descriptor.floating_point_range.push_back(
+          {std::clamp(range->from, -kMost, kMost), std::clamp(range->to, -kMost, kMost), 0});
+    } else {
+      descriptor.integer_range.push_back({whole(range->from), whole(range->to), 0});
+    }
   }
   return descriptor;
 }
 
-// All or nothing: every value is checked before the first is set.
-Status set_all(Parameters& parameters, const std::vector<msg::Parameter>& wanted) {
-  for (const msg::Parameter& parameter : wanted) {
-    ParameterValue value = from_msg(parameter.value);
-    if (Status status = parameters.check(parameter.name, value); !status) return status;
+// One answer for each name; none at all where a name is unknown, as rclcpp answers.
+template <class T, class Answer>
+std::vector<T> for_each_declared(const Parameters& parameters, const std::vector<std::string>& names,
+                                 Answer answer) {
+  std::vector<T> out;
+  for (const std::string& name : names) {
+    const auto* declared = parameters.find(name);
+    if (declared == nullptr) return {};
+    out.push_back(answer(*declared));
   }
-  for (const msg::Parameter& parameter : wanted) {
-    if (Status status = parameters.set(parameter.name, from_msg(parameter.value)); !status) return status;
-  }
-  return {};
+  return out;
+}
+
+std::vector<std::pair<std::string, ParameterValue>> wanted_of(const std::vector<msg::Parameter>& parameters) {
+  std::vector<std::pair<std::string, ParameterValue>> wanted;
+  for (const msg::Parameter& parameter : parameters)
+    wanted.emplace_back(parameter.name, from_msg(parameter.value));
+  return wanted;
 }
 
 void serve_reading(Node& node) {
@@ -80,28 +104,17 @@ void serve_reading(Node& node) {
       "~/list_parameters",
       [&parameters](const auto& request, const auto& respond) { respond({list(parameters, request)}); });
   node.serve<srv::GetParameters>("~/get_parameters", [&parameters](const auto& request, const auto& respond) {
-    srv::GetParameters::Response response;
-    for (const std::string& name : request.names) {
-      const auto* declared = parameters.find(name);
-      response.values.push_back(declared != nullptr ? to_msg(declared->value) : msg::ParameterValue());
-    }
-    respond(response);
+    respond({for_each_declared<msg::ParameterValue>(parameters, request.names,
+                                                    [](const auto& d) { return to_msg(d.value); })});
   });
-  node.serve<srv::GetParameterTypes>("~/get_parameter_types",
-                                     [&parameters](const auto& request, const auto& respond) {
-                                       srv::GetParameterTypes::Response response;
-                                       for (const std::string& name : request.names) {
-                                         response.types.push_back(describe_parameter(parameters, name).type);
-                                       }
-                                       respond(response);
-                                     });
+  node.serve<srv::GetParameterTypes>(
+      "~/get_parameter_types", [&parameters](const auto& request, const auto& respond) {
+        respond({for_each_declared<std::uint8_t>(parameters, request.names,
+                                                 [](const auto& d) { return kTypes[d.value.index()]; })});
+      });
   node.serve<srv::DescribeParameters>(
       "~/describe_parameters", [&parameters](const auto& request, const auto& respond) {
-        srv::DescribeParameters::Response response;
-        for (const std::string& name : request.names) {
-          response.descriptors.push_back(describe_parameter(parameters, name));
-        }
-        respond(response);
+        respond({for_each_declared<msg::ParameterDescriptor>(parameters, request.names, describe)});
       });
 }
 
@@ -114,10 +127,10 @@ void serve_writing(Node& node) {
     }
     respond(response);
   });
-  node.serve<srv::SetParametersAtomically>("~/set_parameters_atomically",
-                                           [&parameters](const auto& request, const auto& respond) {
-                                             respond({result_of(set_all(parameters, request.parameters))});
-                                           });
+  node.serve<srv::SetParametersAtomically>(
+      "~/set_parameters_atomically", [&parameters](const auto& request, const auto& respond) {
+        respond({result_of(parameters.set_all(wanted_of(request.parameters)))});
+      });
 }
 
 }  // namespace

@@ -16,9 +16,10 @@
 namespace doppel {
 namespace {
 
+// rclcpp's.
 constexpr std::string_view kTypeNames[] = {"not set",       "bool",         "integer",
-                                           "double",        "string",       "bool array",
-                                           "integer array", "double array", "string array"};
+                                           "double",        "string",       "bool_array",
+                                           "integer_array", "double_array", "string_array"};
 
 std::optional<std::int64_t> parse_integer(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -133,6 +134,13 @@ std::optional<ParameterValue> converted(const ParameterValue& current, Parameter
 
 }  // namespace
 
+bool lies_in(const ParameterRange& range, const ParameterValue& value) {
+  double number = range.from;
+  if (const auto* real = std::get_if<double>(&value)) number = *real;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) number = static_cast<double>(*whole);
+  return number >= range.from && number <= range.to;
+}
+
 std::string_view parameter_type_name(const ParameterValue& value) {
   return kTypeNames[value.index()];
 }
@@ -168,11 +176,10 @@ ParameterValue parse_parameter(std::string_view text) {
   return std::string(text);
 }
 
-void Parameters::declare(std::string name, ParameterValue initial, std::string description, bool read_only,
-                         Check check) {
+void Parameters::declare(std::string name, ParameterValue initial, ParameterOptions options) {
   if (find(name) != nullptr) throw std::logic_error(fmt::format("parameter '{}' is declared twice", name));
-  declared_.push_back(
-      {std::move(name), std::move(description), std::move(initial), read_only, std::move(check)});
+  declared_.push_back({std::move(name), std::move(initial), std::move(options)});
+  if (on_event_) on_event_({{&declared_.back()}, {}});
 }
 
 const Parameters::Declared* Parameters::find(std::string_view name) const {
@@ -180,31 +187,65 @@ const Parameters::Declared* Parameters::find(std::string_view name) const {
   return found == declared_.end() ? nullptr : &*found;
 }
 
+Parameters::Declared* Parameters::find_mine(std::string_view name) {
+  const auto found = std::ranges::find(declared_, name, &Declared::name);
+  return found == declared_.end() ? nullptr : &*found;
+}
+
+// The sentences are rclcpp's, which ROS's tools show, with what else can be said.
 Status Parameters::check(std::string_view name, ParameterValue& value) const {
   const Declared* declared = find(name);
   if (declared == nullptr) {
-    return Status::refused(fmt::format("there is no parameter '{}'{}", name, did_you_mean(name, names())));
+    return Status::refused(fmt::format("parameter '{}' cannot be set because it was not declared{}", name,
+                                       did_you_mean(name, names())));
   }
-  if (declared->read_only) return Status::refused(fmt::format("parameter '{}' cannot be changed", name));
+  if (declared->options.read_only)
+    return Status::refused(fmt::format("parameter '{}' cannot be set because it is read-only", name));
   const std::string_view given = parameter_type_name(value);
   auto fitting = converted(declared->value, std::move(value));
   if (!fitting) {
-    return Status::refused(fmt::format("parameter '{}' is of type {}, not {}", name,
-                                       parameter_type_name(declared->value), given));
+    return Status::refused(fmt::format(
+        "Wrong parameter type, parameter {{{}}} is of type {{{}}}, setting it to {{{}}} is not allowed.",
+        name, parameter_type_name(declared->value), given));
   }
   value = std::move(*fitting);
-  return declared->check ? declared->check(value) : Status();
+  if (declared->options.range && !lies_in(*declared->options.range, value)) {
+    return Status::refused(
+        fmt::format("Parameter {{{}}} doesn't comply with {} range. It goes from {:g} to {:g}.", name,
+                    std::holds_alternative<double>(value) ? "floating point" : "integer",
+                    declared->options.range->from, declared->options.range->to));
+  }
+  return declared->options.check ? declared->options.check(value) : Status();
 }
 
 Status Parameters::set(std::string_view name, ParameterValue value) {
-  Status status = check(name, value);
-  if (!status) return status;
-  const auto declared = std::ranges::find(declared_, name, &Declared::name);
-  declared->value = std::move(value);
-  const std::string changed_name = declared->name;  // copies: a listener may declare more
-  const ParameterValue changed = declared->value;
-  for (std::size_t i = 0; i < listeners_.size(); ++i) listeners_[i](changed_name, changed);
+  std::vector<std::pair<std::string, ParameterValue>> one;
+  one.emplace_back(name, std::move(value));
+  return set_all(std::move(one));
+}
+
+Status Parameters::set_all(std::vector<std::pair<std::string, ParameterValue>> wanted) {
+  for (auto& [name, value] : wanted) {
+    if (Status fine = check(name, value); !fine) return fine;
+  }
+  Event event;
+  for (const auto& [name, value] : wanted) {
+    Declared* declared = find_mine(name);
+    declared->value = value;
+    event.changed.push_back(declared);
+  }
+  for (const auto& [name, value] : wanted) {
+    for (std::size_t i = 0; i < listeners_.size(); ++i) listeners_[i](name, value);
+  }
+  if (on_event_ && !event.changed.empty()) on_event_(event);
   return {};
+}
+
+void Parameters::tell(std::string_view name, ParameterValue value) {
+  Declared* declared = find_mine(name);
+  if (declared == nullptr || declared->value == value) return;
+  declared->value = std::move(value);
+  if (on_event_) on_event_({{}, {declared}});
 }
 
 std::vector<std::string> Parameters::names() const {

@@ -3,9 +3,12 @@
 // read-only.
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -28,34 +31,59 @@ struct NamedParameter {
   ParameterValue value;
 };
 
+// What a number may be, ends included; describe_parameters tells it. An infinite end is none.
+struct ParameterRange {
+  double from = 0, to = 0;
+};
+// Of an integer or a double; everything else does.
+bool lies_in(const ParameterRange& range, const ParameterValue& value);
+
+struct ParameterOptions {
+  using Check = std::function<Status(const ParameterValue&)>;
+  std::string description = {};
+  bool read_only = false;
+  Check check = {};  // may be empty
+  std::optional<ParameterRange> range = std::nullopt;
+};
+
 class Parameters {
  public:
-  using Check = std::function<Status(const ParameterValue&)>;
+  using Check = ParameterOptions::Check;
   using Listener = std::function<void(const std::string& name, const ParameterValue& value)>;
 
   struct Declared {
-    std::string name, description;
+    std::string name;
     ParameterValue value;
-    bool read_only = false;
-    Check check;  // may be empty
+    ParameterOptions options;
+  };
+  // What became of a declaration or of one call of set(), for /parameter_events.
+  struct Event {
+    std::vector<const Declared*> declared, changed;
   };
 
   // Throws std::logic_error if declared before.
-  void declare(std::string name, ParameterValue initial, std::string description, bool read_only = false,
-               Check check = {});
+  void declare(std::string name, ParameterValue initial, ParameterOptions options = {});
   [[nodiscard]] const Declared* find(std::string_view name) const;
   // An int is taken for a double; every other change of type, an unknown name (with the nearest) or a
-  // read-only one is refused, and so is what the check refuses. Listeners hear of it.
+  // read-only one is refused, and so is what the range or the check refuses. Listeners hear of it.
   Status set(std::string_view name, ParameterValue value);
-  // What set() would say, without doing it; `value` becomes what would be stored.
-  Status check(std::string_view name, ParameterValue& value) const;
+  // All of them or, with the first reason against it, none.
+  Status set_all(std::vector<std::pair<std::string, ParameterValue>> wanted);
+  // Whoever declared a read-only parameter says what it is now.
+  void tell(std::string_view name, ParameterValue value);
   void on_change(Listener listener) { listeners_.push_back(std::move(listener)); }
-  [[nodiscard]] const std::vector<Declared>& all() const { return declared_; }
+  void on_event(std::function<void(const Event&)> listener) { on_event_ = std::move(listener); }
+  [[nodiscard]] const std::deque<Declared>& all() const { return declared_; }
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:
-  std::vector<Declared> declared_;  // in order of declaration
+  // Why `value` cannot be set; it becomes what would be stored.
+  Status check(std::string_view name, ParameterValue& value) const;
+  Declared* find_mine(std::string_view name);
+
+  std::deque<Declared> declared_;  // in order of declaration; they stay where they are
   std::vector<Listener> listeners_;
+  std::function<void(const Event&)> on_event_;
 };
 
 }  // namespace doppel

@@ -5,20 +5,23 @@
 #include <algorithm>
 #include <map>
 
+#include "doppel/bus/bus.h"
 #include "doppel/core/names.h"
 
 namespace doppel {
 namespace {
 
-const std::map<std::string, Severity, std::less<>> kLevels = {
-    {"debug", Severity::note},   {"info", Severity::note},   {"warn", Severity::warning},
-    {"error", Severity::error}, {"fatal", Severity::error}};
+const std::map<std::string, Severity, std::less<>> kLevels = {{"debug", Severity::note},
+                                                              {"info", Severity::note},
+                                                              {"warn", Severity::warning},
+                                                              {"error", Severity::error},
+                                                              {"fatal", Severity::error}};
 
 const std::vector<std::string> kFlags = {"-r", "--remap", "-p", "--param", "--params-file", "--log-level"};
 // Of rcl's logging, which is not ROS's here.
-const std::vector<std::string> kIdleFlags = {"--enable-rosout-logs",        "--disable-rosout-logs",
-                                             "--enable-stdout-logs",        "--disable-stdout-logs",
-                                             "--enable-external-lib-logs",  "--disable-external-lib-logs"};
+const std::vector<std::string> kIdleFlags = {"--enable-rosout-logs",       "--disable-rosout-logs",
+                                             "--enable-stdout-logs",       "--disable-stdout-logs",
+                                             "--enable-external-lib-logs", "--disable-external-lib-logs"};
 
 bool is_one_of(const std::vector<std::string>& all, const std::string& word) {
   return std::ranges::find(all, word) != all.end();
@@ -55,7 +58,8 @@ Severity read_level(const std::string& text) {
                      fmt::format("write --log-level {}", text.substr(arrow + 2)));
   }
   std::string lower = text;
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(lower, lower.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const auto found = kLevels.find(lower);
   if (found != kLevels.end()) return found->second;
   std::vector<std::string> levels;
@@ -105,6 +109,41 @@ void read_section(std::span<const std::string> words, RosArguments& out) {
 }
 
 }  // namespace
+
+namespace {
+
+bool is_meant(const std::string& pattern, const Node& node) {
+  if (pattern.empty() || pattern.find('*') != std::string::npos) return true;
+  for (const std::string* name : {&node.name(), &node.given_name()}) {
+    if (pattern == *name || "/" + pattern == *name) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void tell_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnostics) {
+  bus.names().tell_unused(diagnostics);
+  for (const auto& given : arguments.parameters) {
+    const auto* parameter = std::get_if<GivenParameter>(&given);
+    if (parameter == nullptr) continue;
+    bool met = false, taken = false;
+    std::vector<std::string> names;
+    bus.each_node([&](Node& node) {
+      if (!is_meant(parameter->node, node)) return;
+      met = true;
+      taken = taken || node.parameters().find(parameter->name) != nullptr;
+      for (std::string& name : node.parameters().names()) names.push_back(std::move(name));
+    });
+    if (taken) continue;
+    diagnostics.warning("cli.parameter_unused", {},
+                        met ? fmt::format("-p {} does nothing: there is no parameter '{}'{}", parameter->text,
+                                          parameter->name, did_you_mean(parameter->name, names))
+                            : fmt::format("-p {} does nothing: there is no node '{}'{}", parameter->text,
+                                          parameter->node, did_you_mean(parameter->node, bus.nodes())),
+                        "correct it, or take it out");
+  }
+}
 
 RosArguments take_ros_arguments(std::vector<std::string>& words) {
   RosArguments out;

@@ -28,14 +28,19 @@ struct GivenParameterFile {
 };
 
 struct RosArguments {
-  NameRules names;
+  NameRules names = {};
   std::vector<std::variant<GivenParameter, GivenParameterFile>> parameters;  // in order: a later one wins
-  std::optional<Severity> log_level;  // nothing below it is told
+  std::optional<Severity> log_level;                                         // nothing below it is told
   [[nodiscard]] bool empty() const { return names.empty() && parameters.empty() && !log_level; }
 };
 
 // Takes everything from each "--ros-args" to the "--" behind it (or the end) out of `words`, and reads it.
 // Throws InputError, with every fault at once.
 RosArguments take_ros_arguments(std::vector<std::string>& words);
+
+class Bus;
+
+// A warning for each renaming and each parameter that fits nothing on the bus, with the nearest name.
+void tell_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnostics);
 
 }  // namespace doppel

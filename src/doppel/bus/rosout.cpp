@@ -45,6 +45,8 @@ struct Rosout::Impl {
     for (const std::string& name : bus.nodes()) {
       if (node_base_name(name) == said.origin) line.name = logger_name(name);
     }
+    const auto least = bus.logger_levels().find(line.name);
+    if (least != bus.logger_levels().end() && line.level < least->second) return;
     line.msg = said.text;
     topic.publish(line, bus.now());
   }

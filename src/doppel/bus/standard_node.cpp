@@ -5,14 +5,17 @@
 #include "doppel/bus/parameter_services.h"
 #include "doppel/messages/rcl_interfaces.h"
 #include "doppel/messages/rosgraph_msgs.h"
+#include "doppel/messages/type_description_message.h"
 
 namespace doppel {
 namespace {
 
 using rcl_interfaces::msg::ParameterEvent;
+using type_description_interfaces::srv::GetTypeDescription;
 
 constexpr const char* kParameterEvents = "/parameter_events";
 constexpr const char* kClock = "/clock";
+constexpr std::size_t kMostLoggers = 1000;  // that somebody gives a level
 
 void tell_changes(Node& node) {
   const auto events = node.advertise<ParameterEvent>(kParameterEvents, Qos::parameter_events());
@@ -37,15 +40,76 @@ void declare_sim_time(Node& node) {
        .check = [sim_time](const ParameterValue& value) {
          return std::get<bool>(value) == sim_time
                     ? Status()
-                    : Status::refused("the whole twin has one clock; --stamp sim or --stamp wall chooses it "
-                                      "when it is started");
+                    : Status::refused(
+                          "the whole twin has one clock; --stamp sim or --stamp wall chooses it "
+                          "when it is started");
        }});
   if (!sim_time) return;
-  node.subscribe<rosgraph_msgs::msg::Clock>(kClock, [](const auto&) {}, Qos::clock_subscription());
+  node.subscribe<rosgraph_msgs::msg::Clock>(
+      kClock, [](const auto&) {}, Qos::clock_subscription());
   declare_qos_overrides(node, kClock, QosOverrideOf::subscription, Qos::clock_subscription());
 }
 
+TypeDescriptionMessage description(const TypeSupport& type) {
+  return description_message(*type.description());
+}
+TypeDescriptionMessage description(const ServiceSupport& service) {
+  return description_message(service);
+}
+TypeDescriptionMessage description(const ActionSupport& action) {
+  return description_message(action);
+}
+
+template <class Support>
+void describe(const Support* found, const GetTypeDescription::Request& request,
+              GetTypeDescription::Response& response) {
+  if (found == nullptr || response.successful || found->hash() != request.type_hash) return;
+  response.successful = true;
+  response.type_description = description(*found);
+}
+
+// As rcl answers, but for the sources: there are no .msg files here.
+void serve_type_descriptions(Node& node) {
+  node.serve<GetTypeDescription>("~/get_type_description", [](const auto& request, const auto& respond) {
+    GetTypeDescription::Response response;
+    if (!request.type_hash.starts_with("RIHS01_")) {
+      response.failure_reason = "Failed to parse type hash";
+    } else {
+      describe(find_type(request.type_name), request, response);
+      describe(find_service(request.type_name), request, response);
+      describe(find_action(request.type_name), request, response);
+      if (!response.successful) response.failure_reason = "Type not currently in use by this node";
+    }
+    respond(response);
+  });
+}
+
 }  // namespace
+
+void serve_logger_levels(Node& node) {
+  using rcl_interfaces::srv::GetLoggerLevels;
+  using rcl_interfaces::srv::SetLoggerLevels;
+  auto& levels = node.bus().logger_levels();
+  node.serve<GetLoggerLevels>("~/get_logger_levels", [&levels](const auto& request, const auto& respond) {
+    GetLoggerLevels::Response response;
+    for (const std::string& name : request.names) {
+      const auto found = levels.find(name);
+      response.levels.push_back({name, found == levels.end() ? 0 : found->second});
+    }
+    respond(response);
+  });
+  node.serve<SetLoggerLevels>("~/set_logger_levels", [&levels](const auto& request, const auto& respond) {
+    using Level = rcl_interfaces::msg::LoggerLevel;
+    SetLoggerLevels::Response response;
+    for (const Level& wanted : request.levels) {
+      const bool known = wanted.level % 10 == 0 && wanted.level <= Level::LOG_LEVEL_FATAL;
+      const bool room = levels.contains(wanted.name) || levels.size() < kMostLoggers;
+      if (known && room) levels[wanted.name] = wanted.level;
+      response.results.push_back({known && room, known ? "" : "Invalid logger level"});
+    }
+    respond(response);
+  });
+}
 
 void declare_qos_overrides(Node& node, std::string_view topic, QosOverrideOf end, const Qos& qos) {
   const std::string name = node.bus().names().resolve(NameKind::topic, topic, node.name());
@@ -63,12 +127,14 @@ void declare_qos_overrides(Node& node, std::string_view topic, QosOverrideOf end
 void make_standard(Node& node) {
   node.advertise<rcl_interfaces::msg::Log>("/rosout", Qos::rosout());
   serve_parameters(node);
+  serve_type_descriptions(node);
   tell_changes(node);
-  node.subscribe<ParameterEvent>(kParameterEvents, [](const auto&) {}, Qos::parameter_events());
+  node.subscribe<ParameterEvent>(
+      kParameterEvents, [](const auto&) {}, Qos::parameter_events());
   declare_sim_time(node);
-  node.parameters().declare("start_type_description_service", true,
-                            {.description = "Start the ~/get_type_description service for this node.",
-                             .read_only = true});
+  node.parameters().declare(
+      "start_type_description_service", true,
+      {.description = "Start the ~/get_type_description service for this node.", .read_only = true});
   declare_qos_overrides(node, kParameterEvents, QosOverrideOf::publisher, Qos::parameter_events());
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // What every node of ROS 2 has, whatever it does (rclcpp::Node): the six parameter services,
-// /parameter_events, /rosout, and the parameters that all of them have.
+// ~/get_type_description, /parameter_events, /rosout, and the parameters that all of them have.
 
 #include <string_view>
 
@@ -12,6 +12,9 @@ namespace doppel {
 // Declares use_sim_time (the bus's, not to be changed), start_type_description_service and
 // qos_overrides./parameter_events; subscribes to what rclcpp's nodes subscribe to, so that graphs look alike.
 void make_standard(Node& node);
+
+// ~/get_logger_levels and ~/set_logger_levels, which act on what reaches /rosout (rosout.h).
+void serve_logger_levels(Node& node);
 
 // The read-only parameters "qos_overrides./topic.publisher.depth" and so on of a topic whose QoS ROS 2's node
 // would let the user override.

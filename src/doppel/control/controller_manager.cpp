@@ -3,44 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
-#include "doppel/bus/parameter_services.h"
+#include "doppel/bus/standard_node.h"
 #include "doppel/control/controller_manager_detail.h"
 #include "doppel/control/joint_list.h"
 #include "doppel/core/names.h"
 
 namespace doppel {
 namespace {
-
-// Parameters of ros2_control's manager that mean nothing here: doppel has one thread and one clock.
-bool meant_for_ros2_control(std::string_view name) {
-  for (const std::string_view known :
-       {"robot_description", "cpu_affinity", "thread_priority", "lock_memory", "handle_exceptions",
-        "shutdown_on_initial_state_failure", "diagnostics.", "overruns.", "defaults.", "statistics."}) {
-    if (name == known || (known.ends_with('.') && name.starts_with(known))) return true;
-  }
-  return false;
-}
-
-int whole_steps(double rate, Duration step) {
-  return std::max(1, static_cast<int>(std::lround(1.0 / (rate * to_seconds(step)))));
-}
-
-double rate_of(Duration period) {
-  return 1.0 / to_seconds(period);
-}
-
-bool differs(double rate, double real) {
-  return std::abs(rate - real) > 1e-6 * rate;
-}
-
-Status positive(const ParameterValue& value) {
-  const auto rate = std::get<std::int64_t>(value);
-  return rate > 0 ? Status{}
-                  : Status::refused(fmt::format("a rate must be more than 0 Hz, this is {}", rate));
-}
 
 Status not_negative(const ParameterValue& value) {
   const auto rate = std::get<std::int64_t>(value);
@@ -83,82 +54,13 @@ ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const Contro
       options(std::move(the_options)),
       log(the_log),
       node(bus, "/" + options.name),
-      own(file == nullptr ? ParameterOverrides{} : file->overrides_for(node.name())),
+      own(file == nullptr ? ParameterOverrides{} : file->overrides_for(node.name(), node.given_name())),
       limiter(model) {
+  make_standard(node);
+  serve_logger_levels(node);
   read_own_parameters(diagnostics);
   limiter.enforce(options.enforce_limits);
   serve();
-}
-
-void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
-  Parameters& parameters = node.parameters();
-  const ParameterOverride* written = own.find("update_rate");
-  const auto whole = declare<std::int64_t>(parameters, &own, "update_rate", std::llround(options.update_rate),
-                                           {"Hz, of the loop: read, update, write", true, positive});
-  const double rate = written != nullptr ? static_cast<double>(whole) : options.update_rate;
-  steps_per_tick = whole_steps(rate, options.physics_step);
-  period = options.physics_step * steps_per_tick;
-  if (differs(rate, rate_of(period))) {
-    diagnostics.warning("control.rate_rounded", written != nullptr ? written->source : SourceLocation{},
-                        fmt::format("{:g} Hz does not divide the physics rate of {:g} Hz; the controller "
-                                    "manager runs every {} step{}, at "
-                                    "{:g} Hz",
-                                    rate, rate_of(options.physics_step), steps_per_tick,
-                                    steps_per_tick == 1 ? "" : "s", rate_of(period)),
-                        fmt::format("choose a rate that divides {:g}, or another physics step",
-                                    rate_of(options.physics_step)));
-  }
-  const bool enforce = declare<bool>(parameters, &own, "enforce_command_limits", options.enforce_limits,
-                                     {"hold commands to the description's limits", true, {}});
-  options.enforce_limits = options.enforce_limits && enforce;
-  for (const char* state : {"inactive", "unconfigured"}) {
-    declare<std::vector<std::string>>(parameters, &own,
-                                      fmt::format("hardware_components_initial_state.{}", state), {},
-                                      {fmt::format("hardware that starts {}", state), true, {}});
-  }
-  for (const auto& [name, type] : declared()) {
-    declare<std::string>(parameters, &own, name + ".type", type, {"of this controller", true, {}});
-    if (ParameterOverride* files = own.find(name + ".params_file")) {
-      declare_parameter(parameters, &own, files->name, files->value, {"where its parameters are", true, {}});
-    }
-  }
-  for (const ParameterOverride& o : own.all()) {
-    if (meant_for_ros2_control(o.name)) own.find(o.name)->used = true;
-  }
-  report_unused(own, options.name, parameters.names(), diagnostics);
-  report_sections_of_nobody(diagnostics);
-}
-
-// A section whose name is nearly that of a declared controller without one is a typo of it.
-void ControllerManager::Impl::report_sections_of_nobody(Diagnostics& diagnostics) const {
-  if (file == nullptr) return;
-  std::vector<std::string> without, with;
-  for (const std::string& section : file->nodes())
-    with.push_back(section.substr(section.find_last_of('/') + 1));
-  for (const auto& [name, type] : declared()) {
-    if (std::find(with.begin(), with.end(), name) == with.end()) without.push_back(name);
-  }
-  const auto all = declared();
-  for (const std::string& section : with) {
-    const bool known = std::any_of(all.begin(), all.end(), [&](const auto& d) { return d.first == section; });
-    if (known || section == options.name) continue;
-    if (const auto near = nearest_name(section, without)) {
-      diagnostics.warning(
-          "control.section_of_nobody", make_location(file->name()),
-          fmt::format("the section '{}' belongs to no controller; did you mean '{}'?", section, *near));
-    }
-  }
-}
-
-std::vector<std::pair<std::string, std::string>> ControllerManager::Impl::declared() const {
-  constexpr std::string_view kSuffix = ".type";
-  std::vector<std::pair<std::string, std::string>> out;
-  for (const ParameterOverride& o : own.all()) {
-    const auto* type = std::get_if<std::string>(&o.value);
-    if (type == nullptr || !std::string_view(o.name).ends_with(kSuffix)) continue;
-    out.emplace_back(o.name.substr(0, o.name.size() - kSuffix.size()), *type);
-  }
-  return out;
 }
 
 LoadedController* ControllerManager::Impl::find(std::string_view name) const {
@@ -188,33 +90,14 @@ std::string ControllerManager::Impl::type_of(const std::string& name) const {
       fmt::format("declare it: {}: {{ros__parameters: {{{}: {{type: ...}}}}}}", options.name, name));
 }
 
-// The controller's part of the file, and of the files that its params_file names, relative to the first.
-ParameterOverrides ControllerManager::Impl::overrides_of(const std::string& name) const {
-  if (file == nullptr) return ParameterOverrides{};
-  std::vector<ParameterOverride> all = file->overrides_for("/" + name).all();
-  for (const ParameterOverride& o : own.all()) {
-    if (o.name != name + ".params_file") continue;
-    std::vector<std::string> files;
-    if (const auto* one = std::get_if<std::string>(&o.value)) files = {*one};
-    if (const auto* many = std::get_if<std::vector<std::string>>(&o.value)) files = *many;
-    for (const std::string& more : files) {
-      const auto path = std::filesystem::path(file->name()).parent_path() / more;
-      const ParameterOverrides extra = ParameterFile::load(path).overrides_for("/" + name);
-      for (const ParameterOverride& value : extra.all()) {
-        std::erase_if(all, [&](const ParameterOverride& before) { return before.name == value.name; });
-        all.push_back(value);
-      }
-    }
-  }
-  return ParameterOverrides(std::move(all));
-}
-
 void ControllerManager::Impl::choose_rate(LoadedController& c) {
   const ParameterOverride* written = c.overrides.find("update_rate");
   const auto asked = declare<std::int64_t>(c.node->parameters(), &c.overrides, "update_rate", 0,
                                            {"Hz; 0: the controller manager's", true, not_negative});
   declare<bool>(c.node->parameters(), &c.overrides, "is_async", false,
                 {"not used: the loop is one", true, {}});
+  declare<std::int64_t>(c.node->parameters(), &c.overrides, "thread_priority", -100,
+                        {"not used: the loop is one", true, {}});
   const double rate = asked == 0 ? rate_of(period) : static_cast<double>(asked);
   c.ticks_per_update = whole_steps(rate, period);
   c.period = period * c.ticks_per_update;
@@ -231,16 +114,19 @@ void ControllerManager::Impl::choose_rate(LoadedController& c) {
 }
 
 void ControllerManager::Impl::load(const std::string& name, const std::string& given_type) {
-  if (name.empty() || name.find('/') != std::string::npos) {
-    throw InputError("control.bad_name", {}, fmt::format("'{}' cannot be a controller's name", name));
+  if (const Status fine = check_node_name(name); !fine) {
+    throw InputError("control.bad_name", {},
+                     fmt::format("'{}' cannot be a controller's name: {}", name, fine.why()));
   }
   if (find(name) != nullptr) {
     throw InputError("control.loaded_already", {}, fmt::format("a controller '{}' is loaded already", name));
   }
   const auto nodes = bus.nodes();
-  if (std::find(nodes.begin(), nodes.end(), "/" + name) != nodes.end()) {
-    throw InputError("control.bad_name", {},
-                     fmt::format("a node '/{}' is there already; a controller needs its own", name));
+  auto its_node = std::make_unique<Node>(bus, expand_name(name, node.given_name()));
+  if (std::find(nodes.begin(), nodes.end(), its_node->name()) != nodes.end()) {
+    throw InputError(
+        "control.bad_name", {},
+        fmt::format("a node '{}' is there already; a controller needs its own", its_node->name()));
   }
   const std::string type_name = given_type.empty() ? type_of(name) : given_type;
   const ControllerRegistry::Type* type = registry.find(type_name);
@@ -255,13 +141,15 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   auto c = std::make_unique<LoadedController>();
   c->name = name;
   c->type = type_name;
-  c->overrides = overrides_of(name);
-  c->node = std::make_unique<Node>(bus, "/" + name);
+  c->node = std::move(its_node);
+  c->overrides = overrides_of(name, *c->node);
+  make_standard(*c->node);
+  serve_logger_levels(*c->node);
+  c->transitions = c->node->advertise<lifecycle_msgs::msg::TransitionEvent>("~/transition_event");
   c->context = {name, c->node.get(), &model, &log, &c->overrides, 0.0};
   choose_rate(*c);
   c->controller = type->make();
   initialise(*c);
-  serve_parameters(*c->node);
   Diagnostics unused;
   report_unused(c->overrides, name, c->node->parameters().names(), unused);
   for (const Diagnostic& finding : unused.all()) tell(log, name, finding);
@@ -279,7 +167,7 @@ void ControllerManager::Impl::configure(LoadedController& c) {
       throw InputError("control.configure", {},
                        fmt::format("'{}' cannot be cleaned up: {}", c.name, cleaned.why()));
     }
-    c.state = ControllerState::unconfigured;
+    change_state(c, ControllerState::unconfigured);
   }
   if (const Status status = c.controller->on_configure(); !status) {
     throw InputError("control.configure", {},
@@ -293,7 +181,7 @@ void ControllerManager::Impl::configure(LoadedController& c) {
   c.commands = expanded(c.controller->command_interfaces(), resources.command_names());
   c.states = expanded(c.controller->state_interfaces(), resources.state_names());
   c.housekeeping_period = from_seconds(1.0 / std::max(c.controller->housekeeping_rate(), 1e-3));
-  c.state = ControllerState::inactive;
+  change_state(c, ControllerState::inactive);
   publish_activity();
 }
 
@@ -313,7 +201,7 @@ Status ControllerManager::Impl::cleanup(const std::string& name) {
   if (c->state == ControllerState::active) return Status::refused(fmt::format("'{}' is active", name));
   if (c->state == ControllerState::unconfigured) return {};
   if (Status status = c->controller->on_cleanup(); !status) return status;
-  c->state = ControllerState::unconfigured;
+  change_state(*c, ControllerState::unconfigured);
   c->commands.clear();
   c->states.clear();
   publish_activity();
@@ -370,6 +258,7 @@ ControllerManager::ControllerManager(Bus& bus, const Model& model, const Control
 ControllerManager::~ControllerManager() = default;
 
 void ControllerManager::add_hardware(std::unique_ptr<SystemInterface> hardware) {
+  impl_->make_hardware_node(hardware->name());
   ResourceTable::Component& component = impl_->resources.add(std::move(hardware));
   for (std::size_t i = 0; i < component.command_names.size(); ++i) {
     impl_->limiter.add(impl_->resources, component.first_command + i);

@@ -2,12 +2,27 @@
 // The controller manager's inside, shared by its source files: what is loaded, and what each file does with
 // it.
 
+#include <algorithm>
+#include <cmath>
+
 #include "doppel/control/controller_manager.h"
 #include "doppel/control/joint_limiter.h"
 #include "doppel/control/resource_table.h"
 #include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/messages/lifecycle_msgs.h"
 
 namespace doppel {
+
+// How many steps of `step` make a rate in Hz, and which rate these are.
+inline int whole_steps(double rate, Duration step) {
+  return std::max(1, static_cast<int>(std::lround(1.0 / (rate * to_seconds(step)))));
+}
+inline double rate_of(Duration period) {
+  return 1.0 / to_seconds(period);
+}
+inline bool differs(double rate, double real) {
+  return std::abs(rate - real) > 1e-6 * rate;
+}
 
 // One controller with all it was given. The controller goes first, its node last.
 struct LoadedController {
@@ -17,6 +32,7 @@ struct LoadedController {
   ControllerContext context;
   std::unique_ptr<Controller> controller;
   ControllerState state = ControllerState::unconfigured;
+  Publisher<lifecycle_msgs::msg::TransitionEvent> transitions;
   int ticks_per_update = 1;
   int ticks_to_update = 1;
   Duration period{};
@@ -29,25 +45,28 @@ struct ControllerManager::Impl {
   Impl(Bus& bus, const Model& model, const ControllerRegistry& registry, const ParameterFile* file,
        ControllerManagerOptions options, const Log& log, Diagnostics& diagnostics);
 
-  // -- controller_manager.cpp
+  // -- manager_parameters.cpp
   void read_own_parameters(Diagnostics& diagnostics);
   void report_sections_of_nobody(Diagnostics& diagnostics) const;
+  [[nodiscard]] ParameterOverrides overrides_of(const std::string& name, const Node& its_node) const;
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared() const;
+
+  // -- controller_manager.cpp
   [[nodiscard]] LoadedController* find(std::string_view name) const;
   LoadedController& at(std::string_view name) const;  // throws InputError with the nearest name
   void load(const std::string& name, const std::string& type);
   [[nodiscard]] std::string type_of(const std::string& name) const;
-  [[nodiscard]] ParameterOverrides overrides_of(const std::string& name) const;
   void choose_rate(LoadedController& loaded);
   void configure(LoadedController& loaded);  // throws InputError
   Status configure(const std::string& name);
   Status cleanup(const std::string& name);
   Status unload(const std::string& name);
-  [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared() const;
   void tick(Time now);
   void housekeeping(Time now);
   void publish_state(Time now);
 
   // -- manager_switch.cpp
+  void change_state(LoadedController& c, ControllerState to);
   struct Plan {
     std::vector<LoadedController*> stop, start;
     std::vector<std::string> refusals;  // sentences
@@ -80,6 +99,7 @@ struct ControllerManager::Impl {
   void serve_lists();
   void serve_life_cycle();
   void serve_hardware();
+  void make_hardware_node(const std::string& component);
   void publish_activity();
   Status set_hardware_state(const std::string& name, HardwareState target);
 
@@ -95,6 +115,7 @@ struct ControllerManager::Impl {
   Duration period{};
   Time now{};
   ResourceTable resources;
+  std::vector<std::unique_ptr<Node>> hardware_nodes;
   JointLimiter limiter;
   std::vector<std::unique_ptr<LoadedController>>
       loaded;  // in order of loading, which is the order of updates

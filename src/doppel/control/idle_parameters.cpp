@@ -31,7 +31,8 @@ bool meant_for_ros2_control(std::string_view name) {
 
 class Declarer {
  public:
-  Declarer(Parameters& parameters, ParameterOverrides& written) : parameters_(parameters), written_(written) {}
+  Declarer(Parameters& parameters, ParameterOverrides& written)
+      : parameters_(parameters), written_(written) {}
 
   template <class T>
   void idle(const std::string& name, T initial) {

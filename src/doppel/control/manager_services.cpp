@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cmath>
 
-#include "doppel/bus/parameter_services.h"
+#include "doppel/bus/standard_node.h"
 #include "doppel/control/controller_manager_detail.h"
 #include "doppel/core/names.h"
+#include "doppel/messages/std_msgs.h"
 
 namespace doppel {
 namespace {
@@ -56,10 +58,12 @@ msg::HardwareInterface interface_message(const std::string& name, bool available
 
 void ControllerManager::Impl::serve() {
   activity = node.advertise<msg::ControllerManagerActivity>("~/activity", {.depth = 1, .latched = true});
+  // Only to be seen in the graph: the description is at hand.
+  node.subscribe<std_msgs::msg::String>("robot_description", [](const auto&) {},
+                                        {.depth = 1, .latched = true});
   serve_lists();
   serve_life_cycle();
   serve_hardware();
-  serve_parameters(node);
   publish_activity();
 }
 
@@ -136,10 +140,17 @@ void ControllerManager::Impl::serve_life_cycle() {
       "~/unload_controller", [this, attempt](const auto& request, auto respond) {
         respond({attempt("unload", request.name, [&] { return unload(request.name); })});
       });
+  // Libraries are loaded once, at the start; there is nothing to load anew.
+  node.serve<srv::ReloadControllerLibraries>(
+      "~/reload_controller_libraries", [this](const auto&, auto respond) {
+        log.warning(options.name, "controllers' libraries cannot be reloaded; end doppel and start it again");
+        respond({false});
+      });
   node.serve<srv::SwitchController>("~/switch_controller", [this](const auto& request, auto respond) {
-    const Strictness strictness = request.strictness == srv::SwitchController::Request::STRICT
-                                      ? Strictness::strict
-                                      : Strictness::best_effort;
+    const auto& by_default = node.parameters().find("defaults.switch_controller.strictness")->value;
+    const bool strict = request.strictness == srv::SwitchController::Request::STRICT ||
+                        (request.strictness == 0 && std::get<std::string>(by_default) == "strict");
+    const Strictness strictness = strict ? Strictness::strict : Strictness::best_effort;
     Status status;
     try {
       status = switch_controllers(request.activate_controllers, request.deactivate_controllers, strictness);
@@ -224,9 +235,25 @@ Status ControllerManager::Impl::set_hardware_state(const std::string& name, Hard
   return {};
 }
 
+// Each component has a node of its own, named after it in small letters; it offers what every node does.
+void ControllerManager::Impl::make_hardware_node(const std::string& component) {
+  std::string name;
+  for (const char c : component) {
+    const bool allowed = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+    name += allowed ? static_cast<char>(std::tolower(static_cast<unsigned char>(c))) : '_';
+  }
+  const std::string whole = expand_name(name, node.given_name());
+  const auto taken = bus.nodes();
+  if (!check_node_name(name) || std::find(taken.begin(), taken.end(), bus.names().node(whole)) != taken.end())
+    return;
+  hardware_nodes.push_back(std::make_unique<Node>(bus, whole));
+  make_standard(*hardware_nodes.back());
+  serve_logger_levels(*hardware_nodes.back());
+}
+
 void ControllerManager::Impl::publish_activity() {
   msg::ControllerManagerActivity message;
-  message.header.stamp = to_time_msg(bus.now());
+  message.header.stamp = to_time_msg(bus.ros_now());
   for (const auto& c : loaded) message.controllers.push_back({c->name, lifecycle(c->state)});
   for (const auto& component : resources.components()) {
     message.hardware_components.push_back({component->system->name(), lifecycle(component->state)});

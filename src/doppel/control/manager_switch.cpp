@@ -180,12 +180,37 @@ void ControllerManager::Impl::roll_back(const std::vector<LoadedController*>& st
   }
 }
 
+// Told as rcl_lifecycle tells it: into the state of passing, and out of it; only the states are filled in.
+void ControllerManager::Impl::change_state(LoadedController& c, ControllerState to) {
+  using State = lifecycle_msgs::msg::State;
+  const auto whole = [](ControllerState state) {
+    const std::uint8_t id = state == ControllerState::active     ? State::PRIMARY_STATE_ACTIVE
+                            : state == ControllerState::inactive ? State::PRIMARY_STATE_INACTIVE
+                                                                 : State::PRIMARY_STATE_UNCONFIGURED;
+    return State{id, std::string(to_string(state))};
+  };
+  State passing{State::TRANSITION_STATE_CONFIGURING, "configuring"};
+  if (to == ControllerState::active) passing = {State::TRANSITION_STATE_ACTIVATING, "activating"};
+  if (to == ControllerState::unconfigured) passing = {State::TRANSITION_STATE_CLEANINGUP, "cleaningup"};
+  if (c.state == ControllerState::active) passing = {State::TRANSITION_STATE_DEACTIVATING, "deactivating"};
+  if (c.transitions.has_listeners()) {
+    lifecycle_msgs::msg::TransitionEvent event;
+    event.start_state = whole(c.state);
+    event.goal_state = passing;
+    c.transitions.publish(event, bus.now());
+    event.start_state = passing;
+    event.goal_state = whole(to);
+    c.transitions.publish(event, bus.now());
+  }
+  c.state = to;
+}
+
 void ControllerManager::Impl::deactivate(LoadedController& c) {
   if (const Status status = c.controller->on_deactivate(); !status) {
     log.error(options.name, fmt::format("'{}' did not deactivate in order: {}", c.name, status.why()));
   }
   release(c);
-  c.state = ControllerState::inactive;
+  change_state(c, ControllerState::inactive);
 }
 
 void ControllerManager::Impl::release(LoadedController& c) {
@@ -220,7 +245,7 @@ Status ControllerManager::Impl::activate(LoadedController& c, std::span<const st
     release(c);
     return status;
   }
-  c.state = ControllerState::active;
+  change_state(c, ControllerState::active);
   c.ticks_to_update = 1;
   c.next_housekeeping = now;
   return {};

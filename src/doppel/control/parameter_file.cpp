@@ -246,6 +246,11 @@ ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* ove
                                    kind_of(written->value)),
                        how_to_fit(written->value, initial));
     }
+    if (options.range && !lies_in(*options.range, value)) {
+      throw InputError("parameter.value", written->source,
+                       fmt::format("parameter '{}': {} does not lie from {:g} to {:g}", name,
+                                   to_string(value), options.range->from, options.range->to));
+    }
     if (options.check) {
       const Status checked = options.check(value);
       if (!checked)
@@ -253,8 +258,7 @@ ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* ove
                          fmt::format("parameter '{}': {}", name, checked.why()));
     }
   }
-  parameters.declare(name, value, std::move(options.description), options.read_only,
-                     std::move(options.check));
+  parameters.declare(name, value, std::move(options));
   return value;
 }
 
@@ -299,12 +303,25 @@ ParameterFile ParameterFile::parse(const std::string& yaml, const std::string& n
   out.name_ = name;
   out.text_ = yaml;
   for (auto& section : reader.sections)
-    out.sections_.push_back({std::move(section.node), std::move(section.values)});
+    out.sections_.push_back({{std::move(section.node), std::move(section.values)}, 0});
   return out;
 }
 
-ParameterOverrides ParameterFile::overrides_for(std::string_view node) const {
-  const auto wanted = tokens_of(node);
+void ParameterFile::add(ParameterFile later) {
+  ++layers_;
+  for (auto& [section, layer] : later.sections_) sections_.push_back({std::move(section), layers_});
+}
+
+void ParameterFile::add(const std::string& node, const std::string& name, ParameterValue value,
+                        const std::string& text) {
+  ++layers_;
+  Section section{node.empty() ? "/**" : node, {}};
+  section.values.push_back({name, std::move(value), make_location(text), {}, false});
+  sections_.push_back({std::move(section), layers_});
+}
+
+ParameterOverrides ParameterFile::overrides_for(std::string_view node, std::string_view given_name) const {
+  const auto wanted = tokens_of(node), given = tokens_of(given_name);
   std::vector<ParameterOverride> all;
   const auto take = [&](const Section& section) {
     for (const ParameterOverride& value : section.values) {
@@ -317,9 +334,13 @@ ParameterOverrides ParameterFile::overrides_for(std::string_view node) const {
       }
     }
   };
-  for (const bool wildcards : {true, false}) {
-    for (const Section& section : sections_) {
-      if (has_wildcard(section.node) == wildcards && matches(tokens_of(section.node), wanted)) take(section);
+  for (int layer = 0; layer <= layers_; ++layer) {
+    for (const bool wildcards : {true, false}) {
+      for (const auto& [section, of_layer] : sections_) {
+        if (of_layer != layer || has_wildcard(section.node) != wildcards) continue;
+        const auto pattern = tokens_of(section.node);
+        if (matches(pattern, wanted) || (!given.empty() && matches(pattern, given))) take(section);
+      }
     }
   }
   return ParameterOverrides(std::move(all));
@@ -327,7 +348,7 @@ ParameterOverrides ParameterFile::overrides_for(std::string_view node) const {
 
 std::vector<std::string> ParameterFile::nodes() const {
   std::vector<std::string> out;
-  for (const Section& section : sections_) {
+  for (const auto& [section, layer] : sections_) {
     if (!has_wildcard(section.node)) out.push_back(section.node);
   }
   return out;

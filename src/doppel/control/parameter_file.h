@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "doppel/bus/parameters.h"
@@ -37,11 +38,7 @@ class ParameterOverrides {
 
 // Declares a parameter on a node with the override's value if there is one, else `initial`. Throws InputError
 // at the override's place where the type does not fit (an int is taken for a double) or `check` refuses.
-struct DeclareOptions {
-  std::string description;
-  bool read_only = false;
-  Parameters::Check check;
-};
+using DeclareOptions = ParameterOptions;
 ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* overrides,
                                  const std::string& name, ParameterValue initial,
                                  DeclareOptions options = {});
@@ -62,9 +59,16 @@ class ParameterFile {
   static ParameterFile load(const std::filesystem::path& file);
   static ParameterFile parse(const std::string& yaml, const std::string& name);
 
-  // Everything that applies to the node ("/controller_manager" or "controller_manager"): "/**" first, then
-  // exact.
-  [[nodiscard]] ParameterOverrides overrides_for(std::string_view node) const;
+  // What was said later than the file, for instance on the command line: it wins over what stands here.
+  void add(ParameterFile later);
+  // node: empty for every node. text: where it was said.
+  void add(const std::string& node, const std::string& name, ParameterValue value, const std::string& text);
+
+  // Everything that applies to the node ("/left/controller_manager" or "controller_manager"): "/**" first,
+  // then exact. given_name: what it was called before it was renamed; sections for that name count too, so
+  // that a robot's own file holds in every namespace.
+  [[nodiscard]] ParameterOverrides overrides_for(std::string_view node,
+                                                 std::string_view given_name = {}) const;
   [[nodiscard]] std::vector<std::string> nodes() const;  // as written, wildcards left out
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::string& text() const { return text_; }  // as it was read
@@ -75,7 +79,8 @@ class ParameterFile {
     std::vector<ParameterOverride> values;
   };
   std::string name_, text_;
-  std::vector<Section> sections_;
+  std::vector<std::pair<Section, int>> sections_;  // with their layers: 0 the file, then what was added
+  int layers_ = 0;
 };
 
 }  // namespace doppel

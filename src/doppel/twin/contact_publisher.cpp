@@ -23,7 +23,7 @@ void ContactPublisher::publish(const Engine& engine, Time now) {
   engine.contacts(contacts_);
   const Pose X_TW = world_in_tf(model_, engine);
   gazebo_msgs::msg::ContactsState message;
-  message.header.stamp = to_time_msg(now);
+  message.header.stamp = to_time_msg(node_.bus().stamp(now));
   message.header.frame_id = "world";
   for (const Contact& contact : contacts_) {
     const std::string first = shape_name(contact.link_a, contact.object_a);

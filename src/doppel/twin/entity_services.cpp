@@ -168,14 +168,14 @@ void EntityServices::tell_refusal(const char* service, const Status& status) {
 void EntityServices::offer_coming_and_going() {
   using gazebo_msgs::srv::DeleteEntity;
   using gazebo_msgs::srv::SpawnEntity;
-  node_.serve<SpawnEntity>("/spawn_entity",
+  node_.serve<SpawnEntity>("spawn_entity",
                            [this](const SpawnEntity::Request& r, Responder<SpawnEntity::Response> respond) {
                              std::string good;
                              const Status status = spawn(r, good);
                              respond(answer<SpawnEntity::Response>(status, good));
                            });
   node_.serve<DeleteEntity>(
-      "/delete_entity", [this](const DeleteEntity::Request& r, Responder<DeleteEntity::Response> respond) {
+      "delete_entity", [this](const DeleteEntity::Request& r, Responder<DeleteEntity::Response> respond) {
         const Status status = remove(r.name);
         respond(answer<DeleteEntity::Response>(status, fmt::format("'{}' is gone", r.name)));
       });
@@ -189,7 +189,7 @@ void EntityServices::offer_entity_state() {
     GetEntityState::Response response;
     const Status status = get_state(r.name, r.reference_frame, response.state.pose, response.state.twist);
     response.success = status.ok();
-    response.header.stamp = to_time_msg(engine_->time());
+    response.header.stamp = to_time_msg(node_.bus().stamp(engine_->time()));
     response.header.frame_id = is_world(r.reference_frame) ? "world" : r.reference_frame;
     response.state.name = r.name;
     response.state.reference_frame = response.header.frame_id;
@@ -213,7 +213,7 @@ void EntityServices::offer_model_state() {
     const Status status = get_state(r.model_name.empty() ? model_.name : r.model_name, r.relative_entity_name,
                                     found.pose, found.twist);
     auto response = answer<GetModelState::Response>(status, "");
-    response.header.stamp = to_time_msg(engine_->time());
+    response.header.stamp = to_time_msg(node_.bus().stamp(engine_->time()));
     response.header.frame_id = is_world(r.relative_entity_name) ? "world" : r.relative_entity_name;
     response.pose = found.pose;
     response.twist = found.twist;

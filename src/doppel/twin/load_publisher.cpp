@@ -27,7 +27,7 @@ void LoadPublisher::publish(const Engine& engine, Time now) {
     message_.margins.push_back(sag.margin);
     message_.effort_limits.push_back(servos_[joint].effort);
   }
-  message_.header.stamp = to_time_msg(now);
+  message_.header.stamp = to_time_msg(node_.bus().stamp(now));
   topic_.publish(message_, now);
 }
 

@@ -110,7 +110,8 @@ void ObjectPublisher::publish_changes(const Model& model, const Engine& engine, 
   if (!was_listed) list(objects);
   const bool moved = update_poses(objects, engine, world_in_tf(model, engine));
   if (was_listed && !moved) return;
-  for (Marker& marker : message_.markers) marker.header.stamp = to_time_msg(now);
+  const auto stamp = to_time_msg(node_.bus().stamp(now));
+  for (Marker& marker : message_.markers) marker.header.stamp = stamp;
   topic_.publish(message_, now);
 }
 

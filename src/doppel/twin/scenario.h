@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/bus/ros_arguments.h"
 #include "doppel/core/time.h"
 #include "doppel/description/load.h"
 #include "doppel/kinematics/model.h"
@@ -24,6 +25,8 @@ struct Scenario {
   BaseKind base = BaseKind::fixed;    // how a root link other than "world" stands
   bool ideal = false;                 // joints follow commands exactly, whatever they carry
   bool enforce_limits = true;
+  RosArguments ros;                      // names, parameters: what stood behind --ros-args
+  bool wall_stamps = false;              // messages are stamped with the wall's time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
   // Looks at the expanded description whenever it is read, also anew: what it finds is said with the rest.
   std::function<void(const ExpandedDescription&, Diagnostics&)> inspect;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/bus/standard_node.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/std_srvs.h"
@@ -23,6 +24,7 @@ constexpr double kFastest = 1e6;
 SimulatorServices::SimulatorServices(Bus& bus, const Model& model, Engine& engine, Callbacks callbacks)
     : model_(model), engine_(&engine), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
   loads_.reserve(kMostLoads);
+  make_standard(node_);
   offer_time_services();
   offer_joint_efforts();
   offer_link_wrenches();
@@ -114,7 +116,7 @@ Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Tim
         "the duration is zero, so nothing would act; give for instance duration: {sec: 1}, or "
         "{sec: -1} for as long as it is not cleared");
   }
-  load.start = std::max(from_msg(start), engine_->time());
+  load.start = std::max(node_.bus().from_stamp(from_msg(start)), engine_->time());
   load.end = acts < Duration::zero() ? Time::max() : load.start + acts;
   std::erase_if(loads_, [&load](const Load& old) { return load.on_same_body(old); });
   loads_.push_back(std::move(load));

@@ -1,6 +1,8 @@
 #include "doppel/twin/state_publisher.h"
 
+#include "doppel/bus/standard_node.h"
 #include "doppel/kinematics/kinematics.h"
+#include "doppel/messages/sensor_msgs.h"
 #include "doppel/twin/pose_messages.h"
 
 namespace doppel {
@@ -26,18 +28,70 @@ geometry_msgs::msg::TransformStamped transform_of(const std::string& parent, con
 }  // namespace
 
 StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR,
-                               StampedBy time)
+                               const ParameterFile* file)
     : model_(model), node_(bus, "/robot_state_publisher") {
-  const Qos latched{.depth = 1, .latched = true};
-  description_ = node_.advertise<std_msgs::msg::String>("/robot_description", latched);
-  tf_ = node_.advertise<tf2_msgs::msg::TFMessage>("/tf", {.depth = 100});
+  const Qos latched{.depth = 1, .latched = true}, tf{.depth = 100};
+  make_standard(node_);
+  description_message_.data = robot.xml;
+  description_ = node_.advertise<std_msgs::msg::String>("robot_description", latched);
+  tf_ = node_.advertise<tf2_msgs::msg::TFMessage>("/tf", tf);
   tf_static_ = node_.advertise<tf2_msgs::msg::TFMessage>("/tf_static", latched);
-  if (time == StampedBy::simulation) {
+  // Only to be seen in the graph: the states of all joints are known.
+  node_.subscribe<sensor_msgs::msg::JointState>(
+      "joint_states", [](const auto&) {}, Qos::sensor_data());
+  if (bus.sim_time()) {
     clock_node_.emplace(bus, "/gazebo");
     clock_ = clock_node_->advertise<rosgraph_msgs::msg::Clock>("/clock");
   }
-  description_message_.data = robot.xml;
+  declare_qos_overrides(node_, "/tf", QosOverrideOf::publisher, tf);
+  declare_qos_overrides(node_, "/tf_static", QosOverrideOf::publisher, latched);
+  declare_qos_overrides(node_, "joint_states", QosOverrideOf::subscription, Qos::sensor_data());
+  collect_transforms(X_WR);
+  ParameterOverrides written;
+  if (file != nullptr) written = file->overrides_for(node_.name(), node_.given_name());
+  declare_parameters(robot, written);
+}
 
+void StatePublisher::declare_parameters(const RobotDescription& robot, ParameterOverrides& written) {
+  Parameters& parameters = node_.parameters();
+  parameters.declare(
+      "robot_description", robot.xml,
+      {.description = "the robot, as URDF", .check = [](const ParameterValue&) {
+         return Status::refused(
+             "the twin is built from its sources: edit and save them, or start it with another "
+             "description");
+       }});
+  const auto take_frequency = [this](double frequency) {
+    period_ = frequency > 0 ? from_seconds(1.0 / frequency) : Duration{};
+  };
+  take_frequency(
+      declare<double>(parameters, &written, "publish_frequency", 50.0,
+                      {.description = "Hz, of /tf; 0: at every step", .range = ParameterRange{0, 1000}}));
+  set_frame_prefix(
+      declare<std::string>(parameters, &written, "frame_prefix", "", {.description = "before every frame"}));
+  declare<bool>(parameters, &written, "ignore_timestamp", false,
+                {.description = "of joint_states, which are not what /tf is made of here"});
+  parameters.on_change([this, take_frequency](const std::string& name, const ParameterValue& value) {
+    if (name == "publish_frequency") take_frequency(std::get<double>(value));
+    if (name == "frame_prefix") {
+      set_frame_prefix(std::get<std::string>(value));
+      publish_latched(node_.bus().now());
+    }
+  });
+}
+
+void StatePublisher::set_frame_prefix(const std::string& prefix) {
+  for (auto* message : {&moving_, &fixed_}) {
+    for (auto& transform : message->transforms) {
+      for (std::string* frame : {&transform.header.frame_id, &transform.child_frame_id})
+        *frame = prefix + frame->substr(frame_prefix_.size());
+    }
+  }
+  frame_prefix_ = prefix;
+}
+
+void StatePublisher::collect_transforms(const Pose& X_WR) {
+  const Model& model = model_;
   if (model.find_link(kWorld) < 0) {
     fixed_.transforms.push_back(transform_of(kWorld, model.links.front().name, X_WR));
   } else if (!X_WR.isApprox(Pose::Identity()) && model.find_link(kGround) < 0) {
@@ -61,7 +115,7 @@ StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Mo
 void StatePublisher::publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q) {
   if (!tf_.has_listeners()) return;
   for (std::size_t i = 0; i < moving_joints_.size(); ++i) {
-    moving_.transforms[i].header.stamp = to_time_msg(now);
+    moving_.transforms[i].header.stamp = to_time_msg(node_.bus().stamp(now));
     write_transform(parent_to_child(model_.joints[moving_joints_[i]], q), moving_.transforms[i].transform);
   }
   tf_.publish(moving_, now);
@@ -75,7 +129,7 @@ void StatePublisher::publish_clock(Time now) {
 }
 
 void StatePublisher::publish_latched(Time now) {
-  for (auto& transform : fixed_.transforms) transform.header.stamp = to_time_msg(now);
+  for (auto& transform : fixed_.transforms) transform.header.stamp = to_time_msg(node_.bus().stamp(now));
   tf_static_.publish(fixed_, now);
   description_.publish(description_message_, now);
 }

@@ -25,7 +25,7 @@ StatusPublisher::StatusPublisher(Bus& bus, std::string robot, WallTime now)
       next_diagnostics_(now + kDiagnosticsPeriod),
       robot_(std::move(robot)) {
   status_topic_ = node_.advertise<doppel_msgs::msg::TwinStatus>("~/status", {.depth = 1, .latched = true});
-  diagnostics_topic_ = node_.advertise<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics");
+  diagnostics_topic_ = node_.advertise<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", {.depth = 1});
 }
 
 void StatusPublisher::publish_due(const Loop& loop, WallTime now) {
@@ -101,7 +101,7 @@ void StatusPublisher::publish_diagnostics(const Loop& loop) {
   add("overruns", fmt::format("{}", loop.run.overruns));
   add("messages skipped for slow clients", fmt::format("{}", bus_.skipped()));
   diagnostic_msgs::msg::DiagnosticArray message;
-  message.header.stamp = to_time_msg(loop.time);
+  message.header.stamp = to_time_msg(bus_.stamp(loop.time));
   message.status.push_back(std::move(status));
   diagnostics_topic_.publish(message, loop.time);
 }

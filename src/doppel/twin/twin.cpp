@@ -19,7 +19,7 @@
 namespace doppel {
 namespace {
 
-constexpr Duration kTransformPeriod{20'000'000};    // /tf at 50 Hz
+constexpr Duration kClockSetBack{1'000'000'000};    // less is jitter
 constexpr Duration kClockPeriod{10'000'000};        // /clock at 100 Hz
 constexpr Duration kHousekeepingPeriod{5'000'000};  // controllers choose slower rates of their own
 
@@ -52,8 +52,10 @@ struct Twin::Impl {
   Impl(Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
       : scenario(std::move(the_scenario)),
         log(the_log),
+        bus({.names = scenario.ros.names, .sim_time = !scenario.wall_stamps}),
         machine(std::make_unique<Machine>(scenario, diagnostics)),
         objects(bus) {
+    follow_wall(machine->engine->time());
     registry = ControllerRegistry::with_builtin();
     for (const std::string& plugin : scenario.plugins) registry.load_library(plugin);
     build_control(diagnostics);
@@ -83,7 +85,6 @@ struct Twin::Impl {
                                   }});
     const Duration step = machine->setup.world.step;
     steps_per_tick = static_cast<std::uint64_t>(control->manager().steps_per_tick());
-    steps_per_transforms = steps_in(kTransformPeriod, step);
     steps_per_clock = steps_in(kClockPeriod, step);
     steps_per_housekeeping = steps_in(kHousekeepingPeriod, step);
     all_due_now();
@@ -95,7 +96,7 @@ struct Twin::Impl {
     loads.reset();
     contacts.reset();
     publisher = std::make_unique<StatePublisher>(bus, machine->setup.description.robot, control->model(),
-                                                 machine->setup.world.X_WR);
+                                                 machine->setup.world.X_WR, &machine->setup.controllers);
     loads = std::make_unique<LoadPublisher>(bus, control->model(), machine->servos, machine->gravity_R());
     contacts = std::make_unique<ContactPublisher>(bus, control->model());
     objects.at_once();
@@ -121,6 +122,7 @@ struct Twin::Impl {
   void step() {
     Engine* const engine = machine->engine.get();
     const Time now = engine->time();
+    follow_wall(now);
     if (count == next_tick) {
       const Stopwatch watch(phases.control);
       control->manager().tick(now);
@@ -136,13 +138,22 @@ struct Twin::Impl {
     if (count >= next_transforms || count >= next_clock) publish_due();
   }
 
+  // In the loop. Stamps of the wall's time follow it, but run backwards only where the clock was set back.
+  void follow_wall(Time now) {
+    if (bus.sim_time()) return;
+    const Duration wall = std::chrono::system_clock::now().time_since_epoch();
+    if (wall < last_wall && last_wall - wall < kClockSetBack) return bus.set_stamp_offset(last_wall - now);
+    last_wall = wall;
+    bus.set_stamp_offset(wall - now);
+  }
+
   // In the loop.
   void publish_due() {
     const Stopwatch watch(phases.publish);
     const Time now = machine->engine->time();
     if (count >= next_transforms) {
       publish_transforms(now);
-      next_transforms += steps_per_transforms;
+      next_transforms += steps_in(publisher->period(), machine->setup.world.step);
     }
     if (count >= next_clock) {
       publisher->publish_clock(now);
@@ -158,6 +169,7 @@ struct Twin::Impl {
   void publish_state() {
     const Time now = machine->engine->time();
     bus.set_now(now);
+    follow_wall(now);
     publisher->publish_clock(now);
     publish_transforms(now);
     control->manager().publish_state(now);
@@ -168,6 +180,7 @@ struct Twin::Impl {
 
   void between_steps() {
     bus.set_now(machine->engine->time());
+    follow_wall(machine->engine->time());
     bus.spin();
     const Time now = machine->engine->time();  // what came in may have set it back
     if (count >= next_housekeeping) {
@@ -184,6 +197,7 @@ struct Twin::Impl {
     engine.reset();
     services->forget_loads();
     bus.set_now(engine.time());
+    follow_wall(engine.time());
     control->manager().restart(engine.time());
     publisher->publish_latched(engine.time());
     publish_state();
@@ -204,8 +218,9 @@ struct Twin::Impl {
   std::unique_ptr<EntityServices> entities;
 
   LoopPhases phases;
+  Duration last_wall{};  // that stamps were made of
   std::uint64_t count = 0, hash = 0xCBF29CE484222325ull;
-  std::uint64_t steps_per_tick = 1, steps_per_transforms = 1, steps_per_clock = 1, steps_per_housekeeping = 1;
+  std::uint64_t steps_per_tick = 1, steps_per_clock = 1, steps_per_housekeeping = 1;
   std::uint64_t next_tick = 0, next_transforms = 0, next_clock = 0, next_housekeeping = 0;
 };
 
@@ -291,7 +306,7 @@ std::shared_ptr<Twin::Replacement> Twin::prepare(const ControllerWish& wish, Dia
   auto fresh = std::make_shared<Replacement>();
   fresh->machine = std::make_unique<Machine>(impl_->scenario, diagnostics);
   // A rehearsal on a bus of its own: whatever controllers refuse, they refuse here.
-  Bus bus;
+  Bus bus({.names = impl_->scenario.ros.names, .sim_time = !impl_->scenario.wall_stamps});
   const Log quiet;
   ControlStack rehearsal(bus, *fresh->machine, impl_->registry, impl_->scenario.enforce_limits, quiet,
                          diagnostics);

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "doppel/bus/standard_node.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/twin/drawable.h"
@@ -19,7 +20,7 @@
 namespace doppel {
 namespace {
 
-constexpr const char* kCommand = "/joint_command";
+constexpr const char* kCommand = "joint_command";
 constexpr const char* kOrigin = "joint_state_publisher";
 constexpr Duration kPeriod{100'000'000};     // between two publications while nothing moves
 constexpr std::size_t kMostComplaints = 50;  // whoever sends made-up names does not fill the log
@@ -41,6 +42,7 @@ struct Picture {
     make_drawable(description.robot, found, diagnostics);
     description.files = std::move(expanded.description.files);
     model = compile_model(description.robot, BaseKind::fixed, diagnostics);
+    add_ros_parameters(scenario.ros, parameters);
     start = model.neutral();
     apply_initial_values(description.robot, model, start, diagnostics);
   }
@@ -48,7 +50,8 @@ struct Picture {
   Target target;
   LoadedDescription description;
   Model model;
-  Eigen::VectorXd start;  // [model.nq]
+  ParameterFile parameters;  // of the command line
+  Eigen::VectorXd start;     // [model.nq]
 };
 
 }  // namespace
@@ -60,7 +63,8 @@ struct Viewer::Replacement {
 struct Viewer::Impl {
   Impl(Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
       : scenario(std::move(the_scenario)), log(the_log) {
-    states = node.advertise<sensor_msgs::msg::JointState>("/joint_states");
+    states = node.advertise<sensor_msgs::msg::JointState>("joint_states");
+    make_standard(node);
     node.subscribe<sensor_msgs::msg::JointState>(
         kCommand, [this](const sensor_msgs::msg::JointState& command) { take(command); });
     show(std::make_unique<Picture>(scenario, diagnostics));
@@ -72,7 +76,7 @@ struct Viewer::Impl {
     const Model& model = picture->model;
     q = picture->start;
     publisher = std::make_unique<StatePublisher>(bus, picture->description.robot, model, Pose::Identity(),
-                                                 StampedBy::wall);
+                                                 &picture->parameters);
     shown.name = model.scalar_joint_names();
     shown.position.assign(shown.name.size(), 0.0);
     joints.clear();
@@ -169,7 +173,7 @@ struct Viewer::Impl {
 
   const Scenario scenario;
   const Log& log;
-  Bus bus;
+  Bus bus{{.names = scenario.ros.names, .sim_time = false}};
   Node node{bus, "/joint_state_publisher"};
   Publisher<sensor_msgs::msg::JointState> states;
   std::unique_ptr<Picture> picture;

@@ -337,6 +337,8 @@ TEST(Edge, RefusesWhatItCannotPublish) {
               HasSubstr("did you mean 'std_msgs/msg/Float64'?"));
   EXPECT_FALSE(edge->publish("/c", "/x", "std_msgs/msg/Float64", to_cdr(Int32{1})));
   EXPECT_FALSE(edge->publish("/c", "/new", "std_msgs/msg/Float64", to_cdr(Int32{1})));
+  EXPECT_THAT(edge->publish("/c", "/my-topic", "std_msgs/msg/Float64", to_cdr(Float64{1})).why(),
+              HasSubstr("letters, digits and _"));
 }
 
 TEST(Service, AnswersNowOrLaterOnce) {

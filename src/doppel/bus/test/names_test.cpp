@@ -32,8 +32,10 @@ TEST(Names, AreCheckedByRos2Rules) {
   EXPECT_FALSE(check_node_name(""));
   EXPECT_FALSE(check_node_name(std::string(256, 'a')));
   for (const char* good : {"/", "/a", "/a/b_2"}) EXPECT_TRUE(check_namespace(good)) << good;
-  for (const char* bad : {"", "a", "/a/", "//a", "/a//b", "/2a", "/a b"}) EXPECT_FALSE(check_namespace(bad)) << bad;
-  for (const char* good : {"a", "/a", "a/b", "~/a", "~", "/_hidden/x1"}) EXPECT_TRUE(check_topic_name(good)) << good;
+  for (const char* bad : {"", "a", "/a/", "//a", "/a//b", "/2a", "/a b"})
+    EXPECT_FALSE(check_namespace(bad)) << bad;
+  for (const char* good : {"a", "/a", "a/b", "~/a", "~", "/_hidden/x1"})
+    EXPECT_TRUE(check_topic_name(good)) << good;
   for (const char* bad : {"", "/", "a/", "a//b", "~a", "a~/b", "1", "a/1", "a b", "a-b"})
     EXPECT_FALSE(check_topic_name(bad)) << bad;
 }
@@ -51,8 +53,8 @@ TEST(Names, BecomeWhole) {
 
 TEST(NameRules, RenameNodesTopicsAndServices) {
   NameRules rules;
-  for (const char* rule : {"__ns:=/left", "arm:__node:=hand", "hand:__ns:=/right", "joint_states:=js", "/tf:=tf",
-                           "hand:~/own:=/mine", "rosservice://both:=only_service"}) {
+  for (const char* rule : {"__ns:=/left", "arm:__node:=hand", "hand:__ns:=/right", "joint_states:=js",
+                           "/tf:=tf", "hand:~/own:=/mine", "rosservice://both:=only_service"}) {
     rules.add(rule);
   }
   EXPECT_EQ(rules.node("/arm"), "/left/hand") << "the first rule for the namespace counts";
@@ -100,9 +102,26 @@ TEST(NameRules, HoldForAllThatIsOnTheBus) {
 }
 
 TEST(RosArguments, AreTakenOutOfTheCommandLine) {
-  auto line = words({"up", "arm", "use_sim:=true", "--ros-args", "-r", "a:=b", "--params-file", "f.yaml", "-p",
-                     "arm:gains.p:=2.5", "--param", "joints:=[a, b]", "--log-level", "WARN", "--enable-rosout-logs",
-                     "--", "--headless", "--ros-args", "--remap", "__ns:=/x"});
+  auto line = words({"up",
+                     "arm",
+                     "use_sim:=true",
+                     "--ros-args",
+                     "-r",
+                     "a:=b",
+                     "--params-file",
+                     "f.yaml",
+                     "-p",
+                     "arm:gains.p:=2.5",
+                     "--param",
+                     "joints:=[a, b]",
+                     "--log-level",
+                     "WARN",
+                     "--enable-rosout-logs",
+                     "--",
+                     "--headless",
+                     "--ros-args",
+                     "--remap",
+                     "__ns:=/x"});
   const RosArguments arguments = take_ros_arguments(line);
   EXPECT_EQ(line, words({"up", "arm", "use_sim:=true", "--headless"}));
   NameRules names = arguments.names;
@@ -115,6 +134,22 @@ TEST(RosArguments, AreTakenOutOfTheCommandLine) {
   EXPECT_EQ(gain.value, ParameterValue(2.5));
   EXPECT_EQ(std::get<GivenParameter>(arguments.parameters[2]).node, "");
   EXPECT_EQ(arguments.log_level, Severity::warning);
+}
+
+TEST(RosArguments, ThatFitNothingAreTold) {
+  auto line = words({"--ros-args", "-r", "x:=y", "-p", "arm:gain:=1", "-p", "arm:gian:=1", "-p",
+                     "amr:gain:=1", "-p", "gain:=2", "-p", "/**:none_such:=2"});
+  const RosArguments arguments = take_ros_arguments(line);
+  Bus bus({.names = arguments.names});
+  Node node(bus, "/arm");
+  node.parameters().declare("gain", 1.0);
+  Diagnostics told;
+  tell_unused(arguments, bus, told);
+  ASSERT_EQ(told.all().size(), 4U);
+  EXPECT_THAT(told.all()[0].message, HasSubstr("'x:=y'"));
+  EXPECT_THAT(told.all()[1].message, HasSubstr("did you mean 'gain'?"));
+  EXPECT_THAT(told.all()[2].message, HasSubstr("there is no node 'amr'"));
+  EXPECT_THAT(told.all()[3].message, HasSubstr("none_such"));
 }
 
 TEST(RosArguments, ThatAreWrongAreTold) {

@@ -42,17 +42,19 @@ TEST(ParameterText, WritesWhatItReads) {
   for (const ParameterValue& value : values)
     EXPECT_EQ(parse_parameter(to_string(value)), value) << to_string(value);
   EXPECT_EQ(to_string(ParameterValue(1.0)), "1.0");
-  EXPECT_EQ(parameter_type_name(std::vector<double>{}), "double array");
+  EXPECT_EQ(parameter_type_name(std::vector<double>{}), "double_array");
 }
 
 Parameters some_parameters() {
   Parameters parameters;
-  parameters.declare("rate", 100.0, "Hz", false, [](const ParameterValue& value) {
-    return std::get<double>(value) > 0 ? Status() : Status::refused("must be positive");
-  });
-  parameters.declare("joints", std::vector<std::string>{"a"}, "", true);
-  parameters.declare("gains.a.p", std::int64_t{1}, "gain");
-  parameters.declare("offsets", std::vector<double>{1}, "");
+  parameters.declare("rate", 100.0,
+                     {.description = "Hz", .check = [](const ParameterValue& value) {
+                        return std::get<double>(value) > 0 ? Status() : Status::refused("must be positive");
+                      }});
+  parameters.declare("joints", std::vector<std::string>{"a"}, {.read_only = true});
+  parameters.declare("gains.a.p", std::int64_t{1}, {.description = "gain", .range = ParameterRange{0, 10}});
+  parameters.declare("offsets", std::vector<double>{1});
+  parameters.declare("goal_time", 0.5, {.range = ParameterRange{0, INFINITY}});
   return parameters;
 }
 
@@ -63,16 +65,20 @@ TEST(Parameters, KeepTheirTypes) {
       [&](const std::string& name, const ParameterValue& value) { heard = name + "=" + to_string(value); });
   EXPECT_TRUE(parameters.set("rate", std::int64_t{50}));
   EXPECT_EQ(heard, "rate=50.0");
-  EXPECT_THAT(parameters.set("rate", std::string("x")).why(), HasSubstr("is of type double, not string"));
+  EXPECT_THAT(parameters.set("rate", std::string("x")).why(),
+              HasSubstr("{rate} is of type {double}, setting it to {string}"));
   EXPECT_THAT(parameters.set("rate", -1.0).why(), HasSubstr("must be positive"));
-  EXPECT_THAT(parameters.set("gains.a.p", 1.5).why(), HasSubstr("is of type integer, not double"));
-  EXPECT_THAT(parameters.set("joints", std::vector<std::string>{}).why(), HasSubstr("cannot be changed"));
+  EXPECT_THAT(parameters.set("gains.a.p", 1.5).why(), HasSubstr("of type {integer}, setting it to {double}"));
+  EXPECT_THAT(parameters.set("joints", std::vector<std::string>{}).why(), HasSubstr("it is read-only"));
   EXPECT_THAT(parameters.set("rat", 1.0).why(), HasSubstr("did you mean 'rate'?"));
+  EXPECT_THAT(parameters.set("gains.a.p", std::int64_t{11}).why(), HasSubstr("comply with integer range"));
+  EXPECT_THAT(parameters.set("goal_time", -0.1).why(), HasSubstr("comply with floating point range"));
+  EXPECT_TRUE(parameters.set("gains.a.p", std::int64_t{10}));
   EXPECT_TRUE(parameters.set("offsets", parse_parameter("[1, 2]")));
   EXPECT_TRUE(parameters.set("offsets", parse_parameter("[]")));
   EXPECT_EQ(heard, "offsets=[]");
   EXPECT_EQ(std::get<double>(parameters.find("rate")->value), 50.0);
-  EXPECT_THROW(parameters.declare("rate", 1.0, ""), std::logic_error);
+  EXPECT_THROW(parameters.declare("rate", 1.0), std::logic_error);
 }
 
 class ParameterServices : public testing::Test {
@@ -100,25 +106,35 @@ class ParameterServices : public testing::Test {
 
 TEST_F(ParameterServices, List) {
   const auto all = call<srv::ListParameters>("list_parameters", {}).result;
-  EXPECT_THAT(all.names, ElementsAre("rate", "joints", "gains.a.p", "offsets"));
+  EXPECT_THAT(all.names, ElementsAre("gains.a.p", "goal_time", "joints", "offsets", "rate"));
   EXPECT_THAT(all.prefixes, ElementsAre("gains.a"));
   EXPECT_THAT(call<srv::ListParameters>("list_parameters", {{"gains"}, 0}).result.names,
               ElementsAre("gains.a.p"));
   EXPECT_THAT(call<srv::ListParameters>("list_parameters", {{}, 1}).result.names,
-              ElementsAre("rate", "joints", "offsets"));
+              ElementsAre("goal_time", "joints", "offsets", "rate"));
+  EXPECT_THAT(call<srv::ListParameters>("list_parameters", {{"gains", "rate"}, 1}).result.names,
+              ElementsAre("rate"));
+  EXPECT_THAT(call<srv::ListParameters>("list_parameters", {{"gains", "none"}, 2}).result.names,
+              ElementsAre("gains.a.p"));
 }
 
 TEST_F(ParameterServices, GetDescribeAndTypes) {
-  const auto values = call<srv::GetParameters>("get_parameters", {{"rate", "none"}}).values;
-  ASSERT_EQ(values.size(), 2U);
+  const auto values = call<srv::GetParameters>("get_parameters", {{"rate"}}).values;
+  ASSERT_EQ(values.size(), 1U);
   EXPECT_EQ(values[0].double_value, 100.0);
-  EXPECT_EQ(values[1].type, rcl_interfaces::msg::ParameterType::PARAMETER_NOT_SET);
+  EXPECT_TRUE(call<srv::GetParameters>("get_parameters", {{"rate", "none"}}).values.empty())
+      << "as rclcpp answers";
   EXPECT_THAT(call<srv::GetParameterTypes>("get_parameter_types", {{"joints", "rate"}}).types,
               ElementsAre(9, 3));
   const auto described =
       call<srv::DescribeParameters>("describe_parameters", {{"joints", "rate"}}).descriptors;
   EXPECT_TRUE(described.at(0).read_only);
   EXPECT_EQ(described.at(1).description, "Hz");
+  const auto ranges =
+      call<srv::DescribeParameters>("describe_parameters", {{"gains.a.p", "goal_time"}}).descriptors;
+  EXPECT_EQ(ranges.at(0).integer_range.at(0).to_value, 10);
+  EXPECT_EQ(ranges.at(1).floating_point_range.at(0).from_value, 0.0);
+  EXPECT_EQ(ranges.at(1).floating_point_range.at(0).to_value, std::numeric_limits<double>::max());
 }
 
 TEST_F(ParameterServices, SetEachOrAllOrNothing) {
@@ -138,12 +154,18 @@ TEST_F(ParameterServices, EdgesReachThemDirectly) {
   edge_->set_parameter("/n", "rate", 7.0, [&](Status s) { status = std::move(s); });
   bus_.spin();
   EXPECT_TRUE(status);
+  Node part(bus_, "/n");
+  part.parameters().declare("more", 1.0);
+  edge_->set_parameter("/n", "more", 2.0, [&](Status s) { status = std::move(s); });
+  bus_.spin();
+  EXPECT_TRUE(status) << "a node may have several parts";
+  EXPECT_EQ(std::get<double>(part.parameters().find("more")->value), 2.0);
   edge_->set_parameter("/m", "rate", 7.0, [&](Status s) { status = std::move(s); });
   std::size_t count = 0;
   edge_->get_parameters([&](const auto& parameters) { count = parameters.size(); });
   bus_.spin();
   EXPECT_THAT(status.why(), HasSubstr("there is no node /m"));
-  EXPECT_EQ(count, 4U);
+  EXPECT_EQ(count, 6U);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "doppel/bus/rosout.h"
 #include "doppel/messages/rcl_interfaces.h"
+#include "doppel/messages/type_description_interfaces.h"
 
 namespace doppel {
 namespace {
@@ -35,14 +36,15 @@ TEST(StandardNode, HasWhatRclcppGivesEveryNode) {
   EXPECT_THAT(topics_of(bus, false), ElementsAre("/clock", "/parameter_events"));
   std::vector<std::string> services;
   for (const ServiceInfo& service : bus.services()) services.push_back(service.name);
-  for (const char* service : {"describe_parameters", "get_parameter_types", "get_parameters", "list_parameters",
-                              "set_parameters", "set_parameters_atomically"}) {
+  for (const char* service : {"describe_parameters", "get_parameter_types", "get_parameters",
+                              "list_parameters", "set_parameters", "set_parameters_atomically"}) {
     EXPECT_THAT(services, Contains(std::string("/left/arm/") + service));
   }
   const auto value = [&](const char* name) { return node.parameters().find(name)->value; };
   EXPECT_EQ(value("use_sim_time"), ParameterValue(true));
   EXPECT_EQ(value("qos_overrides./parameter_events.publisher.depth"), ParameterValue(std::int64_t{1000}));
-  EXPECT_EQ(value("qos_overrides./clock.subscription.reliability"), ParameterValue(std::string("best_effort")));
+  EXPECT_EQ(value("qos_overrides./clock.subscription.reliability"),
+            ParameterValue(std::string("best_effort")));
   EXPECT_TRUE(node.parameters().set("use_sim_time", true));
   EXPECT_THAT(node.parameters().set("use_sim_time", false).why(), HasSubstr("--stamp"));
 }
@@ -61,7 +63,8 @@ TEST(StandardNode, TellsItsParametersEvents) {
   bus.set_stamp_offset(std::chrono::seconds(100));
   Node node(bus, "/arm"), listener(bus, "/listener");
   std::vector<ParameterEvent> events;
-  listener.subscribe<ParameterEvent>("/parameter_events", [&](const ParameterEvent& e) { events.push_back(e); });
+  listener.subscribe<ParameterEvent>("/parameter_events",
+                                     [&](const ParameterEvent& e) { events.push_back(e); });
   make_standard(node);
   events.clear();
   node.parameters().declare("gain", 1.0);
@@ -76,6 +79,54 @@ TEST(StandardNode, TellsItsParametersEvents) {
   ASSERT_EQ(events[2].changed_parameters.size(), 2U) << "what was set at once is told at once";
   EXPECT_EQ(events[2].changed_parameters[0].value.double_value, 2.0);
   EXPECT_THAT(events[2].new_parameters, IsEmpty());
+}
+
+TEST(StandardNode, DescribesTypes) {
+  using type_description_interfaces::srv::GetTypeDescription;
+  Bus bus;
+  Node node(bus, "/arm");
+  make_standard(node);
+  const auto edge = bus.attach("edge");
+  GetTypeDescription::Response response;
+  const auto ask = [&](const std::string& name, const std::string& hash) {
+    edge->call("/arm/get_type_description", to_cdr(GetTypeDescription::Request{name, hash, false}),
+               [&](const Status&, const Bytes& bytes) { EXPECT_TRUE(from_cdr(bytes, response)); });
+    bus.spin();
+  };
+  ask("rcl_interfaces/msg/Log", find_type("rcl_interfaces/msg/Log")->hash());
+  EXPECT_TRUE(response.successful) << response.failure_reason;
+  EXPECT_EQ(response.type_description.type_description.fields.at(1).name, "level");
+  ask("rcl_interfaces/srv/ListParameters", find_service("rcl_interfaces/srv/ListParameters")->hash());
+  EXPECT_TRUE(response.successful) << response.failure_reason;
+  ask("rcl_interfaces/msg/Log", find_type("rcl_interfaces/msg/ParameterEvent")->hash());
+  EXPECT_EQ(response.failure_reason, "Type not currently in use by this node");
+  ask("rcl_interfaces/msg/Log", "x");
+  EXPECT_EQ(response.failure_reason, "Failed to parse type hash");
+}
+
+TEST(StandardNode, MayChooseWhatItLogs) {
+  using rcl_interfaces::srv::SetLoggerLevels;
+  Bus bus;
+  Node node(bus, "/arm");
+  make_standard(node);
+  serve_logger_levels(node);
+  const auto edge = bus.attach("edge");
+  SetLoggerLevels::Response response;
+  edge->call("/arm/set_logger_levels", to_cdr(SetLoggerLevels::Request{{{"arm", 30}, {"arm", 31}}}),
+             [&](const Status&, const Bytes& bytes) { EXPECT_TRUE(from_cdr(bytes, response)); });
+  bus.spin();
+  ASSERT_EQ(response.results.size(), 2U);
+  EXPECT_TRUE(response.results[0].successful);
+  EXPECT_FALSE(response.results[1].successful);
+  std::vector<std::string> heard;
+  node.subscribe<rcl_interfaces::msg::Log>("/rosout", [&](const auto& line) { heard.push_back(line.msg); });
+  Log log;
+  const Rosout rosout(bus);
+  log.add_sink(rosout.sink());
+  log.note("arm", "a note");
+  log.warning("arm", "a warning");
+  bus.spin();
+  EXPECT_THAT(heard, ElementsAre("a warning"));
 }
 
 TEST(Rosout, TellsLinesInTheNameOfTheirNodes) {

@@ -151,7 +151,7 @@ TEST(Threads, EdgesAndNodesComeAndGoUnderLoad) {
   std::vector<Responder<SetBool::Response>> open;
   for (int round = 0; rounds < 60; ++round) {
     Node node(bus, "/n");
-    node.parameters().declare("p", 1.0, "");
+    node.parameters().declare("p", 1.0);
     const auto publisher = node.advertise<JointState>("x");
     node.advertise<Int32>("latched", {.depth = 1, .latched = true}).publish({round}, {});
     node.serve<SetBool>("~/set", [&open](const auto&, const auto& respond) { open.push_back(respond); });

@@ -59,8 +59,8 @@ void CommandForwarder::forward(ControllerContext& context, Names listed, Names d
     position_joints_.push_back(position ? full_name.substr(0, slash) : "");
   }
   values_.assign(driven_.size(), 0.0);
-  context.node->subscribe<std_msgs::msg::Float64MultiArray>("~/commands",
-                                                            [this](const auto& m) { receive(m); });
+  context.node->subscribe<std_msgs::msg::Float64MultiArray>(
+      "~/commands", [this](const auto& m) { receive(m); }, Qos::system_default_subscription());
 }
 
 InterfaceConfiguration CommandForwarder::command_interfaces() const {

@@ -55,10 +55,12 @@ void JointStateBroadcaster::on_init(ControllerContext& context) {
                       joints_.empty() ? "interfaces" : "joints", joints_.empty() ? "joints" : "interfaces"),
           place_of(context, joints_.empty() ? "interfaces" : "joints"), "write both, or neither"});
   }
-  const std::string prefix = local ? "~/" : "/";
-  states_topic_ = context.node->advertise<sensor_msgs::msg::JointState>(prefix + "joint_states");
+  bus_ = &context.node->bus();
+  const std::string prefix = local ? "~/" : "";
+  const Qos qos = Qos::system_default_publisher();
+  states_topic_ = context.node->advertise<sensor_msgs::msg::JointState>(prefix + "joint_states", qos);
   dynamic_topic_ =
-      context.node->advertise<control_msgs::msg::DynamicJointState>(prefix + "dynamic_joint_states");
+      context.node->advertise<control_msgs::msg::DynamicJointState>(prefix + "dynamic_joint_states", qos);
 }
 
 InterfaceConfiguration JointStateBroadcaster::state_interfaces() const {
@@ -124,14 +126,14 @@ void JointStateBroadcaster::publish_state(Time now) {
   if (states_topic_.has_listeners()) {
     std::vector<double>* const fields[] = {&states_.position, &states_.velocity, &states_.effort};
     for (const Link& link : to_states_) (*fields[link.column])[link.row] = state_handles[link.handle].get();
-    states_.header.stamp = to_time_msg(now);
+    states_.header.stamp = to_time_msg(bus_->stamp(now));
     states_topic_.publish(states_, now);
   }
   if (dynamic_topic_.has_listeners()) {
     for (const Link& link : to_dynamic_) {
       dynamic_.interface_values[link.row].values[link.column] = state_handles[link.handle].get();
     }
-    dynamic_.header.stamp = to_time_msg(now);
+    dynamic_.header.stamp = to_time_msg(bus_->stamp(now));
     dynamic_topic_.publish(dynamic_, now);
   }
 }

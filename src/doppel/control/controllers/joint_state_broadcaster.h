@@ -36,6 +36,7 @@ class JointStateBroadcaster : public Controller {
   std::map<std::string, int> field_of_;  // interface name -> 0 position, 1 velocity, 2 effort
   bool only_model_joints_ = true;
 
+  Bus* bus_ = nullptr;
   Publisher<sensor_msgs::msg::JointState> states_topic_;
   Publisher<control_msgs::msg::DynamicJointState> dynamic_topic_;
   sensor_msgs::msg::JointState states_;  // both are laid out when activated, and only filled in the loop

@@ -77,7 +77,8 @@ class JointTrajectoryController : public Controller {
   void size_state_message();
   void publish_state(Time now);
   void fill_output();
-  void receive(const TrajectoryMessage& message);
+  void receive(const TrajectoryMessage& received);
+  [[nodiscard]] TrajectoryMessage in_own_time(TrajectoryMessage message) const;
   void set_scaling(double factor);
   Status accept_goal(const GoalId& id, const FollowJointTrajectory::Goal& goal);
   Status cancel_goal(const GoalId& id);

@@ -28,9 +28,11 @@ jtc::MessageRules rules_of(const jtc::Settings& settings, const jtc::Tuning& tun
 
 void JointTrajectoryController::open_topics() {
   Node& node = *context_->node;
-  node.subscribe<TrajectoryMessage>("~/joint_trajectory",
-                                    [this](const TrajectoryMessage& message) { receive(message); });
-  state_topic_ = node.advertise<control_msgs::msg::JointTrajectoryControllerState>("~/controller_state");
+  node.subscribe<TrajectoryMessage>(
+      "~/joint_trajectory", [this](const TrajectoryMessage& message) { receive(message); },
+      Qos::system_default_subscription());
+  state_topic_ = node.advertise<control_msgs::msg::JointTrajectoryControllerState>(
+      "~/controller_state", Qos::system_default_publisher());
   node.serve<QueryState>("~/query_state", [this](const QueryState::Request& request,
                                                  const Responder<QueryState::Response>& respond) {
     QueryState::Response response;
@@ -45,7 +47,7 @@ void JointTrajectoryController::open_topics() {
   if (settings_.commands_only(Kind::position)) {
     node.subscribe<control_msgs::msg::SpeedScalingFactor>(
         "~/speed_scaling_input", [this](const auto& message) { set_scaling(message.factor); },
-        Qos{.depth = 1, .latched = true});
+        Qos{.depth = 1, .latched = true, .best_effort = true});
   }
 }
 
@@ -73,7 +75,7 @@ void JointTrajectoryController::size_state_message() {
 void JointTrajectoryController::publish_state(Time now) {
   if (!state_topic_.has_listeners()) return;
   auto& m = state_message_;
-  m.header.stamp = to_time_msg(now);
+  m.header.stamp = to_time_msg(context_->node->bus().stamp(now));
   m.reference.time_from_start = to_duration_msg(reference_time_);
   m.reference.positions = desired_.positions;
   m.reference.velocities = desired_.velocities;
@@ -116,12 +118,21 @@ Status JointTrajectoryController::check(const TrajectoryMessage& message) const 
   return jtc::check_message(message, rules_of(settings_, tuning_), now());
 }
 
-void JointTrajectoryController::receive(const TrajectoryMessage& message) {
+// The message with its stamp, where it has one, as a time of this side of the bus.
+JointTrajectoryController::TrajectoryMessage JointTrajectoryController::in_own_time(
+    TrajectoryMessage message) const {
+  auto& stamp = message.header.stamp;
+  if (from_msg(stamp) != Time{}) stamp = to_time_msg(context_->node->bus().from_stamp(from_msg(stamp)));
+  return message;
+}
+
+void JointTrajectoryController::receive(const TrajectoryMessage& received) {
   if (!active_) {
     warn("control.jtc_inactive", "a trajectory came while the controller is not active; ignored",
          "activate it first");
     return;
   }
+  const TrajectoryMessage message = in_own_time(received);
   if (const Status fine = check(message); !fine) {
     context_->log->error(context_->name, fine.why() + "; the trajectory is ignored");
     return;
@@ -215,13 +226,14 @@ Status JointTrajectoryController::accept_goal(const GoalId& id, const FollowJoin
     return Status::refused(why);
   };
   if (!active_) return refuse(fmt::format("'{}' is not active; activate it first", context_->name));
-  if (Status fine = check(goal.trajectory); !fine) return refuse(fine.why());
+  const TrajectoryMessage trajectory = in_own_time(goal.trajectory);
+  if (Status fine = check(trajectory); !fine) return refuse(fine.why());
   tell_endings();
   if (goal_) {
     finish(*goal_, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,
            "Current goal preempted by new incoming action.");
   }
-  adopt(goal.trajectory);
+  adopt(trajectory);
   std::string complaint;
   tolerances_ = jtc::tolerances_of(goal, tuning_.tolerances, settings_.joints, settings_.ignored, complaint);
   if (!complaint.empty()) {
@@ -270,7 +282,7 @@ void JointTrajectoryController::housekeeping(Time now) {
 
 void JointTrajectoryController::send_feedback(Time now) {
   FollowJointTrajectory::Feedback feedback;
-  feedback.header.stamp = to_time_msg(now);
+  feedback.header.stamp = to_time_msg(context_->node->bus().stamp(now));
   feedback.joint_names = settings_.joints;
   feedback.desired.positions = desired_.positions;
   feedback.actual.positions = state_.positions;
@@ -335,7 +347,7 @@ std::string JointTrajectoryController::describe(const Ending& ending) const {
 
 void JointTrajectoryController::answer_query(const QueryState::Request& request,
                                              QueryState::Response& response) {
-  const Time time = from_msg(request.time);
+  const Time time = context_->node->bus().from_stamp(from_msg(request.time));
   if (!active_) {
     response.message =
         fmt::format("'{}' is not active, so it follows no trajectory; activate it first", context_->name);

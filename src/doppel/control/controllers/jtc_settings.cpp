@@ -31,33 +31,33 @@ class Declarer {
   explicit Declarer(ControllerContext& context) : context_(context) {}
 
   template <class T>
-  T fixed(const std::string& name, T initial, const char* description, Parameters::Check check = {}) {
+  T fixed(const std::string& name, T initial, const char* description, ParameterOptions options = {}) {
+    options.description = description;
+    options.read_only = true;
     return declare<T>(context_.node->parameters(), context_.overrides, name, std::move(initial),
-                      {description, true, std::move(check)});
+                      std::move(options));
   }
   template <class T>
-  void changeable(const std::string& name, T initial, const char* description, Parameters::Check check = {}) {
-    declare<T>(context_.node->parameters(), context_.overrides, name, std::move(initial),
-               {description, false, std::move(check)});
+  void changeable(const std::string& name, T initial, const char* description,
+                  ParameterOptions options = {}) {
+    options.description = description;
+    declare<T>(context_.node->parameters(), context_.overrides, name, std::move(initial), std::move(options));
   }
 
  private:
   ControllerContext& context_;
 };
 
-Parameters::Check at_least(double least) {
-  return [least](const ParameterValue& value) {
-    const double number = std::get<double>(value);
-    return number >= least ? Status{} : Status::refused(fmt::format("{:g} is below {:g}", number, least));
-  };
+ParameterOptions at_least(double least) {
+  return {.range = ParameterRange{least, kInfinity}};
 }
 
-Parameters::Check one_of(Names choices) {
-  return [choices = std::move(choices)](const ParameterValue& value) {
+ParameterOptions one_of(Names choices) {
+  return {.check = [choices = std::move(choices)](const ParameterValue& value) {
     const auto& text = std::get<std::string>(value);
     if (contains(choices, text)) return Status{};
     return Status::refused(fmt::format("there is no '{}'{}", text, did_you_mean(text, choices)));
-  };
+  }};
 }
 
 [[noreturn]] void refuse(const ControllerContext& context, const std::string& parameter, std::size_t element,
@@ -133,8 +133,8 @@ void declare_joints(Declarer& declarer, const ControllerContext& context, Settin
 void declare_gains(Declarer& declarer, const std::string& joint) {
   const std::string prefix = "gains." + joint + ".";
   const auto number = [&](const char* name, double initial, const char* description,
-                          Parameters::Check check = {}) {
-    declarer.changeable<double>(prefix + name, initial, description, std::move(check));
+                          ParameterOptions options = {}) {
+    declarer.changeable<double>(prefix + name, initial, description, std::move(options));
   };
   number("p", 0.0, "proportional");
   number("i", 0.0, "integral, 1/s");

@@ -143,10 +143,13 @@ void PidController::listen_to_gains(ControllerContext& context) {
 
 void PidController::declare_topics(ControllerContext& context) {
   Node& node = *context.node;
-  state_topic_ = node.advertise<control_msgs::msg::MultiDOFStateStamped>("~/controller_state");
+  bus_ = &node.bus();
+  state_topic_ = node.advertise<control_msgs::msg::MultiDOFStateStamped>("~/controller_state",
+                                                                         Qos::system_default_publisher());
   state_.dof_states.resize(dofs_.size());
   for (std::size_t i = 0; i < dofs_.size(); ++i) state_.dof_states[i].name = dofs_[i].name;
-  node.subscribe<control_msgs::msg::MultiDOFCommand>("~/reference", [this](const auto& m) { receive(m); });
+  node.subscribe<control_msgs::msg::MultiDOFCommand>(
+      "~/reference", [this](const auto& m) { receive(m); }, Qos::system_default_subscription());
   node.serve<std_srvs::srv::SetBool>("~/set_feedforward_control", [this](const auto& request, auto respond) {
     use_feedforward_ = request.data;
     respond({true, request.data ? "feed-forward is on" : "feed-forward is off"});
@@ -260,7 +263,7 @@ void PidController::update(Time now, Duration period) {
   const double dt = to_seconds(period);
   for (std::size_t i = 0; i < dofs_.size(); ++i) step(i, dt);
   if (!state_topic_.has_listeners()) return;
-  state_.header.stamp = to_time_msg(now);
+  state_.header.stamp = to_time_msg(bus_->stamp(now));
   state_topic_.publish(state_, now);
 }
 

@@ -43,6 +43,7 @@ class PidController : public Controller {
 
   std::string name_, command_interface_;
   const Log* log_ = nullptr;
+  const Bus* bus_ = nullptr;
   std::vector<std::string> interfaces_;  // one or two: of reference and measured state
   std::vector<Dof> dofs_;
   bool use_feedforward_ = false, active_ = false, complained_ = false;

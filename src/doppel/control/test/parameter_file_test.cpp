@@ -130,6 +130,22 @@ ns2:
   EXPECT_THAT(file.nodes(), ElementsAre("arm", "/ns/arm", "ns2/arm"));
 }
 
+TEST(ParameterFile, IsOverriddenByWhatIsSaidLater) {
+  auto file = parse("arm:\n  ros__parameters: {x: 1, y: 1, z: 1}\n");
+  file.add(parse("/**:\n  ros__parameters: {y: 2}\narm:\n  ros__parameters: {z: 2}\n"));
+  file.add("", "z", std::int64_t{3}, "-p z:=3");
+  file.add("arm", "new", true, "-p arm:new:=true");
+  file.add("other", "x", std::int64_t{9}, "-p other:x:=9");
+  const auto arm = file.overrides_for("/arm");
+  EXPECT_EQ(value<std::int64_t>(arm, "x"), 1);
+  EXPECT_EQ(value<std::int64_t>(arm, "y"), 2) << "a later wildcard wins over an earlier name";
+  EXPECT_EQ(value<std::int64_t>(arm, "z"), 3);
+  EXPECT_EQ(value<bool>(arm, "new"), true);
+  EXPECT_EQ(value<std::int64_t>(file.overrides_for("/left/hand", "/arm"), "x"), 1)
+      << "what it was called before counts";
+  EXPECT_EQ(file.overrides_for("/left/arm").all().size(), 2u) << "the whole name is meant";
+}
+
 TEST(ParameterFile, RefusesWhatRos2WouldNotRead) {
   EXPECT_THAT(input_error_of([] { parse("a:\n  ros__parameters:\n    x: 1\n    x: 2\n"); }),
               HasSubstr("p.yaml:4:5: error: 'x' is written twice; the first one is at p.yaml:3:5"));

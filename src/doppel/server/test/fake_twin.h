@@ -52,9 +52,9 @@ class FakeTwin {
       respond({.success = request.data, .message = request.data ? "on" : "off"});
     });
     node.serve<std_srvs::srv::Trigger>("~/never", [](const auto&, const auto&) {});
-    node.parameters().declare("rate", std::int64_t{100}, "Hz");
-    node.parameters().declare("gains.p", 1.0, "");
-    node.parameters().declare("name", std::string("arm"), "", true);
+    node.parameters().declare("rate", std::int64_t{100}, {.description = "Hz"});
+    node.parameters().declare("gains.p", 1.0);
+    node.parameters().declare("name", std::string("arm"), {.read_only = true});
     about.publish({.data = "<robot/>"}, Time(0));
     sensor_msgs::msg::JointState state;
     state.name = {"Revolute 1" + std::string(padding_, 'x')};
