@@ -3,6 +3,7 @@
 #include <string>
 
 #include "doppel/control/controllers/forward_command_controller.h"
+#include "doppel/control/controllers/gripper_controller.h"
 #include "doppel/control/controllers/joint_state_broadcaster.h"
 #include "doppel/control/controllers/joint_trajectory_controller.h"
 #include "doppel/control/controllers/pid_controller.h"
@@ -30,6 +31,15 @@ void register_builtin_controllers(ControllerRegistry& registry) {
   registry.add("effort_controllers/JointGroupEffortController",
                make<JointGroupController>(std::string(kEffort)));
   registry.add("pid_controller/PidController", make<PidController>());
+  using control_msgs::action::GripperCommand;
+  using control_msgs::action::ParallelGripperCommand;
+  using Kind = GripperController::Kind;
+  registry.add("position_controllers/GripperActionController",
+               make<GripperActionController<GripperCommand>>(Kind::position));
+  registry.add("effort_controllers/GripperActionController",
+               make<GripperActionController<GripperCommand>>(Kind::effort));
+  registry.add("parallel_gripper_action_controller/GripperActionController",
+               make<GripperActionController<ParallelGripperCommand>>(Kind::parallel));
 }
 
 }  // namespace doppel

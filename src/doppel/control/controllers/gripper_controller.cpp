@@ -43,10 +43,12 @@ void GripperController::on_init(ControllerContext& context) {
                   at_least(0, "Max allowable effort"));
   declare<bool>(parameters, written, "allow_stalling", false, {"a goal succeeds where the gripper stalls"});
   declare<double>(parameters, written, "stall_velocity_threshold", 0.001, {"below it, it stands"});
-  declare<double>(parameters, written, "stall_timeout", 1.0, at_least(0, "s of standing until it has stalled"));
+  declare<double>(parameters, written, "stall_timeout", 1.0,
+                  at_least(0, "s of standing until it has stalled"));
   if (parallel) {
     using Names = std::vector<std::string>;
-    declare<Names>(parameters, written, "state_interfaces", {kPosition, kVelocity}, {"position and velocity", true});
+    declare<Names>(parameters, written, "state_interfaces", {kPosition, kVelocity},
+                   {"position and velocity", true});
     declare<std::string>(parameters, written, "max_effort_interface", "", {"claimed if named", true});
     declare<std::string>(parameters, written, "max_velocity_interface", "", {"claimed if named", true});
     declare<double>(parameters, written, "max_velocity", 0.1, at_least(0, "of a goal that does not say"));
@@ -156,8 +158,9 @@ Status GripperController::accept(const GoalId& id, const Command& command) {
   last_movement_ = context_->node->bus().now();
   if (kind_ == Kind::effort && max_effort_ == 0 && !complained_) {
     complained_ = true;
-    context_->log->warning(context_->name, "the goal allows an effort of 0, so the gripper will not move; give "
-                                           "max_effort");
+    context_->log->warning(context_->name,
+                           "the goal allows an effort of 0, so the gripper will not move; give "
+                           "max_effort");
   }
   begin(id);
   return {};
@@ -213,9 +216,9 @@ void GripperController::housekeeping(Time /*now*/) {
   goal_.reset();
   ended_.reset();
   if (!fine) {
-    context_->log->warning(context_->name,
-                           fmt::format("the gripper stalled at {:.4g} on its way to {:.4g}; the goal is aborted",
-                                       outcome.position, target_));
+    context_->log->warning(
+        context_->name, fmt::format("the gripper stalled at {:.4g} on its way to {:.4g}; the goal is aborted",
+                                    outcome.position, target_));
   }
   finish(id, fine ? GoalStatus::succeeded : GoalStatus::aborted, outcome);
 }

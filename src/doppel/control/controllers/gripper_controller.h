@@ -1,10 +1,10 @@
 #pragma once
 // Grippers of one joint, closed and opened by the action ~/gripper_cmd: position_controllers/ and
 // effort_controllers/GripperActionController (control_msgs/action/GripperCommand) and
-// parallel_gripper_action_controller/GripperActionController (ParallelGripperCommand), after ros2_controllers'
-// gripper_controllers and parallel_gripper_controller (Jazzy). A goal succeeds within goal_tolerance of its
-// position; the joint that has not moved for stall_timeout has stalled: then it holds something
-// (allow_stalling) or has failed.
+// parallel_gripper_action_controller/GripperActionController (ParallelGripperCommand), after
+// ros2_controllers' gripper_controllers and parallel_gripper_controller (Jazzy). A goal succeeds within
+// goal_tolerance of its position; the joint that has not moved for stall_timeout has stalled: then it holds
+// something (allow_stalling) or has failed.
 
 #include <memory>
 #include <optional>
@@ -37,7 +37,7 @@ class GripperController : public Controller {
 
  protected:
   struct Command {
-    double position = 0;                 // rad or m
+    double position = 0;                     // rad or m
     std::optional<double> effort, velocity;  // limits, where the goal gives them
   };
   // Where a goal stands, or how it ended.

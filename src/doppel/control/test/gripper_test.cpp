@@ -22,8 +22,8 @@ constexpr double kLag = 0.1;  // T, s
 
 std::string yaml(const std::string& type, const std::string& more) {
   return "controller_manager: {ros__parameters: {update_rate: 100, grip: {type: " + type +
-         "/GripperActionController}}}\ngrip: {ros__parameters: {joint: a" + (more.empty() ? "" : ", " + more) +
-         "}}\n";
+         "/GripperActionController}}}\ngrip: {ros__parameters: {joint: a" +
+         (more.empty() ? "" : ", " + more) + "}}\n";
 }
 
 FakeHardwareOptions lagging(std::vector<std::string> commands) {
@@ -38,7 +38,8 @@ FakeHardwareOptions lagging(std::vector<std::string> commands) {
 template <Action A>
 class Rig : public ManagerRig {
  public:
-  explicit Rig(const std::string& type, const std::string& more = "", std::vector<std::string> commands = {kPosition})
+  explicit Rig(const std::string& type, const std::string& more = "",
+               std::vector<std::string> commands = {kPosition})
       : ManagerRig(yaml(type, more), {{"a"}}, lagging(std::move(commands)), {.enforce_limits = false}),
         edge_(bus.attach("client")),
         listener_(bus, "/listener") {
@@ -79,11 +80,12 @@ class Rig : public ManagerRig {
   static GoalId id_of(std::size_t index) { return {static_cast<std::uint8_t>(index + 1)}; }
   template <class S, class Reply>
   void call(const std::string& service, const typename S::Request& request, Reply reply) {
-    edge_->call("/grip/gripper_cmd/_action/" + service, to_cdr(request), [reply](const Status& status, const Bytes& b) {
-      typename S::Response response;
-      EXPECT_TRUE(status) << status.why();
-      if (status && from_cdr(b, response)) reply(response);
-    });
+    edge_->call("/grip/gripper_cmd/_action/" + service, to_cdr(request),
+                [reply](const Status& status, const Bytes& b) {
+                  typename S::Response response;
+                  EXPECT_TRUE(status) << status.why();
+                  if (status && from_cdr(b, response)) reply(response);
+                });
     bus.set_now(now);
     bus.spin();
   }
@@ -113,8 +115,8 @@ TEST(Gripper, ReachesItsGoalWithinTheTolerance) {
 
 TEST(Gripper, ThatStallsFailsOrHolds) {
   for (const bool allowed : {false, true}) {
-    Rig<GripperCommand> rig("position_controllers",
-                            std::string("stall_timeout: 0.3, allow_stalling: ") + (allowed ? "true" : "false"));
+    Rig<GripperCommand> rig("position_controllers", std::string("stall_timeout: 0.3, allow_stalling: ") +
+                                                        (allowed ? "true" : "false"));
     rig.run(1);
     rig.send({{1.0, 1.0}});
     rig.run_for(0.1);
@@ -158,8 +160,9 @@ TEST(Gripper, RefusesWhatItCannotDo) {
   rig.send({{1.0, 1.0}});
   EXPECT_FALSE(rig.answers.back().accepted) << "it is not active";
   ManagerRig nothing("");
-  EXPECT_THAT(input_error_of([&] { nothing.manager->load("g", "position_controllers/GripperActionController"); }),
-              HasSubstr("joint: NAME"));
+  EXPECT_THAT(
+      input_error_of([&] { nothing.manager->load("g", "position_controllers/GripperActionController"); }),
+      HasSubstr("joint: NAME"));
 }
 
 TEST(Gripper, OfEffortPushesNoHarderThanAllowed) {
@@ -202,8 +205,9 @@ TEST(ParallelGripper, TakesPositionEffortAndVelocity) {
 
 TEST(Gripper, TypesAreListed) {
   const auto names = ControllerRegistry::with_builtin().names();
-  for (const char* type : {"position_controllers/GripperActionController", "effort_controllers/GripperActionController",
-                           "parallel_gripper_action_controller/GripperActionController"}) {
+  for (const char* type :
+       {"position_controllers/GripperActionController", "effort_controllers/GripperActionController",
+        "parallel_gripper_action_controller/GripperActionController"}) {
     EXPECT_THAT(names, Contains(type));
   }
 }
