@@ -39,7 +39,7 @@ struct UpOptions {
   bool no_reload = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
   DoorOptions door;
-  RosDoorOptions ros;
+  RosDoorOptions ros_door;
 };
 
 Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
@@ -182,7 +182,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
     throw InputError("cli.duration", {}, "--duration has to be a positive number of simulated seconds");
   }
   const Scenario scenario = make_scenario(options, ros);
-  const auto network = ros_network(options.ros);
+  const auto network = ros_network(options.ros_door);
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();
@@ -200,13 +200,13 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   const auto files = [&twin] { return offered_files(twin.description(), twin.engine().objects()); };
   assets->offer(files());
   Door door(twin.bus(), twin.robot_name(), options.door, assets, log);
-  RosDoor ros(twin.bus(), network, log);
+  RosDoor ros_door(twin.bus(), network, log);
   Summary summary;
   summary.robot = twin.robot_name();
   summary.engine = twin.engine().capabilities().name;
   print_banner(twin, summary.engine);
   door.print();
-  ros.print();
+  ros_door.print();
   if (!options.headless && !options.json) door.open_page();
 
   HealthPublisher health(twin.bus(), [scenario] { return health_json(scenario); });
@@ -229,7 +229,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
     summary.startup_ms = milliseconds_since_process_start();
     look();
     tell("  ready        {:.0f} ms after the start\n", summary.startup_ms);
-    ros.open();
+    ros_door.open();
   });
   if (table) {
     terminal.table_begins();
@@ -272,7 +272,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_flag("--headless", options->headless, "No live table and no browser; log lines only");
   up->add_flag("--json", options->json, "One summary object on stdout at the end");
   add_door_options(*up, options->door);
-  add_ros_door_options(*up, options->ros);
+  add_ros_door_options(*up, options->ros_door);
   up->footer(
       "Examples:\n"
       "  doppel up omarm_one\n"

@@ -30,16 +30,16 @@ struct ViewOptions {
   DescribedBy robot;
   bool no_reload = false, headless = false;
   DoorOptions door;
-  RosDoorOptions ros;
+  RosDoorOptions ros_door;
 };
 
-void print_banner(const Viewer& viewer, const Door& door, const RosDoor& ros) {
+void print_banner(const Viewer& viewer, const Door& door, const RosDoor& ros_door) {
   const Model& model = viewer.model();
   tell("{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
        model.joints.size(), model.driven_joint_names().size());
   tell("  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
   door.print();
-  ros.print();
+  ros_door.print();
   tell("  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
 }
 
@@ -56,7 +56,7 @@ void show_frames(Viewer& viewer, const std::atomic<bool>& stop) {
 int run_view(const ViewOptions& options, const RosArguments& ros) {
   Scenario scenario = described_scenario(options.robot);
   scenario.ros = ros;
-  const auto network = ros_network(options.ros);
+  const auto network = ros_network(options.ros_door);
   const std::atomic<bool>& stop = stop_on_signals();
   TerminalLog terminal;
   Log log;
@@ -70,7 +70,7 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
 
   const auto assets = std::make_shared<AssetLibrary>();
   Door door(viewer.bus(), viewer.model().name, options.door, assets, log);
-  RosDoor ros(viewer.bus(), network, log);
+  RosDoor ros_door(viewer.bus(), network, log);
   HealthPublisher health(viewer.bus(), [scenario] { return health_json(scenario); });
   const auto look = [&] {
     assets->offer(files_of(viewer.description()));
@@ -82,8 +82,8 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
   };
   std::unique_ptr<Reloader> reloader;
   if (!options.no_reload) reloader = std::make_unique<Reloader>(reloadable(viewer, offer_both, look), log);
-  print_banner(viewer, door, ros);
-  ros.open();
+  print_banner(viewer, door, ros_door);
+  ros_door.open();
   if (!options.headless) door.open_page();
   show_frames(viewer, stop);
   return 0;
@@ -99,7 +99,7 @@ void add_view(CLI::App& app, const RosArguments& ros, int& exit_code) {
   view->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
   view->add_flag("--headless", options->headless, "Open no page, as --no-open; there is no live table here");
   add_door_options(*view, options->door);
-  add_ros_door_options(*view, options->ros);
+  add_ros_door_options(*view, options->ros_door);
   view->footer(
       "Whatever can be drawn is drawn; faults are warnings, and the page's Health tells them with their "
       "places.\n"

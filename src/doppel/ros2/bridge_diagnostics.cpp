@@ -9,7 +9,7 @@ using diagnostic_msgs::msg::DiagnosticStatus;
 
 NetworkDiagnostics::NetworkDiagnostics(Bus& bus, const BridgeOptions& options)
     : bus_(bus), network_(options.network), node_(bus, options.diagnostics_node) {
-  topic_ = node_.advertise<DiagnosticArray>("/diagnostics");
+  topic_ = node_.advertise<DiagnosticArray>("/diagnostics", {.depth = 1});
 }
 
 void NetworkDiagnostics::tell(const NetworkStatus& now) {
@@ -52,7 +52,7 @@ void NetworkDiagnostics::tell(const NetworkStatus& now) {
   DiagnosticArray message;
   message.status.push_back(std::move(status));
   bus_.post([&bus = bus_, topic = topic_, message = std::move(message)]() mutable {
-    message.header.stamp = to_time_msg(bus.now());
+    message.header.stamp = to_time_msg(bus.ros_now());
     topic.publish(message, bus.now());
   });
 }

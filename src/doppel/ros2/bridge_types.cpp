@@ -7,7 +7,7 @@ namespace doppel::ros2 {
 QosProfile to_profile(const Qos& qos) {
   QosProfile profile;
   profile.reliability = qos.best_effort ? Reliability::best_effort : Reliability::reliable;
-  profile.durability = qos.latched ? Durability::transient_local : Durability::volatile_;
+  profile.durability = qos.transient_local() ? Durability::transient_local : Durability::volatile_;
   profile.history = qos.keep_all ? History::keep_all : History::keep_last;
   profile.depth = qos.depth;
   return profile;
