@@ -102,7 +102,7 @@ bool BridgedTopics::end_unseen(TopicId id, Topic& topic, SteadyTime now) {
   waits = end_ends(topic.readers, now) || waits;
   const Writer* next = topic.writers.empty() ? nullptr : topic.writers.front().end.get();
   // A new carrier of a latched topic has to have the last message for late joiners: the bus gives it again.
-  if (topic.subscribed && next != carrier) unsubscribe(id, topic);
+  if (topic.subscribed && topic.latched && next != carrier) unsubscribe(id, topic);
   return waits;
 }
 
@@ -143,20 +143,24 @@ void BridgedTopics::subscribe(TopicId id, Topic& topic) {
   bus_.post([listening = topic.listening] { listening->store(true, std::memory_order_release); });
 }
 
+// What the network keeps for late readers would be old when they come.
 void BridgedTopics::unsubscribe(TopicId id, Topic& topic) {
   topic.subscribed = false;
   topic.listening = std::make_shared<std::atomic<bool>>(false);
   edge_.unsubscribe(id);
+  for (const auto& writer : topic.writers) writer.end->forget();
 }
 
-// What is latched is always listened to, for DDS has to have the newest before the next reader comes.
+// What is latched, or has a history (/rosout), is always listened to, for DDS has to have it before the next
+// reader comes.
 bool BridgedTopics::match() {
   bool begins = false;
   for (auto& [id, topic] : topics_) {
-    const bool wanted = !topic.writers.empty() &&
-                        (topic.latched || std::ranges::any_of(topic.writers, [](const auto& writer) {
-                           return writer.end->matched() > 0;
-                         }));
+    const auto needs_it = [](const Endpoint<Writer>& writer) {
+      return writer.end->matched() > 0 || (writer.qos.latched_on_network && writer.qos.depth > 1);
+    };
+    const bool wanted =
+        !topic.writers.empty() && (topic.latched || std::ranges::any_of(topic.writers, needs_it));
     if (wanted && !topic.subscribed) subscribe(id, topic);
     if (!wanted && topic.subscribed) unsubscribe(id, topic);
     begins = begins || (topic.subscribed && !topic.listening->load(std::memory_order_acquire));

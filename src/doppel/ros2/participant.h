@@ -75,6 +75,8 @@ class Writer {
   // requests.
   virtual std::optional<SampleIdentity> write(std::span<const std::byte> cdr,
                                               const SampleIdentity* related = nullptr) = 0;
+  // Drops what is kept for readers that come later (transient local).
+  virtual void forget() = 0;
   [[nodiscard]] virtual std::size_t matched() const = 0;  // readers
   [[nodiscard]] virtual bool is_matched(const Gid& reader) const = 0;
 };

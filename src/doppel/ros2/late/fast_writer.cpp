@@ -47,6 +47,11 @@ class FastWriter : public Writer, dds::DataWriterListener {
                           static_cast<std::int64_t>(params.sample_identity().sequence_number().to64long())};
   }
 
+  void forget() override {
+    std::size_t dropped = 0;
+    writer_->clear_history(&dropped);
+  }
+
   [[nodiscard]] std::size_t matched() const override { return matches_.count(); }
   [[nodiscard]] bool is_matched(const Gid& reader) const override { return matches_.contains(reader); }
 

@@ -141,6 +141,33 @@ TEST_F(BridgeTest, LatchedTopicsHaveTheNewestForWhoComesLater) {
   EXPECT_THAT(first_value(), ElementsAre(2));
 }
 
+TEST_F(BridgeTest, WhatIsKeptOnTheNetworkAloneIsNeverOldAndCostsNothingMeanwhile) {
+  const auto publisher = node.advertise<Float64>("/x", {.depth = 1, .latched_on_network = true});
+  start();
+  auto reader = peer->make_reader(topic_spec("/x", kFloat, latched_qos()));
+  ASSERT_TRUE(comes_true([&] { return bridge->matches("/x").readers == 1; }));
+  publisher.publish({1}, {});
+  ASSERT_TRUE(comes_true([&] { return reader->is_ready(); }));
+  reader.reset();
+  ASSERT_TRUE(comes_true([&] { return !publisher.has_listeners(); }));
+  publisher.publish({2}, {});
+  reader = peer->make_reader(topic_spec("/x", kFloat, latched_qos()));
+  ASSERT_TRUE(comes_true([&] { return publisher.has_listeners(); }));
+  publisher.publish({3}, {});
+  ASSERT_TRUE(comes_true([&] { return reader->is_ready(); }));
+  EXPECT_THAT(take_all(*reader), ElementsAre(3));
+}
+
+TEST_F(BridgeTest, AHistoryOfMessagesIsThereForWhoComesLater) {
+  const auto publisher = node.advertise<Float64>("/log", {.depth = 1000, .latched_on_network = true});
+  start();
+  ASSERT_TRUE(comes_true([&] { return publisher.has_listeners(); }));
+  for (const double value : {1, 2, 3}) publisher.publish({value}, {});
+  ASSERT_TRUE(comes_true([&] { return bridge->status().sent == 3; }));
+  const auto reader = peer->make_reader(topic_spec("/log", kFloat, latched_qos(10)));
+  EXPECT_THAT(take_all(*reader), ElementsAre(1, 2, 3));
+}
+
 TEST_F(BridgeTest, WhatTheNetworkSendsReachesTheNodesOnceAndDoesNotGoBack) {
   std::vector<double> heard;
   node.subscribe<Float64>("/in", [&](const Float64& message) { heard.push_back(message.data); });

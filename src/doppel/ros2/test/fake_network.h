@@ -146,6 +146,10 @@ class FakeWriter : public Writer {
     }
     return sample.identity;
   }
+  void forget() override {
+    const std::lock_guard lock(network_.mutex_);
+    history_.clear();
+  }
   [[nodiscard]] std::size_t matched() const override {
     const std::lock_guard lock(network_.mutex_);
     std::size_t count = 0;
