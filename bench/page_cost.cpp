@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "doppel/server/client.h"
 #include "doppel/server/server.h"
+#include "doppel/server/websocket_client.h"
 #include "doppel/twin/twin.h"
 
 namespace {
@@ -60,7 +60,7 @@ class Listener {
   void run(std::uint16_t port) {
     ClientOptions options;
     options.port = port;
-    Client client(options);
+    WebSocketClient client(options);
     for (const auto& [topic, entry] : client.topics()) {
       const bool state = topic.ends_with("/controller_state") || topic.starts_with("/tf") ||
                          topic == "/joint_states" || topic == "/clock" || topic == "/rosout" ||

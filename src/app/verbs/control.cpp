@@ -103,8 +103,8 @@ std::string state_of(Client& twin, const ControlOptions& options, const std::str
 [[noreturn]] void cannot_load(Client& twin, const ControlOptions& options) {
   std::vector<std::string> names;
   for (const auto& c : list_controllers(twin, options.manager)) names.push_back(c.name);
-  for (const NamedParameter& parameter : twin.parameters()) {
-    if (parameter.node != absolute(options.manager) || !parameter.name.ends_with(".type")) continue;
+  for (const NamedParameter& parameter : twin.parameters(absolute(options.manager))) {
+    if (!parameter.name.ends_with(".type")) continue;
     names.push_back(parameter.name.substr(0, parameter.name.rfind('.')));
   }
   std::ranges::sort(names);

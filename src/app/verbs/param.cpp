@@ -15,12 +15,14 @@ struct ParamOptions {
 
 int list(Shell& shell, const ParamOptions& options) {
   Client& twin = shell.twin();
-  const std::string only = options.node.empty() ? "" : find_node_name(twin, options.node);
+  const bool all = options.node.empty();
   std::map<std::string, std::vector<std::string>> by_node;
-  for (const NamedParameter& parameter : twin.parameters()) by_node[parameter.node].push_back(parameter.name);
+  for (const NamedParameter& parameter :
+       all ? twin.parameters() : twin.parameters(find_node_name(twin, options.node))) {
+    by_node[parameter.node].push_back(parameter.name);
+  }
   for (auto& [node, names] : by_node) {
-    if (!only.empty() && node != only) continue;
-    if (only.empty()) say("{}:\n", node);
+    if (all) say("{}:\n", node);
     std::ranges::sort(names);
     for (const std::string& name : names) say("  {}\n", name);
   }
@@ -30,8 +32,7 @@ int list(Shell& shell, const ParamOptions& options) {
 NamedParameter find(Client& twin, const ParamOptions& options) {
   const std::string node = find_node_name(twin, options.node);
   std::vector<std::string> names;
-  for (NamedParameter& parameter : twin.parameters()) {
-    if (parameter.node != node) continue;
+  for (NamedParameter& parameter : twin.parameters(node)) {
     if (parameter.name == options.name) return std::move(parameter);
     names.push_back(parameter.name);
   }
@@ -109,8 +110,8 @@ int dump(Shell& shell, const ParamOptions& options) {
   Client& twin = shell.twin();
   const std::string node = find_node_name(twin, options.node);
   Branch root;
-  for (const NamedParameter& parameter : twin.parameters()) {
-    if (parameter.node != node || std::holds_alternative<std::monostate>(parameter.value)) continue;
+  for (const NamedParameter& parameter : twin.parameters(node)) {
+    if (std::holds_alternative<std::monostate>(parameter.value)) continue;
     Branch* at = &root;
     std::string_view rest = parameter.name;
     for (std::size_t dot = rest.find('.'); dot != std::string_view::npos; dot = rest.find('.')) {

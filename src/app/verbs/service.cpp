@@ -13,14 +13,6 @@ struct ServiceOptions {
   double patience = 10;
 };
 
-const Client::Service& find(Client& twin, const std::string& name) {
-  const auto found = twin.services().find(name);
-  if (found != twin.services().end()) return found->second;
-  std::vector<std::string> names;
-  for (const auto& [known, service] : twin.services()) names.push_back(known);
-  throw ClientError(fmt::format("there is no service {}{}", name, did_you_mean(name, names)));
-}
-
 int list(Shell& shell, const ServiceOptions& options) {
   std::size_t count = 0;
   for (const auto& [name, service] : shell.twin().services()) {
@@ -34,7 +26,7 @@ int list(Shell& shell, const ServiceOptions& options) {
 }
 
 int print_type(Shell& shell, const ServiceOptions& options) {
-  say("{}\n", find(shell.twin(), absolute(options.name)).type);
+  say("{}\n", shell.twin().find_service(absolute(options.name)).type);
   return 0;
 }
 
@@ -65,7 +57,7 @@ int call_service(Shell& shell, const ServiceOptions& options) {
   const std::string& yaml = typed ? options.third : options.second;
   if (!typed && !options.third.empty()) wrong_use(fmt::format("'{}' is no service type", options.second));
   Client& twin = shell.twin();
-  const Client::Service& service = find(twin, name);
+  const Client::Service& service = twin.find_service(name);
   if (support == nullptr) support = find_service(service.type);
   if (support == nullptr)
     throw ClientError(fmt::format("{} is a {}, which this program does not know", name, service.type));

@@ -5,11 +5,11 @@
 #include <charconv>
 #include <csignal>
 #include <cstdio>
-#include <set>
 
 #include "app/tell.h"
 #include "doppel/core/names.h"
 #include "doppel/server/announcement.h"
+#include "doppel/server/websocket_client.h"
 
 namespace doppel::app {
 namespace {
@@ -53,12 +53,6 @@ RunningTwin choose_twin(int port) {
   return twins.front();
 }
 
-std::vector<std::string> topic_names(Client& twin) {
-  std::vector<std::string> names;
-  for (const auto& [name, topic] : twin.topics()) names.push_back(name);
-  return names;
-}
-
 }  // namespace
 
 void print_out(std::string_view text) {
@@ -83,7 +77,7 @@ Client& Shell::twin() {
     options.token = chosen.token;
     options.interrupted = interrupted;
     options.on_status = [](const std::string& text) { print_note("warning: " + text); };
-    client_ = std::make_unique<Client>(std::move(options));
+    client_ = std::make_unique<WebSocketClient>(std::move(options));
   }
   return *client_;
 }
@@ -127,36 +121,16 @@ bool is_hidden(std::string_view name) {
   return name.find("/_") != std::string_view::npos;
 }
 
-const Client::Topic& find_topic(Client& twin, const std::string& name) {
-  const auto found = twin.topics().find(name);
-  if (found != twin.topics().end()) return found->second;
-  throw ClientError(fmt::format("there is no topic {}{}", name, did_you_mean(name, topic_names(twin))));
-}
-
 const TypeSupport& known_type(const std::string& name) {
   if (const TypeSupport* type = find_type(name)) return *type;
   wrong_use(fmt::format("'{}' is no known message type{}", name, did_you_mean(name, type_names())),
             "'doppel interface list' shows all");
 }
 
-const TypeSupport& type_of_topic(Client& twin, const std::string& name) {
-  const Client::Topic& topic = find_topic(twin, name);
-  if (topic.type.empty()) throw ClientError(fmt::format("nothing has been published on {} yet", name));
-  if (const TypeSupport* type = find_type(topic.type)) return *type;
-  throw ClientError(fmt::format("{} is a {}, a type that this program does not know", name, topic.type));
-}
-
 std::vector<std::string> node_names(Client& twin, bool hidden) {
-  std::set<std::string> names;
-  for (const auto& [name, topic] : twin.topics()) {
-    names.insert(topic.publishers.begin(), topic.publishers.end());
-    names.insert(topic.subscribers.begin(), topic.subscribers.end());
-  }
-  for (const auto& [name, service] : twin.services())
-    names.insert(service.providers.begin(), service.providers.end());
-  for (const NamedParameter& parameter : twin.parameters()) names.insert(parameter.node);
+  std::vector<std::string> names = twin.nodes();
   if (!hidden) std::erase_if(names, is_hidden);
-  return {names.begin(), names.end()};
+  return names;
 }
 
 std::string find_node_name(Client& twin, const std::string& name) {

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "doppel/bus/client.h"
 #include "doppel/core/diagnostic.h"
-#include "doppel/server/client.h"
 
 namespace doppel::app {
 
@@ -56,12 +56,9 @@ struct NoOptions {};
 CLI::App& add_group(CLI::App& app, const std::string& name, const std::string& help);
 
 // -- names
-std::string absolute(std::string_view name);  // with its leading slash
-bool is_hidden(std::string_view name);        // a part of it begins with an underscore
-const Client::Topic& find_topic(Client& twin,
-                                const std::string& name);  // throws ClientError with the nearest
-const TypeSupport& known_type(const std::string& name);    // throws InputError with the nearest
-const TypeSupport& type_of_topic(Client& twin, const std::string& name);
+std::string absolute(std::string_view name);             // with its leading slash
+bool is_hidden(std::string_view name);                   // a part of it begins with an underscore
+const TypeSupport& known_type(const std::string& name);  // throws InputError with the nearest
 std::string find_node_name(Client& twin, const std::string& name);
 std::vector<std::string> node_names(Client& twin, bool hidden);
 Bytes to_request(const TypeSupport& type, std::string_view yaml);  // throws InputError

@@ -64,7 +64,7 @@ int echo(Shell& shell, const EchoOptions& options) {
   try {
     Client& twin = shell.twin();
     const std::string topic = absolute(options.topic);
-    const TypeSupport& type = type_of_topic(twin, topic);
+    const TypeSupport& type = twin.message_type(topic);
     if (!options.field.empty()) {
       if (const Status status = check_field_path(*type.description(), options.field); !status)
         wrong_use(status.why());
@@ -99,7 +99,7 @@ void watch(Shell& shell, const std::string& name,
   try {
     Client& twin = shell.twin();
     const std::string topic = absolute(name);
-    find_topic(twin, topic);
+    static_cast<void>(twin.find_topic(topic));
     twin.subscribe(topic);
     auto due = Clock::now() + std::chrono::seconds(1);
     bool any = false;
@@ -176,7 +176,7 @@ struct InfoOptions {
 };
 
 int info(Shell& shell, const InfoOptions& options) {
-  const Client::Topic& topic = find_topic(shell.twin(), absolute(options.name));
+  const Client::Topic& topic = shell.twin().find_topic(absolute(options.name));
   const auto print_nodes = [&](const char* heading, const std::vector<std::string>& nodes) {
     say("{} count: {}\n", heading, nodes.size());
     if (!options.verbose) return;
@@ -190,7 +190,7 @@ int info(Shell& shell, const InfoOptions& options) {
 }
 
 int print_type(Shell& shell, const InfoOptions& options) {
-  say("{}\n", find_topic(shell.twin(), absolute(options.name)).type);
+  say("{}\n", shell.twin().find_topic(absolute(options.name)).type);
   return 0;
 }
 

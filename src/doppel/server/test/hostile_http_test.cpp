@@ -6,10 +6,10 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/server/announcement.h"
-#include "doppel/server/client.h"
 #include "doppel/server/server.h"
 #include "doppel/server/test/fake_twin.h"
 #include "doppel/server/test/raw_client.h"
+#include "doppel/server/websocket_client.h"
 
 namespace doppel {
 namespace {
@@ -250,9 +250,9 @@ TEST_F(HostileHttpTest, ShellsOfTheSameUserFindTheToken) {
   options.host = twins[0].address;
   options.port = twins[0].port;
   options.patience = seconds(20);
-  EXPECT_THROW(Client{options}, ClientError);
+  EXPECT_THROW(WebSocketClient{options}, ClientError);
   options.token = twins[0].token;
-  EXPECT_TRUE(Client(options).topics().contains("/joint_states"));
+  EXPECT_TRUE(WebSocketClient(options).topics().contains("/joint_states"));
 }
 
 TEST_F(HostileHttpTest, ATokenThatCanBeGuessedIsRefused) {

@@ -7,9 +7,9 @@
 #include <fstream>
 
 #include "doppel/core/diagnostic.h"
-#include "doppel/server/client.h"
 #include "doppel/server/test/fake_twin.h"
 #include "doppel/server/test/raw_client.h"
+#include "doppel/server/websocket_client.h"
 
 namespace doppel {
 namespace {
@@ -54,7 +54,7 @@ class ServerTest : public ::testing::Test {
 
 TEST_F(ServerTest, TellsANewcomerEverythingAtOnce) {
   start({.name = "doppel arm"});
-  const Client client(client_options());
+  const WebSocketClient client(client_options());
   EXPECT_EQ(client.server_name(), "doppel arm");
   EXPECT_EQ(client.topics().at("/joint_states").type, "sensor_msgs/msg/JointState");
   EXPECT_THAT(client.topics().at("/joint_states").schema, HasSubstr("MSG: std_msgs/Header"));
@@ -66,7 +66,7 @@ TEST_F(ServerTest, TellsANewcomerEverythingAtOnce) {
 
 TEST_F(ServerTest, StreamsWhatIsSubscribedTo) {
   start();
-  Client client(client_options());
+  WebSocketClient client(client_options());
   client.subscribe("/joint_states");
   Client::Received received;
   Time before{-1};
@@ -84,7 +84,7 @@ TEST_F(ServerTest, StreamsWhatIsSubscribedTo) {
 TEST_F(ServerTest, EveryoneGetsALatchedMessage) {
   start();
   for (int i = 0; i < 2; ++i) {
-    Client first(client_options()), second(client_options());
+    WebSocketClient first(client_options()), second(client_options());
     for (Client* client : {&first, &second}) {
       client->subscribe("/robot_description");
       Client::Received received;
@@ -96,7 +96,7 @@ TEST_F(ServerTest, EveryoneGetsALatchedMessage) {
 
 TEST_F(ServerTest, PublishesIntoTheTwin) {
   start();
-  Client client(client_options());
+  WebSocketClient client(client_options());
   client.publish("/command", "std_msgs/msg/Float64", to_cdr(std_msgs::msg::Float64{.data = 2.5}));
   client.sync();
   EXPECT_EQ(twin_.received(), 1);
@@ -110,7 +110,7 @@ TEST_F(ServerTest, PublishesIntoTheTwin) {
 
 TEST_F(ServerTest, SubscribersAndPublishersOfOneTopicSeeEachOther) {
   start();
-  Client listener(client_options()), speaker(client_options());
+  WebSocketClient listener(client_options()), speaker(client_options());
   speaker.publish("/talk", "std_msgs/msg/Bool", to_cdr(std_msgs::msg::Bool{}));
   speaker.sync();
   ASSERT_TRUE(listener.wait_until(
@@ -128,7 +128,7 @@ TEST_F(ServerTest, SubscribersAndPublishersOfOneTopicSeeEachOther) {
 
 TEST_F(ServerTest, CallsServices) {
   start();
-  Client client(client_options());
+  WebSocketClient client(client_options());
   const auto answer = client.call("/arm/enable", to_cdr(std_srvs::srv::SetBool::Request{.data = true}));
   ASSERT_TRUE(answer.ok) << answer.why;
   EXPECT_EQ(decode<std_srvs::srv::SetBool::Response>(answer.response).message, "on");
@@ -142,7 +142,7 @@ TEST_F(ServerTest, CallsServices) {
 
 TEST_F(ServerTest, ReadsAndSetsParameters) {
   start();
-  Client client(client_options());
+  WebSocketClient client(client_options());
   const auto value_of = [&client](const std::string& name) {
     for (const NamedParameter& parameter : client.parameters()) {
       if (parameter.node == "/arm" && parameter.name == name) return parameter.value;
@@ -165,7 +165,7 @@ TEST_F(ServerTest, WatchersHearOfChangedParameters) {
   raw.send(R"({"op":"subscribeParameterUpdates","parameterNames":["/arm.gains.p"]})");
   raw.send(R"({"op":"getParameters","parameterNames":["/arm.gains.p"],"id":"first"})");
   EXPECT_EQ(raw.receive_op("parameterValues")["id"], "first");
-  Client client(client_options());
+  WebSocketClient client(client_options());
   EXPECT_TRUE(client.set_parameter("/arm", "rate", std::int64_t{7}));
   EXPECT_TRUE(client.set_parameter("/arm", "gains.p", 7.5));
   const auto update = raw.receive_op("parameterValues");
@@ -176,7 +176,7 @@ TEST_F(ServerTest, WatchersHearOfChangedParameters) {
 
 TEST_F(ServerTest, ClientsFollowTheGraph) {
   start();
-  Client client(client_options());
+  WebSocketClient client(client_options());
   std::unique_ptr<Node> node;
   twin_.on_loop([&] {
     node = std::make_unique<Node>(twin_.bus(), "/late");
@@ -261,7 +261,7 @@ TEST_F(ServerTest, TurnsAwayWhoDoesNotBelongHere) {
 
 TEST_F(ServerTest, WhoSpeaksNoFramesIsClosedAndTheOthersAreServedOn) {
   start({.max_message = 10'000});
-  Client bystander(client_options());
+  WebSocketClient bystander(client_options());
   const std::string bad_text[] = {"no json",
                                   "[]",
                                   R"({"op":1})",
@@ -320,8 +320,8 @@ TEST_F(ServerTest, WhatMakesNoSenseIsAnsweredWithAStatus) {
 
 TEST_F(ServerTest, ServesFiftyClients) {
   start({.max_clients = 64});
-  std::vector<std::unique_ptr<Client>> clients;
-  for (int i = 0; i < 50; ++i) clients.push_back(std::make_unique<Client>(client_options()));
+  std::vector<std::unique_ptr<WebSocketClient>> clients;
+  for (int i = 0; i < 50; ++i) clients.push_back(std::make_unique<WebSocketClient>(client_options()));
   for (const auto& client : clients) client->subscribe("/joint_states");
   Client::Received received;
   for (const auto& client : clients) {
@@ -345,12 +345,13 @@ TEST_F(ServerTest, ClientsMayGoAtAnyMoment) {
     raw.send(R"({"op":"subscribeParameterUpdates"})");
     if (i % 2 == 0) raw.tcp().close();
   }
-  EXPECT_TRUE(Client(client_options()).call("/arm/enable", to_cdr(std_srvs::srv::SetBool::Request{})).ok);
+  EXPECT_TRUE(
+      WebSocketClient(client_options()).call("/arm/enable", to_cdr(std_srvs::srv::SetBool::Request{})).ok);
 }
 
 TEST_F(ServerTest, ClientsHearThatTheTwinHasEnded) {
   start();
-  Client client(client_options());
+  WebSocketClient client(client_options());
   server_.reset();
   try {
     static_cast<void>(client.wait_until([] { return false; }, soon()));
@@ -360,7 +361,7 @@ TEST_F(ServerTest, ClientsHearThatTheTwinHasEnded) {
   }
   ClientOptions options;
   options.port = 1;
-  EXPECT_THROW(Client{options}, ClientError);
+  EXPECT_THROW(WebSocketClient{options}, ClientError);
 }
 
 TEST_F(ServerTest, TakesTheNextPortOrSaysWhoHasIt) {
@@ -422,7 +423,7 @@ TEST_F(LargeMessagesTest, WhoDoesNotReadIsSkippedAndNobodyElseWaits) {
   start({.client_queue_bytes = std::size_t{1} << 20});
   test::RawClient sleeper(server_->port());
   ASSERT_EQ(sleeper.handshake(), "");
-  Client client(client_options());
+  WebSocketClient client(client_options());
   std::string channel;
   const auto offers = sleeper.receive_op("advertise");
   for (const auto& entry : offers["channels"]) {

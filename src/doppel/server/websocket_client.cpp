@@ -1,4 +1,4 @@
-#include "doppel/server/client.h"
+#include "doppel/server/websocket_client.h"
 
 #include <fmt/format.h>
 
@@ -9,6 +9,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
 #include <deque>
+#include <set>
 
 #include "doppel/core/names.h"
 #include "doppel/server/foxglove_protocol.h"
@@ -30,7 +31,7 @@ constexpr std::size_t kMostUnread = 100'000;  // messages that nobody has taken 
 
 }  // namespace
 
-struct Client::Impl {
+struct WebSocketClient::Impl {
   explicit Impl(ClientOptions chosen) : options(std::move(chosen)) {
     connect();
     read();
@@ -250,44 +251,59 @@ struct Client::Impl {
   std::uint32_t calls = 0, requests = 0;
 };
 
-Client::Client(ClientOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
-Client::~Client() = default;
+WebSocketClient::WebSocketClient(ClientOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+WebSocketClient::~WebSocketClient() = default;
 
-const std::string& Client::server_name() const {
+const std::string& WebSocketClient::server_name() const {
   return impl_->name;
 }
-const std::map<std::string, Client::Topic>& Client::topics() const {
+const std::map<std::string, Client::Topic>& WebSocketClient::topics() const {
   return impl_->topics;
 }
-const std::map<std::string, Client::Service>& Client::services() const {
+const std::map<std::string, Client::Service>& WebSocketClient::services() const {
   return impl_->services;
 }
 
-void Client::subscribe(const std::string& topic) {
-  if (!impl_->topics.contains(topic)) {
-    std::vector<std::string> names;
-    for (const auto& [name, entry] : impl_->topics) names.push_back(name);
-    throw ClientError(fmt::format("there is no topic {}{}", topic, did_you_mean(topic, names)));
+std::vector<std::string> WebSocketClient::nodes() {
+  std::set<std::string> names;
+  for (const auto& [name, topic] : impl_->topics) {
+    names.insert(topic.publishers.begin(), topic.publishers.end());
+    names.insert(topic.subscribers.begin(), topic.subscribers.end());
   }
+  for (const auto& [name, service] : impl_->services)
+    names.insert(service.providers.begin(), service.providers.end());
+  for (const NamedParameter& parameter : parameters()) names.insert(parameter.node);
+  return {names.begin(), names.end()};
+}
+
+const TypeSupport& WebSocketClient::message_type(const std::string& topic) {
+  const std::string& type = find_topic(topic).type;
+  if (type.empty()) throw ClientError(fmt::format("nothing has been published on {} yet", topic));
+  if (const TypeSupport* known = find_type(type)) return *known;
+  throw ClientError(fmt::format("{} is a {}, a type that this program does not know", topic, type));
+}
+
+void WebSocketClient::subscribe(const std::string& topic) {
+  static_cast<void>(find_topic(topic));
   impl_->wanted[topic] = true;
   impl_->subscribe_now(topic);
 }
 
-void Client::unsubscribe(const std::string& topic) {
+void WebSocketClient::unsubscribe(const std::string& topic) {
   if (impl_->wanted.erase(topic) == 0) return;
   for (const auto& [id, offer] : impl_->offers) {
     if (offer.topic == topic) return impl_->send(foxglove::to_frame(foxglove::Unsubscribe{{id}}));
   }
 }
 
-bool Client::next(Received& message, Clock::time_point until) {
+bool WebSocketClient::next(Received& message, Clock::time_point until) {
   if (!wait_until([this] { return !impl_->inbox.empty(); }, until)) return false;
   message = std::move(impl_->inbox.front());
   impl_->inbox.pop_front();
   return true;
 }
 
-bool Client::wait_until(const std::function<bool()>& condition, Clock::time_point until) {
+bool WebSocketClient::wait_until(const std::function<bool()>& condition, Clock::time_point until) {
   while (true) {
     const bool held = impl_->wait([&] { return condition() || !impl_->late_subscriptions.empty(); }, until);
     for (const std::string& topic : std::exchange(impl_->late_subscriptions, {})) impl_->subscribe_now(topic);
@@ -295,7 +311,8 @@ bool Client::wait_until(const std::function<bool()>& condition, Clock::time_poin
   }
 }
 
-void Client::publish(const std::string& topic, const std::string& type, std::span<const std::byte> cdr) {
+void WebSocketClient::publish(const std::string& topic, const std::string& type,
+                              std::span<const std::byte> cdr) {
   const auto next = static_cast<std::uint32_t>(impl_->advertised.size() + 1);
   const auto [entry, is_new] = impl_->advertised.try_emplace({topic, type}, next);
   if (is_new) {
@@ -305,7 +322,7 @@ void Client::publish(const std::string& topic, const std::string& type, std::spa
   impl_->send(foxglove::to_frame(foxglove::ClientData{entry->second, cdr}));
 }
 
-void Client::sync() {
+void WebSocketClient::sync() {
   const std::string id = impl_->next_request();
   impl_->send(
       foxglove::to_frame(foxglove::GetParameters{{""}, id}));  // the loop answers, after all that came before
@@ -314,7 +331,7 @@ void Client::sync() {
   throw ClientError(std::exchange(impl_->errors, {}).front());
 }
 
-std::uint32_t Client::begin_call(const std::string& service, std::span<const std::byte> request) {
+std::uint32_t WebSocketClient::begin_call(const std::string& service, std::span<const std::byte> request) {
   const auto found = impl_->service_ids.find(service);
   if (found == impl_->service_ids.end()) {
     std::vector<std::string> names;
@@ -326,7 +343,7 @@ std::uint32_t Client::begin_call(const std::string& service, std::span<const std
   return call;
 }
 
-bool Client::take_answer(std::uint32_t call, Answer& answer) {
+bool WebSocketClient::take_answer(std::uint32_t call, Answer& answer) {
   const auto found = impl_->answers.find(call);
   if (found == impl_->answers.end()) return false;
   answer = std::move(found->second);
@@ -334,21 +351,7 @@ bool Client::take_answer(std::uint32_t call, Answer& answer) {
   return true;
 }
 
-Client::Answer Client::call(const std::string& service, std::span<const std::byte> request,
-                            std::chrono::milliseconds at_most) {
-  const std::uint32_t call = begin_call(service, request);
-  Answer answer;
-  const auto until =
-      at_most.count() < 0 ? Clock::now() + std::chrono::hours(24 * 365) : Clock::now() + at_most;
-  if (!impl_->wait([&] { return impl_->answers.contains(call); }, until)) {
-    throw ClientError(
-        fmt::format("service {} did not answer within {} s", service, at_most.count() / 1000.0));
-  }
-  take_answer(call, answer);
-  return answer;
-}
-
-std::vector<NamedParameter> Client::parameters() {
+std::vector<NamedParameter> WebSocketClient::parameters() {
   const std::string id = impl_->next_request();
   impl_->send(foxglove::to_frame(foxglove::GetParameters{{}, id}));
   impl_->await_request(id);
@@ -360,7 +363,14 @@ std::vector<NamedParameter> Client::parameters() {
   return out;
 }
 
-Status Client::set_parameter(const std::string& node, const std::string& name, const ParameterValue& value) {
+std::vector<NamedParameter> WebSocketClient::parameters(const std::string& node) {
+  std::vector<NamedParameter> all = parameters();
+  std::erase_if(all, [&](const NamedParameter& parameter) { return parameter.node != node; });
+  return all;
+}
+
+Status WebSocketClient::set_parameter(const std::string& node, const std::string& name,
+                                      const ParameterValue& value) {
   impl_->errors.clear();
   const std::string id = impl_->next_request();
   impl_->send(foxglove::to_frame(foxglove::SetParameters{{{parameter_name(node, name), value}}, id}));
