@@ -202,6 +202,9 @@ class Bus {
   // Runs what edges and other threads have sent; returns how many. Call it between steps. The fast path is
   // one load.
   std::size_t spin() { return inbox_.run(); }
+  // For a loop that has no step of its own to make: waits until spin() has something to run, or the time is
+  // over (false).
+  bool wait(std::chrono::nanoseconds at_most) { return inbox_.wait(at_most); }
   void set_now(Time now) { now_ = now; }
   [[nodiscard]] Time now() const { return now_; }
   [[nodiscard]] NameRules& names() { return names_; }

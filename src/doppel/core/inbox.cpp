@@ -21,6 +21,21 @@ void Inbox::free_all(Node* node) {
 void Inbox::post(Task task) {
   free_all(done_.exchange(nullptr, std::memory_order_acquire));
   push(head_, new Node{std::move(task)});
+  // Either this sees the sleeper, or the sleeper sees the task.
+  std::atomic_thread_fence(std::memory_order_seq_cst);
+  if (!asleep_.load(std::memory_order_relaxed)) return;
+  { const std::lock_guard lock(mutex_); }
+  posted_.notify_one();
+}
+
+bool Inbox::wait(std::chrono::nanoseconds at_most) {
+  if (!empty()) return true;
+  std::unique_lock lock(mutex_);
+  asleep_.store(true, std::memory_order_relaxed);
+  std::atomic_thread_fence(std::memory_order_seq_cst);
+  const bool some = posted_.wait_for(lock, at_most, [this] { return !empty(); });
+  asleep_.store(false, std::memory_order_relaxed);
+  return some;
 }
 
 std::size_t Inbox::run() {

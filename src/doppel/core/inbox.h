@@ -5,7 +5,10 @@
 // loop.
 
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
 #include <functional>
+#include <mutex>
 #include <utility>
 
 namespace doppel {
@@ -19,12 +22,15 @@ class Inbox {
   Inbox& operator=(const Inbox&) = delete;
   ~Inbox();
 
-  // Any thread. Also frees the tasks that the loop has finished with.
+  // Any thread. Also frees the tasks that the loop has finished with, and ends a wait().
   void post(Task task);
 
   // The loop's thread only. Runs all tasks posted so far, oldest first; returns how many. A task must not
   // throw.
   std::size_t run();
+
+  // The loop's thread only: waits until there is something to run, or the time is over (false).
+  bool wait(std::chrono::nanoseconds at_most);
 
   [[nodiscard]] bool empty() const { return head_.load(std::memory_order_relaxed) == nullptr; }
 
@@ -38,6 +44,9 @@ class Inbox {
 
   std::atomic<Node*> head_{nullptr};
   std::atomic<Node*> done_{nullptr};
+  std::atomic<bool> asleep_{false};
+  std::mutex mutex_;  // for waiting alone
+  std::condition_variable posted_;
 };
 
 }  // namespace doppel

@@ -91,6 +91,18 @@ TEST(Inbox, RunsInOrderFromManyThreads) {
   EXPECT_TRUE(inbox.empty());
 }
 
+TEST(Inbox, WaitsUntilSomethingIsPosted) {
+  Inbox inbox;
+  EXPECT_FALSE(inbox.wait(std::chrono::milliseconds(1)));
+  constexpr int kRounds = 1000;
+  std::thread poster([&] {
+    for (int i = 0; i < kRounds; ++i) inbox.post([] {});
+  });
+  for (std::size_t count = 0; count < kRounds; count += inbox.run())
+    ASSERT_TRUE(inbox.wait(std::chrono::seconds(60)));  // a lost wake-up would last as long
+  poster.join();
+}
+
 TEST(ByteRing, KeepsRecordsWholeAcrossTheWrapAndDropsWhenFull) {
   ByteRing ring(256);
   std::string seen, sent;
