@@ -49,16 +49,19 @@ void list_words(const CLI::App& command, const std::string& path) {
 
 constexpr const char* kBashCompletion = R"sh(# doppel's completion for bash: source <(doppel completion)
 _doppel() {
-  local current=${COMP_WORDS[COMP_CWORD]} words=() word path=doppel
-  for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do [[ $word == -* ]] || words+=("$word"); done
+  local current=${COMP_WORDS[COMP_CWORD]} words=() word path=doppel remote=
+  for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
+    [[ $word == --remote ]] && remote=--remote
+    [[ $word == -* ]] || words+=("$word")
+  done
   local IFS=$'\n'
   case "${words[0]-} ${words[1]-}" in
     'up '*|'view '*|'check '*|'tree '*|'info '*|'mass '*|'convert '*|'diff '*|'calibrate '*|'xacro '*|'overlay '[a-z]*)
       mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" robots)" -- "$current"; compgen -f -- "$current") ;;
-    'topic echo'|'topic hz'|'topic info'|'topic type'|'topic bw'|'topic pub')
-      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" topic list 2>/dev/null)" -- "$current") ;;
+    'topic echo'|'topic hz'|'topic info'|'topic type'|'topic bw'|'topic delay'|'topic pub')
+      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" topic list $remote 2>/dev/null)" -- "$current") ;;
     'service call'|'service type')
-      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" service list 2>/dev/null)" -- "$current") ;;
+      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" service list $remote 2>/dev/null)" -- "$current") ;;
   esac
   for word in "${words[@]:0:2}"; do path+=" $word"; done
   mapfile -t -O "${#COMPREPLY[@]}" COMPREPLY < <(
@@ -114,11 +117,27 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
                            "give them to up or view");
 }
 
+// `doppel --remote VERB` is for verbs that speak to somebody.
+void refuse_remote_elsewhere(const CLI::App& app) {
+  if (app.get_option("--remote")->count() == 0) return;
+  const CLI::App* verb = &app;
+  std::string path;
+  while (!verb->get_subcommands().empty()) {
+    verb = verb->get_subcommands().front();
+    path += (path.empty() ? "" : " ") + verb->get_name();
+  }
+  if (verb->get_option_no_throw("--remote") != nullptr) return;
+  throw doppel::InputError("cli.use", {}, fmt::format("'{}' speaks to no ROS 2 graph", path),
+                           "leave --remote away");
+}
+
 int run(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
   app.set_version_flag("--version", "doppel " DOPPEL_VERSION);
   app.require_subcommand(1);
+  app.add_flag("--remote", "Speak to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin: topic, node, ...");
+  app.parse_complete_callback([&app] { refuse_remote_elsewhere(app); });
   app.footer(
       "Start here:\n  doppel up omarm_one\nor, to look at a description without physics:\n  doppel view "
       "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states");

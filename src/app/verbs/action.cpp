@@ -28,9 +28,11 @@ int info(Shell& shell, const ActionOptions& options) {
   Client& twin = shell.twin();
   const std::string name = absolute(options.name);
   const std::string type = find_action_type(twin, name);
-  const auto& servers = twin.services().at(name + "/_action/send_goal").providers;
-  say("Action: {}\nType: {}\nAction servers: {}\n", name, type, servers.size());
-  for (const std::string& server : servers) say("    {}\n", server);
+  const Client::Service& service = twin.services().at(name + "/_action/send_goal");
+  say("Action: {}\nType: {}\nAction clients: {}\n", name, type, service.clients.size());
+  for (const std::string& client : service.clients) say("    {}\n", client);
+  say("Action servers: {}\n", service.providers.size());
+  for (const std::string& server : service.providers) say("    {}\n", server);
   return 0;
 }
 
@@ -89,7 +91,7 @@ int send_goal(Shell& shell, const ActionOptions& options) {
     if (twin.topics().contains(topic)) twin.subscribe(topic);
   }
   ActionGoal goal(twin, name, *type, goal_cdr);
-  say("Goal accepted with ID: {}\n\n", to_text(goal.id()));
+  say("Goal accepted with ID: {}\n\n", to_string(goal.id()));
   try {
     return report(follow(twin, goal, options.feedback, Clock::now() + kForever));
   } catch (const Interrupted&) {

@@ -1,7 +1,6 @@
 #include "app/verbs/goals.h"
 
 #include <algorithm>
-#include <random>
 
 #include "doppel/core/names.h"
 #include "doppel/messages/action_msgs.h"
@@ -51,21 +50,6 @@ std::string result_part(const std::string& yaml) {
 }
 
 }  // namespace
-
-GoalId new_goal_id() {
-  std::random_device random;
-  GoalId id;
-  for (std::uint8_t& byte : id) byte = static_cast<std::uint8_t>(random());
-  id[6] = static_cast<std::uint8_t>((id[6] & 0x0F) | 0x40);  // RFC 4122: version 4
-  id[8] = static_cast<std::uint8_t>((id[8] & 0x3F) | 0x80);
-  return id;
-}
-
-std::string to_text(const GoalId& id) {
-  std::string out;
-  for (const std::uint8_t byte : id) out += fmt::format("{:02x}", byte);
-  return out;
-}
 
 std::string_view status_name(std::int8_t status) {
   constexpr std::string_view kNames[] = {"UNKNOWN",   "ACCEPTED", "EXECUTING", "CANCELING",

@@ -1,18 +1,14 @@
 #pragma once
 // A goal of an action, as its client sees it: ROS 2's services and topics under <action>/_action.
 
-#include <array>
 #include <string>
 
 #include "app/verbs/shell.h"
+#include "doppel/bus/action_goals.h"
 #include "doppel/messages/type_description.h"
 
 namespace doppel::app {
 
-using GoalId = std::array<std::uint8_t, 16>;
-
-GoalId new_goal_id();
-std::string to_text(const GoalId& id);             // 32 hexadecimal digits
 std::string_view status_name(std::int8_t status);  // of action_msgs/msg/GoalStatus
 constexpr std::int8_t kSucceeded = 4;
 

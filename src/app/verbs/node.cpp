@@ -25,37 +25,48 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-constexpr std::string_view kSendGoal = "/_action/send_goal";
+// The entries in which the node stands as `nodes` says, each with its type; of actions their send_goal.
+template <class Entry>
+void print_part(const char* heading, const std::map<std::string, Entry>& entries,
+                std::vector<std::string> Entry::*nodes, const std::string& node, bool hidden) {
+  say("  {}:\n", heading);
+  for (const auto& [name, entry] : entries) {
+    if (has(entry.*nodes, node) && (hidden || !is_hidden(name))) say("    {}: {}\n", name, entry.type);
+  }
+}
+
+void print_actions(const char* heading, Client& twin, std::vector<std::string> Client::Service::*nodes,
+                   const std::string& node) {
+  constexpr std::string_view kSendGoal = "/_action/send_goal";
+  say("  {}:\n", heading);
+  for (const auto& [name, service] : twin.services()) {
+    if (!has(service.*nodes, node) || !name.ends_with(kSendGoal)) continue;
+    say("    {}: {}\n", name.substr(0, name.size() - kSendGoal.size()),
+        service.type.substr(0, service.type.rfind("_SendGoal")));
+  }
+}
 
 int info(Shell& shell, const NodeOptions& options) {
   Client& twin = shell.twin();
   const std::string node = find_node_name(twin, options.node);
-  const auto shown = [&](const std::string& name) { return options.hidden || !is_hidden(name); };
-  say("{}\n  Subscribers:\n", node);
-  for (const auto& [name, topic] : twin.topics()) {
-    if (has(topic.subscribers, node) && shown(name)) say("    {}: {}\n", name, topic.type);
-  }
-  say("  Publishers:\n");
-  for (const auto& [name, topic] : twin.topics()) {
-    if (has(topic.publishers, node) && shown(name)) say("    {}: {}\n", name, topic.type);
-  }
-  say("  Service Servers:\n");
-  for (const auto& [name, service] : twin.services()) {
-    if (has(service.providers, node) && shown(name)) say("    {}: {}\n", name, service.type);
-  }
-  say("  Action Servers:\n");
-  for (const auto& [name, service] : twin.services()) {
-    if (!has(service.providers, node) || !name.ends_with(kSendGoal)) continue;
-    say("    {}: {}\n", name.substr(0, name.size() - kSendGoal.size()),
-        service.type.substr(0, service.type.rfind("_SendGoal")));
-  }
+  const std::vector<std::string> all = twin.nodes();
+  if (const auto count = std::ranges::count(all, node); count > 1)
+    print_note(fmt::format("warning: there are {} nodes of the name {}; what follows is of all", count, node));
+  const bool hidden = options.hidden;
+  say("{}\n", node);
+  print_part("Subscribers", twin.topics(), &Client::Topic::subscribers, node, hidden);
+  print_part("Publishers", twin.topics(), &Client::Topic::publishers, node, hidden);
+  print_part("Service Servers", twin.services(), &Client::Service::providers, node, hidden);
+  print_part("Service Clients", twin.services(), &Client::Service::clients, node, hidden);
+  print_actions("Action Servers", twin, &Client::Service::providers, node);
+  print_actions("Action Clients", twin, &Client::Service::clients, node);
   return 0;
 }
 
 }  // namespace
 
 void add_node(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "node", "The nodes of the twin");
+  CLI::App& group = add_group(app, "node", "The nodes of the twin, or of the ROS 2 graph");
   add_verb<NodeOptions>(
       group, "list", "The nodes there are", "doppel node list", exit_code,
       [](CLI::App& verb, NodeOptions& options) {

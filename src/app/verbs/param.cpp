@@ -3,6 +3,7 @@
 
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
+#include "doppel/control/parameter_file.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/rcl_interfaces.h"
 
@@ -76,6 +77,12 @@ int set(Shell& shell, const ParamOptions& options) {
   return 0;
 }
 
+template <class Value, class Step>
+void print_range(Value from, Value to, Step step) {
+  say("    Min value: {}\n    Max value: {}\n", from, to);
+  if (step != Step{}) say("    Step: {}\n", step);
+}
+
 int describe(Shell& shell, const ParamOptions& options) {
   using rcl_interfaces::srv::DescribeParameters;
   Client& twin = shell.twin();
@@ -88,6 +95,9 @@ int describe(Shell& shell, const ParamOptions& options) {
   const auto& about = response.descriptors.front();
   if (!about.description.empty()) say("  Description: {}\n", about.description);
   say("  Constraints:\n    Read only: {}\n", about.read_only);
+  for (const auto& range : about.floating_point_range)
+    print_range(range.from_value, range.to_value, range.step);
+  for (const auto& range : about.integer_range) print_range(range.from_value, range.to_value, range.step);
   if (!about.additional_constraints.empty())
     say("    Additional constraints: {}\n", about.additional_constraints);
   return 0;
@@ -127,6 +137,28 @@ int dump(Shell& shell, const ParamOptions& options) {
   return 0;
 }
 
+// As many as go; what is refused is told, and makes the exit code 1.
+int load(Shell& shell, const ParamOptions& options) {
+  const ParameterFile file = ParameterFile::load(options.value);
+  Client& twin = shell.twin();
+  const std::string node = find_node_name(twin, options.node);
+  const ParameterOverrides overrides = file.overrides_for(node);
+  if (overrides.all().empty()) {
+    throw ClientError(
+        fmt::format("{} has no parameters for {}{}", options.value, node, did_you_mean(node, file.nodes())));
+  }
+  int exit_code = 0;
+  for (const ParameterOverride& parameter : overrides.all()) {
+    if (const Status status = twin.set_parameter(node, parameter.name, parameter.value)) {
+      say("Set parameter {} successful\n", parameter.name);
+    } else {
+      exit_code = 1;
+      print_note(fmt::format("Set parameter {} failed: {}", parameter.name, status.why()));
+    }
+  }
+  return exit_code;
+}
+
 }  // namespace
 
 void add_param(CLI::App& app, int& exit_code) {
@@ -160,6 +192,15 @@ void add_param(CLI::App& app, int& exit_code) {
         verb.add_option("node", options.node, "Name of the node")->required();
       },
       dump);
+  add_verb<ParamOptions>(
+      group, "load", "Set a node's parameters from a file", "doppel param load /omarm_arm_controller arm.yaml",
+      exit_code,
+      [](CLI::App& verb, ParamOptions& options) {
+        verb.add_option("node", options.node, "Name of the node")->required();
+        verb.add_option("file", options.value, "Parameter file of ROS 2: node, ros__parameters, values")
+            ->required();
+      },
+      load);
 }
 
 }  // namespace doppel::app

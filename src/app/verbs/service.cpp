@@ -30,6 +30,13 @@ int print_type(Shell& shell, const ServiceOptions& options) {
   return 0;
 }
 
+int info(Shell& shell, const ServiceOptions& options) {
+  const Client::Service& service = shell.twin().find_service(absolute(options.name));
+  say("Type: {}\nClients count: {}\nServices count: {}\n", service.type, service.clients.size(),
+      service.providers.size());
+  return 0;
+}
+
 int find_by_type(Shell& shell, const ServiceOptions& options) {
   for (const auto& [name, service] : shell.twin().services()) {
     if (service.type == options.name) say("{}\n", name);
@@ -91,6 +98,13 @@ void add_service(CLI::App& app, int& exit_code) {
         verb.add_option("service", options.name, "Name of the service")->required();
       },
       print_type);
+  add_verb<ServiceOptions>(
+      group, "info", "Type, servers and clients of a service",
+      "doppel service info /controller_manager/list_controllers", exit_code,
+      [](CLI::App& verb, ServiceOptions& options) {
+        verb.add_option("service", options.name, "Name of the service")->required();
+      },
+      info);
   add_verb<ServiceOptions>(
       group, "find", "The services of a type", "doppel service find std_srvs/srv/Empty", exit_code,
       [](CLI::App& verb, ServiceOptions& options) {

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 
 #include "app/tell.h"
 #include "doppel/core/names.h"
+#include "doppel/ros2/environment.h"
+#include "doppel/ros2/graph_client.h"
 #include "doppel/server/announcement.h"
 #include "doppel/server/websocket_client.h"
 
@@ -44,13 +47,58 @@ RunningTwin choose_twin(int port) {
   if (const char* chosen = std::getenv("DOPPEL_PORT"); chosen != nullptr && *chosen != '\0')
     return twin_at(parse_port(chosen));
   const std::vector<RunningTwin> twins = find_running();
-  if (twins.empty()) throw ClientError("no twin is running; start one with: doppel up omarm_one");
+  if (twins.empty()) throw ClientError(
+        "no twin is running; start one with: doppel up omarm_one, or speak to a ROS 2 graph with --remote");
   if (twins.size() > 1) {
     std::string others;
     for (const RunningTwin& twin : twins) others += fmt::format(" {} (--port {})", twin.robot, twin.port);
     print_note(fmt::format("note: {} twins are running:{}; taking the newest", twins.size(), others));
   }
   return twins.front();
+}
+
+void print_warning(const std::string& text) {
+  print_note("warning: " + text);
+}
+
+std::unique_ptr<Client> call_twin(const Connection& connection) {
+  ClientOptions options;
+  const RunningTwin chosen = choose_twin(connection.port);
+  options.host = chosen.address;
+  options.port = chosen.port;
+  options.token = chosen.token;
+  options.interrupted = Shell::interrupted;
+  options.on_status = print_warning;
+  return std::make_unique<WebSocketClient>(std::move(options));
+}
+
+std::unique_ptr<Client> join_graph(const Connection& connection) {
+  ros2::GraphClientOptions options;
+  Diagnostics diagnostics;
+  options.network = ros2::from_environment([](const char* name) { return std::getenv(name); }, diagnostics);
+  for (const Diagnostic& diagnostic : diagnostics.all()) print_note(diagnostic.str());
+  if (connection.spin_time > 0)
+    options.spin_time = std::chrono::milliseconds(std::llround(connection.spin_time * 1000));
+  options.interrupted = Shell::interrupted;
+  options.on_status = print_warning;
+  return std::make_unique<ros2::GraphClient>(std::move(options));
+}
+
+// --remote stands with the verb or before it.
+bool asks_for_graph(const CLI::App* app) {
+  for (; app != nullptr; app = app->get_parent()) {
+    const CLI::Option* remote = app->get_option_no_throw("--remote");
+    if (remote != nullptr && remote->count() > 0) return true;
+  }
+  return false;
+}
+
+bool is_remote_by_default() {
+  const char* value = std::getenv("DOPPEL_REMOTE");
+  const std::string_view text = value == nullptr ? "" : value;
+  if (!text.empty() && text != "0" && text != "1")
+    wrong_use(fmt::format("DOPPEL_REMOTE is '{}'", text), "set it to 1 or 0, or unset it");
+  return text == "1";
 }
 
 }  // namespace
@@ -69,16 +117,7 @@ void wrong_use(std::string message, std::string mend) {
 }
 
 Client& Shell::twin() {
-  if (client_ == nullptr) {
-    ClientOptions options;
-    const RunningTwin chosen = choose_twin(port_);
-    options.host = chosen.address;
-    options.port = chosen.port;
-    options.token = chosen.token;
-    options.interrupted = interrupted;
-    options.on_status = [](const std::string& text) { print_note("warning: " + text); };
-    client_ = std::make_unique<WebSocketClient>(std::move(options));
-  }
+  if (client_ == nullptr) client_ = connection_.remote ? join_graph(connection_) : call_twin(connection_);
   return *client_;
 }
 
@@ -96,8 +135,22 @@ void Shell::clear_interrupt() {
   interrupt_caught = false;
 }
 
-int run_verb(int port, const std::function<int(Shell&)>& run) {
-  Shell shell(port);
+void add_connection_options(CLI::App& verb, Connection& connection) {
+  verb.add_option("--port", connection.port,
+                  "Port of the twin; default: DOPPEL_PORT, else the newest that runs")
+      ->check(CLI::Range(1, 65535));
+  verb.add_flag("--remote", "Speak to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin (DOPPEL_REMOTE=1)");
+  verb.add_option("--spin-time", connection.spin_time,
+                  "With --remote: seconds to look who is there; default: until it is quiet")
+      ->check(CLI::PositiveNumber);
+}
+
+int run_verb(const CLI::App& verb, Connection connection, const std::function<int(Shell&)>& run) {
+  connection.remote = asks_for_graph(&verb);
+  if (connection.remote && connection.port != 0)
+    wrong_use("--port names a twin, --remote asks for the ROS 2 graph", "give one of them");
+  if (connection.port == 0) connection.remote = connection.remote || is_remote_by_default();
+  Shell shell(connection);
   try {
     return run(shell);
   } catch (const Interrupted&) {

@@ -28,11 +28,18 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
 
 [[noreturn]] void wrong_use(std::string message, std::string mend = "");  // exit code 2
 
+// Whom a verb speaks to.
+struct Connection {
+  int port = 0;         // of the twin; 0: of DOPPEL_PORT, else the newest that runs
+  bool remote = false;  // the ROS 2 graph instead of a twin's server
+  double spin_time = 0;  // s to look who is there; 0: until it is quiet
+};
+
 class Shell {
  public:
-  explicit Shell(int port) : port_(port) {}
+  explicit Shell(const Connection& connection) : connection_(connection) {}
 
-  // The twin of --port, of DOPPEL_PORT, or the newest that runs; connected to on first use.
+  // The twin, or with --remote the ROS 2 graph; connected to on first use.
   Client& twin();
   // From now on Ctrl-C leaves waits with Interrupted instead of ending the program.
   static void catch_interrupts();
@@ -40,7 +47,7 @@ class Shell {
   static void clear_interrupt();
 
  private:
-  int port_;
+  Connection connection_;
   std::unique_ptr<Client> client_;
 };
 
@@ -79,7 +86,10 @@ typename S::Response call(Client& twin, const std::string& service, const typena
   return decode<typename S::Response>(call_raw(twin, service, to_cdr(request)));
 }
 
-int run_verb(int port, const std::function<int(Shell&)>& run);
+// --port, --remote and --spin-time of a verb.
+void add_connection_options(CLI::App& verb, Connection& connection);
+// Throws InputError where the options contradict each other.
+int run_verb(const CLI::App& verb, Connection connection, const std::function<int(Shell&)>& run);
 
 template <class Options>
 CLI::App* add_verb(CLI::App& group, const std::string& name, const std::string& help,
@@ -89,12 +99,11 @@ CLI::App* add_verb(CLI::App& group, const std::string& name, const std::string& 
   CLI::App* verb = group.add_subcommand(name, help);
   verb->footer("Example:\n  " + example);
   auto options = std::make_shared<Options>();
-  auto port = std::make_shared<int>(0);
+  auto connection = std::make_shared<Connection>();
   declare(*verb, *options);
-  verb->add_option("--port", *port, "Port of the twin; default: DOPPEL_PORT, else the newest that runs")
-      ->check(CLI::Range(1, 65535));
-  verb->callback([&exit_code, options, port, run = std::move(run)] {
-    exit_code = run_verb(*port, [&](Shell& shell) { return run(shell, *options); });
+  add_connection_options(*verb, *connection);
+  verb->callback([&exit_code, verb, options, connection, run = std::move(run)] {
+    exit_code = run_verb(*verb, *connection, [&](Shell& shell) { return run(shell, *options); });
   });
   return verb;
 }

@@ -6,6 +6,8 @@
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/core/names.h"
+#include "doppel/messages/rosgraph_msgs.h"
+#include "doppel/messages/std_msgs.h"
 
 namespace doppel::app {
 namespace {
@@ -89,25 +91,29 @@ int echo(Shell& shell, const EchoOptions& options) {
 struct RateOptions {
   std::string topic;
   std::size_t window = 0;
+  bool sim_time = false;  // of delay: now is what /clock says
 };
+using Arrival = std::function<void(Clock::time_point, const Client::Received&)>;
 
-// Calls `report` once a second while messages of the topic come; `add` takes each with its time of arrival.
+// Calls `report` once a second while messages of the topic come; `add` takes each with its time of arrival,
+// those of the topic `also` too.
 void watch(Shell& shell, const std::string& name,
-           const std::function<void(Clock::time_point, std::size_t)>& add,
-           const std::function<void()>& report) {
+           const Arrival& add, const std::function<void()>& report,
+           const std::string& also = "") {
   Shell::catch_interrupts();
   try {
     Client& twin = shell.twin();
     const std::string topic = absolute(name);
     static_cast<void>(twin.find_topic(topic));
     twin.subscribe(topic);
+    if (!also.empty()) twin.subscribe(also);
     auto due = Clock::now() + std::chrono::seconds(1);
     bool any = false;
     while (true) {
       Client::Received message;
       if (twin.next(message, due)) {
-        add(Clock::now(), message.cdr.size());
-        any = true;
+        add(Clock::now(), message);
+        any = any || message.topic == topic;
       }
       if (Clock::now() < due) continue;
       if (any) report();
@@ -119,25 +125,68 @@ void watch(Shell& shell, const std::string& name,
   }
 }
 
+struct Spread {
+  double mean = 0, least = 0, most = 0, deviation = 0;
+};
+
+Spread spread_of(const std::deque<double>& values) {
+  double sum = 0, squares = 0;
+  for (const double value : values) sum += value;
+  const double mean = sum / static_cast<double>(values.size());
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  const auto [least, most] = std::ranges::minmax(values);
+  return {mean, least, most, std::sqrt(squares / static_cast<double>(values.size()))};
+}
+
 int hz(Shell& shell, const RateOptions& options) {
   std::deque<double> gaps;
   std::optional<Clock::time_point> before;
   const std::size_t window = options.window > 0 ? options.window : 10'000;
-  const auto add = [&](Clock::time_point now, std::size_t) {
+  const auto add = [&](Clock::time_point now, const Client::Received&) {
     if (before) gaps.push_back(std::chrono::duration<double>(now - *before).count());
     before = now;
     if (gaps.size() > window) gaps.pop_front();
   };
   watch(shell, options.topic, add, [&] {
     if (gaps.empty()) return;
-    double sum = 0, squares = 0;
-    for (const double gap : gaps) sum += gap;
-    const double mean = sum / static_cast<double>(gaps.size());
-    for (const double gap : gaps) squares += (gap - mean) * (gap - mean);
-    const auto [least, most] = std::ranges::minmax(gaps);
-    say("average rate: {:.3f}\n\tmin: {:.3f}s max: {:.3f}s std dev: {:.5f}s window: {}\n", 1 / mean, least,
-        most, std::sqrt(squares / static_cast<double>(gaps.size())), gaps.size() + 1);
+    const Spread spread = spread_of(gaps);
+    say("average rate: {:.3f}\n\tmin: {:.3f}s max: {:.3f}s std dev: {:.5f}s window: {}\n", 1 / spread.mean,
+        spread.least, spread.most, spread.deviation, gaps.size() + 1);
   });
+  return 0;
+}
+
+// The stamp of a message that begins with a header.
+Time header_stamp(std::span<const std::byte> cdr) {
+  constexpr std::size_t kHead = 4;
+  return from_msg(decode<builtin_interfaces::msg::Time>(cdr.first(std::min(cdr.size(), kHead + 8))));
+}
+
+int delay(Shell& shell, const RateOptions& options) {
+  const std::string topic = absolute(options.topic);
+  const TypeSupport& type = shell.twin().message_type(topic);
+  const auto& fields = type.description()->fields;
+  if (fields.empty() || fields.front().type == nullptr ||
+      fields.front().type->name != std_msgs::msg::Header::kType)
+    wrong_use(fmt::format("{} is a {}, which has no header to tell when it was made", topic, type.name));
+  std::deque<double> delays;
+  std::optional<Time> clock;
+  const std::size_t window = options.window > 0 ? options.window : 10'000;
+  const auto add = [&](Clock::time_point, const Client::Received& message) {
+    if (options.sim_time && message.topic == "/clock")
+      clock = from_msg(decode<rosgraph_msgs::msg::Clock>(message.cdr).clock);
+    if (!options.sim_time) clock = std::chrono::system_clock::now().time_since_epoch();
+    if (!clock || message.topic != topic) return;
+    delays.push_back(to_seconds(*clock - header_stamp(message.cdr)));
+    if (delays.size() > window) delays.pop_front();
+  };
+  const auto report = [&] {
+    if (delays.empty()) return;
+    const Spread spread = spread_of(delays);
+    say("average delay: {:.3f}\n\tmin: {:.3f}s max: {:.3f}s std dev: {:.5f}s window: {}\n", spread.mean,
+        spread.least, spread.most, spread.deviation, delays.size());
+  };
+  watch(shell, topic, add, report, options.sim_time ? "/clock" : "");
   return 0;
 }
 
@@ -150,8 +199,8 @@ std::string bytes_text(double bytes) {
 int bw(Shell& shell, const RateOptions& options) {
   std::deque<std::pair<Clock::time_point, std::size_t>> sizes;
   const std::size_t window = options.window > 0 ? options.window : 100;
-  const auto add = [&](Clock::time_point now, std::size_t size) {
-    sizes.emplace_back(now, size);
+  const auto add = [&](Clock::time_point now, const Client::Received& message) {
+    sizes.emplace_back(now, message.cdr.size());
     if (sizes.size() > window) sizes.pop_front();
   };
   watch(shell, options.topic, add, [&] {
@@ -175,17 +224,28 @@ struct InfoOptions {
   bool verbose = false;
 };
 
+// As rclpy prints a TopicEndpointInfo; what the connection does not tell is left out.
+void print_end(const Client::Endpoint& end, const char* kind) {
+  const std::size_t slash = end.node.rfind('/');
+  say("Node name: {}\nNode namespace: {}\nTopic type: {}\n", end.node.substr(slash + 1),
+      slash == 0 ? "/" : end.node.substr(0, slash), end.type);
+  if (!end.type_hash.empty()) say("Topic type hash: {}\n", end.type_hash);
+  say("Endpoint type: {}\n", kind);
+  if (!end.gid.empty()) say("GID: {}\n", end.gid);
+  if (!end.qos.empty()) say("QoS profile:\n");
+  for (const auto& [name, value] : end.qos) say("  {}: {}\n", name, value);
+  say("\n");
+}
+
 int info(Shell& shell, const InfoOptions& options) {
   const Client::Topic& topic = shell.twin().find_topic(absolute(options.name));
-  const auto print_nodes = [&](const char* heading, const std::vector<std::string>& nodes) {
-    say("{} count: {}\n", heading, nodes.size());
-    if (!options.verbose) return;
-    for (const std::string& node : nodes)
-      say("  Node name: {}\n  Topic type: {}\n\n", node.substr(1), topic.type);
-  };
-  say("Type: {}\n", topic.type);
-  print_nodes("Publisher", topic.publishers);
-  print_nodes("Subscription", topic.subscribers);
+  const char* gap = options.verbose ? "\n\n" : "\n";
+  say("Type: {}{}Publisher count: {}{}", topic.type, gap, topic.publishers.size(), gap);
+  for (std::size_t i = 0; options.verbose && i < topic.publisher_ends.size(); ++i)
+    print_end(topic.publisher_ends[i], "PUBLISHER");
+  say("Subscription count: {}{}", topic.subscribers.size(), gap);
+  for (std::size_t i = 0; options.verbose && i < topic.subscriber_ends.size(); ++i)
+    print_end(topic.subscriber_ends[i], "SUBSCRIPTION");
   return 0;
 }
 
@@ -272,6 +332,14 @@ void add_rates(CLI::App& group, int& exit_code) {
   };
   add_verb<RateOptions>(group, "hz", "How often messages arrive", "doppel topic hz /joint_states", exit_code,
                         declare, hz);
+  add_verb<RateOptions>(
+      group, "delay", "How old messages are when they arrive, by their headers",
+      "doppel topic delay -s /joint_states", exit_code,
+      [declare](CLI::App& verb, RateOptions& options) {
+        declare(verb, options);
+        verb.add_flag("-s,--use-sim-time", options.sim_time, "Now is what /clock says, not the wall clock");
+      },
+      delay);
   add_verb<RateOptions>(group, "bw", "How many bytes arrive", "doppel topic bw /tf", exit_code, declare, bw);
 }
 
@@ -328,7 +396,7 @@ void add_topic(CLI::App& app, int& exit_code) {
       exit_code,
       [](CLI::App& verb, InfoOptions& options) {
         declare_name(verb, options);
-        verb.add_flag("-v,--verbose", options.verbose, "Name the nodes");
+        verb.add_flag("-v,--verbose", options.verbose, "With the nodes, and what is known of their ends");
       },
       info);
   add_verb<InfoOptions>(group, "type", "The type of a topic", "doppel topic type /tf", exit_code,

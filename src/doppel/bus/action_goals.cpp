@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <random>
 
 namespace doppel {
 namespace {
@@ -33,6 +34,15 @@ std::string to_string(const GoalId& id) {
   std::string text;
   for (const std::uint8_t byte : id) text += fmt::format("{:02x}", byte);
   return text;
+}
+
+GoalId new_goal_id() {
+  std::random_device random;
+  GoalId id;
+  for (std::uint8_t& byte : id) byte = static_cast<std::uint8_t>(random());
+  id[6] = static_cast<std::uint8_t>((id[6] & 0x0F) | 0x40);
+  id[8] = static_cast<std::uint8_t>((id[8] & 0x3F) | 0x80);
+  return id;
 }
 
 const ActionGoals::Goal* ActionGoals::find(const GoalId& id) const {

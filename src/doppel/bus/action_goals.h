@@ -32,6 +32,8 @@ constexpr bool is_terminal(GoalStatus status) {
 
 // "5f0c...": the id as 32 hexadecimal digits.
 std::string to_string(const GoalId& id);
+// Random, as RFC 4122 (version 4) wants it.
+GoalId new_goal_id();
 
 class ActionGoals {
  public:

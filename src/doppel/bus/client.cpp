@@ -1,5 +1,7 @@
 #include "doppel/bus/client.h"
 
+#include <fmt/format.h>
+
 #include "doppel/core/names.h"
 
 namespace doppel {
@@ -13,12 +15,7 @@ const Entry& find(const std::map<std::string, Entry>& entries, const std::string
   if (found != entries.end()) return found->second;
   std::vector<std::string> names;
   for (const auto& [known, entry] : entries) names.push_back(known);
-  throw ClientError("there is no " + std::string(what) + " " + name + did_you_mean(name, names));
-}
-
-// "0.5", "10"
-std::string seconds_text(std::chrono::milliseconds time) {
-  return to_string(ParameterValue(static_cast<double>(time.count()) / 1000.0));
+  throw ClientError(fmt::format("there is no {} {}{}", what, name, did_you_mean(name, names)));
 }
 
 }  // namespace
@@ -37,7 +34,7 @@ Client::Answer Client::call(const std::string& service, std::span<const std::byt
   bool taken = false;
   const auto until = Clock::now() + (at_most.count() < 0 ? std::chrono::hours(24 * 365) : at_most);
   if (!wait_until([&] { return taken = taken || take_answer(call, answer); }, until)) {
-    throw ClientError("service " + service + " did not answer within " + seconds_text(at_most) + " s");
+    throw ClientError(fmt::format("service {} did not answer within {} s", service, static_cast<double>(at_most.count()) / 1e3));
   }
   return answer;
 }

@@ -25,7 +25,7 @@ struct Interrupted {};
 
 class Client {
  public:
-  // One node's end of a topic, where the connection tells of it.
+  // One node's end of a topic. Empty: the connection does not tell.
   struct Endpoint {
     std::string node, type, type_hash, gid;
     // As `ros2 topic info -v` lists them: {"Reliability", "RELIABLE"}, ...
@@ -34,7 +34,7 @@ class Client {
   struct Topic {
     std::string type, schema;  // "": nobody knows yet
     std::vector<std::string> publishers, subscribers;
-    std::vector<Endpoint> publisher_ends, subscriber_ends;  // empty: only their nodes are known
+    std::vector<Endpoint> publisher_ends, subscriber_ends;
   };
   struct Service {
     std::string type;

@@ -186,8 +186,17 @@ struct WebSocketClient::Impl {
     });
   }
   void handle(const foxglove::GraphUpdate& update) {
-    for (const auto& [topic, ids] : update.published) topics[topic].publishers = ids;
-    for (const auto& [topic, ids] : update.subscribed) topics[topic].subscribers = ids;
+    const auto enter = [this](const std::string& name, const std::vector<std::string>& nodes,
+                              std::vector<std::string> Topic::*names, std::vector<Endpoint> Topic::*ends) {
+      Topic& topic = topics[name];
+      topic.*names = nodes;
+      (topic.*ends).clear();
+      for (const std::string& node : nodes) (topic.*ends).push_back({.node = node, .type = topic.type});
+    };
+    for (const auto& [topic, ids] : update.published)
+      enter(topic, ids, &Topic::publishers, &Topic::publisher_ends);
+    for (const auto& [topic, ids] : update.subscribed)
+      enter(topic, ids, &Topic::subscribers, &Topic::subscriber_ends);
     for (const auto& [service, ids] : update.services) services[service].providers = ids;
     graph_known = true;
   }

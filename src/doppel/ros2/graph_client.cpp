@@ -1,0 +1,239 @@
+#include "doppel/ros2/graph_client.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "doppel/ros2/graph_client_detail.h"
+
+namespace doppel::ros2 {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kInterruptCheck = 20ms;
+// Discovery: news come within milliseconds of each other; one who never says what nodes it has is not waited
+// for longer than that.
+constexpr auto kQuiet = 250ms, kQuietIncomplete = 700ms;
+constexpr auto kLonely = 1000ms, kLongestLook = 2000ms;
+constexpr auto kLinger = 100ms;  // as `ros2 topic pub --keep-alive`
+constexpr std::size_t kMostUnread = 100'000;
+constexpr std::string_view kUnknownNode = "_NODE_NAME_UNKNOWN_";
+
+void drain(int fd) {
+  std::uint64_t count = 0;
+  static_cast<void>(!read(fd, &count, sizeof count));
+}
+
+std::string text(std::chrono::nanoseconds time) {
+  return time == QosProfile::kInfinite ? "Infinite" : std::to_string(time.count()) + " nanoseconds";
+}
+
+// In the order and words of rclpy's TopicEndpointInfo. Discovery does not carry the history.
+std::vector<std::pair<std::string, std::string>> qos_lines(const QosProfile& qos) {
+  return {{"Reliability", qos.reliability == Reliability::reliable ? "RELIABLE" : "BEST_EFFORT"},
+          {"History (Depth)", "UNKNOWN"},
+          {"Durability", qos.durability == Durability::transient_local ? "TRANSIENT_LOCAL" : "VOLATILE"},
+          {"Lifespan", text(qos.lifespan)},
+          {"Deadline", text(qos.deadline)},
+          {"Liveliness", qos.liveliness == Liveliness::automatic ? "AUTOMATIC" : "MANUAL_BY_TOPIC"},
+          {"Liveliness lease duration", text(qos.lease)}};
+}
+
+std::string gid_text(const Gid& gid) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string out;
+  for (const std::uint8_t byte : gid.bytes) {
+    if (!out.empty()) out += '.';
+    out += {kDigits[byte >> 4], kDigits[byte & 15]};
+  }
+  return out;
+}
+
+}  // namespace
+
+GraphClient::Impl::Impl(GraphClientOptions chosen, const MakeParticipant& make)
+    : options(std::move(chosen)),
+      node_name("/_doppel_" + std::to_string(getpid())),
+      wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  try {
+    participant = make(options.network, [fd = wake.get()] {
+      const std::uint64_t one = 1;
+      static_cast<void>(!write(fd, &one, sizeof one));  // full: it is awake anyway
+    });
+  } catch (const NetworkError& error) {
+    throw ClientError(error.what());
+  }
+  graph = std::make_unique<Graph>(*participant);
+  announce();
+  look_around();
+}
+
+GraphClient::Impl::~Impl() {
+  if (!last_published) return;
+  try {
+    wait([] { return false; }, *last_published + kLinger);
+  } catch (const Interrupted&) {
+    last_published.reset();  // whoever is in a hurry does not wait
+  }
+}
+
+void GraphClient::Impl::warn(const std::string& warning) const {
+  if (options.on_status) options.on_status(warning);
+}
+
+bool GraphClient::Impl::is_own(const Gid& gid) const {
+  constexpr std::size_t kPrefix = 12;
+  return std::equal(gid.bytes.begin(), gid.bytes.begin() + kPrefix, participant->gid().bytes.begin());
+}
+
+bool GraphClient::Impl::is_complete() const {
+  const auto known = [](const GraphEndpoint& end) { return !end.node.ends_with(kUnknownNode); };
+  for (const GraphTopic& topic : graph->topics()) {
+    if (!std::ranges::all_of(topic.publishers, known) || !std::ranges::all_of(topic.subscriptions, known))
+      return false;
+  }
+  const auto served = [&](const GraphService& s) { return std::ranges::all_of(s.servers, known); };
+  const auto has_nodes = [&](const ParticipantInfo& one) {
+    const auto& nodes = graph->nodes();
+    return one.enclave.empty() || std::ranges::find(nodes, one.gid, &GraphNode::participant) != nodes.end();
+  };
+  const std::vector<ParticipantInfo> there = participant->participants();
+  return std::ranges::all_of(graph->services(), served) && std::ranges::all_of(there, has_nodes);
+}
+
+bool GraphClient::Impl::is_alone() const {
+  const std::vector<ParticipantInfo> known = participant->participants();
+  return std::ranges::all_of(known, [this](const ParticipantInfo& one) { return is_own(one.gid); });
+}
+
+void GraphClient::Impl::look_around() {
+  const auto begin = Clock::now();
+  changed_at = begin;
+  const auto settled = [&] {
+    if (options.spin_time) return false;
+    const auto now = Clock::now();
+    if (is_alone()) return now - begin > kLonely;
+    return now - changed_at > (is_complete() ? kQuiet : kQuietIncomplete);
+  };
+  wait(settled, begin + options.spin_time.value_or(kLongestLook));
+  if (is_alone()) {
+    warn(fmt::format("nobody answers in ROS 2's domain {}, range {} (ROS_DOMAIN_ID, "
+                     "ROS_AUTOMATIC_DISCOVERY_RANGE)",
+                     options.network.domain, to_string(options.network.range)));
+  }
+}
+
+// Takes what comes in until the condition holds, or the time is over (false).
+bool GraphClient::Impl::wait(const std::function<bool()>& condition, Clock::time_point until) {
+  while (!condition()) {
+    if (options.interrupted && options.interrupted()) throw Interrupted();
+    const auto now = Clock::now();
+    if (now >= until) return false;
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - now);
+    pollfd waiting{wake.get(), POLLIN, 0};
+    poll(&waiting, 1, static_cast<int>(std::min<std::chrono::milliseconds>(left, kInterruptCheck).count()));
+    turn();
+  }
+  return true;
+}
+
+void GraphClient::Impl::turn() {
+  drain(wake.get());
+  if (graph->update()) {
+    changed_at = Clock::now();
+    rebuild();
+  }
+  Sample sample;
+  for (auto& [topic, subscription] : subscriptions) {
+    while (subscription.reader->take(sample)) {
+      if (inbox.size() < kMostUnread)
+        inbox.push_back({topic, subscription.type, Time(sample.source_timestamp), sample.cdr});
+    }
+  }
+  take_replies();
+}
+
+// What ros2cli's own nodes offer is of no interest, nor is what this one does.
+void GraphClient::Impl::rebuild() {
+  topics.clear();
+  services.clear();
+  for (const GraphTopic& topic : graph->topics()) {
+    Topic entry;
+    const auto fill = [&](const std::vector<GraphEndpoint>& ends, std::vector<std::string>& nodes,
+                          std::vector<Endpoint>& details) {
+      for (const GraphEndpoint& end : ends) {
+        if (is_own(end.gid)) continue;
+        if (entry.type.empty()) entry.type = end.type;
+        nodes.push_back(end.node);
+        details.push_back({end.node, end.type, end.type_hash, gid_text(end.gid), qos_lines(end.qos)});
+      }
+    };
+    fill(topic.publishers, entry.publishers, entry.publisher_ends);
+    fill(topic.subscriptions, entry.subscribers, entry.subscriber_ends);
+    if (!entry.publishers.empty() || !entry.subscribers.empty()) topics.emplace(topic.name, std::move(entry));
+  }
+  for (const GraphService& service : graph->services()) {
+    Service entry;
+    for (const GraphEndpoint& server : service.servers) {
+      if (is_own(server.gid)) continue;
+      if (entry.type.empty()) entry.type = server.type;
+      entry.providers.push_back(server.node);
+    }
+    for (const GraphEndpoint& client : service.clients) {
+      if (!is_own(client.gid)) entry.clients.push_back(client.node);
+    }
+    if (!entry.providers.empty()) services.emplace(service.name, std::move(entry));
+  }
+  warn_of_deaf_ends();
+}
+
+// Tells the others which endpoints this node has.
+void GraphClient::Impl::announce() {
+  OwnNode node{.name = node_name, .readers = {}, .writers = {}};
+  for (const auto& [topic, subscription] : subscriptions)
+    node.readers.push_back(subscription.reader->gid());
+  for (const auto& [key, writer] : writers) node.writers.push_back(writer->gid());
+  for (const auto& [name, client] : clients) {
+    node.writers.push_back(client->requests().gid());
+    node.readers.push_back(client->replies().gid());
+  }
+  graph->set_own_nodes({std::move(node)});
+}
+
+GraphClient::GraphClient(GraphClientOptions options, const MakeParticipant& make)
+    : impl_(std::make_unique<Impl>(std::move(options), make)) {}
+GraphClient::~GraphClient() = default;
+
+const std::map<std::string, Client::Topic>& GraphClient::topics() const {
+  return impl_->topics;
+}
+const std::map<std::string, Client::Service>& GraphClient::services() const {
+  return impl_->services;
+}
+
+std::vector<std::string> GraphClient::nodes() {
+  std::vector<std::string> names;
+  for (const GraphNode& node : impl_->graph->nodes()) {
+    if (node.participant != impl_->participant->gid()) names.push_back(node.name);
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+bool GraphClient::wait_until(const std::function<bool()>& condition,
+                             std::chrono::steady_clock::time_point until) {
+  return impl_->wait(condition, until);
+}
+
+bool GraphClient::next(Received& message, std::chrono::steady_clock::time_point until) {
+  if (!impl_->wait([this] { return !impl_->inbox.empty(); }, until)) return false;
+  message = std::move(impl_->inbox.front());
+  impl_->inbox.pop_front();
+  return true;
+}
+
+}  // namespace doppel::ros2

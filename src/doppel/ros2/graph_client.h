@@ -1,0 +1,73 @@
+#pragma once
+// Any ROS 2 graph, as the command line's verbs see it: a hidden node ("/_doppel_<pid>") of a participant of
+// its own. Endpoints are made when they are asked for, with a QoS that meets what is there, as ros2cli does.
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/bus/client.h"
+#include "doppel/ros2/environment.h"
+#include "doppel/ros2/participant.h"
+
+namespace doppel::ros2 {
+
+struct GraphClientOptions {
+  ParticipantOptions network;
+  // How long to look who is there; nothing: until no news have come for a short while, 2 s at most.
+  std::optional<std::chrono::milliseconds> spin_time;
+  std::chrono::milliseconds patience{5000};                   // for what should come at once
+  std::function<bool()> interrupted;                          // asked every 20 ms or so; may be empty
+  std::function<void(const std::string& warning)> on_status;  // may be empty
+};
+
+class GraphClient : public doppel::Client {
+ public:
+  using MakeParticipant = std::function<std::unique_ptr<Participant>(const ParticipantOptions& options,
+                                                                     std::function<void()> on_activity)>;
+
+  // Returns when it knows who is there. Throws ClientError where there is no usable network.
+  explicit GraphClient(GraphClientOptions options, const MakeParticipant& make = make_participant);
+  // What was published last has a moment to reach its readers.
+  ~GraphClient() override;
+  GraphClient(const GraphClient&) = delete;
+  GraphClient& operator=(const GraphClient&) = delete;
+
+  [[nodiscard]] const std::map<std::string, Topic>& topics() const override;
+  [[nodiscard]] const std::map<std::string, Service>& services() const override;
+  [[nodiscard]] std::vector<std::string> nodes() override;
+  // A type that is not compiled in, or compiled in differently (its hash tells), is asked of the nodes that
+  // use it (~/get_type_description).
+  [[nodiscard]] const TypeSupport& message_type(const std::string& topic) override;
+
+  void subscribe(const std::string& topic) override;
+  void unsubscribe(const std::string& topic) override;
+  bool next(Received& message, std::chrono::steady_clock::time_point until) override;
+  [[nodiscard]] bool wait_until(const std::function<bool()>& condition,
+                                std::chrono::steady_clock::time_point until) override;
+
+  // The first message of a topic waits until all subscriptions that are known are matched. DDS tells no
+  // refusals: sync() does nothing.
+  void publish(const std::string& topic, const std::string& type, std::span<const std::byte> cdr) override;
+  void sync() override {}
+
+  // Waits for a server within reach. One that goes before it has answered makes a refusal.
+  std::uint32_t begin_call(const std::string& service, std::span<const std::byte> request) override;
+  bool take_answer(std::uint32_t call, Answer& answer) override;
+
+  // Nodes without parameter services are left out, those that do not answer are told of.
+  std::vector<NamedParameter> parameters() override;
+  std::vector<NamedParameter> parameters(const std::string& node) override;
+  Status set_parameter(const std::string& node, const std::string& name,
+                       const ParameterValue& value) override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel::ros2
