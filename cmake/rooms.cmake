@@ -34,6 +34,7 @@ endif()
 function(doppel_room)
   cmake_parse_arguments(ROOM "" "NAME" "SOURCES;USES;PUBLIC;PRIVATE" ${ARGN})
   add_library(doppel_${ROOM_NAME} STATIC ${ROOM_SOURCES})
+  add_library(doppel::${ROOM_NAME} ALIAS doppel_${ROOM_NAME})  # for projects that contain this one
   set_target_properties(doppel_${ROOM_NAME} PROPERTIES LINKER_LANGUAGE CXX)
   target_link_libraries(doppel_${ROOM_NAME} PUBLIC doppel_flags ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE})
   foreach(lower IN LISTS ROOM_USES)

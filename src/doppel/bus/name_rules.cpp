@@ -129,7 +129,7 @@ void NameRules::add(std::string_view text) {
   std::string_view match = text.substr(0, arrow);
   rule.node = take_node(match);
   if (match == "__node" || match == "__name") {
-    if (rule.node.empty())
+    if (rule.node.empty() && !one_node_)
       refuse_rule(text, "would give every node the same name",
                   fmt::format("say whose: -r robot_state_publisher:__node:={}", rule.to));
     require(check_node_name(rule.to), text, "letters, digits and _ make a node's name");

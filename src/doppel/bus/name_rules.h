@@ -33,8 +33,12 @@ enum class NameKind { topic, service };
 // The rules of one process, in order; the first that fits counts. Not shared by threads.
 class NameRules {
  public:
+  NameRules() = default;
+  // one_node: of a program with a single node, which "__node:=name" may rename.
+  explicit NameRules(bool one_node) : one_node_(one_node) {}
+
   // "from:=to", "node:from:=to", "__ns:=/left", "node:__node:=name" and so on. Throws InputError. A rule that
-  // would give all nodes one name is refused: there are many here.
+  // would give many nodes one name is refused.
   void add(std::string_view rule);
   [[nodiscard]] bool empty() const { return rules_.empty(); }
 
@@ -56,6 +60,7 @@ class NameRules {
   };
   static bool fits(const Rule& rule, NameKind kind);
 
+  bool one_node_ = false;
   std::vector<Rule> rules_;
   std::set<std::string> nodes_, names_;  // what there was to fit
 };

@@ -145,8 +145,9 @@ void tell_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnosti
   }
 }
 
-RosArguments take_ros_arguments(std::vector<std::string>& words) {
+RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names) {
   RosArguments out;
+  out.names = std::move(names);
   for (auto begin = std::ranges::find(words, "--ros-args"); begin != words.end();
        begin = std::ranges::find(words, "--ros-args")) {
     const auto end = std::find(begin + 1, words.end(), "--");

@@ -36,7 +36,7 @@ struct RosArguments {
 
 // Takes everything from each "--ros-args" to the "--" behind it (or the end) out of `words`, and reads it.
 // Throws InputError, with every fault at once.
-RosArguments take_ros_arguments(std::vector<std::string>& words);
+RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names = NameRules());
 
 class Bus;
 

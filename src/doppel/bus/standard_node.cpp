@@ -124,14 +124,14 @@ void declare_qos_overrides(Node& node, std::string_view topic, QosOverrideOf end
   declare("reliability", std::string(qos.best_effort ? "best_effort" : "reliable"));
 }
 
-void make_standard(Node& node) {
+void make_standard(Node& node, bool own_clock) {
   node.advertise<rcl_interfaces::msg::Log>("/rosout", Qos::rosout());
   serve_parameters(node);
   serve_type_descriptions(node);
   tell_changes(node);
   node.subscribe<ParameterEvent>(
       kParameterEvents, [](const auto&) {}, Qos::parameter_events());
-  declare_sim_time(node);
+  if (!own_clock) declare_sim_time(node);
   node.parameters().declare(
       "start_type_description_service", true,
       {.description = "Start the ~/get_type_description service for this node.", .read_only = true});

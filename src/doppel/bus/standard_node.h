@@ -11,7 +11,8 @@ namespace doppel {
 // Call it before the node declares parameters of its own, so that these are told on /parameter_events.
 // Declares use_sim_time (the bus's, not to be changed), start_type_description_service and
 // qos_overrides./parameter_events; subscribes to what rclcpp's nodes subscribe to, so that graphs look alike.
-void make_standard(Node& node);
+// own_clock: the node declares use_sim_time and hears /clock by itself.
+void make_standard(Node& node, bool own_clock = false);
 
 // ~/get_logger_levels and ~/set_logger_levels, which act on what reaches /rosout (rosout.h).
 void serve_logger_levels(Node& node);

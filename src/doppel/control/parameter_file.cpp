@@ -354,4 +354,15 @@ std::vector<std::string> ParameterFile::nodes() const {
   return out;
 }
 
+void add_ros_parameters(const RosArguments& arguments, ParameterFile& parameters) {
+  for (const auto& given : arguments.parameters) {
+    if (const auto* file = std::get_if<GivenParameterFile>(&given)) {
+      parameters.add(ParameterFile::load(file->path));
+    } else {
+      const auto& one = std::get<GivenParameter>(given);
+      parameters.add(one.node, one.name, one.value, "-p " + one.text);
+    }
+  }
+}
+
 }  // namespace doppel

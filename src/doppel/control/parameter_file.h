@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "doppel/bus/parameters.h"
+#include "doppel/bus/ros_arguments.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/source_location.h"
 
@@ -82,5 +83,8 @@ class ParameterFile {
   std::vector<std::pair<Section, int>> sections_;  // with their layers: 0 the file, then what was added
   int layers_ = 0;
 };
+
+// Adds what the command line says of nodes' parameters. Throws InputError: a file that cannot be read.
+void add_ros_parameters(const RosArguments& arguments, ParameterFile& parameters);
 
 }  // namespace doppel

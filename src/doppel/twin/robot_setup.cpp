@@ -219,17 +219,6 @@ std::vector<fs::path> files_of(const Target& target, const LoadedDescription& de
   return out;
 }
 
-void add_ros_parameters(const RosArguments& arguments, ParameterFile& parameters) {
-  for (const auto& given : arguments.parameters) {
-    if (const auto* file = std::get_if<GivenParameterFile>(&given)) {
-      parameters.add(ParameterFile::load(file->path));
-    } else {
-      const auto& one = std::get<GivenParameter>(given);
-      parameters.add(one.node, one.name, one.value, "-p " + one.text);
-    }
-  }
-}
-
 RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics) {
   RobotSetup setup;
   ExpandedTarget expanded = expand_target(scenario, resolver, diagnostics);

@@ -39,9 +39,6 @@ ExpandedTarget expand_target(const Scenario& scenario, PackageResolver& resolver
 // Every file that a description was made of: its sources, its overlay (which may come later), its meshes.
 std::vector<std::filesystem::path> files_of(const Target& target, const LoadedDescription& description);
 
-// Adds what the command line says of nodes' parameters. Throws InputError: a file that cannot be read.
-void add_ros_parameters(const RosArguments& arguments, ParameterFile& parameters);
-
 // Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are
 // notes.
 RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics);

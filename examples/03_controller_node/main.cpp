@@ -1,0 +1,66 @@
+// The lab walkthrough's controller node, without ROS: prints the joint states that it hears and sends the
+// arm's joints to the next position every five seconds. See README.md.
+#include <fmt/format.h>
+
+#include "doppel/messages/sensor_msgs.h"
+#include "doppel/messages/std_msgs.h"
+#include "doppel/ros2/node.h"
+
+using doppel::sensor_msgs::msg::JointState;
+using doppel::std_msgs::msg::Float64MultiArray;
+using namespace std::chrono_literals;
+
+class ArmController {
+ public:
+  explicit ArmController(doppel::ros2::Context& context) : node_(context, "arm_controller_node") {
+    topic_ = node_.declare_parameter<std::string>("command_topic", "/position_controller/commands",
+                                                  "where a forward command controller listens");
+    positions_ = node_.declare_parameter("positions", std::vector{1.0, 1.0, 1.0, 1.0},
+                                         "one for each joint of the controller, rad; sent with either sign");
+    commands_ = node_.create_publisher<Float64MultiArray>(topic_);
+    node_.create_subscription<JointState>("joint_states", [this](const JointState& state) { print(state); });
+    timer_ = node_.create_wall_timer(5s, [this] { send(); });
+  }
+
+ private:
+  // Ten times a second is enough to read along.
+  void print(const JointState& state) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_print_ < 100ms) return;
+    last_print_ = now;
+    std::string line = "joint states:";
+    for (std::size_t i = 0; i < state.name.size() && i < state.position.size(); ++i)
+      line += fmt::format("  {} {:+.3f}", state.name[i], state.position[i]);
+    fmt::print("{}\n", line);
+    std::fflush(stdout);
+  }
+
+  void send() {
+    if (commands_.subscription_count() == 0) node_.warn("nobody listens on " + topic_ + " yet");
+    Float64MultiArray command;
+    for (const double position : positions_) command.data.push_back(sign_ * position);
+    commands_.publish(command);
+    node_.info(fmt::format("sent [{:.2f}]", fmt::join(command.data, ", ")));
+    sign_ = -sign_;
+  }
+
+  doppel::ros2::Node node_;
+  std::string topic_;
+  std::vector<double> positions_;
+  double sign_ = 1;
+  doppel::ros2::Publisher<Float64MultiArray> commands_;
+  std::shared_ptr<doppel::ros2::Timer> timer_;
+  std::chrono::steady_clock::time_point last_print_{};
+};
+
+int main(int argc, char** argv) {
+  try {
+    doppel::ros2::Context context(argc, argv);
+    const ArmController controller(context);
+    context.spin();
+  } catch (const doppel::InputError& wrong_use) {
+    fmt::print(stderr, "{}\n", wrong_use.what());
+    return 2;
+  }
+  return 0;
+}

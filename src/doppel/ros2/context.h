@@ -1,0 +1,117 @@
+#pragma once
+// A program of its own in a ROS 2 graph, without ROS: the Context is its place on the network and its thread,
+// nodes (node.h) live in it. See examples/03_controller_node and docs/ros2_client.md.
+//
+//   doppel::ros2::Context context(argc, argv);
+//   doppel::ros2::Node node(context, "talker");
+//   auto chatter = node.create_publisher<doppel::std_msgs::msg::String>("chatter");
+//   const auto timer = node.create_wall_timer(1s, [&] { chatter.publish({"hello"}); });
+//   context.spin();
+//
+// Everything runs on the thread that made the context: callbacks run while it spins, and nowhere else. What a
+// callback throws leaves the function that spins.
+
+#include <chrono>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/bus/bus.h"
+#include "doppel/bus/ros_arguments.h"
+#include "doppel/control/parameter_file.h"
+#include "doppel/core/log.h"
+#include "doppel/ros2/bridge.h"
+#include "doppel/ros2/environment.h"
+
+namespace doppel::ros2 {
+
+struct ContextOptions {
+  ParticipantOptions network;  // from_environment() reads them
+  RosArguments arguments;      // take_ros_arguments() reads them
+  bool catch_signals = true;   // SIGINT and SIGTERM end ok()
+  bool log_to_stderr = true;
+};
+
+// Runs while it is kept and its context spins. Late calls are not made up for.
+class Timer {
+ public:
+  using Clock = std::chrono::steady_clock;
+  // `by_wall`: by the wall's clock, else by ROS time, which may be simulated.
+  Timer(std::chrono::nanoseconds period, bool by_wall, Time ros_now, std::function<void()> callback);
+
+  void cancel() { canceled_ = true; }
+  void reset(Time ros_now);  // the next call is a period from now, also after cancel()
+  [[nodiscard]] bool is_canceled() const { return canceled_; }
+
+  // The context asks: whether a call is due, which then counts as made; how long it is until the next.
+  bool take_due(Time ros_now);
+  [[nodiscard]] std::chrono::nanoseconds left(Time ros_now) const;
+  void call() const { callback_(); }
+
+ private:
+  std::chrono::nanoseconds period_;
+  bool by_wall_, canceled_ = false;
+  Clock::time_point next_wall_;
+  Time next_ros_{};
+  std::function<void()> callback_;
+};
+
+class Context {
+ public:
+  // As ROS 2 starts a program: `--ros-args ...` and ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE and the like.
+  // Throws InputError where one of them cannot be used. A network that cannot be used is a warning.
+  Context(int argc, const char* const* argv);
+  explicit Context(ContextOptions options = {});
+  ~Context();  // after its nodes
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  // False from Ctrl-C or shutdown() on; whatever spins then returns.
+  [[nodiscard]] bool ok() const;
+  void shutdown();  // any thread
+
+  // The command line without the program's name and what was ROS 2's.
+  [[nodiscard]] const std::vector<std::string>& arguments() const;
+
+  void spin();  // until !ok()
+  void spin_some();
+  void spin_for(std::chrono::nanoseconds time);
+  // Until it holds; false: the time was over before, or !ok().
+  bool spin_until(const std::function<bool()>& condition, std::chrono::nanoseconds at_most);
+
+  // What is known of the network. As others: a node's own ends are in it too.
+  [[nodiscard]] std::shared_ptr<const GraphSnapshot> graph() const;
+  [[nodiscard]] NetworkStatus network() const;
+
+  // -- what nodes (node.h) are made of
+  [[nodiscard]] Bus& bus();
+  [[nodiscard]] Bridge& bridge();
+  [[nodiscard]] bool is_logged(Severity severity) const;  // by --log-level
+  // A line of a node's log, as rclcpp prints it.
+  void log(Severity severity, const std::string& node, const std::string& text) const;
+  [[nodiscard]] ParameterOverrides overrides_for(const doppel::Node& node) const;
+  // Keeps what `callback` throws for whoever spins.
+  template <class Callback>
+  void run(const Callback& callback) {
+    try {
+      callback();
+    } catch (...) {
+      keep(std::current_exception());
+    }
+  }
+  void add(const std::shared_ptr<Timer>& timer);
+  // What /clock says, for the nodes that use it: then the bus's stamps say so too.
+  void set_sim_time(Time now);
+  [[nodiscard]] std::optional<Time> sim_time() const;
+
+ private:
+  void keep(std::exception_ptr failure);
+
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel::ros2

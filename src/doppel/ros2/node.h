@@ -1,0 +1,196 @@
+#pragma once
+// A node of one's own, as rclcpp has it: it publishes, subscribes, serves and calls, has parameters that
+// others can list and set, says its log on /rosout. For what everything runs on, see context.h.
+//
+// Subscriptions, services and action servers live as long as their node; publishers and clients are handles,
+// good as long as it. Names are relative to the namespace, private ("~/x") or absolute, and `--ros-args -r`
+// renames them.
+
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "doppel/bus/action_server.h"
+#include "doppel/ros2/context.h"
+
+namespace doppel::ros2 {
+
+template <Message M>
+class Publisher {
+ public:
+  Publisher() = default;
+  void publish(const M& message) const { on_bus_.publish(message, context_->bus().now()); }
+  // How many subscriptions of others get what is published from now on.
+  [[nodiscard]] std::size_t subscription_count() const { return context_->bridge().matches(topic_).readers; }
+  // Spins until there are so many; false: the time was over before.
+  bool wait_for_subscriptions(std::size_t count, std::chrono::nanoseconds at_most) const {
+    return context_->spin_until([&] { return subscription_count() >= count; }, at_most);
+  }
+
+ private:
+  friend class Node;
+  Publisher(Context& context, std::string topic, doppel::Publisher<M> on_bus)
+      : context_(&context), topic_(std::move(topic)), on_bus_(on_bus) {}
+  Context* context_ = nullptr;
+  std::string topic_;
+  doppel::Publisher<M> on_bus_;
+};
+
+// Calls a service; requests are answered while the context spins.
+template <Service S>
+class Client {
+ public:
+  using Request = typename S::Request;
+  using Response = typename S::Response;
+
+  Client() = default;
+  [[nodiscard]] bool service_is_ready() const { return remote_->is_available(); }
+  // Spins until it is; false: the time was over before.
+  bool wait_for_service(std::chrono::nanoseconds at_most) const {
+    return context_->spin_until([this] { return service_is_ready(); }, at_most);
+  }
+
+  // What is sent while no server is ready is lost, and then nothing ever answers.
+  void async_send_request(const Request& request, std::function<void(const Response&)> callback) const {
+    send(request, std::move(callback));
+  }
+  [[nodiscard]] std::future<Response> async_send_request(const Request& request) const {
+    auto promise = std::make_shared<std::promise<Response>>();
+    send(request, [promise](const Response& response) { promise->set_value(response); });
+    return promise->get_future();
+  }
+  // Waits for a server and its answer, spinning; nothing: neither came in time.
+  std::optional<Response> call(const Request& request, std::chrono::nanoseconds at_most) const {
+    const auto begin = std::chrono::steady_clock::now();
+    if (!wait_for_service(at_most)) return std::nullopt;
+    auto answer = std::make_shared<std::optional<Response>>();
+    const std::uint64_t number = send(request, [answer](const Response& response) { *answer = response; });
+    const auto left = at_most - (std::chrono::steady_clock::now() - begin);
+    if (!context_->spin_until([&] { return answer->has_value(); }, left)) remote_->forget(number);
+    return *answer;
+  }
+
+ private:
+  friend class Node;
+  Client(Context& context, std::shared_ptr<RemoteService> remote)
+      : context_(&context), remote_(std::move(remote)) {}
+
+  // An answer that cannot be read is thrown into the context as std::runtime_error.
+  std::uint64_t send(const Request& request, std::function<void(const Response&)> callback) const {
+    return remote_->call(to_cdr(request), [context = context_, call = std::move(callback)](const Bytes& cdr) {
+      context->run([&] {
+        Response response;
+        if (const Status status = from_cdr(std::span(cdr), response); !status)
+          throw std::runtime_error("a service's answer cannot be read: " + status.why());
+        call(response);
+      });
+    });
+  }
+
+  Context* context_ = nullptr;
+  std::shared_ptr<RemoteService> remote_;
+};
+
+class Node {
+ public:
+  // "talker", or "arm" in the namespace "/left". Throws InputError for a name that ROS 2 does not allow.
+  explicit Node(Context& context, std::string_view name, std::string_view name_space = "");
+  ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  [[nodiscard]] const std::string& name() const { return node_->name(); }  // "/left/arm", as renamed
+  [[nodiscard]] Context& context() const { return context_; }
+
+  // -- topics
+  template <Message M>
+  Publisher<M> create_publisher(std::string_view topic, Qos qos = {}) {
+    return Publisher<M>(context_, resolve(doppel::NameKind::topic, topic), node_->advertise<M>(topic, qos));
+  }
+  template <Message M>
+  void create_subscription(std::string_view topic, std::function<void(const M&)> callback, Qos qos = {}) {
+    node_->subscribe<M>(
+        topic, [this, call = std::move(callback)](const M& m) { context_.run([&] { call(m); }); }, qos);
+  }
+
+  // -- time
+  // ROS time: the wall's, or, with the parameter use_sim_time, what /clock says (zero before it does).
+  [[nodiscard]] Time now() const;
+  // Run while they are kept.
+  [[nodiscard]] std::shared_ptr<Timer> create_wall_timer(std::chrono::nanoseconds period,
+                                                         std::function<void()> callback);
+  [[nodiscard]] std::shared_ptr<Timer> create_timer(std::chrono::nanoseconds period,  // by now()
+                                                    std::function<void()> callback);
+
+  // -- services
+  // What the callback throws reaches whoever spins; the request then stays unanswered.
+  template <Service S>
+  void create_service(std::string_view service,
+                      std::function<void(const typename S::Request&, typename S::Response&)> callback) {
+    node_->serve<S>(service, [this, call = std::move(callback)](const typename S::Request& request,
+                                                                Responder<typename S::Response> respond) {
+      context_.run([&] {
+        typename S::Response response;
+        call(request, response);
+        respond(response);
+      });
+    });
+  }
+  template <Service S>
+  Client<S> create_client(std::string_view service) {
+    const ServiceSupport& support = service_support<S>();
+    return Client<S>(context_, make_client(resolve(doppel::NameKind::service, service), support));
+  }
+
+  // -- actions; their clients: action_client.h
+  template <Action A>
+  [[nodiscard]] std::unique_ptr<ActionServer<A>> create_action_server(
+      std::string_view action, typename ActionServer<A>::Callbacks callbacks) {
+    return std::make_unique<ActionServer<A>>(*node_, action, std::move(callbacks));
+  }
+
+  // -- parameters; others read and set them by the node's services
+  // The value of the command line or of a parameter file if there is one, else `initial`. Throws InputError
+  // where its type does not fit, std::logic_error if it is declared already. `T` is one of ParameterValue's.
+  template <class T>
+  T declare_parameter(const std::string& parameter, T initial, const std::string& description = "") {
+    return std::get<T>(declare(parameter, ParameterValue(std::move(initial)), description));
+  }
+  // Throws std::logic_error if it is not declared or of another type.
+  template <class T>
+  [[nodiscard]] T get_parameter(std::string_view parameter) const {
+    if (const T* value = std::get_if<T>(&value_of(parameter))) return *value;
+    throw std::logic_error("parameter '" + std::string(parameter) + "' is of another type");
+  }
+  Status set_parameter(std::string_view parameter, ParameterValue value) {
+    return node_->parameters().set(parameter, std::move(value));
+  }
+  // After a change, by whomever.
+  void on_parameter_change(std::function<void(const std::string& name, const ParameterValue& value)> listener);
+
+  // -- log: to stderr and on /rosout
+  void info(const std::string& text) const { log(Severity::note, text); }
+  void warn(const std::string& text) const { log(Severity::warning, text); }
+  void error(const std::string& text) const { log(Severity::error, text); }
+
+  // What it is made of.
+  [[nodiscard]] doppel::Node& on_bus() { return *node_; }
+
+ private:
+  [[nodiscard]] std::string resolve(doppel::NameKind kind, std::string_view name) const;
+  ParameterValue declare(const std::string& name, ParameterValue initial, const std::string& description);
+  [[nodiscard]] const ParameterValue& value_of(std::string_view parameter) const;
+  std::shared_ptr<RemoteService> make_client(const std::string& service, const ServiceSupport& support);
+  void log(Severity severity, const std::string& text) const;
+  void follow_clock(bool use_sim_time);
+
+  Context& context_;
+  std::unique_ptr<doppel::Node> node_;
+  ParameterOverrides overrides_;
+  bool use_sim_time_ = false, hears_clock_ = false;
+  doppel::Publisher<rcl_interfaces::msg::Log> rosout_;
+};
+
+}  // namespace doppel::ros2

@@ -1,0 +1,48 @@
+#pragma once
+// Another program of the graph, made with the client library, on a thread of its own.
+
+#include <future>
+#include <thread>
+
+#include "doppel/ros2/node.h"
+#include "network.h"
+
+namespace doppel::ros2::test {
+
+inline ContextOptions quiet_context(const OwnDomain& domain) {
+  return {.network = on_domain(domain), .arguments = {}, .catch_signals = false, .log_to_stderr = false};
+}
+
+class Peer {
+ public:
+  // `set_up` makes what lives as long as the peer, and returns it.
+  template <class SetUp>
+  Peer(ContextOptions options, SetUp set_up) {
+    std::promise<void> ready;
+    auto is_ready = ready.get_future();
+    thread_ = std::thread([this, options = std::move(options), set_up, &ready] {
+      Context context(options);
+      const auto contents = set_up(context);
+      context.spin_until(
+          [&] { return context.network().state != NetworkStatus::State::joining; }, kPatience);
+      ready.set_value();
+      context.spin_until([this] { return done_.load(); }, std::chrono::hours(1));
+    });
+    is_ready.wait();
+  }
+  ~Peer() { stop(); }
+  Peer(const Peer&) = delete;
+  Peer& operator=(const Peer&) = delete;
+
+  // Ends it, with a goodbye.
+  void stop() {
+    done_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  std::atomic<bool> done_{false};
+  std::thread thread_;
+};
+
+}  // namespace doppel::ros2::test
