@@ -24,6 +24,7 @@ if(DOPPEL_WERROR)
   target_compile_options(doppel_flags INTERFACE -Werror)
 endif()
 target_include_directories(doppel_flags INTERFACE ${PROJECT_SOURCE_DIR}/src)
+target_compile_features(doppel_flags INTERFACE cxx_std_20)
 if(DOPPEL_FUZZ)
   target_compile_options(doppel_flags INTERFACE -g -O1 -fno-omit-frame-pointer
     -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined)

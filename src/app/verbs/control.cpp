@@ -112,7 +112,7 @@ std::string state_of(Client& twin, const ControlOptions& options, const std::str
   throw ClientError(
       std::ranges::find(names, options.name) == names.end()
           ? fmt::format("no controller '{}' is declared{}", options.name, did_you_mean(options.name, names))
-          : fmt::format("{} could not be loaded; the twin's own terminal says why", options.name));
+          : fmt::format("{} could not be loaded; /rosout and the twin's own terminal say why", options.name));
 }
 
 [[noreturn]] void not_loaded(Client& twin, const ControlOptions& options, const std::string& name) {
@@ -140,7 +140,8 @@ void bring_to_state(Client& twin, const ControlOptions& options, const std::stri
   constexpr auto kStrict = srv::SwitchController::Request::STRICT;
   if (state == "unconfigured" && wanted != "unconfigured") {
     if (!call<srv::ConfigureController>(twin, service(options, "configure_controller"), {name}).ok) {
-      throw ClientError(fmt::format("{} could not be configured; the twin's own terminal says why", name));
+      throw ClientError(
+          fmt::format("{} could not be configured; /rosout and the twin's own terminal say why", name));
     }
     state = "inactive";
   }

@@ -63,7 +63,8 @@ ActionGoal::ActionGoal(Client& twin, std::string action, const ActionSupport& ty
   const Bytes response =
       call_raw(twin_, action_ + std::string(kSendGoal), with_id(id_, goal_cdr.subspan(kCdrHead)));
   if (response.size() <= kCdrHead || response[kCdrHead] == std::byte{0}) {
-    throw ClientError(fmt::format("{} refused the goal; the twin's own terminal says why", action_));
+    throw ClientError(
+        fmt::format("{} refused the goal; /rosout and the twin's own terminal say why", action_));
   }
   result_call_ = twin_.begin_call(action_ + "/_action/get_result", with_id(id_, {}));
 }

@@ -51,7 +51,8 @@ int info(Shell& shell, const NodeOptions& options) {
   const std::string node = find_node_name(twin, options.node);
   const std::vector<std::string> all = twin.nodes();
   if (const auto count = std::ranges::count(all, node); count > 1)
-    print_note(fmt::format("warning: there are {} nodes of the name {}; what follows is of all", count, node));
+    print_note(
+        fmt::format("warning: there are {} nodes of the name {}; what follows is of all", count, node));
   const bool hidden = options.hidden;
   say("{}\n", node);
   print_part("Subscribers", twin.topics(), &Client::Topic::subscribers, node, hidden);

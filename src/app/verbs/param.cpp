@@ -193,8 +193,8 @@ void add_param(CLI::App& app, int& exit_code) {
       },
       dump);
   add_verb<ParamOptions>(
-      group, "load", "Set a node's parameters from a file", "doppel param load /omarm_arm_controller arm.yaml",
-      exit_code,
+      group, "load", "Set a node's parameters from a file",
+      "doppel param load /omarm_arm_controller arm.yaml", exit_code,
       [](CLI::App& verb, ParamOptions& options) {
         verb.add_option("node", options.node, "Name of the node")->required();
         verb.add_option("file", options.value, "Parameter file of ROS 2: node, ros__parameters, values")

@@ -47,7 +47,8 @@ RunningTwin choose_twin(int port) {
   if (const char* chosen = std::getenv("DOPPEL_PORT"); chosen != nullptr && *chosen != '\0')
     return twin_at(parse_port(chosen));
   const std::vector<RunningTwin> twins = find_running();
-  if (twins.empty()) throw ClientError(
+  if (twins.empty())
+    throw ClientError(
         "no twin is running; start one with: doppel up omarm_one, or speak to a ROS 2 graph with --remote");
   if (twins.size() > 1) {
     std::string others;
@@ -150,6 +151,9 @@ int run_verb(const CLI::App& verb, Connection connection, const std::function<in
   if (connection.remote && connection.port != 0)
     wrong_use("--port names a twin, --remote asks for the ROS 2 graph", "give one of them");
   if (connection.port == 0) connection.remote = connection.remote || is_remote_by_default();
+  if (connection.spin_time > 0 && !connection.remote)
+    wrong_use("--spin-time is for the ROS 2 graph",
+              "a twin tells at once what it has; add --remote, or leave it away");
   Shell shell(connection);
   try {
     return run(shell);

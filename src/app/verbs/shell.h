@@ -30,8 +30,8 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
 
 // Whom a verb speaks to.
 struct Connection {
-  int port = 0;         // of the twin; 0: of DOPPEL_PORT, else the newest that runs
-  bool remote = false;  // the ROS 2 graph instead of a twin's server
+  int port = 0;          // of the twin; 0: of DOPPEL_PORT, else the newest that runs
+  bool remote = false;   // the ROS 2 graph instead of a twin's server
   double spin_time = 0;  // s to look who is there; 0: until it is quiet
 };
 

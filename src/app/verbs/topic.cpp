@@ -97,8 +97,7 @@ using Arrival = std::function<void(Clock::time_point, const Client::Received&)>;
 
 // Calls `report` once a second while messages of the topic come; `add` takes each with its time of arrival,
 // those of the topic `also` too.
-void watch(Shell& shell, const std::string& name,
-           const Arrival& add, const std::function<void()>& report,
+void watch(Shell& shell, const std::string& name, const Arrival& add, const std::function<void()>& report,
            const std::string& also = "") {
   Shell::catch_interrupts();
   try {

@@ -34,7 +34,8 @@ Client::Answer Client::call(const std::string& service, std::span<const std::byt
   bool taken = false;
   const auto until = Clock::now() + (at_most.count() < 0 ? std::chrono::hours(24 * 365) : at_most);
   if (!wait_until([&] { return taken = taken || take_answer(call, answer); }, until)) {
-    throw ClientError(fmt::format("service {} did not answer within {} s", service, static_cast<double>(at_most.count()) / 1e3));
+    throw ClientError(fmt::format("service {} did not answer within {} s", service,
+                                  static_cast<double>(at_most.count()) / 1e3));
   }
   return answer;
 }

@@ -41,11 +41,12 @@ class ActionClient {
     send_goal_ = node.create_client<SendGoal<A>>(prefix + "send_goal");
     get_result_ = node.create_client<GetResult<A>>(prefix + "get_result");
     cancel_goal_ = node.create_client<action_msgs::srv::CancelGoal>(prefix + "cancel_goal");
-    node.create_subscription<FeedbackMessage<A>>(
-        prefix + "feedback", [goals = goals_](const FeedbackMessage<A>& message) {
-          const auto goal = find(*goals, message.goal_id.uuid);
-          if (goal != nullptr && goal->callbacks_.on_feedback) goal->callbacks_.on_feedback(message.feedback);
-        });
+    node.create_subscription<FeedbackMessage<A>>(prefix + "feedback",
+                                                 [goals = goals_](const FeedbackMessage<A>& message) {
+                                                   const auto goal = find(*goals, message.goal_id.uuid);
+                                                   if (goal != nullptr && goal->callbacks_.on_feedback)
+                                                     goal->callbacks_.on_feedback(message.feedback);
+                                                 });
     node.create_subscription<action_msgs::msg::GoalStatusArray>(
         prefix + "status",
         [goals = goals_](const action_msgs::msg::GoalStatusArray& message) {

@@ -53,7 +53,8 @@ class Signals {
   Signals& operator=(const Signals&) = delete;
 
  private:
-  struct sigaction interrupt_ {}, terminate_ {};
+  struct sigaction interrupt_ {
+  }, terminate_{};
 };
 
 std::string_view severity_text(Severity severity) {

@@ -61,8 +61,8 @@ class Timer {
 
 class Context {
  public:
-  // As ROS 2 starts a program: `--ros-args ...` and ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE and the like.
-  // Throws InputError where one of them cannot be used. A network that cannot be used is a warning.
+  // As ROS 2 starts a program: `--ros-args ...` and ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE and the
+  // like. Throws InputError where one of them cannot be used. A network that cannot be used is a warning.
   Context(int argc, const char* const* argv);
   explicit Context(ContextOptions options = {});
   ~Context();  // after its nodes

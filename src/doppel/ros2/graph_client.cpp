@@ -121,9 +121,10 @@ void GraphClient::Impl::look_around() {
   };
   wait(settled, begin + options.spin_time.value_or(kLongestLook));
   if (is_alone()) {
-    warn(fmt::format("nobody answers in ROS 2's domain {}, range {} (ROS_DOMAIN_ID, "
-                     "ROS_AUTOMATIC_DISCOVERY_RANGE)",
-                     options.network.domain, to_string(options.network.range)));
+    warn(
+        fmt::format("nobody answers in ROS 2's domain {}, range {} (ROS_DOMAIN_ID, "
+                    "ROS_AUTOMATIC_DISCOVERY_RANGE)",
+                    options.network.domain, to_string(options.network.range)));
   }
 }
 
@@ -194,8 +195,7 @@ void GraphClient::Impl::rebuild() {
 // Tells the others which endpoints this node has.
 void GraphClient::Impl::announce() {
   OwnNode node{.name = node_name, .readers = {}, .writers = {}};
-  for (const auto& [topic, subscription] : subscriptions)
-    node.readers.push_back(subscription.reader->gid());
+  for (const auto& [topic, subscription] : subscriptions) node.readers.push_back(subscription.reader->gid());
   for (const auto& [key, writer] : writers) node.writers.push_back(writer->gid());
   for (const auto& [name, client] : clients) {
     node.writers.push_back(client->requests().gid());

@@ -86,9 +86,9 @@ Writer& GraphClient::Impl::writer(const std::string& topic, const std::string& t
   if (any_of(known.subscriptions, is_latched)) qos.durability = Durability::transient_local;
   const TypeSupport* support = find_type(type);
   auto made = participant->make_writer({.topic = dds_name(NameKind::topic, topic),
-                                   .type = dds_type(type),
-                                   .type_hash = support != nullptr ? support->hash() : "",
-                                   .qos = qos});
+                                        .type = dds_type(type),
+                                        .type_hash = support != nullptr ? support->hash() : "",
+                                        .qos = qos});
   Writer& ours = *writers.emplace(std::pair(topic, type), std::move(made)).first->second;
   announce();
   std::vector<Gid> expected;
@@ -138,8 +138,7 @@ std::shared_ptr<const TypeSupport> GraphClient::Impl::ask_for_type(const std::st
   request.include_type_sources = false;
   const Answer answer = ask(service, to_cdr(request));
   GetTypeDescription::Response response;
-  Status status =
-      answer.ok ? from_cdr(std::span(answer.response), response) : Status::refused(answer.why);
+  Status status = answer.ok ? from_cdr(std::span(answer.response), response) : Status::refused(answer.why);
   if (status && !response.successful) status = Status::refused(response.failure_reason);
   std::shared_ptr<const TypeSupport> support;
   if (status) support = described_type(response.type_description, status);

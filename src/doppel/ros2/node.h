@@ -168,7 +168,8 @@ class Node {
     return node_->parameters().set(parameter, std::move(value));
   }
   // After a change, by whomever.
-  void on_parameter_change(std::function<void(const std::string& name, const ParameterValue& value)> listener);
+  void on_parameter_change(
+      std::function<void(const std::string& name, const ParameterValue& value)> listener);
 
   // -- log: to stderr and on /rosout
   void info(const std::string& text) const { log(Severity::note, text); }

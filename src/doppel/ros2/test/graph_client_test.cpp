@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 
 #include "doppel/messages/described_type.h"
-#include "doppel/messages/type_hash.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"
+#include "doppel/messages/type_hash.h"
 #include "doppel/ros2/graph.h"
 #include "doppel/ros2/names.h"
 #include "doppel/ros2/service.h"
@@ -97,7 +97,8 @@ TEST_F(GraphClientTest, SeesWhoIsThere) {
   const auto& end = topic.publisher_ends.at(0);
   EXPECT_EQ(end.type_hash, find_type("std_msgs/msg/String")->hash());
   EXPECT_THAT(end.qos, Contains(std::pair<std::string, std::string>("Durability", "TRANSIENT_LOCAL")));
-  EXPECT_THAT(end.qos, Contains(std::pair<std::string, std::string>("Liveliness lease duration", "Infinite")));
+  EXPECT_THAT(end.qos,
+              Contains(std::pair<std::string, std::string>("Liveliness lease duration", "Infinite")));
   EXPECT_EQ(end.gid.size(), 16 * 3 - 1);
   EXPECT_EQ(client.find_service("/lab/bench/set").type, "std_srvs/srv/SetBool");
   EXPECT_THAT(failure_of([&] { static_cast<void>(client.find_topic("/lab/descripton")); }),
@@ -157,7 +158,8 @@ TEST_F(GraphClientTest, ReadsAndSetsParameters) {
   GraphClient client(options());
   const auto gain = [&] {
     for (const NamedParameter& parameter : client.parameters()) {
-      if (parameter.node == "/lab/bench" && parameter.name == "gain") return doppel::to_string(parameter.value);
+      if (parameter.node == "/lab/bench" && parameter.name == "gain")
+        return doppel::to_string(parameter.value);
     }
     return std::string("none");
   };
@@ -183,7 +185,8 @@ TEST_F(GraphClientTest, ImpatienceIsHonoured) {
 }
 
 TEST_F(GraphClientTest, ANetworkThatCannotBeUsedIsSaid) {
-  const auto fails = [](const ParticipantOptions&, const std::function<void()>&) -> std::unique_ptr<Participant> {
+  const auto fails = [](const ParticipantOptions&,
+                        const std::function<void()>&) -> std::unique_ptr<Participant> {
     throw NetworkError("no usable network");
   };
   EXPECT_EQ(failure_of([&] { GraphClient client(options(), fails); }), "no usable network");
@@ -202,11 +205,10 @@ class Stranger {
                                          .qos = latched_qos()});
     OwnNode own{.name = node, .readers = {}, .writers = {writer_->gid()}};
     if (tells) {
-      server_.emplace(*participant_,
-                      ServiceSpec{.name = node + "/get_type_description",
-                                  .type = "type_description_interfaces/srv/GetTypeDescription",
-                                  .request_hash = "",
-                                  .response_hash = ""});
+      server_.emplace(*participant_, ServiceSpec{.name = node + "/get_type_description",
+                                                 .type = "type_description_interfaces/srv/GetTypeDescription",
+                                                 .request_hash = "",
+                                                 .response_hash = ""});
       own.readers.push_back(server_->requests().gid());
       own.writers.push_back(server_->replies().gid());
     }

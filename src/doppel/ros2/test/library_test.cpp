@@ -69,8 +69,8 @@ TEST_F(LibraryTest, LatecomersHearWhatIsLatched) {
   Context context(options());
   Node node(context, "late");
   std::string heard;
-  node.create_subscription<Text>(
-      "/description", [&](const Text& text) { heard = text.data; }, {.depth = 1, .latched = true});
+  node.create_subscription<Text>("/description", [&](const Text& text) { heard = text.data; },
+                                 {.depth = 1, .latched = true});
   EXPECT_TRUE(context.spin_until([&] { return heard == "once"; }, kPatience));
 }
 
@@ -107,19 +107,22 @@ using Follow = control_msgs::action::FollowJointTrajectory;
 // Takes goals with points; ends them with success once told to, or when they are canceled.
 struct Arm {
   explicit Arm(Context& context, std::atomic<bool>& finish) : node(context, "arm") {
-    server = node.create_action_server<Follow>(
-        "~/follow", {.on_goal = [this](const GoalId& id, const Follow::Goal& wanted) {
-                       if (wanted.trajectory.points.empty()) return Status::refused("no points");
-                       goal = id;
-                       server->set_executing(id);
-                       return Status();
-                     },
-                     .on_cancel = [this](const GoalId& id) {
-                       server->set_canceling(id);
-                       server->finish(id, GoalStatus::canceled, {});
-                       goal.reset();
-                       return Status();
-                     }});
+    server = node.create_action_server<Follow>("~/follow",
+                                               {.on_goal =
+                                                    [this](const GoalId& id, const Follow::Goal& wanted) {
+                                                      if (wanted.trajectory.points.empty())
+                                                        return Status::refused("no points");
+                                                      goal = id;
+                                                      server->set_executing(id);
+                                                      return Status();
+                                                    },
+                                                .on_cancel =
+                                                    [this](const GoalId& id) {
+                                                      server->set_canceling(id);
+                                                      server->finish(id, GoalStatus::canceled, {});
+                                                      goal.reset();
+                                                      return Status();
+                                                    }});
     timer = node.create_wall_timer(5ms, [this, &finish] {
       if (!goal) return;
       Follow::Feedback feedback;
@@ -178,7 +181,8 @@ TEST_F(LibraryTest, NamesAndParametersFollowTheCommandLine) {
   EXPECT_EQ(node.name(), "/left/arm");
   EXPECT_EQ(node.declare_parameter("gain", 0.5), 2.0);  // an int is taken for a double
   EXPECT_EQ(node.declare_parameter("other", std::int64_t{0}), 7);
-  EXPECT_EQ(node.declare_parameter("names", std::vector<std::string>{}), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(node.declare_parameter("names", std::vector<std::string>{}),
+            (std::vector<std::string>{"a", "b"}));
   EXPECT_THROW(node.declare_parameter("gain", 1.0), std::logic_error);
   EXPECT_THROW(static_cast<void>(node.get_parameter<double>("gian")), std::logic_error);
   std::string changed;
@@ -246,9 +250,14 @@ TEST_F(LibraryTest, SpinningEnds) {
 
 TEST_F(LibraryTest, TheLogIsHeardOnRosout) {
   Peer teller(options(), [](Context& context) {
-    auto node = std::make_unique<Node>(context, "teller", "/lab");
-    node->warn("mind the gap");
-    return node;
+    struct Teller {
+      explicit Teller(Context& context) : node(context, "teller", "/lab") {
+        timer = node.create_wall_timer(5ms, [this] { node.warn("mind the gap"); });
+      }
+      Node node;
+      std::shared_ptr<Timer> timer;
+    };
+    return std::make_unique<Teller>(context);
   });
   Context context(options());
   Node node(context, "reader");
