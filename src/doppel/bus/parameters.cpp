@@ -134,11 +134,13 @@ std::optional<ParameterValue> converted(const ParameterValue& current, Parameter
 
 }  // namespace
 
-bool lies_in(const ParameterRange& range, const ParameterValue& value) {
+Status check_range(const ParameterRange& range, const ParameterValue& value) {
   double number = range.from;
   if (const auto* real = std::get_if<double>(&value)) number = *real;
   if (const auto* whole = std::get_if<std::int64_t>(&value)) number = static_cast<double>(*whole);
-  return number >= range.from && number <= range.to;
+  if (number >= range.from && number <= range.to) return {};
+  if (number < range.from) return Status::refused(fmt::format("{:g} is below {:g}", number, range.from));
+  return Status::refused(fmt::format("{:g} is above {:g}", number, range.to));
 }
 
 std::string_view parameter_type_name(const ParameterValue& value) {
@@ -209,11 +211,12 @@ Status Parameters::check(std::string_view name, ParameterValue& value) const {
         name, parameter_type_name(declared->value), given));
   }
   value = std::move(*fitting);
-  if (declared->options.range && !lies_in(*declared->options.range, value)) {
-    return Status::refused(
-        fmt::format("Parameter {{{}}} doesn't comply with {} range. It goes from {:g} to {:g}.", name,
-                    std::holds_alternative<double>(value) ? "floating point" : "integer",
-                    declared->options.range->from, declared->options.range->to));
+  if (declared->options.range) {
+    if (const Status inside = check_range(*declared->options.range, value); !inside) {
+      return Status::refused(fmt::format("Parameter {{{}}} doesn't comply with {} range. {}.", name,
+                                         std::holds_alternative<double>(value) ? "floating point" : "integer",
+                                         inside.why()));
+    }
   }
   return declared->options.check ? declared->options.check(value) : Status();
 }

@@ -35,8 +35,8 @@ struct NamedParameter {
 struct ParameterRange {
   double from = 0, to = 0;
 };
-// Of an integer or a double; everything else does.
-bool lies_in(const ParameterRange& range, const ParameterValue& value);
+// Of an integer or a double, "-1.0 is below 0"; ok for everything else.
+Status check_range(const ParameterRange& range, const ParameterValue& value);
 
 struct ParameterOptions {
   using Check = std::function<Status(const ParameterValue&)>;

@@ -50,6 +50,16 @@ void declare_sim_time(Node& node) {
   declare_qos_overrides(node, kClock, QosOverrideOf::subscription, Qos::clock_subscription());
 }
 
+TypeSources sources(const TypeSupport& type) {
+  return type_sources(*type.description());
+}
+TypeSources sources(const ServiceSupport& service) {
+  return type_sources(service);
+}
+TypeSources sources(const ActionSupport& action) {
+  return type_sources(action);
+}
+
 TypeDescriptionMessage description(const TypeSupport& type) {
   return description_message(*type.description());
 }
@@ -66,9 +76,10 @@ void describe(const Support* found, const GetTypeDescription::Request& request,
   if (found == nullptr || response.successful || found->hash() != request.type_hash) return;
   response.successful = true;
   response.type_description = description(*found);
+  if (request.include_type_sources) response.type_sources = sources(*found);
 }
 
-// As rcl answers, but for the sources: there are no .msg files here.
+// As rcl answers, but that every type of the program is known to every node.
 void serve_type_descriptions(Node& node) {
   node.serve<GetTypeDescription>("~/get_type_description", [](const auto& request, const auto& respond) {
     GetTypeDescription::Response response;

@@ -246,17 +246,11 @@ ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* ove
                                    kind_of(written->value)),
                        how_to_fit(written->value, initial));
     }
-    if (options.range && !lies_in(*options.range, value)) {
+    Status inside = options.range ? check_range(*options.range, value) : Status();
+    if (inside && options.check) inside = options.check(value);
+    if (!inside)
       throw InputError("parameter.value", written->source,
-                       fmt::format("parameter '{}': {} does not lie from {:g} to {:g}", name,
-                                   to_string(value), options.range->from, options.range->to));
-    }
-    if (options.check) {
-      const Status checked = options.check(value);
-      if (!checked)
-        throw InputError("parameter.value", written->source,
-                         fmt::format("parameter '{}': {}", name, checked.why()));
-    }
+                       fmt::format("parameter '{}': {}", name, inside.why()));
   }
   parameters.declare(name, value, std::move(options));
   return value;

@@ -365,7 +365,7 @@ TEST(JtcSetup, B15_CleanupAfterConfigureAndAfterDeactivate) {
 
 TEST(JtcSetup, ParametersThatDoNotFitAreErrors) {
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition}, "action_monitor_rate: 0.01")),
-              HasSubstr("0.01 does not lie from 0.1"));
+              HasSubstr("0.01 is below"));
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition}, "interpolation_method: spline")),
               HasSubstr("did you mean 'splines'"));
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition}, "gains: {a: {antiwindup_strategy: nnone}}")),
