@@ -1,5 +1,5 @@
-// The lab walkthrough's controller node, without ROS: prints the joint states that it hears and sends the
-// arm's joints to the next position every five seconds. See README.md.
+// The lab walkthrough's controller node, without ROS: prints the joint states that it hears and, every
+// five seconds, sends the arm's joints to where the parameter 'positions' says. See README.md.
 #include <fmt/format.h>
 
 #include "doppel/messages/sensor_msgs.h"
@@ -15,8 +15,8 @@ class ArmController {
   explicit ArmController(doppel::ros2::Context& context) : node_(context, "arm_controller_node") {
     topic_ = node_.declare_parameter<std::string>("command_topic", "/position_controller/commands",
                                                   "where a forward command controller listens");
-    positions_ = node_.declare_parameter("positions", std::vector{1.0, 1.0, 1.0, 1.0},
-                                         "one for each joint of the controller, rad; sent with either sign");
+    node_.declare_parameter("positions", std::vector{1.0, 1.0, 1.0, 1.0},
+                            "one for each joint of the controller, rad");
     commands_ = node_.create_publisher<Float64MultiArray>(topic_);
     node_.create_subscription<JointState>("joint_states", [this](const JointState& state) { print(state); });
     timer_ = node_.create_wall_timer(5s, [this] { send(); });
@@ -38,16 +38,13 @@ class ArmController {
   void send() {
     if (commands_.subscription_count() == 0) node_.warn("nobody listens on " + topic_ + " yet");
     Float64MultiArray command;
-    for (const double position : positions_) command.data.push_back(sign_ * position);
+    command.data = node_.get_parameter<std::vector<double>>("positions");  // whoever sets it moves the arm
     commands_.publish(command);
     node_.info(fmt::format("sent [{:.2f}]", fmt::join(command.data, ", ")));
-    sign_ = -sign_;
   }
 
   doppel::ros2::Node node_;
   std::string topic_;
-  std::vector<double> positions_;
-  double sign_ = 1;
   doppel::ros2::Publisher<Float64MultiArray> commands_;
   std::shared_ptr<doppel::ros2::Timer> timer_;
   std::chrono::steady_clock::time_point last_print_{};
