@@ -119,7 +119,6 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
 
 // `doppel --remote VERB` is for verbs that speak to somebody.
 void refuse_remote_elsewhere(const CLI::App& app) {
-  if (app.get_option("--remote")->count() == 0) return;
   const CLI::App* verb = &app;
   std::string path;
   while (!verb->get_subcommands().empty()) {
@@ -136,8 +135,12 @@ int run(int argc, char** argv) {
   CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
   app.set_version_flag("--version", "doppel " DOPPEL_VERSION);
   app.require_subcommand(1);
-  app.add_flag("--remote", "Speak to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin: topic, node, ...");
-  app.parse_complete_callback([&app] { refuse_remote_elsewhere(app); });
+  bool remote = false;
+  app.add_flag("--remote", remote,
+               "Speak to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin: topic, node, ...");
+  app.parse_complete_callback([&] {
+    if (remote) refuse_remote_elsewhere(app);
+  });
   app.footer(
       "Start here:\n  doppel up omarm_one\nor, to look at a description without physics:\n  doppel view "
       "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states");

@@ -140,7 +140,8 @@ void add_connection_options(CLI::App& verb, Connection& connection) {
   verb.add_option("--port", connection.port,
                   "Port of the twin; default: DOPPEL_PORT, else the newest that runs")
       ->check(CLI::Range(1, 65535));
-  verb.add_flag("--remote", "Speak to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin (DOPPEL_REMOTE=1)");
+  verb.add_flag("--remote", connection.remote,
+                "Speak to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin (DOPPEL_REMOTE=1)");
   verb.add_option("--spin-time", connection.spin_time,
                   "With --remote: seconds to look who is there; default: until it is quiet")
       ->check(CLI::PositiveNumber);
