@@ -186,12 +186,12 @@ struct WebSocketClient::Impl {
     });
   }
   void handle(const foxglove::GraphUpdate& update) {
-    const auto enter = [this](const std::string& name, const std::vector<std::string>& nodes,
+    const auto enter = [this](const std::string& of, const std::vector<std::string>& nodes,
                               std::vector<std::string> Topic::*names, std::vector<Endpoint> Topic::*ends) {
-      Topic& topic = topics[name];
+      Topic& topic = topics[of];
       topic.*names = nodes;
       (topic.*ends).clear();
-      for (const std::string& node : nodes) (topic.*ends).push_back({.node = node, .type = topic.type});
+      for (const std::string& node : nodes) (topic.*ends).push_back({node, topic.type, {}, {}, {}});
     };
     for (const auto& [topic, ids] : update.published)
       enter(topic, ids, &Topic::publishers, &Topic::publisher_ends);
