@@ -52,6 +52,31 @@ class RawType : public dds::TopicDataType {
   bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
 };
 
+// All of these claim to be a JointTrajectory or a list of names; none is.
+std::vector<Octets> malformed_bodies() {
+  std::vector<Octets> all = {
+      {0, 1, 0, 0},                                  // nothing behind the header
+      {0, 1, 0, 0, 1, 2},                            // ends within a number
+      {0, 3, 0, 0, 0, 0, 0, 0},                      // a parameter list, not CDR
+      {0, 7, 0, 0, 0, 0, 0, 0},                      // XCDR version 2
+      {0x77, 0x77, 0x77, 0x77, 0, 0, 0, 0},          // no encapsulation that there is
+      {0, 1, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0},  // and a length that no memory holds
+      {0, 1, 0, 0, 255, 255, 255, 127, 0, 0, 0, 0},  // or one that fits into an int
+      {0, 0, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0},  // the other byte order
+  };
+  Octets names = {0, 1, 0, 0, 0, 0, 0, 0, 0, 0,
+                  0, 0, 1, 0, 0, 0, 0, 0, 0, 0};  // stamp, frame_id, joint_names
+  names[17] = 1;                                  // 256 names follow: they do not
+  all.push_back(names);
+  Octets endless = {0, 1, 0, 0, 9,   0,   0,   0,   9, 0, 0, 0,
+                    4, 0, 0, 0, 'a', 'b', 'c', 'd', 0, 0, 0, 0};  // no NUL
+  all.push_back(endless);
+  Octets ones(100'000, 1);
+  ones[0] = 0;
+  all.push_back(ones);
+  return all;
+}
+
 constexpr const char* kTrajectoryTopic = "rt/omarm_arm_controller/joint_trajectory";
 constexpr const char* kTrajectoryType = "trajectory_msgs::msg::dds_::JointTrajectory_";
 const std::string kGetParameters = "/omarm_arm_controller/get_parameters";
@@ -74,6 +99,20 @@ class HostileNetwork : public FastTwinTest {
   }
   Publisher<Octets> raw(const std::string& topic, const char* type) {
     return Publisher<Octets>(peer.writer(topic, dds::TypeSupport(new RawType(type)), {.depth = 100}));
+  }
+  // Sent a few at a time: a reader of ROS 2's default profile keeps ten.
+  void expect_each_is_refused(Publisher<Octets>& bad) {
+    constexpr std::size_t kFew = 6;
+    const std::int64_t before = counter("refused");
+    std::int64_t sent = 0;
+    const std::vector<Octets> bodies = malformed_bodies();
+    for (std::size_t i = 0; i < bodies.size(); i += kFew) {
+      for (std::size_t k = i; k < std::min(i + kFew, bodies.size()); ++k, ++sent) bad.publish(bodies[k]);
+      std::int64_t refused = 0;
+      ASSERT_TRUE(eventually([&] { return (refused = counter("refused") - before) >= sent; }))
+          << refused << " of " << sent;
+      EXPECT_EQ(refused, sent);
+    }
   }
   // Simulated time goes on, a service answers, and the arm obeys.
   void expect_twin_is_well() {
@@ -110,42 +149,10 @@ class HostileNetwork : public FastTwinTest {
   Subscription<DiagnosticArray_> diagnostics = peer.subscribe<DiagnosticArray_>("rt/diagnostics");
 };
 
-// All of these claim to be a JointTrajectory or a list of names; none is.
-std::vector<Octets> malformed_bodies() {
-  std::vector<Octets> all = {
-      {0, 1, 0, 0},                                  // nothing behind the header
-      {0, 1, 0, 0, 1, 2},                            // ends within a number
-      {0, 3, 0, 0, 0, 0, 0, 0},                      // a parameter list, not CDR
-      {0, 7, 0, 0, 0, 0, 0, 0},                      // XCDR version 2
-      {0x77, 0x77, 0x77, 0x77, 0, 0, 0, 0},          // no encapsulation that there is
-      {0, 1, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0},  // and a length that no memory holds
-      {0, 1, 0, 0, 255, 255, 255, 127, 0, 0, 0, 0},  // or one that fits into an int
-      {0, 0, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0},  // the other byte order
-  };
-  Octets names = {0, 1, 0, 0, 0, 0, 0, 0, 0, 0,
-                  0, 0, 1, 0, 0, 0, 0, 0, 0, 0};  // stamp, frame_id, joint_names
-  names[17] = 1;                                  // 256 names follow: they do not
-  all.push_back(names);
-  Octets endless = {0, 1, 0, 0, 9,   0,   0,   0,   9, 0, 0, 0,
-                    4, 0, 0, 0, 'a', 'b', 'c', 'd', 0, 0, 0, 0};  // no NUL
-  all.push_back(endless);
-  Octets ones(100'000, 1);
-  ones[0] = 0;
-  all.push_back(ones);
-  return all;
-}
-
 TEST_F(HostileNetwork, MalformedMessagesAreCountedAndNoMore) {
   auto bad = raw(kTrajectoryTopic, kTrajectoryType);
   ASSERT_TRUE(eventually([&] { return bad.matched() > 0; }));
-  const std::int64_t before = counter("refused");
-  const std::vector<Octets> bodies = malformed_bodies();
-  for (const Octets& body : bodies) bad.publish(body);
-  const auto expected = before + static_cast<std::int64_t>(bodies.size());
-  std::int64_t refused = 0;
-  EXPECT_TRUE(eventually([&] { return (refused = counter("refused")) >= expected; }))
-      << refused << " instead of " << expected;
-  EXPECT_EQ(refused, expected);
+  expect_each_is_refused(bad);
   expect_twin_is_well();
 }
 
@@ -153,34 +160,29 @@ TEST_F(HostileNetwork, MalformedMessagesAreCountedAndNoMore) {
 TEST_F(HostileNetwork, MalformedRequestsAreCountedAndNoMore) {
   auto bad = raw("rq" + kGetParameters + "Request", "rcl_interfaces::srv::dds_::GetParameters_Request_");
   ASSERT_TRUE(eventually([&] { return bad.matched() > 0; }));
-  const std::int64_t before = counter("refused");
-  const std::vector<Octets> bodies = malformed_bodies();
-  for (const Octets& body : bodies) bad.publish(body);
-  EXPECT_TRUE(
-      eventually([&] { return counter("refused") >= before + static_cast<std::int64_t>(bodies.size()); }));
+  expect_each_is_refused(bad);
   expect_twin_is_well();
 }
 
 TEST_F(HostileNetwork, AnotherTypeOnTheSameTopicIsNotMatched) {
   auto wrong_writer = peer.advertise<std_msgs::msg::dds_::String_>(kTrajectoryTopic);
   auto wrong_reader = peer.subscribe<std_msgs::msg::dds_::String_>("rt/joint_states");
-  // Discovery tells in order: when these are matched, the two above have been looked at.
-  auto writer_after = peer.advertise<control_msgs::msg::dds_::SpeedScalingFactor_>(
-      "rt/omarm_arm_controller/speed_scaling_input");
-  auto reader_after = peer.subscribe<sensor_msgs::msg::dds_::JointState_>("rt/dynamic_joint_states");
-  ASSERT_TRUE(eventually([&] { return writer_after.matched() > 0; }));
+  // Discovery tells of writers in order, and of readers: when these are matched, the two above were looked
+  // at.
+  auto right_writer = peer.advertise<JointTrajectory_>("rt/omarm_gripper_controller/joint_trajectory");
+  auto right_reader = peer.subscribe<control_msgs::msg::dds_::DynamicJointState_>("rt/dynamic_joint_states");
+  ASSERT_TRUE(eventually([&] { return right_writer.matched() > 0 && right_reader.matched() > 0; }));
   EXPECT_EQ(wrong_writer.matched(), 0);
   EXPECT_EQ(wrong_reader.matched(), 0);
-  EXPECT_EQ(reader_after.matched(), 0);
   wrong_writer.publish({});
   expect_twin_is_well();
 }
 
-// A valid message with infinite and absurd numbers is the controller's to refuse.
+// A valid message with numbers that are none is the controller's to refuse.
 TEST_F(HostileNetwork, NumbersThatAreNoneDoNotMoveTheArm) {
   auto commands = peer.advertise<JointTrajectory_>(kTrajectoryTopic);
   ASSERT_TRUE(eventually([&] { return commands.matched() > 0; }));
-  for (const double number : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e308}) {
+  for (const double number : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
     JointTrajectory_ trajectory;
     trajectory.joint_names_() = arm_joints();
     auto& point = trajectory.points_().emplace_back();
@@ -257,17 +259,34 @@ class Garbage {
   std::mt19937 random_{2024};
 };
 
+// The twin, as discovery knows it.
+std::pair<GUID_t, SeenParticipant> twin_as_seen_by(const FastPeer& peer) {
+  std::pair<GUID_t, SeenParticipant> found;
+  EXPECT_TRUE(eventually([&] {
+    for (const SeenEndpoint& endpoint : peer.endpoints())
+      for (const auto& [guid, participant] : peer.participants())
+        if (endpoint.topic == "rt/joint_states" && endpoint.is_writer &&
+            endpoint.guid.guidPrefix == guid.guidPrefix)
+          found = {guid, participant};
+    return !found.second.ports.empty();
+  }));
+  return found;
+}
+
 TEST_F(HostileNetwork, GarbageOnItsPortsChangesNothing) {
-  ASSERT_TRUE(eventually([&] { return !peer.participants().empty(); }));
-  const auto [guid, seen] = *peer.participants().begin();
-  ASSERT_FALSE(seen.ports.empty());
+  const auto [guid, seen] = twin_as_seen_by(peer);
+  FastPeer witness(own_domain());
   Garbage garbage;
   for (int i = 0; i < 1000; ++i) {
     for (const int port : seen.ports) {
       garbage.send(port, garbage.noise(1400));
       garbage.send(port, garbage.nearly_rtps(i % 2 == 0 ? peer.guid() : guid));
     }
-    if (i % 100 == 0) expect_parameters_are_told(peer);  // and leaves the sockets time to be read
+    // Which also leaves the twin's sockets time to be read.
+    if (i % 100 == 0) {
+      ASSERT_NO_FATAL_FAILURE(expect_parameters_are_told(witness));
+    }
+    ASSERT_TRUE(twin().process().running());
   }
   expect_twin_is_well();
 }

@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t kHeaderSize = 20, kPrefixAt = 8, kPrefixSize = 12, kSubmessageHeaderSize = 4;
 constexpr std::uint8_t kPad = 0x01, kGap = 0x08, kHeartbeat = 0x07, kInfoTimestamp = 0x09, kData = 0x15,
                        kDataFragment = 0x16;
+constexpr std::uint8_t kStatistics = 0x80;  // eProsima's own, behind each message of a Fast DDS peer
 constexpr std::uint8_t kLittleEndian = 0x01;
 constexpr std::uint8_t kHasInlineQos = 0x02, kHasData = 0x04,
                        kHasKey = 0x08;  // a fragment always has one of the two
@@ -108,6 +109,9 @@ bool RtpsGuard::admits(std::span<const std::uint8_t> datagram) {
     datagram = datagram.subspan(kSubmessageHeaderSize);
     if (size == 0 && kind != kPad && kind != kInfoTimestamp) size = datagram.size();  // it is the last one
     if (size > datagram.size() || !admits_submessage(kind, flags, datagram.first(size), writer)) return false;
+    // Fast DDS goes on at the next multiple of four, where other submessages would stand than here, and
+    // aborts the process where something follows the statistics.
+    if (size < datagram.size() && (size % 4 != 0 || kind == kStatistics)) return false;
     datagram = datagram.subspan(size);
   }
   return true;

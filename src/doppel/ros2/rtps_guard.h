@@ -18,9 +18,9 @@ constexpr std::int64_t kLargestJump = 10'000'000;
 // One thread at a time.
 class RtpsGuard {
  public:
-  // False for what is no RTPS message, for fragments of nothing or of more than kLargestSample, and for
-  // sequence numbers that leap ahead of what their writer has sent before, unless it says so again (it has
-  // been out of reach for hours).
+  // False for what is no RTPS message or one that Fast DDS would read otherwise than this, for fragments of
+  // nothing or of more than kLargestSample, and for sequence numbers that leap ahead of what their writer has
+  // sent before, unless it says so again (it has been out of reach for hours).
   bool admits(std::span<const std::uint8_t> datagram);
 
  private:

@@ -95,6 +95,29 @@ TEST(RtpsGuard, RefusesFragmentsThatAskForTooMuchOrAreNone) {
     EXPECT_FALSE(RtpsGuard().admits(with(f)));
 }
 
+Datagram with_submessage(Datagram d, std::uint8_t kind, std::uint32_t size) {
+  d.insert(d.end(), {kind, 0x01});
+  append(d, size, 2);
+  d.resize(d.size() + size);
+  return d;
+}
+
+TEST(RtpsGuard, TakesFastDdsStatisticsAtTheEndOnly) {
+  constexpr std::uint8_t kStatistics = 0x80, kPad = 0x01;
+  constexpr std::uint32_t kSize = 56;
+  const Datagram good = with_submessage(with(Data{}), kStatistics, kSize);
+  EXPECT_TRUE(RtpsGuard().admits(good));
+  EXPECT_FALSE(RtpsGuard().admits(with_submessage(good, kPad, 0)));
+  EXPECT_FALSE(RtpsGuard().admits(with_submessage(good, kPad, 4)));
+}
+
+// Else a bad submessage could hide from this look in what Fast DDS takes for the next one.
+TEST(RtpsGuard, RefusesSubmessagesThatEndBetweenMultiplesOfFour) {
+  constexpr std::uint8_t kPad = 0x01;
+  EXPECT_TRUE(RtpsGuard().admits(with_submessage(with_submessage(header(), kPad, 4), kPad, 3)));
+  EXPECT_FALSE(RtpsGuard().admits(with_submessage(with_submessage(header(), kPad, 3), kPad, 4)));
+}
+
 Datagram heartbeat(std::int64_t first, std::int64_t last) {
   Datagram d = header();
   d.insert(d.end(), {0x07, 0x01});
