@@ -35,9 +35,14 @@ bool ServiceServer::take(Sample& request) {
   return true;
 }
 
+// One reply reader for each request writer, the last that it told of: a peer that names another one with
+// every request must not fill the memory.
 void ServiceServer::remember(const Gid& reply_reader, const Gid& request_writer) {
-  if (clients_.size() > 2 * requests_->matched())
-    std::erase_if(clients_, [&](const auto& client) { return !requests_->is_matched(client.second); });
+  const auto known = clients_.find(reply_reader);
+  if (known != clients_.end() && known->second == request_writer) return;
+  std::erase_if(clients_, [&](const auto& client) {
+    return client.second == request_writer || !requests_->is_matched(client.second);
+  });
   clients_.insert_or_assign(reply_reader, request_writer);
 }
 

@@ -38,7 +38,7 @@ class ServiceServer {
 
   std::unique_ptr<Reader> requests_;
   std::unique_ptr<Writer> replies_;
-  std::map<Gid, Gid> clients_;  // reply reader to request writer, of those who have asked
+  std::map<Gid, Gid> clients_;  // reply reader to request writer, of those who have asked; one for each
 };
 
 class ServiceClient {

@@ -66,6 +66,26 @@ TEST_F(Services, AClientThatHasGoneIsToldSo) {
       [&] { return server_.respond(request.related, request.cdr) == ServiceServer::Sent::client_gone; }));
 }
 
+// Else a peer that names another reader with every request would fill the memory.
+TEST_F(Services, OneReaderIsRememberedOfEachClient) {
+  const auto writer =
+      there_->make_writer({"rq/arm/goRequest", "std_srvs::srv::dds_::Trigger_Request_", "", services_qos()});
+  ASSERT_TRUE(
+      activity_.wait([&] { return writer->matched() == 1 && server_.requests().is_matched(writer->gid()); }));
+  const auto ask_for_answer_at = [&](std::uint8_t reader) {
+    SampleIdentity answer_to{writer->gid(), 0};
+    answer_to.writer.bytes[14] = reader;
+    answer_to.writer.bytes[15] = 0x04;  // a reader without key
+    writer->write(cdr_text("x"), &answer_to);
+    Sample request;
+    EXPECT_TRUE(await_request(request));
+    return request.related;
+  };
+  const SampleIdentity first = ask_for_answer_at(1), second = ask_for_answer_at(2);
+  EXPECT_EQ(server_.respond(second, cdr_text("x")), ServiceServer::Sent::not_yet_matched);
+  EXPECT_EQ(server_.respond(first, cdr_text("x")), ServiceServer::Sent::client_gone);
+}
+
 TEST_F(Services, ARequestWithoutAReaderIsAnsweredToItsWriter) {
   const EndpointSpec requests{"rq/arm/goRequest", "std_srvs::srv::dds_::Trigger_Request_", "",
                               services_qos()};
