@@ -69,7 +69,8 @@ void GraphClient::Impl::take_replies() {
     }
   }
   std::erase_if(pending, [&](const auto& entry) {
-    if (clients.at(entry.second.service)->is_available()) return false;
+    // Not is_available(), which is false for a moment while another server comes.
+    if (clients.at(entry.second.service)->requests().matched() > 0) return false;
     answers[entry.first] = {false, "service " + entry.second.service + " went away before it answered", {}};
     return true;
   });

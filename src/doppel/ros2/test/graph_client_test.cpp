@@ -153,6 +153,22 @@ TEST_F(GraphClientTest, AServerThatGoesAwayRefuses) {
   EXPECT_TRUE(client.wait_until([&] { return client.topics().empty(); }, Clock::now() + kPatience));
 }
 
+// One whose requests are matched already and whose answers are not yet.
+TEST_F(GraphClientTest, AnotherServerThatComesEndsNoCall) {
+  start_lab();
+  GraphClient client(options());
+  const std::uint32_t call = client.begin_call("/lab/bench/never", to_cdr(Trigger::Request()));
+  const auto other = make_participant(test::on_domain(domain_), [] {});
+  const auto half = other->make_reader(
+      {"rq/lab/bench/neverRequest", "std_srvs::srv::dds_::Trigger_Request_", "", services_qos()});
+  ASSERT_TRUE(client.wait_until(
+      [&] { return half->matched() == 1 && client.services().at("/lab/bench/never").providers.size() == 2; },
+      Clock::now() + kPatience));
+  ASSERT_TRUE(client.call("/lab/bench/set", to_cdr(SetBool::Request{true})).ok);
+  doppel::Client::Answer answer;
+  EXPECT_FALSE(client.take_answer(call, answer)) << answer.why;
+}
+
 TEST_F(GraphClientTest, ReadsAndSetsParameters) {
   start_lab();
   GraphClient client(options());
