@@ -70,10 +70,10 @@ TEST_F(FastServices, SetsAndGetsAParameter) {
   EXPECT_TRUE(answer->results_()[0].successful_()) << answer->results_()[0].reason_();
 
   GetParameters_Request_ question;
-  question.names_() = {"constraints.Revolute 1.goal", "no.such.parameter"};
+  question.names_() = {"constraints.Revolute 1.goal"};
   const auto values = get.call(question);
   ASSERT_TRUE(values.has_value());
-  ASSERT_FALSE(values->values_().empty());
+  ASSERT_EQ(values->values_().size(), 1u);
   EXPECT_EQ(values->values_()[0].type_(), kDouble);
   EXPECT_EQ(values->values_()[0].double_value_(), 0.125);
 
