@@ -10,8 +10,6 @@
 namespace doppel::app {
 namespace {
 
-constexpr std::uint32_t kLastDomain = 232;
-
 std::string who_can_see(const ros2::ParticipantOptions& network) {
   switch (network.range) {
     case ros2::DiscoveryRange::off:
@@ -32,7 +30,7 @@ std::string who_can_see(const ros2::ParticipantOptions& network) {
 void add_ros_door_options(CLI::App& verb, RosDoorOptions& options) {
   CLI::Option* none = verb.add_flag("--no-ros", options.none, "Do not join ROS 2's network");
   verb.add_option("--domain", options.domain, "ROS 2's domain (else ROS_DOMAIN_ID, else 0)")
-      ->check(CLI::Range(std::uint32_t{0}, kLastDomain))
+      ->check(CLI::Range(std::uint32_t{0}, ros2::kLastDomain))
       ->excludes(none);
 }
 

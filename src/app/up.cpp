@@ -176,6 +176,15 @@ int report(Twin& twin, Summary summary, bool json) {
   return 0;
 }
 
+// With the table in the terminal or without.
+RunStatistics run(Runner& runner, Twin& twin, TerminalLog& terminal, const Summary& summary, bool table,
+                  const std::atomic<bool>& stop) {
+  if (!table) return runner.run(stop);
+  terminal.table_begins();
+  const TableThread drawing(twin, runner, terminal, twin.robot_name() + "  " + summary.engine);
+  return runner.run(stop);
+}
+
 int run_up(const UpOptions& options, const RosArguments& ros) {
   const double speed = parse_speed(options.speed);
   if (options.duration < 0 || !std::isfinite(options.duration)) {
@@ -231,13 +240,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
     tell("  ready        {:.0f} ms after the start\n", summary.startup_ms);
     ros_door.open();
   });
-  if (table) {
-    terminal.table_begins();
-    const TableThread drawing(twin, runner, terminal, twin.robot_name() + "  " + summary.engine);
-    summary.run = runner.run(stop_requested);
-  } else {
-    summary.run = runner.run(stop_requested);
-  }
+  summary.run = run(runner, twin, terminal, summary, table, stop_requested);
   reloader.reset();
   terminal.table_ends();
   return report(twin, std::move(summary), options.json);

@@ -108,10 +108,6 @@ void read_section(std::span<const std::string> words, RosArguments& out) {
   if (!errors.empty()) throw InputError(std::move(errors));
 }
 
-}  // namespace
-
-namespace {
-
 bool is_meant(const std::string& pattern, const Node& node) {
   if (pattern.empty() || pattern.find('*') != std::string::npos) return true;
   for (const std::string* name : {&node.name(), &node.given_name()}) {

@@ -12,7 +12,6 @@ namespace doppel::ros2 {
 namespace {
 
 constexpr const char* kRule = "ros.environment";
-constexpr std::uint32_t kLastDomain = 232;  // beyond it RTPS has no ports left
 
 constexpr std::array<std::pair<std::string_view, DiscoveryRange>, 4> kRanges{
     {{"OFF", DiscoveryRange::off},

@@ -13,10 +13,12 @@
 
 namespace doppel::ros2 {
 
+inline constexpr std::uint32_t kLastDomain = 232;  // beyond it RTPS has no ports left
+
 enum class DiscoveryRange { off, localhost, subnet, system_default };
 
 struct ParticipantOptions {
-  std::uint32_t domain = 0;  // 0 to 232
+  std::uint32_t domain = 0;  // 0 to kLastDomain
   DiscoveryRange range = DiscoveryRange::localhost;
   std::vector<std::string> static_peers;  // addresses or host names
   std::string enclave = "/";
