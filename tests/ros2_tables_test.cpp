@@ -56,9 +56,10 @@ parallel_gripper: {ros__parameters: {joint: JOINT}}
 )";
 
 std::string qos_text(const Qos& qos) {
-  return fmt::format("{}, {}, {}", qos.best_effort ? "best effort" : "reliable",
+  return fmt::format("{}, {}, {}{}", qos.best_effort ? "best effort" : "reliable",
                      qos.transient_local() ? "transient local" : "volatile",
-                     qos.keep_all ? "all" : fmt::format("last {}", qos.depth));
+                     qos.keep_all ? "all" : fmt::format("last {}", qos.depth),
+                     qos.lifespan > Duration{} ? fmt::format(", for {:g} s", to_seconds(qos.lifespan)) : "");
 }
 
 // "~/x" for what stands under the node.

@@ -35,7 +35,7 @@ struct TopicOps;
 struct ServiceEntry;
 }  // namespace bus_detail
 
-// What of ROS 2's quality of service a node asks for; deadline, lifespan and liveliness are never asked for.
+// What of ROS 2's quality of service a node asks for; deadline and liveliness are never asked for.
 struct Qos {
   std::size_t depth = 10;    // of the history that is kept
   bool latched = false;      // transient local: the last message is kept for late joiners
@@ -44,12 +44,15 @@ struct Qos {
 
   // Transient local on a network, which keeps the history itself; the bus keeps nothing for late joiners.
   bool latched_on_network = false;
+  Duration lifespan{};  // of a message on a network, by the wall's clock; zero: for ever
 
   // The profiles that ROS 2 names. What it leaves to the system is as Jazzy's middleware (Fast DDS) has it.
   static constexpr Qos sensor_data() { return {.depth = 5, .best_effort = true}; }
   static constexpr Qos system_default_publisher() { return {.depth = 1, .latched_on_network = true}; }
   static constexpr Qos system_default_subscription() { return {.depth = 1, .best_effort = true}; }
-  static constexpr Qos rosout() { return {.depth = 1000, .latched_on_network = true}; }
+  static constexpr Qos rosout() {
+    return {.depth = 1000, .latched_on_network = true, .lifespan = std::chrono::seconds(10)};
+  }
   static constexpr Qos parameter_events() { return {.depth = 1000}; }
   static constexpr Qos clock_subscription() { return {.depth = 1, .best_effort = true}; }
 

@@ -10,6 +10,7 @@ QosProfile to_profile(const Qos& qos) {
   profile.durability = qos.transient_local() ? Durability::transient_local : Durability::volatile_;
   profile.history = qos.keep_all ? History::keep_all : History::keep_last;
   profile.depth = qos.depth;
+  if (qos.lifespan > Duration{}) profile.lifespan = qos.lifespan;
   return profile;
 }
 

@@ -159,8 +159,10 @@ TEST_F(BridgeTest, WhatIsKeptOnTheNetworkAloneIsNeverOldAndCostsNothingMeanwhile
 }
 
 TEST_F(BridgeTest, AHistoryOfMessagesIsThereForWhoComesLater) {
-  const auto publisher = node.advertise<Float64>("/log", {.depth = 1000, .latched_on_network = true});
+  const auto publisher = node.advertise<Float64>("/log", Qos::rosout());
   start();
+  ASSERT_TRUE(comes_true([&] { return endpoints("/log").size() == 1; }));
+  EXPECT_EQ(endpoints("/log")[0].qos.lifespan, std::chrono::seconds(10)) << "as rcl offers /rosout";
   ASSERT_TRUE(comes_true([&] { return publisher.has_listeners(); }));
   for (const double value : {1, 2, 3}) publisher.publish({value}, {});
   ASSERT_TRUE(comes_true([&] { return bridge->status().sent == 3; }));
