@@ -15,6 +15,15 @@ EndpointSpec reply_spec(const ServiceSpec& spec) {
           spec.qos};
 }
 
+// What a server keeps, as rclcpp's parameter services do (rmw_qos_profile_parameters): the default of ten
+// would lose some of a burst of requests, whose clients then wait in vain.
+constexpr std::size_t kServerDepth = 1000;
+
+EndpointSpec deep(EndpointSpec spec) {
+  spec.qos.depth = kServerDepth;
+  return spec;
+}
+
 // DDSI-RTPS 2.5, 9.3.1.2: the last byte tells what kind of endpoint it is.
 bool is_reader(const Gid& gid) {
   return (gid.bytes.back() & 0x04) != 0;
@@ -23,8 +32,8 @@ bool is_reader(const Gid& gid) {
 }  // namespace
 
 ServiceServer::ServiceServer(Participant& participant, const ServiceSpec& spec)
-    : requests_(participant.make_reader(request_spec(spec))),
-      replies_(participant.make_writer(reply_spec(spec))) {}
+    : requests_(participant.make_reader(deep(request_spec(spec)))),
+      replies_(participant.make_writer(deep(reply_spec(spec)))) {}
 
 bool ServiceServer::take(Sample& request) {
   if (!requests_->take(request)) return false;

@@ -45,6 +45,19 @@ TEST_F(Services, EachClientGetsItsOwnAnswer) {
   EXPECT_FALSE(first.take(reply));
 }
 
+TEST_F(Services, ABurstOfRequestsWaitsForTheServer) {
+  ServiceClient client(*there_, trigger());
+  ASSERT_TRUE(activity_.wait([&] { return client.is_available(); }));
+  constexpr int kRequests = 50;
+  for (int i = 0; i < kRequests; ++i) ASSERT_TRUE(client.send(cdr_text("x")));
+  int taken = 0;
+  Sample request;
+  EXPECT_TRUE(activity_.wait([&] {
+    while (server_.take(request)) ++taken;
+    return taken == kRequests;
+  })) << taken;
+}
+
 TEST_F(Services, AServerThatHasGoneIsNotAvailable) {
   ServiceClient client(*here_, trigger());
   {
