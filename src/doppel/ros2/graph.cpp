@@ -1,6 +1,7 @@
 #include "doppel/ros2/graph.h"
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <set>
 
@@ -17,6 +18,8 @@ constexpr const char* kTopic = "ros_discovery_info";  // not mangled
 constexpr const char* kUnknownNode = "_NODE_NAME_UNKNOWN_";
 constexpr const char* kNoNode = "_CREATED_BY_BARE_DDS_APP_";
 constexpr std::size_t kPrefixSize = 12;
+// A list may come before its participant is known, or be read after that has gone: then it never will be.
+constexpr std::chrono::seconds kNeverCame{10};
 
 EndpointSpec spec(History history) {
   EndpointSpec result{kTopic, dds_type(msg::ParticipantEntitiesInfo::kType),
@@ -92,6 +95,7 @@ struct Graph::Impl {
   struct Claim {
     std::vector<GraphNode> nodes;
     bool was_there = false;  // its participant has been seen, so that its absence means that it has gone
+    std::chrono::steady_clock::time_point made = std::chrono::steady_clock::now();
   };
 
   Participant& participant;
@@ -136,9 +140,10 @@ void Graph::Impl::take() {
 }
 
 void Graph::Impl::forget_the_gone(const std::map<Gid, ParticipantInfo>& present) {
+  const auto now = std::chrono::steady_clock::now();
   for (auto at = claims.begin(); at != claims.end();) {
     const bool is_there = present.contains(at->first);
-    const bool has_gone = !is_there && at->second.was_there;
+    const bool has_gone = !is_there && (at->second.was_there || now - at->second.made > kNeverCame);
     at->second.was_there |= is_there;
     at = has_gone ? claims.erase(at) : std::next(at);
   }
@@ -148,9 +153,10 @@ void Graph::Impl::list_nodes(const std::map<Gid, ParticipantInfo>& present) {
   nodes.clear();
   for (const auto& [gid, claim] : claims) {
     const auto info = present.find(gid);
+    if (info == present.end()) continue;
     for (const GraphNode& node : claim.nodes) {
       nodes.push_back(node);
-      if (info != present.end()) nodes.back().enclave = info->second.enclave;
+      nodes.back().enclave = info->second.enclave;
     }
   }
   std::stable_sort(nodes.begin(), nodes.end(),

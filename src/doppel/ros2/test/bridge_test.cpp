@@ -420,6 +420,17 @@ TEST_F(BridgeTest, ItsGraphShowsOthersAndItself) {
   EXPECT_EQ(bridge->status().state, NetworkStatus::State::joined);
 }
 
+TEST_F(BridgeTest, ANodeThatCameAndWentBetweenTwoLooksIsNotThere) {
+  Graph graph(*peer);
+  {
+    const auto visitor = network.join([] {});
+    Graph theirs(*visitor);
+    theirs.set_own_nodes({{.name = "/ghost", .readers = {}, .writers = {}}});
+  }
+  graph.update();
+  EXPECT_TRUE(graph.nodes().empty());
+}
+
 TEST_F(BridgeTest, WithoutANetworkItSaysSoOnceAndTheBusGoesOn) {
   bridge.emplace(bus, BridgeOptions{.network = {}, .diagnostics_node = "/doppel"}, log,
                  [](const auto&, const auto&) -> std::unique_ptr<Participant> {
