@@ -145,9 +145,21 @@ class Node {
   }
 
   // -- actions; their clients: action_client.h
+  // A callback that throws refuses.
   template <Action A>
   [[nodiscard]] std::unique_ptr<ActionServer<A>> create_action_server(
       std::string_view action, typename ActionServer<A>::Callbacks callbacks) {
+    auto& [on_goal, on_cancel] = callbacks;
+    if (on_goal) {
+      on_goal = [this, call = std::move(on_goal)](const GoalId& id, const typename A::Goal& goal) {
+        return decision_of([&] { return call(id, goal); });
+      };
+    }
+    if (on_cancel) {
+      on_cancel = [this, call = std::move(on_cancel)](const GoalId& id) {
+        return decision_of([&] { return call(id); });
+      };
+    }
     return std::make_unique<ActionServer<A>>(*node_, action, std::move(callbacks));
   }
 
@@ -180,6 +192,12 @@ class Node {
   [[nodiscard]] doppel::Node& on_bus() { return *node_; }
 
  private:
+  template <class Call>
+  Status decision_of(const Call& call) {
+    Status decision = Status::refused("its callback threw");
+    context_.run([&] { decision = call(); });
+    return decision;
+  }
   [[nodiscard]] std::string resolve(doppel::NameKind kind, std::string_view name) const;
   ParameterValue declare(const std::string& name, ParameterValue initial, const std::string& description);
   [[nodiscard]] const ParameterValue& value_of(std::string_view parameter) const;

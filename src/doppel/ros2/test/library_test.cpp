@@ -232,6 +232,21 @@ TEST_F(LibraryTest, WhatACallbackThrowsLeavesTheSpin) {
   EXPECT_THROW(context.spin_for(1min), std::out_of_range);
 }
 
+TEST_F(LibraryTest, WhatAGoalsCallbackThrowsLeavesTheSpinAndRefuses) {
+  Context context(options());
+  Node node(context, "arm");
+  const auto server = node.create_action_server<Follow>(
+      "~/follow",
+      {.on_goal = [](const GoalId&, const Follow::Goal&) -> Status { throw std::runtime_error("thrown"); },
+       .on_cancel = {}});
+  ActionClient<Follow> client(node, "~/follow");
+  ASSERT_TRUE(client.wait_for_action_server(kPatience));
+  const auto goal = client.send_goal({});
+  EXPECT_THROW(client.wait_for_result(*goal, kPatience), std::runtime_error);
+  EXPECT_TRUE(client.wait_for_result(*goal, kPatience));
+  EXPECT_TRUE(goal->is_rejected());
+}
+
 TEST_F(LibraryTest, SpinningEnds) {
   Context context(options());
   EXPECT_TRUE(context.ok());
