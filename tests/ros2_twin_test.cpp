@@ -81,6 +81,16 @@ TEST_F(Ros2Twin, TakesParametersFromTheCommandLine) {
               StartsWith("right_"));
 }
 
+TEST_F(Ros2Twin, TransformsComeAsOftenAsAskedForAtOnce) {
+  bring_up(scenario_with({"-p", "robot_state_publisher:publish_frequency:=1e-300"}));
+  run(0.1);
+  EXPECT_TRUE(last<tf2_msgs::msg::TFMessage>("/tf", 0.2).transforms.empty());
+  EXPECT_THAT(call("/robot_state_publisher/set_parameters", "rcl_interfaces/srv/SetParameters",
+                   "{parameters: [{name: publish_frequency, value: {type: 3, double_value: 50}}]}"),
+              HasSubstr("successful: true"));
+  EXPECT_FALSE(last<tf2_msgs::msg::TFMessage>("/tf", 0.2).transforms.empty());
+}
+
 TEST_F(Ros2Twin, StampedByTheWallRunsAsBefore) {
   Scenario scenario = scenario_with({});
   bring_up(scenario);

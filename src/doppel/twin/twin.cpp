@@ -186,6 +186,9 @@ struct Twin::Impl {
     if (count >= next_housekeeping) {
       control->manager().housekeeping(now);
       next_housekeeping = count + steps_per_housekeeping;
+      // Who asks for more transforms need not wait as long as they were rare.
+      next_transforms =
+          std::min(next_transforms, count + steps_in(publisher->period(), machine->setup.world.step));
     }
     loads->publish_due(*machine->engine, now);
     contacts->publish_due(*machine->engine, now);
