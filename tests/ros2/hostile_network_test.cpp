@@ -276,6 +276,7 @@ std::pair<GUID_t, SeenParticipant> twin_as_seen_by(const FastPeer& peer) {
 TEST_F(HostileNetwork, GarbageOnItsPortsChangesNothing) {
   const auto [guid, seen] = twin_as_seen_by(peer);
   FastPeer witness(own_domain());
+  const std::int64_t before = counter("refused datagrams");
   Garbage garbage;
   for (int i = 0; i < 1000; ++i) {
     for (const int port : seen.ports) {
@@ -288,6 +289,7 @@ TEST_F(HostileNetwork, GarbageOnItsPortsChangesNothing) {
     }
     ASSERT_TRUE(twin().process().running());
   }
+  EXPECT_TRUE(eventually([&] { return counter("refused datagrams") > before; }));
   expect_twin_is_well();
 }
 
