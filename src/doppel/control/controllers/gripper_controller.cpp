@@ -149,6 +149,8 @@ Status GripperController::accept(const GoalId& id, const Command& command) {
   };
   if (!active_) return refuse(fmt::format("'{}' is not active; activate it first", context_->name));
   if (!std::isfinite(command.position)) return refuse("the goal's position is not a finite number");
+  if (std::isnan(command.effort.value_or(0)) || std::isnan(command.velocity.value_or(0)))
+    return refuse("the goal's effort or velocity is not a number, so that nothing would limit it");
   if (goal_) finish(*goal_, GoalStatus::canceled, {});  // preempted; an empty result, as in ros2_controllers
   ended_.reset();
   goal_ = id;

@@ -154,6 +154,8 @@ TEST(Gripper, RefusesWhatItCannotDo) {
   rig.run(1);
   rig.send({{std::nan(""), 1.0}});
   EXPECT_FALSE(rig.answers[0].accepted);
+  rig.send({{1.0, std::nan("")}});
+  EXPECT_FALSE(rig.answers[1].accepted) << "no limit at all";
   const auto open = rig.send({{1.0, 1.0}});
   ASSERT_TRUE(rig.manager->switch_controllers({}, std::vector<std::string>{"grip"}, Strictness::strict));
   EXPECT_EQ(rig.answers[open].status, GoalStatus::aborted);
