@@ -171,7 +171,7 @@ TEST_F(LibraryTest, SendsGoals) {
   client.cancel(*canceled, [&](bool canceling) { taken = canceling; });
   ASSERT_TRUE(client.wait_for_result(*canceled, kPatience));
   EXPECT_EQ(canceled->status(), GoalStatus::canceled);
-  EXPECT_TRUE(taken);
+  EXPECT_TRUE(context.spin_until([&] { return taken; }, kPatience));
 }
 
 TEST_F(LibraryTest, NamesAndParametersFollowTheCommandLine) {
