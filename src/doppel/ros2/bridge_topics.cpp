@@ -10,6 +10,8 @@
 namespace doppel::ros2 {
 namespace {
 
+// A node's depth is that of its own queue, behind the bus; here a burst waits for the bridge's thread.
+constexpr std::size_t kReaderDepth = 100;
 constexpr std::size_t kMostAtOnce = 64;  // samples of one reader, before others have their turn
 constexpr std::size_t kMostInFlight =
     2048;                               // messages that the loop has not run: more wait in DDS' histories
@@ -120,7 +122,10 @@ bool BridgedTopics::follow(const std::vector<TopicInfo>& infos, SteadyTime now) 
     topic.latched = info.latched;
     seen.insert(info.id);
     const auto make_writer = [this](const EndpointSpec& spec) { return participant_.make_writer(spec); };
-    const auto make_reader = [this](const EndpointSpec& spec) { return participant_.make_reader(spec); };
+    const auto make_reader = [this](EndpointSpec spec) {
+      spec.qos.depth = std::max(spec.qos.depth, kReaderDepth);
+      return participant_.make_reader(spec);
+    };
     waits = !follow_ends(topic, topic.writers, writers, make_writer) || waits;
     waits = !follow_ends(topic, topic.readers, readers, make_reader) || waits;
   }
