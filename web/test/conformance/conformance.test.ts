@@ -109,6 +109,10 @@ test('one message of each type is decoded by another reader, with the same value
   send('/omarm_arm_controller/joint_trajectory', trajectory);
   send('/omarm_arm_controller/speed_scaling_input', { factor: 1 });
   send('/rosout', { stamp: { sec: 1, nsec: 2 }, level: 20, name: 'peer', msg: 'ünïcode', file: 'a.cpp', function: 'f', line: 7 });
+  const gripper = ['omarm_gripper_controller'];
+  await peer.call('/controller_manager/switch_controller', { deactivate_controllers: gripper, strictness: 2 });
+  await peer.call('/controller_manager/switch_controller', { activate_controllers: gripper, strictness: 2 });
+  await peer.call('/omarm_arm_controller/set_parameters', { parameters: [{ name: 'constraints.goal_time', value: { type: 3, double_value: 0.5 } }] });
   const missing = (): string[] => [...wanted.keys()].filter((name) => !got.has(name));
   await until(`messages of ${missing().join(', ')}`, () => missing().length === 0).catch(() => {
     throw new Error(`no message came of ${missing().join(', ')}`);

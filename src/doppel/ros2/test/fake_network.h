@@ -178,6 +178,8 @@ class FakeParticipant : public Participant {
     const std::lock_guard lock(network_.mutex_);
     auto member = std::make_unique<FakeNetwork::Member>();
     member->gid.bytes[0] = network_.next_member_++;
+    member->gid.bytes[14] = 0x01;  // RTPS's entity of a participant: 00 00 01 c1
+    member->gid.bytes[15] = 0xc1;
     member->on_activity = std::move(on_activity);
     member_ = member.get();
     network_.members_.push_back(std::move(member));
