@@ -76,6 +76,12 @@ TEST_F(FastServices, SetsAndGetsAParameter) {
   ASSERT_EQ(values->values_().size(), 1u);
   EXPECT_EQ(values->values_()[0].type_(), kDouble);
   EXPECT_EQ(values->values_()[0].double_value_(), 0.125);
+  question.names_().push_back("no.such.parameter");
+  const auto with_unknown = get.call(question);
+  ASSERT_TRUE(with_unknown.has_value());
+  ASSERT_EQ(with_unknown->values_().size(), 2u) << "controllers allow undeclared parameters";
+  EXPECT_EQ(with_unknown->values_()[0].double_value_(), 0.125);
+  EXPECT_EQ(with_unknown->values_()[1].type_(), 0) << "not set";
 
   request.parameters_()[0].value_().double_value_() = 0;
   set.call(request);

@@ -66,6 +66,7 @@ msg::ParameterDescriptor describe(const Parameters::Declared& declared) {
   descriptor.type = kTypes[declared.value.index()];
   descriptor.description = declared.options.description;
   descriptor.read_only = declared.options.read_only;
+  descriptor.dynamic_typing = declared.options.dynamic_typing;
   if (const auto& range = declared.options.range) {
     if (std::holds_alternative<double>(declared.value)) {
       constexpr double kMost = std::numeric_limits<double>::max();
@@ -78,15 +79,15 @@ msg::ParameterDescriptor describe(const Parameters::Declared& declared) {
   return descriptor;
 }
 
-// One answer for each name; none at all where a name is unknown, as rclcpp answers.
+// One answer for each name, as rclcpp answers: an unknown one is "not set" where undeclared parameters are
+// allowed; elsewhere there is no answer at all then.
 template <class T, class Answer>
-std::vector<T> for_each_declared(const Parameters& parameters, const std::vector<std::string>& names,
-                                 Answer answer) {
+std::vector<T> for_each(const Parameters& parameters, const std::vector<std::string>& names, Answer answer) {
   std::vector<T> out;
   for (const std::string& name : names) {
     const auto* declared = parameters.find(name);
-    if (declared == nullptr) return {};
-    out.push_back(answer(*declared));
+    if (declared == nullptr && !parameters.allows_undeclared()) return {};
+    out.push_back(answer(declared == nullptr ? Parameters::Declared{name, {}, {}} : *declared));
   }
   return out;
 }
@@ -104,17 +105,17 @@ void serve_reading(Node& node) {
       "~/list_parameters",
       [&parameters](const auto& request, const auto& respond) { respond({list(parameters, request)}); });
   node.serve<srv::GetParameters>("~/get_parameters", [&parameters](const auto& request, const auto& respond) {
-    respond({for_each_declared<msg::ParameterValue>(parameters, request.names,
-                                                    [](const auto& d) { return to_msg(d.value); })});
+    respond({for_each<msg::ParameterValue>(parameters, request.names,
+                                           [](const auto& d) { return to_msg(d.value); })});
   });
   node.serve<srv::GetParameterTypes>(
       "~/get_parameter_types", [&parameters](const auto& request, const auto& respond) {
-        respond({for_each_declared<std::uint8_t>(parameters, request.names,
-                                                 [](const auto& d) { return kTypes[d.value.index()]; })});
+        respond({for_each<std::uint8_t>(parameters, request.names,
+                                        [](const auto& d) { return kTypes[d.value.index()]; })});
       });
   node.serve<srv::DescribeParameters>(
       "~/describe_parameters", [&parameters](const auto& request, const auto& respond) {
-        respond({for_each_declared<msg::ParameterDescriptor>(parameters, request.names, describe)});
+        respond({for_each<msg::ParameterDescriptor>(parameters, request.names, describe)});
       });
 }
 

@@ -132,6 +132,11 @@ std::optional<ParameterValue> converted(const ParameterValue& current, Parameter
   return std::nullopt;
 }
 
+bool fits_options(const ParameterOptions& options, const ParameterValue& value) {
+  if (options.range && !check_range(*options.range, value)) return false;
+  return !options.check || options.check(value).ok();
+}
+
 }  // namespace
 
 Status check_range(const ParameterRange& range, const ParameterValue& value) {
@@ -178,10 +183,20 @@ ParameterValue parse_parameter(std::string_view text) {
   return std::string(text);
 }
 
-void Parameters::declare(std::string name, ParameterValue initial, ParameterOptions options) {
-  if (find(name) != nullptr) throw std::logic_error(fmt::format("parameter '{}' is declared twice", name));
-  declared_.push_back({std::move(name), std::move(initial), std::move(options)});
-  if (on_event_) on_event_({{&declared_.back()}, {}});
+ParameterValue Parameters::declare(std::string name, ParameterValue initial, ParameterOptions options) {
+  Declared* before = find_mine(name);
+  if (before == nullptr) {
+    declared_.push_back({std::move(name), std::move(initial), std::move(options)});
+    if (on_event_) on_event_({{&declared_.back()}, {}, {}});
+    return declared_.back().value;
+  }
+  if (std::erase(undeclared_, name) == 0)
+    throw std::logic_error(fmt::format("parameter '{}' is declared twice", name));
+  auto set = converted(initial, before->value);
+  const bool fits = set && fits_options(options, *set);
+  before->options = std::move(options);
+  tell(name, fits ? std::move(*set) : std::move(initial));
+  return before->value;
 }
 
 const Parameters::Declared* Parameters::find(std::string_view name) const {
@@ -197,6 +212,7 @@ Parameters::Declared* Parameters::find_mine(std::string_view name) {
 // The sentences are rclcpp's, which ROS's tools show, with what else can be said.
 Status Parameters::check(std::string_view name, ParameterValue& value) const {
   const Declared* declared = find(name);
+  if (declared == nullptr && allows_undeclared_) return {};
   if (declared == nullptr) {
     return Status::refused(fmt::format("parameter '{}' cannot be set because it was not declared{}", name,
                                        did_you_mean(name, names())));
@@ -204,7 +220,8 @@ Status Parameters::check(std::string_view name, ParameterValue& value) const {
   if (declared->options.read_only)
     return Status::refused(fmt::format("parameter '{}' cannot be set because it is read-only", name));
   const std::string_view given = parameter_type_name(value);
-  auto fitting = converted(declared->value, std::move(value));
+  auto fitting = declared->options.dynamic_typing ? std::optional(std::move(value))
+                                                  : converted(declared->value, std::move(value));
   if (!fitting) {
     return Status::refused(fmt::format(
         "Wrong parameter type, parameter {{{}}} is of type {{{}}}, setting it to {{{}}} is not allowed.",
@@ -228,27 +245,59 @@ Status Parameters::set(std::string_view name, ParameterValue value) {
 }
 
 Status Parameters::set_all(std::vector<std::pair<std::string, ParameterValue>> wanted) {
+  std::size_t more = 0;
   for (auto& [name, value] : wanted) {
     if (Status fine = check(name, value); !fine) return fine;
+    if (find(name) != nullptr) continue;
+    if (Status fine = check_undeclared(name, ++more); !fine) return fine;
   }
   Event event;
+  std::list<Declared> gone;
+  for (const auto& [name, value] : wanted) store(name, value, event, gone);
   for (const auto& [name, value] : wanted) {
-    Declared* declared = find_mine(name);
-    declared->value = value;
-    event.changed.push_back(declared);
-  }
-  for (const auto& [name, value] : wanted) {
+    if (std::holds_alternative<std::monostate>(value)) continue;
     for (std::size_t i = 0; i < listeners_.size(); ++i) listeners_[i](name, value);
   }
-  if (on_event_ && !event.changed.empty()) on_event_(event);
+  if (on_event_ && !wanted.empty()) on_event_(event);
   return {};
+}
+
+// Whoever sets names without end, from the network, is stopped before memory ends.
+Status Parameters::check_undeclared(std::string_view name, std::size_t more) const {
+  if (name.empty()) return Status::refused("parameter name must not be empty");
+  if (undeclared_.size() + more <= kMostUndeclared) return {};
+  return Status::refused(fmt::format(
+      "parameter '{}' cannot be set because it was not declared, and {} undeclared ones are there already",
+      name, kMostUndeclared));
+}
+
+void Parameters::store(const std::string& name, const ParameterValue& value, Event& event,
+                       std::list<Declared>& gone) {
+  const auto found = std::ranges::find(declared_, name, &Declared::name);
+  const bool deletes = std::holds_alternative<std::monostate>(value);
+  if (found == declared_.end()) {
+    if (deletes) return;
+    declared_.push_back({name, value, {.dynamic_typing = true}});
+    undeclared_.push_back(name);
+    event.declared.push_back(&declared_.back());
+  } else if (deletes && found->options.dynamic_typing) {
+    std::erase(undeclared_, name);
+    std::erase(event.declared, &*found);
+    std::erase(event.changed, &*found);
+    event.deleted.push_back(&*found);
+    gone.splice(gone.end(), declared_, found);
+  } else {
+    found->value = value;
+    const auto told = [&found](const auto& list) { return std::ranges::find(list, &*found) != list.end(); };
+    if (!told(event.declared) && !told(event.changed)) event.changed.push_back(&*found);
+  }
 }
 
 void Parameters::tell(std::string_view name, ParameterValue value) {
   Declared* declared = find_mine(name);
   if (declared == nullptr || declared->value == value) return;
   declared->value = std::move(value);
-  if (on_event_) on_event_({{}, {declared}});
+  if (on_event_) on_event_({{}, {declared}, {}});
 }
 
 std::vector<std::string> Parameters::names() const {

@@ -3,8 +3,8 @@
 // read-only.
 
 #include <cstdint>
-#include <deque>
 #include <functional>
+#include <list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -44,6 +44,7 @@ struct ParameterOptions {
   bool read_only = false;
   Check check = {};  // may be empty
   std::optional<ParameterRange> range = std::nullopt;
+  bool dynamic_typing = false;  // a value of another type may be set, and "not set" deletes it
 };
 
 class Parameters {
@@ -58,14 +59,22 @@ class Parameters {
   };
   // What became of a declaration or of one call of set(), for /parameter_events.
   struct Event {
-    std::vector<const Declared*> declared, changed;
+    std::vector<const Declared*> declared, changed, deleted;
   };
 
-  // Throws std::logic_error if declared before.
-  void declare(std::string name, ParameterValue initial, ParameterOptions options = {});
+  // rclcpp's allow_undeclared_parameters: setting an unknown name declares it, with dynamic typing, and
+  // asking for one is answered with "not set". At most kMostUndeclared can be there.
+  void allow_undeclared() { allows_undeclared_ = true; }
+  [[nodiscard]] bool allows_undeclared() const { return allows_undeclared_; }
+  static constexpr std::size_t kMostUndeclared = 1000;
+
+  // The value it has now: `initial`, or what was set before the declaration if undeclared names are allowed
+  // and it fits. Throws std::logic_error if declared before.
+  ParameterValue declare(std::string name, ParameterValue initial, ParameterOptions options = {});
   [[nodiscard]] const Declared* find(std::string_view name) const;
   // An int is taken for a double; every other change of type, an unknown name (with the nearest) or a
-  // read-only one is refused, and so is what the range or the check refuses. Listeners hear of it.
+  // read-only one is refused, and so is what the range or the check refuses. Listeners hear of it, but not of
+  // what is deleted.
   Status set(std::string_view name, ParameterValue value);
   // All of them or, with the first reason against it, none.
   Status set_all(std::vector<std::pair<std::string, ParameterValue>> wanted);
@@ -73,15 +82,19 @@ class Parameters {
   void tell(std::string_view name, ParameterValue value);
   void on_change(Listener listener) { listeners_.push_back(std::move(listener)); }
   void on_event(std::function<void(const Event&)> listener) { on_event_ = std::move(listener); }
-  [[nodiscard]] const std::deque<Declared>& all() const { return declared_; }
+  [[nodiscard]] const std::list<Declared>& all() const { return declared_; }
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:
   // Why `value` cannot be set; it becomes what would be stored.
   Status check(std::string_view name, ParameterValue& value) const;
+  [[nodiscard]] Status check_undeclared(std::string_view name, std::size_t more) const;
+  void store(const std::string& name, const ParameterValue& value, Event& event, std::list<Declared>& gone);
   Declared* find_mine(std::string_view name);
 
-  std::deque<Declared> declared_;  // in order of declaration; they stay where they are
+  std::list<Declared> declared_;         // in order of declaration; they stay where they are
+  std::vector<std::string> undeclared_;  // those among them that only set() made
+  bool allows_undeclared_ = false;
   std::vector<Listener> listeners_;
   std::function<void(const Event&)> on_event_;
 };

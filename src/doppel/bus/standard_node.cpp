@@ -28,6 +28,8 @@ void tell_changes(Node& node) {
       message.new_parameters.push_back({declared->name, to_msg(declared->value)});
     for (const auto* changed : event.changed)
       message.changed_parameters.push_back({changed->name, to_msg(changed->value)});
+    for (const auto* deleted : event.deleted)
+      message.deleted_parameters.push_back({deleted->name, to_msg(deleted->value)});
     events.publish(message, node.bus().now());
   });
 }

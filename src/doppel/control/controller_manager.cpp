@@ -58,6 +58,7 @@ ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const Contro
       limiter(model) {
   make_standard(node);
   serve_logger_levels(node);
+  node.parameters().allow_undeclared();  // spawners say so what a controller that no file declares is
   read_own_parameters(diagnostics);
   limiter.enforce(options.enforce_limits);
   serve();
@@ -78,11 +79,17 @@ LoadedController& ControllerManager::Impl::at(std::string_view name) const {
                    fmt::format("no controller '{}' is loaded{}", name, did_you_mean(name, names)));
 }
 
-std::string ControllerManager::Impl::type_of(const std::string& name) const {
+std::string ControllerManager::Impl::type_of(const std::string& name) {
+  constexpr std::string_view kSuffix = ".type";
   std::vector<std::string> names;
-  for (const auto& [declared_name, type] : declared()) {
-    if (declared_name == name) return type;
-    names.push_back(declared_name);
+  for (const auto& parameter : node.parameters().all()) {
+    if (!parameter.name.ends_with(kSuffix)) continue;
+    names.push_back(parameter.name.substr(0, parameter.name.size() - kSuffix.size()));
+    if (names.back() != name) continue;
+    if (const auto* type = std::get_if<std::string>(&parameter.value)) return *type;
+    throw InputError("control.no_type", {},
+                     fmt::format("the parameter '{}' of {} is {}, but a controller's type is a string",
+                                 parameter.name, node.name(), parameter_type_name(parameter.value)));
   }
   throw InputError(
       "control.no_type", file == nullptr ? SourceLocation{} : make_location(file->name()),
@@ -131,8 +138,9 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   const std::string type_name = given_type.empty() ? type_of(name) : given_type;
   const ControllerRegistry::Type* type = registry.find(type_name);
   if (type == nullptr) {
-    const auto place = std::find_if(own.all().begin(), own.all().end(),
-                                    [&](const auto& o) { return o.name == name + ".type"; });
+    const auto place = std::find_if(own.all().begin(), own.all().end(), [&](const auto& o) {
+      return o.name == name + ".type" && o.value == ParameterValue(type_name);
+    });
     throw InputError("control.unknown_type", place == own.all().end() ? SourceLocation{} : place->source,
                      fmt::format("there is no controller type '{}'{}", type_name,
                                  did_you_mean(type_name, registry.names())),
@@ -145,6 +153,7 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   c->overrides = overrides_of(name, *c->node);
   make_standard(*c->node);
   serve_logger_levels(*c->node);
+  c->node->parameters().allow_undeclared();
   c->transitions = c->node->advertise<lifecycle_msgs::msg::TransitionEvent>("~/transition_event");
   c->context = {name, c->node.get(), &model, &log, &c->overrides, 0.0};
   choose_rate(*c);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "doppel/control/controller_manager.h"
 #include "doppel/control/joint_limiter.h"
@@ -48,14 +49,15 @@ struct ControllerManager::Impl {
   // -- manager_parameters.cpp
   void read_own_parameters(Diagnostics& diagnostics);
   void report_sections_of_nobody(Diagnostics& diagnostics) const;
-  [[nodiscard]] ParameterOverrides overrides_of(const std::string& name, const Node& its_node) const;
+  [[nodiscard]] ParameterOverrides overrides_of(const std::string& name, const Node& its_node);
+  [[nodiscard]] std::vector<std::filesystem::path> params_files_of(const std::string& name);
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared() const;
 
   // -- controller_manager.cpp
   [[nodiscard]] LoadedController* find(std::string_view name) const;
   LoadedController& at(std::string_view name) const;  // throws InputError with the nearest name
   void load(const std::string& name, const std::string& type);
-  [[nodiscard]] std::string type_of(const std::string& name) const;
+  [[nodiscard]] std::string type_of(const std::string& name);
   void choose_rate(LoadedController& loaded);
   void configure(LoadedController& loaded);  // throws InputError
   Status configure(const std::string& name);

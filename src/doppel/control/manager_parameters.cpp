@@ -44,9 +44,11 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
                                       {fmt::format("hardware that starts {}", state), true, {}});
   }
   for (const auto& [name, type] : declared()) {
-    declare<std::string>(parameters, &own, name + ".type", type, {"of this controller", true, {}});
+    // A spawner says them again, and later than the file.
+    declare<std::string>(parameters, &own, name + ".type", type, {"of this controller", false, {}});
     if (ParameterOverride* files = own.find(name + ".params_file")) {
-      declare_parameter(parameters, &own, files->name, files->value, {"where its parameters are", true, {}});
+      declare_parameter(parameters, &own, files->name, files->value,
+                        {.description = "where its parameters are", .dynamic_typing = true});
     }
   }
   const auto strictness = [](const ParameterValue& value) {
@@ -95,25 +97,54 @@ std::vector<std::pair<std::string, std::string>> ControllerManager::Impl::declar
   return out;
 }
 
-// The controller's part of the file, and of the files that its params_file names, relative to the first.
-ParameterOverrides ControllerManager::Impl::overrides_of(const std::string& name,
-                                                         const Node& its_node) const {
-  if (file == nullptr) return ParameterOverrides{};
+// The files that the parameter NAME.params_file of the manager tells now: beside the file where it is one
+// that stands there, else seen from where the program runs, as a spawner's are.
+std::vector<std::filesystem::path> ControllerManager::Impl::params_files_of(const std::string& name) {
+  const auto* told = node.parameters().find(name + ".params_file");
+  if (told == nullptr) return {};
+  std::vector<std::string> texts;
+  if (const auto* one = std::get_if<std::string>(&told->value)) {
+    texts = {*one};
+  } else if (const auto* many = std::get_if<std::vector<std::string>>(&told->value)) {
+    texts = *many;
+  } else {
+    throw InputError("control.params_file", {},
+                     fmt::format("the parameter '{}' of {} is {}, but files are a string or a string_array",
+                                 told->name, node.name(), parameter_type_name(told->value)));
+  }
+  const auto is_file = [](const std::filesystem::path& path) {
+    std::error_code ignored;  // a pipe or a device would stop the loop
+    return std::filesystem::is_regular_file(path, ignored);
+  };
+  std::vector<std::filesystem::path> files;
+  for (const std::string& text : texts) {
+    const auto beside = file == nullptr ? std::filesystem::path(text)
+                                        : std::filesystem::path(file->name()).parent_path() / text;
+    const auto found = is_file(beside) ? beside : std::filesystem::absolute(text);
+    if (!is_file(found)) {
+      throw InputError("control.params_file", {},
+                       fmt::format("the params_file '{}' of '{}' is no file that can be read: {}", text, name,
+                                   beside.is_absolute() || beside == text
+                                       ? found.string()
+                                       : fmt::format("neither {} nor {}", beside.string(), found.string())),
+                       "tell its whole path: the twin reads it, from the folder where it was started");
+    }
+    files.push_back(found);
+  }
+  return files;
+}
+
+// The controller's part of the file, and of its params_files, which come later.
+ParameterOverrides ControllerManager::Impl::overrides_of(const std::string& name, const Node& its_node) {
   const auto of = [&its_node](const ParameterFile& from) {
     return from.overrides_for(its_node.name(), its_node.given_name()).all();
   };
-  std::vector<ParameterOverride> all = of(*file);
-  for (const ParameterOverride& o : own.all()) {
-    if (o.name != name + ".params_file") continue;
-    std::vector<std::string> files;
-    if (const auto* one = std::get_if<std::string>(&o.value)) files = {*one};
-    if (const auto* many = std::get_if<std::vector<std::string>>(&o.value)) files = *many;
-    for (const std::string& more : files) {
-      const auto path = std::filesystem::path(file->name()).parent_path() / more;
-      for (const ParameterOverride& value : of(ParameterFile::load(path))) {
-        std::erase_if(all, [&](const ParameterOverride& before) { return before.name == value.name; });
-        all.push_back(value);
-      }
+  std::vector<ParameterOverride> all;
+  if (file != nullptr) all = of(*file);
+  for (const auto& path : params_files_of(name)) {
+    for (const ParameterOverride& value : of(ParameterFile::load(path))) {
+      std::erase_if(all, [&](const ParameterOverride& before) { return before.name == value.name; });
+      all.push_back(value);
     }
   }
   return ParameterOverrides(std::move(all));

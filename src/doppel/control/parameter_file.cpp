@@ -252,8 +252,7 @@ ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* ove
       throw InputError("parameter.value", written->source,
                        fmt::format("parameter '{}': {}", name, inside.why()));
   }
-  parameters.declare(name, value, std::move(options));
-  return value;
+  return parameters.declare(name, std::move(value), std::move(options));
 }
 
 void report_unused(const ParameterOverrides& overrides, const std::string& node,

@@ -81,6 +81,51 @@ TEST(Parameters, KeepTheirTypes) {
   EXPECT_THROW(parameters.declare("rate", 1.0), std::logic_error);
 }
 
+TEST(Parameters, UndeclaredOnesWhereTheyAreAllowed) {
+  Parameters parameters = some_parameters();
+  parameters.allow_undeclared();
+  std::vector<std::string> heard, declared, deleted;
+  parameters.on_change([&](const std::string& name, const ParameterValue&) { heard.push_back(name); });
+  parameters.on_event([&](const Parameters::Event& event) {
+    for (const auto* one : event.declared) declared.push_back(one->name);
+    for (const auto* one : event.deleted) deleted.push_back(one->name + "=" + to_string(one->value));
+  });
+  EXPECT_TRUE(parameters.set("arm.type", std::string("x/Y")));
+  EXPECT_TRUE(parameters.set("arm.type", std::int64_t{1})) << "its type is nobody's word";
+  EXPECT_EQ(parameters.find("arm.type")->value, ParameterValue(std::int64_t{1}));
+  EXPECT_THAT(heard, ElementsAre("arm.type", "arm.type"));
+  EXPECT_THAT(declared, ElementsAre("arm.type"));
+  EXPECT_FALSE(parameters.set("rate", std::string("x"))) << "declared ones stay checked";
+  EXPECT_FALSE(parameters.set_all({{"none", 1.0}, {"rate", -1.0}}));
+  EXPECT_EQ(parameters.find("none"), nullptr) << "all or nothing";
+  EXPECT_FALSE(parameters.set("", 1.0));
+  EXPECT_FALSE(parameters.set("rate", std::monostate{}));
+  EXPECT_TRUE(parameters.set("arm.type", std::monostate{}));
+  EXPECT_EQ(parameters.find("arm.type"), nullptr);
+  EXPECT_THAT(deleted, ElementsAre("arm.type=1"));
+}
+
+TEST(Parameters, WhatWasSetBeforeItsDeclarationCounts) {
+  Parameters parameters;
+  parameters.allow_undeclared();
+  ASSERT_TRUE(parameters.set_all({{"p", std::int64_t{2}}, {"q", std::string("x")}, {"r", -1.0}}));
+  EXPECT_EQ(parameters.declare("p", 1.0), ParameterValue(2.0));
+  EXPECT_EQ(parameters.declare("q", 1.0), ParameterValue(1.0)) << "of another type";
+  EXPECT_EQ(parameters.declare("r", 1.0, {.range = ParameterRange{0, 1}}), ParameterValue(1.0));
+  EXPECT_FALSE(parameters.set("p", std::string("x")));
+  EXPECT_THROW(parameters.declare("p", 1.0), std::logic_error);
+}
+
+TEST(Parameters, UndeclaredOnesHaveAnEnd) {
+  Parameters parameters;
+  parameters.allow_undeclared();
+  for (std::size_t i = 0; i < Parameters::kMostUndeclared; ++i)
+    ASSERT_TRUE(parameters.set(std::to_string(i), 1.0));
+  EXPECT_THAT(parameters.set("more", 1.0).why(), HasSubstr("1000 undeclared ones"));
+  EXPECT_TRUE(parameters.set("0", std::monostate{}));
+  EXPECT_TRUE(parameters.set("more", 1.0));
+}
+
 class ParameterServices : public testing::Test {
  protected:
   ParameterServices() {
@@ -135,6 +180,24 @@ TEST_F(ParameterServices, GetDescribeAndTypes) {
   EXPECT_EQ(ranges.at(0).integer_range.at(0).to_value, 10);
   EXPECT_EQ(ranges.at(1).floating_point_range.at(0).from_value, 0.0);
   EXPECT_EQ(ranges.at(1).floating_point_range.at(0).to_value, std::numeric_limits<double>::max());
+}
+
+TEST_F(ParameterServices, UndeclaredOnesAreNotSetWhereTheyAreAllowed) {
+  node_.parameters().allow_undeclared();
+  const auto values = call<srv::GetParameters>("get_parameters", {{"rate", "none"}}).values;
+  ASSERT_EQ(values.size(), 2U);
+  EXPECT_EQ(values[0].double_value, 100.0);
+  EXPECT_EQ(values[1].type, 0);
+  EXPECT_THAT(call<srv::GetParameterTypes>("get_parameter_types", {{"none", "rate"}}).types,
+              ElementsAre(0, 3));
+  const auto described = call<srv::DescribeParameters>("describe_parameters", {{"none", "rate"}}).descriptors;
+  ASSERT_EQ(described.size(), 2U);
+  EXPECT_EQ(described[0].name, "none");
+  const auto set = call<srv::SetParameters>("set_parameters", {{{"none", to_msg(5.0)}}}).results;
+  EXPECT_TRUE(set.at(0).successful);
+  EXPECT_EQ(call<srv::GetParameters>("get_parameters", {{"none"}}).values.at(0).double_value, 5.0);
+  EXPECT_TRUE(
+      call<srv::DescribeParameters>("describe_parameters", {{"none"}}).descriptors.at(0).dynamic_typing);
 }
 
 TEST_F(ParameterServices, SetEachOrAllOrNothing) {

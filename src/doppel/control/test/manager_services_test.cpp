@@ -1,8 +1,14 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
+#include "doppel/bus/parameter_services.h"
 #include "doppel/control/test/manager_rig.h"
 #include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/messages/rcl_interfaces.h"
 
 namespace doppel {
 namespace {
@@ -23,7 +29,7 @@ wrong: {ros__parameters: {joints: [nothing]}}
 )";
 
 struct ServiceRig : ManagerRig {
-  ServiceRig() : ManagerRig(kYaml), edge(bus.attach("test")) {}
+  explicit ServiceRig(const char* yaml = kYaml) : ManagerRig(yaml), edge(bus.attach("test")) {}
 
   template <class S>
   typename S::Response call(const std::string& service, const typename S::Request& request) {
@@ -42,8 +48,35 @@ struct ServiceRig : ManagerRig {
     return call<srv::LoadController>("load_controller", {name}).ok &&
            call<srv::ConfigureController>("configure_controller", {name}).ok;
   }
+  // As ros2_control's spawner does before it loads.
+  bool set(const std::string& parameter, const ParameterValue& value) {
+    return call<rcl_interfaces::srv::SetParameters>("set_parameters", {{{parameter, to_msg(value)}}})
+        .results.at(0)
+        .successful;
+  }
+  bool load(const std::string& name) { return call<srv::LoadController>("load_controller", {name}).ok; }
+  std::string value(const std::string& its_node, const std::string& name) {
+    std::string found = "none";
+    edge->get_parameters([&](const std::vector<NamedParameter>& all) {
+      for (const auto& p : all) {
+        if (p.node == its_node && p.name == name) found = to_string(p.value);
+      }
+    });
+    bus.spin();
+    return found;
+  }
   std::unique_ptr<Edge> edge;
 };
+
+// A parameter file of a spawner; its whole path.
+std::string file_with(const std::string& name, const std::string& yaml) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "doppel_spawner";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / name) << yaml;
+  return (folder / name).string();
+}
+
+constexpr const char* kGroup = "position_controllers/JointGroupPositionController";
 
 TEST(Services, LeadAControllerThroughItsLife) {
   ServiceRig rig;
@@ -162,22 +195,77 @@ TEST(Services, ActivityReachesLateListeners) {
 TEST(Services, ParametersAreOnTheBus) {
   ServiceRig rig;
   ASSERT_TRUE(rig.make_inactive("group"));
-  std::vector<NamedParameter> all;
-  rig.edge->get_parameters([&](std::vector<NamedParameter> parameters) { all = std::move(parameters); });
-  rig.bus.spin();
-  const auto value = [&](const std::string& node, const std::string& name) {
-    for (const auto& p : all) {
-      if (p.node == node && p.name == name) return to_string(p.value);
-    }
-    return std::string("none");
-  };
-  EXPECT_EQ(value("/controller_manager", "update_rate"), "100");
-  EXPECT_EQ(value("/controller_manager", "group.type"), "position_controllers/JointGroupPositionController");
-  EXPECT_EQ(value("/group", "joints"), "[a]");
+  EXPECT_EQ(rig.value("/controller_manager", "update_rate"), "100");
+  EXPECT_EQ(rig.value("/controller_manager", "group.type"), kGroup);
+  EXPECT_EQ(rig.value("/group", "joints"), "[a]");
   Names services;
   for (const ServiceInfo& service : rig.bus.services()) services.push_back(service.name);
   EXPECT_THAT(services,
               testing::IsSupersetOf({"/controller_manager/get_parameters", "/group/set_parameters"}));
+}
+
+TEST(Spawner, SaysTypeAndFilesOfAControllerThatNoFileDeclares) {
+  for (const char* yaml : {kYaml, ""}) {  // "": up --no-controllers
+    ServiceRig rig(yaml);
+    for (const char* section : {"fwd", "/fwd", "/**", "/**/fwd"}) {
+      const auto path =
+          file_with("extra.yaml", fmt::format("{}: {{ros__parameters: {{joints: [b]}}}}", section));
+      ASSERT_TRUE(rig.set("fwd.params_file", Names{path}));
+      ASSERT_TRUE(rig.set("fwd.type", std::string(kGroup)));
+      ASSERT_TRUE(rig.load("fwd")) << rig.said();
+      EXPECT_EQ(rig.value("/fwd", "joints"), "[b]") << section;
+      EXPECT_TRUE(rig.call<srv::UnloadController>("unload_controller", {"fwd"}).ok);
+    }
+  }
+}
+
+TEST(Spawner, WinsOverTheFile) {
+  ServiceRig rig(
+      "controller_manager: {ros__parameters: {group: {type: a/B, params_file: none.yaml}}}\n"
+      "group: {ros__parameters: {joints: [a]}}");
+  const auto path = file_with("later.yaml", "group: {ros__parameters: {joints: [b]}}");
+  const auto relative = std::filesystem::relative(path).string();
+  ASSERT_TRUE(rig.set("group.params_file", Names{relative}));
+  EXPECT_FALSE(rig.set("group.type", std::int64_t{1})) << "it is declared, as a string";
+  ASSERT_TRUE(rig.set("group.type", std::string(kGroup)));
+  ASSERT_TRUE(rig.load("group")) << rig.said();
+  EXPECT_EQ(rig.value("/group", "joints"), "[b]");
+  EXPECT_TRUE(rig.call<rcl_interfaces::srv::SetParameters>("set_parameters", {{{"x", to_msg(1.0)}}})
+                  .results.at(0)
+                  .successful);
+  ASSERT_EQ(rig.value("/controller_manager", "x"), "1.0");
+}
+
+TEST(Spawner, HearsWhatIsWrong) {
+  ServiceRig rig("");
+  EXPECT_FALSE(rig.load("fwd"));
+  EXPECT_EQ(rig.count(Severity::error, "no type is given for a controller 'fwd'"), 1u) << rig.said();
+  ASSERT_TRUE(rig.set("fwd.type", std::int64_t{1}));
+  EXPECT_FALSE(rig.load("fwd"));
+  EXPECT_EQ(rig.count(Severity::error, "'fwd.type' of /controller_manager is integer"), 1u) << rig.said();
+  ASSERT_TRUE(rig.set("fwd.type", std::string("position_controllers/JointGroupPositionControler")));
+  EXPECT_FALSE(rig.load("fwd"));
+  EXPECT_EQ(rig.count(Severity::error, "did you mean"), 1u) << rig.said();
+  ASSERT_TRUE(rig.set("fwd.type", std::string(kGroup)));
+  ASSERT_TRUE(rig.set("fwd.params_file", Names{"nowhere/x.yaml"}));
+  EXPECT_FALSE(rig.load("fwd"));
+  EXPECT_EQ(rig.count(Severity::error, "/nowhere/x.yaml"), 1u) << rig.said();
+  ASSERT_TRUE(rig.set("fwd.params_file", std::string("/dev/zero")));
+  EXPECT_FALSE(rig.load("fwd"));
+  ASSERT_TRUE(rig.set("fwd.params_file", true));
+  EXPECT_FALSE(rig.load("fwd"));
+  EXPECT_EQ(rig.count(Severity::error, "'fwd.params_file' of /controller_manager is bool"), 1u) << rig.said();
+}
+
+TEST(Spawner, ControllersTakeUndeclaredParametersToo) {
+  ServiceRig rig;
+  ASSERT_TRUE(rig.load("group"));
+  const auto edge = rig.bus.attach("other");
+  Status status;
+  edge->set_parameter("/group", "anything", 1.0, [&](Status s) { status = std::move(s); });
+  rig.bus.spin();
+  EXPECT_TRUE(status) << status.why();
+  EXPECT_EQ(rig.value("/group", "anything"), "1.0");
 }
 
 }  // namespace
