@@ -83,18 +83,27 @@ void print_range(Value from, Value to, Step step) {
   if (step != Step{}) say("    Step: {}\n", step);
 }
 
+// As ros2param calls the types of a descriptor.
+std::string_view described_type(std::uint8_t type) {
+  constexpr std::string_view kNames[] = {"not set",      "boolean",     "integer",       "double",
+                                         "string",       "byte array",  "boolean array", "integer array",
+                                         "double array", "string array"};
+  return type < std::size(kNames) ? kNames[type] : kNames[0];
+}
+
 int describe(Shell& shell, const ParamOptions& options) {
   using rcl_interfaces::srv::DescribeParameters;
   Client& twin = shell.twin();
   const NamedParameter parameter = find(twin, options);
-  say("Parameter name: {}\n  Type: {}\n", parameter.name, parameter_type_name(parameter.value));
-  const std::string service = parameter.node + "/describe_parameters";
-  if (!twin.services().contains(service)) return 0;
-  const auto response = call<DescribeParameters>(twin, service, {.names = {parameter.name}});
-  if (response.descriptors.empty()) return 0;
+  const auto response =
+      call<DescribeParameters>(twin, parameter.node + "/describe_parameters", {.names = {parameter.name}});
+  if (response.descriptors.empty())
+    throw ClientError(fmt::format("{} does not describe '{}'", parameter.node, parameter.name));
   const auto& about = response.descriptors.front();
+  say("Parameter name: {}\n  Type: {}\n", parameter.name, described_type(about.type));
   if (!about.description.empty()) say("  Description: {}\n", about.description);
-  say("  Constraints:\n    Read only: {}\n", about.read_only);
+  say("  Constraints:\n");
+  if (about.read_only) say("    Read only: true\n");
   for (const auto& range : about.floating_point_range)
     print_range(range.from_value, range.to_value, range.step);
   for (const auto& range : about.integer_range) print_range(range.from_value, range.to_value, range.step);

@@ -15,10 +15,10 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kInterruptCheck = 20ms;
-// Discovery: news come within milliseconds of each other; one who never says what nodes it has is not waited
-// for longer than that.
-constexpr auto kQuiet = 250ms, kQuietIncomplete = 700ms;
-constexpr auto kLonely = 1000ms, kLongestLook = 2000ms;
+// Discovery: news come within milliseconds of each other. Who is there but has not said yet what nodes it has
+// gets more time: that is what a busy machine looks like.
+constexpr auto kQuiet = 250ms;
+constexpr auto kLongestLook = 2000ms, kLongestIncomplete = 5000ms;
 constexpr auto kLinger = 100ms;  // as `ros2 topic pub --keep-alive`
 constexpr std::size_t kMostUnread = 100'000;
 constexpr std::string_view kUnknownNode = "_NODE_NAME_UNKNOWN_";
@@ -116,10 +116,10 @@ void GraphClient::Impl::look_around() {
   const auto settled = [&] {
     if (options.spin_time) return false;
     const auto now = Clock::now();
-    if (is_alone()) return now - begin > kLonely;
-    return now - changed_at > (is_complete() ? kQuiet : kQuietIncomplete);
+    if (is_alone()) return now - begin > kLongestLook;
+    return is_complete() && (now - changed_at > kQuiet || now - begin > kLongestLook);
   };
-  wait(settled, begin + options.spin_time.value_or(kLongestLook));
+  wait(settled, begin + options.spin_time.value_or(kLongestIncomplete));
   if (is_alone()) {
     warn(
         fmt::format("nobody answers in ROS 2's domain {}, range {} (ROS_DOMAIN_ID, "

@@ -18,7 +18,8 @@ namespace doppel::ros2 {
 
 struct GraphClientOptions {
   ParticipantOptions network;
-  // How long to look who is there; nothing: until no news have come for a short while, 2 s at most.
+  // How long to look who is there; nothing: until no news have come for a short while, 2 s at most, or 5 s
+  // where somebody has not said yet what nodes it has.
   std::optional<std::chrono::milliseconds> spin_time;
   std::chrono::milliseconds patience{5000};                   // for what should come at once
   std::function<bool()> interrupted;                          // asked every 20 ms or so; may be empty
