@@ -107,11 +107,8 @@ bool is_same_participant(const Gid& a, const Gid& b) {
 dds::DataWriterQos writer_qos(const EndpointSpec& spec) {
   dds::DataWriterQos qos;
   fill(spec, qos);
-  // Latched samples are rare and may be long (a robot's description): a slow network must not hold up whoever
-  // writes them. All others go out at once, which is quickest.
-  qos.publish_mode().kind = spec.qos.durability == Durability::transient_local
-                                ? dds::ASYNCHRONOUS_PUBLISH_MODE
-                                : dds::SYNCHRONOUS_PUBLISH_MODE;
+  // At once, in the thread that writes: Fast DDS' thread for later sending spins while a writer is busy.
+  qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   qos.representation().m_value = {dds::XCDR_DATA_REPRESENTATION};
   return qos;
 }
