@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "doppel/ros2/bridge_types.h"
 #include "doppel/ros2/names.h"
@@ -33,8 +34,7 @@ void Refusals::add(const std::string& name, const Gid& sender, const std::string
   ++refusal.count;
   refusal.reason = reason;
   if (told_.size() >= kMostTold) return;
-  if (!told_.emplace(name, std::vector<std::uint8_t>(sender.bytes.begin(), sender.bytes.begin() + 12)).second)
-    return;
+  if (!told_.emplace(name, std::vector(sender.prefix().begin(), sender.prefix().end())).second) return;
   log_.warning(
       "ros2",
       fmt::format("{}: refused what a peer on the network sent: {}; more of the same is counted, not told",
@@ -98,17 +98,35 @@ bool BridgedTopics::end_ends(std::vector<Endpoint<End>>& ends, SteadyTime now) {
   return waits;
 }
 
-bool BridgedTopics::end_unseen(TopicId id, Topic& topic, SteadyTime now) {
-  const Writer* carrier = topic.writers.empty() ? nullptr : topic.writers.front().end.get();
-  bool waits = end_ends(topic.writers, now);
-  waits = end_ends(topic.readers, now) || waits;
-  const Writer* next = topic.writers.empty() ? nullptr : topic.writers.front().end.get();
+// The end that offers most: whatever matches another of the topic's writers matches it, too.
+void BridgedTopics::choose_carrier(TopicId id, Topic& topic) {
+  const auto offer = [](const Endpoint<Writer>& writer) {
+    const Qos& qos = writer.qos;
+    return std::tuple(!qos.best_effort, qos.transient_local(), qos.keep_all, qos.depth);
+  };
+  const auto strongest = std::ranges::max_element(topic.writers, {}, offer);
+  Writer* const next = strongest == topic.writers.end() ? nullptr : strongest->end.get();
   // A new carrier of a latched topic has to have the last message for late joiners: the bus gives it again.
-  if (topic.subscribed && topic.latched && next != carrier) unsubscribe(id, topic);
-  return waits;
+  if (topic.subscribed && topic.latched && next != topic.carrier) unsubscribe(id, topic);
+  topic.carrier = next;
+}
+
+// What a topic had before its name was given to another, which waits for nobody's grace: the network has one
+// type for a name.
+void BridgedTopics::end_retyped(const std::vector<TopicInfo>& infos) {
+  for (const TopicInfo& info : infos) {
+    if (info.publishers.empty() && info.subscribers.empty()) continue;
+    std::erase_if(topics_, [&](const auto& entry) {
+      const auto& [id, topic] = entry;
+      if (topic.name != info.name || id == info.id) return false;
+      for (const auto& reader : topic.readers) lost_by_gone_ += reader.end->lost();
+      return true;
+    });
+  }
 }
 
 bool BridgedTopics::follow(const std::vector<TopicInfo>& infos, SteadyTime now) {
+  end_retyped(infos);
   std::set<TopicId> seen;
   bool waits = false;
   for (const TopicInfo& info : infos) {
@@ -134,7 +152,9 @@ bool BridgedTopics::follow(const std::vector<TopicInfo>& infos, SteadyTime now) 
       for (auto& writer : topic.writers) writer.seen = false;
       for (auto& reader : topic.readers) reader.seen = false;
     }
-    waits = end_unseen(id, topic, now) || waits;
+    waits = end_ends(topic.writers, now) || waits;
+    waits = end_ends(topic.readers, now) || waits;
+    choose_carrier(id, topic);
   }
   std::erase_if(topics_, [](const auto& entry) {
     return entry.second.writers.empty() && entry.second.readers.empty();
@@ -175,8 +195,8 @@ bool BridgedTopics::match() {
 
 void BridgedTopics::pass(const Edge::Incoming& message) {
   const auto found = topics_.find(message.topic);
-  if (found == topics_.end() || found->second.writers.empty()) return;
-  if (found->second.writers.front().end->write(message.cdr)) {
+  if (found == topics_.end() || found->second.carrier == nullptr) return;
+  if (found->second.carrier->write(message.cdr)) {
     ++status_.sent;
   } else {
     ++status_.lost;
@@ -237,8 +257,8 @@ std::map<std::string, Matches, std::less<>> BridgedTopics::matches() const {
   std::map<std::string, Matches, std::less<>> all;
   for (const auto& [id, topic] : topics_) {
     Matches& matches = all[topic.name];
-    if (!topic.writers.empty() && topic.listening->load(std::memory_order_acquire))
-      matches.readers = topic.writers.front().end->matched();
+    if (topic.carrier != nullptr && topic.listening->load(std::memory_order_acquire))
+      matches.readers = topic.carrier->matched();
     for (const auto& reader : topic.readers)
       matches.writers = std::max(matches.writers, reader.end->matched());
   }

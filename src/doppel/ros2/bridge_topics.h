@@ -109,7 +109,8 @@ class BridgedTopics {
   struct Topic {
     std::string name, type;
     bool latched = false, subscribed = false;
-    std::vector<Endpoint<Writer>> writers;  // the first one carries the messages
+    std::vector<Endpoint<Writer>> writers;
+    Writer* carrier = nullptr;  // the one of them that carries the messages of all
     std::vector<Endpoint<Reader>> readers;
     std::shared_ptr<std::atomic<bool>> listening = std::make_shared<std::atomic<bool>>(false);
   };
@@ -119,7 +120,8 @@ class BridgedTopics {
                    const std::vector<doppel::EndpointInfo>& wanted, const Make& make);
   template <class End>
   bool end_ends(std::vector<Endpoint<End>>& ends, SteadyTime now);
-  bool end_unseen(TopicId id, Topic& topic, SteadyTime now);
+  void choose_carrier(TopicId id, Topic& topic);
+  void end_retyped(const std::vector<TopicInfo>& infos);
   [[nodiscard]] EndpointSpec spec(const Topic& topic, const Qos& qos) const;
   void subscribe(TopicId id, Topic& topic);
   void unsubscribe(TopicId id, Topic& topic);

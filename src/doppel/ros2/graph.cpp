@@ -17,7 +17,6 @@ namespace msg = rmw_dds_common::msg;
 constexpr const char* kTopic = "ros_discovery_info";  // not mangled
 constexpr const char* kUnknownNode = "_NODE_NAME_UNKNOWN_";
 constexpr const char* kNoNode = "_CREATED_BY_BARE_DDS_APP_";
-constexpr std::size_t kPrefixSize = 12;
 // A list may come before its participant is known, or be read after that has gone: then it never will be.
 constexpr std::chrono::seconds kNeverCame{10};
 
@@ -32,7 +31,7 @@ EndpointSpec spec(History history) {
 Gid participant_of(const Gid& endpoint) {
   constexpr std::array<std::uint8_t, 4> kParticipantEntity{0, 0, 1, 0xc1};
   Gid gid = endpoint;
-  std::copy(kParticipantEntity.begin(), kParticipantEntity.end(), gid.bytes.begin() + kPrefixSize);
+  std::copy(kParticipantEntity.begin(), kParticipantEntity.end(), gid.bytes.begin() + Gid::kPrefixSize);
   return gid;
 }
 
@@ -130,7 +129,7 @@ void Graph::Impl::take() {
     msg::ParticipantEntitiesInfo info;
     if (!from_cdr(sample.cdr, info)) continue;
     const Gid gid = participant_of(sample.identity.writer);
-    if (!std::equal(gid.bytes.begin(), gid.bytes.begin() + kPrefixSize, info.gid.data.begin())) continue;
+    if (!std::ranges::equal(gid.prefix(), std::span(info.gid.data).first(Gid::kPrefixSize))) continue;
     Claim& claim = claims[gid];
     claim.nodes.clear();
     for (const msg::NodeEntitiesInfo& node : info.node_entities_info_seq)

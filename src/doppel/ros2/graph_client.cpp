@@ -86,8 +86,7 @@ void GraphClient::Impl::warn(const std::string& warning) const {
 }
 
 bool GraphClient::Impl::is_own(const Gid& gid) const {
-  constexpr std::size_t kPrefix = 12;
-  return std::equal(gid.bytes.begin(), gid.bytes.begin() + kPrefix, participant->gid().bytes.begin());
+  return is_same_participant(gid, participant->gid());
 }
 
 bool GraphClient::Impl::is_complete() const {

@@ -5,6 +5,7 @@
 //
 // Functions may be called from any thread, a Reader from one at a time. Nothing here waits for the network.
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <compare>
@@ -25,9 +26,17 @@ namespace doppel::ros2 {
 
 // RTPS's GUID: twelve bytes for the participant, four for the endpoint.
 struct Gid {
+  static constexpr std::size_t kPrefixSize = 12;  // the participant's part
   std::array<std::uint8_t, 16> bytes{};
   friend auto operator<=>(const Gid&, const Gid&) = default;
+  // The participant's part, by which its endpoints are known as its own.
+  [[nodiscard]] std::span<const std::uint8_t, kPrefixSize> prefix() const {
+    return std::span(bytes).first<kPrefixSize>();
+  }
 };
+inline bool is_same_participant(const Gid& a, const Gid& b) {
+  return std::ranges::equal(a.prefix(), b.prefix());
+}
 
 // Which sample: of which writer, its how-manieth (from 1). What joins a service's answer to its request.
 struct SampleIdentity {

@@ -100,10 +100,6 @@ rtps::SampleIdentity identity_of(const SampleIdentity& identity) {
   return result;
 }
 
-bool is_same_participant(const Gid& a, const Gid& b) {
-  return std::memcmp(a.bytes.data(), b.bytes.data(), rtps::GuidPrefix_t::size) == 0;
-}
-
 dds::DataWriterQos writer_qos(const EndpointSpec& spec) {
   dds::DataWriterQos qos;
   fill(spec, qos);

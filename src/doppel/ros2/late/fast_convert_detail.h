@@ -17,8 +17,6 @@ Gid gid_of(const eprosima::fastrtps::rtps::GUID_t& guid);
 SampleIdentity identity_of(const eprosima::fastrtps::rtps::SampleIdentity& identity);
 eprosima::fastrtps::rtps::SampleIdentity identity_of(const SampleIdentity& identity);
 
-bool is_same_participant(const Gid& a, const Gid& b);
-
 // As rmw_fastrtps sets up its endpoints (qos.cpp, publisher.cpp, subscription.cpp of its branch jazzy).
 eprosima::fastdds::dds::DataWriterQos writer_qos(const EndpointSpec& spec);
 eprosima::fastdds::dds::DataReaderQos reader_qos(const EndpointSpec& spec);

@@ -293,6 +293,38 @@ TEST_F(BridgeTest, TheNextNodeCarriesALatchedTopicOn) {
   EXPECT_THAT(take_all(*reader), ElementsAre(2));
 }
 
+TEST_F(BridgeTest, TheStrongestOfferCarriesForAll) {
+  const auto weak = node.advertise<Float64>("/x", {.depth = 50, .best_effort = true});
+  start();
+  ASSERT_TRUE(comes_true([&] { return endpoints("/x").size() == 1; }));
+  Node other(bus, "/other");
+  const auto strong = other.advertise<Float64>("/x", {.depth = 2});
+  const auto any = peer->make_reader(topic_spec("/x", kFloat, sensor_data_qos()));
+  const auto reliable = peer->make_reader(topic_spec("/x"));
+  ASSERT_TRUE(comes_true([&] { return bridge->matches("/x").readers == 2; }));
+  weak.publish({1}, {});
+  strong.publish({2}, {});
+  ASSERT_TRUE(comes_true([&] { return bridge->status().sent == 2; }));
+  EXPECT_THAT(take_all(*reliable), ElementsAre(1, 2));
+  EXPECT_THAT(take_all(*any), ElementsAre(1, 2)) << "each once";
+}
+
+TEST_F(BridgeTest, ANameThatIsGivenAnotherTypeIsOfferedAtOnce) {
+  std::optional<Node> first(std::in_place, bus, "/first");
+  first->advertise<String>("/x");
+  first->subscribe<String>("/x", [](const String&) {});
+  start();
+  ASSERT_TRUE(comes_true([&] { return endpoints("/x").size() == 2; }));
+  first.reset();
+  node.advertise<Float64>("/x");
+  ASSERT_TRUE(comes_true([&] {
+    const auto all = endpoints("/x");
+    return all.size() == 1 && all[0].type == dds_type(kFloat);
+  }));
+  const std::lock_guard lock(mutex);
+  EXPECT_THAT(said, IsEmpty());
+}
+
 ServiceSpec trigger_spec(const std::string& name) {
   return {.name = name, .type = "std_srvs/srv/Trigger", .request_hash = "", .response_hash = ""};
 }

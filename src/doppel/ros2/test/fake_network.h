@@ -1,6 +1,6 @@
 #pragma once
 // A network in memory for tests: participants that see each other at once, with matching by name, type and
-// QoS, histories by depth, and nothing lost.
+// QoS, one type for each name of a member's, histories by depth, and nothing lost.
 
 #include <algorithm>
 #include <deque>
@@ -53,10 +53,7 @@ class FakeNetwork {
   template <class Visit>
   void each_match(const EndpointInfo& of, Visit visit) const {
     for (const End& end : ends_) {
-      if (end.info.is_writer == of.is_writer ||
-          std::ranges::equal(end.member->gid.bytes | std::views::take(12),
-                             of.gid.bytes | std::views::take(12)))
-        continue;
+      if (end.info.is_writer == of.is_writer || is_same_participant(end.member->gid, of.gid)) continue;
       if (of.is_writer ? is_match(of, end.info) : is_match(end.info, of)) visit(end);
     }
   }
@@ -231,6 +228,10 @@ inline std::unique_ptr<Participant> FakeNetwork::join(std::function<void()> on_a
 inline Gid FakeNetwork::add(Member& member, const EndpointSpec& spec, FakeWriter* writer,
                             FakeReader* reader) {
   const std::lock_guard lock(mutex_);
+  for (const End& other : ends_) {
+    if (other.member == &member && other.info.topic == spec.topic && other.info.type != spec.type)
+      throw NetworkError(spec.topic + " carries " + other.info.type);
+  }
   End end;
   end.info.gid = member.gid;
   end.info.gid.bytes[13] = static_cast<std::uint8_t>(member.next_entity >> 8);

@@ -48,8 +48,7 @@ TEST_F(Services, EachClientGetsItsOwnAnswer) {
 TEST_F(Services, ABurstOfRequestsWaitsForTheServer) {
   ServiceClient client(*there_, trigger());
   // The server too must know the client: what it could not yet hear is kept for it ten deep only.
-  ASSERT_TRUE(
-      activity_.wait([&] { return client.is_available() && server_.requests().matched() == 1; }));
+  ASSERT_TRUE(activity_.wait([&] { return client.is_available() && server_.requests().matched() == 1; }));
   constexpr int kRequests = 50;
   for (int i = 0; i < kRequests; ++i) ASSERT_TRUE(client.send(cdr_text("x")));
   int taken = 0;
