@@ -289,10 +289,19 @@ void wait_for_subscribers(Client& twin, const std::string& topic, std::size_t co
                         : fmt::format("no subscriber on {}{}", topic, did_you_mean(topic, heard)));
 }
 
+// A type that this program does not know is as those have it who are at the other end.
+const TypeSupport& type_to_publish(Shell& shell, const std::string& topic, const std::string& name) {
+  if (const TypeSupport* known = find_type(name)) return *known;
+  const auto& topics = shell.twin().topics();
+  const auto there = topics.find(topic);
+  return there != topics.end() && there->second.type == name ? shell.twin().message_type(topic)
+                                                             : known_type(name);
+}
+
 int pub(Shell& shell, const PubOptions& options) {
-  const TypeSupport& type = known_type(options.type);
-  const Bytes cdr = to_request(type, options.yaml);
   const std::string topic = absolute(options.topic);
+  const TypeSupport& type = type_to_publish(shell, topic, options.type);
+  const Bytes cdr = to_request(type, options.yaml);
   Client& twin = shell.twin();
   const auto known = twin.topics().find(topic);
   if (known != twin.topics().end() && !known->second.type.empty() && known->second.type != type.name) {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <deque>
 #include <iterator>
 #include <map>
-#include <mutex>
 
 #include "doppel/messages/cdr.h"
 #include "doppel/messages/type_hash.h"
@@ -56,89 +56,36 @@ double initial_value(FieldKind kind, const std::string& text) {
   return std::abs(value) <= kLargestInitial ? value : 0;
 }
 
+// A type's description, which comes first, and those of all types that it refers to, at places that stay:
+// they point at each other.
+using DescribedTypes = std::deque<TypeDescription>;
+
 class DescribedType final : public TypeSupport {
  public:
-  DescribedType(std::shared_ptr<const DescribedTypes> types, const TypeDescription& type)
-      : TypeSupport(type.name), types_(std::move(types)), type_(type) {}
+  explicit DescribedType(std::unique_ptr<const DescribedTypes> types)
+      : TypeSupport(types->front().name), types_(std::move(types)), type_(types_->front()) {}
   [[nodiscard]] const TypeDescription* description() const override { return &type_; }
   Status recode(std::span<const std::byte> cdr, Bytes& out) const override {
     return recode_cdr(type_, cdr, out);
   }
 
  private:
-  std::shared_ptr<const DescribedTypes> types_;
+  std::unique_ptr<const DescribedTypes> types_;
   const TypeDescription& type_;
 };
-
-bool has_fields(const TypeDescription& type, std::initializer_list<std::string_view> names) {
-  return std::ranges::equal(type.fields, names, {}, &FieldDescription::name);
-}
-bool is_service(const TypeDescription& type) {
-  return has_fields(type, {"request_message", "response_message", "event_message"});
-}
-bool is_action(const TypeDescription& type) {
-  return has_fields(
-      type, {"goal", "result", "feedback", "send_goal_service", "get_result_service", "feedback_message"});
-}
-
-// What has been learned stays for the rest of the run: topics and services point at it.
-struct Learned {
-  std::mutex mutex;
-  std::deque<DescribedType> types;
-  std::vector<std::unique_ptr<const ServiceSupport>> services;
-  std::vector<std::unique_ptr<const ActionSupport>> actions;
-
-  const TypeSupport* part(const std::shared_ptr<const DescribedTypes>& set, const FieldDescription& field) {
-    return &types.emplace_back(set, *field.type);
-  }
-  void learn(const std::shared_ptr<const DescribedTypes>& set, const TypeDescription& type) {
-    const auto& fields = type.fields;
-    if (is_service(type)) {
-      services.emplace_back(new ServiceSupport{type.name, part(set, fields[0]), part(set, fields[1])});
-      register_service(*services.back());
-    } else if (is_action(type)) {
-      actions.emplace_back(
-          new ActionSupport{type.name, part(set, fields[0]), part(set, fields[1]), part(set, fields[2])});
-      register_action(*actions.back());
-    } else {
-      register_type(types.emplace_back(set, type));
-    }
-  }
-};
-
-Learned& learned() {
-  static Learned everything;
-  return everything;
-}
-
-// The hash of what the registry has under this name; empty: nothing.
-std::string known_hash(const TypeDescription& type) {
-  if (is_service(type)) {
-    const ServiceSupport* service = find_service(type.name);
-    return service != nullptr ? service->hash() : "";
-  }
-  if (is_action(type)) {
-    const ActionSupport* action = find_action(type.name);
-    return action != nullptr ? action->hash() : "";
-  }
-  const TypeSupport* known = find_type(type.name);
-  return known != nullptr ? known->hash() : "";
-}
-
-}  // namespace
 
 class DescriptionReader {
  public:
   explicit DescriptionReader(const TypeDescriptionMessage& message) : message_(message) {}
 
-  std::shared_ptr<const DescribedTypes> read(Status& status) {
+  std::unique_ptr<const DescribedTypes> read(Status& status) {
     enter(message_.type_description);
     for (const IndividualTypeDescription& type : message_.referenced_type_descriptions) enter(type);
     if (why_.empty()) fill(message_.type_description.type_name, 0);
     for (const IndividualTypeDescription& type : message_.referenced_type_descriptions)
       if (why_.empty()) fill(type.type_name, 0);
     status = why_.empty() ? Status() : Status::refused(why_);
-    return why_.empty() ? types_ : nullptr;
+    return why_.empty() ? std::move(types_) : nullptr;
   }
 
  private:
@@ -151,7 +98,7 @@ class DescriptionReader {
   void enter(const IndividualTypeDescription& type) {
     if (!why_.empty()) return;
     if (!is_type_name(type.type_name)) return refuse("a type's name is not like 'package/msg/Name'");
-    TypeDescription& place = types_->types_.emplace_back();
+    TypeDescription& place = types_->emplace_back();
     place.name = type.type_name;
     if (!entries_.emplace(place.name, Entry{&type, &place}).second)
       refuse(fmt::format("{} is described twice", place.name));
@@ -233,37 +180,16 @@ class DescriptionReader {
   }
 
   const TypeDescriptionMessage& message_;
-  std::shared_ptr<DescribedTypes> types_ = std::make_shared<DescribedTypes>();
+  std::unique_ptr<DescribedTypes> types_ = std::make_unique<DescribedTypes>();
   std::map<std::string, Entry, std::less<>> entries_;
   std::string why_;
 };
 
-std::shared_ptr<const DescribedTypes> DescribedTypes::read(const TypeDescriptionMessage& message,
-                                                           Status& status) {
-  return DescriptionReader(message).read(status);
-}
+}  // namespace
 
 std::shared_ptr<const TypeSupport> described_type(const TypeDescriptionMessage& message, Status& status) {
-  const auto types = DescribedTypes::read(message, status);
-  return types == nullptr ? nullptr : std::make_shared<DescribedType>(types, types->top());
-}
-
-Status learn_type(const TypeDescriptionMessage& message) {
-  Status status;
-  const auto types = DescribedTypes::read(message, status);
-  if (types == nullptr) return status;
-  const TypeDescription& top = types->top();
-  const std::lock_guard lock(learned().mutex);
-  const std::string known = known_hash(top), hash = type_hash(top);
-  if (known == hash) return {};
-  if (!known.empty()) {
-    return Status::refused(
-        fmt::format("{} is known as another type: {} here, {} there", top.name, known, hash));
-  }
-  for (const TypeDescription& type : types->types()) {
-    if (known_hash(type).empty()) learned().learn(types, type);
-  }
-  return {};
+  auto types = DescriptionReader(message).read(status);
+  return types == nullptr ? nullptr : std::make_shared<DescribedType>(std::move(types));
 }
 
 }  // namespace doppel

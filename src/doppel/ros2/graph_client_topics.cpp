@@ -85,6 +85,8 @@ Writer& GraphClient::Impl::writer(const std::string& topic, const std::string& t
   const GraphTopic known = topic_of_others(topic);
   if (any_of(known.subscriptions, is_latched)) qos.durability = Durability::transient_local;
   const TypeSupport* support = find_type(type);
+  const auto described_here = described.find(topic);
+  if (support == nullptr && described_here != described.end()) support = described_here->second.get();
   auto made = participant->make_writer({.topic = dds_name(NameKind::topic, topic),
                                         .type = dds_type(type),
                                         .type_hash = support != nullptr ? support->hash() : "",

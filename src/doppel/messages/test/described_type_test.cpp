@@ -155,44 +155,5 @@ TEST(DescribedType, TypesThatGrowWithoutEndAreRefused) {
   EXPECT_THAT(refusal(message({field("a", 1, "my_msgs/msg/T0")}, deep)), HasSubstr("too deep"));
 }
 
-TEST(LearnType, MessagesServicesAndActionsBecomeKnown) {
-  ASSERT_TRUE(learn_type(message({field("a", 1, "learned_msgs/msg/Part")},
-                                 {{.type_name = "learned_msgs/msg/Part", .fields = {field("on", 15)}}})));
-  ASSERT_NE(find_type("my_msgs/msg/Top"), nullptr);
-  ASSERT_NE(find_type("learned_msgs/msg/Part"), nullptr);
-  EXPECT_TRUE(learn_type(message({field("a", 1, "learned_msgs/msg/Part")},
-                                 {{.type_name = "learned_msgs/msg/Part", .fields = {field("on", 15)}}})));
-  const Status other = learn_type(message({field("a", 3)}));
-  EXPECT_THAT(other.why(), HasSubstr("my_msgs/msg/Top is known as another type"));
-
-  TypeDescriptionMessage service = description_message(*find_service("std_srvs/srv/SetBool"));
-  EXPECT_TRUE(learn_type(service));  // known already
-  const auto rename = [](auto& described, const std::string& from, const std::string& to) {
-    const auto in = [&](std::string& name) {
-      if (const std::size_t at = name.find(from); at != name.npos) name.replace(at, from.size(), to);
-    };
-    in(described.type_name);
-    for (Field& each : described.fields) in(each.type.nested_type_name);
-  };
-  const auto rename_all = [&](TypeDescriptionMessage& all, const std::string& from, const std::string& to) {
-    rename(all.type_description, from, to);
-    for (auto& each : all.referenced_type_descriptions) rename(each, from, to);
-    std::ranges::sort(all.referenced_type_descriptions, {}, &IndividualTypeDescription::type_name);
-  };
-  rename_all(service, "std_srvs", "learned_msgs");
-  ASSERT_TRUE(learn_type(service));
-  ASSERT_NE(find_service("learned_msgs/srv/SetBool"), nullptr);
-  EXPECT_EQ(find_service("learned_msgs/srv/SetBool")->hash(), type_hash(service));
-  EXPECT_NE(find_type("learned_msgs/srv/SetBool_Request"), nullptr);
-
-  TypeDescriptionMessage action = description_message(*find_action("control_msgs/action/GripperCommand"));
-  rename_all(action, "control_msgs/action", "learned_msgs/action");
-  ASSERT_TRUE(learn_type(action));
-  ASSERT_NE(find_action("learned_msgs/action/GripperCommand"), nullptr);
-  EXPECT_EQ(find_action("learned_msgs/action/GripperCommand")->hash(), type_hash(action));
-  EXPECT_NE(find_service("learned_msgs/action/GripperCommand_SendGoal"), nullptr);
-  EXPECT_NE(find_type("learned_msgs/action/GripperCommand_FeedbackMessage"), nullptr);
-}
-
 }  // namespace
 }  // namespace doppel

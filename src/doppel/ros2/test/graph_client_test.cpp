@@ -208,7 +208,7 @@ TEST_F(GraphClientTest, ANetworkThatCannotBeUsedIsSaid) {
   EXPECT_EQ(failure_of([&] { GraphClient client(options(), fails); }), "no usable network");
 }
 
-// A participant by hand, which publishes a type that this program does not have, or not so.
+// A participant by hand, which publishes and hears a type that this program does not have, or not so.
 class Stranger {
  public:
   Stranger(const test::OwnDomain& domain, const TypeDescription& type, const std::string& node, bool tells)
@@ -219,7 +219,11 @@ class Stranger {
                                          .type = dds_type(type.name),
                                          .type_hash = type_hash(type),
                                          .qos = latched_qos()});
-    OwnNode own{.name = node, .readers = {}, .writers = {writer_->gid()}};
+    reader_ = participant_->make_reader({.topic = dds_name(NameKind::topic, "/strange_input"),
+                                         .type = dds_type(type.name),
+                                         .type_hash = type_hash(type),
+                                         .qos = default_qos()});
+    OwnNode own{.name = node, .readers = {reader_->gid()}, .writers = {writer_->gid()}};
     if (tells) {
       server_.emplace(*participant_, ServiceSpec{.name = node + "/get_type_description",
                                                  .type = "type_description_interfaces/srv/GetTypeDescription",
@@ -236,6 +240,8 @@ class Stranger {
     thread_.join();
   }
   void publish(const Bytes& cdr) { writer_->write(cdr); }
+  [[nodiscard]] Reader& reader() { return *reader_; }
+  [[nodiscard]] Participant& participant() { return *participant_; }
 
  private:
   void serve() {
@@ -258,6 +264,7 @@ class Stranger {
   std::unique_ptr<Participant> participant_;
   Graph graph_;
   std::unique_ptr<Writer> writer_;
+  std::unique_ptr<Reader> reader_;
   std::optional<ServiceServer> server_;
   std::atomic<bool> done_{false};
   std::thread thread_;
@@ -285,6 +292,22 @@ TEST_F(GraphClientTest, ATypeThatIsNotCompiledInIsAskedFor) {
   std::string text;
   ASSERT_TRUE(told.cdr_to_yaml(message.cdr, text));
   EXPECT_EQ(text, "oddness: 7\n");
+}
+
+TEST_F(GraphClientTest, ATypeThatIsNotCompiledInCanBePublishedToWhoDescribesIt) {
+  const TypeDescription type = one_field("my_msgs/msg/Odd", "oddness", FieldKind::int32);
+  Stranger stranger(domain_, type, "/stranger", true);
+  GraphClient client(options());
+  Bytes cdr;
+  ASSERT_TRUE(client.message_type("/strange_input").yaml_to_cdr("{oddness: 7}", cdr));
+  client.publish("/strange_input", type.name, cdr);
+  Sample sample;
+  ASSERT_TRUE(client.wait_until([&] { return stranger.reader().take(sample); }, Clock::now() + kPatience));
+  EXPECT_EQ(sample.cdr, cdr);
+  const auto ends = stranger.participant().endpoints();
+  const auto writer = std::ranges::find(ends, sample.identity.writer, &EndpointInfo::gid);
+  ASSERT_NE(writer, ends.end());
+  EXPECT_EQ(writer->type_hash, type_hash(type));
 }
 
 TEST_F(GraphClientTest, ATypeThatNobodyDescribesIsSaid) {
