@@ -34,7 +34,7 @@ void add_ros_door_options(CLI::App& verb, RosDoorOptions& options) {
       ->excludes(none);
 }
 
-std::optional<ros2::ParticipantOptions> ros_network(const RosDoorOptions& options) {
+std::optional<ros2::ParticipantOptions> ros_network(const RosDoorOptions& options, const RosArguments& ros) {
   if (options.none) return std::nullopt;
   Diagnostics diagnostics;
   auto network = ros2::from_environment(
@@ -45,6 +45,7 @@ std::optional<ros2::ParticipantOptions> ros_network(const RosDoorOptions& option
       diagnostics);
   print_diagnostics(diagnostics, true);
   if (options.domain.has_value()) network.domain = *options.domain;
+  if (ros.enclave.has_value()) network.enclave = *ros.enclave;
   return network;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "doppel/bus/ros_arguments.h"
 #include "doppel/ros2/bridge.h"
 
 namespace doppel::app {
@@ -18,9 +19,9 @@ struct RosDoorOptions {
 // --no-ros and --domain.
 void add_ros_door_options(CLI::App& verb, RosDoorOptions& options);
 
-// What the options and ROS 2's environment variables make of it; nothing: not wanted. Throws InputError; to
-// be called before anything starts.
-std::optional<ros2::ParticipantOptions> ros_network(const RosDoorOptions& options);
+// What the options, --ros-args and ROS 2's environment variables make of it; nothing: not wanted. Throws
+// InputError; to be called before anything starts.
+std::optional<ros2::ParticipantOptions> ros_network(const RosDoorOptions& options, const RosArguments& ros);
 
 class RosDoor {
  public:

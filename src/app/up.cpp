@@ -191,7 +191,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
     throw InputError("cli.duration", {}, "--duration has to be a positive number of simulated seconds");
   }
   const Scenario scenario = make_scenario(options, ros);
-  const auto network = ros_network(options.ros_door);
+  const auto network = ros_network(options.ros_door, ros);
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();

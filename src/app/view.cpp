@@ -56,7 +56,7 @@ void show_frames(Viewer& viewer, const std::atomic<bool>& stop) {
 int run_view(const ViewOptions& options, const RosArguments& ros) {
   Scenario scenario = described_scenario(options.robot);
   scenario.ros = ros;
-  const auto network = ros_network(options.ros_door);
+  const auto network = ros_network(options.ros_door, ros);
   const std::atomic<bool>& stop = stop_on_signals();
   TerminalLog terminal;
   Log log;

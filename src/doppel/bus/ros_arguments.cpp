@@ -17,7 +17,8 @@ const std::map<std::string, Severity, std::less<>> kLevels = {{"debug", Severity
                                                               {"error", Severity::error},
                                                               {"fatal", Severity::error}};
 
-const std::vector<std::string> kFlags = {"-r", "--remap", "-p", "--param", "--params-file", "--log-level"};
+const std::vector<std::string> kFlags = {"-r",          "--remap", "-p",       "--param", "--params-file",
+                                         "--log-level", "-e",      "--enclave"};
 // Of rcl's logging, which is not ROS's here.
 const std::vector<std::string> kIdleFlags = {"--enable-rosout-logs",       "--disable-rosout-logs",
                                              "--enable-stdout-logs",       "--disable-stdout-logs",
@@ -68,6 +69,13 @@ Severity read_level(const std::string& text) {
                    fmt::format("there is no log level '{}'{}", text, did_you_mean(lower, levels)));
 }
 
+std::string read_enclave(const std::string& text) {
+  if (const Status fine = check_namespace(text); !fine)
+    throw InputError("cli.ros_args", {},
+                     fmt::format("the enclave '{}' cannot be used: {}", text, fine.why()));
+  return text;
+}
+
 void take_flag(const std::string& flag, const std::string& value, RosArguments& out) {
   if (flag == "-r" || flag == "--remap") {
     out.names.add(value);
@@ -75,6 +83,8 @@ void take_flag(const std::string& flag, const std::string& value, RosArguments& 
     out.parameters.emplace_back(read_parameter(value));
   } else if (flag == "--params-file") {
     out.parameters.emplace_back(GivenParameterFile{value});
+  } else if (flag == "-e" || flag == "--enclave") {
+    out.enclave = read_enclave(value);
   } else {
     out.log_level = read_level(value);
   }

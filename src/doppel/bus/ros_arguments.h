@@ -1,6 +1,6 @@
 #pragma once
 // What stands behind --ros-args on a command line, by ROS 2's rules (rcl's arguments): renamings, parameters
-// and parameter files, the log's level.
+// and parameter files, the log's level, the enclave.
 
 #include <optional>
 #include <span>
@@ -31,7 +31,8 @@ struct RosArguments {
   NameRules names = {};
   std::vector<std::variant<GivenParameter, GivenParameterFile>> parameters;  // in order: a later one wins
   std::optional<Severity> log_level;                                         // nothing below it is told
-  [[nodiscard]] bool empty() const { return names.empty() && parameters.empty() && !log_level; }
+  std::optional<std::string> enclave;                                        // "/left", told to the network
+  [[nodiscard]] bool empty() const { return names.empty() && parameters.empty() && !log_level && !enclave; }
 };
 
 // Takes everything from each "--ros-args" to the "--" behind it (or the end) out of `words`, and reads it.

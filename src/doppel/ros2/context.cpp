@@ -57,6 +57,18 @@ class Signals {
   }, terminate_{};
 };
 
+// Sets it while it is there.
+class Turn {
+ public:
+  explicit Turn(bool& turns) : turns_(turns) { turns_ = true; }
+  ~Turn() { turns_ = false; }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  bool& turns_;
+};
+
 std::string_view severity_text(Severity severity) {
   return severity == Severity::note ? "INFO" : severity == Severity::warning ? "WARN" : "ERROR";
 }
@@ -107,6 +119,7 @@ struct Context::Impl {
     }
     BridgeOptions joined;
     joined.network = options.network;
+    if (options.arguments.enclave) joined.network.enclave = *options.arguments.enclave;
     bridge = std::make_unique<Bridge>(bus, joined, lines);
   }
 
@@ -114,6 +127,8 @@ struct Context::Impl {
 
   // Runs what has come and what is due.
   void turn() {
+    if (spins) throw std::logic_error("a callback cannot spin its context; ask with async_send_request()");
+    const Turn turning(spins);
     bus.set_now(ros_now());
     bus.spin();
     const auto all = timers;  // callbacks may make timers
@@ -144,6 +159,7 @@ struct Context::Impl {
   std::vector<std::weak_ptr<Timer>> timers;
   std::optional<Time> sim_time;
   std::exception_ptr failure;
+  bool spins = false;
   std::atomic<bool> is_shut_down{false};
 };
 

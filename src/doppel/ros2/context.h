@@ -9,7 +9,7 @@
 //   context.spin();
 //
 // Everything runs on the thread that made the context: callbacks run while it spins, and nowhere else. What a
-// callback throws leaves the function that spins.
+// callback throws leaves the function that spins; spinning in a callback throws std::logic_error.
 
 #include <chrono>
 #include <exception>

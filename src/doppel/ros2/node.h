@@ -61,7 +61,7 @@ class Client {
     send(request, [promise](const Response& response) { promise->set_value(response); });
     return promise->get_future();
   }
-  // Waits for a server and its answer, spinning; nothing: neither came in time.
+  // Waits for a server and its answer, spinning; nothing: neither came in time. Not for callbacks.
   std::optional<Response> call(const Request& request, std::chrono::nanoseconds at_most) const {
     const auto begin = std::chrono::steady_clock::now();
     if (!wait_for_service(at_most)) return std::nullopt;

@@ -117,6 +117,8 @@ TEST(RosArguments, AreTakenOutOfTheCommandLine) {
                      "--log-level",
                      "WARN",
                      "--enable-rosout-logs",
+                     "-e",
+                     "/cell/left",
                      "--",
                      "--headless",
                      "--ros-args",
@@ -134,6 +136,7 @@ TEST(RosArguments, AreTakenOutOfTheCommandLine) {
   EXPECT_EQ(gain.value, ParameterValue(2.5));
   EXPECT_EQ(std::get<GivenParameter>(arguments.parameters[2]).node, "");
   EXPECT_EQ(arguments.log_level, Severity::warning);
+  EXPECT_EQ(arguments.enclave, "/cell/left");
 }
 
 TEST(RosArguments, ThatFitNothingAreTold) {
@@ -156,6 +159,7 @@ TEST(RosArguments, ThatAreWrongAreTold) {
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "a"})), HasSubstr("FROM:=TO"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r"})), HasSubstr("something is missing"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "__ns:=left"})), HasSubstr("slash"));
+  EXPECT_THAT(error_of(words({"--ros-args", "--enclave", "left"})), HasSubstr("slash"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "__nss:=/left"})), HasSubstr("did you mean '__ns'?"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "__node:=x"})), HasSubstr("say whose"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "a b:=c"})), HasSubstr("' '"));

@@ -232,6 +232,16 @@ TEST_F(LibraryTest, WhatACallbackThrowsLeavesTheSpin) {
   EXPECT_THROW(context.spin_for(1min), std::out_of_range);
 }
 
+TEST_F(LibraryTest, ACallbackThatSpinsIsToldThatItMustNot) {
+  Context context(options());
+  Node node(context, "impatient");
+  const auto client = node.create_client<SetBool>("nobody");
+  const auto timer = node.create_wall_timer(1ms, [&] { static_cast<void>(client.call({true}, kPatience)); });
+  EXPECT_THROW(context.spin_for(kPatience), std::logic_error);
+  timer->cancel();
+  EXPECT_NO_THROW(context.spin_some());
+}
+
 TEST_F(LibraryTest, WhatAGoalsCallbackThrowsLeavesTheSpinAndRefuses) {
   Context context(options());
   Node node(context, "arm");
