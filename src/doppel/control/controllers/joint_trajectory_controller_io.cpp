@@ -1,5 +1,5 @@
 // joint_trajectory_controller.h's dealings with the world outside, between steps: messages, goals, reports.
-// Only publish_state() runs in the loop.
+// Only tell_state() runs in the loop.
 
 #include <fmt/format.h>
 
@@ -72,7 +72,7 @@ void JointTrajectoryController::size_state_message() {
   }
 }
 
-void JointTrajectoryController::publish_state(Time now) {
+void JointTrajectoryController::tell_state(Time now) {
   if (!state_topic_.has_listeners()) return;
   auto& m = state_message_;
   m.header.stamp = to_time_msg(context_->node->bus().stamp(now));
