@@ -1,99 +1,25 @@
 // FollowJointTrajectory as an action client on Fast DDS drives it: to success, preemption, cancel and abort.
 
-#include <action_msgs.h>
-#include <control_msgs.h>
 #include <gtest/gtest.h>
 
-#include <random>
+#include <cmath>
 
+#include "fast_action_client.h"
 #include "fast_twin_test.h"
 
 namespace doppel::ros2_testing {
 namespace {
 
-using namespace control_msgs::action::dds_;  // NOLINT
-using action_msgs::msg::dds_::GoalStatusArray_;
-using action_msgs::srv::dds_::CancelGoal_Request_;
-using action_msgs::srv::dds_::CancelGoal_Response_;
-using Goal = FollowJointTrajectory_Goal_;
-using Result = FollowJointTrajectory_GetResult_Response_;
-using Uuid = std::array<std::uint8_t, 16>;
+using Goal = FollowJointTrajectory::Goal;
 
-// action_msgs/msg/GoalStatus
-constexpr int kExecuting = 2, kSucceeded = 4, kCanceled = 5, kAborted = 6;
 // control_msgs/action/FollowJointTrajectory_Result
 constexpr int kSuccessful = 0, kInvalidGoal = -1, kPathToleranceViolated = -4;
-
-class ActionClient {
- public:
-  ActionClient(FastPeer& peer, const std::string& action)
-      : send_goal_(peer, action + "/_action/send_goal"),
-        get_result_(peer, action + "/_action/get_result"),
-        cancel_goal_(peer, action + "/_action/cancel_goal"),
-        feedback_(
-            peer.subscribe<FollowJointTrajectory_FeedbackMessage_>("rt" + action + "/_action/feedback")),
-        status_(peer.subscribe<GoalStatusArray_>("rt" + action + "/_action/status", {.latched = true})) {}
-
-  // As rclcpp_action: ready when all five are there.
-  bool wait_for_server() {
-    return send_goal_.wait_for_service() && get_result_.wait_for_service() &&
-           cancel_goal_.wait_for_service() &&
-           eventually([&] { return feedback_.matched() > 0 && status_.matched() > 0; });
-  }
-  std::optional<FollowJointTrajectory_SendGoal_Response_> send(const Uuid& id, const Goal& goal) {
-    FollowJointTrajectory_SendGoal_Request_ request;
-    request.goal_id_().uuid_() = id;
-    request.goal_() = goal;
-    return send_goal_.call(request);
-  }
-  std::optional<Result> result(const Uuid& id) {
-    FollowJointTrajectory_GetResult_Request_ request;
-    request.goal_id_().uuid_() = id;
-    return get_result_.call(request);
-  }
-  std::optional<CancelGoal_Response_> cancel(const Uuid& id) {
-    CancelGoal_Request_ request;
-    request.goal_info_().goal_id_().uuid_() = id;
-    return cancel_goal_.call(request);
-  }
-  bool feedback_about(const Uuid& id) {
-    return feedback_
-        .next([&](const auto& message) {
-          return message.goal_id_().uuid_() == id && message.feedback_().joint_names_() == arm_joints() &&
-                 message.feedback_().actual_().positions_().size() == arm_joints().size();
-        })
-        .has_value();
-  }
-  // Waits until the status topic has told this of the goal.
-  bool status_becomes(const Uuid& id, int wanted) {
-    return status_
-        .next([&](const GoalStatusArray_& all) {
-          for (const auto& each : all.status_list_())
-            if (each.goal_info_().goal_id_().uuid_() == id && each.status_() == wanted) return true;
-          return false;
-        })
-        .has_value();
-  }
-
- private:
-  ServiceClient<FollowJointTrajectory_SendGoal_Request_, FollowJointTrajectory_SendGoal_Response_> send_goal_;
-  ServiceClient<FollowJointTrajectory_GetResult_Request_, Result> get_result_;
-  ServiceClient<CancelGoal_Request_, CancelGoal_Response_> cancel_goal_;
-  Subscription<FollowJointTrajectory_FeedbackMessage_> feedback_;
-  Subscription<GoalStatusArray_> status_;
-};
 
 class FastActions : public FastTwinTest {
  protected:
   void SetUp() override {
     FastTwinTest::SetUp();
     ASSERT_TRUE(arm.wait_for_server()) << "the action's five parts are not all there";
-  }
-  static Uuid new_id() {
-    static std::random_device random;
-    Uuid id;
-    for (std::uint8_t& byte : id) byte = static_cast<std::uint8_t>(random());
-    return id;
   }
   // All joints to one angle, in so much of simulated time.
   static Goal go_to(double angle, double seconds) {
@@ -113,7 +39,7 @@ class FastActions : public FastTwinTest {
     EXPECT_TRUE(result->result_().error_string_().starts_with(error_starts))
         << result->result_().error_string_();
   }
-  ActionClient arm{peer, "/omarm_arm_controller/follow_joint_trajectory"};
+  ActionClient<FollowJointTrajectory> arm{peer, "/omarm_arm_controller/follow_joint_trajectory"};
 };
 
 TEST_F(FastActions, Succeeds) {
@@ -122,7 +48,10 @@ TEST_F(FastActions, Succeeds) {
   ASSERT_TRUE(accepted.has_value());
   EXPECT_TRUE(accepted->accepted_());
   EXPECT_TRUE(arm.status_becomes(id, kExecuting));
-  EXPECT_TRUE(arm.feedback_about(id));
+  EXPECT_TRUE(arm.feedback_about(id, [](const auto& feedback) {
+    return feedback.joint_names_() == arm_joints() &&
+           feedback.actual_().positions_().size() == arm_joints().size();
+  }));
   expect_end(id, kSucceeded, kSuccessful, "Goal successfully reached!");
   EXPECT_TRUE(arm.status_becomes(id, kSucceeded));
   expect_end(id, kSucceeded, kSuccessful, "Goal successfully reached!");  // kept for who asks later

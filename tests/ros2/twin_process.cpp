@@ -73,6 +73,10 @@ bool hold_domain(int domain) {
 
 }  // namespace
 
+std::filesystem::path source_folder() {
+  return from_environment("DOPPEL_ROOT");
+}
+
 int own_domain() {
   static const int domain = [] {
     constexpr int kFirst = 50, kLast = 69;
@@ -136,16 +140,14 @@ int Process::wait() {
   return reap(0);
 }
 
-TwinProcess::TwinProcess() {
+TwinProcess::TwinProcess(const std::vector<std::string>& more_arguments) {
   std::string folder = (std::filesystem::temp_directory_path() / "doppel-peers-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no folder under " + folder);
   folder_ = folder;
-  const std::vector<std::string> command = {from_environment("DOPPEL"),
-                                            "up",
-                                            from_environment("DOPPEL_ROOT") + "/robots/omarm_one",
-                                            "--headless",
-                                            "--port",
-                                            std::to_string(free_port())};
+  std::vector<std::string> command = {
+      from_environment("DOPPEL"), "up", source_folder() / "robots/omarm_one", "--headless", "--port",
+      std::to_string(free_port())};
+  command.insert(command.end(), more_arguments.begin(), more_arguments.end());
   process_ = std::make_unique<Process>(
       command,
       std::vector<std::string>{"ROS_DOMAIN_ID=" + std::to_string(own_domain()),

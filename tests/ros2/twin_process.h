@@ -11,6 +11,9 @@
 
 namespace doppel::ros2_testing {
 
+// DOPPEL_ROOT
+std::filesystem::path source_folder();
+
 // A ROS domain that no other test on this machine has at the moment; the same one as long as this process
 // lives.
 int own_domain();
@@ -38,9 +41,9 @@ class Process {
 
 class TwinProcess {
  public:
-  // `doppel up` of the arm robots/omarm_one on this machine's loopback only, in own_domain(). Returns at
-  // once.
-  TwinProcess();
+  // `doppel up` of the arm robots/omarm_one on this machine's loopback only, in own_domain(), with more
+  // arguments where there are. Returns at once.
+  explicit TwinProcess(const std::vector<std::string>& more_arguments = {});
   ~TwinProcess();
 
   Process& process() { return *process_; }
