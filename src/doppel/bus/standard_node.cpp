@@ -124,7 +124,8 @@ void serve_logger_levels(Node& node) {
   });
 }
 
-void declare_qos_overrides(Node& node, std::string_view topic, QosOverrideOf end, const Qos& qos) {
+void declare_qos_overrides(Node& node, std::string_view topic, QosOverrideOf end, const Qos& qos,
+                           QosOverridePolicies policies) {
   const std::string name = node.bus().names().resolve(NameKind::topic, topic, node.name());
   const std::string prefix = fmt::format("qos_overrides.{}.{}.", name,
                                          end == QosOverrideOf::publisher ? "publisher" : "subscription");
@@ -132,7 +133,8 @@ void declare_qos_overrides(Node& node, std::string_view topic, QosOverrideOf end
     node.parameters().declare(prefix + policy, std::move(value), {.read_only = true});
   };
   declare("depth", static_cast<std::int64_t>(qos.depth));
-  declare("durability", std::string(qos.transient_local() ? "transient_local" : "volatile"));
+  if (policies == QosOverridePolicies::all)
+    declare("durability", std::string(qos.transient_local() ? "transient_local" : "volatile"));
   declare("history", std::string(qos.keep_all ? "keep_all" : "keep_last"));
   declare("reliability", std::string(qos.best_effort ? "best_effort" : "reliable"));
 }

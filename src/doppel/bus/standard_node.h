@@ -18,8 +18,10 @@ void make_standard(Node& node, bool own_clock = false);
 void serve_logger_levels(Node& node);
 
 // The read-only parameters "qos_overrides./topic.publisher.depth" and so on of a topic whose QoS ROS 2's node
-// would let the user override.
+// would let the user override. Which policies differs by node: rclcpp's default ones leave durability out.
 enum class QosOverrideOf { publisher, subscription };
-void declare_qos_overrides(Node& node, std::string_view topic, QosOverrideOf end, const Qos& qos);
+enum class QosOverridePolicies { all, without_durability };
+void declare_qos_overrides(Node& node, std::string_view topic, QosOverrideOf end, const Qos& qos,
+                           QosOverridePolicies policies = QosOverridePolicies::all);
 
 }  // namespace doppel

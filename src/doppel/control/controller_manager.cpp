@@ -64,6 +64,10 @@ ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const Contro
   serve();
 }
 
+ControllerManager::Impl::~Impl() {
+  if (!rules.empty()) bus.names() = rules_before;
+}
+
 LoadedController* ControllerManager::Impl::find(std::string_view name) const {
   for (const auto& candidate : loaded) {
     if (candidate->name == name) return candidate.get();
@@ -120,6 +124,21 @@ void ControllerManager::Impl::choose_rate(LoadedController& c) {
   }
 }
 
+// A `type` beside the controller's parameters is for who reads the file, as a spawner does; the node has it
+// then, as in ROS 2.
+void ControllerManager::Impl::declare_written_type(LoadedController& c) {
+  const ParameterOverride* written = c.overrides.find("type");
+  if (written == nullptr) return;
+  const ParameterValue value = declare_parameter(c.node->parameters(), &c.overrides, "type", written->value,
+                                                 {.description = "as the file says", .dynamic_typing = true});
+  if (value == ParameterValue(c.type)) return;
+  tell(log, c.name,
+       {Severity::warning, "control.other_type",
+        fmt::format("the type '{}' here does nothing: '{}' is a '{}', as {} was told", to_string(value),
+                    c.name, c.type, options.name),
+        written->source, "say the same in both places"});
+}
+
 void ControllerManager::Impl::load(const std::string& name, const std::string& given_type) {
   if (const Status fine = check_node_name(name); !fine) {
     throw InputError("control.bad_name", {},
@@ -128,6 +147,20 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   if (find(name) != nullptr) {
     throw InputError("control.loaded_already", {}, fmt::format("a controller '{}' is loaded already", name));
   }
+  const NodeArguments arguments = arguments_of(name, expand_name(name, node.given_name()));
+  use_rules(name, arguments.rules);
+  try {
+    loaded.push_back(make(name, given_type, arguments));
+  } catch (...) {
+    use_rules(name, {});
+    throw;
+  }
+  publish_activity();
+}
+
+std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::string& name,
+                                                                const std::string& given_type,
+                                                                const NodeArguments& arguments) {
   const auto nodes = bus.nodes();
   auto its_node = std::make_unique<Node>(bus, expand_name(name, node.given_name()));
   if (std::find(nodes.begin(), nodes.end(), its_node->name()) != nodes.end()) {
@@ -150,20 +183,34 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   c->name = name;
   c->type = type_name;
   c->node = std::move(its_node);
-  c->overrides = overrides_of(name, *c->node);
+  c->overrides = overrides_of(*c, arguments);
   make_standard(*c->node);
   serve_logger_levels(*c->node);
   c->node->parameters().allow_undeclared();
   c->transitions = c->node->advertise<lifecycle_msgs::msg::TransitionEvent>("~/transition_event");
   c->context = {name, c->node.get(), &model, &log, &c->overrides, 0.0};
   choose_rate(*c);
+  declare_written_type(*c);
   c->controller = type->make();
   initialise(*c);
   Diagnostics unused;
   report_unused(c->overrides, name, c->node->parameters().names(), unused);
   for (const Diagnostic& finding : unused.all()) tell(log, name, finding);
-  loaded.push_back(std::move(c));
-  publish_activity();
+  return c;
+}
+
+void ControllerManager::Impl::use_rules(const std::string& controller, std::vector<std::string> its_rules) {
+  if (its_rules.empty() && !rules.contains(controller)) return;
+  if (rules.empty()) rules_before = bus.names();
+  if (its_rules.empty()) {
+    rules.erase(controller);
+  } else {
+    rules[controller] = std::move(its_rules);
+  }
+  bus.names() = rules_before;
+  for (const auto& [name, all] : rules) {
+    for (const std::string& rule : all) bus.names().add(rule);
+  }
 }
 
 void ControllerManager::Impl::configure(LoadedController& c) {
@@ -225,6 +272,7 @@ Status ControllerManager::Impl::unload(const std::string& name) {
   }
   if (Status status = cleanup(name); !status) return status;
   std::erase_if(loaded, [&](const auto& candidate) { return candidate.get() == c; });
+  use_rules(name, {});
   publish_activity();
   return {};
 }

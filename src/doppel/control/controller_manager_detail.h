@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
+#include "doppel/bus/node_arguments.h"
 #include "doppel/control/controller_manager.h"
 #include "doppel/control/joint_limiter.h"
 #include "doppel/control/resource_table.h"
@@ -45,18 +47,26 @@ struct LoadedController {
 struct ControllerManager::Impl {
   Impl(Bus& bus, const Model& model, const ControllerRegistry& registry, const ParameterFile* file,
        ControllerManagerOptions options, const Log& log, Diagnostics& diagnostics);
+  ~Impl();
 
   // -- manager_parameters.cpp
   void read_own_parameters(Diagnostics& diagnostics);
   void report_sections_of_nobody(Diagnostics& diagnostics) const;
-  [[nodiscard]] ParameterOverrides overrides_of(const std::string& name, const Node& its_node);
-  [[nodiscard]] std::vector<std::filesystem::path> params_files_of(const std::string& name);
+  [[nodiscard]] std::vector<std::string> texts_of(const std::string& parameter);
+  [[nodiscard]] NodeArguments arguments_of(const std::string& name, const std::string& full_name);
+  [[nodiscard]] ParameterOverrides overrides_of(const LoadedController& c, const NodeArguments& arguments);
+  [[nodiscard]] std::filesystem::path params_file(const std::string& name, const std::string& text) const;
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared() const;
 
   // -- controller_manager.cpp
   [[nodiscard]] LoadedController* find(std::string_view name) const;
   LoadedController& at(std::string_view name) const;  // throws InputError with the nearest name
   void load(const std::string& name, const std::string& type);
+  std::unique_ptr<LoadedController> make(const std::string& name, const std::string& type,
+                                         const NodeArguments& arguments);
+  // What the bus is told to rename: what it was before, and the rules of each controller.
+  void use_rules(const std::string& controller, std::vector<std::string> rules);
+  void declare_written_type(LoadedController& loaded);
   [[nodiscard]] std::string type_of(const std::string& name);
   void choose_rate(LoadedController& loaded);
   void configure(LoadedController& loaded);  // throws InputError
@@ -112,7 +122,9 @@ struct ControllerManager::Impl {
   ControllerManagerOptions options;
   const Log& log;
   Node node;
-  ParameterOverrides own;  // overrides of the manager's node
+  ParameterOverrides own;                                 // overrides of the manager's node
+  NameRules rules_before;                                 // of the bus, before `rules`
+  std::map<std::string, std::vector<std::string>> rules;  // by controller
   int steps_per_tick = 1;
   Duration period{};
   Time now{};

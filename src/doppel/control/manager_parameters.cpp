@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
+#include "doppel/bus/node_arguments.h"
 #include "doppel/control/controller_manager_detail.h"
 #include "doppel/control/idle_parameters.h"
 #include "doppel/core/names.h"
 
 namespace doppel {
 namespace {
+
+constexpr const char* kParamsFile = ".params_file";
+constexpr const char* kArguments = ".node_options_args";
 
 Status positive(const ParameterValue& value) {
   const auto rate = std::get<std::int64_t>(value);
@@ -46,10 +50,13 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
   for (const auto& [name, type] : declared()) {
     // A spawner says them again, and later than the file.
     declare<std::string>(parameters, &own, name + ".type", type, {"of this controller", false, {}});
-    if (ParameterOverride* files = own.find(name + ".params_file")) {
-      declare_parameter(parameters, &own, files->name, files->value,
-                        {.description = "where its parameters are", .dynamic_typing = true});
-    }
+    const auto declare_written = [&](const char* key, const char* description) {
+      if (const ParameterOverride* written_there = own.find(name + key))
+        declare_parameter(parameters, &own, written_there->name, written_there->value,
+                          {.description = description, .dynamic_typing = true});
+    };
+    declare_written(kParamsFile, "where its parameters are");
+    declare_written(kArguments, "--ros-args of its node");
   }
   const auto strictness = [](const ParameterValue& value) {
     const auto& text = std::get<std::string>(value);
@@ -97,54 +104,75 @@ std::vector<std::pair<std::string, std::string>> ControllerManager::Impl::declar
   return out;
 }
 
-// The files that the parameter NAME.params_file of the manager tells now: beside the file where it is one
-// that stands there, else seen from where the program runs, as a spawner's are.
-std::vector<std::filesystem::path> ControllerManager::Impl::params_files_of(const std::string& name) {
-  const auto* told = node.parameters().find(name + ".params_file");
+// The parameter of the manager that is one text or many; none where it is not there.
+std::vector<std::string> ControllerManager::Impl::texts_of(const std::string& parameter) {
+  const auto* told = node.parameters().find(parameter);
   if (told == nullptr) return {};
-  std::vector<std::string> texts;
-  if (const auto* one = std::get_if<std::string>(&told->value)) {
-    texts = {*one};
-  } else if (const auto* many = std::get_if<std::vector<std::string>>(&told->value)) {
-    texts = *many;
-  } else {
-    throw InputError("control.params_file", {},
-                     fmt::format("the parameter '{}' of {} is {}, but files are a string or a string_array",
-                                 told->name, node.name(), parameter_type_name(told->value)));
-  }
+  if (const auto* one = std::get_if<std::string>(&told->value)) return {*one};
+  if (const auto* many = std::get_if<std::vector<std::string>>(&told->value)) return *many;
+  throw InputError("control.not_texts", {},
+                   fmt::format("the parameter '{}' of {} is {}, where a string or a string_array is wanted",
+                               told->name, node.name(), parameter_type_name(told->value)));
+}
+
+// A file that a controller's parameters stand in: beside the manager's file where it is one that stands
+// there, else seen from where the program runs, as a spawner's are.
+std::filesystem::path ControllerManager::Impl::params_file(const std::string& name,
+                                                           const std::string& text) const {
   const auto is_file = [](const std::filesystem::path& path) {
     std::error_code ignored;  // a pipe or a device would stop the loop
     return std::filesystem::is_regular_file(path, ignored);
   };
-  std::vector<std::filesystem::path> files;
-  for (const std::string& text : texts) {
-    const auto beside = file == nullptr ? std::filesystem::path(text)
-                                        : std::filesystem::path(file->name()).parent_path() / text;
-    const auto found = is_file(beside) ? beside : std::filesystem::absolute(text);
-    if (!is_file(found)) {
-      throw InputError("control.params_file", {},
-                       fmt::format("the params_file '{}' of '{}' is no file that can be read: {}", text, name,
-                                   beside.is_absolute() || beside == text
-                                       ? found.string()
-                                       : fmt::format("neither {} nor {}", beside.string(), found.string())),
-                       "tell its whole path: the twin reads it, from the folder where it was started");
-    }
-    files.push_back(found);
-  }
-  return files;
+  const auto beside = file == nullptr ? std::filesystem::path(text)
+                                      : std::filesystem::path(file->name()).parent_path() / text;
+  const auto found = is_file(beside) ? beside : std::filesystem::absolute(text);
+  if (is_file(found)) return found;
+  throw InputError("control.params_file", {},
+                   fmt::format("the params_file '{}' of '{}' is no file that can be read: {}", text, name,
+                               beside.is_absolute() || beside == text
+                                   ? found.string()
+                                   : fmt::format("neither {} nor {}", beside.string(), found.string())),
+                   "tell its whole path: the twin reads it, from the folder where it was started");
 }
 
-// The controller's part of the file, and of its params_files, which come later.
-ParameterOverrides ControllerManager::Impl::overrides_of(const std::string& name, const Node& its_node) {
-  const auto of = [&its_node](const ParameterFile& from) {
-    return from.overrides_for(its_node.name(), its_node.given_name()).all();
-  };
+// What NAME.node_options_args tells now, a spawner's --controller-ros-args.
+NodeArguments ControllerManager::Impl::arguments_of(const std::string& name, const std::string& full_name) {
+  std::vector<std::string> words = texts_of(name + kArguments);
+  if (words.empty()) return {};
+  NodeArguments arguments = read_node_arguments(std::move(words), full_name, bus.names());
+  for (const auto& given : arguments.parameters) {
+    const auto* one = std::get_if<GivenParameter>(&given);
+    if (one == nullptr || one->name != "use_sim_time" || one->value == ParameterValue(bus.sim_time()))
+      continue;
+    throw InputError("node.arguments", {},
+                     fmt::format("-p {} cannot be had: the whole twin has one clock", one->text),
+                     "start the twin with --stamp sim or --stamp wall");
+  }
+  return arguments;
+}
+
+// The controller's part of the file, of its params_files, and of its arguments; what comes later wins.
+ParameterOverrides ControllerManager::Impl::overrides_of(const LoadedController& c,
+                                                         const NodeArguments& arguments) {
   std::vector<ParameterOverride> all;
-  if (file != nullptr) all = of(*file);
-  for (const auto& path : params_files_of(name)) {
-    for (const ParameterOverride& value : of(ParameterFile::load(path))) {
+  const auto add = [&](const ParameterFile& from) {
+    const ParameterOverrides here = from.overrides_for(c.node->name(), c.node->given_name());
+    for (const ParameterOverride& value : here.all()) {
       std::erase_if(all, [&](const ParameterOverride& before) { return before.name == value.name; });
       all.push_back(value);
+    }
+  };
+  if (file != nullptr) add(*file);
+  for (const std::string& text : texts_of(c.name + kParamsFile))
+    add(ParameterFile::load(params_file(c.name, text)));
+  for (const auto& given : arguments.parameters) {
+    if (const auto* from = std::get_if<GivenParameterFile>(&given)) {
+      add(ParameterFile::load(params_file(c.name, from->path)));
+    } else {
+      const auto& one = std::get<GivenParameter>(given);
+      ParameterFile said;
+      said.add(one.node, one.name, one.value, "-p " + one.text);
+      add(said);
     }
   }
   return ParameterOverrides(std::move(all));

@@ -47,8 +47,10 @@ StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Mo
     clock_ = clock_node_->advertise<rosgraph_msgs::msg::Clock>("/clock");
   }
   declare_qos_overrides(node_, "/tf", QosOverrideOf::publisher, tf);
-  declare_qos_overrides(node_, "/tf_static", QosOverrideOf::publisher, latched);
-  declare_qos_overrides(node_, "joint_states", QosOverrideOf::subscription, Qos::sensor_data());
+  declare_qos_overrides(node_, "/tf_static", QosOverrideOf::publisher, latched,
+                        QosOverridePolicies::without_durability);
+  declare_qos_overrides(node_, "joint_states", QosOverrideOf::subscription, Qos::sensor_data(),
+                        QosOverridePolicies::without_durability);
   collect_transforms(X_WR);
   ParameterOverrides written;
   if (file != nullptr) written = file->overrides_for(node_.name(), node_.given_name());

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "doppel/bus/bus.h"
+#include "doppel/bus/node_arguments.h"
 #include "doppel/bus/ros_arguments.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"
@@ -168,6 +169,20 @@ TEST(RosArguments, ThatAreWrongAreTold) {
   EXPECT_THAT(error_of(words({"--ros-args", "--reamp", "a:=b"})), HasSubstr("did you mean '--remap'?"));
   EXPECT_THAT(error_of(words({"--ros-args", "--log-level", "wran"})), HasSubstr("did you mean 'warn'?"));
   EXPECT_THAT(error_of(words({"--ros-args", "--log-level", "arm:=debug"})), HasSubstr("--log-level debug"));
+}
+
+TEST(NodeArguments, AreRulesOfOneNode) {
+  const NodeArguments none = read_node_arguments({}, "/arm", {});
+  EXPECT_TRUE(none.rules.empty() && none.parameters.empty());
+  const NodeArguments own = read_node_arguments(words({"-r", "a:=b", "-r", "hand:rostopic://c:=d", "-r",
+                                                       "__node:=hand", "-r", "__ns:=/left", "-p", "x:=1"}),
+                                                "/arm", {});
+  EXPECT_THAT(own.rules,
+              ElementsAre("arm:__node:=hand", "hand:a:=b", "hand:rostopic://c:=d", "hand:__ns:=/left"));
+  EXPECT_EQ(own.parameters.size(), 1u);
+  NameRules process;
+  process.add("arm:__node:=tool");
+  EXPECT_THAT(read_node_arguments(words({"-r", "a:=b"}), "/arm", process).rules, ElementsAre("tool:a:=b"));
 }
 
 }  // namespace

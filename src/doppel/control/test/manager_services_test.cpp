@@ -15,6 +15,7 @@ namespace {
 
 namespace srv = controller_manager_msgs::srv;
 using Names = std::vector<std::string>;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -234,6 +235,50 @@ TEST(Spawner, WinsOverTheFile) {
                   .results.at(0)
                   .successful);
   ASSERT_EQ(rig.value("/controller_manager", "x"), "1.0");
+}
+
+TEST(Spawner, GivesAControllersNodeItsOwnArguments) {
+  ServiceRig rig;
+  const auto path = file_with("given.yaml", "/**: {ros__parameters: {joints: [a], update_rate: 50}}");
+  const auto topics = [&rig] {
+    Names names;
+    for (const TopicInfo& topic : rig.bus.topics()) {
+      if (!topic.subscribers.empty()) names.push_back(topic.name);
+    }
+    return names;
+  };
+  ASSERT_TRUE(rig.set("wrong.node_options_args", Names{"--ros-args", "-r", "~/commands:=/wanted",
+                                                       "--params-file", path, "-p", "joints:=[b]"}));
+  ASSERT_TRUE(rig.load("wrong")) << rig.said();
+  EXPECT_THAT(topics(), testing::AllOf(Contains("/wanted"), testing::Not(Contains("/wrong/commands"))));
+  EXPECT_EQ(rig.value("/wrong", "joints"), "[b]")
+      << "they win over the manager's file, a later one over an earlier";
+  EXPECT_EQ(rig.value("/wrong", "update_rate"), "50");
+
+  ASSERT_TRUE(rig.set("group.node_options_args", Names{"-r", "__ns:=/left", "-r", "__node:=hand"}));
+  ASSERT_TRUE(rig.load("group")) << rig.said();
+  EXPECT_THAT(topics(), testing::IsSupersetOf({"/wanted", "/left/hand/commands"})) << "each has its own";
+  EXPECT_TRUE(rig.make_inactive("states"));
+
+  EXPECT_TRUE(rig.call<srv::UnloadController>("unload_controller", {"wrong"}).ok);
+  ASSERT_TRUE(rig.set("wrong.node_options_args", Names{"-p", "joints:=[b]"}));
+  ASSERT_TRUE(rig.load("wrong")) << rig.said();
+  EXPECT_THAT(topics(), Contains("/wrong/commands")) << "the rule went with the controller";
+}
+
+TEST(Spawner, HearsWhichArgumentsCannotBeHad) {
+  ServiceRig rig;
+  const std::pair<Names, const char*> cases[] = {
+      {{"-r", "other:a:=b"}, "node 'other'"},        {{"-r", "a b:=c"}, "' '"},
+      {{"--log-level", "debug"}, "whole process"},   {{"-p", "use_sim_time:=false"}, "one clock"},
+      {{"--params-file", "/dev/zero"}, "/dev/zero"}, {{"more", "--ros-args"}, "'more'"}};
+  for (const auto& [arguments, part] : cases) {
+    ASSERT_TRUE(rig.set("group.node_options_args", arguments));
+    EXPECT_FALSE(rig.load("group")) << part;
+    EXPECT_EQ(rig.count(Severity::error, part), 1u) << rig.said();
+  }
+  ASSERT_TRUE(rig.set("group.node_options_args", Names{}));
+  EXPECT_TRUE(rig.load("group")) << rig.said();
 }
 
 TEST(Spawner, HearsWhatIsWrong) {

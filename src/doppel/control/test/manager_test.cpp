@@ -390,6 +390,25 @@ TEST(Manager, ParamsFileIsReadBesideTheFileThatNamesIt) {
   EXPECT_TRUE(rig.diagnostics.all().empty());
 }
 
+TEST(Manager, ATypeBesideAControllersParametersIsNoTypo) {
+  ManagerRig rig(
+      "controller_manager: {ros__parameters: {g: {type: position_controllers/JointGroupPositionController,\n"
+      "  node_options_args: [-r, '~/commands:=/wanted']}}}\n"
+      "g: {ros__parameters: {type: position_controllers/JointGroupPositionController, joints: [a]}}");
+  rig.manager->start(Names{"g"});
+  EXPECT_EQ(rig.said(), "");
+  EXPECT_TRUE(rig.diagnostics.all().empty());
+  bool renamed = false;
+  for (const TopicInfo& topic : rig.bus.topics()) renamed = renamed || topic.name == "/wanted";
+  EXPECT_TRUE(renamed);
+  ManagerRig other(
+      "controller_manager: {ros__parameters: {g: {type: "
+      "position_controllers/JointGroupPositionController}}}\n"
+      "g: {ros__parameters: {type: a/B, joints: [a]}}");
+  other.manager->start(Names{"g"});
+  EXPECT_EQ(other.count(Severity::warning, "the type 'a/B' here does nothing"), 1u) << other.said();
+}
+
 TEST(Manager, RestartHoldsWhereEverythingIs) {
   ProbeRig rig(kTwoGroups);
   rig.manager->start(Names{"left"});

@@ -1,0 +1,74 @@
+#include "doppel/bus/node_arguments.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace doppel {
+namespace {
+
+constexpr const char* kBegin = "--ros-args";
+
+bool renames_node(std::string_view rule) {
+  return rule.starts_with("__node:=") || rule.starts_with("__name:=");
+}
+
+// The values of -r and --remap, of words that take_ros_arguments has read without complaint.
+std::vector<std::string> rules_in(const std::vector<std::string>& words) {
+  std::vector<std::string> rules;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    const bool alone =
+        word == kBegin || word == "--" || word.starts_with("--enable-") || word.starts_with("--disable-");
+    if (alone) continue;
+    ++i;
+    if (word == "-r" || word == "--remap") rules.push_back(words[i]);
+  }
+  return rules;
+}
+
+// "arm:x:=y" -> "x:=y", where "arm" is among `own`.
+std::string without_node(const std::string& rule, const std::vector<std::string>& own) {
+  const std::size_t colon = rule.find(':');
+  if (colon == rule.find(":=") || rule.compare(colon, 3, "://") == 0) return rule;
+  const std::string node = rule.substr(0, colon);
+  if (std::ranges::find(own, node) != own.end()) return rule.substr(colon + 1);
+  throw InputError(
+      "node.arguments", {},
+      fmt::format("the rule '{}' is for a node '{}', but these arguments are those of '{}' alone", rule, node,
+                  own.front()),
+      fmt::format("write -r {}, or say it where the whole twin is started", rule.substr(colon + 1)));
+}
+
+}  // namespace
+
+NodeArguments read_node_arguments(std::vector<std::string> words, std::string_view full_name,
+                                  NameRules names) {
+  if (std::ranges::find(words, kBegin) == words.end()) words.insert(words.begin(), kBegin);
+  std::vector<std::string> others = words;
+  RosArguments read = take_ros_arguments(others, NameRules(true));
+  if (!others.empty())
+    throw InputError("node.arguments", {}, fmt::format("'{}' is no argument of ROS 2's", others.front()),
+                     fmt::format("everything stands behind {}", kBegin));
+  if (read.log_level)
+    throw InputError("node.arguments", {}, "--log-level is for the whole process, not for one node",
+                     "call the node's service ~/set_logger_levels, or start the twin with it");
+  NodeArguments out;
+  out.parameters = std::move(read.parameters);
+  const std::vector<std::string> rules = rules_in(words);
+  const std::string name = node_base_name(full_name);
+  // A node's new name counts for all other rules, wherever it stands.
+  for (const std::string& rule : rules) {
+    const std::string own = without_node(rule, {name, node_base_name(read.names.node(full_name))});
+    if (renames_node(own)) out.rules.push_back(name + ":" + own);
+  }
+  for (const std::string& rule : out.rules) names.add(rule);
+  const std::string now = node_base_name(names.node(full_name));
+  for (const std::string& rule : rules) {
+    const std::string own = without_node(rule, {name, now});
+    if (!renames_node(own)) out.rules.push_back(now + ":" + own);
+  }
+  return out;
+}
+
+}  // namespace doppel
