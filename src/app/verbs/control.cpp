@@ -9,14 +9,40 @@ namespace doppel::app {
 namespace msg = controller_manager_msgs::msg;
 namespace srv = controller_manager_msgs::srv;
 
+namespace {
+
+constexpr std::string_view kListControllers = "/list_controllers";
+
+}  // namespace
+
+std::string find_manager(Client& twin, const std::string& asked) {
+  if (!asked.empty()) return absolute(asked);
+  std::vector<std::string> managers;
+  for (const auto& [name, service] : twin.services()) {
+    const bool only_wanted = service.providers.empty() && !service.clients.empty();
+    if (service.type == service_support<srv::ListControllers>().name && name.ends_with(kListControllers) &&
+        !only_wanted)
+      managers.push_back(name.substr(0, name.size() - kListControllers.size()));
+  }
+  if (managers.size() > 1)
+    wrong_use(fmt::format("there are {} controller managers: {}", managers.size(), fmt::join(managers, ", ")),
+              fmt::format("say which is meant: --controller-manager {}", managers.front()));
+  return managers.empty() ? "/controller_manager" : managers.front();
+}
+
+void declare_manager(CLI::App& verb, std::string& manager) {
+  verb.add_option("-c,--controller-manager", manager,
+                  "Name of the controller manager; default: the only one there is");
+}
+
 std::vector<msg::ControllerState> list_controllers(Client& twin, const std::string& manager) {
-  return call<srv::ListControllers>(twin, absolute(manager) + "/list_controllers").controller;
+  return call<srv::ListControllers>(twin, manager + std::string(kListControllers)).controller;
 }
 
 namespace {
 
 struct ControlOptions {
-  std::string manager = "/controller_manager";
+  std::string manager;  // as asked for; when a verb runs, whole
   bool verbose = false;
   std::string name, type, state;
   std::vector<std::string> activate, deactivate;
@@ -24,7 +50,7 @@ struct ControlOptions {
 };
 
 std::string service(const ControlOptions& options, std::string_view name) {
-  return fmt::format("{}/{}", absolute(options.manager), name);
+  return fmt::format("{}/{}", options.manager, name);
 }
 
 void print_list(const char* heading, const std::vector<std::string>& names) {
@@ -103,7 +129,7 @@ std::string state_of(Client& twin, const ControlOptions& options, const std::str
 [[noreturn]] void cannot_load(Client& twin, const ControlOptions& options) {
   std::vector<std::string> names;
   for (const auto& c : list_controllers(twin, options.manager)) names.push_back(c.name);
-  for (const NamedParameter& parameter : twin.parameters(absolute(options.manager))) {
+  for (const NamedParameter& parameter : twin.parameters(options.manager)) {
     if (!parameter.name.ends_with(".type")) continue;
     names.push_back(parameter.name.substr(0, parameter.name.rfind('.')));
   }
@@ -163,8 +189,7 @@ int load(Shell& shell, const ControlOptions& options) {
   }
   if (before.empty()) {
     if (!options.type.empty()) {
-      const Status status =
-          twin.set_parameter(absolute(options.manager), options.name + ".type", options.type);
+      const Status status = twin.set_parameter(options.manager, options.name + ".type", options.type);
       if (!status) throw ClientError(status.why());
     }
     if (!call<srv::LoadController>(twin, service(options, "load_controller"), {options.name}).ok) {
@@ -221,17 +246,26 @@ int unload(Shell& shell, const ControlOptions& options) {
   return 0;
 }
 
-void declare_manager(CLI::App& verb, ControlOptions& options) {
-  verb.add_option("-c,--controller-manager", options.manager, "Name of the controller manager");
+// The verb with the manager found.
+auto with_manager(int (*run)(Shell&, const ControlOptions&)) {
+  return [run](Shell& shell, const ControlOptions& asked) {
+    ControlOptions options = asked;
+    options.manager = find_manager(shell.twin(), asked.manager);
+    return run(shell, options);
+  };
+}
+
+void declare_only_manager(CLI::App& verb, ControlOptions& options) {
+  declare_manager(verb, options.manager);
 }
 
 void declare_listing(CLI::App& verb, ControlOptions& options) {
-  declare_manager(verb, options);
+  declare_manager(verb, options.manager);
   verb.add_flag("-v,--verbose", options.verbose, "With interfaces");
 }
 
 void declare_controller(CLI::App& verb, ControlOptions& options) {
-  declare_manager(verb, options);
+  declare_manager(verb, options.manager);
   verb.add_option("controller", options.name, "Name of the controller")->required();
 }
 
@@ -245,7 +279,7 @@ void add_changes(CLI::App& group, int& exit_code) {
         verb.add_option("--set-state", options.state, "inactive or active")
             ->check(CLI::IsMember({"inactive", "active"}));
       },
-      load);
+      with_manager(load));
   add_verb<ControlOptions>(
       group, "set_controller_state", "Activate or deactivate a controller",
       "doppel control set_controller_state omarm_arm_controller inactive", exit_code,
@@ -255,13 +289,13 @@ void add_changes(CLI::App& group, int& exit_code) {
             ->required()
             ->check(CLI::IsMember({"inactive", "active"}));
       },
-      set_state);
+      with_manager(set_state));
   add_verb<ControlOptions>(
       group, "switch_controllers", "Activate some controllers and deactivate others at once",
       "doppel control switch_controllers --activate pid --deactivate omarm_arm_controller --strict",
       exit_code,
       [](CLI::App& verb, ControlOptions& options) {
-        declare_manager(verb, options);
+        declare_manager(verb, options.manager);
         verb.add_option("--activate,--start", options.activate, "Controllers to activate");
         verb.add_option("--deactivate,--stop", options.deactivate, "Controllers to deactivate");
         verb.add_flag("--strict", options.strict, "All of it or nothing");
@@ -269,9 +303,10 @@ void add_changes(CLI::App& group, int& exit_code) {
         verb.add_flag("--activate-asap,--start-asap", options.as_soon_as_possible,
                       "As soon as their hardware is ready");
       },
-      switch_controllers);
+      with_manager(switch_controllers));
   add_verb<ControlOptions>(group, "unload_controller", "Unload a controller that is not active",
-                           "doppel control unload_controller pid", exit_code, declare_controller, unload);
+                           "doppel control unload_controller pid", exit_code, declare_controller,
+                           with_manager(unload));
 }
 
 }  // namespace
@@ -279,16 +314,17 @@ void add_changes(CLI::App& group, int& exit_code) {
 void add_control(CLI::App& app, int& exit_code) {
   CLI::App& group = add_group(app, "control", "The controller manager: controllers and hardware");
   add_verb<ControlOptions>(group, "list_controllers", "The controllers that are loaded, and their states",
-                           "doppel control list_controllers -v", exit_code, declare_listing, controllers);
+                           "doppel control list_controllers -v", exit_code, declare_listing,
+                           with_manager(controllers));
   add_verb<ControlOptions>(group, "list_controller_types", "The types of controllers that can be loaded",
-                           "doppel control list_controller_types", exit_code, declare_manager,
-                           controller_types);
+                           "doppel control list_controller_types", exit_code, declare_only_manager,
+                           with_manager(controller_types));
   add_verb<ControlOptions>(group, "list_hardware_interfaces", "What can be commanded and what is measured",
-                           "doppel control list_hardware_interfaces", exit_code, declare_manager,
-                           hardware_interfaces);
+                           "doppel control list_hardware_interfaces", exit_code, declare_only_manager,
+                           with_manager(hardware_interfaces));
   add_verb<ControlOptions>(group, "list_hardware_components", "The hardware and its state",
                            "doppel control list_hardware_components -v", exit_code, declare_listing,
-                           hardware_components);
+                           with_manager(hardware_components));
   add_changes(group, exit_code);
 }
 

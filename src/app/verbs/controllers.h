@@ -9,7 +9,13 @@
 
 namespace doppel::app {
 
-std::vector<controller_manager_msgs::msg::ControllerState> list_controllers(
-    Client& twin, const std::string& manager = "/controller_manager");
+// The controller manager that is meant: `asked`, or the only one that there is, in whatever namespace. Throws
+// InputError where nobody said which of several.
+std::string find_manager(Client& twin, const std::string& asked);
+// The option that says which.
+void declare_manager(CLI::App& verb, std::string& manager);
+
+std::vector<controller_manager_msgs::msg::ControllerState> list_controllers(Client& twin,
+                                                                            const std::string& manager);
 
 }  // namespace doppel::app

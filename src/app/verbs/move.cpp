@@ -10,6 +10,7 @@
 #include "app/verbs/controllers.h"
 #include "app/verbs/goals.h"
 #include "app/verbs/verbs.h"
+#include "doppel/bus/name_rules.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/control_msgs.h"
 #include "doppel/messages/sensor_msgs.h"
@@ -24,7 +25,7 @@ using Positions = std::map<std::string, double>;
 struct MoveOptions {
   std::vector<std::string> targets;
   double seconds = 2;
-  std::string controller;
+  std::string controller, manager;
   bool no_wait = false;
 };
 
@@ -64,10 +65,11 @@ std::vector<std::string> joints_of(const controller_manager_msgs::msg::Controlle
 }
 
 // The active trajectory controllers with the joints that each is to move.
-std::vector<Mover> assign(Client& twin, const Positions& targets, const std::string& only) {
+std::vector<Mover> assign(Client& twin, const std::string& manager, const Positions& targets,
+                          const std::string& only) {
   std::vector<Mover> movers;
   std::vector<std::string> inactive, names;
-  for (const auto& controller : list_controllers(twin)) {
+  for (const auto& controller : list_controllers(twin, manager)) {
     if (controller.type.find("JointTrajectoryController") == std::string::npos) continue;
     names.push_back(controller.name);
     if (!only.empty() && controller.name != only) continue;
@@ -109,12 +111,12 @@ void take_positions(const Client::Received& message, Positions& positions) {
   }
 }
 
-Positions present_positions(Client& twin) {
-  twin.subscribe("/joint_states");
+Positions present_positions(Client& twin, const std::string& topic) {
+  twin.subscribe(topic);
   Client::Received message;
   if (!twin.next(message, Clock::now() + std::chrono::seconds(2))) {
-    throw ClientError(
-        "nothing comes over /joint_states; is the twin paused, or the joint_state_broadcaster inactive?");
+    throw ClientError(fmt::format(
+        "nothing comes over {}; is the twin paused, or the joint_state_broadcaster inactive?", topic));
   }
   Positions positions;
   take_positions(message, positions);
@@ -130,7 +132,7 @@ Bytes make_goal(const Mover& mover, const Positions& present, double seconds) {
     const auto now = present.find(joint);
     if (target == mover.targets.end() && now == present.end()) {
       throw ClientError(
-          fmt::format("/joint_states says nothing of '{}', which {} moves too", joint, mover.controller));
+          fmt::format("joint_states says nothing of '{}', which {} moves too", joint, mover.controller));
     }
     point.positions.push_back(target != mover.targets.end() ? target->second : now->second);
   }
@@ -216,12 +218,14 @@ int move(Shell& shell, const MoveOptions& options) {
     if (!targets.emplace(joint, position).second) wrong_use(fmt::format("'{}' has two targets", joint));
   }
   Client& twin = shell.twin();
-  const std::vector<Mover> movers = assign(twin, targets, options.controller);
-  Positions positions = present_positions(twin);
+  // Controllers and their topics are in the manager's namespace.
+  const std::string manager = find_manager(twin, options.manager);
+  const std::vector<Mover> movers = assign(twin, manager, targets, options.controller);
+  Positions positions = present_positions(twin, expand_name("joint_states", manager));
   Shell::catch_interrupts();
   std::vector<Running> running;
   for (const Mover& mover : movers) {
-    const std::string action = fmt::format("/{}/follow_joint_trajectory", mover.controller);
+    const std::string action = expand_name(mover.controller + "/follow_joint_trajectory", manager);
     running.push_back(
         {mover.controller,
          ActionGoal(twin, action, action_support<Follow>(), make_goal(mover, positions, options.seconds)),
@@ -256,6 +260,7 @@ void add_move(CLI::App& app, int& exit_code) {
             ->check(CLI::PositiveNumber);
         verb.add_option("--controller", options.controller,
                         "The trajectory controller; default: whose joints they are");
+        declare_manager(verb, options.manager);
         verb.add_flag("--no-wait", options.no_wait, "Do not wait for the end");
       },
       move);
