@@ -54,16 +54,20 @@ export class Peer {
     this.client.on('advertiseServices', (list) => list.forEach((service) => this.services.set(service.name, service)));
   }
 
-  // What the event tells next that `wanted` takes, after `act` was done.
-  next<T>(event: string, wanted: (value: T) => boolean, act: () => void, ms = 20_000): Promise<T> {
+  // What the event tells next that `wanted` takes, after `act` was done; never, once `unless` says that nobody waits.
+  next<T>(event: string, wanted: (value: T) => boolean, act: () => void, unless?: AbortSignal, ms = 20_000): Promise<T> {
     return new Promise((done, failed) => {
+      const end = (): void => {
+        clearTimeout(timer);
+        this.client.off(event as never, listen as never);
+      };
       const timer = setTimeout(() => failed(new Error(`no ${event} within ${ms / 1000} s`)), ms);
       const listen = (value: T): void => {
         if (!wanted(value)) return;
-        clearTimeout(timer);
-        this.client.off(event as never, listen as never);
+        end();
         done(value);
       };
+      unless?.addEventListener('abort', end);
       this.client.on(event as never, listen as never);
       act();
     });
@@ -74,12 +78,13 @@ export class Peer {
     if (!service) throw new Error(`there is no service ${name}`);
     const callId = this.nextCall++;
     const data = encode(service.request!.schema, request);
+    const answered = new AbortController(); // a timer that is left behind keeps the whole program waiting
     const answer = await Promise.race([
       this.next<{ callId: number; data: DataView }>('serviceCallResponse', (one) => one.callId === callId,
-        () => this.client.sendServiceCallRequest({ serviceId: service.id, callId, encoding: 'cdr', data })),
-      this.next<{ callId: number; message: string }>('serviceCallFailure', (one) => one.callId === callId, () => {}, 60_000)
-        .then((failure) => Promise.reject(new Error(`${name}: ${failure.message}`)), () => new Promise<never>(() => {})),
-    ]);
+        () => this.client.sendServiceCallRequest({ serviceId: service.id, callId, encoding: 'cdr', data }), answered.signal),
+      this.next<{ callId: number; message: string }>('serviceCallFailure', (one) => one.callId === callId, () => {}, answered.signal)
+        .then((failure) => Promise.reject(new Error(`${name}: ${failure.message}`))),
+    ]).finally(() => answered.abort());
     const bytes = bytesOf(answer.data);
     return { message: new MessageReader(definitions(service.response!.schema)).readMessage(bytes) as Record<string, unknown>, bytes };
   }
