@@ -1,6 +1,7 @@
 // The simulator's services by the names of gazebo_ros, as another shell would call them.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/rosgraph_msgs.h"
@@ -18,11 +19,42 @@ TEST_F(Services, PauseStepAndUnpause) {
   run(0.1);
   call("/gazebo/pause_physics", "std_srvs/srv/Empty", "{}");
   EXPECT_TRUE(twin_->time_control().paused);
-  EXPECT_NE(call("/gazebo/step", "doppel_msgs/srv/Step", "{steps: 5}").find("success: true"),
-            std::string::npos);
-  EXPECT_EQ(twin_->time_control().steps_owed, 5u);
+  const Time stands = twin_->now();
+  const auto ask_for_steps = [&](std::uint32_t steps,
+                                 std::optional<doppel_msgs::srv::Step::Response>& answer) {
+    const Bytes request = to_cdr(doppel_msgs::srv::Step::Request{steps});
+    edge_->call("/gazebo/step", request, [&answer](const Status& status, const Bytes& response) {
+      EXPECT_TRUE(status.ok()) << status.why();
+      EXPECT_TRUE(from_cdr(response, answer.emplace()).ok());
+    });
+    twin_->between_steps();
+  };
+  const auto run_owed = [&](std::uint64_t steps) {  // as the runner does
+    for (std::uint64_t i = 0; i < steps; ++i) twin_->step();
+    twin_->time_control().steps_owed -= steps;
+    twin_->between_steps();
+  };
+  std::optional<doppel_msgs::srv::Step::Response> none, five, three, many;
+  ask_for_steps(0, none);
+  ASSERT_TRUE(none);
+  ask_for_steps(5, five);
+  ask_for_steps(3, three);
+  EXPECT_EQ(twin_->time_control().steps_owed, 8u);
+  run_owed(4);
+  EXPECT_FALSE(five);  // who steps and then looks finds the steps done
+  run_owed(2);
+  ASSERT_TRUE(five);
+  EXPECT_TRUE(five->success);
+  EXPECT_EQ(five->sim_time, to_seconds(stands + 6 * twin_->step_size()));
+  EXPECT_FALSE(three);
+  run_owed(2);
+  ASSERT_TRUE(three);
+  EXPECT_EQ(three->sim_time, to_seconds(stands + 8 * twin_->step_size()));
+  ask_for_steps(1000, many);
   call("/gazebo/unpause_physics", "std_srvs/srv/Empty", "{}");
   EXPECT_FALSE(twin_->time_control().paused);
+  ASSERT_TRUE(many);
+  EXPECT_FALSE(many->success);
 }
 
 TEST_F(Services, StepWithoutPauseIsRefused) {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "doppel/bus/standard_node.h"
 #include "doppel/core/names.h"
-#include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/std_srvs.h"
 #include "doppel/twin/entity.h"
 #include "doppel/twin/pose_messages.h"
@@ -26,6 +26,7 @@ SimulatorServices::SimulatorServices(Bus& bus, const Model& model, Engine& engin
   loads_.reserve(kMostLoads);
   make_standard(node_);
   offer_time_services();
+  offer_step();
   offer_joint_efforts();
   offer_link_wrenches();
   offer_joint_state();
@@ -137,22 +138,13 @@ void SimulatorServices::offer_time_services() {
   offer("~/unpause_physics", [this] {
     time_control_.paused = false;
     time_control_.steps_owed = 0;
+    for (const Stepping& call : std::exchange(stepping_, {})) {
+      call.respond(
+          {false, "time runs again; not all of the steps were made one by one", to_seconds(engine_->time())});
+    }
   });
   offer("~/reset_simulation", [this] { callbacks_.reset(); });
   offer("~/reset_world", [this] { callbacks_.reset(); });
-
-  using doppel_msgs::srv::Step;
-  node_.serve<Step>("~/step", [this](const Step::Request& request, Responder<Step::Response> respond) {
-    Status status;
-    if (!time_control_.paused) {
-      status = Status::refused("time is running; call /gazebo/pause_physics first");
-    } else {
-      time_control_.steps_owed += request.steps;
-    }
-    auto response = answer<Step::Response>(status, fmt::format("{} steps", request.steps));
-    response.sim_time = to_seconds(engine_->time());
-    respond(response);
-  });
 
   using doppel_msgs::srv::SetSpeed;
   node_.serve<SetSpeed>(
@@ -166,6 +158,31 @@ void SimulatorServices::offer_time_services() {
         }
         respond(answer<SetSpeed::Response>(status, "set"));
       });
+}
+
+void SimulatorServices::offer_step() {
+  using doppel_msgs::srv::Step;
+  node_.serve<Step>("~/step", [this](const Step::Request& request, Responder<Step::Response> respond) {
+    if (!time_control_.paused) {
+      respond({false, "time is running; call /gazebo/pause_physics first", to_seconds(engine_->time())});
+      return;
+    }
+    if (stepping_.empty()) steps_asked_ = time_control_.steps_owed;
+    time_control_.steps_owed += request.steps;
+    steps_asked_ += request.steps;
+    stepping_.push_back({request.steps, steps_asked_, std::move(respond)});
+  });
+}
+
+void SimulatorServices::answer_finished_steps() {
+  const std::uint64_t made = steps_asked_ - time_control_.steps_owed;
+  const auto first_unfinished = std::find_if(stepping_.begin(), stepping_.end(),
+                                             [made](const Stepping& call) { return call.last > made; });
+  const std::vector<Stepping> finished(stepping_.begin(), first_unfinished);
+  stepping_.erase(stepping_.begin(), first_unfinished);
+  for (const Stepping& call : finished) {
+    call.respond({true, fmt::format("{} steps", call.steps), to_seconds(engine_->time())});
+  }
 }
 
 void SimulatorServices::offer_joint_efforts() {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "doppel/bus/bus.h"
+#include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/gazebo_msgs.h"
 #include "doppel/physics/engine.h"
 
@@ -32,6 +33,10 @@ class SimulatorServices {
   void before_step(Time now) {
     if (now >= next_change_) apply_due(now);
   }
+  // Between steps: answers calls of ~/step whose steps have run since.
+  void answer_steps() {
+    if (!stepping_.empty()) answer_finished_steps();
+  }
   void forget_loads();
   // After objects came or went: who has the name of one that is gone is not pushed in its place.
   void forget_loads_of_gone_objects();
@@ -53,7 +58,15 @@ class SimulatorServices {
       return joint < 0 && other.joint < 0 && link == other.link && object == other.object;
     }
   };
+  // A call of ~/step, answered once so many of the steps that were asked for have run.
+  struct Stepping {
+    std::uint32_t steps = 0;
+    std::uint64_t last = 0;
+    Responder<doppel_msgs::srv::Step::Response> respond;
+  };
   void offer_time_services();
+  void offer_step();
+  void answer_finished_steps();
   void offer_joint_efforts();
   void offer_link_wrenches();
   void offer_joint_state();
@@ -76,6 +89,8 @@ class SimulatorServices {
   Callbacks callbacks_;
   Node node_;
   TimeControl time_control_;
+  std::vector<Stepping> stepping_;  // in the order of asking
+  std::uint64_t steps_asked_ = 0;   // since time stands
   std::vector<Load> loads_;
   Time next_change_ = Time::max();
 };

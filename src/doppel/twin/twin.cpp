@@ -182,6 +182,7 @@ struct Twin::Impl {
     bus.set_now(machine->engine->time());
     follow_wall(machine->engine->time());
     bus.spin();
+    services->answer_steps();
     const Time now = machine->engine->time();  // what came in may have set it back
     if (count >= next_housekeeping) {
       control->manager().housekeeping(now);
