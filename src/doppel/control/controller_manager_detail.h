@@ -81,7 +81,8 @@ struct ControllerManager::Impl {
   void change_state(LoadedController& c, ControllerState to);
   struct Plan {
     std::vector<LoadedController*> stop, start;
-    std::vector<std::string> refusals;  // sentences
+    std::vector<std::string> refusals;   // sentences: what is left out of a switch that is no strict one
+    std::vector<std::string> conflicts;  // sentences: why there is no switch at all, strict or not
   };
   [[nodiscard]] Plan plan(std::span<const std::string> activate, std::span<const std::string> deactivate,
                           Strictness strictness) const;

@@ -96,14 +96,14 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
   return plan;
 }
 
-// Takes out of the plan, with the reason, what cannot have its interfaces once the plan's stops are done.
+// What cannot have its interfaces once the plan's stops are done. As in ros2_control nothing is switched
+// then: the arm would be limp where the one controller has stopped and the other cannot start.
 void ControllerManager::Impl::plan_claims(Plan& plan) const {
   std::map<std::string, std::string> holders;  // command interface -> controller
   for (const LoadedController* c : active) {
     if (contains(plan.stop, const_cast<LoadedController*>(c))) continue;
     for (const std::string& command : c->commands) holders[command] = c->name;
   }
-  std::vector<LoadedController*> possible;
   for (LoadedController* c : plan.start) {
     std::string why = missing_interface(*c);
     for (const std::string& command : c->commands) {
@@ -112,20 +112,20 @@ void ControllerManager::Impl::plan_claims(Plan& plan) const {
       why = fmt::format("'{}' wants the command interface '{}', which '{}' holds; deactivate '{}' first",
                         c->name, command, holder->second, holder->second);
     }
-    if (!why.empty()) {
-      plan.refusals.push_back(std::move(why));
-      continue;
-    }
-    for (const std::string& command : c->commands) holders[command] = c->name;
-    possible.push_back(c);
+    for (const std::string& command : c->commands) holders.emplace(command, c->name);
+    if (!why.empty()) plan.conflicts.push_back(std::move(why));
   }
-  plan.start = std::move(possible);
 }
 
 Status ControllerManager::Impl::switch_controllers(std::span<const std::string> activate,
                                                    std::span<const std::string> deactivate,
                                                    Strictness strictness) {
   const Plan wanted = plan(activate, deactivate, strictness);
+  if (!wanted.conflicts.empty()) {
+    std::vector<std::string> why = wanted.refusals;
+    why.insert(why.end(), wanted.conflicts.begin(), wanted.conflicts.end());
+    return Status::refused(joined(why));
+  }
   const bool nothing_left = wanted.stop.empty() && wanted.start.empty();
   if (!wanted.refusals.empty() && (strictness == Strictness::strict || nothing_left)) {
     return Status::refused(joined(wanted.refusals));
