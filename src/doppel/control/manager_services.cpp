@@ -95,7 +95,8 @@ void ControllerManager::Impl::serve_lists() {
     srv::ListHardwareInterfaces::Response response;
     for (std::size_t i = 0; i < resources.command_count(); ++i) {
       response.command_interfaces.push_back(interface_message(
-          resources.command_name(i), resources.command_available(i), !resources.claimed_by(i).empty()));
+          resources.command_name(i), resources.component_of_command(i).state != HardwareState::unconfigured,
+          !resources.claimed_by(i).empty()));
     }
     const auto states = resources.state_names();
     for (std::size_t i = 0; i < states.size(); ++i) {
@@ -172,14 +173,14 @@ void ControllerManager::Impl::serve_hardware() {
       state.plugin_name = component->system->plugin();
       state.rw_rate = whole_hertz(1.0 / to_seconds(period));
       state.state = lifecycle(component->state);
-      const bool active_now = component->state == HardwareState::active;
+      // ros2_control calls what inactive hardware offers available too, though nobody can be activated on it.
+      const bool available = component->state != HardwareState::unconfigured;
       for (std::size_t i = 0; i < component->command_names.size(); ++i) {
         state.command_interfaces.push_back(
-            interface_message(component->command_names[i], active_now, !component->claimed_by[i].empty()));
+            interface_message(component->command_names[i], available, !component->claimed_by[i].empty()));
       }
       for (const std::string& name : component->state_names) {
-        state.state_interfaces.push_back(
-            interface_message(name, component->state != HardwareState::unconfigured, false));
+        state.state_interfaces.push_back(interface_message(name, available, false));
       }
       response.component.push_back(std::move(state));
     }

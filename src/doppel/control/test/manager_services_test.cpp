@@ -168,7 +168,7 @@ TEST(Services, HardwareIsPutToSleepOnlyWhenNobodyDrivesIt) {
   const auto components = rig.call<srv::ListHardwareComponents>("list_hardware_components", {}).component;
   ASSERT_EQ(components.size(), 1u);
   EXPECT_EQ(components[0].state.id, lifecycle_msgs::msg::State::PRIMARY_STATE_INACTIVE);
-  EXPECT_FALSE(components[0].command_interfaces[0].is_available);
+  EXPECT_TRUE(components[0].command_interfaces[0].is_available);
   EXPECT_TRUE(components[0].state_interfaces[0].is_available);
   sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_ACTIVE, ""};
   EXPECT_TRUE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
