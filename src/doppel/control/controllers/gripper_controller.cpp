@@ -280,7 +280,7 @@ void GripperActionController<A>::feed_back(const GoalId& id, const Outcome& outc
 template <Action A>
 void GripperActionController<A>::finish(const GoalId& id, GoalStatus status, const Outcome& outcome) {
   typename A::Result result;
-  fill(result, joint(), outcome);
+  if (status != GoalStatus::canceled) fill(result, joint(), outcome);  // a position of 0 would be no outcome
   action_->finish(id, status, result);
 }
 

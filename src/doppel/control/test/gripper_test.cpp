@@ -205,6 +205,19 @@ TEST(ParallelGripper, TakesPositionEffortAndVelocity) {
   EXPECT_EQ(rig.hardware->last_command("hand/max_velocity"), 0.25);
 }
 
+TEST(ParallelGripper, ThatIsPreemptedTellsNoPosition) {
+  Rig<ParallelGripperCommand> rig("parallel_gripper_action_controller");
+  rig.run(1);
+  ParallelGripperCommand::Goal goal;
+  goal.command.position = {0.5};
+  rig.send(goal);
+  rig.run_for(0.05);
+  rig.send(goal);
+  EXPECT_EQ(rig.answers[0].status, GoalStatus::canceled);
+  EXPECT_TRUE(rig.answers[0].result.state.name.empty());
+  EXPECT_TRUE(rig.answers[0].result.state.position.empty());
+}
+
 TEST(Gripper, TypesAreListed) {
   const auto names = ControllerRegistry::with_builtin().names();
   for (const char* type :
