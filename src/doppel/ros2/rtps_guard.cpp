@@ -19,7 +19,8 @@ constexpr std::uint32_t kSentinel = 1;
 // In the bodies of DATA and DATA_FRAG, and of HEARTBEAT and GAP, which both tell two sequence numbers.
 constexpr std::size_t kOffsetAt = 2, kOffsetFrom = 4, kDataWriterAt = 8, kDataSequenceAt = 12,
                       kLeastData = 20;
-constexpr std::size_t kWriterAt = 4, kFirstSequenceAt = 8, kSecondSequenceAt = 16, kLeastBody = 24;
+constexpr std::size_t kWriterAt = 4, kFirstSequenceAt = 8, kSecondSequenceAt = 16, kHeartbeatCountAt = 24,
+                      kLeastHeartbeat = 28, kLeastGap = 28;
 // In that of DATA_FRAG.
 constexpr std::size_t kFirstFragmentAt = 20, kFragmentCountAt = 24, kFragmentSizeAt = 26, kSampleSizeAt = 28,
                       kLeastFragment = 32;
@@ -74,14 +75,26 @@ bool is_possible_data(std::uint8_t kind, std::uint8_t flags, std::span<const std
 
 }  // namespace
 
-bool RtpsGuard::admits_sequence(const Writer& writer, std::int64_t sequence) {
-  if (sequence < 0 || sequence > kLargestSequence) return false;
+bool RtpsGuard::admits_claim(const Writer& writer, const Claim& claim) {
+  if (claim.sequence < 0 || claim.sequence > kLargestSequence) return false;
   Progress& progress = writers_[writer];
-  const bool is_repeated = sequence >= progress.claimed && sequence - progress.claimed <= kLargestJump;
-  const bool fits = sequence - progress.reached <= kLargestJump || (progress.claimed > 0 && is_repeated);
-  progress.claimed = fits ? 0 : sequence;
-  if (fits) progress.reached = std::max(progress.reached, sequence);
+  const std::int64_t jump = claim.sequence - progress.reached;
+  const std::int64_t further = claim.sequence - progress.leap.sequence;
+  const bool confirms = progress.leap != Claim{} && progress.leap != claim && further >= 0 &&
+                        further <= kLargestJump && jump <= kLargestLeap;
+  const bool fits = confirms || jump <= kLargestJump;
+  progress.leap = fits ? Claim{} : claim;
+  if (fits) progress.reached = std::max(progress.reached, claim.sequence);
   return fits;
+}
+
+// Nothing is believed of a gap that its writer's samples and heartbeats do not say.
+bool RtpsGuard::admits_gap(const Writer& writer, std::int64_t first, std::int64_t end) {
+  if (first < 0 || end < 0 || end > kLargestSequence) return false;
+  const auto known = writers_.find(writer);
+  const std::int64_t reached = known != writers_.end() ? known->second.reached : 0;
+  if (end > first) gaps_ += end - first;
+  return gaps_ <= kWidestGap && end - reached <= kLargestJump;
 }
 
 bool RtpsGuard::admits_submessage(std::uint8_t kind, std::uint8_t flags, std::span<const std::uint8_t> body,
@@ -89,16 +102,20 @@ bool RtpsGuard::admits_submessage(std::uint8_t kind, std::uint8_t flags, std::sp
   const bool little = (flags & kLittleEndian) != 0;
   const bool is_data = kind == kData || kind == kDataFragment;
   if (!is_data && kind != kHeartbeat && kind != kGap) return true;
-  if (is_data ? !is_possible_data(kind, flags, body) : body.size() < kLeastBody) return false;
+  const std::size_t least = kind == kHeartbeat ? kLeastHeartbeat : kLeastGap;
+  if (is_data ? !is_possible_data(kind, flags, body) : body.size() < least) return false;
   std::memcpy(writer.data() + kPrefixSize, &body[is_data ? kDataWriterAt : kWriterAt], 4);
-  if (is_data) return admits_sequence(writer, sequence(&body[kDataSequenceAt], little));
-  return admits_sequence(writer, std::max(sequence(&body[kFirstSequenceAt], little),
-                                          sequence(&body[kSecondSequenceAt], little)));
+  if (is_data) return admits_claim(writer, {sequence(&body[kDataSequenceAt], little)});
+  const std::int64_t first = sequence(&body[kFirstSequenceAt], little);
+  const std::int64_t second = sequence(&body[kSecondSequenceAt], little);
+  if (kind == kGap) return admits_gap(writer, first, second);
+  return admits_claim(writer, {std::max(first, second), number(&body[kHeartbeatCountAt], 4, little)});
 }
 
 bool RtpsGuard::admits(std::span<const std::uint8_t> datagram) {
   if (datagram.size() < kHeaderSize || std::memcmp(datagram.data(), "RTPS", 4) != 0) return false;
   if (writers_.size() > kMostWriters) writers_.clear();
+  gaps_ = 0;
   Writer writer{};
   std::memcpy(writer.data(), &datagram[kPrefixAt], kPrefixSize);
   datagram = datagram.subspan(kHeaderSize);

@@ -118,17 +118,30 @@ TEST(RtpsGuard, RefusesSubmessagesThatEndBetweenMultiplesOfFour) {
   EXPECT_FALSE(RtpsGuard().admits(with_submessage(with_submessage(header(), kPad, 3), kPad, 4)));
 }
 
-Datagram heartbeat(std::int64_t first, std::int64_t last) {
-  Datagram d = header();
-  d.insert(d.end(), {0x07, 0x01});
+// HEARTBEAT and GAP both tell two sequence numbers and one more number: the how-manieth heartbeat it is, and
+// how many bits follow a gap.
+void append_range(Datagram& d, std::uint8_t kind, std::int64_t first, std::int64_t second,
+                  std::uint32_t number) {
+  d.insert(d.end(), {kind, 0x01});
   append(d, 28, 2);
   append(d, 0, 4);           // reader
   append(d, 0x03010000, 4);  // writer
-  for (const std::int64_t sequence : {first, last}) {
+  for (const std::int64_t sequence : {first, second}) {
     append(d, static_cast<std::uint32_t>(sequence >> 32), 4);
     append(d, static_cast<std::uint32_t>(sequence), 4);
   }
-  append(d, 1, 4);
+  append(d, number, 4);
+}
+
+Datagram heartbeat(std::int64_t first, std::int64_t last, std::uint32_t count = 1) {
+  Datagram d = header();
+  append_range(d, 0x07, first, last, count);
+  return d;
+}
+
+Datagram gap(std::int64_t first, std::int64_t end) {
+  Datagram d = header();
+  append_range(d, 0x08, first, end, 0);
   return d;
 }
 
@@ -139,9 +152,31 @@ TEST(RtpsGuard, RefusesLeapsThatNobodyHasMade) {
   EXPECT_FALSE(guard.admits(heartbeat(1, std::int64_t{1} << 62)));
   EXPECT_FALSE(guard.admits(heartbeat(-1, -1)));
   EXPECT_TRUE(guard.admits(heartbeat(2, 11)));
-  EXPECT_FALSE(guard.admits(heartbeat(1, 2'000'000'000)));
-  EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'001)));  // it says so again
-  EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'002)));
+  EXPECT_FALSE(guard.admits(heartbeat(1, 2'000'000'000, 2)));
+  EXPECT_FALSE(guard.admits(heartbeat(1, 2'000'000'000, 2)));  // a packet that came twice
+  EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'000, 3)));   // the writer says so again
+  EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'002, 4)));
+  for (std::uint32_t count = 5; count < 8; ++count)
+    EXPECT_FALSE(guard.admits(heartbeat(1, 2 * kLargestLeap, count)));
+}
+
+TEST(RtpsGuard, RefusesGapsThatAreTooWide) {
+  RtpsGuard guard;
+  EXPECT_TRUE(guard.admits(gap(1, 1 + kWidestGap)));
+  for (int times = 0; times < 3; ++times) EXPECT_FALSE(guard.admits(gap(3, 4 + kWidestGap)));
+  Datagram many = gap(1, kWidestGap);
+  append_range(many, 0x08, kWidestGap, kWidestGap + 10, 0);
+  EXPECT_FALSE(guard.admits(many));
+}
+
+TEST(RtpsGuard, RefusesGapsFarFromWhatTheirWriterHasSent) {
+  constexpr std::int64_t kFar = 2 * kLargestJump;
+  RtpsGuard guard;
+  for (int times = 0; times < 3; ++times) EXPECT_FALSE(guard.admits(gap(kFar, kFar + 1)));
+  EXPECT_FALSE(guard.admits(heartbeat(1, kFar, 1)));
+  EXPECT_FALSE(guard.admits(gap(kFar, kFar + 1)));
+  EXPECT_TRUE(guard.admits(heartbeat(1, kFar, 2)));
+  EXPECT_TRUE(guard.admits(gap(kFar, kFar + 1)));
 }
 
 }  // namespace
