@@ -50,9 +50,11 @@ NodeArguments read_node_arguments(std::vector<std::string> words, std::string_vi
   if (!others.empty())
     throw InputError("node.arguments", {}, fmt::format("'{}' is no argument of ROS 2's", others.front()),
                      fmt::format("everything stands behind {}", kBegin));
-  if (read.log_level)
-    throw InputError("node.arguments", {}, "--log-level is for the whole process, not for one node",
-                     "call the node's service ~/set_logger_levels, or start the twin with it");
+  const char* of_the_process = read.log_level ? "--log-level" : read.enclave ? "--enclave" : nullptr;
+  if (of_the_process != nullptr)
+    throw InputError("node.arguments", {},
+                     fmt::format("{} is for the whole process, not for one node", of_the_process),
+                     "start the twin with it; a node's log level is set by its service ~/set_logger_levels");
   NodeArguments out;
   out.parameters = std::move(read.parameters);
   const std::vector<std::string> rules = rules_in(words);

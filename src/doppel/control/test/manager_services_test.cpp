@@ -268,10 +268,13 @@ TEST(Spawner, GivesAControllersNodeItsOwnArguments) {
 
 TEST(Spawner, HearsWhichArgumentsCannotBeHad) {
   ServiceRig rig;
-  const std::pair<Names, const char*> cases[] = {
-      {{"-r", "other:a:=b"}, "node 'other'"},        {{"-r", "a b:=c"}, "' '"},
-      {{"--log-level", "debug"}, "whole process"},   {{"-p", "use_sim_time:=false"}, "one clock"},
-      {{"--params-file", "/dev/zero"}, "/dev/zero"}, {{"more", "--ros-args"}, "'more'"}};
+  const std::pair<Names, const char*> cases[] = {{{"-r", "other:a:=b"}, "node 'other'"},
+                                                 {{"-r", "a b:=c"}, "' '"},
+                                                 {{"--log-level", "debug"}, "--log-level is for the whole"},
+                                                 {{"-e", "/left"}, "--enclave is for the whole"},
+                                                 {{"-p", "use_sim_time:=false"}, "one clock"},
+                                                 {{"--params-file", "/dev/zero"}, "/dev/zero"},
+                                                 {{"more", "--ros-args"}, "'more'"}};
   for (const auto& [arguments, part] : cases) {
     ASSERT_TRUE(rig.set("group.node_options_args", arguments));
     EXPECT_FALSE(rig.load("group")) << part;
