@@ -218,12 +218,12 @@ bool Bridge::Impl::work_with_network(SteadyTime now) {
   some_wait = network->services.retry(now);
   bool more = false;
   if (look) {
-    more = network->topics.take();
-    more = network->services.take() || more;
-    more = clients.take() || more;
-    const bool held_back = network->topics.is_held_back();
-    some_wait = some_wait || held_back;
-    look = more || held_back;
+    bool left = network->topics.take();
+    left = clients.take() || left;
+    const bool held_back = network->topics.is_held_back() || clients.is_held_back();
+    more = network->services.take() || (left && !held_back);
+    some_wait = some_wait || (left && held_back);
+    look = left || more;
     status_update.ask();
   }
   if (match.is_due(now)) {

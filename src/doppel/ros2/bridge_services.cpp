@@ -8,7 +8,6 @@ namespace doppel::ros2 {
 namespace {
 
 constexpr std::size_t kMostCalls = 64;               // of one service, unanswered: more wait in DDS' history
-constexpr std::size_t kMostWaiting = 256;            // answers whose clients are not within reach
 constexpr std::chrono::milliseconds kPatience{100};  // with them, as rmw_fastrtps has
 
 }  // namespace
@@ -49,11 +48,12 @@ void BridgedServices::call(const Key& key, Served& served) {
       ++status_.unanswered;
     }
   };
-  edge_.call(key.name, request_.cdr, [here, to_bridge = to_bridge_](Status status, Bytes response) {
-    to_bridge([here, status = std::move(status), response = std::move(response)]() mutable {
-      here(status, std::move(response));
-    });
-  });
+  edge_.call(key.name, request_.cdr,
+             [here, to_bridge = to_bridge_, share = calls_.share(request_.cdr.size())](
+                 Status status, Bytes response) mutable {
+               to_bridge([here, share = std::move(share), status = std::move(status),
+                          response = std::move(response)]() mutable { here(status, std::move(response)); });
+             });
 }
 
 void BridgedServices::finish(const Key& key, const Served& served, const SampleIdentity& to,
@@ -61,8 +61,14 @@ void BridgedServices::finish(const Key& key, const Served& served, const SampleI
   if (*served.calls > 0) --*served.calls;
   if (!status) return refusals_.add(key.name, to.writer, status.why());
   const auto now = std::chrono::steady_clock::now();
-  Answer answer{served.server, to, std::move(response), now + kPatience};
-  if (!respond(answer, now) && waiting_.size() < kMostWaiting) waiting_.push_back(std::move(answer));
+  Answer answer{served.server, to, std::move(response), now + kPatience, nullptr};
+  if (respond(answer, now)) return;
+  if (answers_.is_full()) {
+    ++status_.unanswered;
+    return;
+  }
+  answer.share = answers_.share(answer.cdr.size());
+  waiting_.push_back(std::move(answer));
 }
 
 // Whether it is done with, one way or the other.
@@ -84,8 +90,9 @@ bool BridgedServices::take() {
   bool more = false;
   for (auto& [key, served] : services_) {
     if (served.server == nullptr || !served.server->requests().is_ready()) continue;
-    while (*served.calls < kMostCalls && served.server->take(request_)) call(key, served);
-    more = more || *served.calls < kMostCalls;
+    const auto is_held_back = [&] { return *served.calls >= kMostCalls || calls_.is_full(); };
+    while (!is_held_back() && served.server->take(request_)) call(key, served);
+    more = more || !is_held_back();
   }
   return more;
 }
@@ -168,15 +175,18 @@ void BridgedClients::call(const std::shared_ptr<ClientCore>& core, std::uint64_t
 bool BridgedClients::take() {
   for (auto& [core, client] : clients_) {
     if (client.client == nullptr || !client.client->replies().is_ready()) continue;
-    while (client.client->take(reply_)) {
+    while (!backlog_.is_full() && client.client->take(reply_)) {
       const auto found = client.sent.find(reply_.related.sequence);
       if (found == client.sent.end()) continue;
       ++status_.received;
-      bus_.post([weak = std::weak_ptr(core), number = found->second, bytes = reply_.cdr] {
+      bus_.post([weak = std::weak_ptr(core), number = found->second, bytes = reply_.cdr,
+                 share = backlog_.share(reply_.cdr.size())] {
+        share->end();
         if (const auto alive = weak.lock()) alive->reply(number, bytes);
       });
       client.sent.erase(found);
     }
+    if (backlog_.is_full()) return true;
   }
   return false;
 }

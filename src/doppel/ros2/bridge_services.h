@@ -52,6 +52,7 @@ class BridgedServices {
     SampleIdentity to;
     Bytes cdr;
     SteadyTime deadline;
+    std::shared_ptr<Backlog::Share> share;
   };
   void call(const Key& key, Served& served);
   void finish(const Key& key, const Served& served, const SampleIdentity& to, const Status& status,
@@ -66,6 +67,7 @@ class BridgedServices {
   ToBridge to_bridge_;
   std::map<Key, Served> services_;
   std::deque<Answer> waiting_;
+  Backlog calls_, answers_;  // those that wait: for the loop, and for their clients
   Sample request_;
   std::shared_ptr<char> alive_ = std::make_shared<char>();  // answers come when this has gone, too
 };
@@ -98,6 +100,8 @@ class BridgedClients {
   void call(const std::shared_ptr<ClientCore>& core, std::uint64_t number, Bytes request);
   // Replies to the loop; true: there may be more.
   bool take();
+  // As BridgedTopics::is_held_back.
+  [[nodiscard]] bool is_held_back() const { return backlog_.is_full(); }
   void match();
   void announce(Announcement& announcement) const;
   // Whether clients came or went since the last call.
@@ -118,6 +122,7 @@ class BridgedClients {
   std::set<std::string, std::less<>> local_;
   std::map<std::shared_ptr<ClientCore>, Client> clients_;
   bool changed_ = false;
+  Backlog backlog_;
   Sample reply_;
 };
 

@@ -14,9 +14,7 @@ namespace {
 // A node's depth is that of its own queue, behind the bus; here a burst waits for the bridge's thread.
 constexpr std::size_t kReaderDepth = 100;
 constexpr std::size_t kMostAtOnce = 64;  // samples of one reader, before others have their turn
-constexpr std::size_t kMostInFlight =
-    2048;                               // messages that the loop has not run: more wait in DDS' histories
-constexpr std::size_t kMostTold = 256;  // refusals that are said; all are counted
+constexpr std::size_t kMostTold = 256;   // refusals that are said; all are counted
 
 // What of a bus's topic is for the network: its nodes, and what other edges, the page or a shell, send in.
 std::vector<doppel::EndpointInfo> for_network(std::vector<doppel::EndpointInfo> ends, bool edges_too) {
@@ -208,9 +206,9 @@ void BridgedTopics::pass(const Edge::Incoming& message) {
 bool BridgedTopics::take_from(Topic& topic, std::size_t which) {
   Reader& reader = *topic.readers[which].end;
   if (!reader.is_ready()) return false;
-  std::size_t handed = 0;
-  bool more = true;
-  for (std::size_t i = 0; i < kMostAtOnce && more; ++i) {
+  const auto share = backlog_.share();
+  bool handed = false, more = true;
+  for (std::size_t i = 0; i < kMostAtOnce && !backlog_.is_full(); ++i) {
     more = reader.take(sample_);
     if (!more) break;
     const Gid& writer = sample_.identity.writer;
@@ -220,30 +218,25 @@ bool BridgedTopics::take_from(Topic& topic, std::size_t which) {
     const Status status = edge_.publish(kBridgeName, topic.name, topic.type, sample_.cdr);
     if (status) {
       ++status_.received;
-      ++handed;
+      share->add(sample_.cdr.size());
+      handed = true;
     } else {
       refusals_.add(topic.name, writer, status.why());
     }
   }
-  if (handed > 0) {
-    in_flight_->fetch_add(handed, std::memory_order_relaxed);
-    bus_.post([in_flight = in_flight_, handed] { in_flight->fetch_sub(handed, std::memory_order_relaxed); });
-  }
+  if (handed) bus_.post([share] { share->end(); });
   return more;
-}
-
-bool BridgedTopics::is_held_back() const {
-  return in_flight_->load(std::memory_order_relaxed) >= kMostInFlight;
 }
 
 bool BridgedTopics::take() {
   bool more = false;
   for (auto& [id, topic] : topics_) {
-    for (std::size_t i = 0; i < topic.readers.size() && !is_held_back(); ++i) {
+    for (std::size_t i = 0; i < topic.readers.size(); ++i) {
+      if (is_held_back()) return true;
       more = take_from(topic, i) || more;
     }
   }
-  return more && !is_held_back();
+  return more;
 }
 
 void BridgedTopics::announce(Announcement& announcement) const {

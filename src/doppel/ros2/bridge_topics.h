@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "doppel/ros2/bridge.h"
+#include "doppel/ros2/bridge_backlog.h"
 
 namespace doppel::ros2 {
 
@@ -91,7 +92,7 @@ class BridgedTopics {
   // From the network to the bus, a limited number; true: there may be more.
   bool take();
   // The loop does not keep up: nothing is taken until it has run what it has got.
-  [[nodiscard]] bool is_held_back() const;
+  [[nodiscard]] bool is_held_back() const { return backlog_.is_full(); }
 
   void announce(Announcement& announcement) const;
   [[nodiscard]] std::map<std::string, Matches, std::less<>> matches() const;
@@ -136,8 +137,7 @@ class BridgedTopics {
   std::map<TopicId, Topic> topics_;
   std::uint64_t lost_by_gone_ = 0;
   Sample sample_;
-  // Messages handed to the loop that it has not run yet.
-  std::shared_ptr<std::atomic<std::size_t>> in_flight_ = std::make_shared<std::atomic<std::size_t>>(0);
+  Backlog backlog_;
 };
 
 }  // namespace doppel::ros2

@@ -10,7 +10,7 @@
 namespace doppel::ros2 {
 
 // Memory for a whole sample is taken when its first fragment comes, on the word of whoever sent it.
-constexpr std::uint32_t kLargestSample = 256u * 1024 * 1024;
+constexpr std::uint32_t kLargestSample = 64u * 1024 * 1024;
 // Fast DDS counts through all sequence numbers that a heartbeat or a gap leaves out, five million a second,
 // with the reader locked and the port unread: one packet of nonsense would stop it for hours.
 constexpr std::int64_t kLargestJump = 10'000'000;

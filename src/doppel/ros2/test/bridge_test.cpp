@@ -9,6 +9,7 @@
 #include <optional>
 #include <thread>
 
+#include "doppel/messages/controller_manager_msgs.h"
 #include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"
@@ -18,6 +19,7 @@
 namespace doppel::ros2 {
 namespace {
 
+using controller_manager_msgs::srv::LoadController;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 using std_msgs::msg::Float64;
@@ -237,6 +239,32 @@ TEST_F(BridgeTest, AFloodWaitsInItsHistoryUntilTheLoopHasRunWhatItGot) {
   std::this_thread::sleep_for(milliseconds(300));  // the loop stands
   EXPECT_LT(bridge->status().received, 10000U);
   EXPECT_TRUE(comes_true([&] { return heard == 20000; }));
+}
+
+// Large ones count by their bytes: more than 64 MB never wait for a loop that stands.
+TEST_F(BridgeTest, LargeMessagesAndCallsWaitInTheirHistoriesToo) {
+  constexpr std::size_t kMost = 8, kAll = 12;
+  const std::string large(std::size_t{8} << 20, 't');
+  std::size_t heard = 0, called = 0;
+  node.subscribe<String>("/in", [&](const String&) { ++heard; }, {.depth = 100});
+  node.serve<LoadController>("~/load", [&](const auto&, const auto&) { ++called; });
+  start();
+  auto writer = peer->make_writer(topic_spec("/in", "std_msgs/msg/String", {.depth = 100}));
+  ServiceClient client(*peer, {"/arm/load", "controller_manager_msgs/srv/LoadController", "", ""});
+  ASSERT_TRUE(comes_true([&] { return writer->matched() > 0 && client.is_available(); }));
+  for (std::size_t i = 0; i < kAll; ++i) {
+    writer->write(to_cdr(String{large}));
+    client.send(to_cdr(LoadController::Request{large}));
+  }
+  while (bridge->status().received < kMost || bridge->status().requests < kMost) std::this_thread::yield();
+  // The bridge has had its turn after those when it has found out that a client's service is there.
+  const auto turn = bridge->make_client("/arm", "/arm/load", "controller_manager_msgs/srv/LoadController");
+  while (!turn->is_available()) std::this_thread::yield();
+  bus.spin();
+  EXPECT_EQ(heard, kMost);
+  EXPECT_EQ(called, kMost);
+  EXPECT_TRUE(comes_true([&] { return heard == kAll && called == kAll; }))
+      << heard << " messages, " << called << " calls";
 }
 
 TEST_F(BridgeTest, EndpointsAreTheirNodes) {
