@@ -112,6 +112,11 @@ struct Complaints {
 
 struct ParticipantOptions;  // environment.h
 
+// What a participant keeps of the network, itself included; who comes when it has so many, of either kind, is
+// not seen until some leave, which is a complaint.
+constexpr std::size_t kMostParticipants = 250;
+constexpr std::size_t kMostEndpoints = 10'000;  // readers, and as many writers
+
 class Participant {
  public:
   virtual ~Participant() = default;  // after its writers and readers

@@ -1,5 +1,6 @@
 #include "doppel/ros2/late/fast_convert_detail.h"
 #include "doppel/ros2/late/fast_discovery_detail.h"
+#include "doppel/ros2/late/fast_log_detail.h"
 #include "doppel/ros2/participant_detail.h"
 
 namespace doppel::ros2::fast {
@@ -24,14 +25,20 @@ EndpointInfo endpoint_of(const ProxyData& data, bool is_writer) {
   return endpoint;
 }
 
+void complain_of_crowd(const std::string& what) {
+  complain("there are as many " + what +
+           " on the network as are kept; who comes now is not seen until some leave");
+}
+
 }  // namespace
 
 void Discovery::add(ParticipantInfo participant) {
   {
     const std::lock_guard lock(mutex_);
-    ParticipantInfo& known = participants_[participant.gid];
-    if (known == participant) return;  // it announces itself again and again
-    known = std::move(participant);
+    const auto [known, is_new] = participants_.try_emplace(participant.gid);
+    if (known->second == participant) return;  // it announces itself again and again
+    known->second = std::move(participant);
+    if (is_new && participants_.size() == kMostParticipants) complain_of_crowd("participants");
   }
   changed();
 }
@@ -39,7 +46,11 @@ void Discovery::add(ParticipantInfo participant) {
 void Discovery::add(EndpointInfo endpoint) {
   {
     const std::lock_guard lock(mutex_);
-    endpoints_.insert_or_assign(endpoint.gid, std::move(endpoint));
+    const bool is_writer = endpoint.is_writer;
+    const bool is_new = endpoints_.insert_or_assign(endpoint.gid, std::move(endpoint)).second;
+    if (is_new && is_writer) ++writers_;
+    const std::size_t count = is_writer ? writers_ : endpoints_.size() - writers_;
+    if (is_new && count == kMostEndpoints) complain_of_crowd(is_writer ? "writers" : "readers");
   }
   changed();
 }
@@ -47,7 +58,10 @@ void Discovery::add(EndpointInfo endpoint) {
 void Discovery::remove(const Gid& endpoint) {
   {
     const std::lock_guard lock(mutex_);
-    if (endpoints_.erase(endpoint) == 0) return;
+    const auto known = endpoints_.find(endpoint);
+    if (known == endpoints_.end()) return;
+    if (known->second.is_writer) --writers_;
+    endpoints_.erase(known);
   }
   changed();
 }
@@ -56,7 +70,11 @@ void Discovery::remove_participant(const Gid& gid) {
   {
     const std::lock_guard lock(mutex_);
     participants_.erase(gid);
-    std::erase_if(endpoints_, [&](const auto& entry) { return is_same_participant(entry.first, gid); });
+    std::erase_if(endpoints_, [&](const auto& entry) {
+      if (!is_same_participant(entry.first, gid)) return false;
+      if (entry.second.is_writer) --writers_;
+      return true;
+    });
   }
   changed();
 }

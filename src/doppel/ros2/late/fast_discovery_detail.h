@@ -39,6 +39,7 @@ class Discovery : public eprosima::fastdds::dds::DomainParticipantListener {
   std::atomic<std::uint64_t> version_{0};
   mutable std::mutex mutex_;
   std::map<Gid, EndpointInfo> endpoints_;
+  std::size_t writers_ = 0;  // among those
   std::map<Gid, ParticipantInfo> participants_;
 };
 

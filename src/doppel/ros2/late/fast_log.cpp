@@ -21,11 +21,7 @@ Kept& kept() {
 
 class Consumer : public eprosima::fastdds::dds::LogConsumer {
  public:
-  void Consume(const Log::Entry& entry) override {
-    const std::lock_guard lock(kept().mutex);
-    ++kept().complaints.count;
-    kept().complaints.latest = entry.message;
-  }
+  void Consume(const Log::Entry& entry) override { complain(entry.message); }
 };
 
 }  // namespace
@@ -38,6 +34,12 @@ void catch_log() {
     return true;
   }();
   static_cast<void>(once);
+}
+
+void complain(const std::string& text) {
+  const std::lock_guard lock(kept().mutex);
+  ++kept().complaints.count;
+  kept().complaints.latest = text;
 }
 
 Complaints complaints() {

@@ -8,5 +8,7 @@ namespace doppel::ros2::fast {
 // From now on; the whole process has one log of Fast DDS.
 void catch_log();
 Complaints complaints();
+// As if Fast DDS had said it.
+void complain(const std::string& text);
 
 }  // namespace doppel::ros2::fast

@@ -148,6 +148,10 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options, std
   const bool off = options.range == DiscoveryRange::off;
   const bool stays = off || (options.range == DiscoveryRange::localhost && options.static_peers.empty());
   set_announcements(options, stays, builtin);
+  // Else whoever announces thousands, who need not exist, has Fast DDS send to all of them for ever.
+  qos.allocation().participants.maximum = kMostParticipants;
+  qos.allocation().readers.maximum = kMostEndpoints / kMostParticipants;  // of all: the product of the two
+  qos.allocation().writers.maximum = kMostEndpoints / kMostParticipants;
   // Discovery's messages of a participant with many endpoints are longer than what is reserved for one.
   builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;

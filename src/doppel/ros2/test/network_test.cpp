@@ -104,6 +104,61 @@ TEST(Network, GarbageChangesNothing) {
   EXPECT_GT(here->refused_datagrams() + there->refused_datagrams(), 0u);
 }
 
+// The announcement of a participant that is not there, whose lease never ends.
+std::vector<std::uint8_t> announcement(std::uint16_t number) {
+  // clang-format off
+  std::vector<std::uint8_t> bytes = {
+      'R', 'T', 'P', 'S', 2, 3, 1, 15, 1, 15, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7,  // the header
+      0x15, 0x05, 0, 0, 0, 0, 16, 0,                                         // DATA
+      0, 1, 0, 0xc7, 0, 1, 0, 0xc2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 3, 0, 0,      // of discovery, the first
+      0x15, 0, 4, 0, 2, 3, 0, 0, 0x16, 0, 4, 0, 1, 15, 0, 0,                 // version, vendor
+      0x50, 0, 16, 0, 1, 15, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 0, 0, 1, 0xc1,    // who it is
+      0x31, 0, 24, 0, 1, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 127, 0, 0, 1,  // its port
+      0x32, 0, 24, 0, 1, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 127, 0, 0, 1,  // and other
+      0x02, 0, 8, 0, 0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0,                     // the lease
+      0x58, 0, 4, 0, 0x3f, 0x0c, 0, 0, 1, 0, 0, 0,                           // what discovers for it
+  };
+  // clang-format on
+  for (const std::size_t at : {18, 78}) {
+    bytes[at] = static_cast<std::uint8_t>(number >> 8);
+    bytes[at + 1] = static_cast<std::uint8_t>(number);
+  }
+  bytes[22] = static_cast<std::uint8_t>(bytes.size() - 24);
+  return bytes;
+}
+
+TEST(Network, ACrowdIsKeptOutAndHurtsNobody) {
+  const OwnDomain domain;
+  Activity activity;
+  const auto here = make_participant(on_domain(domain), activity.signal());
+  const auto there = make_participant(on_domain(domain), activity.signal());
+  const auto writer = here->make_writer(text_topic());
+  const auto reader = there->make_reader(text_topic());
+  ASSERT_TRUE(activity.wait([&] { return writer->matched() == 1 && reader->matched() == 1; }));
+  const std::uint64_t complaints = there->complaints().count;
+
+  const Socket stranger;
+  const auto announce = [&](std::uint16_t number) {
+    for (std::uint32_t port : {0, 2}) stranger.send(first_port(domain) + port, announcement(number));
+  };
+  std::uint16_t announced = 0;
+  const auto are_full = [&](const Participant& participant) {
+    return participant.participants().size() >= kMostParticipants;
+  };
+  ASSERT_TRUE(activity.wait([&] {
+    for (int i = 0; i < 10 && announced < 10 * kMostParticipants; ++i) announce(announced++);
+    return are_full(*here) && are_full(*there);
+  }));
+  for (std::uint16_t i = 0; i < 50; ++i) announce(announced++);
+  writer->write(cdr_text("still here"));
+  Sample sample;
+  ASSERT_TRUE(activity.wait([&] { return reader->take(sample); }));
+  EXPECT_EQ(sample.cdr, cdr_text("still here"));
+  EXPECT_EQ(here->participants().size(), kMostParticipants);
+  EXPECT_EQ(there->participants().size(), kMostParticipants);
+  EXPECT_GT(there->complaints().count, complaints);
+}
+
 TEST(Network, AParticipantMayGoInTheMiddleOfTraffic) {
   const OwnDomain domain;
   Activity activity;
