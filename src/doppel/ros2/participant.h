@@ -3,7 +3,8 @@
 // makes of it (names, services, nodes) stands in the headers beside this one; Fast DDS, which fulfils it, is
 // loaded when the first participant is made (late/fast_participant.cpp).
 //
-// Functions may be called from any thread, a Reader from one at a time. Nothing here waits for the network.
+// Functions may be called from any thread, a Reader from one at a time. Nothing here waits for the network,
+// but Writer::write where all is kept: 10 ms, once in 100.
 
 #include <algorithm>
 #include <array>
@@ -79,9 +80,9 @@ class Writer {
  public:
   virtual ~Writer() = default;
   [[nodiscard]] virtual const Gid& gid() const = 0;
-  // The identity of what was written; nothing where the writer's history is full (reliable, keep all) or the
-  // bytes are too many for DDS (2^31). `related` goes with the sample, as rmw_fastrtps joins answers to
-  // requests.
+  // The identity of what was written; nothing where the writer's history is full (reliable, keep all), for
+  // the next 100 ms either, or the bytes are more than kLargestSample (rtps_guard.h). `related` goes with the
+  // sample, as rmw_fastrtps joins answers to requests.
   virtual std::optional<SampleIdentity> write(std::span<const std::byte> cdr,
                                               const SampleIdentity* related = nullptr) = 0;
   // Drops what is kept for readers that come later (transient local).

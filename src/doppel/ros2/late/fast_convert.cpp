@@ -11,6 +11,9 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::Duration_t;
 
+// How long a writer that keeps all waits for room; long enough for whoever else has its history at the
+// moment.
+const Duration_t kPatience{0, 10'000'000};
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
 Duration_t duration_of(std::chrono::nanoseconds duration) {
@@ -103,6 +106,7 @@ rtps::SampleIdentity identity_of(const SampleIdentity& identity) {
 dds::DataWriterQos writer_qos(const EndpointSpec& spec) {
   dds::DataWriterQos qos;
   fill(spec, qos);
+  if (spec.qos.history == History::keep_all) qos.reliability().max_blocking_time = kPatience;
   // At once, in the thread that writes: Fast DDS' thread for later sending spins while a writer is busy.
   qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   qos.representation().m_value = {dds::XCDR_DATA_REPRESENTATION};

@@ -12,10 +12,17 @@ namespace {
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
+// A writer that keeps all waits for readers that do not acknowledge: not again before this is over, or it
+// would hold up everything else that its thread writes.
+constexpr std::chrono::milliseconds kPause{100};
+
 class FastWriter : public Writer, dds::DataWriterListener {
  public:
   FastWriter(FastParticipant& participant, const EndpointSpec& spec)
-      : participant_(participant), matches_(participant.gid()), topic_(participant.acquire_topic(spec)) {
+      : participant_(participant),
+        matches_(participant.gid()),
+        topic_(participant.acquire_topic(spec)),
+        keeps_all_(spec.qos.history == History::keep_all) {
     writer_ = participant_.publisher().create_datawriter(topic_, writer_qos(spec), this,
                                                          dds::StatusMask::publication_matched());
     if (writer_ == nullptr) {
@@ -39,10 +46,14 @@ class FastWriter : public Writer, dds::DataWriterListener {
 
   std::optional<SampleIdentity> write(std::span<const std::byte> cdr,
                                       const SampleIdentity* related) override {
-    if (cdr.size() > kLargestSample) return std::nullopt;
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    if (cdr.size() > kLargestSample || now < full_until_.load()) return std::nullopt;
     rtps::WriteParams params;
     if (related != nullptr) params.related_sample_identity(identity_of(*related));
-    if (!writer_->write(&cdr, params)) return std::nullopt;
+    if (!writer_->write(&cdr, params)) {
+      if (keeps_all_) full_until_ = now + kPause;
+      return std::nullopt;
+    }
     return SampleIdentity{gid_,
                           static_cast<std::int64_t>(params.sample_identity().sequence_number().to64long())};
   }
@@ -64,6 +75,8 @@ class FastWriter : public Writer, dds::DataWriterListener {
   FastParticipant& participant_;
   Matches matches_;
   dds::Topic* const topic_;
+  const bool keeps_all_;
+  std::atomic<std::chrono::nanoseconds> full_until_{};
   dds::DataWriter* writer_ = nullptr;
   Gid gid_;
 };

@@ -91,6 +91,23 @@ TEST_F(TwoParticipants, BigSamplesArriveInPieces) {
   }
 }
 
+// If each of these waited for the reader as long as DDS does, they would take half an hour.
+TEST_F(TwoParticipants, AWriterThatKeepsAllDoesNotWaitForWhoDoesNotRead) {
+  const Pair pair = connect(text_topic({.history = History::keep_all}));
+  const Bytes text = cdr_text("x");
+  std::size_t sent = 0;
+  for (int i = 0; i < 30'000; ++i) sent += pair.writer->write(text).has_value() ? 1 : 0;
+  EXPECT_LT(sent, 30'000u);
+  std::size_t come = 0;
+  Sample sample;
+  EXPECT_TRUE(activity_.wait([&] {
+    while (pair.reader->take(sample)) ++come;
+    return come == sent;
+  })) << come
+      << " of " << sent;
+  EXPECT_TRUE(activity_.wait([&] { return pair.writer->write(text).has_value(); }));
+}
+
 TEST_F(TwoParticipants, EndpointsOfBothSidesAreKnown) {
   const Pair pair = connect(text_topic(sensor_data_qos()));
   const auto find = [](const Participant& participant, const Gid& gid) {
