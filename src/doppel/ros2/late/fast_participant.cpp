@@ -1,5 +1,6 @@
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
+#include <cstdlib>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 
 #include "doppel/ros2/environment.h"
@@ -18,6 +19,9 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 // Participants of one process meet by the network like all others, so that tests try what users get.
 void prepare_library() {
+  // Fast DDS would count what peers say that they have sent, and ends the process where it finds that
+  // impossible.
+  if (std::getenv("FASTDDS_STATISTICS") != nullptr) unsetenv("FASTDDS_STATISTICS");
   eprosima::fastrtps::LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
@@ -39,6 +43,12 @@ dds::DomainParticipant* create(const ParticipantOptions& options, Discovery& dis
                      std::to_string(options.domain) + " (" + complaints().latest + ")");
 }
 
+void destroy(dds::DomainParticipant* participant) {
+  participant->set_listener(nullptr);
+  participant->delete_contained_entities();
+  dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
+}
+
 }  // namespace
 
 FastParticipant::FastParticipant(const ParticipantOptions& options, std::function<void()> on_activity)
@@ -47,14 +57,18 @@ FastParticipant::FastParticipant(const ParticipantOptions& options, std::functio
       participant_(create(options, discovery_, intake_)) {
   publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+  if (publisher_ == nullptr || subscriber_ == nullptr) {
+    destroy(participant_);
+    throw NetworkError(
+        "no ROS 2 program can be met: Fast DDS made a participant that can neither send nor hear (" +
+        complaints().latest + ")");
+  }
   gid_ = gid_of(participant_->guid());
   discovery_.add(ParticipantInfo{gid_, options.enclave, options.enclave});
 }
 
 FastParticipant::~FastParticipant() {
-  participant_->set_listener(nullptr);
-  participant_->delete_contained_entities();
-  dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  destroy(participant_);
 }
 
 std::unique_ptr<Writer> FastParticipant::make_writer(const EndpointSpec& spec) {

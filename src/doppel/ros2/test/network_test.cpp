@@ -77,6 +77,20 @@ TEST(Network, WhoeverIsOffMeetsNobody) {
   EXPECT_EQ(deaf->matched(), 0u);
 }
 
+// It would have Fast DDS add writers, and end the process when a peer's counters run backwards.
+TEST(Network, NoStatisticsAreKeptOfPeers) {
+  setenv("FASTDDS_STATISTICS", "NETWORK_LATENCY_TOPIC;RTPS_SENT_TOPIC", 1);
+  const OwnDomain domain;
+  Activity activity;
+  const auto here = make_participant(on_domain(domain), activity.signal());
+  const auto there = make_participant(on_domain(domain), activity.signal());
+  const auto writer = here->make_writer(text_topic());
+  const auto reader = there->make_reader(text_topic());
+  ASSERT_TRUE(activity.wait([&] { return writer->matched() == 1 && reader->matched() == 1; }));
+  EXPECT_EQ(here->endpoints().size(), 2u);
+  EXPECT_EQ(there->endpoints().size(), 2u);
+}
+
 TEST(Network, GarbageChangesNothing) {
   const OwnDomain domain;
   Activity activity;
