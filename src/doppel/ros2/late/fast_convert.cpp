@@ -110,6 +110,8 @@ dds::DataWriterQos writer_qos(const EndpointSpec& spec) {
   // At once, in the thread that writes: Fast DDS' thread for later sending spins while a writer is busy.
   qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   qos.representation().m_value = {dds::XCDR_DATA_REPRESENTATION};
+  // Of what was lost last, a fragment of a large description for instance, a reader only hears by this.
+  qos.reliable_writer_qos().times.heartbeatPeriod = {0, 500'000'000};
   return qos;
 }
 
