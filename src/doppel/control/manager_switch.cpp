@@ -67,13 +67,17 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
   const bool strict = strictness == Strictness::strict;
   std::vector<std::string> names;
   for (const auto& c : loaded) names.push_back(c->name);
-  const auto unknown = [&](const std::string& name) {
-    plan.refusals.push_back(fmt::format("no controller '{}' is loaded{}", name, did_you_mean(name, names)));
+  // Of several names ros2_control leaves out those that nobody has; where it is all of a list, nothing is
+  // switched.
+  const auto unknown = [&](const std::string& name, std::span<const std::string> list) {
+    const bool all = std::all_of(list.begin(), list.end(), [&](const auto& n) { return find(n) == nullptr; });
+    (all ? plan.conflicts : plan.refusals)
+        .push_back(fmt::format("no controller '{}' is loaded{}", name, did_you_mean(name, names)));
   };
   for (const std::string& name : deactivate) {
     LoadedController* c = find(name);
     if (c == nullptr) {
-      unknown(name);
+      unknown(name, deactivate);
     } else if (c->state != ControllerState::active) {
       if (strict) plan.refusals.push_back(fmt::format("'{}' is not active", name));
     } else if (!contains(plan.stop, c)) {
@@ -83,7 +87,7 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
   for (const std::string& name : activate) {
     LoadedController* c = find(name);
     if (c == nullptr) {
-      unknown(name);
+      unknown(name, activate);
     } else if (c->state == ControllerState::unconfigured) {
       plan.refusals.push_back(fmt::format("'{}' is not configured", name));
     } else if (c->state == ControllerState::active && !contains(plan.stop, c)) {

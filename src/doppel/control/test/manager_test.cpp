@@ -129,6 +129,9 @@ TEST(Manager, NobodyStopsForWhoCannotHaveItsInterfaces) {
   EXPECT_EQ(rig.state_of("states"), ControllerState::active);
   EXPECT_EQ(rig.state_of("left"), ControllerState::active);
   EXPECT_EQ(rig.state_of("both"), ControllerState::inactive);
+  EXPECT_THAT(rig.manager->switch_controllers(Names{"bothh"}, Names{"left"}, Strictness::best_effort).why(),
+              HasSubstr("did you mean 'both'?"));
+  EXPECT_EQ(rig.state_of("left"), ControllerState::active);
 }
 
 TEST(Manager, AStrictSwitchThatFailsHalfwayIsUndone) {
