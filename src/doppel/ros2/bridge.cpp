@@ -175,13 +175,15 @@ void Bridge::Impl::run() {
 
 void Bridge::Impl::join() {
   try {
-    auto participant = make_participant(options.network, [box = mailbox] { box->activity(); });
+    ParticipantOptions with = options.network;
+    with.is_cancelled = [this] { return stop.load(); };
+    auto participant = make_participant(with, [box = mailbox] { box->activity(); });
     network = std::make_unique<Network>(bus, *edge, std::move(participant), now_so_far, refusals, unoffered,
                                         [box = mailbox](auto task) { box->post(std::move(task)); });
     clients.set_participant(network->participant.get());
     now_so_far.state = NetworkStatus::State::joined;
   } catch (const std::exception& e) {
-    leave(e.what());
+    if (!stop) leave(e.what());
   }
 }
 

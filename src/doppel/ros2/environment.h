@@ -23,6 +23,8 @@ struct ParticipantOptions {
   std::vector<std::string> static_peers;  // addresses or host names
   std::string enclave = "/";
   std::chrono::milliseconds lease{20000};  // after which a silent peer drops us; Fast DDS' default
+  // Asked while the hosts among static_peers are looked up, which may take long; may be empty.
+  std::function<bool()> is_cancelled;
 };
 
 // Throws InputError for a value that ROS 2 would refuse; what is deprecated or ignored becomes a diagnostic.

@@ -60,11 +60,14 @@ GraphClient::Impl::Impl(GraphClientOptions chosen, const MakeParticipant& make)
       node_name("/_doppel_" + std::to_string(getpid())),
       wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   try {
-    participant = make(options.network, [fd = wake.get()] {
+    ParticipantOptions with = options.network;
+    with.is_cancelled = options.interrupted;
+    participant = make(with, [fd = wake.get()] {
       const std::uint64_t one = 1;
       static_cast<void>(!write(fd, &one, sizeof one));  // full: it is awake anyway
     });
   } catch (const NetworkError& error) {
+    if (options.interrupted && options.interrupted()) throw Interrupted();
     throw ClientError(error.what());
   }
   graph = std::make_unique<Graph>(*participant);

@@ -3,6 +3,7 @@
 #include "doppel/core/late_library.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/participant_detail.h"
+#include "doppel/ros2/static_peers.h"
 
 namespace doppel::ros2 {
 
@@ -11,7 +12,9 @@ std::unique_ptr<Participant> make_participant(const ParticipantOptions& options,
   try {
     static const auto make =
         reinterpret_cast<detail::MakeParticipant>(late_symbol("doppel_fastdds", detail::kMakeParticipant));
-    return std::unique_ptr<Participant>(make(options, std::move(on_activity)));
+    ParticipantOptions resolved = options;
+    resolved.static_peers = addresses_of(options.static_peers, options.is_cancelled);
+    return std::unique_ptr<Participant>(make(resolved, std::move(on_activity)));
   } catch (const NetworkError&) {
     throw;
   } catch (const std::runtime_error& missing) {

@@ -140,7 +140,8 @@ class Participant {
 //
 // `on_activity` is called from the middleware's threads whenever a reader has become ready, or something was
 // matched, discovered or lost; it must neither block nor call back (an eventfd's write is the thing). Throws
-// NetworkError: no usable network, no free port, Fast DDS is missing; the text says which and what to do.
+// NetworkError: no usable network, no free port, an unknown static peer, Fast DDS is missing; the text says
+// which and what to do.
 std::unique_ptr<Participant> make_participant(const ParticipantOptions& options,
                                               std::function<void()> on_activity);
 

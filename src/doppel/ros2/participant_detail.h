@@ -12,7 +12,7 @@ namespace doppel::ros2::detail {
 
 constexpr const char* kMakeParticipant = "doppel_make_fast_participant";
 
-// The caller owns what it gets. Throws NetworkError.
+// The caller owns what it gets. Static peers are addresses here. Throws NetworkError.
 using MakeParticipant = Participant* (*)(const ParticipantOptions& options,
                                          std::function<void()> on_activity);
 

@@ -95,16 +95,6 @@ std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach, std::s
   return std::make_shared<GuardedDescriptor>(std::move(descriptor), reach, std::move(intake));
 }
 
-void add_peers(const ParticipantOptions& options, rtps::LocatorList_t& peers) {
-  for (const std::string& name : options.static_peers) {
-    const auto addresses = IPLocator::resolveNameDNS(name).first;
-    if (addresses.empty())
-      throw NetworkError("ROS_STATIC_PEERS names '" + name +
-                         "', which is no address and no host that is known here; mend or remove it");
-    peers.push_back(locator(*addresses.begin(), 0));  // port 0: those of the first participants
-  }
-}
-
 Duration_t duration(std::int64_t milliseconds) {
   return {static_cast<std::int32_t>(milliseconds / 1000),
           static_cast<std::uint32_t>(milliseconds % 1000 * 1'000'000)};
@@ -160,15 +150,16 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options, std
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports.push_back(transport(reach, std::move(intake)));
 
-  const std::string address = stays ? kLoopback : "0.0.0.0";
-  const Ports ports = free_ports(options.domain, address);
-  builtin.metatrafficUnicastLocatorList.push_back(locator(address, ports.discovery));
-  qos.wire_protocol().default_unicast_locator_list.push_back(locator(address, ports.data));
+  const std::string own_address = stays ? kLoopback : "0.0.0.0";
+  const Ports ports = free_ports(options.domain, own_address);
+  builtin.metatrafficUnicastLocatorList.push_back(locator(own_address, ports.discovery));
+  qos.wire_protocol().default_unicast_locator_list.push_back(locator(own_address, ports.data));
 
   if (off) return qos;
   // Also in a subnet: programs that keep to this machine do not hear its multicast.
   builtin.initialPeersList.push_back(locator(kLoopback, 0));
-  add_peers(options, builtin.initialPeersList);
+  for (const std::string& address : options.static_peers)
+    builtin.initialPeersList.push_back(locator(address, 0));  // port 0: those of the first participants
   if (options.range == DiscoveryRange::localhost) return qos;
   const rtps::Locator_t group = locator("239.255.0.1", ports.multicast);
   builtin.metatrafficMulticastLocatorList.push_back(group);

@@ -33,8 +33,7 @@ class Intake {
   std::atomic<std::uint64_t> refused_{0};
 };
 
-// Transports, ports, peers and lease by `options`. Throws NetworkError: no interface, no free port, a peer of
-// unknown name.
+// Transports, ports, peers and lease by `options`. Throws NetworkError: no interface, no free port.
 eprosima::fastdds::dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
                                                              std::shared_ptr<Intake> intake);
 

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <future>
 #include <optional>
 #include <thread>
 
@@ -504,6 +505,19 @@ TEST_F(BridgeTest, WithoutANetworkItSaysSoOnceAndTheBusGoesOn) {
   EXPECT_EQ(told.message, "there is no interface");
   EXPECT_EQ(bridge->status().state, NetworkStatus::State::absent);
   EXPECT_THAT(said, ElementsAre("no ROS 2 network: there is no interface"));
+}
+
+TEST_F(BridgeTest, EndsWhileItsPeersAreLookedUp) {
+  std::promise<void> begun;
+  bridge.emplace(bus, BridgeOptions{}, log, [&](const ParticipantOptions& with, const auto&) {
+    begun.set_value();
+    while (!with.is_cancelled()) std::this_thread::yield();
+    throw NetworkError("given up");
+    return std::unique_ptr<Participant>();
+  });
+  begun.get_future().wait();
+  bridge.reset();
+  EXPECT_THAT(said, IsEmpty());
 }
 
 TEST_F(BridgeTest, TellsDiagnosticsHowTheNetworkIs) {

@@ -1,0 +1,74 @@
+#include "doppel/ros2/static_peers.h"
+
+#include <arpa/inet.h>
+#include <netdb.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "doppel/ros2/participant.h"
+
+namespace doppel::ros2 {
+namespace {
+
+constexpr std::chrono::milliseconds kCancelCheck{20};
+
+bool is_address(const std::string& name) {
+  in_addr address{};
+  return inet_pton(AF_INET, name.c_str(), &address) == 1;
+}
+
+// Outlives whoever does not wait for it any longer.
+struct Search {
+  std::vector<std::string> addresses;  // by the names, when it is done
+  std::mutex mutex;
+  std::condition_variable ended;
+  bool is_done = false;
+
+  void run(const std::vector<std::string>& names, const Lookup& lookup) {
+    for (const std::string& name : names) addresses.push_back(is_address(name) ? name : lookup(name));
+    const std::lock_guard lock(mutex);
+    is_done = true;
+    ended.notify_all();
+  }
+};
+
+}  // namespace
+
+std::string look_up(const std::string& name) {
+  addrinfo wanted{};
+  wanted.ai_family = AF_INET;
+  wanted.ai_socktype = SOCK_DGRAM;
+  addrinfo* found = nullptr;
+  if (getaddrinfo(name.c_str(), nullptr, &wanted, &found) != 0) return "";
+  std::array<char, INET_ADDRSTRLEN> text{};
+  const auto* const address = reinterpret_cast<const sockaddr_in*>(found->ai_addr);
+  inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size());
+  freeaddrinfo(found);
+  return text.data();
+}
+
+std::vector<std::string> addresses_of(const std::vector<std::string>& peers,
+                                      const std::function<bool()>& is_cancelled, Lookup lookup) {
+  if (std::ranges::all_of(peers, is_address)) return peers;
+  const auto search = std::make_shared<Search>();
+  std::thread([search, peers, lookup = std::move(lookup)] { search->run(peers, lookup); }).detach();
+  std::unique_lock lock(search->mutex);
+  while (!search->ended.wait_for(lock, kCancelCheck, [&] { return search->is_done; }))
+    if (is_cancelled && is_cancelled())
+      throw NetworkError("the hosts of ROS_STATIC_PEERS were still looked up when it was given up");
+  for (std::size_t i = 0; i < peers.size(); ++i) {
+    if (search->addresses[i].empty())
+      throw NetworkError("ROS_STATIC_PEERS names '" + peers[i] +
+                         "', which is no address and no host that is known here; mend or remove it");
+  }
+  return search->addresses;
+}
+
+}  // namespace doppel::ros2
