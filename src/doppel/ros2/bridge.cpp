@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "doppel/messages/printable.h"
 #include "doppel/ros2/bridge_diagnostics.h"
 #include "doppel/ros2/bridge_mailbox.h"
 #include "doppel/ros2/bridge_services.h"
@@ -304,6 +305,7 @@ void Bridge::Impl::tell_status(SteadyTime now) {
 void Bridge::Impl::hear_complaints() {
   const bool first = now_so_far.complaints.count == 0;
   now_so_far.complaints = network->participant->complaints();
+  now_so_far.complaints.latest = printable(now_so_far.complaints.latest);  // names of peers stand in it
   now_so_far.refused_datagrams = network->participant->refused_datagrams();
   if (first && now_so_far.complaints.count > 0)
     log.warning("ros2", fmt::format("Fast DDS complains: {}; more of it is counted on /diagnostics, not told",

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <thread>
 
+#include "doppel/messages/printable.h"
+
 namespace doppel::ros2 {
 namespace {
 
@@ -110,7 +112,7 @@ struct Context::Impl {
       lines.add_sink([](const LogLine& line) {
         const auto now = wall_now().count();
         fmt::print(stderr, "[{}] [{}.{:09}] [{}]: {}\n", severity_text(line.severity), now / 1'000'000'000,
-                   now % 1'000'000'000, line.origin, line.text);
+                   now % 1'000'000'000, line.origin, printable(line.text));
       });
     }
     if (options.catch_signals) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "doppel/messages/codec.h"
+#include "doppel/messages/printable.h"
 #include "doppel/messages/rmw_dds_common.h"
 #include "doppel/ros2/names.h"
 
@@ -63,7 +64,7 @@ GraphNode from_message(const msg::NodeEntitiesInfo& info, const Gid& participant
   GraphNode node;
   node.name = info.node_namespace;
   if (!node.name.ends_with('/')) node.name += '/';
-  node.name += info.node_name;
+  node.name = printable(node.name + info.node_name);
   node.participant = participant;
   node.readers = from_message(info.reader_gid_seq);
   node.writers = from_message(info.writer_gid_seq);

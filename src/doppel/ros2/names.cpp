@@ -1,5 +1,6 @@
 #include "doppel/ros2/names.h"
 
+#include <algorithm>
 #include <array>
 
 namespace doppel::ros2 {
@@ -25,6 +26,11 @@ std::string replace_all(std::string_view text, std::string_view from, std::strin
   }
 }
 
+// What ROS 2's names are made of, and more; peers may send anything.
+bool has_other_characters(std::string_view name) {
+  return std::ranges::any_of(name, [](char c) { return c <= ' ' || c > '~'; });
+}
+
 }  // namespace
 
 std::string dds_name(NameKind kind, std::string_view ros_name) {
@@ -45,6 +51,7 @@ std::string dds_type(std::string_view ros_type) {
 }
 
 std::optional<RosName> ros_name(std::string_view dds_name) {
+  if (has_other_characters(dds_name)) return std::nullopt;
   for (const Mangling& m : kManglings) {
     if (!dds_name.starts_with(m.prefix) || !dds_name.ends_with(m.suffix)) continue;
     const std::string_view rest = dds_name.substr(m.prefix.size());
@@ -55,6 +62,7 @@ std::optional<RosName> ros_name(std::string_view dds_name) {
 }
 
 std::optional<std::string> ros_type(std::string_view dds_type) {
+  if (has_other_characters(dds_type)) return std::nullopt;
   const std::size_t mark = dds_type.find(kNamespaceMark);
   if (mark == std::string_view::npos || mark == 0 || !dds_type.ends_with('_')) return std::nullopt;
   std::string_view name = dds_type.substr(mark + kNamespaceMark.size());

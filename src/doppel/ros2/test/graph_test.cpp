@@ -74,6 +74,13 @@ TEST_F(Graphs, OwnNodesAreAmongThem) {
   EXPECT_FALSE(graph_.nodes()[0].enclave.empty());
 }
 
+TEST_F(Graphs, NamesDoNotSteerATerminal) {
+  Graph other(*there_);
+  other.set_own_nodes({{"/a\x1b[2J"}, {"/\xc2\x9b/b\x07"}});
+  EXPECT_TRUE(sees_node("/a?[2J"));
+  EXPECT_TRUE(has_node("/?/b?"));
+}
+
 TEST_F(Graphs, WhatChangesIsTold) {
   Graph other(*there_);
   other.set_own_nodes({{"/a"}});

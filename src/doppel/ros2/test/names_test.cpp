@@ -21,7 +21,7 @@ TEST(Names, GoToTheWireAndBack) {
 
 TEST(Names, WhatIsNotOfRosHasNoName) {
   for (const char* name : {"", "rt", "rt/", "joint_states", "ros_discovery_info", "rq/a", "rr/aRequest",
-                           "rq/Request", "rtx/a", "rs/a"})
+                           "rq/Request", "rtx/a", "rs/a", "rt/a\x1b[2J", "rt/a\n", "rt/\xc2\x9b"})
     EXPECT_FALSE(ros_name(name)) << name;
 }
 
@@ -31,8 +31,8 @@ TEST(Names, TypesGoToTheWireAndBack) {
   for (const char* type : {"sensor_msgs/msg/JointState", "std_srvs/srv/Trigger_Response",
                            "control_msgs/action/FollowJointTrajectory_SendGoal_Request"})
     EXPECT_EQ(ros_type(dds_type(type)), type);
-  for (const char* type :
-       {"", "JointState", "a::b::C_", "a::dds_::", "::dds_::B_", "a::dds_::_", "a::dds_::B"})
+  for (const char* type : {"", "JointState", "a::b::C_", "a::dds_::", "::dds_::B_", "a::dds_::_",
+                           "a::dds_::B", "a::dds_::\x1b_"})
     EXPECT_FALSE(ros_type(type)) << type;
 }
 

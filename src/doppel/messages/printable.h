@@ -1,0 +1,13 @@
+#pragma once
+// Text of others, for a terminal.
+
+#include <string>
+#include <string_view>
+
+namespace doppel {
+
+// With '?' for each control character that could steer the terminal (all but the line's end) and for each
+// byte that is no UTF-8.
+std::string printable(std::string_view text);
+
+}  // namespace doppel

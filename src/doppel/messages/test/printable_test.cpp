@@ -1,0 +1,18 @@
+#include "doppel/messages/printable.h"
+
+#include <gtest/gtest.h>
+
+namespace doppel {
+namespace {
+
+TEST(Printable, NothingOfItSteersATerminal) {
+  EXPECT_EQ(printable("/arm 1\nGröße"), "/arm 1\nGröße");
+  EXPECT_EQ(printable("a\x1b[2J\r\x7f"), "a?[2J??");
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "2J"),
+            "?2J");
+  EXPECT_EQ(printable("cut \xc3"), "cut ?");
+}
+
+}  // namespace
+}  // namespace doppel
