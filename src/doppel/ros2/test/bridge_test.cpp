@@ -1,8 +1,6 @@
 // The bridge between a bus and a network that stands in memory; what another participant sees of it and does
 // to it.
 
-#include "doppel/ros2/bridge.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,98 +8,21 @@
 #include <optional>
 #include <thread>
 
-#include "doppel/messages/controller_manager_msgs.h"
 #include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"
-#include "doppel/ros2/names.h"
-#include "doppel/ros2/test/fake_network.h"
+#include "doppel/ros2/test/bridge_testing.h"
 
 namespace doppel::ros2 {
 namespace {
 
-using controller_manager_msgs::srv::LoadController;
-using std::chrono::milliseconds;
-using std::chrono::steady_clock;
-using std_msgs::msg::Float64;
 using std_msgs::msg::String;
 using std_srvs::srv::SetBool;
 using std_srvs::srv::Trigger;
 using ::testing::Contains;
 using ::testing::ElementsAre;
-using testing::FakeNetwork;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
-
-constexpr const char* kFloat = "std_msgs/msg/Float64";
-
-EndpointSpec topic_spec(std::string_view topic, std::string_view type = kFloat, QosProfile qos = {}) {
-  return {.topic = dds_name(NameKind::topic, topic), .type = dds_type(type), .type_hash = "", .qos = qos};
-}
-
-// A bus with its bridge, whose loop is this thread, and another participant.
-class BridgeTest : public ::testing::Test {
- protected:
-  BridgeTest() {
-    log.add_sink([this](const LogLine& line) {
-      const std::lock_guard lock(mutex);
-      said.push_back(line.text);
-    });
-  }
-  void start(BridgeOptions options = {}) {
-    bridge.emplace(bus, std::move(options), log,
-                   [this](const auto&, auto on_activity) { return network.join(std::move(on_activity)); });
-  }
-  // Runs the loop until it holds.
-  template <class Condition>
-  bool comes_true(const Condition& condition) {
-    const auto end = steady_clock::now() + std::chrono::seconds(10);
-    while (steady_clock::now() < end) {
-      bus.spin();
-      if (condition()) return true;
-      std::this_thread::sleep_for(milliseconds(1));
-    }
-    return false;
-  }
-  // So long that what must not happen would have.
-  void run_for(milliseconds time) {
-    const auto end = steady_clock::now() + time;
-    comes_true([end] { return steady_clock::now() >= end; });
-  }
-  [[nodiscard]] std::vector<EndpointInfo> endpoints(std::string_view topic) const {
-    auto all = peer->endpoints();
-    std::erase_if(all, [&](const EndpointInfo& info) {
-      return info.is_own || info.topic != dds_name(NameKind::topic, topic);
-    });
-    return all;
-  }
-  [[nodiscard]] bool is_heard(std::string_view topic) const {
-    return std::ranges::any_of(bus.topics(), [&](const TopicInfo& info) {
-      return info.name == topic && std::ranges::any_of(info.subscribers, [](const doppel::EndpointInfo& end) {
-               return end.edge == "/_ros2";
-             });
-    });
-  }
-  std::vector<double> take_all(Reader& reader) {
-    std::vector<double> values;
-    Sample sample;
-    Float64 message;
-    while (reader.take(sample)) {
-      if (from_cdr(sample.cdr, message)) values.push_back(message.data);
-    }
-    return values;
-  }
-
-  FakeNetwork network;
-  Bus bus;
-  Node node{bus, "/arm"};
-  std::mutex mutex;
-  std::vector<std::string> said;
-  Log log;
-  std::unique_ptr<Participant> peer = network.join([] {});
-  std::optional<Bridge> bridge;
-};
 
 TEST_F(BridgeTest, WhatANodePublishesReachesTheNetworkWhileItIsListenedTo) {
   const auto publisher = node.advertise<Float64>("~/x", {.depth = 3, .best_effort = true});
@@ -228,44 +149,6 @@ TEST_F(BridgeTest, MalformedMessagesAreCountedAndToldOnce) {
   EXPECT_THAT(status.refusals.at("/in").reason, Not(IsEmpty()));
   const std::lock_guard lock(mutex);
   EXPECT_THAT(said, ElementsAre(HasSubstr("/in")));
-}
-
-TEST_F(BridgeTest, AFloodWaitsInItsHistoryUntilTheLoopHasRunWhatItGot) {
-  int heard = 0;
-  node.subscribe<Float64>("/in", [&](const Float64&) { ++heard; }, {.depth = 100000});
-  start();
-  auto writer = peer->make_writer(topic_spec("/in", kFloat, {.depth = 100000}));
-  while (writer->matched() == 0) std::this_thread::yield();
-  for (int i = 0; i < 20000; ++i) writer->write(to_cdr(Float64{1}));
-  std::this_thread::sleep_for(milliseconds(300));  // the loop stands
-  EXPECT_LT(bridge->status().received, 10000U);
-  EXPECT_TRUE(comes_true([&] { return heard == 20000; }));
-}
-
-// Large ones count by their bytes: more than 64 MB never wait for a loop that stands.
-TEST_F(BridgeTest, LargeMessagesAndCallsWaitInTheirHistoriesToo) {
-  constexpr std::size_t kMost = 8, kAll = 12;
-  const std::string large(std::size_t{8} << 20, 't');
-  std::size_t heard = 0, called = 0;
-  node.subscribe<String>("/in", [&](const String&) { ++heard; }, {.depth = 100});
-  node.serve<LoadController>("~/load", [&](const auto&, const auto&) { ++called; });
-  start();
-  auto writer = peer->make_writer(topic_spec("/in", "std_msgs/msg/String", {.depth = 100}));
-  ServiceClient client(*peer, {"/arm/load", "controller_manager_msgs/srv/LoadController", "", ""});
-  ASSERT_TRUE(comes_true([&] { return writer->matched() > 0 && client.is_available(); }));
-  for (std::size_t i = 0; i < kAll; ++i) {
-    writer->write(to_cdr(String{large}));
-    client.send(to_cdr(LoadController::Request{large}));
-  }
-  while (bridge->status().received < kMost || bridge->status().requests < kMost) std::this_thread::yield();
-  // The bridge has had its turn after those when it has found out that a client's service is there.
-  const auto turn = bridge->make_client("/arm", "/arm/load", "controller_manager_msgs/srv/LoadController");
-  while (!turn->is_available()) std::this_thread::yield();
-  bus.spin();
-  EXPECT_EQ(heard, kMost);
-  EXPECT_EQ(called, kMost);
-  EXPECT_TRUE(comes_true([&] { return heard == kAll && called == kAll; }))
-      << heard << " messages, " << called << " calls";
 }
 
 TEST_F(BridgeTest, EndpointsAreTheirNodes) {
