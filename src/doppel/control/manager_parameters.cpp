@@ -50,8 +50,8 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
   for (const auto& [name, type] : declared()) {
     // A spawner says them again, and later than the file.
     declare<std::string>(parameters, &own, name + ".type", type, {"of this controller", false, {}});
-    const auto declare_written = [&](const char* key, const char* description) {
-      if (const ParameterOverride* written_there = own.find(name + key))
+    const auto declare_written = [&, &controller = name](const char* key, const char* description) {
+      if (const ParameterOverride* written_there = own.find(controller + key))
         declare_parameter(parameters, &own, written_there->name, written_there->value,
                           {.description = description, .dynamic_typing = true});
     };

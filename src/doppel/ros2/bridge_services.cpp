@@ -90,7 +90,9 @@ bool BridgedServices::take() {
   bool more = false;
   for (auto& [key, served] : services_) {
     if (served.server == nullptr || !served.server->requests().is_ready()) continue;
-    const auto is_held_back = [&] { return *served.calls >= kMostCalls || calls_.is_full(); };
+    const auto is_held_back = [this, &calls = *served.calls] {
+      return calls >= kMostCalls || calls_.is_full();
+    };
     while (!is_held_back() && served.server->take(request_)) call(key, served);
     more = more || !is_held_back();
   }
