@@ -1,0 +1,47 @@
+// Fuzz target: the bytes are datagrams, two bytes of length before each, as strangers may send them to one
+// port. Whatever comes, none is read beyond its end, what is admitted begins as RTPS does, and a writer whom
+// nobody has heard of is heard afterwards.
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "doppel/ros2/rtps_guard.h"
+
+namespace {
+
+constexpr std::size_t kHeaderSize = 20;
+
+// The first sample of a writer: four bytes of payload in a DATA submessage, little endian.
+std::vector<std::uint8_t> first_sample() {
+  std::vector<std::uint8_t> d{'R', 'T', 'P', 'S', 2, 3, 1, 15};
+  d.resize(kHeaderSize, 0xEE);
+  const std::uint8_t data[] = {0x15, 0x05, 24, 0, 0, 0, 16, 0, 0, 0, 0, 0, 0, 0,
+                               1,    3,    0,  0, 0, 0, 1,  0, 0, 0, 0, 1, 0, 0};
+  d.insert(d.end(), std::begin(data), std::end(data));
+  return d;
+}
+
+bool begins_as_rtps(std::span<const std::uint8_t> datagram) {
+  constexpr std::string_view kMagic = "RTPS";
+  return datagram.size() >= kHeaderSize && std::ranges::equal(datagram.first(kMagic.size()), kMagic);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  doppel::ros2::RtpsGuard guard;
+  for (std::span rest(data, size); rest.size() >= 2;) {
+    const std::size_t told = std::size_t{rest[0]} << 8 | rest[1];
+    rest = rest.subspan(2);
+    // A copy of its own, so that a look beyond the end is seen.
+    const std::vector<std::uint8_t> datagram(rest.begin(), rest.begin() + std::min(told, rest.size()));
+    if (guard.admits(datagram) && !begins_as_rtps(datagram)) std::abort();
+    rest = rest.subspan(datagram.size());
+  }
+  if (!guard.admits(first_sample())) std::abort();
+  return 0;
+}
