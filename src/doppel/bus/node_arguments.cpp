@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "doppel/bus/ros_arguments_detail.h"
+
 namespace doppel {
 namespace {
 
@@ -11,20 +13,6 @@ constexpr const char* kBegin = "--ros-args";
 
 bool renames_node(std::string_view rule) {
   return rule.starts_with("__node:=") || rule.starts_with("__name:=");
-}
-
-// The values of -r and --remap, of words that take_ros_arguments has read without complaint.
-std::vector<std::string> rules_in(const std::vector<std::string>& words) {
-  std::vector<std::string> rules;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::string& word = words[i];
-    const bool alone =
-        word == kBegin || word == "--" || word.starts_with("--enable-") || word.starts_with("--disable-");
-    if (alone) continue;
-    ++i;
-    if (word == "-r" || word == "--remap") rules.push_back(words[i]);
-  }
-  return rules;
 }
 
 // "arm:x:=y" -> "x:=y", where "arm" is among `own`.
@@ -45,10 +33,10 @@ std::string without_node(const std::string& rule, const std::vector<std::string>
 NodeArguments read_node_arguments(std::vector<std::string> words, std::string_view full_name,
                                   NameRules names) {
   if (std::ranges::find(words, kBegin) == words.end()) words.insert(words.begin(), kBegin);
-  std::vector<std::string> others = words;
-  RosArguments read = take_ros_arguments(others, NameRules(true));
-  if (!others.empty())
-    throw InputError("node.arguments", {}, fmt::format("'{}' is no argument of ROS 2's", others.front()),
+  std::vector<std::string> rules;
+  RosArguments read = bus_detail::take_ros_arguments(words, NameRules(true), rules);
+  if (!words.empty())
+    throw InputError("node.arguments", {}, fmt::format("'{}' is no argument of ROS 2's", words.front()),
                      fmt::format("everything stands behind {}", kBegin));
   const char* of_the_process = read.log_level ? "--log-level" : read.enclave ? "--enclave" : nullptr;
   if (of_the_process != nullptr)
@@ -57,7 +45,6 @@ NodeArguments read_node_arguments(std::vector<std::string> words, std::string_vi
                      "start the twin with it; a node's log level is set by its service ~/set_logger_levels");
   NodeArguments out;
   out.parameters = std::move(read.parameters);
-  const std::vector<std::string> rules = rules_in(words);
   const std::string name = node_base_name(full_name);
   // A node's new name counts for all other rules, wherever it stands.
   for (const std::string& rule : rules) {

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "doppel/bus/bus.h"
+#include "doppel/bus/ros_arguments_detail.h"
 #include "doppel/core/names.h"
 
 namespace doppel {
@@ -76,9 +77,11 @@ std::string read_enclave(const std::string& text) {
   return text;
 }
 
-void take_flag(const std::string& flag, const std::string& value, RosArguments& out) {
+void take_flag(const std::string& flag, const std::string& value, RosArguments& out,
+               std::vector<std::string>& rules) {
   if (flag == "-r" || flag == "--remap") {
     out.names.add(value);
+    rules.push_back(value);
   } else if (flag == "-p" || flag == "--param") {
     out.parameters.emplace_back(read_parameter(value));
   } else if (flag == "--params-file") {
@@ -90,7 +93,7 @@ void take_flag(const std::string& flag, const std::string& value, RosArguments& 
   }
 }
 
-void read_section(std::span<const std::string> words, RosArguments& out) {
+void read_section(std::span<const std::string> words, RosArguments& out, std::vector<std::string>& rules) {
   std::vector<Diagnostic> errors;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
@@ -110,7 +113,7 @@ void read_section(std::span<const std::string> words, RosArguments& out) {
       }
       if (i + 1 == words.size())
         throw InputError("cli.ros_args", {}, fmt::format("behind {} something is missing", word));
-      take_flag(word, words[++i], out);
+      take_flag(word, words[++i], out, rules);
     } catch (const InputError& error) {
       errors.insert(errors.end(), error.diagnostics().begin(), error.diagnostics().end());
     }
@@ -152,6 +155,12 @@ void tell_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnosti
 }
 
 RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names) {
+  std::vector<std::string> rules;
+  return bus_detail::take_ros_arguments(words, std::move(names), rules);
+}
+
+RosArguments bus_detail::take_ros_arguments(std::vector<std::string>& words, NameRules names,
+                                            std::vector<std::string>& rules) {
   RosArguments out;
   out.names = std::move(names);
   for (auto begin = std::ranges::find(words, "--ros-args"); begin != words.end();
@@ -159,7 +168,7 @@ RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names
     const auto end = std::find(begin + 1, words.end(), "--");
     const std::vector<std::string> section(begin + 1, end);
     words.erase(begin, end == words.end() ? end : end + 1);
-    read_section(section, out);
+    read_section(section, out, rules);
   }
   return out;
 }

@@ -52,24 +52,13 @@ void declare_sim_time(Node& node) {
   declare_qos_overrides(node, kClock, QosOverrideOf::subscription, Qos::clock_subscription());
 }
 
-TypeSources sources(const TypeSupport& type) {
-  return type_sources(*type.description());
+// What tells of a type: of a message its description, of a service or an action itself.
+const TypeDescription& described(const TypeSupport& type) {
+  return *type.description();
 }
-TypeSources sources(const ServiceSupport& service) {
-  return type_sources(service);
-}
-TypeSources sources(const ActionSupport& action) {
-  return type_sources(action);
-}
-
-TypeDescriptionMessage description(const TypeSupport& type) {
-  return description_message(*type.description());
-}
-TypeDescriptionMessage description(const ServiceSupport& service) {
-  return description_message(service);
-}
-TypeDescriptionMessage description(const ActionSupport& action) {
-  return description_message(action);
+template <class Support>
+const Support& described(const Support& support) {
+  return support;
 }
 
 template <class Support>
@@ -77,8 +66,8 @@ void describe(const Support* found, const GetTypeDescription::Request& request,
               GetTypeDescription::Response& response) {
   if (found == nullptr || response.successful || found->hash() != request.type_hash) return;
   response.successful = true;
-  response.type_description = description(*found);
-  if (request.include_type_sources) response.type_sources = sources(*found);
+  response.type_description = description_message(described(*found));
+  if (request.include_type_sources) response.type_sources = type_sources(described(*found));
 }
 
 // As rcl answers, but that every type of the program is known to every node.

@@ -50,6 +50,11 @@ std::uint16_t whole_hertz(double rate) {
   return static_cast<std::uint16_t>(std::lround(std::min(rate, 65535.0)));
 }
 
+// ros2_control calls what inactive hardware offers available too, though nobody can be activated on it.
+bool is_listed_available(HardwareState state) {
+  return state != HardwareState::unconfigured;
+}
+
 msg::HardwareInterface interface_message(const std::string& name, bool available, bool claimed) {
   return {name, "double", available, claimed};
 }
@@ -95,7 +100,7 @@ void ControllerManager::Impl::serve_lists() {
     srv::ListHardwareInterfaces::Response response;
     for (std::size_t i = 0; i < resources.command_count(); ++i) {
       response.command_interfaces.push_back(interface_message(
-          resources.command_name(i), resources.component_of_command(i).state != HardwareState::unconfigured,
+          resources.command_name(i), is_listed_available(resources.component_of_command(i).state),
           !resources.claimed_by(i).empty()));
     }
     const auto states = resources.state_names();
@@ -173,8 +178,7 @@ void ControllerManager::Impl::serve_hardware() {
       state.plugin_name = component->system->plugin();
       state.rw_rate = whole_hertz(1.0 / to_seconds(period));
       state.state = lifecycle(component->state);
-      // ros2_control calls what inactive hardware offers available too, though nobody can be activated on it.
-      const bool available = component->state != HardwareState::unconfigured;
+      const bool available = is_listed_available(component->state);
       for (std::size_t i = 0; i < component->command_names.size(); ++i) {
         state.command_interfaces.push_back(
             interface_message(component->command_names[i], available, !component->claimed_by[i].empty()));

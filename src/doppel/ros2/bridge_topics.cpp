@@ -112,15 +112,16 @@ void BridgedTopics::choose_carrier(TopicId id, Topic& topic) {
 // What a topic had before its name was given to another, which waits for nobody's grace: the network has one
 // type for a name.
 void BridgedTopics::end_retyped(const std::vector<TopicInfo>& infos) {
+  std::map<std::string_view, TopicId> owners;
   for (const TopicInfo& info : infos) {
-    if (info.publishers.empty() && info.subscribers.empty()) continue;
-    std::erase_if(topics_, [&](const auto& entry) {
-      const auto& [id, topic] = entry;
-      if (topic.name != info.name || id == info.id) return false;
-      for (const auto& reader : topic.readers) lost_by_gone_ += reader.end->lost();
-      return true;
-    });
+    if (!info.publishers.empty() || !info.subscribers.empty()) owners[info.name] = info.id;
   }
+  std::erase_if(topics_, [&](const auto& entry) {
+    const auto owner = owners.find(entry.second.name);
+    if (owner == owners.end() || owner->second == entry.first) return false;
+    for (const auto& reader : entry.second.readers) lost_by_gone_ += reader.end->lost();
+    return true;
+  });
 }
 
 bool BridgedTopics::follow(const std::vector<TopicInfo>& infos, SteadyTime now) {

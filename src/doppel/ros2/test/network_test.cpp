@@ -77,29 +77,39 @@ TEST(Network, WhoeverIsOffMeetsNobody) {
   EXPECT_EQ(deaf->matched(), 0u);
 }
 
+// Two participants, of whom one hears the other.
+struct Pair {
+  OwnDomain domain;
+  Activity activity;
+  std::unique_ptr<Participant> here = make_participant(on_domain(domain), activity.signal());
+  std::unique_ptr<Participant> there = make_participant(on_domain(domain), activity.signal());
+  std::unique_ptr<Writer> writer = here->make_writer(text_topic());
+  std::unique_ptr<Reader> reader = there->make_reader(text_topic());
+
+  bool meet() {
+    return activity.wait([&] { return writer->matched() == 1 && reader->matched() == 1; });
+  }
+  void expect_to_be_heard() {
+    writer->write(cdr_text("still here"));
+    Sample sample;
+    ASSERT_TRUE(activity.wait([&] { return reader->take(sample); }));
+    EXPECT_EQ(sample.cdr, cdr_text("still here"));
+  }
+};
+
 // It would have Fast DDS add writers, and end the process when a peer's counters run backwards.
 TEST(Network, NoStatisticsAreKeptOfPeers) {
   setenv("FASTDDS_STATISTICS", "NETWORK_LATENCY_TOPIC;RTPS_SENT_TOPIC", 1);
-  const OwnDomain domain;
-  Activity activity;
-  const auto here = make_participant(on_domain(domain), activity.signal());
-  const auto there = make_participant(on_domain(domain), activity.signal());
-  const auto writer = here->make_writer(text_topic());
-  const auto reader = there->make_reader(text_topic());
-  ASSERT_TRUE(activity.wait([&] { return writer->matched() == 1 && reader->matched() == 1; }));
-  EXPECT_EQ(here->endpoints().size(), 2u);
-  EXPECT_EQ(there->endpoints().size(), 2u);
+  Pair pair;
+  ASSERT_TRUE(pair.meet());
+  EXPECT_EQ(pair.here->endpoints().size(), 2u);
+  EXPECT_EQ(pair.there->endpoints().size(), 2u);
 }
 
 TEST(Network, GarbageChangesNothing) {
-  const OwnDomain domain;
-  Activity activity;
-  const auto here = make_participant(on_domain(domain), activity.signal());
-  const auto there = make_participant(on_domain(domain), activity.signal());
-  const auto writer = here->make_writer(text_topic());
-  const auto reader = there->make_reader(text_topic());
-  ASSERT_TRUE(activity.wait([&] { return writer->matched() == 1 && reader->matched() == 1; }));
-  const auto known = there->endpoints().size();
+  Pair pair;
+  ASSERT_TRUE(pair.meet());
+  const auto known = pair.there->endpoints().size();
 
   const Socket stranger;
   std::mt19937 random(1);  // the same garbage every time
@@ -108,14 +118,11 @@ TEST(Network, GarbageChangesNothing) {
     for (auto& b : bytes) b = static_cast<std::uint8_t>(random());
     const std::string_view start = "RTPS\x02\x03\x01\x0f";
     if (i % 2 == 0 && bytes.size() > start.size()) std::copy(start.begin(), start.end(), bytes.begin());
-    stranger.send(first_port(domain) + static_cast<std::uint32_t>(i) % 4, bytes);
+    stranger.send(first_port(pair.domain) + static_cast<std::uint32_t>(i) % 4, bytes);
   }
-  writer->write(cdr_text("still here"));
-  Sample sample;
-  ASSERT_TRUE(activity.wait([&] { return reader->take(sample); }));
-  EXPECT_EQ(sample.cdr, cdr_text("still here"));
-  EXPECT_EQ(there->endpoints().size(), known);
-  EXPECT_GT(here->refused_datagrams() + there->refused_datagrams(), 0u);
+  pair.expect_to_be_heard();
+  EXPECT_EQ(pair.there->endpoints().size(), known);
+  EXPECT_GT(pair.here->refused_datagrams() + pair.there->refused_datagrams(), 0u);
 }
 
 // The announcement of a participant that is not there, whose lease never ends.
@@ -142,35 +149,27 @@ std::vector<std::uint8_t> announcement(std::uint16_t number) {
 }
 
 TEST(Network, ACrowdIsKeptOutAndHurtsNobody) {
-  const OwnDomain domain;
-  Activity activity;
-  const auto here = make_participant(on_domain(domain), activity.signal());
-  const auto there = make_participant(on_domain(domain), activity.signal());
-  const auto writer = here->make_writer(text_topic());
-  const auto reader = there->make_reader(text_topic());
-  ASSERT_TRUE(activity.wait([&] { return writer->matched() == 1 && reader->matched() == 1; }));
-  const std::uint64_t complaints = there->complaints().count;
+  Pair pair;
+  ASSERT_TRUE(pair.meet());
+  const std::uint64_t complaints = pair.there->complaints().count;
 
   const Socket stranger;
   const auto announce = [&](std::uint16_t number) {
-    for (std::uint32_t port : {0, 2}) stranger.send(first_port(domain) + port, announcement(number));
+    for (std::uint32_t port : {0, 2}) stranger.send(first_port(pair.domain) + port, announcement(number));
   };
   std::uint16_t announced = 0;
   const auto are_full = [&](const Participant& participant) {
     return participant.participants().size() >= kMostParticipants;
   };
-  ASSERT_TRUE(activity.wait([&] {
+  ASSERT_TRUE(pair.activity.wait([&] {
     for (int i = 0; i < 10 && announced < 10 * kMostParticipants; ++i) announce(announced++);
-    return are_full(*here) && are_full(*there);
+    return are_full(*pair.here) && are_full(*pair.there);
   }));
   for (std::uint16_t i = 0; i < 50; ++i) announce(announced++);
-  writer->write(cdr_text("still here"));
-  Sample sample;
-  ASSERT_TRUE(activity.wait([&] { return reader->take(sample); }));
-  EXPECT_EQ(sample.cdr, cdr_text("still here"));
-  EXPECT_EQ(here->participants().size(), kMostParticipants);
-  EXPECT_EQ(there->participants().size(), kMostParticipants);
-  EXPECT_GT(there->complaints().count, complaints);
+  pair.expect_to_be_heard();
+  EXPECT_EQ(pair.here->participants().size(), kMostParticipants);
+  EXPECT_EQ(pair.there->participants().size(), kMostParticipants);
+  EXPECT_GT(pair.there->complaints().count, complaints);
 }
 
 TEST(Network, AParticipantMayGoInTheMiddleOfTraffic) {
