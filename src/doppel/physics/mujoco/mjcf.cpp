@@ -169,9 +169,11 @@ class RobotWriter {
 
   void write_dof(const std::string& name, const char* type, const Eigen::Vector3d& axis,
                  const ModelJoint& joint) {
+    // Under Euler the engine makes the damping implicit in a way that the constraint solver sees.
+    const double damping = world_.integrator == Integrator::rk4 ? joint.damping : 0.0;
     append(out_.bodies,
            "<joint name=\"{}\" type=\"{}\" axis=\"{}\" damping=\"{:.17g}\" frictionloss=\"{:.17g}\"", name,
-           type, vec(axis), joint.damping, joint.friction);
+           type, vec(axis), damping, joint.friction);
     if (std::isfinite(joint.lower) && std::isfinite(joint.upper)) {
       // MuJoCo's compiler refuses an empty range; a joint that is held in one place has a very small one.
       const double upper = std::max(joint.upper, joint.lower + 1e-6);
@@ -301,7 +303,7 @@ std::string header(const World& world) {
   append(out,
          "<option timestep=\"{:.17g}\" gravity=\"{}\" integrator=\"{}\" cone=\"elliptic\" impratio=\"100\">"
          "<flag filterparent=\"disable\"/></option>\n",
-         step, vec(world.gravity), world.integrator == Integrator::rk4 ? "RK4" : "implicit");
+         step, vec(world.gravity), world.integrator == Integrator::rk4 ? "RK4" : "Euler");
   const std::size_t loose = static_cast<std::size_t>(std::count_if(
       world.objects.begin(), world.objects.end(), [](const WorldObject& o) { return o.mass > 0; }));
   append(out, "<size nconmax=\"{}\" njmax=\"{}\"/>\n", 100 + 8 * loose, 400 + 24 * loose);

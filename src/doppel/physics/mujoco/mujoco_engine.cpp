@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "doppel/kinematics/dynamics.h"
 #include "doppel/physics/mujoco/convert.h"
@@ -45,6 +46,32 @@ void MujocoEngine::make_drives(const EngineOptions& options) {
   for (const int joint : robot_.driven) {
     drive_of_joint_[joint] = static_cast<int>(drives_.size());
     drives_.emplace_back(joint, servos_[joint], carried[joint], world_.step);
+  }
+}
+
+// The damper of a drive and the joint's own act at the velocity of the step's end: (M + h D) dv = h (f - D v).
+// As armature h D beside an explicit -D v the constraint solver sees the same matrix, so that friction, mimics,
+// limits and contacts are solved for the step that is taken. Source: MuJoCo's documentation, Computation, "Numerical
+// integration"; the semi-implicit step is that of its `implicit` integrator without the Coriolis derivatives.
+void MujocoEngine::write_armature(int joint) {
+  const ModelJoint& of = model_.joints[joint];
+  const double drive = drive_of_joint_[joint] < 0 ? 0.0 : drives_[drive_of_joint_[joint]].damping();
+  for (int i = 0; implicit_damping_ && i < of.nv; ++i) {
+    m()->dof_armature[of.v + i] = to_seconds(world_.step) * (of.damping + drive);
+  }
+  armature_changed_ = implicit_damping_;
+}
+
+void MujocoEngine::write_drives() {
+  for (std::size_t k = 0; k < drives_.size(); ++k) write_drive(k);
+  for (std::size_t j = 0; j < model_.joints.size(); ++j) write_armature(static_cast<int>(j));
+}
+
+void MujocoEngine::write_applied(mjData* data) const {
+  for (const ModelJoint& joint : model_.joints) {
+    for (int v = joint.v; v < joint.v + joint.nv; ++v) {
+      data->qfrc_applied[v] = applied_effort_[v] - (implicit_damping_ ? joint.damping * data->qvel[v] : 0.0);
+    }
   }
 }
 
@@ -105,13 +132,14 @@ void MujocoEngine::reset() {
   mj_resetData(m(), d());
   for (std::size_t i = 0; i < world_.objects.size(); ++i) state_->place_object(i, world_.objects[i].X_WO);
   lift_wrenches();
+  std::fill(applied_effort_.begin(), applied_effort_.end(), 0.0);
   diverged_ = false;
   steps_ = 0;
   kept_.resize(static_cast<std::size_t>(m()->nq + m()->nv));
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     drives_[k].start(DriveMode::limp, 0.0);
-    write_drive(k);
   }
+  write_drives();
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(model_.nv);
   set_state({q0_.data(), static_cast<std::size_t>(model_.nq)},
             {rest.data(), static_cast<std::size_t>(model_.nv)});
@@ -129,17 +157,19 @@ void MujocoEngine::set_state(std::span<const double> q, std::span<const double> 
   std::fill(effort_.begin(), effort_.end(), 0.0);
   for (Drive& drive : drives_) drive.follow(q_[model_.joints[drive.joint()].q]);
   diverged_ = !state_->refresh() || ran_away();
+  armature_changed_ = false;
 }
 
 void MujocoEngine::set_drive(int joint, DriveMode mode) {
   const int actuator = drive_of_joint_[joint];
   drives_[actuator].start(mode, d()->qpos[model_.joints[joint].q]);
   write_drive(static_cast<std::size_t>(actuator));
+  write_armature(joint);
   if (mode == DriveMode::limp) effort_[joint] = 0.0;
 }
 
 void MujocoEngine::clear_applied() {
-  std::fill_n(d()->qfrc_applied, model_.nv, 0.0);
+  std::fill(applied_effort_.begin(), applied_effort_.end(), 0.0);
   std::fill_n(d()->xfrc_applied, 6 * m()->nbody, 0.0);
   lift_wrenches();
 }
@@ -170,6 +200,7 @@ void MujocoEngine::write_wrenches() {
 // mj_step in its two halves, the second first: what depends on positions and velocities is then of the new
 // instant.
 void MujocoEngine::advance() {
+  if (std::exchange(armature_changed_, false)) mj_step1(m(), d());
   if (m()->opt.integrator == mjINT_RK4) {
     mj_step(m(), d());
   } else {
@@ -191,6 +222,7 @@ void MujocoEngine::step() {
     d()->ctrl[k] = drives_[k].advance(d()->actuator_length[k]);
   }
   if (any_wrench_) write_wrenches();
+  write_applied(d());
   const auto nq = static_cast<std::size_t>(m()->nq), nv = static_cast<std::size_t>(m()->nv);
   std::copy_n(d()->qpos, nq, kept_.data());
   std::copy_n(d()->qvel, nv, kept_.data() + nq);
@@ -228,7 +260,9 @@ MujocoEngine::Energy MujocoEngine::energy() const {
   mj_energyPos(m(), d());
   mj_energyVel(m(), d());
   m()->opt.enableflags = flags;
-  return {d()->energy[0], d()->energy[1]};
+  double kinetic = d()->energy[1];  // with that of the armature, which no mass stands behind
+  for (int v = 0; v < model_.nv; ++v) kinetic -= 0.5 * m()->dof_armature[v] * d()->qvel[v] * d()->qvel[v];
+  return {d()->energy[0], kinetic};
 }
 
 Contact MujocoEngine::describe(const mjContact& contact) const {
@@ -255,6 +289,7 @@ void MujocoEngine::contacts(std::vector<Contact>& out) const {
   if (looked_ == nullptr) looked_.reset(mj_makeData(m()));
   mjData* const c = mj_copyData(looked_.get(), m(), d());
   out.clear();
+  write_applied(c);
   if (!guarded([this, c] {
         mj_fwdActuation(m(), c);
         mj_fwdAcceleration(m(), c);
@@ -312,7 +347,9 @@ void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> accel
   std::fill_n(copy->qacc, at.m()->nv, 0.0);
   std::copy(acceleration.begin(), acceleration.end(), copy->qacc);
   mj_inverse(at.m(), copy.get());
-  std::copy_n(copy->qfrc_inverse, tau.size(), tau.begin());
+  for (std::size_t v = 0; v < tau.size(); ++v) {
+    tau[v] = copy->qfrc_inverse[v] - at.m()->dof_armature[v] * copy->qacc[v] + at.explicit_damping(static_cast<int>(v));
+  }
 }
 
 }  // namespace doppel

@@ -31,6 +31,8 @@ class MujocoEngine final : public Engine {
         q0_(options.q0.size() > 0 ? options.q0 : model.neutral()),
         q_(model.nq),
         effort_(model.joints.size(), 0.0),
+        applied_effort_(static_cast<std::size_t>(model.nv), 0.0),
+        implicit_damping_(world.integrator != Integrator::rk4),
         wrenches_(model.links.size()),
         object_wrenches_(world.objects.size()) {
     if (q0_.size() != model.nq) throw std::invalid_argument("EngineOptions::q0 has the wrong size");
@@ -81,7 +83,7 @@ class MujocoEngine final : public Engine {
   }
 
   void apply_joint_effort(int joint, double effort) override {
-    d()->qfrc_applied[model_.joints[joint].v] = effort;
+    applied_effort_[model_.joints[joint].v] = effort;
   }
   void apply_wrench(int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,
                     const Eigen::Vector3d& torque_W) override {
@@ -111,6 +113,15 @@ class MujocoEngine final : public Engine {
   bool remove(std::string_view name) override;
   void set_objects(std::vector<WorldObject> objects) override;
 
+  // What the joint's own damping takes at this instant where MuJoCo does not count it, N m or N.
+  [[nodiscard]] double explicit_damping(int v) const {
+    double out = 0.0;
+    for (const ModelJoint& joint : model_.joints) {
+      if (implicit_damping_ && v >= joint.v && v < joint.v + joint.nv) out = joint.damping * d()->qvel[v];
+    }
+    return out;
+  }
+
   [[nodiscard]] mjModel* m() const { return state_->m(); }
   [[nodiscard]] mjData* d() const { return state_->d(); }
 
@@ -121,6 +132,9 @@ class MujocoEngine final : public Engine {
   [[nodiscard]] Energy energy() const;
   void make_drives(const EngineOptions& options);
   void write_drive(std::size_t actuator);
+  void write_drives();
+  void write_armature(int joint);
+  void write_applied(mjData* data) const;
   void choose_exclusions(bool self_collision);
   void find_touching();
   void write_wrench(int body, const AppliedWrench& wrench);
@@ -151,6 +165,9 @@ class MujocoEngine final : public Engine {
   bool floating_ = false;                       // it does
   std::vector<double> effort_;                  // [joints]
   std::vector<double> kept_;                    // MuJoCo's qpos and qvel before the step
+  std::vector<double> applied_effort_;          // [nv] from outside
+  bool implicit_damping_;                       // of drives and joints, as armature
+  bool armature_changed_ = false;               // since the mass matrix was computed
   std::vector<AppliedWrench> wrenches_;         // [links]
   std::vector<AppliedWrench> object_wrenches_;  // [objects]
   bool any_wrench_ = false;

@@ -100,8 +100,9 @@ void MujocoEngine::rebuild(World world) {
   state_ = std::move(fresh);
   world_ = std::move(world);
   kept_.resize(static_cast<std::size_t>(m()->nq + m()->nv));
-  for (std::size_t k = 0; k < drives_.size(); ++k) write_drive(k);
+  write_drives();
   if (!state_->refresh()) diverged_ = true;
+  armature_changed_ = false;
 }
 
 void MujocoEngine::carry_over(const MujocoState& old, const World& old_world, MujocoState& fresh,
@@ -111,7 +112,6 @@ void MujocoEngine::carry_over(const MujocoState& old, const World& old_world, Mu
   std::copy_n(from->qpos, model_.nq, to->qpos);
   std::copy_n(from->qvel, model_.nv, to->qvel);
   std::copy_n(from->qacc_warmstart, model_.nv, to->qacc_warmstart);
-  std::copy_n(from->qfrc_applied, model_.nv, to->qfrc_applied);
   std::copy_n(from->ctrl, old.m()->nu, to->ctrl);
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     const MujocoObject& object = fresh.object(i);
