@@ -54,6 +54,15 @@ std::string to_json(const Summary& summary) {
   }
   out["state_hash"] = fmt::format("{:016x}", summary.state_hash);
   out["peak_rss_mb"] = peak_rss_mb();
+  // Null: it ended before, no controllers were to start, or somebody commanded the robot.
+  out["rest"] = nullptr;
+  if (summary.rest) {
+    out["rest"] = {{"time_s", to_seconds(summary.rest->at)},
+                   {"at_rest", summary.rest->complaints.empty()},
+                   {"complaints", summary.rest->complaints},
+                   {"base_linear", number(summary.rest->base_linear)},
+                   {"base_angular", number(summary.rest->base_angular)}};
+  }
   out["controllers"] = Json::object();
   for (const ControllerView& controller : summary.last.controllers) {
     out["controllers"][controller.name] = {{"type", controller.type},

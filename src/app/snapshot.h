@@ -1,6 +1,7 @@
 #pragma once
 // The state of a running twin at one instant, for people and for machines.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct Summary {
   RunStatistics run;
   std::uint64_t state_hash = 0;
   Snapshot last;
+  std::optional<RestReport> rest;
 };
 std::string to_json(const Summary& summary);
 

@@ -33,7 +33,7 @@ namespace {
 
 struct UpOptions {
   DescribedBy robot;
-  std::string world, controllers, base = "fixed", speed = "1", stamp = "sim";
+  std::string world, controllers, base = "auto", speed = "1", stamp = "sim";
   std::vector<std::string> activate, plugins;
   double duration = 0;
   bool no_reload = false;
@@ -51,7 +51,7 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   scenario.activate = options.activate;
   scenario.start_controllers = !options.no_controllers;
   scenario.plugins = options.plugins;
-  scenario.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
+  if (options.base != "auto") scenario.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
   return scenario;
@@ -138,8 +138,7 @@ void print_banner(Twin& twin, const std::string& engine) {
   const auto& excluded = twin.engine().excluded_pairs();
   std::vector<std::string> touching;
   for (const ExcludedPair& pair : excluded) {
-    if (pair.reason.find("touching") != std::string::npos)
-      touching.push_back(pair.link_a + " + " + pair.link_b);
+    if (pair.reason.ends_with("at the start")) touching.push_back(pair.link_a + " + " + pair.link_b);
   }
   tell("  contact      ground and links; {} pairs of neighbours left out\n",
        excluded.size() - touching.size());
@@ -159,6 +158,7 @@ void print_banner(Twin& twin, const std::string& engine) {
 int report(Twin& twin, Summary summary, bool json) {
   summary.state_hash = twin.state_hash();
   summary.last = take_snapshot(twin);
+  summary.rest = twin.rest();
   if (json) fmt::print("{}\n", to_json(summary));
   if (summary.run.end == RunEnd::diverged) {
     tell(
@@ -260,8 +260,9 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are limp");
   up->add_option("--plugin", options->plugins, "A shared library with controllers of your own")->take_all();
   up->add_option("--world", options->world, "A world file (YAML): gravity, step, ground, objects");
-  up->add_option("--base", options->base, "How a robot without a link 'world' stands: fixed or floating")
-      ->check(CLI::IsMember({"fixed", "floating"}));
+  up->add_option("--base", options->base, "How a robot without a link 'world' stands: fixed, floating (set on the ground), or auto: floating "
+                 "where the description suggests wheels or legs")
+      ->check(CLI::IsMember({"auto", "fixed", "floating"}));
   up->add_flag("--ideal", options->ideal, "Joints follow commands exactly, whatever they carry");
   up->add_flag("--no-limits", options->no_limits, "Do not hold commands to the joints' limits");
   up->add_option("--duration", options->duration, "End after so many simulated seconds");

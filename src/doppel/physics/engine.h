@@ -50,16 +50,20 @@ struct RayHit {
   int link = -1;         // -1: world or object
 };
 
-// A pair of links that never collides, and why.
+// A pair that never collides, and why: two links, or a link and the ground or an object.
 struct ExcludedPair {
   std::string link_a, link_b;
-  std::string reason;  // "joined by Revolute 2", "touching at the start"
+  std::string reason;  // "joined by Revolute 2", "touching at the start", "inside at the start"
+  double depth = 0;    // m: how far the link lies in the ground or the object at the start
 };
 
 struct EngineOptions {
   Eigen::VectorXd q0;                   // [nq] the pose at reset; empty: Model::neutral()
   std::vector<ServoParameters> servos;  // [joints]; empty: choose_servos()
   bool self_collision = true;
+  // A floating joint from the root moves along z so that the lowest point of the robot's shapes lies on the
+  // ground; where the world places the robot, it is only lifted out of the ground.
+  bool set_on_ground = false;
 };
 
 class Engine {
@@ -95,6 +99,9 @@ class Engine {
   virtual void set_drive(int joint, DriveMode mode) = 0;
   [[nodiscard]] virtual DriveMode drive(int joint) const = 0;
   virtual void set_target(int joint, double target) = 0;
+  // The last target that counted: a position, velocity or effort, by the drive's mode; where nothing came since
+  // set_drive(), the position that the drive holds, else 0.
+  [[nodiscard]] virtual double drive_target(int joint) const = 0;
   // Where the servo's own reference stands on its way to the target; under load the joint sags behind it.
   [[nodiscard]] virtual double drive_reference(int joint) const = 0;
   virtual void set_drive_reference(int joint, double reference) = 0;

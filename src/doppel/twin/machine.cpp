@@ -4,25 +4,48 @@
 
 #include <algorithm>
 
+#include "doppel/twin/base_choice.h"
 #include "doppel/twin/entity.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {
 namespace {
 
-BaseKind base_of(const RobotDescription& robot, const Scenario& scenario, Diagnostics& diagnostics) {
-  std::string root;
-  for (const Link& link : robot.links) {
-    const auto child = [&](const Joint& joint) { return joint.child == link.name; };
-    if (std::none_of(robot.joints.begin(), robot.joints.end(), child)) root = link.name;
+const char* root_name(const Model& model) {
+  const bool floats = !model.joints.empty() && model.joints.front().type == JointType::floating;
+  return model.links[floats ? 1 : 0].name.c_str();
+}
+
+// What was chosen on the user's behalf, with the height at which a floating root stands.
+void report_base(const RobotDescription& robot, const Model& model, const Engine& engine, const BaseChoice& choice,
+                 bool asked_for, Diagnostics& diagnostics) {
+  if (asked_for || (model.links.front().name == "world" && choice.kind == BaseKind::fixed)) return;
+  if (choice.kind == BaseKind::floating) {
+    diagnostics.note("up.base_floating", robot.source,
+                     fmt::format("the base floats because {}; it is set on the ground, with '{}' at z = {:.3f} m",
+                                 choice.reason, root_name(model), engine.link_pose(1).translation().z()),
+                     "--base fixed holds it in the air at the world's origin");
+    return;
   }
-  if (root == "world") return BaseKind::fixed;
-  if (scenario.base == BaseKind::fixed) {
-    diagnostics.note("up.base_fixed", robot.source,
-                     fmt::format("the root link '{}' is fixed to the world (there is no link 'world')", root),
-                     "--base floating lets it fall and move");
+  diagnostics.note("up.base_fixed", robot.source,
+                   fmt::format("the root link '{}' is fixed to the world: {}", root_name(model), choice.reason),
+                   "--base floating lets it fall and move");
+}
+
+// Links that start inside the ground or an object, with what they are part of.
+void report_overlaps(const RobotDescription& robot, const Engine& engine, Diagnostics& diagnostics) {
+  for (const ExcludedPair& pair : engine.excluded_pairs()) {
+    if (!(pair.depth > 0)) continue;
+    const Link* link = robot.find_link(pair.link_a);
+    const bool ground = pair.link_b == "ground";
+    const std::string what = ground ? "the ground" : fmt::format("the object '{}'", pair.link_b);
+    diagnostics.warning(
+        "up.starts_inside", link != nullptr ? link->source : robot.source,
+        fmt::format("link '{}' starts {:.3g} m inside {}; the two pass through each other from now on", pair.link_a,
+                    pair.depth, what),
+        ground ? "place the robot higher by a world file (robot: {xyz: [0, 0, 0.5]}), or let it stand (--base floating)"
+               : "move the object or the robot in the world file");
   }
-  return scenario.base;
 }
 
 std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Model& model,
@@ -71,13 +94,19 @@ bool same_joint(const ModelJoint& a, const ModelJoint& b) {
 Machine::Machine(const Scenario& scenario, Diagnostics& diagnostics)
     : setup(set_up_robot(scenario, resolver, diagnostics)) {
   const RobotDescription& robot = setup.description.robot;
-  model = compile_model(robot, base_of(robot, scenario, diagnostics), diagnostics);
+  BaseChoice base = scenario.base ? BaseChoice{*scenario.base, "it was asked for"} : choose_base(robot);
+  if (!scenario.base && base.kind == BaseKind::floating && !setup.world.ground)
+    base = {BaseKind::fixed, "the world has no ground to stand on"};
+  model = compile_model(robot, base.kind, diagnostics);
   EngineOptions options;
   options.q0 = model.neutral();
   apply_initial_values(robot, model, options.q0, diagnostics);
   servos = choose_servos(model, ServoOptions{.ideal = scenario.ideal}, gravity_R());
   options.servos = servos;
+  options.set_on_ground = true;
   engine = make_mujoco_engine(robot, model, setup.world, options, diagnostics);
+  report_base(robot, model, *engine, base, scenario.base.has_value(), diagnostics);
+  report_overlaps(robot, *engine, diagnostics);
   hardware = hardware_of(setup, model, diagnostics);
 }
 

@@ -22,7 +22,7 @@ struct Scenario {
   std::vector<std::string> activate;  // controllers to start; empty: all that the files declare
   bool start_controllers = true;      // false: nothing is loaded, the joints are limp
   std::vector<std::string> plugins;   // shared libraries with controllers
-  BaseKind base = BaseKind::fixed;    // how a root link other than "world" stands
+  std::optional<BaseKind> base;       // how a root link other than "world" stands; none: choose_base()
   bool ideal = false;                 // joints follow commands exactly, whatever they carry
   bool enforce_limits = true;
   RosArguments ros;                      // names, parameters: what stood behind --ros-args

@@ -20,6 +20,8 @@ namespace doppel {
 namespace {
 
 constexpr Duration kClockSetBack{1'000'000'000};    // less is jitter
+constexpr const char* kRestOrigin = "physics";
+constexpr std::size_t kUnrestShown = 5;
 constexpr Duration kClockPeriod{10'000'000};        // /clock at 100 Hz
 constexpr Duration kHousekeepingPeriod{5'000'000};  // controllers choose slower rates of their own
 
@@ -54,7 +56,8 @@ struct Twin::Impl {
         log(the_log),
         bus({.names = scenario.ros.names, .sim_time = !scenario.wall_stamps}),
         machine(std::make_unique<Machine>(scenario, diagnostics)),
-        objects(bus) {
+        objects(bus),
+        rest(*machine->engine) {
     follow_wall(machine->engine->time());
     registry = ControllerRegistry::with_builtin();
     for (const std::string& plugin : scenario.plugins) registry.load_library(plugin);
@@ -191,9 +194,28 @@ struct Twin::Impl {
       next_transforms =
           std::min(next_transforms, count + steps_in(publisher->period(), machine->setup.world.step));
     }
+    if (scenario.start_controllers && rest.look(machine->setup.description.robot, machine->model, *machine->engine))
+      report_rest();
     loads->publish_due(*machine->engine, now);
     contacts->publish_due(*machine->engine, now);
     objects.publish_due(control->model(), *machine->engine, now);
+  }
+
+  void report_rest() {
+    if (!rest.report()) return;
+    const std::vector<std::string>& complaints = rest.report()->complaints;
+    for (std::size_t i = 0; i < std::min(complaints.size(), kUnrestShown); ++i) {
+      log.warning(kRestOrigin, fmt::format("not at rest {:g} s after the start, without a command: {}",
+                                           to_seconds(kRestTime), complaints[i]));
+    }
+    if (complaints.size() > kUnrestShown)
+      log.warning(kRestOrigin, fmt::format("... and {} more joints", complaints.size() - kUnrestShown));
+    const double speed = std::max(rest.report()->base_linear, rest.report()->base_angular);
+    if (speed > kRestSpeed && complaints.empty()) {
+      log.note(kRestOrigin, fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: it tips over or slides; "
+                                        "nothing balances it (--base fixed holds it)",
+                                        rest.report()->base_linear, rest.report()->base_angular));
+    }
   }
 
   void reset() {
@@ -218,6 +240,7 @@ struct Twin::Impl {
   std::unique_ptr<LoadPublisher> loads;
   std::unique_ptr<ContactPublisher> contacts;
   ObjectPublisher objects;
+  RestCheck rest;
   std::unique_ptr<SimulatorServices> services;
   std::unique_ptr<EntityServices> entities;
 
@@ -403,6 +426,10 @@ std::vector<JointSnapshot> Twin::joints() const {
     out.push_back(std::move(snapshot));
   }
   return out;
+}
+
+const std::optional<RestReport>& Twin::rest() const {
+  return impl_->rest.report();
 }
 
 std::vector<SagReport> Twin::gravity_sag() const {

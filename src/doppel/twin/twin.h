@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "doppel/physics/engine.h"
 #include "doppel/twin/control_stack.h"
 #include "doppel/twin/loop_meter.h"
+#include "doppel/twin/rest_check.h"
 #include "doppel/twin/scenario.h"
 
 namespace doppel {
@@ -90,6 +92,9 @@ class Twin {
   [[nodiscard]] Bus& bus();
   [[nodiscard]] TimeControl& time_control();
   [[nodiscard]] std::vector<JointSnapshot> joints() const;   // scalar joints, in the model's order
+  // What was not at rest kRestTime after the start; none: not yet, no controllers were to start, or somebody
+  // commanded the robot.
+  [[nodiscard]] const std::optional<RestReport>& rest() const;
   [[nodiscard]] std::vector<SagReport> gravity_sag() const;  // at the present pose
   [[nodiscard]] Duration step_size() const;
 

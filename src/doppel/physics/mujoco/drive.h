@@ -25,6 +25,7 @@ class Drive {
   void start(DriveMode mode, double q);  // from where the joint is
   void follow(double q);                 // the joint was put elsewhere: the reference goes with it
   [[nodiscard]] double reference() const { return reference_; }
+  [[nodiscard]] double target() const { return target_; }
   void set_target(double target);  // a target that is not finite is ignored
   // Advances the reference by one step and returns the actuator's control: gain * control - stiffness * q -
   // damping * v is the drive's effort before it is clipped.

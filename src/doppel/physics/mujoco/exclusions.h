@@ -13,6 +13,13 @@ struct LinkPair {
   std::string reason;  // empty: they may collide
 };
 
+// A link that lies in the ground or in an object at the start, and never collides with it.
+struct Overlap {
+  int link = -1;
+  std::string object;  // "ground" or the object's name
+  double depth = 0;    // m, at the start
+};
+
 // For each link, the topmost link it is rigidly joined to through fixed joints.
 std::vector<int> rigid_groups(const Model& model);
 

@@ -105,6 +105,10 @@ class RobotWriter {
       append(out_.exclusions, "<exclude name=\"{}\" body1=\"{}\" body2=\"{}\"/>\n", mjcf_exclusion_name(i),
              mjcf_link_name(out_.pairs[i].a), mjcf_link_name(out_.pairs[i].b));
     }
+    const std::vector<int> groups = rigid_groups(model_);
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      if (out_.has_shape[i] && groups[i] != 0) out_.movable_shapes.push_back(static_cast<int>(i));
+    }
     return std::move(out_);
   }
 
@@ -293,6 +297,17 @@ void write_object(const WorldObject& object, int index, CollisionMeshes& meshes,
   bodies += geom(object.shape, mesh, object.X_OS, object.friction, assets) + "</body>\n";
 }
 
+std::string surrounding_exclusions(const RobotMjcf& robot, const World& world) {
+  std::string out;
+  for (std::size_t i = 0; i < robot.movable_shapes.size(); ++i) {
+    for (int object = -1; object < static_cast<int>(world.objects.size()); ++object) {
+      append(out, "<exclude name=\"{}\" body1=\"{}\" body2=\"{}\"/>\n", mjcf_surrounding_name(i, object),
+             object < 0 ? "world" : mjcf_object_name(object), mjcf_link_name(robot.movable_shapes[i]));
+    }
+  }
+  return out;
+}
+
 std::string header(const World& world) {
   const double step = to_seconds(world.step);
   // Twice the step is the stiffest that MuJoCo's constraints stay stable with.
@@ -331,6 +346,9 @@ std::string mjcf_object_name(int object) {
 std::string mjcf_exclusion_name(std::size_t pair) {
   return fmt::format("~x{}", pair);
 }
+std::string mjcf_surrounding_name(std::size_t shape, int object) {
+  return fmt::format("~s{}o{}", shape, object);
+}
 
 RobotMjcf write_robot(const RobotDescription& robot, const Model& model, const World& world,
                       CollisionMeshes& meshes, Diagnostics& diagnostics) {
@@ -350,8 +368,8 @@ std::string write_document(const RobotMjcf& robot, const World& world, Collision
            world.ground_friction);
   }
   append(out, "{}{}</worldbody>\n", robot.bodies, objects);
-  append(out, "<contact>\n{}</contact>\n<equality>\n{}</equality>\n<actuator>\n{}</actuator>\n</mujoco>\n",
-         robot.exclusions, robot.equalities, robot.actuators);
+  append(out, "<contact>\n{}{}</contact>\n<equality>\n{}</equality>\n<actuator>\n{}</actuator>\n</mujoco>\n",
+         robot.exclusions, surrounding_exclusions(robot, world), robot.equalities, robot.actuators);
   return out;
 }
 

@@ -17,12 +17,16 @@ std::string mjcf_link_name(int link);
 std::string mjcf_joint_name(int joint);  // of the joint's first degree of freedom
 std::string mjcf_object_name(int object);
 std::string mjcf_exclusion_name(std::size_t pair);
+// Of a link (by its place in RobotMjcf::movable_shapes) and the ground (object -1) or an object.
+std::string mjcf_surrounding_name(std::size_t shape, int object);
 
 // The robot's part of the text, written once; the world's is written anew whenever an object comes or goes.
 struct RobotMjcf {
   std::string assets, bodies, actuators, equalities, exclusions;
   std::vector<bool> has_shape;  // [links]
   std::vector<LinkPair> pairs;  // of links with shapes; each has an <exclude>
+  // Links with shapes that are not fixed to the world; each has an <exclude> with the ground and every object.
+  std::vector<int> movable_shapes;
   std::vector<int> driven;      // model joint of each actuator
 };
 

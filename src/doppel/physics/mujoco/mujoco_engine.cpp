@@ -86,48 +86,6 @@ void MujocoEngine::write_drive(std::size_t actuator) {
   m()->actuator_forcerange[2 * actuator + 1] = effort;
 }
 
-void MujocoEngine::choose_exclusions(bool self_collision) {
-  for (LinkPair& pair : robot_.pairs) {
-    if (pair.reason.empty() && !self_collision) pair.reason = "self-collision is off";
-  }
-  find_touching();
-  state_->apply_exclusions(robot_.pairs);
-  for (const LinkPair& pair : robot_.pairs) {
-    if (pair.reason.empty()) continue;
-    excluded_.push_back({model_.links[pair.a].name, model_.links[pair.b].name, pair.reason});
-  }
-  const std::vector<int> groups = rigid_groups(model_);
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    if (groups[i] != 0 || !robot_.has_shape[i]) continue;
-    if (world_.ground) excluded_.push_back({model_.links[i].name, "ground", "fixed to the world"});
-    for (const WorldObject& object : world_.objects) {
-      if (!(object.mass > 0))
-        excluded_.push_back({model_.links[i].name, object.name, "both fixed to the world"});
-    }
-  }
-}
-
-// Links that touch at the start are shaped so, as a hull that fills a hollow; they would push each other for
-// ever.
-void MujocoEngine::find_touching() {
-  state_->apply_exclusions(robot_.pairs);
-  state_->write_q(model_, q0_.data());
-  if (!guarded([this] {
-        mj_kinematics(m(), d());
-        mj_comPos(m(), d());
-        mj_collision(m(), d());
-      })) {
-    return;
-  }
-  for (int i = 0; i < d()->ncon; ++i) {
-    const int a = state_->link_of_body(m()->geom_bodyid[d()->contact[i].geom1]);
-    const int b = state_->link_of_body(m()->geom_bodyid[d()->contact[i].geom2]);
-    for (LinkPair& pair : robot_.pairs) {
-      if (pair.a == std::min(a, b) && pair.b == std::max(a, b)) pair.reason = "touching at the start";
-    }
-  }
-}
-
 void MujocoEngine::reset() {
   mj_resetData(m(), d());
   for (std::size_t i = 0; i < world_.objects.size(); ++i) state_->place_object(i, world_.objects[i].X_WO);

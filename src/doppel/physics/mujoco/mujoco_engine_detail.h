@@ -1,6 +1,6 @@
 #pragma once
 // Private to the MuJoCo back end: the engine's class; mujoco_engine.cpp has what concerns the robot,
-// mujoco_objects.cpp the objects of the world.
+// mujoco_start.cpp how it stands at the start, mujoco_objects.cpp the objects of the world.
 
 #include <fmt/format.h>
 
@@ -39,6 +39,7 @@ class MujocoEngine final : public Engine {
     floating_ = std::any_of(model.joints.begin(), model.joints.end(),
                             [](const ModelJoint& joint) { return joint.type == JointType::floating; });
     make_drives(options);
+    if (options.set_on_ground) set_on_ground();
     choose_exclusions(options.self_collision);
     reset();
   }
@@ -74,7 +75,9 @@ class MujocoEngine final : public Engine {
     return drive_of_joint_[joint] < 0 ? DriveMode::limp : drives_[drive_of_joint_[joint]].mode();
   }
   void set_target(int joint, double target) override { drives_[drive_of_joint_[joint]].set_target(target); }
-
+  [[nodiscard]] double drive_target(int joint) const override {
+    return drive_of_joint_[joint] < 0 ? 0.0 : drives_[drive_of_joint_[joint]].target();
+  }
   [[nodiscard]] double drive_reference(int joint) const override {
     return drives_[drive_of_joint_[joint]].reference();
   }
@@ -137,6 +140,9 @@ class MujocoEngine final : public Engine {
   void write_applied(mjData* data) const;
   void choose_exclusions(bool self_collision);
   void find_touching();
+  bool note_touching(const Contact& contact);
+  void set_on_ground();
+  double lowest_point() const;
   void write_wrench(int body, const AppliedWrench& wrench);
   void write_wrenches();
   void lift_wrenches();
@@ -156,6 +162,7 @@ class MujocoEngine final : public Engine {
   RobotMjcf robot_;
   std::unique_ptr<MujocoState> state_;
   mutable DataHandle looked_;  // a copy for questions whose answers need computing; made when first asked
+  std::vector<Overlap> overlaps_;  // with the ground and objects, at the start
   std::vector<ExcludedPair> excluded_;
   std::vector<ServoParameters> servos_;  // [joints]
   std::vector<Drive> drives_;            // [actuators]

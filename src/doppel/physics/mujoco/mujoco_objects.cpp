@@ -88,7 +88,7 @@ void MujocoEngine::set_objects(std::vector<WorldObject> objects) {
 void MujocoEngine::rebuild(World world) {
   Diagnostics notes;
   auto fresh = std::make_unique<MujocoState>(robot_, model_, world, meshes_, notes);
-  fresh->apply_exclusions(robot_.pairs);
+  fresh->apply_exclusions(robot_.pairs, overlaps_);
   carry_over(*state_, world_, *fresh, world);
   std::vector<AppliedWrench> wrenches(world.objects.size());
   for (std::size_t i = 0; i < wrenches.size(); ++i) {

@@ -49,9 +49,17 @@ MujocoState::MujocoState(const RobotMjcf& robot, const Model& model, const World
     }
     objects_.push_back(object);
   }
-  for (std::size_t i = 0; i < robot.pairs.size(); ++i) {
-    exclusion_ids_.push_back(find(m(), mjOBJ_EXCLUDE, mjcf_exclusion_name(i)));
-    exclusion_signatures_.push_back(m()->exclude_signature[exclusion_ids_.back()]);
+  const auto signature = [this](const std::string& name) {
+    return m()->exclude_signature[find(m(), mjOBJ_EXCLUDE, name)];
+  };
+  for (std::size_t i = 0; i < robot.pairs.size(); ++i)
+    exclusion_signatures_.push_back(signature(mjcf_exclusion_name(i)));
+  for (std::size_t i = 0; i < robot.movable_shapes.size(); ++i) {
+    for (int object = -1; object < static_cast<int>(world.objects.size()); ++object) {
+      surroundings_.push_back({robot.movable_shapes[i],
+                               object < 0 ? "ground" : world.objects[static_cast<std::size_t>(object)].name,
+                               signature(mjcf_surrounding_name(i, object))});
+    }
   }
 }
 
@@ -65,14 +73,19 @@ void MujocoState::check_order(const Model& model) const {
   }
 }
 
-void MujocoState::apply_exclusions(const std::vector<LinkPair>& pairs) {
+void MujocoState::apply_exclusions(const std::vector<LinkPair>& pairs, const std::vector<Overlap>& overlaps) {
   std::vector<int> excluded;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (!pairs[i].reason.empty()) excluded.push_back(exclusion_signatures_[i]);
   }
+  for (const Overlap& overlap : overlaps) {
+    for (const Surrounding& near : surroundings_) {
+      if (near.link == overlap.link && near.object == overlap.object) excluded.push_back(near.signature);
+    }
+  }
   // MuJoCo walks the table in ascending order; what is beyond every signature is never reached.
   std::sort(excluded.begin(), excluded.end());
-  excluded.resize(pairs.size(), std::numeric_limits<int>::max());
+  excluded.resize(static_cast<std::size_t>(m()->nexclude), std::numeric_limits<int>::max());
   std::copy(excluded.begin(), excluded.end(), m()->exclude_signature);
 }
 

@@ -28,9 +28,9 @@ class MujocoState {
   [[nodiscard]] int object_of_body(int body) const { return body_objects_[body]; }  // -1: none
   [[nodiscard]] const MujocoObject& object(std::size_t index) const { return objects_[index]; }
 
-  // Lets exactly the pairs with a reason pass through each other. Needs no new compilation: the text excludes
-  // every pair, and what may collide is taken out of the table.
-  void apply_exclusions(const std::vector<LinkPair>& pairs);
+  // Lets exactly the pairs with a reason, and the overlaps with what is there, pass through each other. Needs no
+  // new compilation: the text excludes every pair, and what may collide is taken out of the table.
+  void apply_exclusions(const std::vector<LinkPair>& pairs, const std::vector<Overlap>& overlaps);
 
   // Model's q and v at the head of MuJoCo's arrays, quaternions in MuJoCo's order.
   void write_q(const Model& model, const double* q);
@@ -47,8 +47,13 @@ class MujocoState {
   DataHandle data_;
   std::vector<int> link_bodies_, body_links_, body_objects_;
   std::vector<MujocoObject> objects_;
-  std::vector<int> exclusion_ids_;         // [pairs]
+  struct Surrounding {
+    int link;
+    std::string object;  // "ground" or the object's name
+    int signature;
+  };
   std::vector<int> exclusion_signatures_;  // [pairs]
+  std::vector<Surrounding> surroundings_;  // every movable link with a shape, with the ground and every object
 };
 
 }  // namespace doppel

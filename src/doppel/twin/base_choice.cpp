@@ -1,0 +1,167 @@
+#include "doppel/twin/base_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "doppel/core/text.h"
+
+namespace doppel {
+namespace {
+
+constexpr std::array<std::string_view, 9> kMobilePlugins{"diff_drive", "diffdrive", "skid_steer",
+                                                         "skidsteer",  "ackermann", "mecanum",
+                                                         "planar_move", "tricycle", "omni_drive"};
+// Parts of legs that nothing else has, and those that only count beside one of them.
+constexpr std::array<std::string_view, 16> kLegParts{"knee",   "ankle", "thigh", "calf", "shank", "shin",  "haa", "hfe",
+                                                     "kfe",    "tibia", "femur", "foot", "tarsus", "coxa", "lleg", "rleg"};
+constexpr std::array<std::string_view, 6> kLegWords{"hip", "leg", "legs", "hips", "toe", "crotch"};
+constexpr std::size_t kNamesShown = 3;
+constexpr double kSameRadius = 0.01;   // relative
+constexpr double kAlongAxis = 0.99;    // cosine between a wheel's axis and its joint's
+
+bool moves(const Joint& joint) {
+  return joint.type == JointType::revolute || joint.type == JointType::continuous ||
+         joint.type == JointType::prismatic;
+}
+
+bool turns_for_ever(const Joint& joint) {
+  return joint.type == JointType::continuous || (joint.type == JointType::revolute && !joint.limits);
+}
+
+std::string shown(const std::vector<std::string>& names) {
+  std::string out;
+  for (std::size_t i = 0; i < std::min(names.size(), kNamesShown); ++i)
+    out += fmt::format("{}'{}'", i == 0 ? "" : ", ", names[i]);
+  return out + (names.size() > kNamesShown ? ", ..." : "");
+}
+
+std::string root_of(const RobotDescription& robot) {
+  for (const Link& link : robot.links) {
+    const auto child = [&](const Joint& joint) { return joint.child == link.name; };
+    if (std::none_of(robot.joints.begin(), robot.joints.end(), child)) return link.name;
+  }
+  return "";
+}
+
+std::string mobile_plugin(const RobotDescription& robot) {
+  for (const GazeboExtension& extension : robot.gazebo) {
+    for (const GazeboPlugin& plugin : extension.plugins) {
+      const std::string text = lowered(plugin.filename + ' ' + plugin.name);
+      for (const std::string_view part : kMobilePlugins) {
+        if (text.find(part) != std::string::npos) return plugin.filename.empty() ? plugin.name : plugin.filename;
+      }
+    }
+  }
+  return "";
+}
+
+// The radius of a wheel: a round shape about the axis of the joint that carries it.
+std::optional<double> round_about(const Link& link, const Joint& joint) {
+  const double length = joint.axis.norm();
+  if (!(length > 0)) return std::nullopt;
+  const auto radius = [&](const Geometry& geometry, const Origin& origin) -> std::optional<double> {
+    if (const auto* ball = std::get_if<Sphere>(&geometry)) return ball->radius;
+    const auto* cylinder = std::get_if<Cylinder>(&geometry);
+    if (cylinder == nullptr || cylinder->length > 2.0 * cylinder->radius) return std::nullopt;
+    const Eigen::Vector3d axis = origin.pose().linear() * Eigen::Vector3d::UnitZ();
+    if (std::abs(axis.dot(joint.axis)) < kAlongAxis * length) return std::nullopt;
+    return cylinder->radius;
+  };
+  for (const Collision& collision : link.collisions) {
+    if (const auto found = radius(collision.geometry, collision.origin)) return found;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> wheels_of(const RobotDescription& robot) {
+  std::vector<std::string> by_name, by_shape;
+  std::optional<double> first_radius;
+  for (const Joint& joint : robot.joints) {
+    if (!turns_for_ever(joint)) continue;
+    if (lowered(joint.name + ' ' + joint.child).find("wheel") != std::string::npos) by_name.push_back(joint.name);
+    const Link* link = robot.find_link(joint.child);
+    const bool leaf = std::none_of(robot.joints.begin(), robot.joints.end(), [&](const Joint& other) {
+      return other.parent == joint.child && moves(other);
+    });
+    const auto radius = link != nullptr && leaf ? round_about(*link, joint) : std::nullopt;
+    if (!radius) continue;
+    if (!first_radius) first_radius = radius;
+    if (std::abs(*radius - *first_radius) <= kSameRadius * *first_radius) by_shape.push_back(joint.name);
+  }
+  return by_name.size() >= 2 ? by_name : by_shape.size() >= 2 ? by_shape : std::vector<std::string>{};
+}
+
+// Joints of legs; empty where no name is one of a leg's own parts.
+std::vector<std::string> legs_of(const RobotDescription& robot) {
+  std::vector<std::string> out;
+  bool part = false;
+  const auto among = [](const auto& list, const std::string& word) {
+    return std::find(list.begin(), list.end(), word) != list.end();
+  };
+  for (const Joint& joint : robot.joints) {
+    if (!moves(joint)) continue;
+    bool leg = false;
+    for (const std::string& name : {joint.name, joint.child}) {
+      for (const std::string& word : words_of_name(name)) {
+        part = part || among(kLegParts, word);
+        leg = leg || among(kLegParts, word) || among(kLegWords, word);
+      }
+    }
+    if (leg) out.push_back(joint.name);
+  }
+  return part && out.size() >= 2 ? out : std::vector<std::string>{};
+}
+
+}  // namespace
+
+std::vector<std::string> words_of_name(const std::string& name) {
+  std::vector<std::string> out;
+  std::string word;
+  const auto end = [&] {
+    if (!word.empty()) out.push_back(lowered(word));
+    word.clear();
+  };
+  const auto upper = [&](std::size_t i) { return i < name.size() && std::isupper(static_cast<unsigned char>(name[i])) != 0; };
+  const auto lower = [&](std::size_t i) { return i < name.size() && std::islower(static_cast<unsigned char>(name[i])) != 0; };
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (!upper(i) && !lower(i)) {
+      end();
+      continue;
+    }
+    const bool begins = upper(i) && i > 0 && (lower(i - 1) || (upper(i - 1) && lower(i + 1)));
+    if (begins) end();
+    word += name[i];
+  }
+  end();
+  return out;
+}
+
+BaseChoice choose_base(const RobotDescription& robot) {
+  if (root_of(robot) == "world") return {BaseKind::fixed, "its root is the link 'world'"};
+  std::string reason;
+  const auto footprint = std::find_if(robot.links.begin(), robot.links.end(),
+                                      [](const Link& link) { return link.name.ends_with("base_footprint"); });
+  if (footprint != robot.links.end()) {
+    reason = fmt::format("it has a link '{}'", footprint->name);
+  } else if (const std::string plugin = mobile_plugin(robot); !plugin.empty()) {
+    reason = fmt::format("its plugin '{}' drives a mobile base", plugin);
+  } else if (const auto wheels = wheels_of(robot); !wheels.empty()) {
+    reason = fmt::format("it has wheels ({})", shown(wheels));
+  } else if (const auto legs = legs_of(robot); !legs.empty()) {
+    reason = fmt::format("it has legs ({})", shown(legs));
+  } else {
+    return {BaseKind::fixed, "nothing in the description suggests wheels or legs"};
+  }
+  const bool shapes = std::any_of(robot.links.begin(), robot.links.end(),
+                                  [](const Link& link) { return !link.collisions.empty(); });
+  if (!shapes) return {BaseKind::fixed, "it has no <collision> to stand on"};
+  return {BaseKind::floating, reason};
+}
+
+}  // namespace doppel

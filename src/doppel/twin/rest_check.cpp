@@ -1,0 +1,105 @@
+#include "doppel/twin/rest_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace doppel {
+namespace {
+
+constexpr double kSameTarget = 1e-6;  // rad or m: where the drive holds, give or take a rounded turn
+constexpr double kAtLimit = 0.98;        // of the effort limit: the drive gives all it has
+
+std::string contact_of(int link, const Model& model, const Engine& engine) {
+  std::vector<Contact> contacts;
+  engine.contacts(contacts);
+  for (const Contact& contact : contacts) {
+    if (contact.link_a != link && contact.link_b != link) continue;
+    const int other = contact.link_a == link ? contact.link_b : contact.link_a;
+    const std::string_view object = contact.link_a == link ? contact.object_b : contact.object_a;
+    return other >= 0 ? model.links[static_cast<std::size_t>(other)].name : std::string(object);
+  }
+  return "";
+}
+
+std::string cause_of(int index, const Model& model, const Engine& engine) {
+  const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
+  if (joint.mimics()) {
+    return fmt::format("it follows '{}'", model.joints[static_cast<std::size_t>(joint.mimic_leader)].name);
+  }
+  const DriveMode mode = engine.drive(index);
+  if (mode == DriveMode::limp) return "no active controller commands it";
+  if (mode == DriveMode::effort) return "its controller commands no effort";
+  const double limit = engine.servos()[static_cast<std::size_t>(index)].effort;
+  if (std::abs(engine.drive_effort()[static_cast<std::size_t>(index)]) >= kAtLimit * limit) {
+    return fmt::format("its effort limit of {:.3g} {} does not hold it", limit,
+                       joint.type == JointType::prismatic ? "N" : "N m");
+  }
+  const std::string touched = contact_of(joint.child_link, model, engine);
+  if (!touched.empty()) return fmt::format("its link touches '{}'", touched);
+  return "what it is joined to moves; doppel check looks for the reason in the description";
+}
+
+}  // namespace
+
+std::string to_string(const Unrest& unrest, bool slides) {
+  const char* const unit = slides ? "m" : "rad";
+  std::string out = unrest.where.known() ? unrest.where.place() + ": " : "";
+  out += fmt::format("joint '{}' (link '{}') ", unrest.joint, unrest.link);
+  if (std::abs(unrest.speed) > kRestSpeed || !std::isfinite(unrest.speed))
+    out += fmt::format("moves at {:.3g} {}/s", unrest.speed, unit);
+  else
+    out += "stands still";
+  if (unrest.beyond > kBeyondLimit)
+    out += fmt::format(", {:.3g} {} beyond its limit", unrest.beyond, unit);
+  return out + ": " + unrest.cause;
+}
+
+std::vector<Unrest> find_unrest(const RobotDescription& robot, const Model& model, const Engine& engine) {
+  std::vector<Unrest> out;
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    const ModelJoint& joint = model.joints[j];
+    if (!joint.scalar()) continue;
+    const double q = engine.q()[static_cast<std::size_t>(joint.q)];
+    const double v = engine.v()[static_cast<std::size_t>(joint.v)];
+    const double beyond = std::max({joint.lower - q, q - joint.upper, 0.0});
+    if (std::abs(v) <= kRestSpeed && beyond <= kBeyondLimit) continue;
+    const Joint* source = robot.find_joint(joint.name);
+    out.push_back({joint.name, model.links[static_cast<std::size_t>(joint.child_link)].name, q, v, beyond,
+                   cause_of(static_cast<int>(j), model, engine),
+                   source != nullptr ? source->source : SourceLocation{}});
+  }
+  return out;
+}
+
+bool RestCheck::commanded(const Model& model, const Engine& engine) const {
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    const ModelJoint& joint = model.joints[j];
+    const DriveMode mode = engine.drive(static_cast<int>(j));
+    if (!joint.scalar() || mode == DriveMode::limp) continue;
+    const double held = mode == DriveMode::position ? q0_[static_cast<std::size_t>(joint.q)] : 0.0;
+    if (!(std::abs(engine.drive_target(static_cast<int>(j)) - held) <= kSameTarget)) return true;
+  }
+  return false;
+}
+
+bool RestCheck::look(const RobotDescription& robot, const Model& model, const Engine& engine) {
+  if (looked_ || engine.time() < Time(kRestTime)) return false;
+  looked_ = true;
+  if (engine.q().size() != q0_.size() || commanded(model, engine)) return true;
+  RestReport& report = report_.emplace();
+  report.at = engine.time();
+  for (const Unrest& unrest : find_unrest(robot, model, engine)) {
+    const ModelJoint& joint = model.joints[static_cast<std::size_t>(model.find_joint(unrest.joint))];
+    report.complaints.push_back(to_string(unrest, joint.type == JointType::prismatic));
+  }
+  if (!model.joints.empty() && model.joints.front().type == JointType::floating) {
+    const FrameVelocity base = engine.link_velocity(model.joints.front().child_link);
+    report.base_linear = base.linear_W.norm();
+    report.base_angular = base.angular_W.norm();
+  }
+  return true;
+}
+
+}  // namespace doppel

@@ -1,0 +1,60 @@
+#pragma once
+// Whether a robot that nobody commands stands still half a second after the start. One that does not is reported with
+// the link and the cause: a model that is thrown at its start proves nothing that is measured later.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/core/source_location.h"
+#include "doppel/core/time.h"
+#include "doppel/description/robot_description.h"
+#include "doppel/physics/engine.h"
+
+namespace doppel {
+
+inline constexpr Duration kRestTime{500'000'000};  // after the start
+inline constexpr double kRestSpeed = 0.1;          // rad/s or m/s
+inline constexpr double kBeyondLimit = 0.01;       // rad or m: a loaded drive stands a little beyond its limit
+
+// A scalar joint that moves, or stands beyond its limits.
+struct Unrest {
+  std::string joint, link;         // the link that it moves
+  double position = 0, speed = 0;  // rad or m; per s
+  double beyond = 0;               // outside of its limits; 0: inside
+  std::string cause;               // "no active controller commands it"
+  SourceLocation where;            // of the joint
+};
+
+// "joint 'knee' (link 'shank') moves at 3.2 rad/s: ..."
+std::string to_string(const Unrest& unrest, bool slides);
+
+struct RestReport {
+  Duration at{};
+  std::vector<std::string> complaints;  // one for each joint that is not at rest, in the model's order
+  double base_linear = 0, base_angular = 0;  // speed of a floating root, m/s and rad/s
+};
+
+// What is not at rest now. Allocates only where something is not.
+std::vector<Unrest> find_unrest(const RobotDescription& robot, const Model& model, const Engine& engine);
+
+class RestCheck {
+ public:
+  // From the engine's present state on.
+  explicit RestCheck(const Engine& engine) : q0_(engine.q().begin(), engine.q().end()) {}
+
+  // Between steps. True once: kRestTime has passed, and report() tells what was found; where a drive was commanded
+  // before, there is nothing to tell.
+  bool look(const RobotDescription& robot, const Model& model, const Engine& engine);
+  // None: not yet, or somebody commanded the robot.
+  [[nodiscard]] const std::optional<RestReport>& report() const { return report_; }
+
+ private:
+  [[nodiscard]] bool commanded(const Model& model, const Engine& engine) const;
+
+  std::vector<double> q0_;
+  bool looked_ = false;
+  std::optional<RestReport> report_;
+};
+
+}  // namespace doppel
