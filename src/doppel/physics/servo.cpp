@@ -21,12 +21,66 @@ Eigen::VectorXd largest_gravity(const Model& model, const Eigen::Vector3d& gravi
   return largest;
 }
 
+// What a joint carries when its link stands on the ground: the rest of a robot with a floating root, about the joint's
+// axis at the neutral pose. Zero for joints that lead to nothing near the ground.
+struct Standing {
+  Eigen::VectorXd inertia;  // [joints] kg m^2 or kg
+  Eigen::VectorXd load;     // [joints] N m or N: its weight at the longest lever
+};
+
+constexpr double kNearGround = 0.15;  // of the robot's height above its lowest link
+
+Standing standing_loads(const Model& model, const Eigen::Vector3d& gravity) {
+  const auto joints = static_cast<Eigen::Index>(model.joints.size());
+  Standing out{Eigen::VectorXd::Zero(joints), Eigen::VectorXd::Zero(joints)};
+  if (model.joints.empty() || model.joints.front().type != JointType::floating || !(gravity.norm() > 0)) return out;
+  Data data(model);
+  forward_kinematics(model, data, model.neutral());
+  const Eigen::Vector3d up = -gravity.normalized();
+  std::vector<MassProperties> bodies(model.links.size());  // in the root's frame
+  double lowest = kInfinity, highest = -kInfinity;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!model.links[i].inertia) continue;
+    bodies[i] = transformed(*model.links[i].inertia, data.X_WL[i]);
+    lowest = std::min(lowest, up.dot(bodies[i].com));
+    highest = std::max(highest, up.dot(bodies[i].com));
+  }
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    const ModelJoint& joint = model.joints[j];
+    if (!joint.scalar()) continue;
+    std::vector<bool> below(model.links.size(), false);
+    MassProperties rest;
+    bool stands = false;
+    for (std::size_t i = 0; i < model.links.size(); ++i) {
+      const int parent = model.links[i].joint < 0 ? -1 : model.joints[static_cast<std::size_t>(model.links[i].joint)].parent_link;
+      below[i] = static_cast<int>(i) == joint.child_link || (parent >= 0 && below[static_cast<std::size_t>(parent)]);
+      if (!(bodies[i].mass > 0)) continue;
+      if (!below[i]) rest = combined(rest, bodies[i]);
+      stands = stands || (below[i] && up.dot(bodies[i].com) < lowest + kNearGround * (highest - lowest));
+    }
+    if (!stands || !(rest.mass > 0)) continue;
+    const auto at = static_cast<Eigen::Index>(j);
+    if (joint.type == JointType::prismatic) {
+      out.inertia[at] = rest.mass;
+      out.load[at] = rest.mass * gravity.norm();
+      continue;
+    }
+    const Pose& X_WC = data.X_WL[static_cast<std::size_t>(joint.child_link)];
+    const Eigen::Vector3d axis = X_WC.linear() * joint.axis;
+    const double lever = (rest.com - X_WC.translation()).cross(axis).norm();
+    out.inertia[at] = axis.dot(rest.I * axis) + rest.mass * lever * lever;
+    out.load[at] = rest.mass * gravity.norm() * lever;
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<ServoParameters> choose_servos(const Model& model, const ServoOptions& options,
                                            const Eigen::Vector3d& gravity) {
   const Eigen::VectorXd inertia = carried_inertia(model);
-  const Eigen::VectorXd load = largest_gravity(model, gravity);
+  const Standing standing = standing_loads(model, gravity);
+  const Eigen::VectorXd load = largest_gravity(model, gravity).cwiseMax(standing.load);
   std::vector<ServoParameters> servos(model.joints.size());
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const ModelJoint& joint = model.joints[i];
@@ -39,7 +93,8 @@ std::vector<ServoParameters> choose_servos(const Model& model, const ServoOption
                                          inertia[at] * kStiffestFrequency * kStiffestFrequency);
     servo.stiffness = std::max({inertia[at] * options.natural_frequency * options.natural_frequency,
                                 held / (slides ? kLargestSlideSag : kLargestSag), whole_effort});
-    servo.damping = 2.0 * options.damping_ratio * std::sqrt(servo.stiffness * inertia[at]);
+    servo.damping =
+        2.0 * options.damping_ratio * std::sqrt(servo.stiffness * std::max(inertia[at], standing.inertia[at]));
     servo.effort = joint.effort;
     servo.velocity = joint.velocity;
     servo.ideal = options.ideal;

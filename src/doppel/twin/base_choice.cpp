@@ -17,9 +17,9 @@ namespace {
 constexpr std::array<std::string_view, 9> kMobilePlugins{"diff_drive", "diffdrive", "skid_steer",
                                                          "skidsteer",  "ackermann", "mecanum",
                                                          "planar_move", "tricycle", "omni_drive"};
-// Parts of legs that nothing else has, and those that only count beside one of them.
-constexpr std::array<std::string_view, 16> kLegParts{"knee",   "ankle", "thigh", "calf", "shank", "shin",  "haa", "hfe",
-                                                     "kfe",    "tibia", "femur", "foot", "tarsus", "coxa", "lleg", "rleg"};
+// Parts of legs that nothing else has, as parts of names and as whole words, and words that count beside one of them.
+constexpr std::array<std::string_view, 7> kLegParts{"knee", "ankle", "thigh", "shank", "tibia", "femur", "foot"};
+constexpr std::array<std::string_view, 8> kLegPartWords{"calf", "shin", "haa", "hfe", "kfe", "tarsus", "lleg", "rleg"};
 constexpr std::array<std::string_view, 6> kLegWords{"hip", "leg", "legs", "hips", "toe", "crotch"};
 constexpr std::size_t kNamesShown = 3;
 constexpr double kSameRadius = 0.01;   // relative
@@ -108,10 +108,15 @@ std::vector<std::string> legs_of(const RobotDescription& robot) {
     if (!moves(joint)) continue;
     bool leg = false;
     for (const std::string& name : {joint.name, joint.child}) {
+      const std::string text = lowered(name);
+      bool has_part = std::any_of(kLegParts.begin(), kLegParts.end(),
+                                  [&](std::string_view one) { return text.find(one) != std::string::npos; });
       for (const std::string& word : words_of_name(name)) {
-        part = part || among(kLegParts, word);
-        leg = leg || among(kLegParts, word) || among(kLegWords, word);
+        has_part = has_part || among(kLegPartWords, word);
+        leg = leg || among(kLegWords, word);
       }
+      part = part || has_part;
+      leg = leg || has_part;
     }
     if (leg) out.push_back(joint.name);
   }
