@@ -51,7 +51,8 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   scenario.activate = options.activate;
   scenario.start_controllers = !options.no_controllers;
   scenario.plugins = options.plugins;
-  if (options.base != "auto") scenario.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
+  if (options.base != "auto")
+    scenario.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
   return scenario;
@@ -260,8 +261,10 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are limp");
   up->add_option("--plugin", options->plugins, "A shared library with controllers of your own")->take_all();
   up->add_option("--world", options->world, "A world file (YAML): gravity, step, ground, objects");
-  up->add_option("--base", options->base, "How a robot without a link 'world' stands: fixed, floating (set on the ground), or auto: floating "
-                 "where the description suggests wheels or legs")
+  up->add_option(
+        "--base", options->base,
+        "How a robot without a link 'world' stands: fixed, floating (set on the ground), or auto: floating "
+        "where the description suggests wheels or legs")
       ->check(CLI::IsMember({"auto", "fixed", "floating"}));
   up->add_flag("--ideal", options->ideal, "Joints follow commands exactly, whatever they carry");
   up->add_flag("--no-limits", options->no_limits, "Do not hold commands to the joints' limits");

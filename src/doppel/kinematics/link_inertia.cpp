@@ -4,69 +4,15 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <numbers>
-
-#include "doppel/description/mesh.h"
 
 namespace doppel {
 namespace {
 
-constexpr double kAssumedDensity = 1000.0;        // kg/m^3: printed plastic with its screws and servos
 constexpr double kTriangleTolerance = 1e-6;       // of the largest moment: what is lost by writing few digits
 constexpr double kSmallestMomentFraction = 1e-3;  // of the largest: a repaired tensor stays well conditioned
 
 Eigen::Vector3d principal_moments(const Eigen::Matrix3d& I) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
-}
-
-MassProperties solid(double volume, const Eigen::Vector3d& moments_per_mass) {
-  const double mass = volume * kAssumedDensity;
-  return {mass, Eigen::Vector3d::Zero(), (mass * moments_per_mass).asDiagonal()};
-}
-
-MassProperties ball(double mass, double radius) {
-  return {mass, Eigen::Vector3d::Zero(), 0.4 * mass * radius * radius * Eigen::Matrix3d::Identity()};
-}
-
-MassProperties cylinder(double radius, double length) {
-  const double across = (3.0 * radius * radius + length * length) / 12.0;
-  return solid(std::numbers::pi * radius * radius * length, {across, across, radius * radius / 2.0});
-}
-
-// The solid that a shape encloses, in the shape's frame; mass 0: it encloses nothing.
-MassProperties solid_of(const Geometry& geometry) {
-  if (const auto* box = std::get_if<Box>(&geometry)) {
-    const Eigen::Vector3d s = box->size.cwiseAbs2() / 12.0;
-    return solid(box->size.prod(), {s.y() + s.z(), s.x() + s.z(), s.x() + s.y()});
-  }
-  if (const auto* c = std::get_if<Cylinder>(&geometry)) return cylinder(c->radius, c->length);
-  if (const auto* c = std::get_if<Capsule>(&geometry)) {
-    // The caps lengthen the cylinder by two thirds of the radius each: same volume, nearly the same moments.
-    return cylinder(c->radius, c->length + 4.0 / 3.0 * c->radius);
-  }
-  if (const auto* s = std::get_if<Sphere>(&geometry)) {
-    return ball(4.0 / 3.0 * std::numbers::pi * s->radius * s->radius * s->radius * kAssumedDensity,
-                s->radius);
-  }
-  const auto& mesh = std::get<MeshGeometry>(geometry);
-  if (mesh.path.empty()) return {};
-  const TriangleMesh triangles = load_mesh(mesh.path, mesh.scale);
-  SolidProperties properties = solid_properties(triangles.vertices, triangles.triangles);
-  MassProperties body = properties.unit;
-  const double factor = properties.volume < 0 ? -kAssumedDensity : kAssumedDensity;
-  body.mass *= factor;
-  body.I *= factor;
-  return body;
-}
-
-template <typename Elements>
-MassProperties sum_of_shapes(const Elements& elements) {
-  MassProperties sum;
-  for (const auto& element : elements) {
-    const MassProperties part = solid_of(element.geometry);
-    if (part.mass > 0) sum = combined(sum, transformed(part, element.origin.pose()));
-  }
-  return sum;
 }
 
 }  // namespace
@@ -129,18 +75,6 @@ std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagno
         mend);
   }
   return transformed(body, inertial.origin.pose());
-}
-
-MassProperties assumed_inertia(const Link& link) {
-  MassProperties body;
-  try {
-    body = sum_of_shapes(link.collisions);
-    if (!(body.mass > 0)) body = sum_of_shapes(link.visuals);
-  } catch (const InputError&) {
-    body = {};  // an unreadable mesh is reported where it is needed as a shape; here it only tells no volume
-  }
-  if (!(body.mass > 1e-6)) return ball(0.01, 0.01);
-  return physical_defect(body).empty() ? body : physical_repair(body);
 }
 
 }  // namespace doppel

@@ -1,6 +1,6 @@
 #pragma once
-// What a link weighs: the <inertial> as written where it can be simulated, else a repaired or an assumed one,
-// said aloud.
+// What a link weighs: the <inertial> as written where it can be simulated, else a repaired one, which is
+// reported.
 
 #include <optional>
 #include <string>
@@ -22,9 +22,5 @@ MassProperties physical_repair(const MassProperties& body);
 // The link's own inertia in the link frame. Absent where nothing was written or the mass is not positive; a
 // tensor that no body can have is repaired. Both are said: warning "model.not_physical".
 std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagnostics);
-
-// For a link that moves and weighs nothing: its collision shapes, else its visual ones, solid, of 1000
-// kg/m^3; without any, a ball of 10 g and 1 cm radius.
-MassProperties assumed_inertia(const Link& link);
 
 }  // namespace doppel

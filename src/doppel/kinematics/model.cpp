@@ -6,6 +6,7 @@
 #include <map>
 
 #include "doppel/core/names.h"
+#include "doppel/kinematics/assumed_masses.h"
 #include "doppel/kinematics/link_inertia.h"
 
 namespace doppel {
@@ -213,31 +214,8 @@ class Compiler {
     }
   }
 
-  // Links joined by fixed joints move as one body; that body needs a mass where it moves, not each frame on
-  // it.
   void weigh() {
-    std::vector<int> group(model_.links.size(), 0);
-    std::map<int, double> mass;
-    for (std::size_t i = 0; i < model_.links.size(); ++i) {
-      const int joint = model_.links[i].joint;
-      const bool welded = joint >= 0 && model_.joints[joint].type == JointType::fixed;
-      group[i] = welded ? group[model_.joints[joint].parent_link] : static_cast<int>(i);
-      mass[group[i]] += model_.links[i].inertia ? model_.links[i].inertia->mass : 0.0;
-    }
-    for (const auto& [link, group_mass] : mass) {
-      if (link == 0 || group_mass > 0) continue;
-      const Link& source = *sources_[link];
-      const MassProperties assumed = assumed_inertia(source);
-      diagnostics_.warning(
-          "model.no_inertial", source.source,
-          fmt::format("link '{}' moves and has no <inertial>; taken to weigh {:.3g} kg, {}", source.name,
-                      assumed.mass,
-                      source.collisions.empty() && source.visuals.empty()
-                          ? "a ball of 1 cm radius"
-                          : "its shapes at 1000 kg/m^3 or, where they enclose nothing, a 1 cm ball"),
-          "write <inertial> with the link's mass, centre of mass and tensor");
-      model_.links[link].inertia = assumed;
-    }
+    assume_masses(model_, sources_, diagnostics_);
     for (const ModelLink& link : model_.links) model_.total_mass += link.inertia ? link.inertia->mass : 0.0;
   }
 

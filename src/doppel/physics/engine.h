@@ -99,8 +99,8 @@ class Engine {
   virtual void set_drive(int joint, DriveMode mode) = 0;
   [[nodiscard]] virtual DriveMode drive(int joint) const = 0;
   virtual void set_target(int joint, double target) = 0;
-  // The last target that counted: a position, velocity or effort, by the drive's mode; where nothing came since
-  // set_drive(), the position that the drive holds, else 0.
+  // The last target that counted: a position, velocity or effort, by the drive's mode; where nothing came
+  // since set_drive(), the position that the drive holds, else 0.
   [[nodiscard]] virtual double drive_target(int joint) const = 0;
   // Where the servo's own reference stands on its way to the target; under load the joint sags behind it.
   [[nodiscard]] virtual double drive_reference(int joint) const = 0;

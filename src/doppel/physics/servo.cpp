@@ -21,8 +21,8 @@ Eigen::VectorXd largest_gravity(const Model& model, const Eigen::Vector3d& gravi
   return largest;
 }
 
-// What a joint carries when its link stands on the ground: the rest of a robot with a floating root, about the joint's
-// axis at the neutral pose. Zero for joints that lead to nothing near the ground.
+// What a joint carries when its link stands on the ground: the rest of a robot with a floating root, about
+// the joint's axis at the neutral pose. Zero for joints that lead to nothing near the ground.
 struct Standing {
   Eigen::VectorXd inertia;  // [joints] kg m^2 or kg
   Eigen::VectorXd load;     // [joints] N m or N: its weight at the longest lever
@@ -33,7 +33,8 @@ constexpr double kNearGround = 0.15;  // of the robot's height above its lowest 
 Standing standing_loads(const Model& model, const Eigen::Vector3d& gravity) {
   const auto joints = static_cast<Eigen::Index>(model.joints.size());
   Standing out{Eigen::VectorXd::Zero(joints), Eigen::VectorXd::Zero(joints)};
-  if (model.joints.empty() || model.joints.front().type != JointType::floating || !(gravity.norm() > 0)) return out;
+  if (model.joints.empty() || model.joints.front().type != JointType::floating || !(gravity.norm() > 0))
+    return out;
   Data data(model);
   forward_kinematics(model, data, model.neutral());
   const Eigen::Vector3d up = -gravity.normalized();
@@ -52,8 +53,11 @@ Standing standing_loads(const Model& model, const Eigen::Vector3d& gravity) {
     MassProperties rest;
     bool stands = false;
     for (std::size_t i = 0; i < model.links.size(); ++i) {
-      const int parent = model.links[i].joint < 0 ? -1 : model.joints[static_cast<std::size_t>(model.links[i].joint)].parent_link;
-      below[i] = static_cast<int>(i) == joint.child_link || (parent >= 0 && below[static_cast<std::size_t>(parent)]);
+      const int parent = model.links[i].joint < 0
+                             ? -1
+                             : model.joints[static_cast<std::size_t>(model.links[i].joint)].parent_link;
+      below[i] =
+          static_cast<int>(i) == joint.child_link || (parent >= 0 && below[static_cast<std::size_t>(parent)]);
       if (!(bodies[i].mass > 0)) continue;
       if (!below[i]) rest = combined(rest, bodies[i]);
       stands = stands || (below[i] && up.dot(bodies[i].com) < lowest + kNearGround * (highest - lowest));
@@ -93,8 +97,8 @@ std::vector<ServoParameters> choose_servos(const Model& model, const ServoOption
                                          inertia[at] * kStiffestFrequency * kStiffestFrequency);
     servo.stiffness = std::max({inertia[at] * options.natural_frequency * options.natural_frequency,
                                 held / (slides ? kLargestSlideSag : kLargestSag), whole_effort});
-    servo.damping =
-        2.0 * options.damping_ratio * std::sqrt(servo.stiffness * std::max(inertia[at], standing.inertia[at]));
+    servo.damping = 2.0 * options.damping_ratio *
+                    std::sqrt(servo.stiffness * std::max(inertia[at], standing.inertia[at]));
     servo.effort = joint.effort;
     servo.velocity = joint.velocity;
     servo.ideal = options.ideal;

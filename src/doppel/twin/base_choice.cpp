@@ -14,16 +14,19 @@
 namespace doppel {
 namespace {
 
-constexpr std::array<std::string_view, 9> kMobilePlugins{"diff_drive", "diffdrive", "skid_steer",
-                                                         "skidsteer",  "ackermann", "mecanum",
-                                                         "planar_move", "tricycle", "omni_drive"};
-// Parts of legs that nothing else has, as parts of names and as whole words, and words that count beside one of them.
-constexpr std::array<std::string_view, 7> kLegParts{"knee", "ankle", "thigh", "shank", "tibia", "femur", "foot"};
-constexpr std::array<std::string_view, 8> kLegPartWords{"calf", "shin", "haa", "hfe", "kfe", "tarsus", "lleg", "rleg"};
+constexpr std::array<std::string_view, 9> kMobilePlugins{"diff_drive",  "diffdrive", "skid_steer",
+                                                         "skidsteer",   "ackermann", "mecanum",
+                                                         "planar_move", "tricycle",  "omni_drive"};
+// Parts of legs that nothing else has, as parts of names and as whole words, and words that count beside one
+// of them.
+constexpr std::array<std::string_view, 7> kLegParts{"knee",  "ankle", "thigh", "shank",
+                                                    "tibia", "femur", "foot"};
+constexpr std::array<std::string_view, 8> kLegPartWords{"calf", "shin",   "haa",  "hfe",
+                                                        "kfe",  "tarsus", "lleg", "rleg"};
 constexpr std::array<std::string_view, 6> kLegWords{"hip", "leg", "legs", "hips", "toe", "crotch"};
 constexpr std::size_t kNamesShown = 3;
-constexpr double kSameRadius = 0.01;   // relative
-constexpr double kAlongAxis = 0.99;    // cosine between a wheel's axis and its joint's
+constexpr double kSameRadius = 0.01;  // relative
+constexpr double kAlongAxis = 0.99;   // cosine between a wheel's axis and its joint's
 
 bool moves(const Joint& joint) {
   return joint.type == JointType::revolute || joint.type == JointType::continuous ||
@@ -54,7 +57,8 @@ std::string mobile_plugin(const RobotDescription& robot) {
     for (const GazeboPlugin& plugin : extension.plugins) {
       const std::string text = lowered(plugin.filename + ' ' + plugin.name);
       for (const std::string_view part : kMobilePlugins) {
-        if (text.find(part) != std::string::npos) return plugin.filename.empty() ? plugin.name : plugin.filename;
+        if (text.find(part) != std::string::npos)
+          return plugin.filename.empty() ? plugin.name : plugin.filename;
       }
     }
   }
@@ -84,7 +88,8 @@ std::vector<std::string> wheels_of(const RobotDescription& robot) {
   std::optional<double> first_radius;
   for (const Joint& joint : robot.joints) {
     if (!turns_for_ever(joint)) continue;
-    if (lowered(joint.name + ' ' + joint.child).find("wheel") != std::string::npos) by_name.push_back(joint.name);
+    if (lowered(joint.name + ' ' + joint.child).find("wheel") != std::string::npos)
+      by_name.push_back(joint.name);
     const Link* link = robot.find_link(joint.child);
     const bool leaf = std::none_of(robot.joints.begin(), robot.joints.end(), [&](const Joint& other) {
       return other.parent == joint.child && moves(other);
@@ -132,8 +137,12 @@ std::vector<std::string> words_of_name(const std::string& name) {
     if (!word.empty()) out.push_back(lowered(word));
     word.clear();
   };
-  const auto upper = [&](std::size_t i) { return i < name.size() && std::isupper(static_cast<unsigned char>(name[i])) != 0; };
-  const auto lower = [&](std::size_t i) { return i < name.size() && std::islower(static_cast<unsigned char>(name[i])) != 0; };
+  const auto upper = [&](std::size_t i) {
+    return i < name.size() && std::isupper(static_cast<unsigned char>(name[i])) != 0;
+  };
+  const auto lower = [&](std::size_t i) {
+    return i < name.size() && std::islower(static_cast<unsigned char>(name[i])) != 0;
+  };
   for (std::size_t i = 0; i < name.size(); ++i) {
     if (!upper(i) && !lower(i)) {
       end();

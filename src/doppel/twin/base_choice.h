@@ -1,6 +1,6 @@
 #pragma once
-// How the root of a robot stands in the world where nobody has said it: a robot on wheels or legs floats and is set on
-// the ground, everything else is fixed.
+// How the root of a robot stands in the world where nobody has said it: a robot on wheels or legs floats and
+// is set on the ground, everything else is fixed.
 
 #include <string>
 #include <vector>
@@ -12,14 +12,15 @@ namespace doppel {
 
 struct BaseChoice {
   BaseKind kind = BaseKind::fixed;
-  // What the choice rests on, as the end of "because ...": "it has wheels ('left_wheel_joint', 'right_wheel_joint')".
+  // What the choice rests on, as the end of "because ...": "it has wheels ('left_wheel_joint',
+  // 'right_wheel_joint')".
   std::string reason;
 };
 
-// Evidence for a floating base, in this order: a link `base_footprint` (REP 105's place for a mobile base); a plugin of a
-// mobile base (diff_drive and its kin); two wheels, by name or by shape (continuous joints of leaf links that are
-// cylinders or spheres about the joint's axis, of one radius); legs, by name. A link `world`, or a robot without
-// collision shapes, which could stand on nothing, is fixed.
+// Evidence for a floating base, in this order: a link `base_footprint` (REP 105's place for a mobile base); a
+// plugin of a mobile base (diff_drive and its kin); two wheels, by name or by shape (continuous joints of
+// leaf links that are cylinders or spheres about the joint's axis, of one radius); legs, by name. A link
+// `world`, or a robot without collision shapes, which could stand on nothing, is fixed.
 BaseChoice choose_base(const RobotDescription& robot);
 
 // The words of a name: "LHipYawPitch" and "l_hip_yaw_pitch" are both l, hip, yaw, pitch.

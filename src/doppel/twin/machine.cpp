@@ -17,19 +17,21 @@ const char* root_name(const Model& model) {
 }
 
 // What was chosen on the user's behalf, with the height at which a floating root stands.
-void report_base(const RobotDescription& robot, const Model& model, const Engine& engine, const BaseChoice& choice,
-                 bool asked_for, Diagnostics& diagnostics) {
+void report_base(const RobotDescription& robot, const Model& model, const Engine& engine,
+                 const BaseChoice& choice, bool asked_for, Diagnostics& diagnostics) {
   if (asked_for || (model.links.front().name == "world" && choice.kind == BaseKind::fixed)) return;
   if (choice.kind == BaseKind::floating) {
-    diagnostics.note("up.base_floating", robot.source,
-                     fmt::format("the base floats because {}; it is set on the ground, with '{}' at z = {:.3f} m",
-                                 choice.reason, root_name(model), engine.link_pose(1).translation().z()),
-                     "--base fixed holds it in the air at the world's origin");
+    diagnostics.note(
+        "up.base_floating", robot.source,
+        fmt::format("the base floats because {}; it is set on the ground, with '{}' at z = {:.3f} m",
+                    choice.reason, root_name(model), engine.link_pose(1).translation().z()),
+        "--base fixed holds it in the air at the world's origin");
     return;
   }
-  diagnostics.note("up.base_fixed", robot.source,
-                   fmt::format("the root link '{}' is fixed to the world: {}", root_name(model), choice.reason),
-                   "--base floating lets it fall and move");
+  diagnostics.note(
+      "up.base_fixed", robot.source,
+      fmt::format("the root link '{}' is fixed to the world: {}", root_name(model), choice.reason),
+      "--base floating lets it fall and move");
 }
 
 // Links that start inside the ground or an object, with what they are part of.
@@ -41,9 +43,10 @@ void report_overlaps(const RobotDescription& robot, const Engine& engine, Diagno
     const std::string what = ground ? "the ground" : fmt::format("the object '{}'", pair.link_b);
     diagnostics.warning(
         "up.starts_inside", link != nullptr ? link->source : robot.source,
-        fmt::format("link '{}' starts {:.3g} m inside {}; the two pass through each other from now on", pair.link_a,
-                    pair.depth, what),
-        ground ? "place the robot higher by a world file (robot: {xyz: [0, 0, 0.5]}), or let it stand (--base floating)"
+        fmt::format("link '{}' starts {:.3g} m inside {}; the two pass through each other from now on",
+                    pair.link_a, pair.depth, what),
+        ground ? "place the robot higher by a world file (robot: {xyz: [0, 0, 0.5]}), or let it stand "
+                 "(--base floating)"
                : "move the object or the robot in the world file");
   }
 }

@@ -9,7 +9,7 @@ namespace doppel {
 namespace {
 
 constexpr double kSameTarget = 1e-6;  // rad or m: where the drive holds, give or take a rounded turn
-constexpr double kAtLimit = 0.98;        // of the effort limit: the drive gives all it has
+constexpr double kAtLimit = 0.98;     // of the effort limit: the drive gives all it has
 
 std::string contact_of(int link, const Model& model, const Engine& engine) {
   std::vector<Contact> contacts;
@@ -51,8 +51,7 @@ std::string to_string(const Unrest& unrest, bool slides) {
     out += fmt::format("moves at {:.3g} {}/s", unrest.speed, unit);
   else
     out += "stands still";
-  if (unrest.beyond > kBeyondLimit)
-    out += fmt::format(", {:.3g} {} beyond its limit", unrest.beyond, unit);
+  if (unrest.beyond > kBeyondLimit) out += fmt::format(", {:.3g} {} beyond its limit", unrest.beyond, unit);
   return out + ": " + unrest.cause;
 }
 

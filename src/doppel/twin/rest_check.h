@@ -1,6 +1,7 @@
 #pragma once
-// Whether a robot that nobody commands stands still half a second after the start. One that does not is reported with
-// the link and the cause: a model that is thrown at its start proves nothing that is measured later.
+// Whether a robot that nobody commands stands still half a second after the start. One that does not is
+// reported with the link and the cause: a model that is thrown at its start proves nothing that is measured
+// later.
 
 #include <optional>
 #include <string>
@@ -15,7 +16,7 @@ namespace doppel {
 
 inline constexpr Duration kRestTime{500'000'000};  // after the start
 inline constexpr double kRestSpeed = 0.1;          // rad/s or m/s
-inline constexpr double kBeyondLimit = 0.01;       // rad or m: a loaded drive stands a little beyond its limit
+inline constexpr double kBeyondLimit = 0.01;  // rad or m: a loaded drive stands a little beyond its limit
 
 // A scalar joint that moves, or stands beyond its limits.
 struct Unrest {
@@ -31,7 +32,7 @@ std::string to_string(const Unrest& unrest, bool slides);
 
 struct RestReport {
   Duration at{};
-  std::vector<std::string> complaints;  // one for each joint that is not at rest, in the model's order
+  std::vector<std::string> complaints;       // one for each joint that is not at rest, in the model's order
   double base_linear = 0, base_angular = 0;  // speed of a floating root, m/s and rad/s
 };
 
@@ -43,8 +44,8 @@ class RestCheck {
   // From the engine's present state on.
   explicit RestCheck(const Engine& engine) : q0_(engine.q().begin(), engine.q().end()) {}
 
-  // Between steps. True once: kRestTime has passed, and report() tells what was found; where a drive was commanded
-  // before, there is nothing to tell.
+  // Between steps. True once: kRestTime has passed, and report() tells what was found; where a drive was
+  // commanded before, there is nothing to tell.
   bool look(const RobotDescription& robot, const Model& model, const Engine& engine);
   // None: not yet, or somebody commanded the robot.
   [[nodiscard]] const std::optional<RestReport>& report() const { return report_; }

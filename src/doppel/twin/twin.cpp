@@ -19,7 +19,7 @@
 namespace doppel {
 namespace {
 
-constexpr Duration kClockSetBack{1'000'000'000};    // less is jitter
+constexpr Duration kClockSetBack{1'000'000'000};  // less is jitter
 constexpr const char* kRestOrigin = "physics";
 constexpr std::size_t kUnrestShown = 5;
 constexpr Duration kClockPeriod{10'000'000};        // /clock at 100 Hz
@@ -194,7 +194,8 @@ struct Twin::Impl {
       next_transforms =
           std::min(next_transforms, count + steps_in(publisher->period(), machine->setup.world.step));
     }
-    if (scenario.start_controllers && rest.look(machine->setup.description.robot, machine->model, *machine->engine))
+    if (scenario.start_controllers &&
+        rest.look(machine->setup.description.robot, machine->model, *machine->engine))
       report_rest();
     loads->publish_due(*machine->engine, now);
     contacts->publish_due(*machine->engine, now);
@@ -212,9 +213,10 @@ struct Twin::Impl {
       log.warning(kRestOrigin, fmt::format("... and {} more joints", complaints.size() - kUnrestShown));
     const double speed = std::max(rest.report()->base_linear, rest.report()->base_angular);
     if (speed > kRestSpeed && complaints.empty()) {
-      log.note(kRestOrigin, fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: it tips over or slides; "
-                                        "nothing balances it (--base fixed holds it)",
-                                        rest.report()->base_linear, rest.report()->base_angular));
+      log.note(kRestOrigin,
+               fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: it tips over or slides; "
+                           "nothing balances it (--base fixed holds it)",
+                           rest.report()->base_linear, rest.report()->base_angular));
     }
   }
 

@@ -91,7 +91,7 @@ class Twin {
   [[nodiscard]] ControllerManager& controller_manager();
   [[nodiscard]] Bus& bus();
   [[nodiscard]] TimeControl& time_control();
-  [[nodiscard]] std::vector<JointSnapshot> joints() const;   // scalar joints, in the model's order
+  [[nodiscard]] std::vector<JointSnapshot> joints() const;  // scalar joints, in the model's order
   // What was not at rest kRestTime after the start; none: not yet, no controllers were to start, or somebody
   // commanded the robot.
   [[nodiscard]] const std::optional<RestReport>& rest() const;

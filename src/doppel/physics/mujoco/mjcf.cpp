@@ -14,7 +14,10 @@
 namespace doppel {
 namespace {
 
-constexpr double kRobotFriction = 0.8;  // Coulomb, where no <gazebo> mu1 says otherwise
+// MuJoCo refuses bodies below 1e-15; nothing that is measured can tell these from zero.
+constexpr double kSmallestMass = 1e-9;     // kg
+constexpr double kSmallestMoment = 1e-12;  // kg m^2
+constexpr double kRobotFriction = 0.8;     // Coulomb, where no <gazebo> mu1 says otherwise
 
 template <typename... Arguments>
 void append(std::string& out, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
@@ -39,6 +42,14 @@ std::string inertial(const MassProperties& body) {
   const PrincipalInertia principal = principal_inertia(body.I);
   return fmt::format("<inertial pos=\"{}\" quat=\"{}\" mass=\"{:.17g}\" diaginertia=\"{}\"/>\n",
                      vec(body.com), quat(principal.axes), body.mass, vec(principal.moments));
+}
+
+// Heavy enough for the engine.
+MassProperties simulable(MassProperties body) {
+  body.mass = std::max(body.mass, kSmallestMass);
+  if (principal_inertia(body.I).moments.minCoeff() < kSmallestMoment)
+    body.I += kSmallestMoment * Eigen::Matrix3d::Identity();
+  return body;
 }
 
 // The vertices as an asset, unless they are one already; returns the asset's name.
@@ -133,7 +144,7 @@ class RobotWriter {
   void write_body(int link, const Pose& X_PL, int joint) {
     append(out_.bodies, "<body name=\"{}\" {}>\n", mjcf_link_name(link), place(X_PL));
     if (joint >= 0) write_joint(joint);
-    if (lumped_[link].mass > 0) out_.bodies += inertial(lumped_[link]);
+    if (lumped_[link].mass > 0) out_.bodies += inertial(simulable(lumped_[link]));
     write_shapes(link);
     for (const int child : children_[link]) {
       write_body(model_.joints[child].child_link, model_.joints[child].X_PJ, child);

@@ -25,9 +25,10 @@ struct RobotMjcf {
   std::string assets, bodies, actuators, equalities, exclusions;
   std::vector<bool> has_shape;  // [links]
   std::vector<LinkPair> pairs;  // of links with shapes; each has an <exclude>
-  // Links with shapes that are not fixed to the world; each has an <exclude> with the ground and every object.
+  // Links with shapes that are not fixed to the world; each has an <exclude> with the ground and every
+  // object.
   std::vector<int> movable_shapes;
-  std::vector<int> driven;      // model joint of each actuator
+  std::vector<int> driven;  // model joint of each actuator
 };
 
 RobotMjcf write_robot(const RobotDescription& robot, const Model& model, const World& world,

@@ -49,10 +49,11 @@ void MujocoEngine::make_drives(const EngineOptions& options) {
   }
 }
 
-// The damper of a drive and the joint's own act at the velocity of the step's end: (M + h D) dv = h (f - D v).
-// As armature h D beside an explicit -D v the constraint solver sees the same matrix, so that friction, mimics,
-// limits and contacts are solved for the step that is taken. Source: MuJoCo's documentation, Computation, "Numerical
-// integration"; the semi-implicit step is that of its `implicit` integrator without the Coriolis derivatives.
+// The damper of a drive and the joint's own act at the velocity of the step's end: (M + h D) dv = h (f - D
+// v). As armature h D beside an explicit -D v the constraint solver sees the same matrix, so that friction,
+// mimics, limits and contacts are solved for the step that is taken. Source: MuJoCo's documentation,
+// Computation, "Numerical integration"; the semi-implicit step is that of its `implicit` integrator without
+// the Coriolis derivatives.
 void MujocoEngine::write_armature(int joint) {
   const ModelJoint& of = model_.joints[joint];
   const double drive = drive_of_joint_[joint] < 0 ? 0.0 : drives_[drive_of_joint_[joint]].damping();
@@ -306,7 +307,8 @@ void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> accel
   std::copy(acceleration.begin(), acceleration.end(), copy->qacc);
   mj_inverse(at.m(), copy.get());
   for (std::size_t v = 0; v < tau.size(); ++v) {
-    tau[v] = copy->qfrc_inverse[v] - at.m()->dof_armature[v] * copy->qacc[v] + at.explicit_damping(static_cast<int>(v));
+    tau[v] = copy->qfrc_inverse[v] - at.m()->dof_armature[v] * copy->qacc[v] +
+             at.explicit_damping(static_cast<int>(v));
   }
 }
 

@@ -161,7 +161,7 @@ class MujocoEngine final : public Engine {
   CollisionMeshes meshes_;
   RobotMjcf robot_;
   std::unique_ptr<MujocoState> state_;
-  mutable DataHandle looked_;  // a copy for questions whose answers need computing; made when first asked
+  mutable DataHandle looked_;      // a copy for questions whose answers need computing; made when first asked
   std::vector<Overlap> overlaps_;  // with the ground and objects, at the start
   std::vector<ExcludedPair> excluded_;
   std::vector<ServoParameters> servos_;  // [joints]

@@ -1,4 +1,5 @@
-// How the robot stands at the start: where a floating root is put, and what never collides because it touches there.
+// How the robot stands at the start: where a floating root is put, and what never collides because it touches
+// there.
 
 #include <algorithm>
 #include <cmath>
@@ -56,9 +57,11 @@ void MujocoEngine::set_on_ground() {
   state_->write_q(model_, q0_.data());
   if (!guarded([this] { mj_kinematics(m(), d()); })) return;
   const double lowest = lowest_point();
-  const bool placed = !world_.X_WR.isApprox(Pose::Identity());  // by the world file: only lifted out of the ground
+  const bool placed =
+      !world_.X_WR.isApprox(Pose::Identity());  // by the world file: only lifted out of the ground
   if (!std::isfinite(lowest) || (placed && lowest >= 0)) return;
-  const Eigen::Vector3d up = (world_.X_WR.linear() * root->X_PJ.linear()).transpose() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d up =
+      (world_.X_WR.linear() * root->X_PJ.linear()).transpose() * Eigen::Vector3d::UnitZ();
   q0_.segment<3>(root->q) -= lowest * up;
 }
 
@@ -73,7 +76,8 @@ void MujocoEngine::choose_exclusions(bool self_collision) {
     excluded_.push_back({model_.links[pair.a].name, model_.links[pair.b].name, pair.reason});
   }
   for (const Overlap& overlap : overlaps_)
-    excluded_.push_back({model_.links[overlap.link].name, overlap.object, "inside at the start", overlap.depth});
+    excluded_.push_back(
+        {model_.links[overlap.link].name, overlap.object, "inside at the start", overlap.depth});
   const std::vector<int> groups = rigid_groups(model_);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     if (groups[i] != 0 || !robot_.has_shape[i]) continue;
@@ -86,8 +90,8 @@ void MujocoEngine::choose_exclusions(bool self_collision) {
 }
 
 // Links that touch at the start are shaped so, as a hull that fills a hollow; they would push each other for
-// ever. What is inside the ground or an object would be thrown. MuJoCo finds a limited number of contacts at a time,
-// so it is asked until there are no further ones.
+// ever. What is inside the ground or an object would be thrown. MuJoCo finds a limited number of contacts at
+// a time, so it is asked until there are no further ones.
 void MujocoEngine::find_touching() {
   state_->write_q(model_, q0_.data());
   bool found = true;

@@ -28,8 +28,8 @@ class MujocoState {
   [[nodiscard]] int object_of_body(int body) const { return body_objects_[body]; }  // -1: none
   [[nodiscard]] const MujocoObject& object(std::size_t index) const { return objects_[index]; }
 
-  // Lets exactly the pairs with a reason, and the overlaps with what is there, pass through each other. Needs no
-  // new compilation: the text excludes every pair, and what may collide is taken out of the table.
+  // Lets exactly the pairs with a reason, and the overlaps with what is there, pass through each other. Needs
+  // no new compilation: the text excludes every pair, and what may collide is taken out of the table.
   void apply_exclusions(const std::vector<LinkPair>& pairs, const std::vector<Overlap>& overlaps);
 
   // Model's q and v at the head of MuJoCo's arrays, quaternions in MuJoCo's order.
@@ -53,7 +53,8 @@ class MujocoState {
     int signature;
   };
   std::vector<int> exclusion_signatures_;  // [pairs]
-  std::vector<Surrounding> surroundings_;  // every movable link with a shape, with the ground and every object
+  std::vector<Surrounding>
+      surroundings_;  // every movable link with a shape, with the ground and every object
 };
 
 }  // namespace doppel

@@ -1,0 +1,113 @@
+#include "doppel/twin/base_choice.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "doppel/description/load.h"
+
+namespace doppel {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+BaseChoice choice(const std::string& inside) {
+  PackageResolver resolver;
+  Diagnostics diagnostics;
+  return choose_base(parse_urdf("<robot name='r'>" + inside + "</robot>", "r.urdf", resolver, diagnostics));
+}
+
+std::string link(const std::string& name, const std::string& inside = "") {
+  return "<link name='" + name + "'>" + inside + "</link>";
+}
+
+std::string joint(const std::string& name, const std::string& type, const std::string& parent,
+                  const std::string& child, const std::string& axis = "0 0 1") {
+  return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" +
+         child + "'/><axis xyz='" + axis + "'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>";
+}
+
+const std::string kBox = "<collision><geometry><box size='0.1 0.1 0.1'/></geometry></collision>";
+const std::string kDisc =
+    "<collision><origin rpy='1.570796 0 0'/><geometry><cylinder radius='0.1' "
+    "length='0.04'/></geometry></collision>";
+
+TEST(BaseChoice, NamesAreTakenApartIntoWords) {
+  EXPECT_THAT(words_of_name("LHipYawPitch"), ElementsAre("l", "hip", "yaw", "pitch"));
+  EXPECT_THAT(words_of_name("left_knee2_joint"), ElementsAre("left", "knee", "joint"));
+  EXPECT_THAT(words_of_name("FR_HAA"), ElementsAre("fr", "haa"));
+  EXPECT_THAT(words_of_name(""), ElementsAre());
+}
+
+TEST(BaseChoice, ArmIsFixed) {
+  const BaseChoice arm = choice(link("base_link", kBox) + link("shoulder", kBox) + link("single_gear", kBox) +
+                                joint("shoulder_pan", "revolute", "base_link", "shoulder") +
+                                joint("legato", "revolute", "shoulder", "single_gear"));
+  EXPECT_EQ(arm.kind, BaseKind::fixed);
+  EXPECT_THAT(arm.reason, HasSubstr("nothing in the description suggests wheels or legs"));
+}
+
+TEST(BaseChoice, TwoWheelsByNameFloat) {
+  const std::string body =
+      link("base_link", kBox) + link("l", kBox) + joint("left_wheel_joint", "continuous", "base_link", "l");
+  EXPECT_EQ(choice(body).kind, BaseKind::fixed) << "one wheel may be a turntable";
+  const BaseChoice two =
+      choice(body + link("r", kBox) + joint("right_wheel_joint", "continuous", "base_link", "r"));
+  EXPECT_EQ(two.kind, BaseKind::floating);
+  EXPECT_THAT(two.reason, HasSubstr("'left_wheel_joint', 'right_wheel_joint'"));
+}
+
+TEST(BaseChoice, DiscsAboutTheirAxesAreWheelsAndRollersOfAnArmAreNot) {
+  const std::string frame = link("base_link", kBox) + link("a", kDisc) + link("b", kDisc);
+  EXPECT_EQ(choice(frame + joint("ja", "continuous", "base_link", "a", "0 1 0") +
+                   joint("jb", "continuous", "base_link", "b", "0 1 0"))
+                .kind,
+            BaseKind::floating);
+  EXPECT_EQ(choice(frame + joint("ja", "continuous", "base_link", "a", "0 1 0") +
+                   joint("jb", "continuous", "a", "b", "0 1 0"))
+                .kind,
+            BaseKind::fixed)
+      << "only one of them is at the end of a chain";
+  EXPECT_EQ(choice(frame + joint("ja", "continuous", "base_link", "a", "1 0 0") +
+                   joint("jb", "continuous", "base_link", "b", "1 0 0"))
+                .kind,
+            BaseKind::fixed)
+      << "they do not roll about these axes";
+}
+
+TEST(BaseChoice, LegsFloatAndAHipAloneDoesNot) {
+  const std::string links = link("trunk", kBox) + link("a", kBox) + link("b", kBox);
+  const BaseChoice leg =
+      choice(links + joint("hip", "revolute", "trunk", "a") + joint("knee", "revolute", "a", "b"));
+  EXPECT_EQ(leg.kind, BaseKind::floating);
+  EXPECT_THAT(leg.reason, HasSubstr("it has legs ('hip', 'knee')"));
+  EXPECT_EQ(
+      choice(links + joint("hip_pan", "revolute", "trunk", "a") + joint("hip_tilt", "revolute", "a", "b"))
+          .kind,
+      BaseKind::fixed);
+}
+
+TEST(BaseChoice, FootprintAndPluginsOfMobileBasesFloat) {
+  EXPECT_EQ(choice(link("base_footprint") + link("base_link", kBox) +
+                   joint("j", "fixed", "base_footprint", "base_link"))
+                .kind,
+            BaseKind::floating);
+  const BaseChoice plugin =
+      choice(link("base_link", kBox) +
+             "<gazebo><plugin name='drive' filename='libgazebo_ros_diff_drive.so'/></gazebo>");
+  EXPECT_EQ(plugin.kind, BaseKind::floating);
+  EXPECT_THAT(plugin.reason, HasSubstr("'libgazebo_ros_diff_drive.so'"));
+}
+
+TEST(BaseChoice, LinkWorldAndMissingShapesAreFixed) {
+  const std::string wheels = link("l") + link("r") + joint("left_wheel", "continuous", "base_link", "l") +
+                             joint("right_wheel", "continuous", "base_link", "r");
+  EXPECT_THAT(choice(link("base_link") + wheels).reason, HasSubstr("no <collision>"));
+  const BaseChoice held =
+      choice(link("world") + link("base_link", kBox) + joint("held", "fixed", "world", "base_link") + wheels);
+  EXPECT_EQ(held.kind, BaseKind::fixed);
+  EXPECT_THAT(held.reason, HasSubstr("'world'"));
+}
+
+}  // namespace
+}  // namespace doppel

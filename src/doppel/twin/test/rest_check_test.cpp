@@ -1,0 +1,88 @@
+#include "doppel/twin/rest_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "doppel/physics/test/engine_fixture.h"
+
+namespace doppel {
+namespace {
+
+using test::Rig;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+RobotDescription bar(double effort) {
+  RobotDescription robot;
+  robot.name = "bar";
+  robot.links = {test::make_frame("post"), test::make_link("bar", 2.0, {0.5, 0, 0}, {0.01, 0.01, 0.01})};
+  robot.joints = {test::make_joint("hinge", JointType::revolute, "post", "bar", {0, 0, 2}, {0, 1, 0})};
+  test::limit(robot.joints[0], -1.0, 1.0, effort, 3.0);
+  return robot;
+}
+
+std::optional<RestReport> rest_of(const RobotDescription& robot, Rig& rig, double seconds = 0.5) {
+  RestCheck check(*rig.engine);
+  rig.run(seconds);
+  EXPECT_EQ(check.look(robot, rig.model, *rig.engine), seconds >= 0.5);
+  return check.report();
+}
+
+TEST(RestCheck, HeldJointIsAtRest) {
+  const RobotDescription robot = bar(100);
+  Rig rig(robot);
+  rig.hold_all();
+  const auto report = rest_of(robot, rig);
+  ASSERT_TRUE(report);
+  EXPECT_THAT(report->complaints, IsEmpty());
+}
+
+TEST(RestCheck, NothingIsReportedBeforeHalfASecond) {
+  const RobotDescription robot = bar(100);
+  Rig rig(robot);
+  EXPECT_FALSE(rest_of(robot, rig, 0.4));
+}
+
+TEST(RestCheck, PassiveJointIsReportedWithItsLinkAndCause) {
+  RobotDescription robot = bar(100);
+  robot.joints[0].limits->lower = -100;
+  robot.joints[0].limits->upper = 100;
+  Rig rig(robot);
+  const auto report = rest_of(robot, rig);
+  ASSERT_TRUE(report);
+  EXPECT_THAT(report->complaints,
+              ElementsAre(::testing::AllOf(HasSubstr("joint 'hinge' (link 'bar') moves at"),
+                                           HasSubstr("no active controller commands it"))));
+}
+
+TEST(RestCheck, WeakDriveIsTheCause) {
+  const RobotDescription robot = bar(5);
+  Rig rig(robot);
+  rig.hold_all();
+  const auto report = rest_of(robot, rig, 0.6);
+  ASSERT_TRUE(report);
+  ASSERT_EQ(report->complaints.size(), 1u);
+  EXPECT_THAT(report->complaints[0], HasSubstr("its effort limit of 5 N m does not hold it"));
+}
+
+TEST(RestCheck, CommandedRobotIsNotJudged) {
+  const RobotDescription robot = bar(100);
+  Rig rig(robot);
+  rig.hold_all();
+  rig.engine->set_target(rig.joint("hinge"), 0.5);
+  EXPECT_FALSE(rest_of(robot, rig));
+}
+
+TEST(RestCheck, JointBeyondItsLimitIsReported) {
+  const RobotDescription robot = bar(100);
+  Rig rig(robot);
+  rig.set_state({1.2});
+  const std::vector<Unrest> found = find_unrest(robot, rig.model, *rig.engine);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0].beyond, 0.2, 1e-9);
+  EXPECT_THAT(to_string(found[0], false), HasSubstr("stands still, 0.2 rad beyond its limit"));
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,245 @@
+#include "doppel/kinematics/assumed_masses.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "doppel/description/mesh.h"
+#include "doppel/kinematics/dynamics.h"
+#include "doppel/kinematics/link_inertia.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kAssumedDensity = 1000.0;  // kg/m^3
+constexpr double kBoxFraction = 0.3;        // of its box that an open mesh fills
+constexpr double kLeastFilled = 0.02;       // of its box: a "solid" below that is a surface
+constexpr double kThickness = 0.3;          // of a bar's length
+constexpr double kShortest = 0.1;           // of the longest bar
+constexpr double kSmallestMass = 1e-6;      // kg: shapes that enclose less are no bodies
+constexpr double kHeld = 0.5;               // of a drive's effort that gravity may ask for
+constexpr double kLeastScale = 0.01;
+constexpr std::size_t kNamesShown = 8;
+const Eigen::Vector3d kGravity{0, 0, -9.81};  // m/s^2, in the root link's axes
+
+MassProperties solid(double volume, const Eigen::Vector3d& moments_per_mass) {
+  const double mass = volume * kAssumedDensity;
+  return {mass, Eigen::Vector3d::Zero(), (mass * moments_per_mass).asDiagonal()};
+}
+
+MassProperties box(const Eigen::Vector3d& size, double filled = 1.0) {
+  const Eigen::Vector3d s = size.cwiseAbs2() / 12.0;
+  return solid(filled * size.prod(), {s.y() + s.z(), s.x() + s.z(), s.x() + s.y()});
+}
+
+MassProperties cylinder(double radius, double length) {
+  const double across = (3.0 * radius * radius + length * length) / 12.0;
+  return solid(std::numbers::pi * radius * radius * length, {across, across, radius * radius / 2.0});
+}
+
+MassProperties ball(double radius) {
+  return solid(4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3),
+               Eigen::Vector3d::Constant(0.4 * radius * radius));
+}
+
+MassProperties mesh_solid(const MeshGeometry& mesh) {
+  if (mesh.path.empty()) return {};
+  const TriangleMesh triangles = load_mesh(mesh.path, mesh.scale);
+  Eigen::AlignedBox3d bounds;
+  for (const Eigen::Vector3f& p : triangles.vertices) bounds.extend(p.cast<double>());
+  if (bounds.isEmpty()) return {};
+  const SolidProperties properties = solid_properties(triangles.vertices, triangles.triangles);
+  const double filled = std::abs(properties.volume) / bounds.volume();
+  if (filled >= kLeastFilled && filled <= 1.0) {
+    MassProperties body = properties.unit;
+    const double factor = properties.volume < 0 ? -kAssumedDensity : kAssumedDensity;
+    body.mass *= factor;
+    body.I *= factor;
+    if (physical_defect(body).empty()) return body;
+  }
+  MassProperties body = box(bounds.sizes(), kBoxFraction);
+  body.com = bounds.center();
+  return body;
+}
+
+// The solid that a shape encloses, in the shape's frame; mass 0: it encloses nothing.
+MassProperties solid_of(const Geometry& geometry) {
+  if (const auto* b = std::get_if<Box>(&geometry)) return box(b->size);
+  if (const auto* c = std::get_if<Cylinder>(&geometry)) return cylinder(c->radius, c->length);
+  // The caps lengthen the cylinder by two thirds of the radius each: same volume, nearly the same moments.
+  if (const auto* c = std::get_if<Capsule>(&geometry))
+    return cylinder(c->radius, c->length + 4.0 / 3.0 * c->radius);
+  if (const auto* s = std::get_if<Sphere>(&geometry)) return ball(s->radius);
+  try {
+    return mesh_solid(std::get<MeshGeometry>(geometry));
+  } catch (const InputError&) {
+    return {};  // an unreadable mesh is reported where it is needed as a shape; here it only encloses nothing
+  }
+}
+
+template <typename Elements>
+MassProperties sum_of_shapes(const Elements& elements) {
+  MassProperties sum;
+  for (const auto& element : elements) {
+    const MassProperties part = solid_of(element.geometry);
+    if (part.mass > 0 && part.com.allFinite()) sum = combined(sum, transformed(part, element.origin.pose()));
+  }
+  return sum;
+}
+
+// A bar from the origin to `end`, m.
+MassProperties bar(const Eigen::Vector3d& end) {
+  const double length = end.norm();
+  Pose X = Pose::Identity();
+  X.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), end).toRotationMatrix();
+  X.translation() = 0.5 * end;
+  return transformed(cylinder(0.5 * kThickness * length, length), X);
+}
+
+class Guess {
+ public:
+  Guess(Model& model, const std::vector<const Link*>& sources) : model_(model), sources_(sources) {
+    const std::size_t links = model.links.size();
+    body_.assign(links, 0);
+    X_BL_.assign(links, Pose::Identity());
+    mass_.assign(links, 0.0);
+    reach_.assign(links, Eigen::Vector3d::Zero());
+    for (std::size_t i = 0; i < links; ++i) {
+      const int index = model.links[i].joint;
+      if (index >= 0) {
+        const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
+        const auto parent = static_cast<std::size_t>(joint.parent_link);
+        const Pose X_BJ = X_BL_[parent] * joint.X_PJ;
+        Eigen::Vector3d& reach = reach_[body_[parent]];
+        if (X_BJ.translation().norm() > reach.norm()) reach = X_BJ.translation();
+        const bool welded = joint.type == JointType::fixed;
+        body_[i] = welded ? body_[parent] : i;
+        if (welded) X_BL_[i] = X_BJ;
+      }
+      if (model.links[i].inertia) mass_[body_[i]] += model.links[i].inertia->mass;
+    }
+  }
+
+  // The topmost links of the bodies that move and weigh nothing.
+  [[nodiscard]] std::vector<std::size_t> massless() const {
+    std::vector<std::size_t> out;
+    for (std::size_t i = 1; i < body_.size(); ++i) {
+      if (body_[i] == i && !(mass_[i] > 0)) out.push_back(i);
+    }
+    return out;
+  }
+
+  [[nodiscard]] bool any_written() const {
+    for (std::size_t i = 1; i < body_.size(); ++i) {
+      if (body_[i] == i && mass_[i] > 0) return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] MassProperties by_shapes(std::size_t body) const {
+    MassProperties sum;
+    for (std::size_t i = 0; i < body_.size(); ++i) {
+      if (body_[i] != body || sources_[i] == nullptr) continue;
+      MassProperties part = sum_of_shapes(sources_[i]->collisions);
+      if (!(part.mass > kSmallestMass)) part = sum_of_shapes(sources_[i]->visuals);
+      if (part.mass > 0) sum = combined(sum, transformed(part, X_BL_[i]));
+    }
+    return sum;
+  }
+
+  [[nodiscard]] MassProperties by_length(std::size_t body) const {
+    Eigen::Vector3d end = reach_of(body);
+    double longest = 0.0;
+    for (std::size_t i = 1; i < body_.size(); ++i) longest = std::max(longest, reach_of(i).norm());
+    const double least = longest > 0 ? kShortest * longest : 0.02;
+    if (end.norm() < least)
+      end = least * (end.norm() > 1e-9 ? end.normalized().eval() : Eigen::Vector3d::UnitZ().eval());
+    return bar(end);
+  }
+
+ private:
+  [[nodiscard]] Eigen::Vector3d reach_of(std::size_t body) const {
+    const int joint = model_.links[body].joint;
+    const Pose& X_PJ = model_.joints[static_cast<std::size_t>(joint)].X_PJ;
+    const Eigen::Vector3d own = 0.5 * (X_PJ.linear().transpose() * X_PJ.translation());
+    return reach_[body].norm() >= own.norm() ? reach_[body] : own;
+  }
+
+  const Model& model_;
+  const std::vector<const Link*>& sources_;
+  std::vector<std::size_t> body_;       // [links] the topmost link of the body
+  std::vector<Pose> X_BL_;              // [links] link in its body's topmost link
+  std::vector<double> mass_;            // [links] kg, of bodies
+  std::vector<Eigen::Vector3d> reach_;  // [links] from a body's joint to the farthest that it carries, m
+};
+
+// The factor by which all masses shrink so that drives hold them; `weakest` is the joint that sets it.
+double scale_to_drives(const Model& model, std::string& weakest) {
+  Data data(model);
+  Eigen::VectorXd torques;
+  double scale = 1.0;
+  for (const Eigen::VectorXd& q : sample_configurations(model, kConfigurationSamples)) {
+    gravity_torques(model, data, q, kGravity);
+    drive_torques(model, data, torques);
+    for (std::size_t j = 0; j < model.joints.size(); ++j) {
+      const ModelJoint& joint = model.joints[j];
+      const double load = std::abs(torques[static_cast<Eigen::Index>(j)]);
+      if (!joint.scalar() || joint.mimics() || load * scale <= kHeld * joint.effort) continue;
+      scale = kHeld * joint.effort / load;
+      weakest = joint.name;
+    }
+  }
+  return std::max(scale, kLeastScale);
+}
+
+}  // namespace
+
+void assume_masses(Model& model, const std::vector<const Link*>& sources, Diagnostics& diagnostics) {
+  const Guess guess(model, sources);
+  const std::vector<std::size_t> bodies = guess.massless();
+  if (bodies.empty()) return;
+  std::size_t by_length = 0;
+  for (const std::size_t body : bodies) {
+    MassProperties assumed = guess.by_shapes(body);
+    if (!(assumed.mass > kSmallestMass)) {
+      assumed = guess.by_length(body);
+      ++by_length;
+    }
+    if (!physical_defect(assumed).empty()) assumed = physical_repair(assumed);
+    model.links[body].inertia = assumed;
+  }
+  std::string weakest;
+  const double scale = guess.any_written() ? 1.0 : scale_to_drives(model, weakest);
+  std::string names;
+  double total = 0.0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    MassProperties& body = *model.links[bodies[i]].inertia;
+    body.mass *= scale;
+    body.I *= scale;
+    total += body.mass;
+    if (i < kNamesShown)
+      names += fmt::format("{}'{}' {:.2g} kg", i == 0 ? "" : ", ", model.links[bodies[i]].name, body.mass);
+  }
+  if (bodies.size() > kNamesShown) names += fmt::format(" and {} more", bodies.size() - kNamesShown);
+  const char* const from = by_length == 0 ? "their shapes"
+                           : by_length == bodies.size()
+                               ? "the distances between their joints"
+                               : "their shapes, or the distances between their joints";
+  const Link* const first = sources[bodies.front()];
+  diagnostics.warning(
+      "model.no_inertial", first != nullptr ? first->source : SourceLocation{},
+      fmt::format(
+          "{} {} and {} no mass; guessed from {}{}: {}; {:.3g} kg together",
+          bodies.size() == 1 ? "a link" : fmt::format("{} links", bodies.size()),
+          bodies.size() == 1 ? "moves" : "move", bodies.size() == 1 ? "has" : "have", from,
+          scale < 1.0 ? fmt::format(", scaled by {:.2g} so that '{}' holds them", scale, weakest) : "", names,
+          total),
+      "write <inertial> with the mass, the centre of mass and the tensor of each link; loads and motion are "
+      "only as true "
+      "as these");
+}
+
+}  // namespace doppel

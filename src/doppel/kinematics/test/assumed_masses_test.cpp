@@ -1,0 +1,102 @@
+#include "doppel/kinematics/assumed_masses.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "doppel/kinematics/dynamics.h"
+#include "doppel/kinematics/test/robots.h"
+
+namespace doppel {
+namespace {
+
+using test::make_frame;
+using test::make_joint;
+using ::testing::HasSubstr;
+
+// A seven-axis arm with the joint distances of a common research arm, m: 0.333, 0, 0.316, 0.0825, 0.384, 0,
+// 0.088.
+RobotDescription seven_axes() {
+  RobotDescription robot;
+  robot.name = "seven";
+  robot.links.push_back(make_frame("link0"));
+  const Eigen::Vector3d offsets[] = {{0, 0, 0.333},       {0, 0, 0}, {0, -0.316, 0}, {0.0825, 0, 0},
+                                     {-0.0825, 0.384, 0}, {0, 0, 0}, {0.088, 0, 0}};
+  for (int i = 0; i < 7; ++i) {
+    robot.links.push_back(make_frame("link" + std::to_string(i + 1)));
+    robot.joints.push_back(make_joint("joint" + std::to_string(i + 1), JointType::revolute,
+                                      "link" + std::to_string(i), "link" + std::to_string(i + 1), offsets[i],
+                                      {0, i % 2 == 0 ? 0.0 : 1.0, i % 2 == 0 ? 1.0 : 0.0}));
+    test::limit(robot.joints.back(), -2.5, 2.5, i < 4 ? 87 : 12, 2.5);
+  }
+  return robot;
+}
+
+double mass_of(const Model& model, const std::string& link) {
+  return model.links[static_cast<std::size_t>(model.find_link(link))].inertia->mass;
+}
+
+TEST(AssumedMasses, ArmWithoutMeshesWeighsByTheDistancesBetweenItsJoints) {
+  Diagnostics diagnostics;
+  const Model model = compile_model(seven_axes(), BaseKind::fixed, diagnostics);
+  EXPECT_GT(model.total_mass, 3.0) << "the real one weighs 18 kg";
+  EXPECT_LT(model.total_mass, 40.0);
+  EXPECT_GT(mass_of(model, "link4"), mass_of(model, "link1"));
+  EXPECT_GT(mass_of(model, "link2"), 5.0 * mass_of(model, "link6"));
+  for (int i = 1; i <= 7; ++i) EXPECT_GT(mass_of(model, "link" + std::to_string(i)), 1e-3) << i;
+}
+
+TEST(AssumedMasses, OneWarningNamesAllLinksAndWhatToDo) {
+  Diagnostics diagnostics;
+  compile_model(seven_axes(), BaseKind::fixed, diagnostics);
+  ASSERT_EQ(diagnostics.all().size(), 1u);
+  EXPECT_EQ(diagnostics.all()[0].rule, "model.no_inertial");
+  EXPECT_THAT(diagnostics.all()[0].message,
+              HasSubstr("7 links move and have no mass; guessed from the distances"));
+  EXPECT_THAT(diagnostics.all()[0].message, HasSubstr("'link3'"));
+  EXPECT_THAT(diagnostics.all()[0].mend, HasSubstr("<inertial>"));
+}
+
+TEST(AssumedMasses, DrivesHoldTheGuessTwiceOver) {
+  RobotDescription robot = seven_axes();
+  for (Joint& joint : robot.joints) joint.limits->effort = 2.0;
+  Diagnostics diagnostics;
+  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
+  EXPECT_THAT(diagnostics.all()[0].message, HasSubstr("scaled by"));
+  Data data(model);
+  Eigen::VectorXd torques;
+  double largest = 0.0;
+  for (const Eigen::VectorXd& q : sample_configurations(model, kConfigurationSamples)) {
+    gravity_torques(model, data, q, {0, 0, -9.81});
+    drive_torques(model, data, torques);
+    largest = std::max(largest, torques.cwiseAbs().maxCoeff());
+  }
+  EXPECT_NEAR(largest, 1.0, 1e-9);
+}
+
+TEST(AssumedMasses, WrittenMassesKeepTheGuessUnscaled) {
+  RobotDescription robot = seven_axes();
+  for (Joint& joint : robot.joints) joint.limits->effort = 2.0;
+  robot.links[2] = test::make_link("link2", 1.0, {0, 0, 0}, {1e-3, 1e-3, 1e-3});
+  Diagnostics diagnostics;
+  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
+  EXPECT_EQ(mass_of(model, "link2"), 1.0);
+  EXPECT_THAT(diagnostics.all()[0].message, ::testing::Not(HasSubstr("scaled")));
+}
+
+TEST(AssumedMasses, ShapesOnWeldedLinksCount) {
+  RobotDescription robot = seven_axes();
+  robot.links.push_back(make_frame("cover"));
+  robot.links.back().visuals.push_back({});
+  robot.links.back().visuals[0].geometry = Box{{0.1, 0.1, 0.1}};
+  robot.joints.push_back(
+      make_joint("cover_joint", JointType::fixed, "link7", "cover", {0, 0, 0.2}, {0, 0, 1}));
+  Diagnostics diagnostics;
+  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
+  const MassProperties& body = *model.links[static_cast<std::size_t>(model.find_link("link7"))].inertia;
+  EXPECT_NEAR(body.mass, 1.0, 1e-9);
+  EXPECT_NEAR(body.com.z(), 0.2, 1e-9);
+  EXPECT_FALSE(model.links[static_cast<std::size_t>(model.find_link("cover"))].inertia);
+}
+
+}  // namespace
+}  // namespace doppel
