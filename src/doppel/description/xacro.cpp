@@ -369,7 +369,9 @@ void Expander::property(const TreeNode& in, const Context& context, Output& out)
   }
   const bool lazy = condition_of(in.find("lazy_eval"), true, context);
   const TreePlace where = placed(value->where, context);
-  if (lazy && target == context.scope && in.find("scope") == nullptr)
+  const TreeAttribute* const scope = in.find("scope");
+  const bool elsewhere = scope != nullptr && (scope->value == "global" || scope->value == "parent");
+  if (lazy && !elsewhere)
     target->set_text(name, value->value, where);
   else
     target->set(name, interpreter_.text(value->value, *context.scope, where));
