@@ -1,14 +1,15 @@
 // The speed of xacro: every case of the corpus expanded in this process (the expansion proper, of a document
 // that was read, with all it includes and loads; and with reading and writing; both in time of the processor)
-// and as a process of its own (on the wall), beside the reference's times, which stand in the corpus'
-// manifest; with --reference FOLDER (a checkout of ros/xacro) the reference is measured in the same run by
-// python3.
+// and as users type it, `./doppel xacro FILE` (on the wall, and in time of the processor), beside the
+// reference's times, which stand in the corpus' manifest; with --reference FOLDER (a checkout of ros/xacro)
+// the reference is measured in the same run, as a process like its command `xacro`.
 //
-//   bench_xacro [--corpus FOLDER] [--program doppel-xacro] [--reference FOLDER] [--runs N]
+//   bench_xacro [--corpus FOLDER] [--program doppel] [--reference FOLDER] [--python PYTHON] [--runs N]
 //               [--case PART_OF_ITS_NAME]
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -34,7 +35,8 @@ using Clock = std::chrono::steady_clock;
 
 struct Options {
   fs::path corpus = fs::path(DOPPEL_SOURCE_DIR) / ".." / "shared" / "corpus";
-  fs::path program, reference;
+  fs::path program = fs::path(DOPPEL_SOURCE_DIR) / "doppel", reference;
+  std::string python = "/usr/bin/python3";  // not a shim of pyenv, which takes longer than xacro itself
   int runs = 5;
   std::string part;  // of the cases' names that are measured
 };
@@ -63,19 +65,13 @@ double computed_milliseconds(int runs, const Work& work) {
   return median(took);
 }
 
-template <class Work>
-double milliseconds(int runs, const Work& work) {
-  std::vector<double> took;
-  for (int i = 0; i < runs; ++i) {
-    const auto begin = Clock::now();
-    work();
-    took.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
-  }
-  return median(took);
-}
+// A process' time, ms.
+struct Process {
+  double wall = 0, computed = 0;
+};
 
 // The output of `words` thrown away, or given back through `answer`.
-void run(const std::vector<std::string>& words, const fs::path& answer = "/dev/null") {
+Process run(const std::vector<std::string>& words, const fs::path& answer = "/dev/null") {
   std::vector<char*> argv;
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
@@ -84,8 +80,27 @@ void run(const std::vector<std::string>& words, const fs::path& answer = "/dev/n
   posix_spawn_file_actions_addopen(&actions, 1, answer.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
   pid_t child = 0;
-  if (posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ) == 0) waitpid(child, nullptr, 0);
+  rusage used{};
+  const auto begin = Clock::now();
+  if (posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ) == 0)
+    wait4(child, nullptr, 0, &used);
+  const double wall = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   posix_spawn_file_actions_destroy(&actions);
+  const auto milliseconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_usec) * 1e-3;
+  };
+  return {wall, milliseconds(used.ru_utime) + milliseconds(used.ru_stime)};
+}
+
+// The medians of several runs.
+Process measured(int runs, const std::vector<std::string>& words) {
+  std::vector<double> wall, computed;
+  for (int i = 0; i < runs; ++i) {
+    const Process one = run(words);
+    wall.push_back(one.wall);
+    computed.push_back(one.computed);
+  }
+  return {median(wall), median(computed)};
 }
 
 // Folders in which each package of a case lies under its name, as an installation has them.
@@ -97,11 +112,26 @@ fs::path installed(const Options& options, const Json& packages, const fs::path&
   return place;
 }
 
-// Python's time for its expansion alone, in milliseconds, and as a process.
+// What ros/xacro needs of ROS: where packages are, by AMENT_PREFIX_PATH as ament_index_python finds them.
+void write_index(const fs::path& folder) {
+  fs::create_directories(folder / "ament_index_python");
+  std::ofstream(folder / "ament_index_python" / "__init__.py");
+  std::ofstream(folder / "ament_index_python" / "packages.py") << R"py(
+import os
+def get_package_share_directory(name):
+    for prefix in os.environ['AMENT_PREFIX_PATH'].split(':'):
+        folder = os.path.join(prefix, 'share', name)
+        if os.path.isdir(folder):
+            return folder
+    raise LookupError(name)
+)py";
+}
+
+// Python's time for its expansion alone, in milliseconds.
 constexpr const char* kTimed = R"py(
 import io, json, os, sys, time, types, contextlib
 folder, packages, runs, file = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3]), sys.argv[4]
-sys.path.insert(0, folder)
+sys.path[:0] = [folder, folder + '/src']
 ament = types.ModuleType('ament_index_python'); inner = types.ModuleType('ament_index_python.packages')
 inner.get_package_share_directory = lambda name: packages[name]
 sys.modules['ament_index_python'] = ament; sys.modules['ament_index_python.packages'] = inner
@@ -124,8 +154,8 @@ print(sorted(proper)[len(proper) // 2], sorted(whole)[len(whole) // 2])
 
 struct Row {
   std::string id;
-  double proper = 0, expansion = 0, process = 0;
-  double reference_proper = 0, reference_expansion = 0, reference_process = 0;
+  double proper = 0, expansion = 0, reference_proper = 0, reference_expansion = 0;
+  Process process, reference_process;
 };
 
 Row measure(const Options& options, const Json& record, const fs::path& scratch) {
@@ -162,14 +192,16 @@ Row measure(const Options& options, const Json& record, const fs::path& scratch)
     doppel::xacro_text(result.tree, file);
   });
   setenv("AMENT_PREFIX_PATH", installed(options, record["packages"], scratch / "install").c_str(), 1);
-  row.process = milliseconds(options.runs, [&] { run(words); });
-  row.reference_process = record["reference_ms"]["wall"];
+  row.process = measured(options.runs, words);
+  row.reference_process = {record["reference_ms"]["wall"], record["reference_ms"]["cpu"]};
   if (!options.reference.empty()) {
-    std::vector<std::string> timed{"python3",      "-c", kTimed, options.reference.string(),
-                                   folders.dump(), "1",  file};
+    const std::string folder = options.reference.string();
+    setenv("PYTHONPATH", (folder + ":" + folder + "/src:" + (scratch / "index").string()).c_str(), 1);
+    std::vector<std::string> whole{options.python, "-c", "import xacro; xacro.main()", file};
+    whole.insert(whole.end(), words.begin() + 3, words.end());
+    row.reference_process = measured(options.runs, whole);
+    std::vector<std::string> timed{options.python, "-c", kTimed, folder, folders.dump(), "3", file};
     timed.insert(timed.end(), words.begin() + 3, words.end());
-    row.reference_process = milliseconds(1, [&] { run(timed); });
-    timed[5] = "3";
     run(timed, scratch / "answer");
     std::ifstream(scratch / "answer") >> row.reference_proper >> row.reference_expansion;
   }
@@ -177,24 +209,33 @@ Row measure(const Options& options, const Json& record, const fs::path& scratch)
 }
 
 void print(const std::vector<Row>& rows, bool measured) {
-  fmt::print("{:<44} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7}\n", "case (ms)", "proper",
-             "expansion", "process", "ref. pr.", "ref. exp.", "ref. proc.", "prop. x", "exp. x", "proc. x");
-  std::vector<double> proper, expansion, process, times, processes;
+  fmt::print("{:<44} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7}\n",
+             "case (ms; ./doppel: wall, processor)", "proper", "expans.", "wall", "proc.", "ref.pr.",
+             "ref.exp", "ref.wall", "ref.proc", "prop. x", "exp. x", "wall x", "proc. x");
+  std::vector<double> proper, expansion, wall, computed, times, walls, computeds;
   for (const Row& r : rows) {
-    fmt::print("{:<44} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.1f} {:>9.1f} {:>9.1f} {:>7.0f} {:>7.0f} {:>7.1f}\n",
-               r.id, r.proper, r.expansion, r.process, r.reference_proper, r.reference_expansion,
-               r.reference_process, r.reference_proper / r.proper, r.reference_expansion / r.expansion,
-               r.reference_process / r.process);
+    wall.push_back(r.reference_process.wall / r.process.wall);
+    computed.push_back(r.reference_process.computed / r.process.computed);
+    fmt::print(
+        "{:<44} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>7.0f} {:>7.0f} "
+        "{:>7.1f} {:>7.1f}\n",
+        r.id, r.proper, r.expansion, r.process.wall, r.process.computed, r.reference_proper,
+        r.reference_expansion, r.reference_process.wall, r.reference_process.computed,
+        r.reference_proper / r.proper, r.reference_expansion / r.expansion, wall.back(), computed.back());
     proper.push_back(r.reference_proper / r.proper);
     expansion.push_back(r.reference_expansion / r.expansion);
-    process.push_back(r.reference_process / r.process);
     times.push_back(r.expansion);
-    processes.push_back(r.process);
+    walls.push_back(r.process.wall);
+    computeds.push_back(r.process.computed);
   }
-  fmt::print("\n{} cases; median expansion {:.3f} ms, median process {:.3f} ms\n", rows.size(), median(times),
-             median(processes));
-  fmt::print("median ratio of whole processes {:.1f} (reference: {})\n", median(process),
-             measured ? "measured in this run" : "from the manifest");
+  fmt::print(
+      "\n{} cases; median expansion {:.3f} ms; ./doppel xacro as typed: median {:.3f} ms on the wall, "
+      "{:.3f} ms of the processor\n",
+      rows.size(), median(times), median(walls), median(computeds));
+  fmt::print(
+      "median ratio of the commands as typed: {:.1f} on the wall, {:.1f} in time of the processor "
+      "(reference: {})\n",
+      median(wall), median(computed), measured ? "measured in this run" : "from the manifest");
   if (!measured) return;
   std::vector<Row> largest = rows;
   std::sort(largest.begin(), largest.end(),
@@ -217,12 +258,12 @@ void print(const std::vector<Row>& rows, bool measured) {
 
 int main(int argc, char** argv) {
   Options options;
-  options.program = fs::path(argv[0]).parent_path() / "doppel-xacro";
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string name = argv[i], value = argv[i + 1];
     if (name == "--corpus") options.corpus = value;
     if (name == "--program") options.program = value;
     if (name == "--reference") options.reference = fs::absolute(value);
+    if (name == "--python") options.python = value;
     if (name == "--case") options.part = value;
     if (name == "--runs") options.runs = std::max(1, std::atoi(value.c_str()));
   }
@@ -236,6 +277,7 @@ int main(int argc, char** argv) {
   }
   const fs::path scratch = fs::temp_directory_path() / fmt::format("bench_xacro.{}", getpid());
   fs::create_directories(scratch);
+  write_index(scratch / "index");
   fs::current_path(options.corpus);
   std::vector<Row> rows;
   for (const Json& record : Json::parse(in)) {

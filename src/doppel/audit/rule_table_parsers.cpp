@@ -96,6 +96,9 @@ constexpr std::array kRules{
              "ROS' parser refuses the element", "write as many numbers as asked for, with blanks between"},
     RuleInfo{"xacro.include", W, "elements inside of an include",
              "they are ignored, and what they say is lost", "write them beside the include"},
+    RuleInfo{"xacro.left_over", W,
+             "xacro in a .urdf that cannot be expanded, beside a robot that does not need it",
+             "urdfdom skips these elements, xacro refuses the file", "take them out, or make them work"},
     RuleInfo{"xacro.macro_name", W, "a macro name with the prefix 'xacro:'",
              "the prefix is left off; readers of the file look for another name",
              "leave the prefix out of the name"},
@@ -117,6 +120,11 @@ constexpr std::array kRules{
              "give the macro a block parameter, or leave the block out"},
     RuleInfo{"xml.not_well_formed", E, "the XML is not well-formed", "no tool can read the file",
              "close what is open, and escape & and < in text"},
+    RuleInfo{"xml.prefix", E, "a prefix that nothing declares, in a file for xacro",
+             "ros/xacro refuses the file (a warning for the prefix xacro, without which doppel reads it)",
+             "declare it in the root element: xmlns:PREFIX=\"...\""},
+    RuleInfo{"xml.tolerated", W, "XML that is not well-formed, in a way that urdfdom reads over",
+             "xacro, RViz's plugins and editors refuse the file", "correct the XML at this place"},
     RuleInfo{"xml.too_deep", E, "elements nested beyond reason", "readers run out of stack",
              "flatten the file"}};
 

@@ -230,7 +230,7 @@ class Evaluator {
   void charge(const Value& made) {
     if (made.is<std::string>())
       spend_on(made);
-    else if (!made.number() && made.weight() > 1)
+    else if ((!made.number() || made.is<Value::Big>()) && made.weight() > 1)
       spend(made.weight());
   }
   Value charged(Value made) {

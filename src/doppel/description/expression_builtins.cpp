@@ -42,14 +42,14 @@ Value to_int(const Arguments& a) {
   expect_arguments(a, 0, 2, "int");
   if (a.empty()) return Value(std::int64_t{0});
   if (a[0].is<std::string>()) {
-    std::string text = a[0].as<std::string>();
-    std::erase(text, '_');
+    const std::string& text = a[0].as<std::string>();
     const std::int64_t base = a.size() > 1 ? integer_argument(a, 1, "int") : 10;
-    std::int64_t out = 0;
-    if (base < 0 || base == 1 || base > 36 || !parse_integer(text, out, static_cast<int>(base)))
-      throw ExpressionError(fmt::format("int() does not read {}", a[0].brief()), "xacro.value");
-    return Value(out);
+    if (base < 0 || base == 1 || base > 36)
+      throw ExpressionError(fmt::format("int() knows no base {}", base), "xacro.value");
+    if (auto out = parse_whole(text, static_cast<int>(base))) return *std::move(out);
+    throw ExpressionError(fmt::format("int() does not read {}", a[0].brief()), "xacro.value");
   }
+  if (a[0].is<Value::Big>()) return a[0];
   const double value = real_argument(a, 0, "int");
   return a[0].integral() ? Value(a[0].integer()) : to_integer(std::trunc(value), "int");
 }
@@ -58,10 +58,8 @@ Value to_float(const Arguments& a) {
   expect_arguments(a, 0, 1, "float");
   if (a.empty()) return Value(0.0);
   if (!a[0].is<std::string>()) return Value(real_argument(a, 0, "float"));
-  std::string text = a[0].as<std::string>();
-  std::erase(text, '_');
   double out = 0;
-  if (!parse_real(text, out))
+  if (!parse_real(a[0].as<std::string>(), out))
     throw ExpressionError(fmt::format("float() does not read {}", a[0].brief()), "xacro.value");
   return Value(out);
 }
@@ -69,6 +67,7 @@ Value to_float(const Arguments& a) {
 // To even at halves; with digits, by the exact decimal value, as CPython does.
 Value round_to(const Arguments& a) {
   expect_arguments(a, 1, 2, "round");
+  if (a[0].is<Value::Big>() && (a.size() < 2 || !a[1].integral() || a[1].integer() >= 0)) return a[0];
   const double value = real_argument(a, 0, "round");
   if (a.size() < 2 || a[1].is<Value::None>())
     return a[0].integral() ? Value(a[0].integer()) : to_integer(std::nearbyint(value), "round");
@@ -265,6 +264,8 @@ FunctionTable python_functions(const FunctionTable& globals) {
     return Value(a[0].repr());
   });
   add_function(t, "abs", [](const Arguments& a) {
+    if (!a.empty() && a[0].is<Value::Big>())
+      return a[0].as<Value::Big>().number->negative() ? unary_operation(Operator::subtract, a[0]) : a[0];
     const double value = real_argument(a, 0, "abs");
     if (!a[0].integral()) return Value(std::abs(value));
     return a[0].integer() < 0 ? unary_operation(Operator::subtract, a[0]) : Value(a[0].integer());
@@ -386,10 +387,11 @@ Value call_value(const Value& function, ValueList arguments) {
 }
 
 Value to_integer(double value, const char* function) {
-  if (!(std::abs(value) < 9.2e18))
-    throw ExpressionError(fmt::format("{}() of {}: an int has 64 bits", function, format_real(value)),
+  if (std::abs(value) < 9.2e18) return Value(static_cast<std::int64_t>(value));
+  if (!std::isfinite(value))
+    throw ExpressionError(fmt::format("{}() of {}, which is no whole number", function, format_real(value)),
                           "xacro.overflow");
-  return Value(static_cast<std::int64_t>(value));
+  return Value::whole(WholeNumber(value));
 }
 
 Value sorted_values(ValueList items, const KeywordArguments& keywords) {

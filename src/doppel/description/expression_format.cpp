@@ -104,28 +104,28 @@ std::string sign_of(bool negative, char style) {
   return negative ? "-" : style == '-' ? "" : std::string(1, style);
 }
 
-std::string integer_text(const Spec& spec, std::int64_t value) {
-  const auto magnitude =
-      value < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
+std::string integer_text(const Spec& spec, const WholeNumber& value) {
+  const WholeNumber magnitude = value.negative() ? -value : value;
   std::string digits, prefix;
   switch (spec.type) {
     case 'b':
-      digits = fmt::format("{:b}", magnitude), prefix = "0b";
+      digits = magnitude.text(2), prefix = "0b";
       break;
     case 'o':
-      digits = fmt::format("{:o}", magnitude), prefix = "0o";
+      digits = magnitude.text(8), prefix = "0o";
       break;
     case 'x':
-      digits = fmt::format("{:x}", magnitude), prefix = "0x";
+      digits = magnitude.text(16), prefix = "0x";
       break;
     case 'X':
-      digits = fmt::format("{:X}", magnitude), prefix = "0X";
+      digits = magnitude.text(16), prefix = "0X";
+      for (char& c : digits) c = c >= 'a' ? static_cast<char>(c - 'a' + 'A') : c;
       break;
     default:
-      digits = fmt::format("{}", magnitude);
+      digits = magnitude.text();
   }
   const bool decimal = spec.type == 0 || spec.type == 'd' || spec.type == 'n';
-  return padded(spec, sign_of(value < 0, spec.sign) + (spec.alternate ? prefix : ""),
+  return padded(spec, sign_of(value.negative(), spec.sign) + (spec.alternate ? prefix : ""),
                 grouped(digits, spec.grouping, decimal ? 3 : 4), '>');
 }
 
@@ -183,18 +183,18 @@ bool real_type(char type) {
 }
 
 std::string formatted(const Spec& spec, const Value& value) {
-  if (value.is<double>() || (value.integral() && real_type(spec.type))) {
+  if (value.is<double>() || (value.whole() && real_type(spec.type))) {
     if (spec.type != 0 && spec.type != 'n' && !real_type(spec.type))
       throw ExpressionError(
           fmt::format("the format '{}' does not fit the float {}", spec.type, value.brief()));
     return real_text(spec, value.real());
   }
-  if (value.integral() && spec.type != 's' && !(value.is<bool>() && spec.type == 0)) {
+  if (value.whole() && spec.type != 's' && !(value.is<bool>() && spec.type == 0)) {
     if (spec.precision >= 0) throw ExpressionError("the format of an int takes no precision");
-    if (spec.type != 'c') return integer_text(spec, value.integer());
+    if (spec.type != 'c') return integer_text(spec, value.whole_number());
     std::string out;
-    if (value.integer() < 0 || value.integer() > 0x10FFFF)
-      throw ExpressionError(fmt::format("{} is no character", value.integer()));
+    if (!value.integral() || value.integer() < 0 || value.integer() > 0x10FFFF)
+      throw ExpressionError(fmt::format("{} is no character", value.brief()));
     append_utf8(out, static_cast<char32_t>(value.integer()));
     return string_text(spec, out);
   }
@@ -336,9 +336,9 @@ class PercentFormat {
   static std::string whole(Conversion& c, char kind, const Value& given) {
     if (!given.number() || (given.is<double>() && kind != 'd' && kind != 'i' && kind != 'u'))
       refuse(kind, given);
-    if (given.is<double>() && !(std::abs(given.real()) < 9.2e18))
-      throw ExpressionError(fmt::format("%{} of {} is too large", kind, given.brief()));
-    const std::int64_t value = given.integral() ? given.integer() : static_cast<std::int64_t>(given.real());
+    if (given.is<double>() && !std::isfinite(given.real()))
+      throw ExpressionError(fmt::format("%{} of {}, which is no whole number", kind, given.brief()));
+    const WholeNumber value = given.whole() ? given.whole_number() : WholeNumber(given.real());
     c.spec.type = kind == 'i' || kind == 'u' ? 'd' : kind;
     const int digits = std::exchange(c.spec.precision, -1);
     if (digits <= 0) return integer_text(c.spec, value);
@@ -347,8 +347,8 @@ class PercentFormat {
     inner.fill = "0";
     inner.align = '=';
     inner.width = digits;
-    const std::string body = integer_text(inner, value < 0 && value != INT64_MIN ? -value : value);
-    return padded(c.spec, sign_of(value < 0, c.spec.sign), body, '>');
+    const std::string body = integer_text(inner, value.negative() ? -value : value);
+    return padded(c.spec, sign_of(value.negative(), c.spec.sign), body, '>');
   }
 
   const std::string& format_;

@@ -74,6 +74,7 @@ void add_whole_functions(FunctionTable& t) {
   for (const auto& [name, f] : kRound) {
     add_function(t, name, [f = f, name = name](const Arguments& a) {
       expect_arguments(a, 1, 1, name);
+      if (a[0].is<Value::Big>()) return a[0];
       const double value = real_argument(a, 0, name);
       return a[0].integral() ? Value(a[0].integer()) : to_integer(f(value), name);
     });

@@ -12,14 +12,15 @@ namespace doppel {
 namespace {
 
 constexpr std::size_t kLongest = 1'000'000;  // items or characters that one operation may make
+constexpr std::int64_t kMostBits = WholeNumber::kMostBits;
 
 [[noreturn]] void unsupported(Operator op, const Value& a, const Value& b) {
   throw ExpressionError(fmt::format("'{}' does not work between {} ({}) and {} ({})", symbol(op), a.brief(),
                                     a.type_name(), b.brief(), b.type_name()));
 }
 [[noreturn]] void overflow(Operator op, const Value& a, const Value& b) {
-  throw ExpressionError(fmt::format("{} {} {} needs more than 64 bits; write one of them with a point",
-                                    a.brief(), symbol(op), b.brief()),
+  throw ExpressionError(fmt::format("{} {} {} needs too many bits; write one of them with a point", a.brief(),
+                                    symbol(op), b.brief()),
                         "xacro.overflow");
 }
 void check_length(std::size_t length) {
@@ -51,19 +52,23 @@ std::pair<double, double> divide_floor(double a, double b) {
   return {whole, remainder};
 }
 
-Value power(const Value& a, const Value& b) {
-  if (a.integral() && b.integral() && b.integer() >= 0) {
-    std::int64_t base = a.integer(), result = 1;
-    if (base == 0 || base == 1 || base == -1) {
-      if (b.integer() == 0) return Value(std::int64_t{1});
-      return Value(base == -1 && b.integer() % 2 == 0 ? std::int64_t{1} : base);
-    }
-    if (b.integer() > 63) overflow(Operator::power, a, b);
-    for (std::int64_t i = 0; i < b.integer(); ++i) {
-      if (__builtin_mul_overflow(result, base, &result)) overflow(Operator::power, a, b);
-    }
-    return Value(result);
+// Precondition: b is not negative.
+Value whole_power(const Value& a, const Value& b) {
+  if (a.integral() && a.integer() >= -1 && a.integer() <= 1) {
+    if (b.integer() == 0) return Value(std::int64_t{1});
+    return Value(a.integer() == -1 && b.integer() % 2 == 0 ? std::int64_t{1} : a.integer());
   }
+  const WholeNumber base = a.whole_number();
+  if (b.integer() > kMostBits ||
+      (base.bits() - 1) * static_cast<std::size_t>(b.integer()) > WholeNumber::kMostBits)
+    overflow(Operator::power, a, b);
+  WholeNumber result(std::int64_t{1});
+  for (std::int64_t i = 0; i < b.integer(); ++i) result = result * base;
+  return Value::whole(std::move(result));
+}
+
+Value power(const Value& a, const Value& b) {
+  if (a.whole() && b.integral() && b.integer() >= 0) return whole_power(a, b);
   const double x = a.real(), y = b.real();
   if (x == 0.0 && y < 0) throw ExpressionError("0 cannot be raised to a negative power");
   if (x < 0 && std::isfinite(x) && std::isfinite(y) && y != std::floor(y))
@@ -72,6 +77,33 @@ Value power(const Value& a, const Value& b) {
   if (std::isinf(result) && std::isfinite(x) && std::isfinite(y))
     throw ExpressionError(fmt::format("{} ** {} is too large", a.brief(), b.brief()));
   return Value(result);
+}
+
+// What does not fit into 64 bits.
+Value large_integers(Operator op, const Value& a, const Value& b) {
+  const WholeNumber x = a.whole_number(), y = b.whole_number();
+  switch (op) {
+    case Operator::add:
+      return Value::whole(x + y);
+    case Operator::subtract:
+      return Value::whole(x - y);
+    case Operator::multiply:
+      return Value::whole(x * y);
+    case Operator::floor_divide:
+      return Value::whole(WholeNumber::divide(x, y).first);
+    case Operator::modulo:
+      return Value::whole(WholeNumber::divide(x, y).second);
+    case Operator::left_shift:
+    case Operator::right_shift: {
+      if (y.negative()) throw ExpressionError("negative shift count");
+      if (!b.integral() || b.integer() > kMostBits) overflow(op, a, b);
+      const Value factor = whole_power(Value(std::int64_t{2}), b);
+      return large_integers(op == Operator::left_shift ? Operator::multiply : Operator::floor_divide, a,
+                            factor);
+    }
+    default:
+      overflow(op, a, b);
+  }
 }
 
 Value integers(Operator op, const Value& a, const Value& b) {
@@ -110,8 +142,7 @@ Value integers(Operator op, const Value& a, const Value& b) {
     default:
       unsupported(op, a, b);
   }
-  if (wraps) overflow(op, a, b);
-  return Value(out);
+  return wraps ? large_integers(op, a, b) : Value(out);
 }
 
 Value reals(Operator op, const Value& a, const Value& b) {
@@ -132,14 +163,27 @@ Value reals(Operator op, const Value& a, const Value& b) {
   }
 }
 
+// Whole numbers that no float holds exactly are divided as such.
+Value divided(const Value& a, const Value& b) {
+  constexpr std::int64_t kExact = std::int64_t{1} << 53;
+  const auto exact = [](const Value& v) {
+    return v.is<double>() || (v.integral() && v.integer() <= kExact && v.integer() >= -kExact);
+  };
+  if (!a.whole() || !b.whole() || (exact(a) && exact(b))) return Value(a.real() / b.real());
+  const double out = WholeNumber::quotient(a.whole_number(), b.whole_number());
+  if (std::isinf(out)) overflow(Operator::divide, a, b);
+  return Value(out);
+}
+
 Value numbers(Operator op, const Value& a, const Value& b) {
   if (op == Operator::power) return power(a, b);
   const bool divides = op == Operator::divide || op == Operator::floor_divide || op == Operator::modulo;
-  if (divides && b.real() == 0.0)
+  if (divides && !b.truth())
     throw ExpressionError(fmt::format("division by zero: {} {} {}", a.brief(), symbol(op), b.brief()),
                           "xacro.division_by_zero");
-  if (op == Operator::divide) return Value(a.real() / b.real());
-  return a.integral() && b.integral() ? integers(op, a, b) : reals(op, a, b);
+  if (op == Operator::divide) return divided(a, b);
+  if (a.integral() && b.integral()) return integers(op, a, b);
+  return a.whole() && b.whole() ? large_integers(op, a, b) : reals(op, a, b);
 }
 
 Value repeated(const Value& what, std::int64_t times) {
@@ -204,11 +248,7 @@ bool contains(const Value& container, const Value& item) {
 
 // <, <=, >, >= by `order`: -1, 0, 1; 2: a NaN, nothing holds.
 int order(Operator op, const Value& a, const Value& b) {
-  if (a.number() && b.number()) {
-    if (a.integral() && b.integral()) return a.integer() < b.integer() ? -1 : a.integer() > b.integer();
-    const double x = a.real(), y = b.real();
-    return x < y ? -1 : x > y ? 1 : x == y ? 0 : 2;
-  }
+  if (a.number() && b.number()) return compare_numbers(a, b);
   if (a.is<std::string>() && b.is<std::string>()) {
     const int order = a.as<std::string>().compare(b.as<std::string>());
     return order < 0 ? -1 : order > 0;
@@ -267,15 +307,18 @@ std::size_t position(const Value& key, std::size_t size, const char* what) {
 }  // namespace
 
 Value unary_operation(Operator op, const Value& operand) {
-  if (!operand.number() || (op == Operator::invert && !operand.integral()))
+  if (!operand.number() || (op == Operator::invert && !operand.whole()))
     throw ExpressionError(
         fmt::format("'{}' does not work on {} ({})", symbol(op), operand.brief(), operand.type_name()));
   if (operand.is<double>()) return Value(op == Operator::subtract ? -operand.real() : operand.real());
+  if (operand.is<Value::Big>() || operand.integer() == INT64_MIN) {
+    const WholeNumber whole = operand.whole_number();
+    if (op == Operator::invert) return Value::whole(-whole - WholeNumber(std::int64_t{1}));
+    return Value::whole(op == Operator::add ? whole : -whole);
+  }
   const std::int64_t whole = operand.integer();
   if (op == Operator::invert) return Value(~whole);
-  if (op == Operator::add) return Value(whole);
-  if (whole == INT64_MIN) throw ExpressionError("the number needs more than 64 bits", "xacro.overflow");
-  return Value(-whole);
+  return Value(op == Operator::add ? whole : -whole);
 }
 
 Value binary_operation(Operator op, const Value& a, const Value& b) {

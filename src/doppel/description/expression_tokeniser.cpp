@@ -265,11 +265,12 @@ class Tokeniser {
     if (text.empty() || in_name(at(at_))) bad_number(begin);
     return number_token(text, integer(text, base));
   }
-  static std::int64_t integer(std::string_view text, int base) {
+  static Value integer(std::string_view text, int base) {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
-    if (error != std::errc{}) throw ExpressionError(fmt::format("{} needs more than 64 bits", text));
-    return value;
+    if (error == std::errc{}) return Value(value);
+    if (auto large = parse_whole(text, base)) return *std::move(large);
+    throw ExpressionError(fmt::format("{} needs too many bits", excerpt(text)), "xacro.overflow");
   }
 
   // What stands between the quotes: a piece of the text where that has no escapes.

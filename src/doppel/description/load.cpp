@@ -14,6 +14,51 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A .urdf that xacro is not asked for is read as urdfdom reads it.
+XmlTree read_tree(const fs::path& file) {
+  try {
+    return load_xml_tree(file.string(), XmlKeep::content);
+  } catch (const InputError& strict) {
+    if (file.extension() == ".xacro" || strict.diagnostics().front().rule != "xml.not_well_formed") throw;
+    try {
+      XmlTree tree = load_xml_tree(file.string(), XmlKeep::content, XmlRules::lenient);
+      if (!needs_xacro(tree)) return tree;
+    } catch (const InputError&) {
+      throw strict;
+    }
+    throw;
+  }
+}
+
+bool xacro_element(const XmlNode& node) {
+  return node.kind == XmlNode::Kind::element && node.name.starts_with("xacro:");
+}
+
+void remove_xacro(XmlNode& node) {
+  std::erase_if(node.children, xacro_element);
+  for (XmlNode& child : node.children) remove_xacro(child);
+}
+
+bool substitutes(const XmlNode& node) {
+  const auto any = [](const std::string& text) {
+    return text.find("${") != std::string::npos || text.find("$(") != std::string::npos;
+  };
+  return any(node.text) ||
+         std::any_of(node.attributes.begin(), node.attributes.end(),
+                     [&](const XmlAttribute& a) { return any(a.value); }) ||
+         std::any_of(node.children.begin(), node.children.end(), substitutes);
+}
+
+// A .urdf whose xacro cannot be expanded stands for itself where nothing else in it waits for a value:
+// urdfdom skips the elements that it does not know. A lone link is what a file for xacro holds beside its
+// macros.
+bool stands_without_xacro(XmlNode& root, const Diagnostic& problem) {
+  remove_xacro(root);
+  const auto links = std::count_if(root.children.begin(), root.children.end(),
+                                   [](const XmlNode& child) { return child.is("link"); });
+  return links >= (problem.rule == "xacro.unknown_macro" ? 1 : 2) && !substitutes(root);
+}
+
 void report_unknown_arguments(const XacroArguments& arguments, const XacroResult& expansion,
                               const SourceLocation& root, Diagnostics& diagnostics) {
   std::set<std::string> known(expansion.declared_arguments.begin(), expansion.declared_arguments.end());
@@ -64,17 +109,33 @@ ExpandedDescription expand_description(const fs::path& file, const XacroArgument
   resolver.add_context(file);
   ExpandedDescription out;
   out.file = file;
-  XmlTree tree = load_xml_tree(file.string(), XmlKeep::content);
+  const bool named_so = file.extension() == ".xacro";
+  XmlTree tree = read_tree(file);
   XacroResult expansion;
-  if (needs_xacro(tree)) {
-    out.was_xacro = true;
-    expansion = expand_xacro(std::move(tree), file, arguments, resolver, diagnostics);
-    tree = std::move(expansion.tree);
-    out.files = std::move(expansion.files);
-  } else {
+  if (!named_so && !needs_xacro(tree)) {
+    for (Diagnostic& warning : tree.tolerated) diagnostics.add(std::move(warning));
     out.files = {file};
+    out.root = tree.node();
+  } else {
+    XmlNode as_written = named_so ? XmlNode() : tree.node();
+    try {
+      expansion = expand_xacro(std::move(tree), file, arguments, resolver, diagnostics);
+      out.was_xacro = true;
+      out.files = std::move(expansion.files);
+      out.root = expansion.tree.node();
+    } catch (const InputError& error) {
+      Diagnostic problem = error.diagnostics().front();
+      if (named_so || !stands_without_xacro(as_written, problem)) throw;
+      problem.severity = Severity::warning;
+      problem.rule = "xacro.left_over";
+      problem.message +=
+          "; the rest of this .urdf needs no xacro and is read as urdfdom reads it, without "
+          "the elements of xacro";
+      diagnostics.add(std::move(problem));
+      out.files = {file};
+      out.root = std::move(as_written);
+    }
   }
-  out.root = tree.node();
   report_unknown_arguments(arguments, expansion, out.root.where, diagnostics);
   return out;
 }

@@ -46,6 +46,10 @@ std::string joined(const ValueList& items) {
 
 // Equal values have equal hashes: numbers by their value, whatever their type.
 std::size_t hash(const Value& v) {
+  if (v.is<Value::Big>()) {
+    const double value = v.as<Value::Big>().number->real();  // the hash of the float that equals it
+    return std::hash<double>{}(value);
+  }
   if (v.number()) return std::hash<double>{}(v.real());
   if (v.is<std::string>()) return std::hash<std::string>{}(v.as<std::string>());
   if (v.is<Value::None>()) return 7;
@@ -202,15 +206,33 @@ Value Value::set(const ValueList& items) {
   return wrap(Set{made(std::move(entries))});
 }
 
+Value Value::whole(WholeNumber number) {
+  if (const auto small = number.small()) return {*small};
+  if (number.bits() > WholeNumber::kMostBits)
+    throw ExpressionError(fmt::format("the whole number needs more than {} bits", WholeNumber::kMostBits),
+                          "xacro.overflow");
+  return wrap(Big{std::make_shared<const WholeNumber>(std::move(number))});
+}
+
+WholeNumber Value::whole_number() const {
+  return is<Big>() ? *as<Big>().number : WholeNumber(integer());
+}
+
 std::int64_t Value::integer() const {
   return is<bool>() ? (as<bool>() ? 1 : 0) : as<std::int64_t>();
 }
 
 double Value::real() const {
-  return is<double>() ? as<double>() : static_cast<double>(integer());
+  if (is<double>()) return as<double>();
+  if (!is<Big>()) return static_cast<double>(integer());
+  const double out = as<Big>().number->real();
+  if (std::isinf(out))
+    throw ExpressionError(fmt::format("{} is too large for a float", brief()), "xacro.overflow");
+  return out;
 }
 
 bool Value::truth() const {
+  if (is<Big>()) return true;
   if (number()) return real() != 0.0;
   if (is<std::string>()) return !as<std::string>().empty();
   if (sequence()) return !values().empty();
@@ -220,8 +242,8 @@ bool Value::truth() const {
 }
 
 const char* Value::type_name() const {
-  static constexpr const char* kNames[] = {"NoneType", "bool", "int", "float",    "str",      "list",
-                                           "tuple",    "dict", "set", "function", "namespace"};
+  static constexpr const char* kNames[] = {"NoneType", "bool", "int", "float",    "str",       "list",
+                                           "tuple",    "dict", "set", "function", "namespace", "int"};
   if (is<Function>() && as<Function>().type) return "type";
   return kNames[data.index()];
 }
@@ -235,6 +257,7 @@ std::string Value::repr() const {
   if (is<bool>()) return as<bool>() ? "True" : "False";
   if (is<std::int64_t>()) return std::to_string(as<std::int64_t>());
   if (is<double>()) return format_real(as<double>());
+  if (is<Big>()) return as<Big>().number->text();
   if (is<std::string>()) return quoted(as<std::string>());
   if (is<List>()) {
     const Items& items = *as<List>().items;
@@ -290,6 +313,10 @@ bool Value::items(ValueList& out) const {
 std::int64_t Value::weight() const {
   if (is<std::string>()) return static_cast<std::int64_t>(as<std::string>().size()) + 1;
   if (data.index() < kFirstContainer) return 1;
+  if (is<Big>()) {
+    const auto limbs = static_cast<std::int64_t>(as<Big>().number->bits() / 32 + 1);
+    return limbs * limbs;  // what a product or quotient of it costs
+  }
   if (is<List>()) return as<List>().items->weight;
   if (is<Tuple>()) return as<Tuple>().items->weight;
   if (is<Dict>()) return as<Dict>().entries->weight;
@@ -304,13 +331,29 @@ int Value::depth() const {
   return is<Set>() ? as<Set>().entries->depth : 0;
 }
 
+int compare_numbers(const Value& a, const Value& b) {
+  if (a.integral() && b.integral()) return a.integer() < b.integer() ? -1 : a.integer() > b.integer();
+  if (a.whole() && b.whole()) return WholeNumber::compare(a.whole_number(), b.whole_number());
+  if (a.is<Value::Big>() || b.is<Value::Big>()) {
+    // A float that is as large holds a whole number; one that is smaller decides by its size.
+    const double real = a.is<double>() ? a.as<double>() : b.as<double>();
+    const int sign = a.is<double>() ? 1 : -1;
+    if (std::isnan(real)) return 2;
+    if (std::isinf(real)) return real > 0 ? sign : -sign;
+    return sign * WholeNumber::compare(WholeNumber(real), (a.is<double>() ? b : a).whole_number());
+  }
+  const double x = a.real(), y = b.real();
+  return x < y ? -1 : x > y ? 1 : x == y ? 0 : 2;
+}
+
 bool equal(const Value& a, const Value& b) {
   if (const std::string* const text = std::get_if<std::string>(&a.data)) {
     const std::string* const other = std::get_if<std::string>(&b.data);
     return other != nullptr && *text == *other;
   }
   if (a.number() && b.number()) {
-    return a.integral() && b.integral() ? a.integer() == b.integer() : a.real() == b.real();
+    if (a.integral() && b.integral()) return a.integer() == b.integer();
+    return a.is<Value::Big>() || b.is<Value::Big>() ? compare_numbers(a, b) == 0 : a.real() == b.real();
   }
   if (a.data.index() != b.data.index()) return false;
   if (a.is<Value::None>()) return true;

@@ -8,11 +8,14 @@
 #include <functional>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "doppel/description/whole_number.h"
 
 namespace doppel {
 
@@ -104,8 +107,12 @@ class Value {
     std::string name;
     std::shared_ptr<ValueObject> object;
   };
-  using Data =
-      std::variant<None, bool, std::int64_t, double, std::string, List, Tuple, Dict, Set, Function, Object>;
+  // An int of more than 64 bits; what fits is an std::int64_t always.
+  struct Big {
+    std::shared_ptr<const WholeNumber> number;
+  };
+  using Data = std::variant<None, bool, std::int64_t, double, std::string, List, Tuple, Dict, Set, Function,
+                            Object, Big>;
 
   Value() : data() {}
   Value(bool v) : data(v) {}
@@ -125,6 +132,7 @@ class Value {
   static Value tuple(ValueList items);
   static Value dict(ValueDict entries, bool dotted = false);
   static Value set(const ValueList& items);
+  static Value whole(WholeNumber number);
   static Value function(std::string name, ValueFunction call, bool type = false) {
     return wrap(Function{std::move(name), std::make_shared<ValueFunction>(std::move(call)), type});
   }
@@ -141,10 +149,14 @@ class Value {
     return std::get<T>(data);
   }
 
-  [[nodiscard]] bool number() const { return is<bool>() || is<std::int64_t>() || is<double>(); }
+  [[nodiscard]] bool number() const { return is<std::int64_t>() || is<double>() || is<bool>() || is<Big>(); }
+  // A bool or an int of 64 bits, and an int of any size.
   [[nodiscard]] bool integral() const { return is<bool>() || is<std::int64_t>(); }
-  [[nodiscard]] std::int64_t integer() const;  // precondition: integral()
-  [[nodiscard]] double real() const;           // precondition: number()
+  [[nodiscard]] bool whole() const { return integral() || is<Big>(); }
+  [[nodiscard]] std::int64_t integer() const;      // precondition: integral()
+  [[nodiscard]] WholeNumber whole_number() const;  // precondition: whole()
+  // Precondition: number(). Throws ExpressionError for an int that is larger than any float.
+  [[nodiscard]] double real() const;
   [[nodiscard]] bool truth() const;
   [[nodiscard]] const char* type_name() const;  // "int"
   [[nodiscard]] std::string str() const;        // as Python's str()
@@ -183,13 +195,18 @@ class Value {
 };
 
 bool equal(const Value& a, const Value& b);
+// -1, 0, 1; 2: one of them is not a number. Precondition: number() of both. Exact, as Python compares.
+int compare_numbers(const Value& a, const Value& b);
 
 // Python's repr of a float: the shortest text that reads back the same.
 std::string format_real(double value);
 
-// The numbers that Python's int(text) and float(text) read: blanks around, a sign, no underscores.
+// The numbers that Python's int(text, base) and float(text) read: blanks around, a sign, underscores between
+// digits, every script's decimal digits. False as well for a whole number of more than 64 bits.
 bool parse_integer(std::string_view text, std::int64_t& out, int base = 10);
 bool parse_real(std::string_view text, double& out);
+// As parse_integer, of up to 4096 bits. Null: no whole number, or a larger one.
+std::optional<Value> parse_whole(std::string_view text, int base = 10);
 
 // A number as most are, read in one scan: a sign, up to 18 digits, perhaps a point before, among or behind
 // them. Other: something else, which may be a number too.

@@ -10,11 +10,64 @@
 namespace doppel {
 namespace {
 
+constexpr std::string_view kBlank = " \t\r\n\v\f";
+
 std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n\v\f";
   const std::size_t begin = text.find_first_not_of(kBlank);
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
+}
+
+// The zeros of Unicode's decimal digits; nine more follow each. Source: DerivedNumericType.txt, Unicode 14.
+constexpr char32_t kZeros[] = {
+    0x660,   0x6F0,   0x7C0,   0x966,   0x9E6,   0xA66,   0xAE6,   0xB66,   0xBE6,   0xC66,   0xCE6,
+    0xD66,   0xDE6,   0xE50,   0xED0,   0xF20,   0x1040,  0x1090,  0x17E0,  0x1810,  0x1946,  0x19D0,
+    0x1A80,  0x1A90,  0x1B50,  0x1BB0,  0x1C40,  0x1C50,  0xA620,  0xA8D0,  0xA900,  0xA9D0,  0xA9F0,
+    0xAA50,  0xABF0,  0xFF10,  0x104A0, 0x10D30, 0x11066, 0x110F0, 0x11136, 0x111D0, 0x112F0, 0x11450,
+    0x114D0, 0x11650, 0x116C0, 0x11730, 0x118E0, 0x11950, 0x11C50, 0x11D50, 0x11DA0, 0x16A60, 0x16AC0,
+    0x16B50, 0x1D7CE, 0x1D7D8, 0x1D7E2, 0x1D7EC, 0x1D7F6, 0x1E140, 0x1E2F0, 0x1E950, 0x1FBF0};
+
+char32_t code_of(std::string_view character) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
+  if (character.size() == 1) return byte(0);
+  char32_t code = byte(0) & (0x7FU >> character.size());
+  for (std::size_t i = 1; i < character.size(); ++i) code = code << 6 | (byte(i) & 0x3FU);
+  return code;
+}
+
+// What stands for the character in a number: a digit, a blank, or '?'.
+char ascii_of(char32_t code) {
+  if (code < 0x80) return static_cast<char>(code);
+  const char32_t* const next = std::upper_bound(std::begin(kZeros), std::end(kZeros), code);
+  if (next != std::begin(kZeros) && code - *(next - 1) < 10)
+    return static_cast<char>('0' + (code - *(next - 1)));
+  const bool blank = code == 0x85 || code == 0xA0 || code == 0x1680 || (code >= 0x2000 && code <= 0x200A) ||
+                     code == 0x2028 || code == 0x2029 || code == 0x202F || code == 0x205F || code == 0x3000;
+  return blank ? ' ' : '?';
+}
+
+// A number's text with ASCII's digits and blanks, and without the underscores that stand between two digits;
+// "?" where an underscore stands elsewhere. `letters` are digits too.
+std::string plain_digits(std::string_view text, bool letters) {
+  std::string out;
+  const auto digit = [letters](char c) {
+    return (c >= '0' && c <= '9') || (letters && ((c | 0x20) >= 'a' && (c | 0x20) <= 'z'));
+  };
+  bool underscore = false;
+  while (!text.empty()) {
+    const std::size_t length = character_length(text);
+    const char c = ascii_of(code_of(text.substr(0, length)));
+    text.remove_prefix(std::min(length, text.size()));
+    if (underscore && !digit(c)) return "?";
+    if (c == '_' && (out.empty() || underscore || !digit(out.back()))) return "?";
+    underscore = c == '_';
+    if (!underscore) out += c;
+  }
+  return underscore ? "?" : out;
+}
+bool needs_plain_digits(std::string_view text) {
+  return std::any_of(text.begin(), text.end(),
+                     [](char c) { return c == '_' || static_cast<unsigned char>(c) >= 0x80; });
 }
 
 bool has_letters(std::string_view text, std::string_view word) {
@@ -131,24 +184,53 @@ PlainNumber parse_plain(std::string_view text) {
   return out;
 }
 
+namespace {
+
+// A whole number's text in its parts; `cleaned` may hold what the digits refer to.
+struct WholeText {
+  bool minus = false;
+  std::string_view digits;
+  int base = 10;
+};
+WholeText whole_text(std::string_view text, int base, std::string& cleaned) {
+  if (needs_plain_digits(text)) text = cleaned = plain_digits(text, base == 0 || base > 10);
+  text = trimmed(text);
+  WholeText out{text.starts_with('-'), text, base == 0 ? 10 : base};
+  if (out.minus || text.starts_with('+')) text.remove_prefix(1);
+  if (text.size() > 2 && text[0] == '0' && base != 10) {
+    const char letter = static_cast<char>(text[1] | 0x20);
+    const int radix = letter == 'x' ? 16 : letter == 'o' ? 8 : letter == 'b' ? 2 : 0;
+    if (radix != 0 && (base == radix || base == 0)) {
+      text.remove_prefix(2);
+      out.base = radix;
+    }
+  }
+  out.digits = text;
+  return out;
+}
+
+}  // namespace
+
 bool parse_integer(std::string_view text, std::int64_t& out, int base) {
   if (base == 10) {
     const PlainNumber plain = parse_plain(text);
     if (plain.kind == PlainNumber::Kind::whole) out = plain.whole;
     if (plain.kind != PlainNumber::Kind::other) return plain.kind == PlainNumber::Kind::whole;
   }
-  text = trimmed(text);
-  const bool minus = text.starts_with('-');
-  if (minus || text.starts_with('+')) text.remove_prefix(1);
-  if (text.size() > 2 && text[0] == '0' && base != 10) {
-    const char letter = static_cast<char>(text[1] | 0x20);
-    const int radix = letter == 'x' ? 16 : letter == 'o' ? 8 : letter == 'b' ? 2 : 0;
-    if (radix != 0 && (base == radix || base == 0)) {
-      text.remove_prefix(2);
-      base = radix;
-    }
-  }
-  return parse_digits(minus, text, base == 0 ? 10 : base, out);
+  std::string cleaned;
+  const WholeText parts = whole_text(text, base, cleaned);
+  return parse_digits(parts.minus, parts.digits, parts.base, out);
+}
+
+std::optional<Value> parse_whole(std::string_view text, int base) {
+  std::int64_t small = 0;
+  if (parse_integer(text, small, base)) return Value(small);
+  std::string cleaned;
+  const WholeText parts = whole_text(text, base, cleaned);
+  if (parts.digits.size() > WholeNumber::kMostBits) return std::nullopt;
+  const auto number = WholeNumber::parse(parts.digits, parts.base);
+  if (!number || number->bits() > WholeNumber::kMostBits) return std::nullopt;
+  return Value::whole(parts.minus ? -*number : *number);
 }
 
 bool parse_real(std::string_view text, double& out) {
@@ -157,6 +239,7 @@ bool parse_real(std::string_view text, double& out) {
     out = plain.real;
     return true;
   }
+  if (needs_plain_digits(text)) return parse_real(plain_digits(text, false), out);
   text = trimmed(text);
   const bool minus = text.starts_with('-');
   if (minus || text.starts_with('+')) text.remove_prefix(1);

@@ -43,6 +43,24 @@ bool identifier(std::string_view name) {
   });
 }
 
+bool substitution(std::string_view text) {
+  return text.find("${") != std::string_view::npos || text.find("$(") != std::string_view::npos;
+}
+
+// Whether a text or attribute anywhere in it is to be evaluated.
+bool has_substitution(const TreeNode& node) {
+  if (node.constant || node.kind == TreeNode::Kind::comment || node.kind == TreeNode::Kind::instruction)
+    return false;
+  if (node.kind == TreeNode::Kind::text) return !node.cdata && node.dollar && substitution(node.text);
+  for (const TreeAttribute* a = node.attributes; a != nullptr; a = a->next) {
+    if (a->dollar && substitution(a->value)) return true;
+  }
+  for (const TreeNode* child = node.first; child != nullptr; child = child->next) {
+    if (has_substitution(*child)) return true;
+  }
+  return false;
+}
+
 bool has_xacro(const TreeNode& node) {
   for (const TreeNode* child = node.first; child != nullptr; child = child->next) {
     if (child->constant || child->kind != TreeNode::Kind::element) continue;
@@ -81,6 +99,7 @@ XacroResult Expander::run(XmlTree source, const fs::path& file,
                           const std::vector<std::pair<std::string, std::string>>& arguments) {
   const StackGuard guard;
   keep_ = source.keep;
+  judge_document(source, kTopLevel);
   sources_ = std::move(source.sources);
   sources_.push_back(interpreter_.source());
   for (const auto& [name, value] : arguments) {
@@ -106,11 +125,36 @@ XacroResult Expander::run(XmlTree source, const fs::path& file,
   root->first = inner.nodes.first;
   root->last = inner.nodes.last;
   XacroResult out;
-  out.tree = {source.before, source.after, root, keep_, std::move(sources_)};
+  out.tree.before = source.before;
+  out.tree.after = source.after;
+  out.tree.root = root;
+  out.tree.keep = keep_;
+  out.tree.sources = std::move(sources_);
   out.files = std::move(interpreter_.files());
   out.declared_arguments = std::move(declared_);
   out.used_arguments.assign(interpreter_.used_arguments().begin(), interpreter_.used_arguments().end());
   return out;
+}
+
+// A file has to declare the prefixes that it uses, but for xacro's own: ros/xacro refuses it else.
+void Expander::judge_document(const XmlTree& tree, const TreeWithin& within) {
+  for (Diagnostic warning : tree.tolerated) {
+    warning.where.within = steps_of(&within);
+    diagnostics_.add(std::move(warning));
+  }
+  if (tree.undeclared.empty()) return;
+  SourceLocation where = locate(tree.undeclared_at);
+  where.within = steps_of(&within);
+  if (tree.undeclared == "xacro") {
+    diagnostics_.warning("xml.prefix", where,
+                         "the prefix 'xacro' is not declared; ros/xacro refuses the file",
+                         "write xmlns:xacro=\"http://www.ros.org/wiki/xacro\" into the root element");
+    return;
+  }
+  throw InputError(
+      "xml.prefix", where,
+      fmt::format("the prefix '{}' is not declared, so that xacro refuses the file", tree.undeclared),
+      fmt::format("write xmlns:{}=\"...\" into the root element, or take the prefix off", tree.undeclared));
 }
 
 const TreeAttribute& Expander::required(const TreeNode& node, std::string_view name, const Context& context) {
@@ -369,7 +413,9 @@ void Expander::property(const TreeNode& in, const Context& context, Output& out)
   }
   const bool lazy = condition_of(in.find("lazy_eval"), true, context);
   const TreePlace where = placed(value->where, context);
-  if (lazy && target == context.scope && in.find("scope") == nullptr)
+  const TreeAttribute* const scope = in.find("scope");
+  const bool elsewhere = scope != nullptr && (scope->value == "global" || scope->value == "parent");
+  if (lazy && !elsewhere)
     target->set_text(name, value->value, where);
   else
     target->set(name, interpreter_.text(value->value, *context.scope, where));
@@ -468,7 +514,7 @@ void Expander::added_attribute(const TreeNode& in, const Context& context, Outpu
 }  // namespace xacro
 
 bool needs_xacro(const XmlTree& tree) {
-  if (tree.root->name.starts_with("xacro:")) return true;
+  if (tree.root->name.starts_with("xacro:") || xacro::has_substitution(*tree.root)) return true;
   for (const TreeAttribute* a = tree.root->attributes; a != nullptr; a = a->next) {
     if (a->name.starts_with("xmlns:") && a->value.find("xacro") != std::string_view::npos) return true;
   }

@@ -32,7 +32,7 @@ XacroResult expand_xacro(const std::filesystem::path& file,
                          const std::vector<std::pair<std::string, std::string>>& arguments,
                          const PackageResolver& resolver, Diagnostics& diagnostics);
 
-// Whether the tree holds anything for xacro to do.
+// Whether the tree holds anything for xacro to do: an element or namespace of it, ${...} or $(...).
 bool needs_xacro(const XmlTree& tree);
 
 // The text that ros/xacro writes for a document: its layout, its order of attributes, its banner, which names

@@ -41,7 +41,10 @@ void Expander::bind_attributes(Call& call) {
                        fmt::format("it is defined at {}", locate(call.macro.where).place()));
     }
     call.bound[which] = 1;
-    call.inner.set(a->name, a->dollar ? value_of(*a, call.caller) : literal(a->value));
+    if (a->dollar)
+      call.inner.set(a->name, value_of(*a, call.caller));
+    else
+      call.inner.set_literal(a->name, a->value);
   }
 }
 
@@ -88,6 +91,7 @@ void Expander::bind_defaults(Call& call) {
     const Value* forwarded = nullptr;
     try {
       if (p.forwards) forwarded = call.caller.scope->find(p.name);
+      if (p.forwards && forwarded == nullptr) forwarded = find_builtin(p.name);
     } catch (const ExpressionError& problem) {
       throw InputError(problem.rule, locate(where), problem.what());
     }

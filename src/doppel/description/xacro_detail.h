@@ -89,6 +89,8 @@ class Scope : public NameScope {
   // Evaluated at first use.
   void set_text(std::string_view name, std::string_view text, const TreePlace& where);
   void set(std::string_view name, Value value);
+  // What the text means as a literal: quotes come off, and what was in them stays a text.
+  void set_literal(std::string_view name, std::string_view text);
   // Here and in all scopes around.
   void remove(std::string_view name);
 

@@ -68,6 +68,7 @@ class Expander {
   static SourceLocation told(const TreePlace& where, const Context& context) {
     return locate(placed(where, context));
   }
+  void judge_document(const XmlTree& tree, const TreeWithin& within);
   static const TreeAttribute& required(const TreeNode& node, std::string_view name, const Context& context);
   Value value_of(const TreeAttribute& a, const Context& context) {
     if (!a.dollar) return Value(std::string(a.value));

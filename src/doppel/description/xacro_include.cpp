@@ -85,6 +85,7 @@ const TreeNode& Expander::document(const fs::path& file, const Context& inside) 
   try {
     XmlTree read = load_xml_tree(file.string(), keep_);
     sources_.insert(sources_.end(), read.sources.begin(), read.sources.end());
+    judge_document(read, *inside.within);
     interpreter_.add_document(*read.root);
     return *(parsed_[file.native()] = read.root);
   } catch (const InputError& problem) {

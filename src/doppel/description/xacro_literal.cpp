@@ -20,22 +20,25 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-// What is no plain number, but may be one: with blanks around, an exponent, many digits, inf.
+// What is no plain number, but may be one: with blanks around, an exponent, many digits, inf. With an
+// underscore it stays a text here, whatever Python's int() says.
 std::optional<Value> unusual_number(std::string_view text) {
+  if (text.find('_') != std::string_view::npos) return std::nullopt;
   std::string_view body = trimmed(text);
   if (body.starts_with('-') || body.starts_with('+')) body.remove_prefix(1);
   const auto digit = [](char c) { return c >= '0' && c <= '9'; };
   if (body.empty()) return std::nullopt;
-  if (digit(body[0]) || body[0] == '.') {
+  const auto foreign = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
+  if (digit(body[0]) || body[0] == '.' || foreign(body[0])) {
     for (const char c : body) {
-      if (!digit(c) && c != '.' && c != '-' && c != '+' && (c | 0x20) != 'e') return std::nullopt;
+      if (!digit(c) && !foreign(c) && c != '.' && c != '-' && c != '+' && (c | 0x20) != 'e')
+        return std::nullopt;
     }
   } else if (body.size() < 3 || body.size() > 8) {
     return std::nullopt;
   }
-  std::int64_t whole = 0;
-  if (parse_integer(text, whole)) return Value(whole);
-  // A whole number of more than 64 bits stays as it is written.
+  if (auto whole = parse_whole(text)) return whole;
+  // A whole number that is too long even for that stays as it is written.
   const std::size_t digits = text[0] == '-' || text[0] == '+' ? 1 : 0;
   if (text.size() > digits + 18 && text.find_first_not_of("0123456789", digits) == std::string_view::npos)
     return std::nullopt;
@@ -58,7 +61,8 @@ std::optional<Value> read(std::string_view text) {
     if (plain.kind == PlainNumber::Kind::real) return Value(plain.real);
     return unusual_number(text);
   }
-  return first == 'i' || first == 'n' || blank(first) ? unusual_number(text) : std::nullopt;
+  const bool foreign = static_cast<unsigned char>(first) >= 0x80;
+  return first == 'i' || first == 'n' || blank(first) || foreign ? unusual_number(text) : std::nullopt;
 }
 
 }  // namespace
@@ -82,9 +86,8 @@ std::optional<bool> truth_of(const Value& value) {
   if (!value.is<std::string>()) return value.truth();
   const std::string& text = value.as<std::string>();
   if (const auto truth = truth_word(text)) return truth;
-  std::int64_t whole = 0;
-  if (!parse_integer(text, whole)) return std::nullopt;
-  return whole != 0;
+  if (const auto whole = parse_whole(text)) return whole->truth();
+  return std::nullopt;
 }
 
 }  // namespace doppel::xacro

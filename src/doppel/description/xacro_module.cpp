@@ -90,11 +90,10 @@ class EvalScope : public NameScope {
  private:
   void add(const char* name, ValueFunction f) { names_[name] = Value::function(name, std::move(f)); }
   static Value converted(const std::string& text) {
-    std::int64_t whole = 0;
     double real = 0;
     const bool point = text.find('.') != std::string::npos;
     if (point && parse_real(text, real)) return Value(real);
-    if (!point && parse_integer(text, whole)) return Value(whole);
+    if (auto whole = point ? std::nullopt : parse_whole(text)) return *std::move(whole);
     const Value lower = (*get_attribute(Value(text), "lower").as<Value::Function>().call)(none_, nothing_);
     if (lower.str() == "true" || lower.str() == "false") return Value(lower.str() == "true");
     return Value(text);

@@ -59,7 +59,9 @@ class Parameters {
     return out;
   }
 
-  // ${...} and $(...) up to a bracket that a blank follows; else quoted and plain pieces.
+  // ${...} and $(...) up to a bracket that a blank follows; else quoted and plain pieces. ros/xacro finds the
+  // end by a regular expression that backs up: a quoted piece ends at the first quote from which the rest can
+  // be read to its end, so that 'a'b' is one.
   std::size_t default_end(std::string_view name) {
     if (text_.substr(at_, 2) == "${" || text_.substr(at_, 2) == "$(") {
       const char close = text_[at_ + 1] == '{' ? '}' : ')';
@@ -67,20 +69,34 @@ class Parameters {
         if (text_[i] == close && ends(i + 1)) return i + 1;
       }
     }
-    std::size_t i = at_;
-    while (!ends(i)) {
-      if (text_[i] != '\'' && text_[i] != '"') {
-        ++i;
-        continue;
-      }
-      const std::size_t quote = text_.find(text_[i], i + 1);
-      if (quote == std::string_view::npos)
-        fail(fmt::format("the default of '{}' has no closing quote", name));
-      i = quote + 1;
-    }
-    return i;
+    if (ends_.empty()) find_ends();
+    if (ends_[at_] == kNone) fail(fmt::format("the default of '{}' has no closing quote", name));
+    return ends_[at_];
   }
 
+  // For each position where the pieces that begin there end; from the last to the first, so that each looks
+  // at what is behind it only once.
+  void find_ends() {
+    ends_.assign(text_.size() + 1, kNone);
+    ends_[text_.size()] = text_.size();
+    std::size_t single = kNone, twice = kNone;  // the ends behind the next closing quote that leads to one
+    for (std::size_t i = text_.size(); i-- > 0;) {
+      const char c = text_[i];
+      if (c == '\n') single = twice = kNone;
+      if (blank(c)) {
+        ends_[i] = i;
+      } else if (c != '\'' && c != '"') {
+        ends_[i] = ends_[i + 1];
+      } else {
+        std::size_t& next = c == '\'' ? single : twice;
+        ends_[i] = next;
+        if (ends_[i + 1] != kNone) next = ends_[i + 1];
+      }
+    }
+  }
+
+  static constexpr std::size_t kNone = std::string_view::npos;
+  std::vector<std::size_t> ends_;
   std::string_view text_;
   const TreePlace& where_;
   std::size_t at_ = 0;

@@ -94,7 +94,7 @@ bool Scope::knows(std::string_view name) const {
   for (const Scope* at = this; at != nullptr; at = at->parent_) {
     if (at->properties_.find(name, hash) != nullptr) return true;
   }
-  return false;
+  return interpreter_.global(name, hash) != nullptr || find_builtin(name) != nullptr;
 }
 
 void Scope::put(std::string_view name, Property property) {
@@ -113,6 +113,10 @@ void Scope::set_text(std::string_view name, std::string_view text, const TreePla
 
 void Scope::set(std::string_view name, Value value) {
   put(name, {interpreted(std::move(value)), {}, {}, false, false});
+}
+
+void Scope::set_literal(std::string_view name, std::string_view text) {
+  put(name, {literal(text), {}, {}, false, false});
 }
 
 void Scope::remove(std::string_view name) {

@@ -49,6 +49,12 @@ void cut_text(std::string_view text, const TreePlace& where, std::vector<TextPar
     const std::size_t last = std::min(text.find_first_not_of('$', dollar), text.size());
     const char opens = last < text.size() ? text[last] : '\0';
     if (opens != '{' && opens != '(') {
+      if (last - dollar > 1) {
+        throw InputError(
+            "xacro.expression", locate(where),
+            fmt::format("'{}' is followed by neither '{{' nor '('", text.substr(dollar, last - dollar)),
+            "write one '$' for the character itself, $${ for '${'");
+      }
       plain(text.substr(i, last - i));
       i = last;
       continue;

@@ -81,9 +81,8 @@ class Converter {
     if (tag == "!" || tag == "tag:yaml.org,2002:str") return Value(text);
     if (yaml_unit(tag) != 0) return quantity(node);
     double number = 0;
-    std::int64_t whole = 0;
     if (tag == "tag:yaml.org,2002:float" && parse_real(text, number)) return Value(number);
-    if (tag == "tag:yaml.org,2002:int" && parse_integer(text, whole)) return Value(whole);
+    if (auto whole = parse_whole(text); whole && tag == "tag:yaml.org,2002:int") return *std::move(whole);
     if (tag == "tag:yaml.org,2002:bool" || tag == "tag:yaml.org,2002:null") return yaml_scalar(text);
     fail(node, fmt::format("the tag '{}' of '{}' is not known; there are !degrees, !radians, !meters, "
                            "!millimeters, !foot, !inches",

@@ -38,9 +38,7 @@ std::optional<Value> integer(std::string_view text) {
     base = 8, allowed = "01234567";
   }
   if (!digits_only(digits, allowed)) return std::nullopt;
-  std::int64_t out = 0;
-  if (!parse_integer((sign == 1 && text[0] == '-' ? "-" : "") + digits, out, base)) return std::nullopt;
-  return Value(out);
+  return parse_whole((sign == 1 && text[0] == '-' ? "-" : "") + digits, base);
 }
 
 // A point is required, and a sign in the exponent: 1e-5 is a text in YAML 1.1.
@@ -61,6 +59,7 @@ std::optional<Value> real(std::string_view text) {
                                digits_only(exponent.substr(2), "0123456789");
   if (!exponent.empty() && !signed_exponent) return std::nullopt;
   std::erase(mantissa, '_');
+  if (sign == 1 && point == 0) return std::nullopt;  // -.5 is a text in YAML 1.1
   if (mantissa.size() < 2 || !digits_only(mantissa, "0123456789.") || body[0] == '_') return std::nullopt;
   double out = 0;
   if (!parse_real(mantissa.append(exponent), out)) return std::nullopt;
@@ -106,8 +105,9 @@ bool written(std::string_view text, std::string_view word) {
 
 Value number(std::string_view text) {
   const PlainNumber plain = parse_plain(text);
-  if (plain.kind == PlainNumber::Kind::real) return {plain.real};
   const std::size_t sign = text[0] == '-' || text[0] == '+' ? 1 : 0;
+  const bool starts_with_point = sign == 1 && text.substr(1, 1) == ".";
+  if (plain.kind == PlainNumber::Kind::real && !starts_with_point) return {plain.real};
   const bool octal = text.size() > sign + 1 && text[sign] == '0';
   if (plain.kind == PlainNumber::Kind::whole && !octal) return {plain.whole};
   if (auto whole = integer(text)) return *std::move(whole);

@@ -96,8 +96,8 @@ std::string read_file(const std::string& file, std::size_t largest) {
   return out;
 }
 
-XmlTree load_xml_tree(const std::string& file, XmlKeep keep) {
-  return parse_xml_tree(read_file(file, kLargestFile), file, keep);
+XmlTree load_xml_tree(const std::string& file, XmlKeep keep, XmlRules rules) {
+  return parse_xml_tree(read_file(file, kLargestFile), file, keep, rules);
 }
 
 XmlNode load_xml(const std::string& file) {

@@ -33,10 +33,10 @@ struct XmlNode {
 };
 
 // `content` leaves out comments, processing instructions, and blank text beside elements; `everything` is
-// what an editor shows. One root element; names, references, nesting and characters are checked, entities of
-// an internal DTD are put in, nothing outside of the file is read. Bounded: 64 MB, 400 levels, 1 MB of
-// entities. UTF-8, UTF-16 with a byte order mark, Latin-1. Throws InputError "xml.not_well_formed" with the
-// place.
+// what an editor shows. Blanks and comments before <?xml are skipped. One root element; names, references,
+// nesting and characters are checked, entities of an internal DTD are put in, nothing outside of the file is
+// read. Bounded: 64 MB, 400 levels, 1 MB of entities. UTF-8, UTF-16 with a byte order mark, Latin-1. Throws
+// InputError "xml.not_well_formed" with the place.
 enum class XmlKeep { content, everything };
 XmlNode parse_xml(std::string_view text, const std::string& file, XmlKeep keep = XmlKeep::content);
 

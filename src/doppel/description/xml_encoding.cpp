@@ -53,10 +53,42 @@ std::string_view as_utf8(std::string_view text, std::string& converted) {
   if (encoding.empty() || encoding == "utf-8" || encoding == "utf8" || encoding == "us-ascii" ||
       encoding == "ascii")
     return text;
+  if (is_utf8(text)) return text;
   if (encoding != "iso-8859-1" && encoding != "latin-1" && encoding != "latin1")
     throw UnknownEncoding(encoding);
   for (const char c : text) append_utf8(converted, static_cast<unsigned char>(c));
   return converted;
+}
+
+bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    if (length == 0) return false;
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
+TolerantText tolerant_text(std::string_view bytes) {
+  TolerantText out;
+  bytes = bytes.substr(bytes.starts_with("\xEF\xBB\xBF") ? 3 : 0);
+  const std::size_t nul = bytes.find('\0');
+  if (nul != std::string_view::npos) bytes = bytes.substr(0, nul);
+  const auto changed = [&out] { out.first_changed = std::min(out.first_changed, out.text.size()); };
+  while (!bytes.empty()) {
+    const auto c = static_cast<unsigned char>(bytes[0]);
+    const std::size_t length = utf8_length(bytes);
+    const bool control = c < 0x20 && c != '\t' && c != '\n' && c != '\r';
+    if (length == 0 || control) {
+      changed();
+      append_utf8(out.text, control ? U' ' : char32_t{c});
+    } else {
+      out.text += bytes.substr(0, length);
+    }
+    bytes.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  if (nul != std::string_view::npos) changed();
+  return out;
 }
 
 std::size_t utf8_length(std::string_view text) {

@@ -56,8 +56,17 @@ bool is(char c, Class what) {
 
 class Parser {
  public:
-  Parser(std::shared_ptr<TreeSource> source, XmlKeep keep)
-      : source_(std::move(source)), arena_(source_->arena), text_(source_->text), keep_(keep) {}
+  Parser(std::shared_ptr<TreeSource> source, XmlKeep keep, XmlRules rules)
+      : source_(std::move(source)),
+        arena_(source_->arena),
+        text_(source_->text),
+        keep_(keep),
+        lenient_(rules == XmlRules::lenient) {}
+
+  // What the bytes were changed into before they came here.
+  void changed(std::size_t offset) {
+    if (offset != std::string::npos) tolerate(offset, "here are bytes that are no UTF-8, or no text at all");
+  }
 
   XmlTree document() {
     if (text_.size() > kLargest) fail(0, "the file is larger than 64 MB");
@@ -75,6 +84,9 @@ class Parser {
     if (!open_.empty()) unclosed(text_.size());
     if (root_ == nullptr) fail(text_.size(), "there is no element in it");
     out.root = root_;
+    out.tolerated = std::move(tolerated_);
+    out.undeclared = undeclared_;
+    out.undeclared_at = undeclared_at_;
     out.sources.push_back(std::move(source_));
     return out;
   }
@@ -83,6 +95,17 @@ class Parser {
   [[noreturn]] void fail(std::size_t offset, const std::string& what, const std::string& mend = "") const {
     throw InputError("xml.not_well_formed", locate(place(offset)), "the XML is not well-formed: " + what,
                      mend.empty() ? "correct the XML at this place; nothing of the file was used" : mend);
+  }
+  // What XML forbids, and urdfdom reads: refused, or said where the rules are lenient.
+  void tolerate(std::size_t offset, const std::string& what, const std::string& mend = "") {
+    if (!lenient_) fail(offset, what, mend);
+    warn(offset, what + "; urdfdom reads on, xacro and other readers of XML refuse the file", mend);
+  }
+  void warn(std::size_t offset, const std::string& what, const std::string& mend) {
+    constexpr std::size_t kMostWarnings = 20;
+    if (tolerated_.size() < kMostWarnings)
+      tolerated_.push_back({Severity::warning, "xml.tolerated", "the XML is not well-formed: " + what,
+                            locate(place(offset)), mend.empty() ? "correct the XML at this place" : mend});
   }
   [[noreturn]] void unclosed(std::size_t offset) const {
     const TreeNode& node = *open_.back();
@@ -179,15 +202,19 @@ class Parser {
 
   void outside(XmlTree& out) {
     if (blank(text_[at_])) return skip_blanks();
-    if (text_[at_] != '<')
-      fail(at_, root_ != nullptr ? "there is text behind the root element" : "it begins with text");
+    if (text_[at_] != '<') {
+      if (root_ == nullptr) fail(at_, "it begins with text");
+      tolerate(at_, "there is text behind the root element");
+      at_ = std::min(text_.find('<', at_), text_.size());
+      return;
+    }
     if (ahead("<!--") || ahead("<?")) {
       if (TreeNode* const node = aside()) (root_ != nullptr ? out.after : out.before).push_back(node);
       return;
     }
     if (ahead("<!DOCTYPE") && root_ == nullptr) return doctype();
-    if (root_ != nullptr) fail(at_, "there are two root elements; it has to have one");
     if (ahead("</") || ahead("<!")) fail(at_, "it begins with what can only stand within an element");
+    if (root_ != nullptr) tolerate(at_, "there are two root elements; it has to have one");
     element();
   }
 
@@ -198,10 +225,13 @@ class Parser {
     std::string_view name, text;
     if (comment) {
       at_ += 4;
-      const std::size_t end = text_.find("--", at_);
+      std::size_t end = text_.find("--", at_);
       if (end == std::string_view::npos) fail(opened, "the comment is not closed");
-      if (text_.substr(end, 3) != "-->")
-        fail(end, "'--' stands within a comment", "comments cannot hold comments, nor '--' otherwise");
+      if (text_.substr(end, 3) != "-->") {
+        tolerate(end, "'--' stands within a comment", "comments cannot hold comments, nor '--' otherwise");
+        end = text_.find("-->", end);
+        if (end == std::string_view::npos) fail(opened, "the comment is not closed");
+      }
       text = text_.substr(at_, end - at_);
       at_ = end + 3;
     } else {
@@ -210,7 +240,8 @@ class Parser {
       const std::string_view data = until("?>", opened, "the instruction");
       text = data.substr(std::min(data.find_first_not_of(kBlank), data.size()));
       if (name == "xml") {
-        if (opened != 0) fail(opened, "<?xml ...?> stands somewhere else than at the very beginning");
+        if (opened != 0) late_declaration(opened);
+        declared_ = true;
         return nullptr;
       }
     }
@@ -221,6 +252,13 @@ class Parser {
     node->dollar = node->text.find('$') != std::string_view::npos;
     node->constant = !comment || node->text.find("xacro:") == std::string_view::npos;
     return node;
+  }
+
+  // Behind blank lines and comments, as editors leave them, it does no harm.
+  void late_declaration(std::size_t at) {
+    const std::string what = "<?xml ...?> stands somewhere else than at the very beginning";
+    if (declared_ || root_ != nullptr) return tolerate(at, what);
+    warn(at, what + "; urdfdom reads on, ros/xacro refuses the file", "take out what stands before it");
   }
 
   // Only the entities of an internal subset matter here.
@@ -290,7 +328,8 @@ class Parser {
       return;
     }
     if (ahead("<![CDATA[")) return section();
-    fail(at_, "a declaration cannot stand within an element");
+    tolerate(at_, "a declaration cannot stand within an element");
+    until(">", at_, "the declaration");
   }
 
   void section() {
@@ -344,10 +383,10 @@ class Parser {
     TreeNode* const node = make(TreeNode::Kind::element, opened);
     node->name = name();
     node->constant = !node->name.starts_with("xacro:");
-    if (open_.empty())
-      root_ = node;
-    else
+    if (!open_.empty())
       add(*open_.back(), node);
+    else if (root_ == nullptr || (root_->name != "robot" && node->name == "robot"))
+      root_ = node;
     TreeAttribute** end = &node->attributes;
     while (true) {
       const std::size_t before = at_;
@@ -355,14 +394,20 @@ class Parser {
       if (at_ >= text_.size()) fail(opened, fmt::format("<{}> has no '>'", node->name));
       if (text_[at_] == '>') {
         ++at_;
+        check_prefixes(*node);
         open_.push_back(node);
         return;
       }
       if (ahead("/>")) {
         at_ += 2;
+        check_prefixes(*node);
         return;
       }
-      if (before == at_) fail(at_, fmt::format("'{}' was not expected in <{}>", text_[at_], node->name));
+      if (before == at_) {
+        const std::string what = fmt::format("'{}' was not expected in <{}>", text_[at_], node->name);
+        if (!is(text_[at_], kStartsName)) fail(at_, what);
+        tolerate(at_, what, "write a blank before it");
+      }
       TreeAttribute* const made = attribute(*node);
       *end = made;
       end = &made->next;
@@ -370,6 +415,34 @@ class Parser {
       if (made->dollar || (key[0] == 'x' && (key.starts_with("xacro:") || key == "xmlns:xacro")))
         node->constant = false;
     }
+  }
+
+  // Prefixes other than xml's need a declaration around them; the first without one is kept.
+  void check_prefixes(const TreeNode& node) {
+    check_prefix(node, node.name, node.where);
+    for (const TreeAttribute* a = node.attributes; a != nullptr; a = a->next)
+      check_prefix(node, a->name, a->where);
+  }
+  void check_prefix(const TreeNode& node, std::string_view name, const TreePlace& where) {
+    const std::size_t colon = name.find(':');
+    if (colon == std::string_view::npos || colon == 0 || !undeclared_.empty()) return;
+    const std::string_view prefix = name.substr(0, colon);
+    if (prefix == "xmlns" || prefix == "xml" || prefix == known_prefix_) return;
+    const auto declares = [prefix](const TreeNode& at) {
+      for (const TreeAttribute* a = at.attributes; a != nullptr; a = a->next) {
+        if (a->name.starts_with("xmlns:") && a->name.substr(6) == prefix) return true;
+      }
+      return false;
+    };
+    if (root_ != nullptr && declares(*root_)) {
+      known_prefix_ = prefix;
+      return;
+    }
+    if (declares(node) ||
+        std::any_of(open_.begin(), open_.end(), [&](const TreeNode* n) { return declares(*n); }))
+      return;
+    undeclared_ = prefix;
+    undeclared_at_ = where;
   }
 
   TreeAttribute* attribute(const TreeNode& node) {
@@ -380,8 +453,7 @@ class Parser {
       fail(at_, fmt::format("the attribute {} has no value", key));
     ++at_;
     skip_blanks();
-    if (at_ >= text_.size() || (text_[at_] != '"' && text_[at_] != '\''))
-      fail(at_, fmt::format("the value of {} needs quotes", key));
+    if (at_ >= text_.size() || (text_[at_] != '"' && text_[at_] != '\'')) return bare_value(begin, key);
     const char quote = text_[at_++];
     const std::size_t value = at_;
     std::size_t end = at_;
@@ -392,7 +464,7 @@ class Parser {
       const char c = text_[end];
       if (c == quote) break;
       if (c == '<')
-        fail(end, fmt::format("'<' stands in the value of {}", key), "write &lt;, or close the quotes");
+        tolerate(end, fmt::format("'<' stands in the value of {}", key), "write &lt;, or close the quotes");
       plain = plain && c != '&' && c >= ' ';
       dollar = dollar || c == '$';
     }
@@ -409,6 +481,21 @@ class Parser {
       made->value = attribute_text(made->value, value);
       made->dollar = made->value.find('$') != std::string_view::npos;
     }
+    return made;
+  }
+
+  // Up to a blank or the end of the element.
+  TreeAttribute* bare_value(std::size_t begin, std::string_view key) {
+    tolerate(at_, fmt::format("the value of {} needs quotes", key), "write quotes around it");
+    const std::size_t value = at_;
+    at_ = std::min(text_.find_first_of(" \t\r\n/>\"'<", at_), text_.size());
+    if (at_ == value) fail(begin, fmt::format("the attribute {} has no value", key));
+    count_part(begin);
+    auto* const made = arena_.make<TreeAttribute>();
+    made->name = key;
+    made->value = attribute_text(text_.substr(value, at_ - value), value);
+    made->where = place(begin);
+    made->dollar = made->value.find('$') != std::string_view::npos;
     return made;
   }
 
@@ -442,7 +529,7 @@ class Parser {
     if (!plain) {
       all_blank = raw.find_first_not_of(kBlank) == std::string_view::npos;
       if (const std::size_t bad = raw.find("]]>"); bad != std::string_view::npos)
-        fail(begin + bad, "']]>' stands in a text");
+        tolerate(begin + bad, "']]>' stands in a text");
     }
     TreeNode& parent = *open_.back();
     if (keep_ == XmlKeep::content && all_blank && (parent.first != nullptr || !ahead("</"))) return;
@@ -488,8 +575,10 @@ class Parser {
   std::size_t reference(std::string_view raw, std::size_t offset, bool attribute, int depth,
                         std::string& out) {
     const std::size_t end = raw.substr(0, 256).find(';');
-    if (end == std::string_view::npos || end < 2)
-      fail(offset, "'&' does not begin a reference", "write &amp; for the character itself");
+    if (end == std::string_view::npos || end < 2) {
+      tolerate(offset, "'&' does not begin a reference", "write &amp; for the character itself");
+      return out += '&', 1;
+    }
     const std::string_view key = raw.substr(1, end - 1);
     static constexpr std::pair<std::string_view, char> kKnown[] = {
         {"lt", '<'}, {"gt", '>'}, {"amp", '&'}, {"quot", '"'}, {"apos", '\''}};
@@ -503,8 +592,11 @@ class Parser {
       return end + 1;
     }
     const auto found = entities_.find(key);
-    if (found == entities_.end())
-      fail(offset, fmt::format("the entity &{}; is not defined", key), "write &amp; for the character '&'");
+    if (found == entities_.end()) {
+      tolerate(offset, fmt::format("the entity &{}; is not defined", key),
+               "write &amp; for the character '&'");
+      return out += '&', 1;
+    }
     if (depth >= kEntityDepth) fail(offset, "entities are nested too deeply");
     insert_entity(found->second, offset, attribute, depth + 1, out);
     return end + 1;
@@ -529,6 +621,11 @@ class Parser {
   std::size_t parts_ = 0;
   TreeNode* root_ = nullptr;
   std::vector<TreeNode*> open_;
+  bool lenient_ = false;
+  bool declared_ = false;  // there was a <?xml ...?>
+  std::vector<Diagnostic> tolerated_;
+  std::string_view undeclared_, known_prefix_;  // the latter: declared by the root
+  TreePlace undeclared_at_;
   bool decoded_blank_ = false;  // a reference stood for blanks, so that tidying has something to do
   std::map<std::string, std::string, std::less<>> entities_;
   std::size_t entity_bytes_ = 0;
@@ -536,9 +633,16 @@ class Parser {
 
 }  // namespace
 
-XmlTree parse_xml_tree(std::string text, const std::string& file, XmlKeep keep) {
+XmlTree parse_xml_tree(std::string text, const std::string& file, XmlKeep keep, XmlRules rules) {
   auto source = std::make_shared<TreeSource>();
   source->file = std::make_shared<const std::string>(file);
+  if (rules == XmlRules::lenient) {
+    TolerantText tolerant = tolerant_text(text);
+    source->text = std::move(tolerant.text);
+    Parser parser(std::move(source), keep, rules);
+    parser.changed(tolerant.first_changed);
+    return parser.document();
+  }
   std::string converted;
   try {
     const std::string_view utf8 = as_utf8(text, converted);
@@ -553,7 +657,7 @@ XmlTree parse_xml_tree(std::string text, const std::string& file, XmlKeep keep) 
                      fmt::format("the encoding '{}' is not supported", problem.what()),
                      "save the file as UTF-8");
   }
-  return Parser(std::move(source), keep).document();
+  return Parser(std::move(source), keep, rules).document();
 }
 
 }  // namespace doppel

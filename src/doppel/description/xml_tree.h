@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "doppel/core/arena.h"
+#include "doppel/core/diagnostic.h"
 #include "doppel/core/source_location.h"
 #include "doppel/description/xml.h"
 
@@ -100,12 +101,24 @@ struct XmlTree {
   const TreeNode* root = nullptr;
   XmlKeep keep = XmlKeep::everything;
   std::vector<std::shared_ptr<TreeSource>> sources;  // what the nodes refer to
+  std::vector<Diagnostic> tolerated;                 // warnings: what XML forbids, and was read all the same
+  // The first element or attribute whose prefix no xmlns declares; URDF's own readers take it, xacro does
+  // not.
+  std::string_view undeclared;
+  TreePlace undeclared_at;
 
   [[nodiscard]] XmlNode node() const;  // the root, as a copy that can be edited
 };
 
+// `lenient` reads what urdfdom's parser (TinyXML) reads and XML forbids, with a warning for each: text behind
+// the root, a second root, '--' in comments, a bare '&', '<' in a value, values without quotes, bytes that
+// are no UTF-8. Source: TinyXML 2.6's own rules, tried with check_urdf.
+enum class XmlRules { strict, lenient };
+
 // As parse_xml and load_xml, with the same errors.
-XmlTree parse_xml_tree(std::string text, const std::string& file, XmlKeep keep = XmlKeep::everything);
-XmlTree load_xml_tree(const std::string& file, XmlKeep keep = XmlKeep::everything);
+XmlTree parse_xml_tree(std::string text, const std::string& file, XmlKeep keep = XmlKeep::everything,
+                       XmlRules rules = XmlRules::strict);
+XmlTree load_xml_tree(const std::string& file, XmlKeep keep = XmlKeep::everything,
+                      XmlRules rules = XmlRules::strict);
 
 }  // namespace doppel

@@ -92,6 +92,42 @@ TEST(Xacro, RunawaysEndSoon) {
   EXPECT_NE(expanded(doubling + "<xacro:m60/>").find("grows without end"), std::string::npos);
 }
 
+// A whole arm once vanished without a word: '00' was read as 0, and the condition did not hold.
+TEST(Xacro, AQuotedLiteralInACallStaysTheTextThatItIs) {
+  const std::string arm =
+      "<xacro:macro name=\"arm\" params=\"version\"><xacro:if value=\"${version == '00'}\"><link "
+      "name=\"arm\"/></xacro:if><note v=\"${version}\"/></xacro:macro>";
+  EXPECT_EQ(expanded(arm + "<xacro:arm version=\"'00'\"/>"), "<link name=\"arm\"/>\n<note v=\"00\"/>\n");
+  EXPECT_EQ(expanded(arm + "<xacro:arm version=\"'1.50'\"/>"), "<note v=\"1.50\"/>\n");
+  EXPECT_EQ(expanded(arm + "<xacro:arm version=\"'true'\"/>"), "<note v=\"true\"/>\n");
+  EXPECT_EQ(expanded(arm + "<xacro:arm version=\"1.50\"/>"), "<note v=\"1.5\"/>\n");
+}
+
+TEST(Xacro, AQuoteWithinAQuotedDefaultBelongsToIt) {
+  EXPECT_EQ(expanded("<xacro:macro name=\"m\" params=\"p:='a'b' q\"><l p=\"${p}\" q=\"${q}\"/></xacro:macro>"
+                     "<xacro:m q=\"1\"/>"),
+            "<l p=\"a'b\" q=\"1\"/>\n");
+  EXPECT_NE(expanded("<xacro:macro name=\"m\" params=\"p:='a b\"/>").find("no closing quote"),
+            std::string::npos);
+}
+
+TEST(Xacro, APropertyOfAnyOtherScopeIsALocalOneAndLazy) {
+  EXPECT_EQ(expanded("<xacro:property name=\"p\" value=\"${q}\" scope=\"local\"/><xacro:property name=\"q\" "
+                     "value=\"2\"/><l v=\"${p}\"/>"),
+            "<l v=\"2\"/>\n");
+}
+
+// As ros/xacro: what is built in counts as defined already.
+TEST(Xacro, ADefaultDoesNotReplaceABuiltInName) {
+  EXPECT_EQ(expanded("<xacro:property name=\"tau\" default=\"5\"/><l v=\"${tau}\"/>"),
+            "<l v=\"6.283185307179586\"/>\n");
+}
+
+TEST(Xacro, DollarsWithoutABracketAreRefusedAsTheReferenceRefusesThem) {
+  EXPECT_NE(expanded("<l v=\"a$$b\"/>").find("'$$' is followed by neither '{' nor '('"), std::string::npos);
+  EXPECT_EQ(expanded("<l v=\"5$ $a $${b}\"/>"), "<l v=\"5$ $a ${b}\"/>\n");
+}
+
 TEST(Xacro, AnArgumentThatIsDeclaredTooLateIsFound) {
   const std::string text =
       expanded("<l x=\"$(arg use_sim)\"/>\n<xacro:arg name=\"use_sim\" default=\"true\"/>");

@@ -1,0 +1,69 @@
+// doppel-start: what the script `doppel` runs, with the folder that it stands in: builds what has changed,
+// then becomes the program. The verb xacro it is itself, without the libraries of physics and server, whose
+// loading would take longer than the work.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdlib>
+
+#include "app/process.h"
+#include "app/start_check.h"
+#include "app/tell.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/diagnostic.h"
+
+namespace {
+
+constexpr int kBadInput = 2;
+
+[[noreturn]] void become_program(const std::string& root, char** words) {
+  std::string program = root + "/build/bin/doppel";
+  words[0] = program.data();
+  execv(program.c_str(), words);
+  doppel::app::tell("error: '{}' cannot be started; run tools/build doppel\n", program);
+  std::exit(1);
+}
+
+int expand(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App app("Expands xacro files.", "doppel");
+  app.require_subcommand(1);
+  int exit_code = 0;
+  doppel::app::add_xacro(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    doppel::app::tell("error: {}\n  mend: doppel xacro --help tells how it is used\n", error.what());
+    return kBadInput;
+  } catch (const doppel::InputError& error) {
+    doppel::app::tell("{}\n", error.what());
+    return kBadInput;
+  } catch (const std::exception& error) {
+    doppel::app::tell("error: {}\n", error.what());
+    return 1;
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  doppel::app::fill_standard_files();
+  if (argc < 2) {
+    doppel::app::tell("error: doppel-start is run by the script doppel, with its folder\n");
+    return kBadInput;
+  }
+  const std::string root = argv[1];
+  setenv("DOPPEL_ROOT", root.c_str(), 1);
+  // The words of the command, with the program's name in the place of the folder.
+  char** const words = argv + 1;
+  if (doppel::app::must_build(root)) {
+    if (const int failed = doppel::app::build(root)) return failed;
+    become_program(root, words);  // not this one, which may have been built anew as well
+  }
+  if (argc < 3 || std::string_view(argv[2]) != "xacro") become_program(root, words);
+  return expand(argc - 1, words);
+}

@@ -1,0 +1,17 @@
+#pragma once
+// Whether the program has to be built anew before it starts.
+
+#include <string>
+
+namespace doppel::app {
+
+// True where anything that tools/watched_sources listed for the last build (build/.doppel-built: "SECONDS
+// PATH" a line) has another time of change now, earlier or later, or is gone; where there is no such list;
+// and where the program is not there. Some thousand system calls, and nothing else: it is part of every
+// start.
+bool must_build(const std::string& root);
+
+// Runs tools/build, whose output goes to stderr. Its exit code.
+int build(const std::string& root);
+
+}  // namespace doppel::app

@@ -1,0 +1,172 @@
+// Files as they are found: what stands before <?xml, left-over xacro, prefixes that nobody declares.
+#include "doppel/description/load.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using std::string_literals::operator""s;
+
+struct Reading {
+  std::string xml;   // of what was read
+  std::string told;  // warnings, or the error
+  bool refused = false;
+};
+
+Reading read(const std::string& name, const std::string& text) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("load_test." + std::to_string(getpid()));
+  fs::create_directories(folder);
+  std::ofstream(folder / name, std::ios::binary) << text;
+  PackageResolver resolver;
+  Diagnostics diagnostics;
+  Reading out;
+  try {
+    out.xml = to_xml(expand_description(folder / name, {}, resolver, diagnostics).root);
+  } catch (const InputError& error) {
+    out.told = error.what();
+    out.refused = true;
+  }
+  for (const Diagnostic& d : diagnostics.all()) out.told += d.str() + "\n";
+  fs::remove_all(folder);
+  return out;
+}
+
+const std::string kRobot = "<robot name=\"a\"><link name=\"l\"/></robot>";
+std::string robot(const std::string& more) {
+  return "<robot name=\"a\"><link name=\"l\"/>" + more + "</robot>";
+}
+
+// Each of these is a robot for check_urdf.
+TEST(Load, WhatUrdfdomReadsIsReadWithAWarningAtItsPlace) {
+  const std::pair<std::string, std::string> cases[] = {
+      {"\n\n  <?xml version=\"1.0\"?>\n" + kRobot,
+       ":3:3: warning: the XML is not well-formed: <?xml ...?> stands"},
+      {"<!-- hi -->\n<?xml version=\"1.0\"?>\n" + kRobot, ":2:1: warning"},
+      {"\xEF\xBB\xBF\n<?xml version=\"1.0\"?>\n" + kRobot, ":2:1: warning"},
+      {"<?xml version=\"1.0\"?><?xml version=\"1.0\"?>\n" + kRobot, ":1:22: warning"},
+      {robot("<?xml version=\"1.0\"?>"), ":1:33: warning"},
+      {kRobot + "\nrest", ":2:1: warning: the XML is not well-formed: there is text behind the root element"},
+      {kRobot + "\n" + kRobot, ":2:1: warning: the XML is not well-formed: there are two root elements"},
+      {"<x/>" + kRobot, ":1:5: warning"},
+      {robot("<!-- a -- b -->"), ":1:40: warning: the XML is not well-formed: '--' stands within a comment"},
+      {robot("<!-- a <!-- b -->"), ":1:42: warning"},
+      {robot("<gazebo><x>a & b</x></gazebo>"),
+       ":1:46: warning: the XML is not well-formed: '&' does not begin"},
+      {robot("<gazebo x=\"a&foo;\"/>"), "the entity &foo; is not defined"},
+      {robot("<gazebo x=\"a<b\"/>"), "'<' stands in the value of x"},
+      {robot("<gazebo x=l/>"), "the value of x needs quotes"},
+      {robot("<gazebo x=l ></gazebo>"), "the value of x needs quotes"},
+      {robot("<gazebo x=\"l\"y=\"m\"/>"), "'y' was not expected in <gazebo>"},
+      {robot("<gazebo>]]></gazebo>"), "']]>' stands in a text"},
+      {robot("<gazebo>\x01</gazebo>"), "no UTF-8, or no text at all"},
+      {kRobot + "\n\0\0\0"s, "no UTF-8, or no text at all"},
+      {robot("<!-- \xE9 -->"),
+       ":1:38: warning: the XML is not well-formed: here are bytes that are no UTF-8"},
+      {"<?xml version=\"1.0\" encoding=\"gb2312\"?>" + robot("<!-- \xD6\xD0 -->"),
+       "no UTF-8, or no text at all"}};
+  for (const auto& [text, wanted] : cases) {
+    const Reading got = read("a.urdf", text);
+    EXPECT_FALSE(got.refused) << text << "\n" << got.told;
+    EXPECT_NE(got.xml.find("<link name=\"l\"/>"), std::string::npos) << text << "\n" << got.xml;
+    EXPECT_NE(got.told.find(wanted), std::string::npos) << text << "\n" << got.told;
+    EXPECT_NE(got.told.find("[xml.tolerated]"), std::string::npos) << text << "\n" << got.told;
+  }
+}
+
+TEST(Load, WhatNoToolReadsStaysRefused) {
+  for (const std::string& text :
+       {"hello\n" + kRobot, "\n\xEF\xBB\xBF" + kRobot, robot("<!-- a"),
+        robot("<link name=\"l\" name=\"m\"/>"), "<robot name=\"a\"><link name=\"l\"/>"s,
+        "<robot name=\"a\"><link name=\"l\"></lin></robot>"s, robot("<link fixed/>"), ""s}) {
+    const Reading got = read("a.urdf", text);
+    EXPECT_TRUE(got.refused) << text;
+    EXPECT_NE(got.told.find("[xml.not_well_formed]"), std::string::npos) << got.told;
+  }
+}
+
+TEST(Load, WhatTheReferenceRefusesInAXacroFileStaysRefusedThere) {
+  for (const std::string& text : {kRobot + "rest", robot("<!-- a -- b -->"), robot("<gazebo x=l/>")}) {
+    EXPECT_TRUE(read("a.xacro", text).refused) << text;
+    const std::string property = "<xacro:property name=\"p\" value=\"1\"/>";
+    EXPECT_TRUE(read("a.urdf", text.substr(0, 16) + property + text.substr(16)).refused) << text;
+  }
+}
+
+TEST(Load, BlankLinesAndCommentsBeforeTheDeclarationAreAWarningInAXacroFileToo) {
+  const Reading got =
+      read("a.xacro", "<!-- hi -->\n\n<?xml version=\"1.0\"?>\n" + robot("<link name=\"${1 + 1}\"/>"));
+  EXPECT_NE(got.xml.find("<link name=\"2\"/>"), std::string::npos) << got.told;
+  EXPECT_NE(got.told.find(":3:1: warning"), std::string::npos) << got.told;
+  EXPECT_NE(got.told.find("ros/xacro refuses the file"), std::string::npos) << got.told;
+}
+
+// As ros/xacro reads them: an encoding that is declared, and is not that of the file, says nothing.
+TEST(Load, UTF8IsReadAsThatWhateverItDeclares) {
+  for (const char* encoding : {"gb2312", "utf-16", "ISO-8859-1", "foo"}) {
+    const Reading got = read("a.xacro", "<?xml version=\"1.0\" encoding=\""s + encoding + "\"?>" +
+                                            robot("<link name=\"\xC3\xA4${1 + 1}\"/>"));
+    EXPECT_NE(got.xml.find("<link name=\"\xC3\xA4"
+                           "2\"/>"),
+              std::string::npos)
+        << encoding << got.xml << got.told;
+    EXPECT_EQ(got.told, "") << encoding;
+  }
+}
+
+TEST(Load, AFileThatNeedsExpansionIsExpandedWithoutANamespace) {
+  const std::string text = robot("<link name=\"${1 + 1}\"/>");
+  for (const char* name : {"plain.urdf.xacro", "plain.urdf"}) {
+    const Reading got = read(name, text);
+    EXPECT_NE(got.xml.find("<link name=\"2\"/>"), std::string::npos) << name << got.xml << got.told;
+    EXPECT_EQ(got.told, "") << name;
+  }
+  EXPECT_NE(read("price.urdf", robot("<gazebo>5$ ${</gazebo>")).told.find("is not closed"),
+            std::string::npos);
+  EXPECT_EQ(read("price.urdf", robot("<gazebo>5$ a</gazebo>")).told, "");
+}
+
+TEST(Load, AnUndeclaredPrefixIsRefusedInAXacroFileAndReadInAPlainOne) {
+  const std::string sensor = "<gazebo><sensor:camera name=\"c\"/></gazebo>";
+  const Reading refused = read("ns.xacro", robot(sensor));
+  EXPECT_TRUE(refused.refused);
+  EXPECT_NE(refused.told.find("ns.xacro:1:41: error: the prefix 'sensor' is not declared"), std::string::npos)
+      << refused.told;
+  EXPECT_EQ(read("ns.urdf", robot(sensor)).told, "");
+  EXPECT_EQ(read("ns.xacro",
+                 robot("<gazebo xmlns:sensor=\"x\"><sensor:camera sensor:y=\"1\" xml:lang=\"e\"/></gazebo>"))
+                .told,
+            "");
+  EXPECT_TRUE(read("ns.xacro", robot("<gazebo xmlns:sensor=\"x\"/><sensor:camera/>")).refused);
+  EXPECT_TRUE(read("ns.xacro", robot("<gazebo sensor:x=\"1\"/>")).refused);
+  const Reading own =
+      read("own.xacro", robot("<xacro:property name=\"p\" value=\"7\"/><link name=\"${p}\"/>"));
+  EXPECT_NE(own.xml.find("<link name=\"7\"/>"), std::string::npos) << own.told;
+  EXPECT_NE(own.told.find("own.xacro:1:33: warning: the prefix 'xacro' is not declared"), std::string::npos)
+      << own.told;
+}
+
+TEST(Load, LeftOverXacroInAPlainUrdfIsAWarningAndInAXacroFileAnError) {
+  const std::string space = "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">";
+  const std::string text = space + "<link name=\"l\"/><xacro:x/></robot>";
+  const Reading got = read("a.urdf", text);
+  EXPECT_NE(got.xml.find("<link name=\"l\"/>"), std::string::npos) << got.told;
+  EXPECT_EQ(got.xml.find("xacro:x"), std::string::npos);
+  EXPECT_NE(got.told.find("a.urdf:1:77: warning: unknown macro 'x'"), std::string::npos) << got.told;
+  EXPECT_NE(got.told.find("[xacro.left_over]"), std::string::npos) << got.told;
+  EXPECT_TRUE(read("a.xacro", text).refused);
+
+  const std::string include = "<xacro:include filename=\"$(find nowhere_at_all)/x.xacro\"/>";
+  EXPECT_FALSE(read("a.urdf", space + "<link name=\"l\"/><link name=\"m\"/>" + include + "</robot>").refused);
+  EXPECT_TRUE(read("a.urdf", space + "<link name=\"world\"/>" + include + "</robot>").refused)
+      << "the robot is in what is not found";
+  EXPECT_TRUE(read("a.urdf", space + "<link name=\"l\"/><link name=\"${nothing}\"/></robot>").refused);
+}
+
+}  // namespace
+}  // namespace doppel
