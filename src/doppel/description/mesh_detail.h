@@ -28,7 +28,7 @@ using Sidecar = std::function<std::string(const std::string& name)>;
 Soup read_stl(std::string_view bytes, const std::string& name);
 Soup read_obj(std::string_view bytes, const std::string& name, const Sidecar& sidecar);
 Soup read_collada(std::string_view bytes, const std::string& name);
-// glTF and whatever else assimp knows.
+// glTF and whatever else assimp knows. `path` is a regular file of a size that assimp can hold.
 Soup read_by_assimp(const std::string& path);
 
 // Cuts a polygon into triangles: by ears, so that hollow corners stay hollow. Source: G. Meisters, "Polygons

@@ -18,6 +18,8 @@ namespace doppel {
 // All in the file's own units and frame, before the URDF's scale.
 struct MeshReport {
   std::string problem;  // not empty: the file cannot be read, and why
+  std::string rule;     // of the problem: "mesh.unreadable"
+  std::string remark;   // not empty: only a lenient reader took the file; why ours did not
   std::size_t vertices = 0, triangles = 0;
   std::size_t degenerate = 0;  // triangles of no area
   std::size_t open_edges = 0;  // edges with one triangle: not watertight
