@@ -41,13 +41,26 @@ std::string file_name(const MeshGeometry& mesh) {
   return std::filesystem::path(mesh.uri).filename().string();
 }
 
+// Neither our readers nor assimp take it. What nobody can touch lets planners and simulators through; what is
+// only drawn is missing in the picture.
+void report_problem(const Use& use, bool collides, const MeshReport& report, Findings& out) {
+  const std::string message = fmt::format("'{}': {}", file_name(*use.mesh), report.problem);
+  if (report.rule == "mesh.not_fetched") {
+    out.add("mesh.not_fetched", subject(*use.link), use.where, message);
+    return;
+  }
+  out.add("mesh.unreadable", collides ? Severity::error : Severity::warning, subject(*use.link), use.where,
+          message);
+}
+
 // Once per file, whoever uses it.
-void check_file(const Use& use, Findings& out) {
+void check_file(const Use& use, bool collides, Findings& out) {
   const MeshReport& report = cached_mesh_report(use.mesh->path);
   const std::string name = file_name(*use.mesh);
-  if (!report.problem.empty()) {
-    out.add("mesh.unreadable", subject(*use.link), use.where, fmt::format("'{}': {}", name, report.problem));
-    return;
+  if (!report.problem.empty()) return report_problem(use, collides, report, out);
+  if (!report.remark.empty()) {
+    out.add("mesh.irregular", subject(*use.link), use.where,
+            fmt::format("'{}' is read as RViz and Gazebo read it, although {}", name, report.remark));
   }
   if (report.solid.volume < 0 && report.open_edges == 0) {
     out.add("mesh.inverted", subject(*use.link), use.where,
@@ -253,12 +266,15 @@ void check_meshes(const AuditInput& in, Findings& out) {
     if (const auto size = extent(*use.mesh)) extents.push_back(*size);
   }
   std::sort(extents.begin(), extents.end());
-  std::set<std::string> seen;
+  std::set<std::string> seen, colliding;
+  for (const Use& use : uses) {
+    if (use.collides) colliding.insert(use.mesh->path);
+  }
   std::set<std::pair<std::string, bool>> counted;
   std::set<std::pair<const Link*, std::string>> placed;
   for (const Use& use : uses) {
     if (use.mesh->path.empty()) continue;
-    if (seen.insert(use.mesh->path).second) check_file(use, out);
+    if (seen.insert(use.mesh->path).second) check_file(use, colliding.contains(use.mesh->path), out);
     if (counted.emplace(use.mesh->path, use.collides).second) check_triangles(use, out);
     if (!placed.emplace(use.link, use.mesh->path).second) continue;
     check_sign(use, uses, out);
