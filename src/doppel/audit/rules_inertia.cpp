@@ -128,7 +128,8 @@ void report_impossible(const Link& link, const Body& body, const Components& c,
   if (!positive && moments[0] >= -kRounding * moments[2]) return report_singular(link, body, moments, out);
   const double excess = triangle_excess(moments);
   const bool rounding = positive && excess <= kRoundedExcess;
-  const auto slip = rounding ? std::nullopt : only_slip(c, *link.inertial, shape);
+  // Without a shape to hold it against, a power of ten that would do is a guess.
+  const auto slip = rounding || !computable(link, shape) ? std::nullopt : only_slip(c, *link.inertial, shape);
   std::string mend =
       slip ? fmt::format("correct {}: nothing else of the kind makes it possible", slip->what) : "";
   const bool wrong = !positive || excess > kWrongExcess;

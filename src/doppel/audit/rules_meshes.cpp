@@ -131,6 +131,19 @@ bool mirrored_by_mistake(const Link& link) {
   return written && meant && centre_outside(link, *written) > 0 && centre_outside(straight, *meant) == 0;
 }
 
+// The operation sets the scale of every mesh of the link; what is wrong with one file is not wrong with
+// another.
+bool shows_one_file(const Link& link) {
+  std::set<std::string> files;
+  for (const Visual& v : link.visuals) {
+    if (const auto* mesh = std::get_if<MeshGeometry>(&v.geometry)) files.insert(mesh->path);
+  }
+  for (const Collision& c : link.collisions) {
+    if (const auto* mesh = std::get_if<MeshGeometry>(&c.geometry)) files.insert(mesh->path);
+  }
+  return files.size() == 1;
+}
+
 // One side of a robot is often the other one's mesh, mirrored: that file is used without the sign as well.
 void check_sign(const Use& use, const std::vector<Use>& uses, Findings& out) {
   const Eigen::Vector3d& scale = use.mesh->scale;
@@ -149,7 +162,7 @@ void check_sign(const Use& use, const std::vector<Use>& uses, Findings& out) {
                                    file_name(*use.mesh), scale.x(), scale.y(), scale.z(),
                                    mistake ? "; without the sign the centre of mass lies inside of it" : ""),
                        fmt::format("write scale=\"{:g} {:g} {:g}\"", plain.x(), plain.y(), plain.z()));
-  if (!mistake || use.link->visuals.size() + use.link->collisions.size() > 2) return;
+  if (!mistake || !shows_one_file(*use.link)) return;
   Operation repair;
   repair.action = SetMeshScale{use.link->name, plain};
   repair.why = "the sign of the scale mirrored the mesh";
@@ -196,8 +209,7 @@ void check_unit(const Use& use, double reach, const std::vector<double>& extents
           file_name(*use.mesh), *size, scale, reach,
           large ? "the file is in millimetres" : "it is a thousand times too small"),
       fmt::format("write scale=\"{0:g} {0:g} {0:g}\"", scale * factor));
-  const bool alone = use.link->visuals.size() + use.link->collisions.size() <= 2;
-  if (large && alone) f.repair = {repair};
+  if (large && shows_one_file(*use.link)) f.repair = {repair};
 }
 
 // One finding for the whole robot: it is a habit, not an accident.

@@ -469,6 +469,17 @@ TEST_F(WholeAudit, AFaultyTensorThatASoundBodyCarriesIsAWarningAndIsLeftAlone) {
   EXPECT_TRUE(found->repair.empty());
 }
 
+// A power of ten would make it possible, and no shape says that it is the one that was meant.
+TEST_F(WholeAudit, AnImpossibleTensorWithoutAShapeIsAnErrorWithoutARepair) {
+  Parts p = with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.06"));
+  p.visual = p.collision = "";
+  const AuditReport report = check(robot(p));
+  const Finding* found = find(report, "inertia.triangle");
+  ASSERT_NE(found, nullptr) << told(report);
+  EXPECT_EQ(found->severity, E);
+  EXPECT_TRUE(found->repair.empty());
+}
+
 TEST_F(WholeAudit, NothingIsWrittenForWhatIsOnlyDoubted) {
   const Parts cases[] = {
       with(&Parts::inertial, tensor("0.000036 0 0 0.000036 0 0.000006", "0.01")),  // ten grams
@@ -476,7 +487,8 @@ TEST_F(WholeAudit, NothingIsWrittenForWhatIsOnlyDoubted) {
       with(&Parts::inertial, tensor("3.6 0 0 3.6 0 0.6")),
       with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0.3 0.4 0.2")),  // the base's frame
       with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 -1e-21")),
-      with(&Parts::limit, limit("-180", "180"))};
+      with(&Parts::limit, limit("-180", "180")),
+      with(&Parts::limit, limit("-1.570796", "3.14159"))};
   for (const Parts& parts : cases) {
     const AuditReport report = check(robot(parts));
     EXPECT_EQ(report.count(E), 0U) << told(report);
@@ -575,6 +587,19 @@ TEST_F(WholeAudit, MeshesAreMeasured) {
   for (const Finding& f : fine.findings) {
     EXPECT_TRUE(!f.rule.starts_with("mesh.") || f.rule == "mesh.visual_as_collision") << f.rule << f.message;
   }
+}
+
+TEST_F(WholeAudit, AScaleIsOnlyWrittenWhereOneFileIsMeant) {
+  write("m.obj", cube(100));
+  write("metres.obj", cube(0.1));
+  Parts p;
+  p.more = mesh_link("a", "m.obj");
+  EXPECT_EQ(find(check(robot(p)), "mesh.unit")->repair.size(), 1U);
+  p.more.replace(p.more.rfind("m.obj"), 5, "metres.obj");  // of the <collision>
+  const AuditReport report = check(robot(p));
+  const Finding* found = find(report, "mesh.unit");
+  ASSERT_NE(found, nullptr) << told(report);
+  EXPECT_TRUE(found->repair.empty());
 }
 
 // What is written in millimetres is told once: not again as a mass, a centre or a scale that do not fit.
