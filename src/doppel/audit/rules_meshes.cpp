@@ -45,8 +45,8 @@ std::string file_name(const MeshGeometry& mesh) {
 // only drawn is missing in the picture.
 void report_problem(const Use& use, bool collides, const MeshReport& report, Findings& out) {
   const std::string message = fmt::format("'{}': {}", file_name(*use.mesh), report.problem);
-  if (report.rule == "mesh.not_fetched") {
-    out.add("mesh.not_fetched", subject(*use.link), use.where, message);
+  if (report.rule == "mesh.not_fetched" || report.rule == "audit.skipped") {
+    out.add(report.rule, subject(*use.link), use.where, message);
     return;
   }
   out.add("mesh.unreadable", collides ? Severity::error : Severity::warning, subject(*use.link), use.where,

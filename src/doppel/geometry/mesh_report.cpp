@@ -73,6 +73,12 @@ void find_hull(const TriangleMesh& mesh, MeshReport& out) {
 
 MeshReport report_mesh(const std::filesystem::path& file) {
   MeshReport out;
+  std::error_code failed;
+  if (const auto size = std::filesystem::file_size(file, failed); !failed && size > kLargestMeasured) {
+    out.problem = fmt::format("it is larger than {} MB and was not measured", kLargestMeasured >> 20);
+    out.rule = "audit.skipped";
+    return out;
+  }
   try {
     const TriangleMesh mesh = load_mesh(file.string(), Eigen::Vector3d::Ones());
     const bool finite = std::all_of(mesh.vertices.begin(), mesh.vertices.end(),

@@ -361,6 +361,22 @@ TEST_F(World, StandsOnTheGround) {
   EXPECT_THAT(of("world.above_ground"), IsEmpty());
 }
 
+TEST_F(Contact, OfMorePairsThanAnybodyReadsTheDeepestAreTold) {
+  std::string body;
+  for (int i = 0; i < 20; ++i) {
+    const std::string name = "k" + std::to_string(i);
+    body +=
+        "<link name=\"" + name +
+        "\"><collision><geometry><box size=\"0.1 0.1 0.1\"/></geometry></collision></link><joint name=\"j" +
+        name + "\" type=\"revolute\"><origin xyz=\"1 0 0\"/><parent link=\"base\"/><child link=\"" + name +
+        "\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>\n";
+  }
+  const auto found = of("collision.overlap", body);  // 190 pairs
+  EXPECT_THAT(found, SizeIs(51));
+  EXPECT_EQ(found.back().severity, Severity::note);
+  EXPECT_THAT(found.back().message, HasSubstr("140 more pairs"));
+}
+
 TEST_F(Contact, FindsWhatOverlapsWhereItStarts) {
   const auto block = [](const std::string& z) {
     return "<link name=\"block\"><collision><origin xyz=\"0 0 " + z +

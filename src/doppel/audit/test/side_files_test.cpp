@@ -96,6 +96,17 @@ TEST_F(BesideTheDescription, FilesBeyondAnyUsualSizeAreNotRead) {
   EXPECT_THAT(skipped(), testing::UnorderedElementsAre("package.xml", "b.yaml"));
 }
 
+TEST_F(BesideTheDescription, AMeshThatWouldTakeMinutesIsNotMeasured) {
+  endless("urdf/huge.stl");
+  const std::string link =
+      "<link name=\"huge\"><collision><geometry><mesh filename=\"huge.stl\"/></geometry></collision></link>"
+      "<joint name=\"h\" type=\"fixed\"><parent link=\"base\"/><child link=\"huge\"/></joint>";
+  const auto found = of("audit.skipped", link);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().subject, "link 'huge'");
+  EXPECT_THAT(of("mesh.unreadable", link), IsEmpty());
+}
+
 TEST_F(BesideTheDescription, LinksThatLeadToThemselvesAreSkipped) {
   link("a.launch.py", "launch/a.launch.py");
   link("b.yaml", "config/b.yaml");
