@@ -16,6 +16,7 @@ struct PackageManifest {
   std::string name, build_type;
   std::vector<std::string> dependencies;  // needed at run time: depend, exec_depend, run_depend
   std::vector<std::string> missing;       // required elements that are not there
+  bool catkin = false;                    // a package of ROS 1
   SourceLocation source, name_source;
 };
 // Throws InputError as well where it is no XML or has no <package>.

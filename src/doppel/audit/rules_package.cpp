@@ -7,7 +7,7 @@
 #include "doppel/audit/package_files.h"
 #include "doppel/audit/ros_rules_detail.h"
 #include "doppel/audit/side_files.h"
-#include "doppel/core/names.h"
+#include "doppel/audit/vocabulary.h"
 
 namespace doppel::audit_rules {
 namespace {
@@ -96,18 +96,27 @@ std::map<std::string, SourceLocation> packages_named(const AuditInput& in) {
   return out;
 }
 
+// Names share their last word ("_description") with half of ROS; a slip shows in what is left of them.
+bool slip_of(std::string_view written, std::string_view own) {
+  const std::size_t word = own.rfind('_');
+  if (word != std::string_view::npos && written.ends_with(own.substr(word))) {
+    written.remove_suffix(own.size() - word);
+    own.remove_suffix(own.size() - word);
+  }
+  return surely_meant(written, own);
+}
+
 void check_names(const AuditInput& in, const Package& package,
                  const std::map<std::string, SourceLocation>& named, Findings& out) {
-  const Names own{package.manifest.name};
+  const std::string& own = package.manifest.name;
   const std::string folder = package.folder.filename().string();
   for (const auto& [name, where] : named) {
-    if (name == own.front() || !in.resolver.find_package(name).path.empty()) continue;
-    const bool meant = name == folder || nearest_name(name, own).has_value();
-    if (!meant) continue;
+    if (name == own || !in.resolver.find_package(name).path.empty()) continue;
+    if (name != folder && !slip_of(name, own)) continue;
     out.add("package.name_mismatch", fmt::format("package '{}'", name), where,
-            fmt::format("no package is called '{}'; package.xml calls this one '{}'{}", name, own.front(),
+            fmt::format("no package is called '{}'; package.xml calls this one '{}'{}", name, own,
                         name == folder ? ", and only its folder has that name" : ""),
-            fmt::format("write {}, or rename the package", own.front()));
+            fmt::format("write {}, or rename the package", own));
   }
 }
 
@@ -117,7 +126,7 @@ void check_dependencies(const Package& package, const std::map<std::string, Sour
   for (const auto& [name, where] : named) {
     if (name == m.name || contains(m.dependencies, name) || name == package.folder.filename().string())
       continue;
-    if (nearest_name(name, Names{m.name}).has_value()) continue;  // a slip of its own name, told above
+    if (slip_of(name, m.name)) continue;  // a slip of its own name, told above
     out.add("package.dependency", fmt::format("package '{}'", m.name), where,
             fmt::format("the description uses the package '{}', which package.xml does not depend on", name),
             fmt::format("add <exec_depend>{}</exec_depend> to {}", name, m.source.place()));
@@ -185,7 +194,9 @@ void check_installed(const AuditInput& in, const Package& package, const Install
               "install the folder under its own name: without a slash at the end of its name");
       continue;
     }
-    out.add("package.not_installed", fmt::format("folder '{}'", folder), where,
+    // With catkin a workspace runs from its sources, and many packages are never installed.
+    const Severity severity = package.manifest.catkin ? Severity::note : Severity::warning;
+    out.add("package.not_installed", severity, fmt::format("folder '{}'", folder), where,
             fmt::format("'{}'{} ({}) is not installed", left.first, more, left.what),
             cmake ? fmt::format("add it: install(DIRECTORY {} DESTINATION share/${{PROJECT_NAME}})", folder)
                   : fmt::format(

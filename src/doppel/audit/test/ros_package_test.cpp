@@ -272,9 +272,20 @@ TEST_F(Package, IsNamedOnceAndForAll) {
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0].mend, HasSubstr("r_description"));
   EXPECT_THAT(of("package.name_mismatch", mesh("r_description")), IsEmpty());
+  EXPECT_THAT(of("package.name_mismatch", mesh("s_description")), IsEmpty()) << "another robot's package";
+  EXPECT_THAT(of("package.dependency", mesh("s_description")), SizeIs(1));
   EXPECT_THAT(of("package.dependency", mesh("other_robot")), SizeIs(1));
   package("<exec_depend>other_robot</exec_depend>");
   EXPECT_THAT(of("package.dependency", mesh("other_robot")), IsEmpty());
+}
+
+TEST_F(Package, OfCatkinNeedNotBeInstalledToRun) {
+  package("<buildtool_depend>catkin</buildtool_depend>");
+  cmake("");
+  write("urdf/r.urdf", robot(""));
+  const auto found = of("package.not_installed");
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_EQ(found[0].severity, Severity::note);
 }
 
 TEST_F(Package, LaunchesWhatWasMeant) {

@@ -3,6 +3,8 @@
 
 #include <sys/stat.h>
 
+#include <random>
+
 #include "doppel/audit/package_files.h"
 #include "doppel/audit/test/audit_rig.h"
 
@@ -171,6 +173,54 @@ TEST_F(BesideTheDescription, PatternsWithManyStarsMatchInTheStepsOfTheirLengths)
   rules.paths = {{"meshes/*.stl", true, "meshes", {}}};
   EXPECT_TRUE(rules.installed("meshes/a.b.stl"));
   EXPECT_FALSE(rules.installed("meshes/visual/a.stl"));
+}
+
+// Whatever the order of what these files are made of, the readers come back.
+TEST_F(BesideTheDescription, BuildFilesOfAnyWordsAreReadToTheirEnd) {
+  const std::vector<std::string> words{"set(",
+                                       "foreach(",
+                                       "endforeach(",
+                                       "install(",
+                                       "project(",
+                                       "DIRECTORY",
+                                       "DESTINATION",
+                                       "${A}",
+                                       "${",
+                                       "}",
+                                       "A",
+                                       "share/p",
+                                       "\"",
+                                       ")",
+                                       "(",
+                                       "[",
+                                       "]",
+                                       "#",
+                                       "\n",
+                                       " ",
+                                       ";",
+                                       "'",
+                                       ",",
+                                       "data_files=[",
+                                       "package_name",
+                                       "*",
+                                       "glob",
+                                       "join",
+                                       "IN",
+                                       "os.walk",
+                                       "${PROJECT_NAME}",
+                                       "=",
+                                       "+"};
+  std::mt19937 random{20241122};
+  for (int round = 0; round < 3000; ++round) {
+    std::string text;
+    const auto count = 1 + random() % 60;
+    for (std::size_t i = 0; i < count; ++i)
+      text += words[random() % words.size()] + (random() % 3 == 0 ? " " : "");
+    write("CMakeLists.txt", text);
+    SCOPED_TRACE(text);
+    EXPECT_LE(read_cmake(folder_ / "CMakeLists.txt").paths.size(), text.size());
+    EXPECT_LE(read_setup_py(folder_ / "CMakeLists.txt").paths.size(), text.size());
+  }
 }
 
 // Each includes all the others, by a name that they share: a walk along every path would not end.
