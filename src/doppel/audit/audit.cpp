@@ -37,6 +37,25 @@ const Finding* Findings::find(std::string_view rule, std::string_view subject) c
   return found == all_.end() ? nullptr : &*found;
 }
 
+namespace {
+
+void add_skipped(const Diagnostic& d, Findings& out) {
+  const std::string name =
+      d.where.known() ? std::filesystem::path(*d.where.file).filename().string() : "the package";
+  out.add(d.rule, d.severity == Severity::error ? Severity::note : d.severity, name, d.where, d.message,
+          d.mend);
+}
+
+}  // namespace
+
+void report_skipped(const InputError& error, Findings& out) {
+  for (const Diagnostic& d : error.diagnostics()) add_skipped(d, out);
+}
+
+void report_skipped(const Diagnostics& skipped, Findings& out) {
+  for (const Diagnostic& d : skipped.all()) add_skipped(d, out);
+}
+
 }  // namespace audit_rules
 
 namespace {
@@ -82,7 +101,14 @@ void apply_rules(const AuditInput& in, Findings& out) {
   for (const auto check : {check_schema, check_joints, check_origins, check_mimics, check_meshes,
                            check_shapes, check_inertia, check_names, check_collisions, check_ros2_control,
                            check_controllers, check_package, check_world, check_datasheet}) {
-    check(in, out);
+    try {
+      check(in, out);
+    } catch (const InputError&) {
+      throw;  // a file that the caller chose
+    } catch (const std::exception& error) {
+      out.add("audit.skipped", "the robot", {},
+              fmt::format("some of the rules could not be applied: {}", error.what()));
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "doppel/audit/controllers_detail.h"
 #include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/side_files.h"
 #include "doppel/control/hardware.h"
 #include "doppel/core/names.h"
 
@@ -82,7 +83,7 @@ bool knows_interfaces(const std::string& type) {
 
 std::optional<ControllersFile> read_file(const fs::path& path, bool chosen, Findings& out) {
   try {
-    const ParameterFile file = ParameterFile::load(path);
+    const ParameterFile file = ParameterFile::parse(read_side_file(path).text, path.string());
     ControllersFile result;
     result.path = path;
     result.chosen = chosen;
@@ -101,17 +102,20 @@ std::optional<ControllersFile> read_file(const fs::path& path, bool chosen, Find
     return result;
   } catch (const InputError& error) {
     for (const Diagnostic& d : error.diagnostics()) {
-      out.add("controllers.unreadable", path.filename().string(), d.where, d.message, d.mend);
+      out.add(d.rule == "audit.skipped" ? d.rule : "controllers.unreadable", path.filename().string(),
+              d.where, d.message, d.mend);
     }
     return std::nullopt;
   }
 }
 
-bool declares_controllers(const fs::path& path) {
+// What is not of ROS 2 is not a controllers' file; what is not read at all is a note.
+bool declares_controllers(const fs::path& path, Findings& out) {
   try {
-    const auto nodes = ParameterFile::load(path).nodes();
+    const auto nodes = ParameterFile::parse(read_side_file(path).text, path.string()).nodes();
     return std::any_of(nodes.begin(), nodes.end(), is_manager);
-  } catch (const InputError&) {
+  } catch (const InputError& error) {
+    if (error.diagnostics().front().rule == "audit.skipped") report_skipped(error, out);
     return false;
   }
 }
@@ -119,12 +123,9 @@ bool declares_controllers(const fs::path& path) {
 // The file that <parameters> names and that is not there.
 void report_missing(const GazeboPlugin& plugin, const std::string& file, Findings& out) {
   const fs::path path(file);
-  std::error_code none;
   Names there;
-  for (const auto& entry : fs::directory_iterator(path.parent_path(), none)) {
-    there.push_back(entry.path().filename().string());
-  }
-  std::sort(there.begin(), there.end());
+  for (const fs::path& entry : list_side_folder(path.parent_path()).entries)
+    there.push_back(entry.filename().string());
   // Without its folder the package itself may be incomplete here; then nothing is certain.
   const Severity severity = there.empty() ? Severity::warning : Severity::error;
   out.add("controllers.file_missing", severity, fmt::format("<gazebo> plugin '{}'", plugin.filename),
@@ -220,13 +221,12 @@ std::vector<ControllersFile> read_controllers(const AuditInput& in, Findings& ou
   }
   if (!named.empty() || in.options.package_folder.empty()) return files;
   std::vector<fs::path> found;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(in.options.package_folder / "config", none)) {
-    const fs::path extension = entry.path().extension();
-    if ((extension == ".yaml" || extension == ".yml") && declares_controllers(entry.path())) {
-      found.push_back(entry.path());
-    }
+  Diagnostics skipped;
+  for (const fs::path& path :
+       side_files_of(in.options.package_folder / "config", {".yaml", ".yml"}, skipped)) {
+    if (declares_controllers(path, out)) found.push_back(path);
   }
+  report_skipped(skipped, out);
   // Several belong to variants of the robot, and none of them is known to be this one's.
   if (found.size() == 1) take(found.front(), false);
   return files;

@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 
+#include "doppel/audit/side_files.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
@@ -43,11 +42,14 @@ const std::vector<Unit> kAngle = {{"rad", 1, false}, {"deg", kDegree, false}};
 const std::vector<Unit> kLength = {{"m", 1, false}, {"mm", 1e-3, false}};
 const std::vector<Unit> kMass = {{"kg", 1, false}, {"g", 1e-3, false}};
 
+Datasheet find_datasheet(const fs::path& name, const fs::path& library, bool of_actuator);
+
 class Reader {
  public:
   Reader(const fs::path& file, const fs::path& library) : file_(file), library_(library) {}
 
-  Datasheet read() {
+  // An arm's sheet names actuators, and no other arm: sheets that name each other would never end.
+  Datasheet read(bool of_actuator) {
     const YAML::Node root = load();
     if (!root.IsMap()) refuse(root, "a datasheet is a map of names and values");
     Datasheet out;
@@ -56,7 +58,7 @@ class Reader {
       out.actuator = actuator(root);
       out.name = out.actuator->name;
     } else if (root["joints"]) {
-      arm(root, out);
+      if (!of_actuator) arm(root, out);
     } else {
       refuse(root, "this is neither an actuator's sheet ('actuator: NAME') nor an arm's ('joints: ...')");
     }
@@ -74,13 +76,15 @@ class Reader {
   }
 
   [[nodiscard]] YAML::Node load() const {
-    std::ifstream in(file_, std::ios::binary);
-    std::error_code ignored;
-    if (!in || fs::is_directory(file_, ignored)) {
-      throw InputError("datasheet.invalid", make_location(file_.string()), "this datasheet cannot be read");
+    std::string written;
+    try {
+      written = read_side_file(file_).text;
+    } catch (const InputError& error) {
+      throw InputError("datasheet.invalid", make_location(file_.string()),
+                       "this datasheet cannot be read: " + error.diagnostics().front().message);
     }
     try {
-      return YAML::Load(std::string(std::istreambuf_iterator<char>(in), {}));
+      return YAML::Load(written);
     } catch (const YAML::Exception& error) {
       throw InputError("datasheet.invalid",
                        make_location(file_.string(), error.mark.line + 1, error.mark.column + 1),
@@ -204,7 +208,7 @@ class Reader {
     const bool is_file = fs::is_regular_file(beside, ignored);
     Datasheet sheet;
     try {
-      sheet = load_datasheet(is_file ? beside : fs::path(name), library_);
+      sheet = find_datasheet(is_file ? beside : fs::path(name), library_, true);
     } catch (const InputError& error) {
       if (error.diagnostics().front().where.known()) throw;
       refuse(node, error.diagnostics().front().message, error.diagnostics().front().mend);
@@ -215,6 +219,23 @@ class Reader {
 
   fs::path file_, library_;
 };
+
+Datasheet find_datasheet(const fs::path& name, const fs::path& library, bool of_actuator) {
+  std::error_code ignored;
+  if (fs::exists(name, ignored)) return Reader(name, library).read(of_actuator);
+  Names known;
+  for (const auto& entry : fs::directory_iterator(library, ignored)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const std::string stem = entry.path().stem().string();
+    if (lowered(stem) == lowered(name.string())) return Reader(entry.path(), library).read(of_actuator);
+    known.push_back(stem);
+  }
+  std::sort(known.begin(), known.end());
+  throw InputError("datasheet.not_found", {},
+                   fmt::format("there is no datasheet '{}': neither a file nor in the library{}",
+                               name.string(), did_you_mean(name.string(), known)),
+                   fmt::format("the library has: {}", fmt::join(known, ", ")));
+}
 
 }  // namespace
 
@@ -235,20 +256,7 @@ std::optional<RatedValue> rated(const std::vector<RatedValue>& rows, std::option
 }
 
 Datasheet load_datasheet(const fs::path& name, const fs::path& library) {
-  std::error_code ignored;
-  if (fs::exists(name, ignored)) return Reader(name, library).read();
-  Names known;
-  for (const auto& entry : fs::directory_iterator(library, ignored)) {
-    if (entry.path().extension() != ".yaml") continue;
-    const std::string stem = entry.path().stem().string();
-    if (lowered(stem) == lowered(name.string())) return Reader(entry.path(), library).read();
-    known.push_back(stem);
-  }
-  std::sort(known.begin(), known.end());
-  throw InputError("datasheet.not_found", {},
-                   fmt::format("there is no datasheet '{}': neither a file nor in the library{}",
-                               name.string(), did_you_mean(name.string(), known)),
-                   fmt::format("the library has: {}", fmt::join(known, ", ")));
+  return find_datasheet(name, library, false);
 }
 
 }  // namespace doppel

@@ -10,7 +10,7 @@ namespace doppel::audit_rules {
 namespace {
 
 constexpr double kPossibleSlack = 1e-6;  // what is lost by writing few digits
-constexpr double kPlausible = 4;         // moments of a machine part against those of its solid shape
+constexpr double kPlausible = 2;         // moments of a machine part against those of its solid shape
 
 bool plausible(const Components& c, const Eigen::Matrix3d& expected) {
   const Eigen::Matrix3d I = tensor_of(c);
@@ -30,7 +30,8 @@ std::vector<Slip> slips(const Components& c) {
     out.push_back(sign);
     for (const int power : {-3, -2, -1, 1, 2, 3}) {
       Slip tenfold{c, fmt::format("a power of ten in {}", kComponentNames[i])};
-      tenfold.mended[i] = c[i] * std::pow(10.0, power);
+      // Divided by a whole power, 965 becomes 96.5 and not 96.50000000000001.
+      tenfold.mended[i] = power > 0 ? c[i] * std::pow(10.0, power) : c[i] / std::pow(10.0, -power);
       out.push_back(tenfold);
     }
     for (std::size_t j = i + 1; j < 6; ++j) {

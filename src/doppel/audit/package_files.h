@@ -1,7 +1,7 @@
 #pragma once
 // A ROS 2 package's own files, as far as they decide what reaches the user: package.xml, and what
-// CMakeLists.txt or setup.py install. Read as text, without running anything; what cannot be understood so
-// counts as unknown.
+// CMakeLists.txt or setup.py install. Read as text, without running anything, in bounded steps; what cannot
+// be understood so counts as unknown. All throw InputError "audit.skipped" for a file that is not read.
 
 #include <filesystem>
 #include <optional>
@@ -16,9 +16,10 @@ struct PackageManifest {
   std::string name, build_type;
   std::vector<std::string> dependencies;  // needed at run time: depend, exec_depend, run_depend
   std::vector<std::string> missing;       // required elements that are not there
+  bool catkin = false;                    // a package of ROS 1
   SourceLocation source, name_source;
 };
-// Throws InputError: unreadable, no XML, no <package>.
+// Throws InputError as well where it is no XML or has no <package>.
 PackageManifest read_manifest(const std::filesystem::path& file);
 
 struct InstalledPath {
@@ -34,6 +35,8 @@ struct InstallRules {
   std::vector<InstalledPath> paths;
   std::string project;  // of project(...) or name=...
   SourceLocation source, project_source;
+  std::string given_up;  // why it was not followed to its end; empty: it was
+  SourceLocation given_up_source;
   // Where the package's own file lands below share/<package>; nothing where it is left out.
   [[nodiscard]] std::optional<std::string> installed(const std::string& file) const;
 };

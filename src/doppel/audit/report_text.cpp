@@ -198,11 +198,17 @@ std::string rules_text(const TextStyle& style) {
 std::string rules_markdown() {
   std::string out =
       "# The rules of `doppel check`\n\n"
-      "Written by `doppel check --list-rules --markdown`; a test holds the two together. An *error* breaks a "
-      "tool or makes\n"
-      "the twin lie, a *warning* will surprise somebody, a *note* is worth knowing. A finding may be graded "
-      "lower than its\n"
-      "rule where it is harmless. *Concerns*: the profiles of `--profile` that the rule belongs to.\n";
+      "Written by `doppel check --list-rules --markdown`; a test holds the two together. An *error* keeps "
+      "the "
+      "robot from\n"
+      "loading, or makes a simulation, a planner or a controller wrong; a *warning* will surprise somebody; "
+      "a "
+      "*note* is worth\n"
+      "knowing. A finding may be graded lower than its rule where it is harmless or not certain. `--fix` "
+      "writes "
+      "only what\n"
+      "follows from the description itself. *Concerns*: the profiles of `--profile` that the rule belongs "
+      "to.\n";
   std::string_view family;
   for (const RuleInfo& rule : rule_table()) {
     if (family_of(rule.id) != family) {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "doppel/audit/package_files.h"
 #include "doppel/audit/rules_detail.h"
 
 namespace doppel::audit_rules {
@@ -51,6 +52,7 @@ bool offers_commands(const HardwareJointDescription& joint);
 void check_hardware(const AuditInput& in, Findings& out);   // rules_hardware.cpp
 void check_gazebo(const AuditInput& in, Findings& out);     // rules_gazebo.cpp
 void check_arguments(const AuditInput& in, Findings& out);  // rules_arguments.cpp
-void check_launch(const AuditInput& in, Findings& out);     // rules_launch.cpp
+// rules_launch.cpp
+void check_launch(const AuditInput& in, const PackageManifest& manifest, Findings& out);
 
 }  // namespace doppel::audit_rules

@@ -19,6 +19,10 @@ constexpr unsigned kPhysics = kGazebo | bit(Profile::mujoco);
 constexpr unsigned kMoving = kControl | bit(Profile::moveit);
 
 constexpr std::array kRules{
+    // -- the audit itself
+    RuleInfo{"audit.skipped", kNote, "something beside the description was not read",
+             "what it says of the robot is not judged: a slow, huge or strange file never holds up the audit",
+             "nothing, if it does not matter; else make it a regular file of usual size"},
     // -- collision
     RuleInfo{"collision.missing", kNote, "a link that can be seen has no collision shape",
              "planners move through it and simulators let things pass through it", "add a <collision>",
@@ -134,7 +138,7 @@ constexpr std::array kRules{
     RuleInfo{"package.installed_elsewhere", kWarning, "files are installed where nobody looks",
              "it works from the source folder, and after installation the files are not found",
              "install the folder under its own name", kAllProfiles},
-    RuleInfo{"package.invalid", kError, "package.xml cannot be read", "colcon does not see the package",
+    RuleInfo{"package.invalid", kWarning, "package.xml cannot be read", "colcon does not see the package",
              "correct it", kAllProfiles},
     RuleInfo{"package.launch_dependency", kNote, "a launch file uses a package that is no dependency",
              "it works where the package happens to be, and not on a fresh machine", "add an exec_depend",
@@ -151,7 +155,7 @@ constexpr std::array kRules{
     RuleInfo{"package.not_installed", kWarning, "files that the description needs are not installed",
              "it works from the source folder; after colcon build, meshes or includes are not found",
              "add the folder to the install rules", kAllProfiles},
-    RuleInfo{"package.project_name", kError, "CMake's project has another name than the package",
+    RuleInfo{"package.project_name", kWarning, "CMake's project has another name than the package",
              "ament refuses to build the package", "give both the same name", kAllProfiles},
     RuleInfo{"package.spawn_height", kWarning, "a robot fixed to the world is spawned in the air",
              "it is bolted to the world where it was spawned and stays up there", "spawn at 0", kGazebo},
@@ -183,7 +187,7 @@ constexpr std::array kRules{
     RuleInfo{"ros2_control.no_limits", kNote, "a command without bounds",
              "nothing stops a wild command; limits cannot be enforced", "write the joint's <limit>",
              kControl},
-    RuleInfo{"ros2_control.no_plugin", kError, "a component without a plugin",
+    RuleInfo{"ros2_control.no_plugin", kWarning, "a component without a plugin",
              "ros2_control refuses the description", "name the plugin", kControl},
     RuleInfo{"ros2_control.no_state", kWarning, "a joint can be commanded and not read",
              "it is missing from /joint_states, so its link has no transform, and trajectories cannot start",

@@ -12,6 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kMostSwitches = 4;  // each costs two expansions
+
 struct Use {
   std::string name;
   SourceLocation where;
@@ -53,10 +55,10 @@ class Arguments {
   bool complete = true;             // every include was followed
 
  private:
+  // Once: a second look at a file finds nothing that the first one did not, and files of one name would lead
+  // to each other without end.
   void walk(const fs::path& file, const XmlNode& root) {
-    if (!open_.insert(file).second) return;
-    visit(root, false);
-    open_.erase(file);
+    if (seen_.insert(file).second) visit(root, false);
   }
 
   void visit(const XmlNode& node, bool in_macro) {
@@ -113,7 +115,7 @@ class Arguments {
   }
 
   std::map<fs::path, XmlNode> sources_;
-  std::set<fs::path> open_;
+  std::set<fs::path> seen_;
 };
 
 void check_declared(const Arguments& arguments, Findings& out) {
@@ -164,10 +166,12 @@ void check_unused(const Arguments& arguments, Findings& out) {
 
 // Does the switch switch? Both expansions are compared. Only where nothing but defaults is needed for them.
 void check_switches(const AuditInput& in, const Arguments& arguments, Findings& out) {
+  int tried = 0;
   for (const auto& [name, where] : arguments.declared) {
     if (!switches_simulation(name) || !arguments.used.contains(name)) continue;
     // What stands in a condition switches; only what is handed on needs the proof.
     if (arguments.conditions.find("$(arg " + name + ")") != std::string::npos) continue;
+    if (++tried > kMostSwitches) return;
     try {
       PackageResolver resolver = in.resolver;
       Diagnostics ignored;

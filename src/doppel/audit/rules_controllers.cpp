@@ -65,6 +65,7 @@ class JointCheck {
       : in_(in), file_(file), out_(out), names_(joint_names(in.robot)) {}
 
   void check(const DeclaredController& c) {
+    certain_ = file_.chosen && mostly_known(c);
     for (const char* parameter : {"joints", "command_joints", "dof_names", "joint"}) {
       // The broadcaster's list is of joints with a state; it may hold any.
       const bool commands = c.type.find("Broadcaster") == std::string::npos;
@@ -102,10 +103,19 @@ class JointCheck {
     }
   }
 
-  // A file that was only found beside the description may belong to a variant of the robot.
+  // A controller of which the robot has hardly a joint is of another variant of it.
+  [[nodiscard]] bool mostly_known(const DeclaredController& c) const {
+    const auto joints = c.driven_joints();
+    const auto known = std::count_if(joints.begin(), joints.end(), [&](const std::string& name) {
+      return in_.robot.find_joint(name) != nullptr;
+    });
+    return 2 * known >= static_cast<std::ptrdiff_t>(joints.size());
+  }
+
+  // A file that was only found beside the description may belong to a variant of the robot as well.
   void add(const char* rule, const DeclaredController& c, const SourceLocation& where, std::string message,
            std::string mend) {
-    if (file_.chosen)
+    if (certain_)
       out_.add(rule, c.subject(), where, std::move(message), std::move(mend));
     else
       out_.add(rule, Severity::warning, c.subject(), where, std::move(message), std::move(mend));
@@ -115,6 +125,7 @@ class JointCheck {
   const ControllersFile& file_;
   Findings& out_;
   Names names_;
+  bool certain_ = false;  // the controller is this robot's
 };
 
 // What the hardware offers: "joint/interface" -> where.

@@ -105,6 +105,7 @@ class SheetCheck {
     const std::string mend = fmt::format("write {}=\"{:g}\" ({})", q.name, honest, q.sheet);
     if (Finding* other = told_already(subject, q.name)) {
       other->mend = mend;
+      if (above) other->severity = Severity::error;  // a doubt before, and the sheet proves it
       if (other->repair.empty()) other->repair.push_back(std::move(operation));
       return;
     }

@@ -31,6 +31,10 @@ class Findings {
   std::vector<Finding> all_;
 };
 
+// What is not read beside the description, as notes of the rule "audit.skipped".
+void report_skipped(const InputError& error, Findings& out);
+void report_skipped(const Diagnostics& skipped, Findings& out);
+
 // The rows of the table: those of the description and of the parsers, and those about ROS.
 std::span<const RuleInfo> description_rules();  // rule_table.cpp
 std::span<const RuleInfo> parser_rules();       // rule_table_parsers.cpp

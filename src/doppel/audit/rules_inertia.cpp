@@ -8,7 +8,12 @@
 namespace doppel::audit_rules {
 namespace {
 
+constexpr double kDummy = 1e-5;          // kg: a link that stands for a frame
+constexpr double kNothing = 1e-12;       // kg m^2
+constexpr double kRounding = 1e-6;       // of the largest moment
+constexpr double kFewUnits = 2e-5;       // kg m^2: where six decimals leave two digits
 constexpr double kRoundedExcess = 0.01;  // of the largest moment: digits were lost
+constexpr double kWrongExcess = 0.3;     // below, a simulation that balances the tensor is hardly another one
 constexpr double kNoExcess = 1e-6;
 constexpr double kOneOutOfThree = 1e-9;  // of the largest moment: an off-diagonal that is none
 
@@ -21,6 +26,15 @@ Operation compute(const Link& link, std::string why) {
   out.action = ComputeInertia{link.name, {}, {}};
   out.why = std::move(why);
   return out;
+}
+
+// What a fault of one link's tensor comes to: engines see a body, all that is joined by fixed joints.
+Severity graded(const Link& link, const Body& body, Severity alone) {
+  if (link.inertial->mass <= kDummy) return Severity::note;
+  const bool others = body.links.size() > 1 && body.mass.mass > link.inertial->mass;
+  const Eigen::Matrix3d& I = body.mass.I;
+  const bool carried = others && possible({I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)});
+  return carried || body.joint == nullptr ? std::min(alone, Severity::warning) : alone;
 }
 
 // Diagonal moments of exactly zero beside others that are positive, as exporters with few decimals write
@@ -52,7 +66,14 @@ Components with_transverse(const Components& c) {
   return out;
 }
 
-void report_rounded(const std::vector<const Link*>& links, Findings& out) {
+// Six decimals were written, and the others are a few units of the last one.
+bool few_digits(const Components& c) {
+  double largest = 0;
+  for (const std::size_t i : kDiagonal) largest = std::max(largest, c[i]);
+  return largest <= kFewUnits;
+}
+
+void report_rounded(const std::vector<const Link*>& links, Severity severity, Findings& out) {
   if (links.empty()) return;
   std::vector<std::string> entries;
   std::vector<Operation> repair;
@@ -66,7 +87,7 @@ void report_rounded(const std::vector<const Link*>& links, Findings& out) {
         "rounded to zero by the exporter; the transverse moment is an upper bound, not a measurement"));
   }
   Finding& f =
-      out.add("inertia.rounded_zero",
+      out.add("inertia.rounded_zero", severity,
               links.size() == 1 ? subject(*links.front()) : fmt::format("{} links", links.size()),
               links.front()->inertial->source,
               fmt::format("{} of inertia {} exactly zero: {}",
@@ -74,7 +95,7 @@ void report_rounded(const std::vector<const Link*>& links, Findings& out) {
                           entries.size() == 1 ? "is" : "are", fmt::join(entries, ", ")),
               "give each the link's own transverse moment: an upper bound, not a measurement; on a heavy "
               "link export the tensor again with more digits");
-  f.repair = std::move(repair);
+  if (severity == Severity::error) f.repair = std::move(repair);
 }
 
 bool identity(const Components& c) {
@@ -86,34 +107,47 @@ void report_identity(const Link& link, const std::optional<LinkShape>& shape, Fi
   const double reach = shape ? shape->size() : 2.0;
   const bool lies = inertial.mass > 0 && std::sqrt(1.0 / inertial.mass) > reach;
   Finding& f = out.add(
-      "inertia.identity", lies ? Severity::error : Severity::warning, subject(link), inertial.source,
+      "inertia.identity", subject(link), inertial.source,
       fmt::format("its tensor is the identity, 1 kg m^2 about every axis, at {:g} kg", inertial.mass));
-  if (lies && computable(shape)) f.repair = {compute(link, "the identity was a placeholder")};
+  if (lies && computable(link, shape)) f.repair = {compute(link, "the identity was a placeholder")};
 }
 
-void report_impossible(const Link& link, const Components& c, const std::optional<LinkShape>& shape,
-                       Findings& out) {
+// Zero but for rounding: what a computation leaves of a rod, a sheet or a tensor that was never filled in.
+void report_singular(const Link& link, const Body& body, const Eigen::Vector3d& moments, Findings& out) {
+  out.add("inertia.not_positive", std::min(graded(link, body, Severity::warning), Severity::warning),
+          subject(link), link.inertial->source,
+          fmt::format("its principal moments are {} kg m^2: the smallest is zero but for rounding",
+                      shown(moments)),
+          "nothing, if it stands for a frame; else compute it from the link's shape and mass");
+}
+
+void report_impossible(const Link& link, const Body& body, const Components& c,
+                       const std::optional<LinkShape>& shape, Findings& out) {
   const Eigen::Vector3d moments = principal_moments(c);
   const bool positive = moments[0] > 0;
+  if (!positive && moments[0] >= -kRounding * moments[2]) return report_singular(link, body, moments, out);
   const double excess = triangle_excess(moments);
   const bool rounding = positive && excess <= kRoundedExcess;
-  const auto slip = rounding ? std::nullopt : only_slip(c, *link.inertial, shape);
+  // Without a shape to hold it against, a power of ten that would do is a guess.
+  const auto slip = rounding || !computable(link, shape) ? std::nullopt : only_slip(c, *link.inertial, shape);
   std::string mend =
       slip ? fmt::format("correct {}: nothing else of the kind makes it possible", slip->what) : "";
+  const bool wrong = !positive || excess > kWrongExcess;
+  const Severity severity = graded(link, body, wrong ? Severity::error : Severity::warning);
   Finding& f =
-      positive ? out.add("inertia.triangle", rounding ? Severity::warning : Severity::error, subject(link),
-                         link.inertial->source,
+      positive ? out.add("inertia.triangle", severity, subject(link), link.inertial->source,
                          fmt::format("no body has the principal moments {} kg m^2: the largest exceeds the "
                                      "sum of the others by {:.2g} %",
                                      shown(moments), 100 * excess),
                          mend)
-               : out.add("inertia.not_positive", subject(link), link.inertial->source,
+               : out.add("inertia.not_positive", severity, subject(link), link.inertial->source,
                          fmt::format("its principal moments are {} kg m^2, and none may be zero or negative",
                                      shown(moments)),
                          mend);
+  if (severity != Severity::error) return;
   if (slip) {
     f.repair = {set_components(link.name, c, slip->mended, slip->what)};
-  } else if (!rounding && computable(shape) && link.inertial->mass > 0) {
+  } else if (computable(link, shape)) {
     f.repair = {compute(link, "no body can have the tensor that was written")};
     f.mend = "compute it from the link's shape and mass";
   }
@@ -135,24 +169,30 @@ bool check_mass(const Link& link, const Body& body, Findings& out) {
   }
   if (inertial.mass == 0) {
     const bool alone = body.joint != nullptr && !(body.mass.mass > 0);
-    out.add("inertia.mass_zero", alone ? Severity::error : Severity::note, subject(link), inertial.source,
+    out.add("inertia.mass_zero", alone ? Severity::warning : Severity::note, subject(link), inertial.source,
             alone ? fmt::format("its mass is 0, and '{}' moves it", body.joint->name) : "its mass is 0");
     return false;
   }
   return true;
 }
 
+void report_zero(const Link& link, const Body& body, const std::optional<LinkShape>& shape, Findings& out) {
+  Finding& f =
+      out.add("inertia.zero", graded(link, body, Severity::warning), subject(link), link.inertial->source,
+              fmt::format("all its moments of inertia are 0, at {:g} kg", link.inertial->mass));
+  if (computable(link, shape)) f.repair = {compute(link, "the tensor was left at zero")};
+}
+
+struct RoundedLinks {
+  std::vector<const Link*> few_digits, chosen;
+};
+
 // True where the tensor is one that a body can have.
 bool check_tensor(const Link& link, const Body& body, const std::optional<LinkShape>& shape,
-                  std::vector<const Link*>& rounded_links, Findings& out) {
+                  RoundedLinks& rounded_links, Findings& out) {
   const Components c = components_of(*link.inertial);
-  if (std::all_of(c.begin(), c.end(), [](double x) { return x == 0; })) {
-    const bool carried = body.mass.I.trace() > 0 && body.links.size() > 1;
-    Finding& f =
-        out.add("inertia.zero", carried || body.joint == nullptr ? Severity::warning : Severity::error,
-                subject(link), link.inertial->source,
-                fmt::format("all its moments of inertia are 0, at {:g} kg", link.inertial->mass));
-    if (computable(shape)) f.repair = {compute(link, "the tensor was left at zero")};
+  if (std::all_of(c.begin(), c.end(), [](double x) { return std::abs(x) <= kNothing; })) {
+    report_zero(link, body, shape, out);
     return false;
   }
   if (identity(c)) {
@@ -160,12 +200,13 @@ bool check_tensor(const Link& link, const Body& body, const std::optional<LinkSh
     return false;
   }
   if (rounded(c)) {
-    rounded_links.push_back(&link);
+    const bool error = few_digits(c) && link.inertial->mass > kDummy && body.joint != nullptr;
+    (error ? rounded_links.few_digits : rounded_links.chosen).push_back(&link);
     return false;
   }
   const Eigen::Vector3d moments = principal_moments(c);
   if (moments[0] > 0 && triangle_excess(moments) <= kNoExcess) return true;
-  report_impossible(link, c, shape, out);
+  report_impossible(link, body, c, shape, out);
   return false;
 }
 
@@ -191,17 +232,13 @@ void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Finding
     const bool has_shape = std::any_of(body.links.begin(), body.links.end(), [](const Link* l) {
       return !l->visuals.empty() || !l->collisions.empty();
     });
-    out.add("inertia.missing", has_shape ? Severity::error : Severity::warning, subject(link), link.source,
+    out.add("inertia.missing", has_shape ? Severity::warning : Severity::note, subject(link), link.source,
             fmt::format("'{}' moves it, and {} no <inertial>", body.joint->name,
                         body.links.size() == 1 ? "it has" : "neither it nor what is fixed to it has"));
   }
 }
 
 }  // namespace
-
-bool computable(const std::optional<LinkShape>& shape) {
-  return shape && shape->solid.volume > 0;
-}
 
 bool readable(const AuditInput& in, const Link& link, const Findings& out) {
   const std::string name = subject(link);
@@ -219,16 +256,19 @@ bool readable(const AuditInput& in, const Link& link, const Findings& out) {
 void check_inertia(const AuditInput& in, Findings& out) {
   const std::vector<Body> all = bodies(in.robot);
   check_unweighed(in, all, out);
-  std::vector<const Link*> rounded_links;
+  RoundedLinks rounded_links;
+  UnitDoubts doubts;
   for (const Body& body : all) {
     for (const Link* link : body.links) {
       if (!link->inertial || !readable(in, *link, out) || !check_mass(*link, body, out)) continue;
       const auto shape = link_shape(*link);
       const bool sound = check_tensor(*link, body, shape, rounded_links, out);
-      if (shape) check_against_shape(*link, *shape, sound, out);
+      if (shape) check_against_shape(*link, *shape, sound, doubts, out);
     }
   }
-  report_rounded(rounded_links, out);
+  report_units(doubts, out);
+  report_rounded(rounded_links.few_digits, Severity::error, out);
+  report_rounded(rounded_links.chosen, Severity::warning, out);
   check_twins(in, out);
 }
 

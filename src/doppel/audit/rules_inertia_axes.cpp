@@ -8,8 +8,7 @@ namespace doppel::audit_rules {
 namespace {
 
 constexpr double kImpossible = 1.05;  // radius of gyration against the furthest point from the axis
-constexpr double kFarOff = 2;
-constexpr double kFits = 2;                       // moments of a part against those of its solid shape
+constexpr double kFits = 2;           // moments of a part against those of its solid shape
 constexpr double kSame = 1.05, kOtherwise = 1.1;  // the only order: it fits, and no other one does
 constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
 using Order = std::array<int, 3>;  // the moment about axis i stands where axis order[i] should
@@ -93,14 +92,13 @@ bool check_axes(const Link& link, const LinkShape& shape, Findings& out) {
   const Worst worst = worst_axis(tensor_of(c), inertial, shape);
   if (worst.excess() <= kImpossible) return false;
   std::optional<Reordering> found;
-  if (computable(shape)) {
+  if (shape.solid.volume > 0) {
     const Eigen::Matrix3d R = rotation_from_rpy(inertial.origin.rpy);
     found = reordering(c, R.transpose() * expected_tensor(shape, inertial.mass) * R);
   }
   if (!found) return false;
-  const bool certain = found->only || worst.excess() > kFarOff;
   Finding& f = out.add(
-      "inertia.axes", certain ? Severity::error : Severity::warning, subject(link), inertial.source,
+      "inertia.axes", found->only ? Severity::error : Severity::warning, subject(link), inertial.source,
       fmt::format("by its moment about {} its mass would be {:.3g} mm from that axis, and no point of its "
                   "shape is more than {:.3g} mm away",
                   kAxes[static_cast<std::size_t>(worst.axis)], worst.gyration * 1e3, worst.reach * 1e3),

@@ -13,7 +13,7 @@ constexpr double kUsualLightest = 200, kUsualHeaviest = 12000;  // printed shell
 constexpr double kPowerSlack = 0.4;                             // decades by which a solid guess is off
 constexpr double kOutside = 0.05;                               // of the link's size
 constexpr double kImpossible = 1.05;  // radius of gyration against the furthest point
-constexpr double kFarOff = 2;
+constexpr double kFarCentre = 2;      // m; nearer, it may be in another link's frame
 constexpr double kConcentrated = 0.05;
 constexpr double kPlaceholder = 0.005;  // m: boxes of a millimetre stand for frames, not for parts
 constexpr int kDirections = 60;
@@ -36,15 +36,8 @@ double furthest(const LinkShape& shape, const Eigen::Vector3d& p) {
   return out;
 }
 
-Operation operation(SetInertia action, std::string why) {
-  Operation out;
-  out.action = std::move(action);
-  out.why = std::move(why);
-  return out;
-}
-
 // True where the mass can be believed.
-bool check_density(const Link& link, const LinkShape& shape, Findings& out) {
+bool check_density(const Link& link, const LinkShape& shape, UnitDoubts& doubts, Findings& out) {
   const double mass = link.inertial->mass;
   const bool closed = shape.solid.volume > 0;
   const double volume = closed ? shape.solid.volume : shape.hull_volume;
@@ -54,20 +47,7 @@ bool check_density(const Link& link, const LinkShape& shape, Findings& out) {
   const std::string said =
       fmt::format("{:g} kg in {:.3g} cm^3 are {:.3g} kg/m^3", mass, volume * 1e6, density);
   if (certain > kHeaviest * 10 && density / 1e3 > kUsualLightest && density / 1e3 < kUsualHeaviest) {
-    SetInertia mend;
-    mend.link = link.name;
-    mend.mass = mass / 1e3;
-    const Components c = components_of(*link.inertial);
-    const double ratio = tensor_of(c).trace() / expected_tensor(shape, mass).trace();
-    // A tensor that fits the written mass was computed with it, and shares its unit.
-    if (std::abs(std::log10(ratio)) < kPowerSlack) {
-      for (std::size_t i = 0; i < 6; ++i) {
-        if (c[i] != 0) mend.components[kComponentNames[i]] = c[i] / 1e3;
-      }
-    }
-    out.add("inertia.units", subject(link), link.inertial->source, said + ": the mass is in grams",
-            fmt::format("write {:g} kg", mass / 1e3))
-        .repair = {operation(mend, "the mass was in grams")};
+    doubts.all.push_back({UnitOf::mass, 3, &link, said, "in grams"});
     return false;
   }
   if (certain > kHeaviest || (closed && density < kLightest)) {
@@ -80,23 +60,21 @@ bool check_density(const Link& link, const LinkShape& shape, Findings& out) {
   return true;
 }
 
-void check_centre(const Link& link, const LinkShape& shape, Findings& out) {
+void check_centre(const Link& link, const LinkShape& shape, UnitDoubts& doubts, Findings& out) {
   const Eigen::Vector3d com = link.inertial->origin.xyz;
   const double outside = centre_outside(link, shape);
   if (outside == 0) return;
-  const Eigen::Vector3d metres = com * 1e-3;
-  if (outside > 3 * shape.size() && distance_outside(shape, metres) <= kOutside * shape.size()) {
-    SetInertia mend;
-    mend.link = link.name;
-    mend.com = metres;
-    out.add("inertia.units", subject(link), link.inertial->source,
-            fmt::format("its centre of mass, {:g} {:g} {:g} m, is in millimetres", com.x(), com.y(), com.z()),
-            fmt::format("write {:g} {:g} {:g}", metres.x(), metres.y(), metres.z()))
-        .repair = {operation(mend, "the centre of mass was in millimetres")};
+  const bool in_millimetres = com.norm() > kFarCentre && outside > 3 * shape.size() &&
+                              distance_outside(shape, com * 1e-3) <= kOutside * shape.size();
+  if (in_millimetres) {
+    doubts.all.push_back(
+        {UnitOf::centre, 3, &link,
+         fmt::format("its centre of mass, {:g} {:g} {:g} m, is {:.3g} m outside of its shape", com.x(),
+                     com.y(), com.z(), outside),
+         "in millimetres"});
     return;
   }
-  out.add("inertia.com_outside", outside > 3 * shape.size() ? Severity::error : Severity::warning,
-          subject(link), link.inertial->source,
+  out.add("inertia.com_outside", subject(link), link.inertial->source,
           fmt::format("its centre of mass is {:.3g} mm outside of its shape, which is {:.3g} mm long",
                       outside * 1e3, shape.size() * 1e3));
 }
@@ -114,24 +92,23 @@ std::string units_of(int power) {
   }
 }
 
+// The same moment about every axis, as placeholders are written.
+bool isotropic(const Components& c) {
+  return c[0] == c[3] && c[3] == c[5] && c[1] == 0 && c[2] == 0 && c[4] == 0;
+}
+
 // True where the tensor is off by a power of a thousand.
-bool check_tensor_units(const Link& link, const LinkShape& shape, Findings& out) {
+bool check_tensor_units(const Link& link, const LinkShape& shape, UnitDoubts& doubts) {
   const Components c = components_of(*link.inertial);
   const double ratio = tensor_of(c).trace() / expected_tensor(shape, link.inertial->mass).trace();
-  if (!std::isfinite(ratio) || !(ratio > 0)) return false;
+  if (isotropic(c) || !std::isfinite(ratio) || !(ratio > 0)) return false;
   const double decades = std::log10(ratio);
   const int power = static_cast<int>(std::round(decades / 3)) * 3;
   if (power == 0 || std::abs(decades - power) > kPowerSlack) return false;
-  Components mended = c;
-  // Divided by a whole power, 100 becomes 1e-4 and not 9.999e-5.
-  for (double& x : mended) x = power > 0 ? x / std::pow(10.0, power) : x * std::pow(10.0, -power);
-  const bool large = power > 0;
-  Finding& f = out.add("inertia.units", large ? Severity::error : Severity::warning, subject(link),
-                       link.inertial->source,
-                       fmt::format("its moments of inertia are {:.2g} times what its shape and mass have{}",
-                                   ratio, large ? fmt::format("; they are in {}", units_of(power)) : ""),
-                       fmt::format("multiply the tensor by 1e{}", -power));
-  f.repair = {set_components(link.name, c, mended, fmt::format("the tensor was off by 1e{}", power))};
+  doubts.all.push_back(
+      {UnitOf::tensor, power, &link,
+       fmt::format("its moments of inertia are {:.2g} times what its shape and mass have", ratio),
+       "in " + units_of(power)});
   return true;
 }
 
@@ -142,17 +119,12 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
   const double reach = furthest(shape, inertial.origin.xyz);
   if (!(reach > 0)) return;
   if (gyration > kImpossible * reach) {
-    Finding& f = out.add("inertia.gyration", gyration > kFarOff * reach ? Severity::error : Severity::warning,
-                         subject(link), inertial.source,
-                         fmt::format("its mass would have to be {:.3g} mm from its centre, and no point of "
-                                     "its shape is more than {:.3g} mm away",
-                                     gyration * 1e3, reach * 1e3));
-    if (computable(shape) && gyration > kFarOff * reach) {
-      Operation repair;
-      repair.action = ComputeInertia{link.name, {}, {}};
-      repair.why = "the tensor did not fit into the shape";
-      f.repair = {repair};
-    }
+    // No repair: drives add the inertia of their rotors, and shapes leave out what hangs on a link.
+    out.add(
+        "inertia.gyration", subject(link), inertial.source,
+        fmt::format("its mass would have to be {:.3g} mm from its centre, and no point of its shape is more "
+                    "than {:.3g} mm away",
+                    gyration * 1e3, reach * 1e3));
   } else if (gyration < kConcentrated * reach) {
     out.add("inertia.gyration", subject(link), inertial.source,
             fmt::format(
@@ -184,12 +156,20 @@ double centre_outside(const Link& link, const LinkShape& shape) {
   return outside > kOutside * shape.size() ? outside : 0.0;
 }
 
-void check_against_shape(const Link& link, const LinkShape& shape, bool sound, Findings& out) {
+bool computable(const Link& link, const std::optional<LinkShape>& shape) {
+  if (!shape || !(shape->solid.volume > 0) || shape->size() < kPlaceholder) return false;
+  const double density = link.inertial->mass / shape->solid.volume;
+  return density > kLightest && density < kHeaviest;
+}
+
+void check_against_shape(const Link& link, const LinkShape& shape, bool sound, UnitDoubts& doubts,
+                         Findings& out) {
   if (shape.size() < kPlaceholder || doubted(link, out)) return;
-  const bool believable = check_density(link, shape, out);
-  if (!mirrored(link, out)) check_centre(link, shape, out);
+  ++doubts.judged;
+  const bool believable = check_density(link, shape, doubts, out);
+  if (!mirrored(link, out)) check_centre(link, shape, doubts, out);
   if (!sound || !believable) return;
-  if (check_tensor_units(link, shape, out) || check_axes(link, shape, out)) return;
+  if (check_tensor_units(link, shape, doubts) || check_axes(link, shape, out)) return;
   check_gyration(link, shape, out);
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "doppel/audit/description_facts.h"
 #include "doppel/audit/rules_detail.h"
@@ -17,8 +18,7 @@ constexpr double kExporter = 100;        // what fusion360-urdf-ros2 and its kin
 constexpr double kAbsurdSpeed = 50;      // rad/s: no geared joint turns at 8 revolutions per second
 constexpr double kAbsurdSlide = 10;      // m/s
 constexpr double kAbsurdEffort = 1e5;    // N m or N
-constexpr double kSparedDigits = 5e-6;   // a multiple of pi/2 written with six digits
-constexpr double kCasual = 2e-3;         // and with three: 1.57, 3.14
+constexpr double kCasual = 2e-3;         // rad: a multiple of pi/2 with three digits: 1.57, 3.14
 constexpr double kManyTurns = 20 * kPi;  // rad: no cable follows
 constexpr double kSomeTurns = 4 * kPi;   // rad: what industrial wrists do
 
@@ -110,15 +110,26 @@ bool exported(const Joint& joint) {
   return joint.limits && joint.limits->effort == kExporter && joint.limits->velocity == kExporter;
 }
 
+// "Revolute 3", "Rev5", "Slider 12": what Fusion 360 calls a joint that nobody has named.
+bool named_by_exporter(const std::string& name) {
+  for (const std::string_view kind : {"Revolute", "Rev", "Slider", "Cylindrical", "Planar", "Ball"}) {
+    if (!name.starts_with(kind)) continue;
+    const std::size_t digits = name.find_first_not_of(" _", kind.size());
+    return digits != std::string::npos && name.find_first_not_of("0123456789", digits) == std::string::npos;
+  }
+  return false;
+}
+
 void check_exporter(const Joint& joint, Findings& out) {
-  const double degrees = kExporter * 180 / kPi;
-  out.add("joint.exporter_velocity", subject(joint), joint.limits->source,
-          turns(joint)
-              ? fmt::format("velocity 100 rad/s = {:.0f} deg/s: an exporter's default, not a motor's speed",
-                            degrees)
-              : "velocity 100 m/s: an exporter's default, not a motor's speed");
-  out.add("joint.exporter_effort", subject(joint), joint.limits->source,
-          fmt::format("effort 100 {}: an exporter's default, not a motor's {}", effort_unit(joint),
+  const bool sure = named_by_exporter(joint.name);
+  const Severity severity = sure ? Severity::error : Severity::warning;
+  const char* origin = sure ? "an exporter's default" : "an exporter's default or a placeholder";
+  out.add("joint.exporter_velocity", severity, subject(joint), joint.limits->source,
+          turns(joint) ? fmt::format("velocity 100 rad/s = {:.0f} deg/s: {}, not a motor's speed",
+                                     kExporter * 180 / kPi, origin)
+                       : fmt::format("velocity 100 m/s: {}, not a motor's speed", origin));
+  out.add("joint.exporter_effort", severity, subject(joint), joint.limits->source,
+          fmt::format("effort 100 {}: {}, not a motor's {}", effort_unit(joint), origin,
                       turns(joint) ? "torque" : "force"));
 }
 
@@ -169,18 +180,35 @@ bool whole_degrees(double value) {
   return value == 0 || (std::abs(value) >= 20 && std::abs(value) <= 400 && value == std::round(value));
 }
 
-// True where the range is in degrees: it makes every other judgement of it void.
-bool check_degrees(const Joint& joint, Findings& out) {
+bool looks_like_degrees(const Joint& joint) {
+  if (joint.type != JointType::revolute || !joint.limits) return false;
   const JointLimits& l = *joint.limits;
-  if (joint.type != JointType::revolute || !whole_degrees(l.lower) || !whole_degrees(l.upper) ||
-      l.lower >= l.upper)
-    return false;
+  return whole_degrees(l.lower) && whole_degrees(l.upper) && l.lower < l.upper;
+}
+
+// Half turns both ways, and the same for every joint, is how "without end" is written for wheels and spools.
+// Ranges that differ from joint to joint are those of a mechanism.
+bool written_in_degrees(const RobotDescription& robot) {
+  std::set<std::pair<double, double>> ranges;
+  for (const Joint& joint : robot.joints) {
+    if (looks_like_degrees(joint)) ranges.emplace(joint.limits->lower, joint.limits->upper);
+  }
+  return ranges.size() >= 2;
+}
+
+// True where the range is in degrees: it makes every other judgement of it void.
+bool check_degrees(const Joint& joint, bool certain, Findings& out) {
+  if (!looks_like_degrees(joint)) return false;
+  const JointLimits& l = *joint.limits;
   const double lower = l.lower * kPi / 180, upper = l.upper * kPi / 180;
-  out.add("joint.limits_degrees", subject(joint), l.source,
-          fmt::format("its limits {:g} and {:g} are radians, {:.0f} turns; they look like degrees", l.lower,
-                      l.upper, (l.upper - l.lower) / (2 * kPi)),
-          fmt::format("write lower=\"{:.9f}\" upper=\"{:.9f}\"", lower, upper))
-      .repair = {set_limit({joint.name, lower, upper, {}, {}}, "the limits were written in degrees")};
+  Finding& f =
+      out.add("joint.limits_degrees", certain ? Severity::error : Severity::warning, subject(joint), l.source,
+              fmt::format("its limits {:g} and {:g} are radians, {:.0f} turns; they look like degrees",
+                          l.lower, l.upper, (l.upper - l.lower) / (2 * kPi)),
+              certain ? fmt::format("write lower=\"{:.9f}\" upper=\"{:.9f}\"", lower, upper)
+                      : "write radians, or make it continuous if it turns without end");
+  if (certain)
+    f.repair = {set_limit({joint.name, lower, upper, {}, {}}, "the limits were written in degrees")};
   return true;
 }
 
@@ -195,25 +223,18 @@ void check_precision(const Joint& joint, const char* name, double value, Finding
   const double whole = count * quarter;
   const double missing = whole - std::abs(value);
   if (count < 1 || count > 8 || missing <= 1e-12 || missing > kCasual) return;
-  const bool spared = missing <= kSparedDigits;
   const double outward = rounded_outward(std::copysign(whole, value));
   const std::string multiple = count == 1 ? "pi/2" : count == 2 ? "pi" : fmt::format("{:g} pi", count / 2);
-  SetLimit mend{joint.name, {}, {}, {}, {}};
-  (name[0] == 'l' ? mend.lower : mend.upper) = outward;
-  Finding& f = out.add("joint.limit_precision", spared ? Severity::warning : Severity::note, subject(joint),
-                       joint.limits->source,
-                       fmt::format("its {} limit {:.9g} is short of {}{} by {:.2g} rad", name, value,
-                                   value < 0 ? "-" : "", multiple, missing),
-                       fmt::format("write {:.6f}, or leave a margin on purpose", outward));
-  if (spared)
-    f.repair = {set_limit(
-        mend,
-        fmt::format("{:.9g} was {} rounded the wrong way: the angle itself was outside", value, multiple))};
+  // No repair: whether the angle itself was meant to be inside, only its author knows.
+  out.add("joint.limit_precision", subject(joint), joint.limits->source,
+          fmt::format("its {} limit {:.9g} is short of {}{} by {:.2g} rad", name, value, value < 0 ? "-" : "",
+                      multiple, missing),
+          fmt::format("write {:.6f}, or leave a margin on purpose", outward));
 }
 
-void check_range(const Joint& joint, Findings& out) {
+void check_range(const Joint& joint, bool degrees, Findings& out) {
   const JointLimits& l = *joint.limits;
-  if (!limited(joint) || l.lower > l.upper || check_degrees(joint, out)) return;
+  if (!limited(joint) || l.lower > l.upper || check_degrees(joint, degrees, out)) return;
   if (!l.has_position || l.lower == l.upper) {
     out.add("joint.range_zero", subject(joint), l.source,
             l.has_position ? fmt::format("its limits allow one position only, {:g} {}", l.lower, unit(joint))
@@ -312,6 +333,7 @@ void offer_repairs(const AuditInput& in, Findings& out) {
 
 void check_joints(const AuditInput& in, Findings& out) {
   offer_repairs(in, out);
+  const bool degrees = written_in_degrees(in.robot);
   for (const Joint& joint : in.robot.joints) {
     check_origin(joint, out);
     check_axis(joint, out);
@@ -319,7 +341,7 @@ void check_joints(const AuditInput& in, Findings& out) {
     check_dynamics(joint, out);
     if (!joint.limits || joint.type == JointType::fixed) continue;
     check_rates(joint, out);
-    if (bounds_readable(in, joint)) check_range(joint, out);
+    if (bounds_readable(in, joint)) check_range(joint, degrees, out);
     check_safety(joint, out);
   }
 }

@@ -2,34 +2,30 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "doppel/audit/package_files.h"
 #include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/side_files.h"
 
 namespace doppel::audit_rules {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kMostDependencies = 50;  // told of one package
+
 struct LaunchFile {
-  fs::path path;
+  SideFile file;
   std::string text;  // comments are blanks
 
-  [[nodiscard]] SourceLocation place(std::size_t at) const {
-    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
-    const std::size_t start = at == 0 ? std::string::npos : text.rfind('\n', at - 1);
-    return make_location(path.string(), static_cast<int>(line),
-                         static_cast<int>(start == std::string::npos ? at + 1 : at - start));
-  }
+  [[nodiscard]] SourceLocation place(std::size_t at) const { return file.place(at); }
   [[nodiscard]] bool says(std::string_view word) const { return text.find(word) != std::string::npos; }
   [[nodiscard]] bool simulates() const {
     return says("ros_gz_sim") || says("gz_sim") || says("gazebo_ros") || says("ros_ign") ||
            says("ign_gazebo") || says("spawn_entity");
   }
   [[nodiscard]] std::string subject() const {
-    return fmt::format("launch file '{}'", path.filename().string());
+    return fmt::format("launch file '{}'", file.path.filename().string());
   }
 };
 
@@ -54,16 +50,20 @@ std::string blank_comments(std::string text) {
   return text;
 }
 
-std::vector<LaunchFile> launch_files(const fs::path& package) {
-  std::vector<LaunchFile> out;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(package / "launch", none)) {
-    if (entry.path().extension() != ".py") continue;
-    std::ifstream in(entry.path(), std::ios::binary);
-    out.push_back({entry.path(), blank_comments({std::istreambuf_iterator<char>(in), {}})});
+std::vector<LaunchFile> launch_files(const fs::path& package, Findings& out) {
+  std::vector<LaunchFile> files;
+  Diagnostics skipped;
+  for (const fs::path& path : side_files_of(package / "launch", {".py"}, skipped)) {
+    try {
+      SideFile file = read_side_file(path);
+      std::string text = blank_comments(file.text);
+      files.push_back({std::move(file), std::move(text)});
+    } catch (const InputError& error) {
+      report_skipped(error, out);
+    }
   }
-  std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.path < b.path; });
-  return out;
+  report_skipped(skipped, out);
+  return files;
 }
 
 bool fixed_to_world(const RobotDescription& robot) {
@@ -101,15 +101,20 @@ std::size_t end_of_call(const std::string& text, std::size_t open) {
   return text.size();
 }
 
-// A simulator's launch file that expands the description without its switch.
-void check_mapping(const AuditInput& in, const LaunchFile& file, Findings& out) {
-  if (!file.simulates()) return;
+// The argument that has to be given for a simulation; empty: none.
+std::string simulation_switch(const AuditInput& in) {
   std::string wanted;
   for (const auto& argument : declared_xacro_arguments(in.expanded.file, in.resolver)) {
     const bool off = argument.has_default && argument.default_value == "false";
     if (off && switches_simulation(argument.name) && argument.name.find("hardware") == std::string::npos)
       wanted = argument.name;
   }
+  return wanted;
+}
+
+// A simulator's launch file that expands the description without its switch.
+void check_mapping(const LaunchFile& file, const std::string& wanted, Findings& out) {
+  if (!file.simulates()) return;
   if (wanted.empty() || file.says(wanted)) return;
   for (const char* call : {"process_file(", "Command("}) {
     const std::size_t at = file.text.find(call);
@@ -147,6 +152,7 @@ void check_packages(const LaunchFile& file, const PackageManifest& manifest, Nam
       if (end == std::string::npos) break;
       const std::string name = file.text.substr(quote + 1, end - quote - 1);
       if (name == manifest.name || brought_by(name, manifest.dependencies) || contains(told, name)) continue;
+      if (told.size() == kMostDependencies) return;
       told.push_back(name);
       out.add("package.launch_dependency", file.subject(), file.place(at),
               fmt::format("it uses the package '{}', which package.xml does not depend on", name),
@@ -157,13 +163,14 @@ void check_packages(const LaunchFile& file, const PackageManifest& manifest, Nam
 
 }  // namespace
 
-void check_launch(const AuditInput& in, Findings& out) {
-  const PackageManifest manifest = read_manifest(in.options.package_folder / "package.xml");
+void check_launch(const AuditInput& in, const PackageManifest& manifest, Findings& out) {
   Names told;
   const bool fixed = fixed_to_world(in.robot);
-  for (const LaunchFile& file : launch_files(in.options.package_folder)) {
+  const std::vector<LaunchFile> files = launch_files(in.options.package_folder, out);
+  const std::string wanted = files.empty() ? "" : simulation_switch(in);
+  for (const LaunchFile& file : files) {
     if (fixed) check_spawn_height(file, out);
-    check_mapping(in, file, out);
+    check_mapping(file, wanted, out);
     check_packages(file, manifest, told, out);
   }
 }

@@ -41,13 +41,26 @@ std::string file_name(const MeshGeometry& mesh) {
   return std::filesystem::path(mesh.uri).filename().string();
 }
 
+// Neither our readers nor assimp take it. What nobody can touch lets planners and simulators through; what is
+// only drawn is missing in the picture.
+void report_problem(const Use& use, bool collides, const MeshReport& report, Findings& out) {
+  const std::string message = fmt::format("'{}': {}", file_name(*use.mesh), report.problem);
+  if (report.rule == "mesh.not_fetched" || report.rule == "audit.skipped") {
+    out.add(report.rule, subject(*use.link), use.where, message);
+    return;
+  }
+  out.add("mesh.unreadable", collides ? Severity::error : Severity::warning, subject(*use.link), use.where,
+          message);
+}
+
 // Once per file, whoever uses it.
-void check_file(const Use& use, Findings& out) {
+void check_file(const Use& use, bool collides, Findings& out) {
   const MeshReport& report = cached_mesh_report(use.mesh->path);
   const std::string name = file_name(*use.mesh);
-  if (!report.problem.empty()) {
-    out.add("mesh.unreadable", subject(*use.link), use.where, fmt::format("'{}': {}", name, report.problem));
-    return;
+  if (!report.problem.empty()) return report_problem(use, collides, report, out);
+  if (!report.remark.empty()) {
+    out.add("mesh.irregular", subject(*use.link), use.where,
+            fmt::format("'{}' is read as RViz and Gazebo read it, although {}", name, report.remark));
   }
   if (report.solid.volume < 0 && report.open_edges == 0) {
     out.add("mesh.inverted", subject(*use.link), use.where,
@@ -118,6 +131,19 @@ bool mirrored_by_mistake(const Link& link) {
   return written && meant && centre_outside(link, *written) > 0 && centre_outside(straight, *meant) == 0;
 }
 
+// The operation sets the scale of every mesh of the link; what is wrong with one file is not wrong with
+// another.
+bool shows_one_file(const Link& link) {
+  std::set<std::string> files;
+  for (const Visual& v : link.visuals) {
+    if (const auto* mesh = std::get_if<MeshGeometry>(&v.geometry)) files.insert(mesh->path);
+  }
+  for (const Collision& c : link.collisions) {
+    if (const auto* mesh = std::get_if<MeshGeometry>(&c.geometry)) files.insert(mesh->path);
+  }
+  return files.size() == 1;
+}
+
 // One side of a robot is often the other one's mesh, mirrored: that file is used without the sign as well.
 void check_sign(const Use& use, const std::vector<Use>& uses, Findings& out) {
   const Eigen::Vector3d& scale = use.mesh->scale;
@@ -136,7 +162,7 @@ void check_sign(const Use& use, const std::vector<Use>& uses, Findings& out) {
                                    file_name(*use.mesh), scale.x(), scale.y(), scale.z(),
                                    mistake ? "; without the sign the centre of mass lies inside of it" : ""),
                        fmt::format("write scale=\"{:g} {:g} {:g}\"", plain.x(), plain.y(), plain.z()));
-  if (!mistake || use.link->visuals.size() + use.link->collisions.size() > 2) return;
+  if (!mistake || !shows_one_file(*use.link)) return;
   Operation repair;
   repair.action = SetMeshScale{use.link->name, plain};
   repair.why = "the sign of the scale mirrored the mesh";
@@ -183,8 +209,7 @@ void check_unit(const Use& use, double reach, const std::vector<double>& extents
           file_name(*use.mesh), *size, scale, reach,
           large ? "the file is in millimetres" : "it is a thousand times too small"),
       fmt::format("write scale=\"{0:g} {0:g} {0:g}\"", scale * factor));
-  const bool alone = use.link->visuals.size() + use.link->collisions.size() <= 2;
-  if (large && alone) f.repair = {repair};
+  if (large && shows_one_file(*use.link)) f.repair = {repair};
 }
 
 // One finding for the whole robot: it is a habit, not an accident.
@@ -253,12 +278,15 @@ void check_meshes(const AuditInput& in, Findings& out) {
     if (const auto size = extent(*use.mesh)) extents.push_back(*size);
   }
   std::sort(extents.begin(), extents.end());
-  std::set<std::string> seen;
+  std::set<std::string> seen, colliding;
+  for (const Use& use : uses) {
+    if (use.collides) colliding.insert(use.mesh->path);
+  }
   std::set<std::pair<std::string, bool>> counted;
   std::set<std::pair<const Link*, std::string>> placed;
   for (const Use& use : uses) {
     if (use.mesh->path.empty()) continue;
-    if (seen.insert(use.mesh->path).second) check_file(use, out);
+    if (seen.insert(use.mesh->path).second) check_file(use, colliding.contains(use.mesh->path), out);
     if (counted.emplace(use.mesh->path, use.collides).second) check_triangles(use, out);
     if (!placed.emplace(use.link, use.mesh->path).second) continue;
     check_sign(use, uses, out);

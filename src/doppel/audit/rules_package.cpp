@@ -1,14 +1,13 @@
 // The package around a description: its package.xml, and whether what the description names reaches share/
 // when the package is built and installed.
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <set>
 
 #include "doppel/audit/package_files.h"
 #include "doppel/audit/ros_rules_detail.h"
-#include "doppel/core/names.h"
+#include "doppel/audit/side_files.h"
+#include "doppel/audit/vocabulary.h"
 
 namespace doppel::audit_rules {
 namespace {
@@ -36,7 +35,8 @@ std::optional<Package> read_package(const AuditInput& in, Findings& out) {
     return package;
   } catch (const InputError& error) {
     for (const Diagnostic& d : error.diagnostics()) {
-      out.add("package.invalid", "package.xml", d.where, d.message, d.mend);
+      out.add(d.rule == "audit.skipped" ? d.rule : "package.invalid", "package.xml", d.where, d.message,
+              d.mend);
     }
     return std::nullopt;
   }
@@ -47,8 +47,12 @@ void check_missing_manifest(const AuditInput& in, Findings& out) {
   const fs::path folder = in.expanded.folder().parent_path();
   std::error_code none;
   const bool setup = fs::exists(folder / "setup.py", none) && fs::exists(folder / "resource", none);
-  std::ifstream cmake(folder / "CMakeLists.txt");
-  const std::string text{std::istreambuf_iterator<char>(cmake), {}};
+  std::string text;
+  try {
+    if (fs::exists(folder / "CMakeLists.txt", none)) text = read_side_file(folder / "CMakeLists.txt").text;
+  } catch (const InputError& error) {
+    report_skipped(error, out);
+  }
   if (!setup && text.find("ament_package") == std::string::npos &&
       text.find("catkin_package") == std::string::npos)
     return;
@@ -92,18 +96,27 @@ std::map<std::string, SourceLocation> packages_named(const AuditInput& in) {
   return out;
 }
 
+// Names share their last word ("_description") with half of ROS; a slip shows in what is left of them.
+bool slip_of(std::string_view written, std::string_view own) {
+  const std::size_t word = own.rfind('_');
+  if (word != std::string_view::npos && written.ends_with(own.substr(word))) {
+    written.remove_suffix(own.size() - word);
+    own.remove_suffix(own.size() - word);
+  }
+  return surely_meant(written, own);
+}
+
 void check_names(const AuditInput& in, const Package& package,
                  const std::map<std::string, SourceLocation>& named, Findings& out) {
-  const Names own{package.manifest.name};
+  const std::string& own = package.manifest.name;
   const std::string folder = package.folder.filename().string();
   for (const auto& [name, where] : named) {
-    if (name == own.front() || !in.resolver.find_package(name).path.empty()) continue;
-    const bool meant = name == folder || nearest_name(name, own).has_value();
-    if (!meant) continue;
+    if (name == own || !in.resolver.find_package(name).path.empty()) continue;
+    if (name != folder && !slip_of(name, own)) continue;
     out.add("package.name_mismatch", fmt::format("package '{}'", name), where,
-            fmt::format("no package is called '{}'; package.xml calls this one '{}'{}", name, own.front(),
+            fmt::format("no package is called '{}'; package.xml calls this one '{}'{}", name, own,
                         name == folder ? ", and only its folder has that name" : ""),
-            fmt::format("write {}, or rename the package", own.front()));
+            fmt::format("write {}, or rename the package", own));
   }
 }
 
@@ -113,7 +126,7 @@ void check_dependencies(const Package& package, const std::map<std::string, Sour
   for (const auto& [name, where] : named) {
     if (name == m.name || contains(m.dependencies, name) || name == package.folder.filename().string())
       continue;
-    if (nearest_name(name, Names{m.name}).has_value()) continue;  // a slip of its own name, told above
+    if (slip_of(name, m.name)) continue;  // a slip of its own name, told above
     out.add("package.dependency", fmt::format("package '{}'", m.name), where,
             fmt::format("the description uses the package '{}', which package.xml does not depend on", name),
             fmt::format("add <exec_depend>{}</exec_depend> to {}", name, m.source.place()));
@@ -181,7 +194,9 @@ void check_installed(const AuditInput& in, const Package& package, const Install
               "install the folder under its own name: without a slash at the end of its name");
       continue;
     }
-    out.add("package.not_installed", fmt::format("folder '{}'", folder), where,
+    // With catkin a workspace runs from its sources, and many packages are never installed.
+    const Severity severity = package.manifest.catkin ? Severity::note : Severity::warning;
+    out.add("package.not_installed", severity, fmt::format("folder '{}'", folder), where,
             fmt::format("'{}'{} ({}) is not installed", left.first, more, left.what),
             cmake ? fmt::format("add it: install(DIRECTORY {} DESTINATION share/${{PROJECT_NAME}})", folder)
                   : fmt::format(
@@ -190,26 +205,45 @@ void check_installed(const AuditInput& in, const Package& package, const Install
   }
 }
 
+// What is wrong in the reading of a build file, and nothing of what it would have said.
+std::optional<InstallRules> read_rules(InstallRules (*read)(const fs::path&), const fs::path& file,
+                                       Findings& out) {
+  try {
+    InstallRules rules = read(file);
+    if (!rules.given_up.empty())
+      out.add("audit.skipped", file.filename().string(), rules.given_up_source, rules.given_up);
+    return rules;
+  } catch (const InputError& error) {
+    report_skipped(error, out);
+    return std::nullopt;
+  }
+}
+
+void check_project_name(const PackageManifest& m, const InstallRules& rules, Findings& out) {
+  if (rules.project.empty() || rules.project.find('$') != std::string::npos || rules.project == m.name)
+    return;
+  out.add("package.project_name", fmt::format("package '{}'", m.name), rules.project_source,
+          fmt::format("project({}) and package.xml's name '{}' differ", rules.project, m.name),
+          fmt::format("write project({})", m.name));
+}
+
 void check_build(const AuditInput& in, const Package& package, Findings& out) {
   std::error_code none;
   const fs::path cmake = package.folder / "CMakeLists.txt", setup = package.folder / "setup.py";
   const PackageManifest& m = package.manifest;
   const std::string subject = fmt::format("package '{}'", m.name);
   if (fs::exists(cmake, none)) {
-    const InstallRules rules = read_cmake(cmake);
-    if (!rules.project.empty() && rules.project.find('$') == std::string::npos && rules.project != m.name) {
-      out.add("package.project_name", subject, rules.project_source,
-              fmt::format("project({}) and package.xml's name '{}' differ", rules.project, m.name),
-              fmt::format("write project({})", m.name));
+    if (const auto rules = read_rules(read_cmake, cmake, out)) {
+      check_project_name(m, *rules, out);
+      check_installed(in, package, *rules, out);
     }
-    check_installed(in, package, rules, out);
     if (m.build_type == "ament_python") {
       out.add("package.build_type", subject, m.source,
               "build_type is ament_python, and there is a CMakeLists.txt",
               "write <build_type>ament_cmake</build_type>, or remove the CMakeLists.txt");
     }
   } else if (fs::exists(setup, none)) {
-    check_installed(in, package, read_setup_py(setup), out);
+    if (const auto rules = read_rules(read_setup_py, setup, out)) check_installed(in, package, *rules, out);
     if (m.build_type != "ament_python") {
       out.add("package.build_type", subject, m.source,
               m.build_type.empty() ? "there is a setup.py and no build_type"
@@ -232,7 +266,7 @@ void check_package(const AuditInput& in, Findings& out) {
   check_names(in, *package, named, out);
   check_dependencies(*package, named, out);
   check_build(in, *package, out);
-  check_launch(in, out);
+  check_launch(in, package->manifest, out);
 }
 
 }  // namespace doppel::audit_rules

@@ -88,7 +88,8 @@ class SchemaCheck {
 
   void repeated(const XmlNode& parent, const XmlNode& child, const XmlNode& first) {
     const bool same = to_xml(child) == to_xml(first);
-    out_.add("schema.repeated", same ? Severity::note : Severity::error, subject(), child.where,
+    const bool drawn = child.is("material");  // the picture at most is another one
+    out_.add("schema.repeated", same || drawn ? Severity::note : Severity::warning, subject(), child.where,
              fmt::format("<{}> has a second <{}>{}; the first is at {}", parent.name, child.name,
                          same ? ", the same again" : " that says something else", first.where.place()));
   }

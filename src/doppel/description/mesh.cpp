@@ -16,7 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLargestMesh = std::size_t{1} << 30;  // bytes
+constexpr std::size_t kLargestMesh = std::size_t{1} << 30;       // bytes
+constexpr std::size_t kLargestForeign = std::size_t{256} << 20;  // for assimp, which takes many times that
 
 struct Bits {
   std::array<std::uint32_t, 3> words;
@@ -91,6 +92,43 @@ std::string lower(std::string text) {
   return text;
 }
 
+// What `git clone` leaves in a file's place where Git LFS is not installed.
+bool is_lfs_pointer(std::string_view bytes) {
+  return bytes.size() < 1024 && bytes.starts_with("version https://git-lfs.github.com/spec/");
+}
+
+void refuse_pointer(std::string_view bytes, const std::string& path) {
+  if (!is_lfs_pointer(bytes)) return;
+  throw InputError("mesh.not_fetched", make_location(path),
+                   "the file itself was not fetched: this is Git LFS' pointer to it",
+                   "install Git LFS and run: git lfs pull");
+}
+
+// Not what waits for a writer, and not what never ends: assimp opens the path itself.
+void check_foreign(const std::string& path) {
+  std::error_code failed;
+  const fs::file_status status = fs::status(path, failed);
+  if (!fs::is_regular_file(status))
+    mesh::refuse(path, 0, fs::exists(status) ? "it is no regular file" : "the file does not exist");
+  if (fs::file_size(path, failed) > kLargestForeign || failed)
+    mesh::refuse(path, 0, fmt::format("it is larger than {} MB", kLargestForeign >> 20));
+}
+
+// What our own reader refuses, and RViz and Gazebo show, because assimp reads it. Where assimp does not
+// either, our reader's message tells more.
+TriangleMesh read_leniently(const std::string& path, const Eigen::Vector3d& scale, const InputError& own) {
+  try {
+    check_foreign(path);
+    TriangleMesh out = finished(mesh::read_by_assimp(path), path, scale);
+    if (!std::all_of(out.vertices.begin(), out.vertices.end(), [](const auto& v) { return v.allFinite(); }))
+      throw own;
+    out.remark = own.diagnostics().front().message;
+    return out;
+  } catch (const std::exception&) {
+    throw own;
+  }
+}
+
 }  // namespace
 
 void mesh::refuse(const std::string& name, int line, std::string message) {
@@ -135,8 +173,16 @@ TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale) {
   std::string format = lower(fs::path(path).extension().string());
   if (!format.empty()) format.erase(0, 1);
   if (format == "stl" || format == "obj" || format == "dae") {
-    return parse_mesh(read_file(path, kLargestMesh), format, path, scale);
+    const std::string bytes = read_file(path, kLargestMesh);
+    refuse_pointer(bytes, path);
+    try {
+      return parse_mesh(bytes, format, path, scale);
+    } catch (const InputError& own) {
+      return read_leniently(path, scale, own);
+    }
   }
+  check_foreign(path);
+  if (fs::file_size(path) < 1024) refuse_pointer(read_file(path, 1024), path);
   return finished(mesh::read_by_assimp(path), path, scale);
 }
 

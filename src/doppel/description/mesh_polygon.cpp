@@ -33,10 +33,13 @@ std::vector<Point> flattened(const Soup& soup, const std::vector<std::uint32_t>&
   return out;
 }
 
-bool is_ear(const std::vector<Point>& points, const std::vector<std::size_t>& left, std::size_t i) {
+bool is_ear(const std::vector<Point>& points, const std::vector<std::size_t>& left, std::size_t i,
+            std::size_t& tests) {
+  ++tests;
   const std::size_t n = left.size(), before = left[(i + n - 1) % n], at = left[i], after = left[(i + 1) % n];
   if (!(cross(points[before], points[at], points[after]) > 0)) return false;
   for (const std::size_t other : left) {
+    ++tests;
     if (other == before || other == at || other == after) continue;
     if (inside(points[before], points[at], points[after], points[other])) return false;
   }
@@ -56,10 +59,10 @@ void add_polygon(Soup& soup, const std::vector<std::uint32_t>& corners) {
   if (corners.size() > 3 && corners.size() <= kMostCorners) {
     const std::vector<Point> points = flattened(soup, corners);
     bool found = true;
-    while (left.size() > 3 && found) {
+    while (left.size() > 3 && found && soup.ear_tests < kMostEarTests) {
       found = false;
       for (std::size_t i = 0; i < left.size(); ++i) {
-        if (!is_ear(points, left, i)) continue;
+        if (!is_ear(points, left, i, soup.ear_tests)) continue;
         const std::size_t n = left.size();
         soup.triangles.push_back(
             {corners[left[(i + n - 1) % n]], corners[left[i]], corners[left[(i + 1) % n]]});

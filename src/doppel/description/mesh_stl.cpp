@@ -75,6 +75,13 @@ Soup read_ascii(std::string_view bytes, const std::string& name) {
   return soup;
 }
 
+// Text names its first facet soon; a binary header that begins with "solid" does not.
+bool is_ascii(std::string_view bytes) {
+  const std::string_view start = bytes.substr(0, 1024);
+  return start.starts_with("solid") &&
+         (start.find("facet") != std::string_view::npos || start.find("endsolid") != std::string_view::npos);
+}
+
 }  // namespace
 
 Soup read_stl(std::string_view bytes, const std::string& name) {
@@ -82,7 +89,7 @@ Soup read_stl(std::string_view bytes, const std::string& name) {
   const bool fits = bytes.size() >= kHeader && declared <= (bytes.size() - kHeader) / kRecord;
   const bool exact = fits && bytes.size() == kHeader + declared * kRecord;
   // Many binary files begin with "solid", too; their size gives them away.
-  if (!exact && bytes.substr(0, 5) == "solid") return read_ascii(bytes, name);
+  if (!exact && (is_ascii(bytes) || (!fits && bytes.starts_with("solid")))) return read_ascii(bytes, name);
   if (fits) return read_binary(bytes, name, declared);
   if (bytes.size() < kHeader)
     refuse(name, 0, fmt::format("{} bytes are too few for an STL file", bytes.size()));

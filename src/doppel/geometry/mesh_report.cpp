@@ -73,14 +73,22 @@ void find_hull(const TriangleMesh& mesh, MeshReport& out) {
 
 MeshReport report_mesh(const std::filesystem::path& file) {
   MeshReport out;
+  std::error_code failed;
+  if (const auto size = std::filesystem::file_size(file, failed); !failed && size > kLargestMeasured) {
+    out.problem = fmt::format("it is larger than {} MB and was not measured", kLargestMeasured >> 20);
+    out.rule = "audit.skipped";
+    return out;
+  }
   try {
     const TriangleMesh mesh = load_mesh(file.string(), Eigen::Vector3d::Ones());
     const bool finite = std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
                                     [](const Eigen::Vector3f& v) { return v.allFinite(); });
     if (!finite) {
+      out.rule = "mesh.unreadable";
       out.problem = "the mesh has corners that are not at finite places";
       return out;
     }
+    out.remark = mesh.remark;
     out.vertices = mesh.vertices.size();
     out.triangles = mesh.triangles.size();
     const Eigen::AlignedBox3f bounds = mesh.bounds();
@@ -92,8 +100,10 @@ MeshReport report_mesh(const std::filesystem::path& file) {
     find_hull(mesh, out);
   } catch (const InputError& error) {
     out.problem = error.diagnostics().front().message;
+    out.rule = error.diagnostics().front().rule;
   } catch (const std::exception& error) {
     out.problem = fmt::format("the mesh cannot be read: {}", error.what());
+    out.rule = "mesh.unreadable";
   }
   return out;
 }

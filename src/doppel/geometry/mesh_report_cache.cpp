@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kMagic = "doppel mesh report 1\n";
+constexpr std::string_view kMagic = "doppel mesh report 2\n";
 constexpr std::streamoff kLargestFile = 1 << 20;
 
 // FNV-1a, 64 bits.
@@ -148,6 +148,7 @@ std::string to_bytes(const MeshReport& report, const std::string& key) {
   out.text(key);
   visit(
       report, [&](const auto& value) { out.number(value); }, [&](const auto& m) { out.matrix(m); });
+  out.text(report.remark);
   out.number<std::uint64_t>(report.hull.size());
   for (const Eigen::Vector3f& p : report.hull) out.matrix(p);
   out.number(hash(out.bytes_));
@@ -164,6 +165,7 @@ std::optional<MeshReport> from_bytes(std::string_view bytes, const std::string& 
   visit(
       out, [&](auto& value) { value = in.number<std::decay_t<decltype(value)>>(); },
       [&](auto& m) { in.matrix(m); });
+  out.remark = in.text();
   const auto corners = in.number<std::uint64_t>();
   if (!in.good() || corners > kHullVertices) return std::nullopt;
   out.hull.resize(corners);

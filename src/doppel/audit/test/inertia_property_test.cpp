@@ -75,9 +75,11 @@ TEST_F(TensorProperty, ATensorThatBreaksTheTriangleAlwaysFires) {
   for (int i = 0; i < kRounds; ++i) {
     Body b = body();
     const int axis = i % 3;
-    b.moments[axis] = (b.moments.sum() - b.moments[axis]) * between(1.02, 20);
+    const double factor = between(1.02, 20);
+    b.moments[axis] = (b.moments.sum() - b.moments[axis]) * factor;
     const std::string text = urdf(b);
-    EXPECT_FALSE(inertia_findings(check(text), Severity::error).empty()) << text;
+    const Severity least = factor > 1.4 ? Severity::error : Severity::warning;
+    EXPECT_FALSE(inertia_findings(check(text), least).empty()) << text;
   }
 }
 

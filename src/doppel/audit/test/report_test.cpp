@@ -21,7 +21,7 @@ class Reports : public AuditTest {
         "izz=\"1\"/></inertial></link>\n</xacro:macro>\n"
         "<link name=\"base\"/>\n<xacro:m n=\"a\"/>\n<joint name=\"j\" type=\"revolute\"><parent "
         "link=\"base\"/><child link=\"a %\"/><axis xyz=\"0 0 1\"/>"
-        "<limit lower=\"-90\" upper=\"90\" effort=\"0\" velocity=\"1\"/></joint>\n<material "
+        "<limit lower=\"-90\" upper=\"90\" effort=\"0\" velocity=\"-2\"/></joint>\n<material "
         "name=\"m\"><color rgba=\"255 0 0 1\"/></material></robot>\n";
     return check(text, "r.xacro");
   }

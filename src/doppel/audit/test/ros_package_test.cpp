@@ -272,9 +272,20 @@ TEST_F(Package, IsNamedOnceAndForAll) {
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0].mend, HasSubstr("r_description"));
   EXPECT_THAT(of("package.name_mismatch", mesh("r_description")), IsEmpty());
+  EXPECT_THAT(of("package.name_mismatch", mesh("s_description")), IsEmpty()) << "another robot's package";
+  EXPECT_THAT(of("package.dependency", mesh("s_description")), SizeIs(1));
   EXPECT_THAT(of("package.dependency", mesh("other_robot")), SizeIs(1));
   package("<exec_depend>other_robot</exec_depend>");
   EXPECT_THAT(of("package.dependency", mesh("other_robot")), IsEmpty());
+}
+
+TEST_F(Package, OfCatkinNeedNotBeInstalledToRun) {
+  package("<buildtool_depend>catkin</buildtool_depend>");
+  cmake("");
+  write("urdf/r.urdf", robot(""));
+  const auto found = of("package.not_installed");
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_EQ(found[0].severity, Severity::note);
 }
 
 TEST_F(Package, LaunchesWhatWasMeant) {
@@ -359,6 +370,22 @@ TEST_F(World, StandsOnTheGround) {
   at("0");
   EXPECT_THAT(of("world.below_ground"), IsEmpty());
   EXPECT_THAT(of("world.above_ground"), IsEmpty());
+}
+
+TEST_F(Contact, OfMorePairsThanAnybodyReadsTheDeepestAreTold) {
+  std::string body;
+  for (int i = 0; i < 20; ++i) {
+    const std::string name = "k" + std::to_string(i);
+    body +=
+        "<link name=\"" + name +
+        "\"><collision><geometry><box size=\"0.1 0.1 0.1\"/></geometry></collision></link><joint name=\"j" +
+        name + "\" type=\"revolute\"><origin xyz=\"1 0 0\"/><parent link=\"base\"/><child link=\"" + name +
+        "\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>\n";
+  }
+  const auto found = of("collision.overlap", body);  // 190 pairs
+  EXPECT_THAT(found, SizeIs(51));
+  EXPECT_EQ(found.back().severity, Severity::note);
+  EXPECT_THAT(found.back().message, HasSubstr("140 more pairs"));
 }
 
 TEST_F(Contact, FindsWhatOverlapsWhereItStarts) {

@@ -1,4 +1,7 @@
 // Every rule over the description: what must fire with its grade and place, and the neighbour that must not.
+#include <cmath>
+#include <map>
+
 #include "doppel/audit/test/audit_fixture.h"
 #include "doppel/overlay/overlay.h"
 
@@ -48,13 +51,37 @@ std::string follower(const std::string& inside, const std::string& name = "tip",
          "\"/>" + kAxis + inside + "</joint>";
 }
 
+Parts exported(const std::string& joint) {
+  Parts p = with(&Parts::limit, limit("-1", "1", "100", "100"));
+  p.joint_name = joint;
+  return p;
+}
+
+// Of 'j' and of a second joint 'k'.
+Parts two_ranges(const std::string& lower, const std::string& upper, const std::string& lower_k,
+                 const std::string& upper_k) {
+  Parts p = with(&Parts::limit, limit(lower, upper));
+  p.more = follower(limit(lower_k, upper_k));
+  return p;
+}
+
+// Three links of different masses with what is written in 'arm' in another unit in all of them.
+Parts three_links(const std::string& first, const std::string& second, const std::string& third) {
+  Parts p = with(&Parts::inertial, first);
+  p.more = follower(kLimit, "second", second, "k2") + follower(kLimit, "third", third, "k3");
+  return p;
+}
+
 std::vector<Case> joint_cases() {
   const auto l = [](const std::string& text) { return with(&Parts::limit, text); };
   return {
-      {"joint.exporter_velocity", E, l(limit("-1", "1", "100", "100")), l(limit("-1", "1", "100", "3")),
+      {"joint.exporter_velocity", W, l(limit("-1", "1", "100", "100")), l(limit("-1", "1", "100", "3")),
        "<limit"},
-      {"joint.exporter_effort", E, l(limit("-1", "1", "100", "100")), l(limit("-1", "1", "5", "30")),
+      {"joint.exporter_effort", W, l(limit("-1", "1", "100", "100")), l(limit("-1", "1", "5", "30")),
        "<limit"},
+      {"joint.exporter_velocity", E, exported("Revolute 1"), {}, "<limit"},
+      {"joint.exporter_effort", E, exported("Slider_12"), {}, "<limit"},
+      {"joint.exporter_effort", W, exported("Revolute wrist"), {}, "<limit"},
       {"joint.no_limits", E, l(""), l(kLimit), "<joint"},
       {"joint.limit_incomplete", E, l(R"(<limit lower="-1" upper="1" effort="5"/>)"), l(kLimit), "<limit"},
       {"joint.limit_negative", E, l(limit("-1", "1", "-5")), l(kLimit), "<limit", true},
@@ -63,11 +90,11 @@ std::vector<Case> joint_cases() {
       {"joint.velocity_absurd", W, l(limit("-1", "1", "5", "60")), l(limit("-1", "1", "5", "49")), "<limit"},
       {"joint.effort_absurd", W, l(limit("-1", "1", "1e6")), l(limit("-1", "1", "9000")), "<limit"},
       {"joint.range_zero", W, l(limit("0", "0")), l(limit("0", "0.01")), "<limit"},
-      {"joint.limits_degrees", E, l(limit("-90", "90")), l(limit("-1.6", "1.6")), "<limit", true},
-      {"joint.limit_precision", W, l(limit("-1.6", "1.570796")), l(limit("-3.141593", "1.570797")), "<limit",
-       true},
-      {"joint.limit_precision", W, l(limit("-3.141592", "1")), l(limit("-3.1415926535897931", "1")), "<limit",
-       true},
+      {"joint.limits_degrees", W, l(limit("-90", "90")), l(limit("-1.6", "1.6")), "<limit"},
+      {"joint.limits_degrees", W, two_ranges("-180", "180", "-180", "180"), {}, "<limit"},
+      {"joint.limit_precision", N, l(limit("-1.6", "1.570796")), l(limit("-3.141593", "1.570797")), "<limit"},
+      {"joint.limit_precision", N, l(limit("-3.141592", "1")), l(limit("-3.1415926535897931", "1")),
+       "<limit"},
       {"joint.limit_precision", N, l(limit("-1", "3.14")), l(limit("-1", "3.1")), "<limit"},
       {"joint.not_continuous", N, l(limit("-10", "10")), l(limit("-6.2832", "6.2832")), "<limit"},
       {"joint.not_continuous", W, l(limit("-1e9", "1e9")), l(limit("-6.2832", "6.2832")), "<limit"},
@@ -111,7 +138,7 @@ std::vector<Case> inertia_cases() {
   const auto i = [](const std::string& text) { return with(&Parts::inertial, text); };
   return {
       {"inertia.missing",
-       E,
+       W,
        [] {
          Parts p = with(&Parts::inertial, "");
          p.more = follower(kLimit);
@@ -120,12 +147,13 @@ std::vector<Case> inertia_cases() {
        {},
        "<link name=\"arm\""},
       {"inertia.none", W, i(""), {}, "<robot"},
-      {"inertia.mass_zero", E, i(tensor("0.0036 0 0 0.0036 0 0.0006", "0")), {}, "<inertial"},
+      {"inertia.mass_zero", W, i(tensor("0.0036 0 0 0.0036 0 0.0006", "0")), {}, "<inertial"},
       {"inertia.mass_negative", E, i(tensor("0.0036 0 0 0.0036 0 0.0006", "-1")), {}, "<inertial", true},
-      {"inertia.zero", E, i(tensor("0 0 0 0 0 0")), {}, "<inertial", true},
-      {"inertia.identity", E, i(tensor("1 0 0 1 0 1")), {}, "<inertial", true},
-      {"inertia.rounded_zero", E, i(tensor("0.0036 0 0 0.0036 0 0")), i(tensor("0.0036 0 0 0.0036 0 0.0001")),
-       "<inertial", true},
+      {"inertia.zero", W, i(tensor("0 0 0 0 0 0")), {}, "<inertial", true},
+      {"inertia.identity", W, i(tensor("1 0 0 1 0 1")), {}, "<inertial", true},
+      {"inertia.rounded_zero", E, i(tensor("0.000006 0 0 0.000006 0 0", "0.2")),
+       i(tensor("0.0036 0 0 0.0036 0 0.0001")), "<inertial", true},
+      {"inertia.rounded_zero", W, i(tensor("0.0036 0 0 0.0036 0 0")), {}, "<inertial"},
       {"inertia.not_positive", E, i(tensor("0.0036 0 0 -0.0036 0 0.0006")), {}, "<inertial", true},
       {"inertia.not_positive",
        E,
@@ -133,14 +161,39 @@ std::vector<Case> inertia_cases() {
        {},
        "<inertial",
        true},
-      {"inertia.triangle", E, i(tensor("0.0036 0 0 0.0036 0 0.01")), i(tensor("0.0036 0 0 0.0036 0 0.0071")),
+      {"inertia.not_positive", W, i(tensor("0.0036 0 0 0.0036 0 -1e-21")), {}, "<inertial"},
+      {"inertia.not_positive", N, i(tensor("1e-12 0 0 -1e-11 0 1e-12", "1e-8")), {}, "<inertial"},
+      {"inertia.triangle", E, i(tensor("0.0036 0 0 0.0036 0 0.012")), i(tensor("0.0036 0 0 0.0036 0 0.0071")),
        "<inertial", true},
+      {"inertia.triangle", W, i(tensor("0.0036 0 0 0.0036 0 0.008")), {}, "<inertial"},
       {"inertia.triangle", W, i(tensor("0.0036 0 0 0.0036 0 0.00721")),
        i(tensor("0.0036 0 0 0.0036 0 0.0072")), "<inertial"},
-      {"inertia.units", E, i(tensor("3600 0 0 3600 0 600")), {}, "<inertial", true},
-      {"inertia.units", E, i(tensor("3.6 0 0 3.6 0 0.6")), {}, "<inertial", true},
-      {"inertia.units", E, i(tensor("3.6 0 0 3.6 0 0.6", "1000")), {}, "<inertial", true},
-      {"inertia.units", E, i(tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 100")), {}, "<inertial", true},
+      {"inertia.units",
+       E,
+       three_links(tensor("3600 0 0 3600 0 600"), tensor("7200 0 0 7200 0 1200", "2"),
+                   tensor("1800 0 0 1800 0 300", "0.5")),
+       {},
+       "<inertial"},
+      {"inertia.units",
+       E,
+       three_links(tensor("3.6 0 0 3.6 0 0.6", "1000"), tensor("7.2 0 0 7.2 0 1.2", "2000"),
+                   tensor("1.8 0 0 1.8 0 0.3", "500")),
+       {},
+       "<inertial"},
+      {"inertia.units",
+       E,
+       three_links(tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 100"),
+                   tensor("0.0072 0 0 0.0072 0 0.0012", "2", "0 0 90"),
+                   tensor("0.0018 0 0 0.0018 0 0.0003", "0.5", "0 0 110")),
+       {},
+       "<inertial"},
+      {"inertia.units", N, i(tensor("3600 0 0 3600 0 600")), {}, "<inertial"},
+      {"inertia.units", N, i(tensor("3.6 0 0 3.6 0 0.6")), {}, "<inertial"},
+      {"inertia.units", N, i(tensor("3.6 0 0 3.6 0 0.6", "1000")), {}, "<inertial"},
+      {"inertia.units", N, i(tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 100")), {}, "<inertial"},
+      {"inertia.units", N,
+       three_links(tensor("3.6 0 0 3.6 0 0.6"), tensor("3.6 0 0 3.6 0 0.6"), tensor("3.6 0 0 3.6 0 0.6")),
+       three_links(tensor("1 0 0 1 0 1"), tensor("2 0 0 2 0 2"), tensor("3 0 0 3 0 3")), "<inertial"},
       {"inertia.com_outside", W, i(tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 0.25")),
        i(tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 0.2")), "<inertial"},
       {"inertia.gyration", W, i(tensor("0.017 0 0 0.017 0 0.0006")), i(tensor("0.01 0 0 0.01 0 0.0006")),
@@ -244,7 +297,7 @@ std::vector<Case> schema_cases() {
        "<mass value=\"1\"/></visual>"},
       {"schema.misplaced", W, top("<limit effort=\"1\" velocity=\"1\"/>"), {}, "<limit effort=\"1\""},
       {"schema.repeated",
-       E,
+       W,
        with(&Parts::inertial, kInertial + "\n" + tensor("0.0036 0 0 0.0036 0 0.0005")),
        {},
        R"(<inertial><origin xyz="0 0 0.1"/><mass value="1"/><inertia ixx="0.0036" ixy="0" ixz="0" iyy="0.0036" iyz="0" izz="0.0005")"},
@@ -389,6 +442,60 @@ TEST_F(WholeAudit, OneFaultIsToldOnce) {
   EXPECT_NE(find(slip, "schema.element")->message.find("did you mean <limit>?"), std::string::npos);
 }
 
+TEST_F(WholeAudit, RangesThatDifferAndAreWholeDegreesAreOnesWithARepairEach) {
+  const AuditReport report = check(robot(two_ranges("-90", "90", "0", "135")));
+  std::map<std::string, double> upper;
+  for (const Finding& f : report.findings) {
+    if (f.rule != "joint.limits_degrees") continue;
+    EXPECT_EQ(f.severity, E);
+    ASSERT_EQ(f.repair.size(), 1U);
+    const auto& set = std::get<SetLimit>(f.repair.front().action);
+    upper[set.joint] = set.upper.value();
+  }
+  ASSERT_EQ(upper.size(), 2U) << told(report);
+  EXPECT_NEAR(upper["j"], M_PI / 2, 1e-9);
+  EXPECT_NEAR(upper["k"], 0.75 * M_PI, 1e-9);
+}
+
+// What engines lump into one body is judged as one: a part without a tensor of its own is carried.
+TEST_F(WholeAudit, AFaultyTensorThatASoundBodyCarriesIsAWarningAndIsLeftAlone) {
+  const std::string part = "<link name=\"lens\">" + tensor("0.000001 0 0 0.000001 0 0.0001", "0.01") +
+                           "</link><joint name=\"glue\" type=\"fixed\"><parent link=\"arm\"/>"
+                           "<child link=\"lens\"/></joint>";
+  const AuditReport report = check(robot(with(&Parts::more, part)));
+  const Finding* found = find(report, "inertia.triangle");
+  ASSERT_NE(found, nullptr) << told(report);
+  EXPECT_EQ(found->severity, W);
+  EXPECT_TRUE(found->repair.empty());
+}
+
+// A power of ten would make it possible, and no shape says that it is the one that was meant.
+TEST_F(WholeAudit, AnImpossibleTensorWithoutAShapeIsAnErrorWithoutARepair) {
+  Parts p = with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.06"));
+  p.visual = p.collision = "";
+  const AuditReport report = check(robot(p));
+  const Finding* found = find(report, "inertia.triangle");
+  ASSERT_NE(found, nullptr) << told(report);
+  EXPECT_EQ(found->severity, E);
+  EXPECT_TRUE(found->repair.empty());
+}
+
+TEST_F(WholeAudit, NothingIsWrittenForWhatIsOnlyDoubted) {
+  const Parts cases[] = {
+      with(&Parts::inertial, tensor("0.000036 0 0 0.000036 0 0.000006", "0.01")),  // ten grams
+      with(&Parts::inertial, tensor("0.01 0 0 0.01 0 0.01", "0.1")),               // a placeholder
+      with(&Parts::inertial, tensor("3.6 0 0 3.6 0 0.6")),
+      with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0.3 0.4 0.2")),  // the base's frame
+      with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 -1e-21")),
+      with(&Parts::limit, limit("-180", "180")),
+      with(&Parts::limit, limit("-1.570796", "3.14159"))};
+  for (const Parts& parts : cases) {
+    const AuditReport report = check(robot(parts));
+    EXPECT_EQ(report.count(E), 0U) << told(report);
+    for (const Finding& f : report.findings) EXPECT_TRUE(f.repair.empty()) << f.rule << ": " << f.message;
+  }
+}
+
 TEST_F(WholeAudit, WhatCannotBeReadIsAnInputError) {
   EXPECT_THROW(check("<robot name='r'><link"), InputError);
   EXPECT_THROW(check("<sdf/>"), InputError);
@@ -451,15 +558,18 @@ TEST_F(WholeAudit, MeshesAreMeasured) {
     Severity severity;
     std::string content, scale;
   };
-  const MeshCase cases[] = {{"mesh.unit", E, cube(100), "1 1 1"},
-                            {"mesh.unit", W, cube(100), "1e-6 1e-6 1e-6"},
-                            {"mesh.inverted", W, cube(0.1, true), "1 1 1"},
-                            {"mesh.open", N, cube(0.1, false, true), "1 1 1"},
-                            {"mesh.scale_zero", E, cube(0.1), "1 0 1"},
-                            {"mesh.scale_uneven", N, cube(0.1), "1 1 2"},
-                            {"mesh.unreadable", E, "nothing", "1 1 1"},
-                            {"mesh.visual_as_collision", N, cube(0.1), "1 1 1"},
-                            {"mesh.flat", N, "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n", "1 1 1"}};
+  const MeshCase cases[] = {
+      {"mesh.unit", E, cube(100), "1 1 1"},
+      {"mesh.unit", W, cube(100), "1e-6 1e-6 1e-6"},
+      {"mesh.inverted", W, cube(0.1, true), "1 1 1"},
+      {"mesh.open", N, cube(0.1, false, true), "1 1 1"},
+      {"mesh.scale_zero", E, cube(0.1), "1 0 1"},
+      {"mesh.scale_uneven", N, cube(0.1), "1 1 2"},
+      {"mesh.unreadable", E, "nothing", "1 1 1"},
+      {"mesh.not_fetched", W, "version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 2\n", "1 1 1"},
+      {"mesh.irregular", N, "f 1 2 3\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\n", "1 1 1"},
+      {"mesh.visual_as_collision", N, cube(0.1), "1 1 1"},
+      {"mesh.flat", N, "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n", "1 1 1"}};
   for (const MeshCase& c : cases) {
     SCOPED_TRACE(c.rule);
     write("m.obj", c.content);
@@ -477,6 +587,19 @@ TEST_F(WholeAudit, MeshesAreMeasured) {
   for (const Finding& f : fine.findings) {
     EXPECT_TRUE(!f.rule.starts_with("mesh.") || f.rule == "mesh.visual_as_collision") << f.rule << f.message;
   }
+}
+
+TEST_F(WholeAudit, AScaleIsOnlyWrittenWhereOneFileIsMeant) {
+  write("m.obj", cube(100));
+  write("metres.obj", cube(0.1));
+  Parts p;
+  p.more = mesh_link("a", "m.obj");
+  EXPECT_EQ(find(check(robot(p)), "mesh.unit")->repair.size(), 1U);
+  p.more.replace(p.more.rfind("m.obj"), 5, "metres.obj");  // of the <collision>
+  const AuditReport report = check(robot(p));
+  const Finding* found = find(report, "mesh.unit");
+  ASSERT_NE(found, nullptr) << told(report);
+  EXPECT_TRUE(found->repair.empty());
 }
 
 // What is written in millimetres is told once: not again as a mass, a centre or a scale that do not fit.

@@ -3,6 +3,7 @@
 #include <assimp/scene.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <assimp/Importer.hpp>
 
 #include "doppel/description/mesh_detail.h"
@@ -19,7 +20,10 @@ void add_part(const aiScene& scene, const aiMesh& part, const Eigen::Matrix4d& X
   const bool inside_out = X.topLeftCorner<3, 3>().determinant() < 0;
   for (unsigned f = 0; f < part.mNumFaces; ++f) {
     const aiFace& face = part.mFaces[f];
-    if (face.mNumIndices != 3) continue;
+    if (face.mNumIndices != 3) continue;  // points and lines
+    const bool inside = std::all_of(face.mIndices, face.mIndices + 3,
+                                    [&](unsigned corner) { return corner < part.mNumVertices; });
+    if (!inside) continue;
     std::array<std::uint32_t, 3> t{base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]};
     if (inside_out) std::swap(t[1], t[2]);
     soup.triangles.push_back(t);
@@ -45,13 +49,18 @@ void add_node(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X
 
 // False: it cannot be read, `problem` says why.
 extern "C" bool doppel_import_mesh(const std::string& path, doppel::mesh::Soup& soup, std::string& problem) {
-  Assimp::Importer importer;
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    problem = importer.GetErrorString();
+  try {
+    Assimp::Importer importer;
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+    const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+    if (scene == nullptr || scene->mRootNode == nullptr) {
+      problem = importer.GetErrorString();
+      return false;
+    }
+    doppel::mesh::add_node(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), soup);
+    return true;
+  } catch (const std::exception& error) {
+    problem = error.what();
     return false;
   }
-  doppel::mesh::add_node(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), soup);
-  return true;
 }

@@ -125,6 +125,21 @@ TEST(Obj, AVertexThatIsNotThereIsNamed) {
 }
 
 // Star-shaped polygons: however the ears are cut, the signed area is the polygon's own.
+TEST(Polygons, WhereTheLookForEarsTakesTooLongTheRestAreFans) {
+  mesh::Soup soup;
+  std::vector<std::uint32_t> star;
+  for (std::uint32_t i = 0; i < mesh::kMostCorners; ++i) {
+    const double angle = 2 * M_PI * i / mesh::kMostCorners, radius = i % 2 == 0 ? 1.0 : 0.2;
+    soup.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0);
+    star.push_back(i);
+  }
+  constexpr std::size_t polygons = 20'000;
+  for (std::size_t i = 0; i < polygons; ++i) mesh::add_polygon(soup, star);
+  EXPECT_EQ(soup.triangles.size(), polygons * (mesh::kMostCorners - 2));
+  EXPECT_GE(soup.ear_tests, mesh::kMostEarTests);
+  EXPECT_LT(soup.ear_tests, mesh::kMostEarTests + mesh::kMostCorners * mesh::kMostCorners);
+}
+
 TEST(Polygons, EarsCoverThePolygonOnce) {
   const unsigned seed = 20261121;
   SCOPED_TRACE(seed);
