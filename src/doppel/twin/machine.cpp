@@ -87,7 +87,7 @@ Eigen::Vector3d Machine::gravity_R() const {
 
 std::vector<std::filesystem::path> Machine::files(const Scenario& scenario) const {
   std::vector<std::filesystem::path> out = files_of(setup.target, setup.description);
-  if (setup.controllers_origin != "generated") out.emplace_back(setup.controllers_origin);
+  out.insert(out.end(), setup.controllers_files.begin(), setup.controllers_files.end());
   if (scenario.world) out.push_back(*scenario.world);
   return out;
 }

@@ -60,32 +60,26 @@ TEST_F(RobotSetups, FindsTheControllersInThePackagesConfig) {
   EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/controllers.yaml").string());
 }
 
-TEST_F(RobotSetups, SeveralFilesWithControllersAreTheUsersChoice) {
+TEST_F(RobotSetups, SeveralFilesThatFitAreAChoiceThatIsSaid) {
   write_robot("");
   write("config/a.yaml", kManager);
   write("config/b.yaml", kManager);
-  try {
-    set_up();
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("a.yaml"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("--controllers"), std::string::npos);
-  }
+  EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/a.yaml").string());
+  EXPECT_TRUE(told("up.controllers_chosen"));
 }
 
-TEST_F(RobotSetups, ThePluginsParametersComeFirst) {
+TEST_F(RobotSetups, AllFilesOfThePluginAreRead) {
   write("config/a.yaml", kManager);
-  write("config/b.yaml", kManager);
-  write_robot("<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\"><parameters>" +
-              (folder_ / "config/b.yaml").string() + "</parameters></plugin></gazebo>");
-  EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/b.yaml").string());
-}
-
-TEST_F(RobotSetups, PluginsParametersThatDoNotExistAreAnError) {
-  write_robot(
-      "<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\"><parameters>/no/such.yaml</parameters>"
-      "</plugin></gazebo>");
-  EXPECT_THROW(set_up(), InputError);
+  write("config/b.yaml", "arm:\n  ros__parameters:\n    joints: [j]\n");
+  const auto parameters = [&](const char* file) {
+    return "<parameters>" + (folder_ / "config" / file).string() + "</parameters>";
+  };
+  write_robot("<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\">" + parameters("a.yaml") +
+              parameters("b.yaml") + "</plugin></gazebo>");
+  const RobotSetup setup = set_up();
+  EXPECT_EQ(setup.controllers_files.size(), 2U);
+  EXPECT_NE(setup.controllers.overrides_for("/arm").find("joints"), nullptr);
+  EXPECT_FALSE(setup.controllers_named);
 }
 
 TEST_F(RobotSetups, MakesControllersWhereThereAreNone) {
