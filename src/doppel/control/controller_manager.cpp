@@ -177,9 +177,10 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
     });
     const SourceLocation where = place == own.all().end() ? SourceLocation{} : place->source;
     if (is_jazzy_type(type_name)) {
-      throw InputError("control.type_not_available", where,
-                       fmt::format("the controller type '{}' of ROS 2 Jazzy is not available here", type_name),
-                       "leave it to the robot, or load a library that has it with --plugin");
+      throw InputError(
+          "control.type_not_available", where,
+          fmt::format("the controller type '{}' of ROS 2 Jazzy is not available here", type_name),
+          "leave it to the robot, or load a library that has it with --plugin");
     }
     throw InputError("control.unknown_type", where,
                      fmt::format("there is no controller type '{}'{}", type_name,

@@ -91,8 +91,8 @@ void ControllerManager::Impl::start(std::span<const std::string> names) {
 void ControllerManager::Impl::leave_out(const std::string& name, const std::vector<Diagnostic>& why) {
   for (Diagnostic finding : why) {
     finding.severity = Severity::warning;
-    finding.message += fmt::format("{} '{}' is left out, the others run",
-                                   finding.message.ends_with('?') ? "" : ";", name);
+    finding.message +=
+        fmt::format("{} '{}' is left out, the others run", finding.message.ends_with('?') ? "" : ";", name);
     tell(log, options.name, finding);
   }
   if (find(name) != nullptr) static_cast<void>(unload(name));

@@ -303,6 +303,7 @@ ParameterFile ParameterFile::parse(const std::string& yaml, const std::string& n
 
 void ParameterFile::add(ParameterFile later) {
   ++layers_;
+  text_ += later.text_;
   for (auto& [section, layer] : later.sections_) sections_.push_back({std::move(section), layers_});
 }
 

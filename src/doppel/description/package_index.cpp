@@ -19,8 +19,8 @@ constexpr std::size_t kMostFolders = 4000;
 constexpr int kLevelsWithoutWorkspace = 2;
 
 bool is_left_out(const std::string& name) {
-  constexpr std::array<std::string_view, 6> kNames{"build", "install", "log", "devel", "node_modules",
-                                                   "__pycache__"};
+  constexpr std::array<std::string_view, 6> kNames{"build", "install",      "log",
+                                                   "devel", "node_modules", "__pycache__"};
   return name.starts_with('.') || std::find(kNames.begin(), kNames.end(), name) != kNames.end();
 }
 
@@ -37,8 +37,7 @@ Content content_of(const fs::path& folder) {
        !none && entry != end; entry.increment(none)) {
     const std::string name = entry->path().filename().string();
     out.package = out.package || name == "package.xml";
-    out.ignored =
-        out.ignored || name == "COLCON_IGNORE" || name == "AMENT_IGNORE" || name == "CATKIN_IGNORE";
+    out.ignored = out.ignored || name == "COLCON_IGNORE" || name == "AMENT_IGNORE" || name == "CATKIN_IGNORE";
     // A link to a folder may lead anywhere, also back here.
     if (!is_left_out(name) && entry->is_directory(none) && !entry->is_symlink(none))
       out.folders.push_back(entry->path());

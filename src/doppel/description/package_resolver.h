@@ -13,12 +13,12 @@ namespace doppel {
 
 class PackageResolver {
  public:
-  // Search order for a package: those added by hand; then, walking up from `add_context`'s files, folders with
-  // a package.xml of that name (the ancestor itself, its siblings, src/, install/, share/); then the whole
-  // workspaces or repositories around them, as colcon crawls them (package_index.h); then ancestors and their
-  // siblings that bear the name without a package.xml, as downloaded collections do; then ROS_PACKAGE_PATH
-  // (crawled, too), AMENT_PREFIX_PATH, COLCON_PREFIX_PATH, GZ_SIM_RESOURCE_PATH, IGN_GAZEBO_RESOURCE_PATH,
-  // GAZEBO_MODEL_PATH; last the robots bundled with doppel.
+  // Search order for a package: those added by hand; then, walking up from `add_context`'s files, folders
+  // with a package.xml of that name (the ancestor itself, its siblings, src/, install/, share/); then the
+  // whole workspaces or repositories around them, as colcon crawls them (package_index.h); then ancestors and
+  // their siblings that bear the name without a package.xml, as downloaded collections do; then
+  // ROS_PACKAGE_PATH (crawled, too), AMENT_PREFIX_PATH, COLCON_PREFIX_PATH, GZ_SIM_RESOURCE_PATH,
+  // IGN_GAZEBO_RESOURCE_PATH, GAZEBO_MODEL_PATH; last the robots bundled with doppel.
   PackageResolver();
 
   void add_package(std::string name, std::filesystem::path folder);

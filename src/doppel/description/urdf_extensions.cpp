@@ -111,11 +111,12 @@ bool read_bool(const XmlNode& node, Diagnostics& diagnostics) {
   constexpr std::array kTrue{"true", "yes", "1"}, kFalse{"false", "no", "0"};
   if (std::find(kTrue.begin(), kTrue.end(), text) != kTrue.end()) return true;
   if (std::find(kFalse.begin(), kFalse.end(), text) == kFalse.end()) {
-    diagnostics.warning("urdf.optional_value", node.where,
-                        fmt::format("<{}> holds '{}', which is neither true nor false; it counts as false, as "
-                                    "in Gazebo",
-                                    node.name, text),
-                        "write true or false");
+    diagnostics.warning(
+        "urdf.optional_value", node.where,
+        fmt::format("<{}> holds '{}', which is neither true nor false; it counts as false, as "
+                    "in Gazebo",
+                    node.name, text),
+        "write true or false");
   }
   return false;
 }
@@ -159,8 +160,7 @@ GazeboExtension read_gazebo(const XmlNode& node, const std::filesystem::path& ba
     for (const auto& [name, value] : numbers) {
       if (child.is(name)) *value = read.number_of(child, value_of(child));
     }
-    if (child.is("selfCollide") || child.is("self_collide"))
-      out.self_collide = read_bool(child, diagnostics);
+    if (child.is("selfCollide") || child.is("self_collide")) out.self_collide = read_bool(child, diagnostics);
     if (child.is("gravity")) out.gravity = read_bool(child, diagnostics);
     if (child.is("turnGravityOff")) out.gravity = !read_bool(child, diagnostics);
     if (child.is("material")) out.material = value_of(child);

@@ -85,7 +85,8 @@ Geometry Parser::mesh(const XmlNode& node, UrdfReader& read) {
   const bool is_file = !found.path.empty() && !std::filesystem::is_directory(found.path, none);
   if (!is_file) {
     std::string tried;
-    for (std::size_t i = 0; i < found.tried.size() && i < kMostPlaces; ++i) tried += "\n    " + found.tried[i];
+    for (std::size_t i = 0; i < found.tried.size() && i < kMostPlaces; ++i)
+      tried += "\n    " + found.tried[i];
     if (found.tried.size() > kMostPlaces)
       tried += fmt::format("\n    and {} more", found.tried.size() - kMostPlaces);
     diagnostics_.warning(

@@ -84,9 +84,9 @@ std::pair<const char*, std::string> mimic_fault(const RobotDescription& robot, c
                                                 const std::vector<std::string>& names) {
   const Joint* const leader = robot.find_joint(joint.mimic->joint);
   if (leader == nullptr) {
-    return {"urdf.mimic_unknown", fmt::format("'{}' mimics '{}', which is not a joint of this robot{}",
-                                              joint.name, joint.mimic->joint,
-                                              did_you_mean(joint.mimic->joint, names))};
+    return {"urdf.mimic_unknown",
+            fmt::format("'{}' mimics '{}', which is not a joint of this robot{}", joint.name,
+                        joint.mimic->joint, did_you_mean(joint.mimic->joint, names))};
   }
   if (!is_scalar(joint) || !is_scalar(*leader)) {
     return {"urdf.mimic_not_scalar",

@@ -75,8 +75,8 @@ enum class BaseKind { fixed, floating };  // how the root link stands in the wor
 // body that moves without any mass: one is assumed), "model.not_physical" (mass <= 0, or a tensor that no
 // body can have: it is repaired), "model.no_limits", "model.zero_limit" (taken as unlimited). What the
 // parser warned of is taken as it said: a joint whose axis is zero is fixed, crossed limits bound the same
-// range, a <mimic> without effect (leader_of) is left out. InputError: links that are not one tree, a floating
-// robot with a link "world".
+// range, a <mimic> without effect (leader_of) is left out. InputError: links that are not one tree, a
+// floating robot with a link "world".
 Model compile_model(const RobotDescription& robot, BaseKind base, Diagnostics& diagnostics);
 
 // The workspace of one thread, sized once.

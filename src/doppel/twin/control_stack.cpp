@@ -22,8 +22,8 @@ bool is_loaded(const ControllerManager& manager, const std::string& name) {
 // `name`, or with "_rest" where the file has one of that name.
 std::string free_name(const ControllerManager& manager, const std::string& name) {
   const auto declared = manager.declared_controllers();
-  const bool taken = is_loaded(manager, name) ||
-                     std::any_of(declared.begin(), declared.end(), [&](const auto& d) { return d.first == name; });
+  const bool taken = is_loaded(manager, name) || std::any_of(declared.begin(), declared.end(),
+                                                             [&](const auto& d) { return d.first == name; });
   return taken ? name + "_rest" : name;
 }
 
@@ -55,6 +55,48 @@ Offer offer_of(const ControllerManager& manager) {
   return out;
 }
 
+// Makes each component's name, and each interface, the only one of its kind: what comes second is left out.
+class Unique {
+ public:
+  explicit Unique(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
+
+  HardwareDescription of(HardwareDescription hardware) {
+    const std::string name = hardware.name;
+    for (int i = 2; !components_.insert(hardware.name).second; ++i)
+      hardware.name = fmt::format("{}_{}", name, i);
+    if (hardware.name != name) {
+      diagnostics_.warning("ros2_control.duplicate_component", hardware.source,
+                           fmt::format("there is another <ros2_control> '{}'; this one is called '{}' here",
+                                       name, hardware.name),
+                           "give each component a name of its own");
+    }
+    for (auto* parts : {&hardware.joints, &hardware.sensors, &hardware.gpios}) {
+      for (HardwareJointDescription& part : *parts) {
+        erase_known(part.command_interfaces, "command", part.name);
+        erase_known(part.state_interfaces, "state", part.name);
+      }
+    }
+    return hardware;
+  }
+
+ private:
+  void erase_known(std::vector<HardwareInterfaceDescription>& interfaces, const char* kind,
+                   const std::string& part) {
+    std::erase_if(interfaces, [&](const HardwareInterfaceDescription& interface) {
+      const std::string name = part + '/' + interface.name;
+      if (interfaces_.insert(fmt::format("{} {}", kind, name)).second) return false;
+      diagnostics_.warning(
+          "ros2_control.duplicate_interface", interface.source,
+          fmt::format("the {} interface '{}' is offered already; this one is left out", kind, name),
+          "offer it once, in one <ros2_control> element");
+      return true;
+    });
+  }
+
+  Diagnostics& diagnostics_;
+  std::set<std::string> components_, interfaces_;
+};
+
 std::string quoted_names(const std::vector<std::string>& names) {
   std::string out;
   for (const std::string& name : names) out += fmt::format("{}'{}'", out.empty() ? "" : ", ", name);
@@ -73,8 +115,10 @@ ControlStack::ControlStack(Bus& bus, const Machine& machine, const ControllerReg
   options.enforce_limits = enforce_limits;
   manager_ =
       std::make_unique<ControllerManager>(bus, model_, registry, &controllers_, options, log, diagnostics);
+  Unique unique(diagnostics);
   for (const HardwareDescription& hardware : machine.hardware) {
-    auto system = std::make_unique<SimulatedHardware>(hardware, model_, *machine.engine, diagnostics);
+    auto system =
+        std::make_unique<SimulatedHardware>(unique.of(hardware), model_, *machine.engine, diagnostics);
     hardware_.push_back(system.get());
     manager_->add_hardware(std::move(system));
   }
@@ -85,6 +129,9 @@ void ControlStack::start(const ControllerWish& wish, const Log& log) {
   what_fits_ = wish.what_fits;
   if (wish.what_fits) {
     manager_->start_what_fits(wish.active);
+    for (const std::string& name : wish.active) {
+      if (!is_loaded(*manager_, name)) left_out_.push_back(name);
+    }
     hold_the_rest(log);
   } else {
     manager_->start(wish.active);
@@ -113,7 +160,8 @@ bool ControlStack::start_generated(const std::string& name, const std::string& t
     log.warning(kManager, fmt::format("the generated controller '{}' does not run: {}", name, status.why()));
     static_cast<void>(manager_->unload(name));
   } catch (const InputError& problem) {
-    log.warning(kManager, fmt::format("the generated controller '{}' does not run: {}", name, problem.what()));
+    log.warning(kManager,
+                fmt::format("the generated controller '{}' does not run: {}", name, problem.what()));
   }
   return false;
 }
@@ -142,10 +190,10 @@ void ControlStack::hold_the_rest(const Log& log) {
     const std::string origin = "<generated controllers>";
     controllers_.add(name, "joints", held, origin);
     controllers_.add(name, "command_interfaces", std::vector<std::string>{kPosition}, origin);
-    controllers_.add(name, "state_interfaces",
-                     velocities ? std::vector<std::string>{kPosition, kVelocity}
-                                : std::vector<std::string>{kPosition},
-                     origin);
+    controllers_.add(
+        name, "state_interfaces",
+        velocities ? std::vector<std::string>{kPosition, kVelocity} : std::vector<std::string>{kPosition},
+        origin);
     if (start_generated(name, kTrajectories, log)) {
       tell(log, kManager,
            {Severity::note, "up.joints_held",
@@ -184,7 +232,9 @@ ControllerWish ControlStack::present_wish() const {
     if (std::find(generated_.begin(), generated_.end(), controller.name) != generated_.end()) continue;
     (controller.state == ControllerState::active ? wish.active : wish.inactive).push_back(controller.name);
   }
-  for (const auto& [name, type] : manager_->declared_controllers()) wish.declared.push_back(name);
+  for (const auto& [name, type] : manager_->declared_controllers()) {
+    if (std::find(left_out_.begin(), left_out_.end(), name) == left_out_.end()) wish.declared.push_back(name);
+  }
   return wish;
 }
 

@@ -52,6 +52,7 @@ class ControlStack {
   bool named_;                          // by the user
   bool what_fits_ = false;              // of the wish that it was started with
   std::vector<std::string> generated_;  // controllers that no file declares
+  std::vector<std::string> left_out_;   // that the file declares; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;
   std::vector<SimulatedHardware*> hardware_;
 };

@@ -108,10 +108,10 @@ std::optional<ParameterFile> usable_file(const fs::path& path, const std::string
     return file;
   } catch (const InputError& error) {
     const Diagnostic& first = error.diagnostics().front();
-    diagnostics.warning("up.controllers_unreadable", first.where,
-                        fmt::format("this file, which may hold the robot's controllers, cannot be used: {}",
-                                    first.message),
-                        first.mend);
+    diagnostics.warning(
+        "up.controllers_unreadable", first.where,
+        fmt::format("this file, which may hold the robot's controllers, cannot be used: {}", first.message),
+        first.mend);
     return std::nullopt;
   }
 }
@@ -214,19 +214,21 @@ void report_others(const std::vector<Candidate>& others, const RobotDescription&
                    Diagnostics& diagnostics) {
   if (others.empty()) return;
   const std::set<std::string>& foreign = others.front().foreign;
-  diagnostics.note("up.controllers_of_others", robot.source,
-                   fmt::format("{} file{} with controllers {} left alone, for {} of another robot{}:{}",
-                               others.size(), others.size() == 1 ? "" : "s",
-                               others.size() == 1 ? "is" : "are", others.size() == 1 ? "it is" : "they are",
-                               foreign.empty() ? "" : fmt::format(" ('{}' is not a joint here)", *foreign.begin()),
-                               listed(others)),
-                   "give the robot's own with --controllers FILE");
+  diagnostics.note(
+      "up.controllers_of_others", robot.source,
+      fmt::format("{} file{} with controllers {} left alone, for {} of another robot{}:{}", others.size(),
+                  others.size() == 1 ? "" : "s", others.size() == 1 ? "is" : "are",
+                  others.size() == 1 ? "it is" : "they are",
+                  foreign.empty() ? "" : fmt::format(" ('{}' is not a joint here)", *foreign.begin()),
+                  listed(others)),
+      "give the robot's own with --controllers FILE");
 }
 
 // The best of those that fit, with a note where it was a choice.
 std::vector<fs::path> best_of(std::vector<Candidate> all, const RobotDescription& robot,
                               Diagnostics& diagnostics) {
-  std::sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) { return a.order() < b.order(); });
+  std::sort(all.begin(), all.end(),
+            [](const Candidate& a, const Candidate& b) { return a.order() < b.order(); });
   std::stable_partition(all.begin(), all.end(), [](const Candidate& c) { return c.fits(); });
   if (all.empty() || !all.front().fits()) {
     report_others(all, robot, diagnostics);

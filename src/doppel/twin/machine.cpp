@@ -31,6 +31,7 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
   bool position = false;
   for (const auto& hardware : robot.hardware) {
     for (const auto& joint : hardware.joints) {
+      if (robot.find_joint(joint.name) == nullptr) continue;
       for (const auto& interface : joint.command_interfaces)
         position = position || interface.name == kPosition;
     }

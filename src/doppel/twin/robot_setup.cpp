@@ -82,15 +82,16 @@ void choose_controllers(const Scenario& scenario, RobotSetup& setup, Diagnostics
     diagnostics.note("up.nothing_to_drive", setup.description.robot.source,
                      "no joint of this robot can be driven; there is nothing to control");
   } else {
-    diagnostics.note("up.controllers_generated", setup.description.robot.source,
-                     fmt::format("no controllers' YAML of this robot was found; made a joint_state_broadcaster and a "
-                                 "joint_trajectory_controller over {} joint{}",
-                                 joints.size(), joints.size() == 1 ? "" : "s"),
-                     "give your own with --controllers FILE, or put it into the package's config/");
+    diagnostics.note(
+        "up.controllers_generated", setup.description.robot.source,
+        fmt::format("no controllers' YAML of this robot was found; made a joint_state_broadcaster and a "
+                    "joint_trajectory_controller over {} joint{}",
+                    joints.size(), joints.size() == 1 ? "" : "s"),
+        "give your own with --controllers FILE, or put it into the package's config/");
   }
-  setup.controllers = ParameterFile::parse(
-      generated_controllers(joints, offers_velocities(setup.description.robot, joints)),
-      "<generated controllers>");
+  setup.controllers =
+      ParameterFile::parse(generated_controllers(joints, offers_velocities(setup.description.robot, joints)),
+                           "<generated controllers>");
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ class Packages : public ::testing::Test {
     std::ofstream(folder_ / file) << text;
   }
   void package(const std::string& path) {
-    write(path + "/package.xml", "<package><name>" + fs::path(path).filename().string() + "</name></package>");
+    write(path + "/package.xml",
+          "<package><name>" + fs::path(path).filename().string() + "</name></package>");
   }
   // The folder of a package, seen from a file, below the test's folder; "" where it is not found.
   std::string find(const std::string& name, const std::string& from) {
@@ -40,9 +41,9 @@ class Packages : public ::testing::Test {
     return found.empty() ? "" : found.lexically_relative(folder_).string();
   }
 
-  static constexpr const char* kVariables[] = {"ROS_PACKAGE_PATH",     "AMENT_PREFIX_PATH",
-                                               "COLCON_PREFIX_PATH",   "GZ_SIM_RESOURCE_PATH",
-                                               "GAZEBO_MODEL_PATH",    "IGN_GAZEBO_RESOURCE_PATH"};
+  static constexpr const char* kVariables[] = {"ROS_PACKAGE_PATH",   "AMENT_PREFIX_PATH",
+                                               "COLCON_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH",
+                                               "GAZEBO_MODEL_PATH",  "IGN_GAZEBO_RESOURCE_PATH"};
   fs::path folder_;
 };
 
@@ -50,7 +51,8 @@ TEST_F(Packages, AreFoundInTheWholeWorkspace) {
   package("ws/src/a/arm_bringup");
   package("ws/src/b/deep/down/arm_description");
   write("ws/src/a/arm_bringup/urdf/arm.urdf");
-  EXPECT_EQ(find("arm_description", "ws/src/a/arm_bringup/urdf/arm.urdf"), "ws/src/b/deep/down/arm_description");
+  EXPECT_EQ(find("arm_description", "ws/src/a/arm_bringup/urdf/arm.urdf"),
+            "ws/src/b/deep/down/arm_description");
 }
 
 TEST_F(Packages, WhatColconLeavesOutIsNotFound) {
@@ -91,7 +93,8 @@ TEST_F(Packages, ARealPackageIsPreferredToAFolderOfItsName) {
   fs::create_directories(folder_ / "arm_description/.git");
   package("arm_description/src/arm_description");
   write("arm_description/bringup/arm.urdf");
-  EXPECT_EQ(find("arm_description", "arm_description/bringup/arm.urdf"), "arm_description/src/arm_description");
+  EXPECT_EQ(find("arm_description", "arm_description/bringup/arm.urdf"),
+            "arm_description/src/arm_description");
 }
 
 TEST_F(Packages, AreFoundInstalledTogetherAndApart) {

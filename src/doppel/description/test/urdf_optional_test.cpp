@@ -10,14 +10,15 @@ namespace {
 
 class OptionalParts : public ::testing::Test {
  protected:
-  // Reads two links and what joins them; `extra` stands at the end of the robot, `of_link` in the second link.
+  // Reads two links and what joins them; `extra` stands at the end of the robot, `of_link` in the second
+  // link.
   const RobotDescription& read(const std::string& extra, const std::string& of_link = "",
                                const std::string& of_joint = kAxisAndLimit,
                                const std::string& type = "revolute") {
     const std::string text = "<robot name=\"r\"><link name=\"base\"/><link name=\"arm\">" + of_link +
                              "</link><joint name=\"j\" type=\"" + type +
-                             "\"><parent link=\"base\"/><child link=\"arm\"/>" + of_joint + "</joint>" + extra +
-                             "</robot>";
+                             "\"><parent link=\"base\"/><child link=\"arm\"/>" + of_joint + "</joint>" +
+                             extra + "</robot>";
     diagnostics_ = {};
     robot_ = parse_urdf(text, "r.urdf", resolver_, diagnostics_);
     return robot_;
@@ -43,9 +44,10 @@ class OptionalParts : public ::testing::Test {
 };
 
 TEST_F(OptionalParts, GazeboValuesAreAttributesOrTexts) {
-  read("<gazebo reference=\"arm\"><mu1 value=\"0.8\"/><mu2>0.5</mu2><kp value=\"1e6\">7</kp>"
-       "<kd value=\"2\"/><selfCollide value=\"true\"/><turnGravityOff>True</turnGravityOff>"
-       "<material value=\"Gazebo/Blue\"/></gazebo>");
+  read(
+      "<gazebo reference=\"arm\"><mu1 value=\"0.8\"/><mu2>0.5</mu2><kp value=\"1e6\">7</kp>"
+      "<kd value=\"2\"/><selfCollide value=\"true\"/><turnGravityOff>True</turnGravityOff>"
+      "<material value=\"Gazebo/Blue\"/></gazebo>");
   EXPECT_TRUE(silent());
   const GazeboExtension& gazebo = robot_.gazebo.at(0);
   EXPECT_EQ(gazebo.mu1, 0.8);
@@ -66,19 +68,21 @@ TEST_F(OptionalParts, GazeboValuesThatCannotBeReadHaveNoEffect) {
 }
 
 TEST_F(OptionalParts, ABoolGpioHasAnInitialValue) {
-  read("<ros2_control name=\"s\" type=\"system\"><gpio name=\"io\">"
-       "<command_interface name=\"a\" data_type=\"bool\"><param name=\"initial_value\">true</param>"
-       "</command_interface><state_interface name=\"b\" data_type=\"bool\">"
-       "<param name=\"initial_value\">false</param></state_interface></gpio></ros2_control>");
+  read(
+      "<ros2_control name=\"s\" type=\"system\"><gpio name=\"io\">"
+      "<command_interface name=\"a\" data_type=\"bool\"><param name=\"initial_value\">true</param>"
+      "</command_interface><state_interface name=\"b\" data_type=\"bool\">"
+      "<param name=\"initial_value\">false</param></state_interface></gpio></ros2_control>");
   EXPECT_TRUE(silent());
   EXPECT_EQ(robot_.hardware.at(0).gpios.at(0).command_interfaces.at(0).initial_value, 1.0);
   EXPECT_EQ(robot_.hardware.at(0).gpios.at(0).state_interfaces.at(0).initial_value, 0.0);
 }
 
 TEST_F(OptionalParts, InterfaceBoundsThatCannotBeReadAreLeftOut) {
-  read("<ros2_control name=\"s\" type=\"system\"><joint name=\"j\"><command_interface name=\"position\">"
-       "<param name=\"min\">{-2*pi}</param><param name=\"max\">1</param></command_interface>"
-       "<command_interface/></joint><joint/></ros2_control>");
+  read(
+      "<ros2_control name=\"s\" type=\"system\"><joint name=\"j\"><command_interface name=\"position\">"
+      "<param name=\"min\">{-2*pi}</param><param name=\"max\">1</param></command_interface>"
+      "<command_interface/></joint><joint/></ros2_control>");
   EXPECT_EQ(warnings("urdf.optional_value"), 3);
   ASSERT_EQ(robot_.hardware.at(0).joints.size(), 1U);
   ASSERT_EQ(robot_.hardware.at(0).joints.at(0).command_interfaces.size(), 1U);
@@ -189,8 +193,9 @@ TEST_F(OptionalParts, SafetyAndCalibrationAreExtras) {
 }
 
 TEST_F(OptionalParts, TransmissionsAreExtras) {
-  read("<transmission><joint/><actuator name=\"m\"><mechanicalReduction>x</mechanicalReduction></actuator>"
-       "</transmission>");
+  read(
+      "<transmission><joint/><actuator name=\"m\"><mechanicalReduction>x</mechanicalReduction></actuator>"
+      "</transmission>");
   EXPECT_EQ(warnings("urdf.optional_value"), 1);
 }
 

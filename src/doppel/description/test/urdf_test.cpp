@@ -76,8 +76,8 @@ TEST(Urdf, RefusesWhatIsNoTreeAtItsPlace) {
 }
 
 TEST(Urdf, RefusesBadNumbersAllAtOnce) {
-  const std::string text = refusal(
-      kPair + joint("<limit lower=\"1,5\" upper=\"nan\" effort=\"3\" velocity=\"4\"/>"));
+  const std::string text =
+      refusal(kPair + joint("<limit lower=\"1,5\" upper=\"nan\" effort=\"3\" velocity=\"4\"/>"));
   EXPECT_NE(text.find("lower=\"1,5\""), std::string::npos) << text;
   EXPECT_NE(text.find("upper=\"nan\""), std::string::npos) << text;
   EXPECT_NE(

@@ -84,7 +84,8 @@ class FoundControllers : public ::testing::Test {
 };
 
 TEST_F(FoundControllers, AllThatFitsRunsAndNothingIsAdded) {
-  const auto there = up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"));
+  const auto there =
+      up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"));
   EXPECT_THAT(there, ElementsAre(Pair("arm", ElementsAre("shoulder/position", "elbow/position")),
                                  Pair("jsb", IsEmpty())));
   EXPECT_EQ(said_.find("up.joints"), std::string::npos) << said_;
@@ -97,7 +98,8 @@ TEST_F(FoundControllers, ATypeThatIsNotAvailableIsLeftOut) {
                         trajectories("arm", "[shoulder, elbow]"));
   EXPECT_EQ(there.count("base"), 0U);
   EXPECT_EQ(there.at("arm").size(), 2U);
-  EXPECT_THAT(said_, HasSubstr("'diff_drive_controller/DiffDriveController' of ROS 2 Jazzy is not available"));
+  EXPECT_THAT(said_,
+              HasSubstr("'diff_drive_controller/DiffDriveController' of ROS 2 Jazzy is not available"));
   EXPECT_THAT(said_, HasSubstr("'base' is left out, the others run"));
   EXPECT_THAT(said_, HasSubstr("controllers.yaml:5"));
 }
@@ -130,15 +132,17 @@ TEST_F(FoundControllers, OfTwoThatClaimOneJointTheTrajectoryControllerRuns) {
   const auto there =
       up(manager(kBroadcaster + declared("fast", "position_controllers/JointGroupPositionController") +
                  declared("arm", kJtc)) +
-         "fast:\n  ros__parameters:\n    joints: [shoulder, elbow]\n" + trajectories("arm", "[shoulder, elbow]"));
+         "fast:\n  ros__parameters:\n    joints: [shoulder, elbow]\n" +
+         trajectories("arm", "[shoulder, elbow]"));
   EXPECT_EQ(there.at("arm").size(), 2U);
   EXPECT_THAT(there.at("fast"), IsEmpty());
   EXPECT_THAT(said_, HasSubstr("'fast' stays inactive: 'arm' holds"));
 }
 
 TEST_F(FoundControllers, ABadParameterLeavesItsControllerOut) {
-  const auto there = up(manager(kBroadcaster + declared("arm", kJtc)) +
-                        "arm:\n  ros__parameters:\n    joints: [shoulder, elbow]\n    command_interfaces: 3\n");
+  const auto there =
+      up(manager(kBroadcaster + declared("arm", kJtc)) +
+         "arm:\n  ros__parameters:\n    joints: [shoulder, elbow]\n    command_interfaces: 3\n");
   EXPECT_EQ(there.count("arm"), 0U);
   EXPECT_EQ(there.at("joint_trajectory_controller").size(), 2U);
   EXPECT_THAT(said_, HasSubstr("controllers.yaml:8"));
@@ -151,11 +155,23 @@ TEST_F(FoundControllers, AnInterfaceThatNobodyOffersLeavesItsControllerOut) {
       "<state_interface name=\"position\"/></joint><joint name=\"elbow\">"
       "<command_interface name=\"velocity\"/><state_interface name=\"position\"/></joint>"
       "<joint name=\"ghost\"><command_interface name=\"position\"/></joint></ros2_control>";
-  const auto there = up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"),
-                        hardware);
+  const auto there =
+      up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"), hardware);
   EXPECT_EQ(there.count("arm"), 0U);
   EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
   EXPECT_THAT(said_, HasSubstr("no controller drives 'elbow'"));
+}
+
+TEST_F(FoundControllers, AnInterfaceThatIsOfferedTwiceIsLeftOutOnce) {
+  std::string hardware =
+      "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
+      "</hardware>";
+  for (const char* name : {"shoulder", "elbow"})
+    hardware += std::string("<joint name=\"") + name +
+                "\"><command_interface name=\"position\"/><state_interface name=\"position\"/></joint>";
+  hardware += "</ros2_control>";
+  const auto there = up(manager(kBroadcaster), hardware + hardware);
+  EXPECT_EQ(there.at("joint_trajectory_controller").size(), 2U);
 }
 
 TEST_F(FoundControllers, ANamedFileIsTakenAsItIs) {
