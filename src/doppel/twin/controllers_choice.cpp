@@ -80,7 +80,8 @@ void read_joints(const ParameterFile& file, const RobotDescription& robot, Candi
   for (const ParameterOverride& told : manager_parameters(file)) {
     if (!told.name.ends_with(".type")) continue;
     const std::string controller = told.name.substr(0, told.name.find('.'));
-    for (const ParameterOverride& o : file.overrides_for("/" + controller).all()) {
+    const ParameterOverrides its = file.overrides_for("/" + controller);
+    for (const ParameterOverride& o : its.all()) {
       if (!names_joints(o.name)) continue;
       if (const auto* one = std::get_if<std::string>(&o.value)) add(*one);
       if (const auto* many = std::get_if<std::vector<std::string>>(&o.value))

@@ -58,8 +58,8 @@ TEST_F(Packages, AreFoundInTheWholeWorkspace) {
 TEST_F(Packages, WhatColconLeavesOutIsNotFound) {
   package("ws/src/a/arm");
   for (const char* marker : {"COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE"}) {
-    package(std::string("ws/src/") + marker + "/off/of_" + marker);
-    write(std::string("ws/src/") + marker + "/" + marker);
+    package(std::string("ws/src/with_") + marker + "/of_" + marker);
+    write(std::string("ws/src/with_") + marker + "/" + marker);
     EXPECT_EQ(find(std::string("of_") + marker, "ws/src/a/arm/x.urdf"), "") << marker;
   }
   for (const char* folder : {"build", "log", ".git", "node_modules", "install"}) {

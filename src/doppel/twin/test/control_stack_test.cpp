@@ -145,7 +145,7 @@ TEST_F(FoundControllers, ABadParameterLeavesItsControllerOut) {
          "arm:\n  ros__parameters:\n    joints: [shoulder, elbow]\n    command_interfaces: 3\n");
   EXPECT_EQ(there.count("arm"), 0U);
   EXPECT_EQ(there.at("joint_trajectory_controller").size(), 2U);
-  EXPECT_THAT(said_, HasSubstr("controllers.yaml:8"));
+  EXPECT_THAT(said_, HasSubstr("controllers.yaml:9:25"));
 }
 
 TEST_F(FoundControllers, AnInterfaceThatNobodyOffersLeavesItsControllerOut) {
