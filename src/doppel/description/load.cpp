@@ -66,7 +66,8 @@ ExpandedDescription expand_description(const fs::path& file, const XacroArgument
   out.file = file;
   XmlTree tree = load_xml_tree(file.string(), XmlKeep::content);
   XacroResult expansion;
-  if (needs_xacro(tree)) {
+  // A .xacro goes through xacro in every launch file, whether it declares the prefix or not.
+  if (file.extension() == ".xacro" || needs_xacro(tree)) {
     out.was_xacro = true;
     expansion = expand_xacro(std::move(tree), file, arguments, resolver, diagnostics);
     tree = std::move(expansion.tree);

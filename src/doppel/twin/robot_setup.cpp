@@ -128,14 +128,39 @@ XacroArguments simulation_arguments(const fs::path& description, XacroArguments 
   return given;
 }
 
+namespace {
+
+// With the argument that chooses simulation; without it where only that keeps the description from being
+// expanded, for nobody asked for it.
+ExpandedDescription expand_for_simulation(const fs::path& description, const XacroArguments& given,
+                                          PackageResolver& resolver, Diagnostics& diagnostics) {
+  Diagnostics said;
+  const XacroArguments arguments = simulation_arguments(description, given, resolver, said);
+  if (arguments.size() == given.size()) return expand_corrected(description, given, resolver, diagnostics);
+  try {
+    ExpandedDescription out = expand_corrected(description, arguments, resolver, said);
+    for (const Diagnostic& d : said.all()) diagnostics.add(d);
+    return out;
+  } catch (const InputError& problem) {
+    ExpandedDescription out = expand_corrected(description, given, resolver, diagnostics);
+    const Diagnostic& why = problem.diagnostics().front();
+    diagnostics.note(
+        "up.use_sim", why.where,
+        fmt::format("the description cannot be expanded with {}:={}, by which it chooses simulation; "
+                    "it is taken without. {}",
+                    arguments.back().first, arguments.back().second, why.message));
+    return out;
+  }
+}
+
+}  // namespace
+
 ExpandedTarget expand_target(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics) {
   ExpandedTarget out;
   resolver.add_bundled(scenario.bundled_robots);
   out.target = resolve_target(scenario.target, scenario.bundled_robots);
   resolver.add_context(out.target.description);
-  const XacroArguments arguments =
-      simulation_arguments(out.target.description, scenario.arguments, resolver, diagnostics);
-  out.description = expand_corrected(out.target.description, arguments, resolver, diagnostics);
+  out.description = expand_for_simulation(out.target.description, scenario.arguments, resolver, diagnostics);
   if (scenario.inspect) scenario.inspect(out.description, diagnostics);
   return out;
 }

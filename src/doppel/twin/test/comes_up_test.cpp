@@ -56,7 +56,7 @@ std::vector<Odd> odd_robots() {
                 "</command_interface><state_interface name=\"position\"/></joint>")},
       {"AJointOfHardwareThatIsNotThere", "ros2_control.unknown_joint", kGood, kLimits,
        hardware(kDriven + "<joint name=\"ghost\"><command_interface name=\"position\"/></joint>")},
-      {"HardwareOfGhostsOnly", "ros2_control.unknown_joint", kGood, kLimits,
+      {"HardwareOfGhostsOnly", "", kGood, kLimits,
        hardware("<joint name=\"ghost\"><command_interface name=\"position\"/></joint>")},
       {"TheSameHardwareTwice", "ros2_control.duplicate_interface", kGood, kLimits,
        hardware(kDriven) + hardware(kDriven)},

@@ -102,5 +102,20 @@ TEST_F(RobotSetups, SimulationIsChosenAndSaidUnlessTheUserChose) {
   EXPECT_FALSE(told("up.use_sim"));
 }
 
+TEST_F(RobotSetups, ADescriptionThatOnlySimulationBreaksIsTakenWithoutIt) {
+  write("urdf/my_arm.urdf.xacro",
+        "<robot name=\"my_arm\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">"
+        "<xacro:arg name=\"use_sim\" default=\"false\"/><link name=\"base\"/>"
+        "<xacro:if value=\"$(arg use_sim)\"><p f=\"$(find no_such_package)\"/></xacro:if></robot>");
+  EXPECT_NE(set_up().description.robot.find_link("base"), nullptr);
+  EXPECT_TRUE(told("up.use_sim"));
+  EXPECT_THROW(set_up({{"use_sim", "true"}}), InputError) << "the user's choice stays the user's";
+}
+
+TEST_F(RobotSetups, AXacroFileIsExpandedWithoutThePrefix) {
+  write("urdf/my_arm.urdf.xacro", "<robot name=\"my_arm\"><link name=\"base${1 + 1}\"/></robot>");
+  EXPECT_NE(set_up().description.robot.find_link("base2"), nullptr);
+}
+
 }  // namespace
 }  // namespace doppel
