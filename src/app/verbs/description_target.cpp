@@ -9,7 +9,7 @@
 #include "app/process.h"
 #include "app/tell.h"
 #include "doppel/overlay/overlay.h"
-#include "doppel/twin/robot_setup.h"
+#include "doppel/twin/controllers_choice.h"
 
 namespace doppel::app {
 
@@ -61,20 +61,13 @@ FoundControllers find_controllers(const RobotDescription& robot, const Target& t
     found.controllers = declared_controllers(ParameterFile::load(given));
     return found;
   }
-  try {
-    for (const auto& file : controller_files(robot, target)) {
-      for (JointGroup& controller : declared_controllers(ParameterFile::load(file)))
-        found.controllers.push_back(std::move(controller));
-      found.files.push_back(file);
-    }
-  } catch (const InputError& error) {
-    Diagnostics diagnostics;
-    for (Diagnostic diagnostic : error.diagnostics()) {
-      diagnostic.severity = Severity::warning;
-      diagnostics.add(std::move(diagnostic));
-    }
-    print_diagnostics(diagnostics);
+  Diagnostics diagnostics;
+  found.files = find_controllers_files(robot, target, diagnostics);
+  for (const auto& file : found.files) {
+    for (JointGroup& controller : declared_controllers(ParameterFile::load(file)))
+      found.controllers.push_back(std::move(controller));
   }
+  print_diagnostics(diagnostics);
   return found;
 }
 

@@ -189,7 +189,8 @@ Operation read_operation(const AddWords& words, const OverlayOptions& o) {
   return operation;
 }
 
-// Errors of the description; one that a correction brings in speaks against the correction.
+// Errors of the description, and what its reader leaves out of it; one that a correction brings in speaks
+// against the correction.
 std::vector<Diagnostic> errors_of(const Corrected& c) {
   Diagnostics said;
   PackageResolver resolver = c.target.resolver;
@@ -199,7 +200,10 @@ std::vector<Diagnostic> errors_of(const Corrected& c) {
     for (const Diagnostic& diagnostic : error.diagnostics()) said.add(diagnostic);
   }
   std::vector<Diagnostic> out = said.all();
-  std::erase_if(out, [](const Diagnostic& d) { return d.severity != Severity::error; });
+  std::erase_if(out, [](const Diagnostic& d) {
+    const bool left_out = d.severity == Severity::warning && d.rule.starts_with("urdf.");
+    return d.severity != Severity::error && !left_out;
+  });
   return out;
 }
 

@@ -76,9 +76,12 @@ std::string subject_at(const XmlNode& root, const SourceLocation& where) {
   return "the robot";
 }
 
+// The parser warns of what can be left out and goes on; the rule says how much it matters.
 void take_over(const Diagnostics& diagnostics, const XmlNode& root, Findings& out) {
   for (const Diagnostic& d : diagnostics.all()) {
-    out.add(d.rule, d.severity, subject_at(root, d.where), d.where, d.message, d.mend);
+    const RuleInfo* const rule = d.rule.starts_with("urdf.") ? find_rule(d.rule) : nullptr;
+    const Severity severity = rule != nullptr ? std::max(d.severity, rule->severity) : d.severity;
+    out.add(d.rule, severity, subject_at(root, d.where), d.where, d.message, d.mend);
   }
 }
 

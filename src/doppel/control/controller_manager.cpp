@@ -7,6 +7,7 @@
 
 #include "doppel/bus/standard_node.h"
 #include "doppel/control/controller_manager_detail.h"
+#include "doppel/control/jazzy_types.h"
 #include "doppel/control/joint_list.h"
 #include "doppel/core/names.h"
 
@@ -174,7 +175,14 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
     const auto place = std::find_if(own.all().begin(), own.all().end(), [&](const auto& o) {
       return o.name == name + ".type" && o.value == ParameterValue(type_name);
     });
-    throw InputError("control.unknown_type", place == own.all().end() ? SourceLocation{} : place->source,
+    const SourceLocation where = place == own.all().end() ? SourceLocation{} : place->source;
+    if (is_jazzy_type(type_name)) {
+      throw InputError(
+          "control.type_not_available", where,
+          fmt::format("the controller type '{}' of ROS 2 Jazzy is not available here", type_name),
+          "leave it to the robot, or load a library that has it with --plugin");
+    }
+    throw InputError("control.unknown_type", where,
                      fmt::format("there is no controller type '{}'{}", type_name,
                                  did_you_mean(type_name, registry.names())),
                      "correct the type, or load the library that has it with --plugin");
@@ -353,6 +361,9 @@ Status ControllerManager::unload(const std::string& name) {
 }
 void ControllerManager::start(std::span<const std::string> names) {
   impl_->start(names);
+}
+void ControllerManager::start_what_fits(std::span<const std::string> names) {
+  impl_->start_what_fits(names);
 }
 void ControllerManager::model_changed() {
   impl_->limiter.model_changed();

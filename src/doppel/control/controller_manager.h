@@ -64,6 +64,10 @@ class ControllerManager {
   // Loads, configures and activates `names` (broadcasters first). Throws InputError, with both places in the
   // YAML, where two of them claim one interface; nothing is active then.
   void start(std::span<const std::string> names);
+  // The same of a file that nobody named: what cannot be loaded, configured or have its interfaces is left
+  // out with a warning and not loaded; of two that claim one interface the trajectory controller, else the
+  // first one, is active and the other inactive, with a note.
+  void start_what_fits(std::span<const std::string> names);
 
   // In the loop. One tick is due every steps_per_tick() physics steps. No allocation, no lock, no throw.
   [[nodiscard]] int steps_per_tick() const;

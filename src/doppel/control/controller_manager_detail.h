@@ -102,6 +102,12 @@ struct ControllerManager::Impl {
 
   // -- manager_start.cpp
   void start(std::span<const std::string> names);
+  void start_what_fits(std::span<const std::string> names);
+  // Loaded and configured, or null and a warning.
+  LoadedController* try_to_load(const std::string& name);
+  void leave_out(const std::string& name, const std::vector<Diagnostic>& why);
+  // Of those that were loaded the ones that can be active together; leaves the others out, or inactive.
+  std::vector<std::string> that_fit(std::vector<LoadedController*> wanted);
   void check_start(const std::vector<LoadedController*>& wanted) const;  // throws InputError
   // Where the controller's YAML wrote the interface's joint; else the file.
   [[nodiscard]] SourceLocation place_of_interface(const LoadedController& loaded,

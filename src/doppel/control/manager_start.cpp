@@ -6,6 +6,7 @@
 #include <map>
 
 #include "doppel/control/controller_manager_detail.h"
+#include "doppel/control/joint_list.h"
 
 namespace doppel {
 
@@ -84,6 +85,80 @@ void ControllerManager::Impl::start(std::span<const std::string> names) {
   } catch (const InputError&) {
     for (const std::string& name : loaded_here) static_cast<void>(unload(name));
     throw;
+  }
+}
+
+void ControllerManager::Impl::leave_out(const std::string& name, const std::vector<Diagnostic>& why) {
+  for (Diagnostic finding : why) {
+    finding.severity = Severity::warning;
+    finding.message +=
+        fmt::format("{} '{}' is left out, the others run", finding.message.ends_with('?') ? "" : ";", name);
+    tell(log, options.name, finding);
+  }
+  if (find(name) != nullptr) static_cast<void>(unload(name));
+}
+
+LoadedController* ControllerManager::Impl::try_to_load(const std::string& name) {
+  try {
+    if (find(name) == nullptr) load(name, "");
+    LoadedController& c = at(name);
+    if (c.state == ControllerState::unconfigured) configure(c);
+    return &c;
+  } catch (const InputError& problem) {
+    leave_out(name, problem.diagnostics());
+    return nullptr;
+  }
+}
+
+std::vector<std::string> ControllerManager::Impl::that_fit(std::vector<LoadedController*> wanted) {
+  const auto rank = [](const LoadedController* c) {
+    if (c->commands.empty()) return 0;
+    return c->type == "joint_trajectory_controller/JointTrajectoryController" ? 1 : 2;
+  };
+  std::stable_sort(wanted.begin(), wanted.end(),
+                   [&](const auto* a, const auto* b) { return rank(a) < rank(b); });
+  std::vector<std::string> out;
+  std::map<std::string, std::string> holders;
+  for (const LoadedController* c : active) {
+    for (const std::string& command : c->commands) holders[command] = c->name;
+  }
+  for (const LoadedController* c : wanted) {
+    std::string missing;
+    if (const std::string why = missing_interface(*c, &missing); !why.empty()) {
+      const std::string name = c->name;
+      leave_out(name, {{Severity::warning, "control.no_interface", why, place_of_interface(*c, missing),
+                        "offer it in the description's <ros2_control>, or ask for another one"}});
+      continue;
+    }
+    const auto taken = std::find_if(c->commands.begin(), c->commands.end(),
+                                    [&](const std::string& command) { return holders.contains(command); });
+    if (taken != c->commands.end()) {
+      tell(log, options.name,
+           {Severity::note, "control.claimed_twice",
+            fmt::format("'{}' stays inactive: '{}' holds the command interface '{}', which it claims too",
+                        c->name, holders[*taken], *taken),
+            place_of_interface(*c, *taken), "choose with --activate which one is to run"});
+      continue;
+    }
+    for (const std::string& command : c->commands) holders[command] = c->name;
+    out.push_back(c->name);
+  }
+  return out;
+}
+
+void ControllerManager::Impl::start_what_fits(std::span<const std::string> names) {
+  std::vector<LoadedController*> wanted;
+  for (const std::string& name : names) {
+    LoadedController* const c = try_to_load(name);
+    if (c != nullptr && c->state == ControllerState::inactive) wanted.push_back(c);
+  }
+  // One by one, for one that refuses must not keep the others from running.
+  for (const std::string& name : that_fit(std::move(wanted))) {
+    const std::vector<std::string> one{name};
+    if (const Status status = switch_controllers(one, {}, Strictness::strict); !status) {
+      leave_out(name, {{Severity::warning, "control.start", status.why(),
+                        file == nullptr ? SourceLocation{} : make_location(file->name()), ""}});
+    }
   }
 }
 

@@ -55,10 +55,9 @@ class Reader {
 
   void read_nodes(const YAML::Node& map, const std::string& path, int depth) {
     if (depth > kDeepest) return too_deep(map);
-    std::vector<std::pair<std::string, SourceLocation>> seen;
     for (const auto& entry : map) {
       const SourceLocation place = place_of(entry.first);
-      if (!check_key(entry.first, seen)) continue;
+      if (!check_key(entry.first)) continue;
       const std::string& key = entry.first.Scalar();
       if (key == kParameters) {
         read_section(entry.second, path, place);
@@ -88,7 +87,8 @@ class Reader {
                  "maps are nested too deep here, or an alias contains itself");
   }
 
-  bool check_key(const YAML::Node& key, std::vector<std::pair<std::string, SourceLocation>>& seen) {
+  // A node may be written twice: rcl_yaml_param_parser reads both, and so it is here. A parameter may not.
+  bool check_key(const YAML::Node& key, std::vector<std::pair<std::string, SourceLocation>>* seen = nullptr) {
     if (!key.IsScalar() || key.Scalar().empty()) {
       errors.error("yaml.bad_key", place_of(key), "a key must be a plain name");
       return false;
@@ -98,13 +98,14 @@ class Reader {
                    "write the values out where they are used");
       return false;
     }
-    for (const auto& [name, place] : seen) {
+    if (seen == nullptr) return true;
+    for (const auto& [name, place] : *seen) {
       if (name == key.Scalar()) {
         duplicate(name, place_of(key), place);
         return false;
       }
     }
-    seen.emplace_back(key.Scalar(), place_of(key));
+    seen->emplace_back(key.Scalar(), place_of(key));
     return true;
   }
 
@@ -134,7 +135,7 @@ class Reader {
     if (depth > kDeepest || ++values_ > kMostValues) return too_deep(map);
     std::vector<std::pair<std::string, SourceLocation>> seen;
     for (const auto& entry : map) {
-      if (!check_key(entry.first, seen)) continue;
+      if (!check_key(entry.first, &seen)) continue;
       const std::string name = prefix + entry.first.Scalar();
       const YAML::Node& value = entry.second;
       if (value.IsMap()) {
@@ -302,6 +303,7 @@ ParameterFile ParameterFile::parse(const std::string& yaml, const std::string& n
 
 void ParameterFile::add(ParameterFile later) {
   ++layers_;
+  text_ += later.text_;
   for (auto& [section, layer] : later.sections_) sections_.push_back({std::move(section), layers_});
 }
 

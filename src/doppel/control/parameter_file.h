@@ -72,7 +72,7 @@ class ParameterFile {
                                                  std::string_view given_name = {}) const;
   [[nodiscard]] std::vector<std::string> nodes() const;  // as written, wildcards left out
   [[nodiscard]] const std::string& name() const { return name_; }
-  [[nodiscard]] const std::string& text() const { return text_; }  // as it was read
+  [[nodiscard]] const std::string& text() const { return text_; }  // of all files, as it was read
 
  private:
   struct Section {

@@ -12,12 +12,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<fs::path> folders_of_variable(const char* variable, const char* below) {
+std::vector<fs::path> folders_of_variable(const char* variable) {
   std::vector<fs::path> out;
   const char* value = std::getenv(variable);
   std::istringstream list(value == nullptr ? "" : value);
   for (std::string entry; std::getline(list, entry, ':');) {
-    if (!entry.empty()) out.push_back(below == nullptr ? fs::path(entry) : fs::path(entry) / below);
+    if (!entry.empty()) out.emplace_back(entry);
   }
   return out;
 }
@@ -65,50 +65,100 @@ void PackageResolver::add_bundled(const fs::path& robots_folder) {
   cache_.clear();
 }
 
-PackageResolver::Resolved PackageResolver::find_package(const std::string& name) const {
+const PackageIndex& PackageResolver::index_of(const fs::path& root) const {
+  const auto known = indices_.find(root);
+  return known != indices_.end() ? known->second : indices_.emplace(root, crawl_packages(root)).first->second;
+}
+
+// One search, from the nearest place to the farthest; each step does nothing once the package is found.
+struct PackageResolver::Search {
+  const PackageResolver& resolver;
+  const std::string& name;
   Resolved out;
-  if (const auto given = packages_.find(name); given != packages_.end()) {
-    out.path = given->second;
-    return out;
-  }
-  if (const auto known = cache_.find(name); known != cache_.end()) {
-    out.path = known->second;
-    return out;
-  }
-  const auto look = [&](const fs::path& folder) {
-    if (!out.path.empty()) return;
+
+  [[nodiscard]] bool found() const { return !out.path.empty(); }
+
+  void look(const fs::path& folder) {
+    if (found()) return;
     out.tried.push_back(folder.string());
     out.path = package_in(folder, name);
-  };
-  for (const fs::path& context : contexts_) {
-    for (fs::path at = context; at.has_relative_path() && out.path.empty(); at = at.parent_path()) {
+  }
+  void look_for_folder(const fs::path& folder) {
+    std::error_code none;
+    if (!found() && fs::is_directory(folder, none)) out.path = folder;
+  }
+
+  void near(const fs::path& context) {
+    std::error_code none;
+    for (fs::path at = context; at.has_relative_path() && !found(); at = at.parent_path()) {
       if (is_package(at)) {
         if (package_name(at) == name) out.path = at;
         look(at.parent_path());
       }
-      std::error_code none;
       for (const char* below : {"src", "install/share", "share"}) {
-        if (out.path.empty() && fs::is_directory(at / below, none)) look(at / below);
+        if (fs::is_directory(at / below, none)) look(at / below);
       }
-      if (out.path.empty() && fs::is_directory(at / "install" / name / "share" / name, none)) {
-        out.path = at / "install" / name / "share" / name;
+      look_for_folder(at / "install" / name / "share" / name);
+    }
+  }
+  void crawled(const fs::path& root) {
+    if (found()) return;
+    out.tried.push_back(root.string() + " and below");
+    const PackageIndex& index = resolver.index_of(root);
+    if (const auto here = index.packages.find(name); here != index.packages.end()) out.path = here->second;
+  }
+  void without_package_xml(const fs::path& context) {
+    for (fs::path at = context; at.has_relative_path() && !found(); at = at.parent_path()) {
+      if (at.filename() == name) out.path = at;
+      look_for_folder(at / name);
+    }
+    for (const fs::path& root : folders_to_crawl(context)) {
+      if (found()) return;
+      const PackageIndex& index = resolver.index_of(root);
+      if (const auto here = index.folders.find(name); here != index.folders.end()) out.path = here->second;
+    }
+  }
+  void environment() {
+    for (const fs::path& folder : folders_of_variable("ROS_PACKAGE_PATH")) {
+      look(folder);
+      crawled(folder);
+    }
+    for (const char* variable : {"AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH"}) {
+      for (const fs::path& prefix : folders_of_variable(variable)) {
+        look(prefix / "share");
+        look_for_folder(prefix / name / "share" / name);
+      }
+    }
+    for (const char* variable : {"GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH"}) {
+      for (const fs::path& folder : folders_of_variable(variable)) {
+        look(folder);
+        look_for_folder(folder / name);
       }
     }
   }
-  for (const auto& [variable, below] :
-       {std::pair{"ROS_PACKAGE_PATH", static_cast<const char*>(nullptr)},
-        std::pair{"AMENT_PREFIX_PATH", "share"}, std::pair{"COLCON_PREFIX_PATH", "share"},
-        std::pair{"GZ_SIM_RESOURCE_PATH", static_cast<const char*>(nullptr)},
-        std::pair{"GAZEBO_MODEL_PATH", static_cast<const char*>(nullptr)}}) {
-    for (const fs::path& folder : folders_of_variable(variable, below)) look(folder);
+};
+
+PackageResolver::Resolved PackageResolver::search(const std::string& name) const {
+  Search search{*this, name, {}};
+  for (const fs::path& context : contexts_) search.near(context);
+  for (const fs::path& context : contexts_) {
+    for (const fs::path& root : folders_to_crawl(context)) search.crawled(root);
   }
-  for (const fs::path& folder : bundled_) look(folder);
-  if (!out.path.empty()) {
-    cache_[name] = out.path;
-  } else if (const auto near = nearest_name(name, package_names())) {
-    out.nearest = *near;
+  for (const fs::path& context : contexts_) search.without_package_xml(context);
+  search.environment();
+  for (const fs::path& folder : bundled_) search.look(folder);
+  if (!search.found()) {
+    if (const auto near = nearest_name(name, package_names())) search.out.nearest = *near;
   }
-  return out;
+  return std::move(search.out);
+}
+
+PackageResolver::Resolved PackageResolver::find_package(const std::string& name) const {
+  if (const auto given = packages_.find(name); given != packages_.end()) return {given->second, {}, ""};
+  // An empty name, or one with a slash or dots, would be a folder and no package.
+  if (name.empty() || name == "." || name == ".." || name.find('/') != std::string::npos) return {};
+  const auto known = cache_.find(name);
+  return known != cache_.end() ? known->second : cache_.emplace(name, search(name)).first->second;
 }
 
 PackageResolver::Resolved PackageResolver::resolve(const std::string& uri, const fs::path& base) const {
@@ -146,7 +196,16 @@ PackageResolver::Resolved PackageResolver::resolve(const std::string& uri, const
   }
   const fs::path candidate =
       slash == std::string::npos ? package.path : package.path / rest.substr(slash + 1);
-  if (!take(candidate)) out.nearest = nearest_in(candidate);
+  if (take(candidate)) return out;
+  out.nearest = nearest_in(candidate);
+  // Another folder of that name around the robot may hold what the package has not.
+  if (slash == std::string::npos) return out;
+  for (const fs::path& context : contexts_) {
+    for (fs::path at = context; at.has_relative_path() && out.path.empty(); at = at.parent_path()) {
+      const fs::path other = at / rest;
+      if (fs::exists(other, none)) out.path = other.lexically_normal();
+    }
+  }
   return out;
 }
 
@@ -165,6 +224,9 @@ std::vector<std::string> PackageResolver::package_names() const {
     }
   }
   for (const fs::path& folder : bundled_) list(folder);
+  for (const auto& [root, index] : indices_) {
+    for (const auto& [name, folder] : index.packages) out.push_back(name);
+  }
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());
   return out;

@@ -194,4 +194,12 @@ struct RobotDescription {
   [[nodiscard]] const Joint* find_joint(std::string_view joint_name) const;
 };
 
+// Whether the joint's axis says where it moves to: it is not zero.
+bool has_direction(const Joint& joint);
+// Whether the joint moves by one number: revolute, continuous or prismatic, with a direction.
+bool is_scalar(const Joint& joint);
+// The joint whose motion `joint` follows. Null where nothing is mimicked, and where <mimic> has no effect: it
+// names no joint, one of the two is not scalar, or the chain of mimics leads back to `joint`.
+const Joint* leader_of(const RobotDescription& robot, const Joint& joint);
+
 }  // namespace doppel

@@ -7,23 +7,16 @@
 
 #include "doppel/core/names.h"
 #include "doppel/description/load.h"
+#include "doppel/description/package_folder.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool is_package(const fs::path& folder) {
+fs::path package_of(const fs::path& description) {
   std::error_code none;
-  return fs::is_regular_file(folder / "package.xml", none);
-}
-
-fs::path package_around(const fs::path& file) {
-  std::error_code none;
-  for (fs::path at = fs::absolute(file, none).parent_path(); at.has_relative_path(); at = at.parent_path()) {
-    if (is_package(at)) return at;
-  }
-  return {};
+  return package_around(fs::absolute(description, none));
 }
 
 // A description that stands by itself: a <robot> with a name, whose file holds a link, a macro call or an
@@ -100,7 +93,7 @@ Target from_folder(const fs::path& folder) {
   }
   if (found.empty()) found = descriptions_in(folder);
   const fs::path description = choose(found, folder);
-  return {description, package_around(description)};
+  return {description, package_of(description)};
 }
 
 [[noreturn]] void refuse(const std::string& target, const fs::path& bundled) {
@@ -139,7 +132,7 @@ Target resolve_target(const std::string& target, const fs::path& bundled_robots)
     const bool bundled = plain_name && is_package(bundled_robots / target) && !is_package(target);
     return from_folder(bundled ? bundled_robots / target : fs::path(target).lexically_normal());
   }
-  if (fs::is_regular_file(target, none)) return {target, package_around(target)};
+  if (fs::is_regular_file(target, none)) return {target, package_of(target)};
   refuse(target, bundled_robots);
 }
 

@@ -1,6 +1,10 @@
 // What other tools have added to URDF: <ros2_control>, <gazebo>, <transmission>.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
+
 #include "doppel/description/urdf_parser.h"
 #include "doppel/description/urdf_reader.h"
 
@@ -17,10 +21,21 @@ Params read_params(const XmlNode& node) {
   return out;
 }
 
-HardwareInterfaceDescription read_interface(const XmlNode& node, UrdfReader& read) {
+// ros2_control writes the values of a bool as words; on its interfaces they are 1 and 0.
+std::optional<double> read_initial_value(const XmlNode& node, const std::string& data_type,
+                                         UrdfReader& read) {
+  const std::string text = node.content();
+  if (data_type == "bool" && (text == "true" || text == "True")) return 1.0;
+  if (data_type == "bool" && (text == "false" || text == "False")) return 0.0;
+  return read.number_of(node, text);
+}
+
+HardwareInterfaceDescription read_interface(const XmlNode& node, Diagnostics& diagnostics) {
   HardwareInterfaceDescription out;
-  out.name = read.required(node, "name");
+  out.name = UrdfReader::optional(node, "name");
   out.source = node.where;
+  const std::string data_type = UrdfReader::optional(node, "data_type");
+  UrdfReader read(diagnostics, "urdf.optional_value", "the interface counts as without it");
   for (const XmlNode& child : node.children) {
     if (!child.is("param")) continue;
     const std::string name = UrdfReader::optional(child, "name");
@@ -29,23 +44,41 @@ HardwareInterfaceDescription read_interface(const XmlNode& node, UrdfReader& rea
     else if (name == "max")
       out.max = read.number_inside(child);
     else if (name == "initial_value")
-      out.initial_value = read.number_inside(child);
+      out.initial_value = read_initial_value(child, data_type, read);
     else
       out.params.emplace_back(name, child.content());
   }
   return out;
 }
 
-HardwareJointDescription read_hardware_joint(const XmlNode& node, UrdfReader& read) {
+// What has no name is nothing that a controller could ask for.
+bool named(const XmlNode& node, Diagnostics& diagnostics) {
+  UrdfReader read(diagnostics, "urdf.optional_value", fmt::format("this <{}> is left out", node.name));
+  return !read.required(node, "name").empty();
+}
+
+HardwareJointDescription read_hardware_joint(const XmlNode& node, Diagnostics& diagnostics) {
   HardwareJointDescription out;
-  out.name = read.required(node, "name");
+  out.name = UrdfReader::optional(node, "name");
   out.source = node.where;
   out.params = read_params(node);
   for (const XmlNode& child : node.children) {
-    if (child.is("command_interface")) out.command_interfaces.push_back(read_interface(child, read));
-    if (child.is("state_interface")) out.state_interfaces.push_back(read_interface(child, read));
+    const bool command = child.is("command_interface");
+    if ((!command && !child.is("state_interface")) || !named(child, diagnostics)) continue;
+    (command ? out.command_interfaces : out.state_interfaces).push_back(read_interface(child, diagnostics));
   }
   return out;
+}
+
+// A plain URDF that is always run through xacro keeps its $(find NAME) here.
+std::string with_packages(std::string text, const PackageResolver& resolver) {
+  constexpr std::string_view kOpen = "$(find ";
+  const std::size_t begin = text.find(kOpen);
+  const std::size_t end = text.find(')', begin);
+  if (begin == std::string::npos || end == std::string::npos) return text;
+  const std::string name = text.substr(begin + kOpen.size(), end - begin - kOpen.size());
+  const auto package = resolver.find_package(name).path;
+  return package.empty() ? text : text.replace(begin, end - begin + 1, package.string());
 }
 
 GazeboPlugin read_plugin(const XmlNode& node, const std::filesystem::path& base,
@@ -57,26 +90,42 @@ GazeboPlugin read_plugin(const XmlNode& node, const std::filesystem::path& base,
                    node.where};
   for (const XmlNode& child : node.children) {
     if (!child.is("parameters")) continue;
-    const std::string text = child.content();
+    const std::string text = with_packages(child.content(), resolver);
     const auto found = resolver.resolve(text, base);
     out.parameter_files.push_back(found.path.empty() ? text : found.path.string());
   }
   return out;
 }
 
-std::optional<bool> read_bool(const XmlNode& node) {
-  const std::string text = node.content();
-  if (text == "true" || text == "1") return true;
-  if (text == "false" || text == "0") return false;
-  return std::nullopt;
+// sdformat takes the attribute before the text: <mu1 value="0.8"/>, <mu1>0.8</mu1>.
+std::string value_of(const XmlNode& node) {
+  const XmlAttribute* attribute = node.find("value");
+  return attribute != nullptr ? attribute->value : node.content();
+}
+
+// Every word but sdformat's three for true is false.
+bool read_bool(const XmlNode& node, Diagnostics& diagnostics) {
+  std::string text = value_of(node);
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array kTrue{"true", "yes", "1"}, kFalse{"false", "no", "0"};
+  if (std::find(kTrue.begin(), kTrue.end(), text) != kTrue.end()) return true;
+  if (std::find(kFalse.begin(), kFalse.end(), text) == kFalse.end()) {
+    diagnostics.warning(
+        "urdf.optional_value", node.where,
+        fmt::format("<{}> holds '{}', which is neither true nor false; it counts as false, as "
+                    "in Gazebo",
+                    node.name, text),
+        "write true or false");
+  }
+  return false;
 }
 
 }  // namespace
 
 HardwareDescription read_hardware(const XmlNode& node, Diagnostics& diagnostics) {
-  UrdfReader read(diagnostics);
   HardwareDescription out;
-  out.name = read.required(node, "name");
+  out.name = UrdfReader::optional(node, "name");
   out.type = UrdfReader::optional(node, "type");
   out.source = out.plugin_source = node.where;
   for (const XmlNode& child : node.children) {
@@ -87,35 +136,40 @@ HardwareDescription read_hardware(const XmlNode& node, Diagnostics& diagnostics)
         out.plugin_source = plugin->where;
       }
     }
-    if (child.is("joint")) out.joints.push_back(read_hardware_joint(child, read));
-    if (child.is("sensor")) out.sensors.push_back(read_hardware_joint(child, read));
-    if (child.is("gpio")) out.gpios.push_back(read_hardware_joint(child, read));
+    std::vector<HardwareJointDescription>* const parts = child.is("joint")    ? &out.joints
+                                                         : child.is("sensor") ? &out.sensors
+                                                         : child.is("gpio")   ? &out.gpios
+                                                                              : nullptr;
+    if (parts != nullptr && named(child, diagnostics))
+      parts->push_back(read_hardware_joint(child, diagnostics));
   }
   return out;
 }
 
 GazeboExtension read_gazebo(const XmlNode& node, const std::filesystem::path& base,
                             const PackageResolver& resolver, Diagnostics& diagnostics) {
-  UrdfReader read(diagnostics);
+  UrdfReader read(diagnostics, "urdf.optional_value", "it has no effect");
   GazeboExtension out;
   out.reference = UrdfReader::optional(node, "reference");
   out.xml = to_xml(node);
   out.source = node.where;
+  const std::pair<const char*, std::optional<double>*> numbers[] = {
+      {"mu1", &out.mu1}, {"mu2", &out.mu2}, {"kp", &out.kp}, {"kd", &out.kd}};
   for (const XmlNode& child : node.children) {
     if (child.is("plugin")) out.plugins.push_back(read_plugin(child, base, resolver));
-    if (child.is("mu1")) out.mu1 = read.number_inside(child);
-    if (child.is("mu2")) out.mu2 = read.number_inside(child);
-    if (child.is("kp")) out.kp = read.number_inside(child);
-    if (child.is("kd")) out.kd = read.number_inside(child);
-    if (child.is("selfCollide") || child.is("self_collide")) out.self_collide = read_bool(child);
-    if (child.is("gravity")) out.gravity = read_bool(child);
-    if (child.is("material")) out.material = child.content();
+    for (const auto& [name, value] : numbers) {
+      if (child.is(name)) *value = read.number_of(child, value_of(child));
+    }
+    if (child.is("selfCollide") || child.is("self_collide")) out.self_collide = read_bool(child, diagnostics);
+    if (child.is("gravity")) out.gravity = read_bool(child, diagnostics);
+    if (child.is("turnGravityOff")) out.gravity = !read_bool(child, diagnostics);
+    if (child.is("material")) out.material = value_of(child);
   }
   return out;
 }
 
 Transmission read_transmission(const XmlNode& node, Diagnostics& diagnostics) {
-  UrdfReader read(diagnostics);
+  UrdfReader read(diagnostics, "urdf.optional_value", "it has no effect");
   Transmission out;
   out.name = UrdfReader::optional(node, "name");
   out.type = UrdfReader::optional(node, "type");

@@ -11,6 +11,8 @@
 namespace doppel {
 namespace {
 
+constexpr std::size_t kMostPlaces = 8;  // of those that a mesh was looked for in, for one message
+
 class Parser {
  public:
   Parser(const std::filesystem::path& base, const PackageResolver& resolver, Diagnostics& diagnostics)
@@ -21,14 +23,16 @@ class Parser {
  private:
   Link link(const XmlNode& node);
   Joint joint(const XmlNode& node);
-  Origin origin(const XmlNode& parent);
   std::optional<Inertial> inertial(const XmlNode& node);
-  std::optional<Geometry> geometry(const XmlNode& parent);
-  std::optional<Geometry> mesh(const XmlNode& node);
+  std::optional<Geometry> geometry(const XmlNode& parent, UrdfReader& read);
+  Geometry mesh(const XmlNode& node, UrdfReader& read);
+  void visual(const XmlNode& node, Link& out);
+  void collision(const XmlNode& node, Link& out);
   std::optional<Material> material(const XmlNode& node);
   std::optional<JointLimits> limits(const XmlNode& node, const Joint& joint);
   JointType joint_type(const XmlNode& node);
   void joint_details(const XmlNode& node, Joint& out);
+  void hardware(const XmlNode& node, RobotDescription& out);
   void look_up_materials(RobotDescription& robot);
 
   std::filesystem::path base_;
@@ -37,98 +41,113 @@ class Parser {
   UrdfReader read_;
 };
 
-Origin Parser::origin(const XmlNode& parent) {
+Origin read_origin(const XmlNode& parent, UrdfReader& read) {
   Origin out;
   const XmlNode* node = parent.first("origin");
   if (node == nullptr) return out;
   out.source = node->where;
-  if (const auto xyz = read_.vector<3>(*node, "xyz")) out.xyz = *xyz;
-  if (const auto rpy = read_.vector<3>(*node, "rpy")) out.rpy = *rpy;
+  if (const auto xyz = read.vector<3>(*node, "xyz")) out.xyz = *xyz;
+  if (const auto rpy = read.vector<3>(*node, "rpy")) out.rpy = *rpy;
   return out;
 }
 
+// What urdfdom cannot read of an <inertial> leaves the link without one; so it is here.
 std::optional<Inertial> Parser::inertial(const XmlNode& node) {
+  UrdfReader read(diagnostics_, "urdf.inertial", "the link counts as without <inertial>");
   Inertial out;
   out.source = node.where;
-  out.origin = origin(node);
+  out.origin = read_origin(node, read);
   const XmlNode* mass = node.first("mass");
   const XmlNode* inertia = node.first("inertia");
   if (mass == nullptr || inertia == nullptr) {
-    diagnostics_.error("urdf.inertial", node.where,
-                       fmt::format("<inertial> has no <{}>", mass == nullptr ? "mass" : "inertia"),
-                       "write both, or leave the <inertial> out");
+    read.fault("urdf.inertial", node.where,
+               fmt::format("<inertial> has no <{}>", mass == nullptr ? "mass" : "inertia"),
+               "write both, or leave the <inertial> out");
     return std::nullopt;
   }
-  read_.required(*mass, "value");
-  out.mass = read_.number_or(*mass, "value", 0.0);
+  read.required(*mass, "value");
+  out.mass = read.number_or(*mass, "value", 0.0);
   const std::pair<const char*, double*> entries[] = {{"ixx", &out.ixx}, {"ixy", &out.ixy}, {"ixz", &out.ixz},
                                                      {"iyy", &out.iyy}, {"iyz", &out.iyz}, {"izz", &out.izz}};
-  for (const auto& [name, value] : entries) *value = read_.number_or(*inertia, name, 0.0);
-  for (const char* name : {"ixx", "iyy", "izz"}) read_.required(*inertia, name);
+  for (const auto& [name, value] : entries) *value = read.number_or(*inertia, name, 0.0);
+  for (const char* name : {"ixx", "iyy", "izz"}) read.required(*inertia, name);
+  if (read.faulty()) return std::nullopt;
   return out;
 }
 
-std::optional<Geometry> Parser::mesh(const XmlNode& node) {
+Geometry Parser::mesh(const XmlNode& node, UrdfReader& read) {
   MeshGeometry out;
-  out.uri = read_.required(node, "filename");
-  if (node.find("scale") != nullptr) {
-    if (const auto scale = read_.vector<3>(node, "scale")) out.scale = *scale;
-  }
+  out.uri = read.required(node, "filename");
+  if (const auto scale = read.vector<3>(node, "scale")) out.scale = *scale;
+  if (read.faulty()) return out;
   const PackageResolver::Resolved found = resolver_.resolve(out.uri, base_);
-  if (found.path.empty()) {
+  std::error_code none;
+  const bool is_file = !found.path.empty() && !std::filesystem::is_directory(found.path, none);
+  if (!is_file) {
     std::string tried;
-    for (const std::string& place : found.tried) tried += "\n    " + place;
+    for (std::size_t i = 0; i < found.tried.size() && i < kMostPlaces; ++i)
+      tried += "\n    " + found.tried[i];
+    if (found.tried.size() > kMostPlaces)
+      tried += fmt::format("\n    and {} more", found.tried.size() - kMostPlaces);
     diagnostics_.warning(
         "mesh.missing", node.where,
         fmt::format("the mesh '{}' is not found; a marked box takes its place. Tried:{}", out.uri, tried),
         found.nearest.empty() ? "correct the name, or put the file there"
                               : fmt::format("did you mean '{}'?", found.nearest));
   }
-  out.path = found.path.string();
+  if (is_file) out.path = found.path.string();
   return out;
 }
 
-std::optional<Geometry> Parser::geometry(const XmlNode& parent) {
+// A size that is negative is a slip of the sign, and the shape is as large as it says.
+double size_of(const XmlNode& shape, const char* name, UrdfReader& read, Diagnostics& diagnostics) {
+  read.required(shape, name);
+  const double value = read.number_or(shape, name, 1.0);
+  if (value < 0) {
+    diagnostics.warning(
+        "urdf.geometry", shape.where,
+        fmt::format("the {} of <{}> is negative: {}; it is taken without its sign", name, shape.name, value));
+  }
+  return std::abs(value);
+}
+
+Box read_box(const XmlNode& shape, UrdfReader& read, Diagnostics& diagnostics) {
+  read.required(shape, "size");
+  const Eigen::Vector3d size = read.vector<3>(shape, "size").value_or(Eigen::Vector3d::Ones());
+  if ((size.array() < 0).any()) {
+    diagnostics.warning(
+        "urdf.geometry", shape.where,
+        fmt::format("the size of <box> is negative: {:g} {:g} {:g}; it is taken without its sign", size.x(),
+                    size.y(), size.z()),
+        fmt::format("write size=\"{:g} {:g} {:g}\"", std::abs(size.x()), std::abs(size.y()),
+                    std::abs(size.z())));
+  }
+  return {size.cwiseAbs()};
+}
+
+// Of several shapes in a <geometry> the first counts, as for urdfdom.
+std::optional<Geometry> Parser::geometry(const XmlNode& parent, UrdfReader& read) {
   const XmlNode* node = parent.first("geometry");
   const XmlNode* shape = nullptr;
   if (node != nullptr) {
-    for (const XmlNode& child : node->children) {
-      if (child.kind == XmlNode::Kind::element) shape = &child;
-    }
+    const auto found = std::find_if(node->children.begin(), node->children.end(),
+                                    [](const XmlNode& n) { return n.kind == XmlNode::Kind::element; });
+    if (found != node->children.end()) shape = &*found;
   }
   if (shape == nullptr) {
-    diagnostics_.error("urdf.geometry", parent.where,
-                       fmt::format("<{}> has no <geometry> with a shape", parent.name));
+    read.fault("urdf.geometry", parent.where,
+               fmt::format("<{}> has no <geometry> with a shape", parent.name));
     return std::nullopt;
   }
-  const auto size = [&](const char* name) {
-    read_.required(*shape, name);
-    const double value = read_.number_or(*shape, name, 1.0);
-    if (value < 0) {
-      diagnostics_.error("urdf.geometry", shape->where,
-                         fmt::format("the {} of <{}> is negative: {}", name, shape->name, value));
-    }
-    return value;
-  };
-  if (shape->name == "box") {
-    read_.required(*shape, "size");
-    const Box box{read_.vector<3>(*shape, "size").value_or(Eigen::Vector3d::Ones())};
-    if ((box.size.array() < 0).any()) {
-      diagnostics_.error("urdf.geometry", shape->where,
-                         fmt::format("the size of <box> is negative: {:g} {:g} {:g}", box.size.x(),
-                                     box.size.y(), box.size.z()),
-                         fmt::format("write size=\"{:g} {:g} {:g}\"", std::abs(box.size.x()),
-                                     std::abs(box.size.y()), std::abs(box.size.z())));
-    }
-    return box;
-  }
+  const auto size = [&](const char* name) { return size_of(*shape, name, read, diagnostics_); };
+  if (shape->name == "box") return read_box(*shape, read, diagnostics_);
   if (shape->name == "cylinder") return Cylinder{size("radius"), size("length")};
   if (shape->name == "capsule") return Capsule{size("radius"), size("length")};
   if (shape->name == "sphere") return Sphere{size("radius")};
-  if (shape->name == "mesh") return mesh(*shape);
+  if (shape->name == "mesh") return mesh(*shape, read);
   const std::vector<std::string> shapes{"box", "cylinder", "capsule", "sphere", "mesh"};
-  diagnostics_.error("urdf.geometry", shape->where,
-                     fmt::format("<{}> is no shape{}", shape->name, did_you_mean(shape->name, shapes)));
+  read.fault("urdf.geometry", shape->where,
+             fmt::format("<{}> is not a shape{}", shape->name, did_you_mean(shape->name, shapes)));
   return std::nullopt;
 }
 
@@ -136,10 +155,30 @@ std::optional<Material> Parser::material(const XmlNode& node) {
   Material out;
   out.name = UrdfReader::optional(node, "name");
   out.source = node.where;
-  if (const XmlNode* color = node.first("color")) out.rgba = read_.vector<4>(*color, "rgba");
+  UrdfReader read(diagnostics_, "urdf.optional_value", "the material counts as without a colour");
+  if (const XmlNode* color = node.first("color")) out.rgba = read.vector<4>(*color, "rgba");
   if (const XmlNode* texture = node.first("texture"))
     out.texture = UrdfReader::optional(*texture, "filename");
   return out;
+}
+
+void Parser::visual(const XmlNode& node, Link& out) {
+  UrdfReader read(diagnostics_, "urdf.geometry", "this <visual> is left out");
+  Visual visual{UrdfReader::optional(node, "name"), read_origin(node, read), {}, {}, node.where};
+  const auto shape = geometry(node, read);
+  if (!shape || read.faulty()) return;
+  if (const XmlNode* named = node.first("material")) visual.material = material(*named);
+  visual.geometry = *shape;
+  out.visuals.push_back(std::move(visual));
+}
+
+void Parser::collision(const XmlNode& node, Link& out) {
+  UrdfReader read(diagnostics_, "urdf.geometry", "this <collision> is left out");
+  Collision collision{UrdfReader::optional(node, "name"), read_origin(node, read), {}, node.where};
+  const auto shape = geometry(node, read);
+  if (!shape || read.faulty()) return;
+  collision.geometry = *shape;
+  out.collisions.push_back(std::move(collision));
 }
 
 Link Parser::link(const XmlNode& node) {
@@ -148,21 +187,8 @@ Link Parser::link(const XmlNode& node) {
   out.source = node.where;
   for (const XmlNode& child : node.children) {
     if (child.is("inertial")) out.inertial = inertial(child);
-    if (child.is("visual")) {
-      Visual visual{UrdfReader::optional(child, "name"), origin(child), {}, {}, child.where};
-      if (const XmlNode* named = child.first("material")) visual.material = material(*named);
-      if (const auto shape = geometry(child)) {
-        visual.geometry = *shape;
-        out.visuals.push_back(std::move(visual));
-      }
-    }
-    if (child.is("collision")) {
-      Collision collision{UrdfReader::optional(child, "name"), origin(child), {}, child.where};
-      if (const auto shape = geometry(child)) {
-        collision.geometry = *shape;
-        out.collisions.push_back(std::move(collision));
-      }
-    }
+    if (child.is("visual")) visual(child, out);
+    if (child.is("collision")) collision(child, out);
   }
   return out;
 }
@@ -193,10 +219,12 @@ std::optional<JointLimits> Parser::limits(const XmlNode& node, const Joint& join
   out.effort = read_.number(node, "effort");
   out.velocity = read_.number(node, "velocity");
   if (out.lower > out.upper && joint.type != JointType::continuous) {
-    diagnostics_.error("urdf.limits_crossed", node.where,
-                       fmt::format("the lower limit {} of '{}' is above the upper limit {}", out.lower,
-                                   joint.name, out.upper),
-                       "exchange them, or correct the sign of one");
+    diagnostics_.warning(
+        "urdf.limits_crossed", node.where,
+        fmt::format("the lower limit {} of '{}' is above the upper limit {}; they are taken the other way "
+                    "round",
+                    out.lower, joint.name, out.upper),
+        "exchange them, or correct the sign of one");
   }
   return out;
 }
@@ -213,12 +241,15 @@ void Parser::joint_details(const XmlNode& node, Joint& out) {
                         read_.number_or(child, "offset", 0.0), child.where};
     }
     if (child.is("safety_controller")) {
+      UrdfReader read(diagnostics_, "urdf.optional_value", "it is taken as 0");
       out.safety = SafetyController{
-          read_.number_or(child, "soft_lower_limit", 0.0), read_.number_or(child, "soft_upper_limit", 0.0),
-          read_.number_or(child, "k_position", 0.0), read_.number_or(child, "k_velocity", 0.0), child.where};
+          read.number_or(child, "soft_lower_limit", 0.0), read.number_or(child, "soft_upper_limit", 0.0),
+          read.number_or(child, "k_position", 0.0), read.number_or(child, "k_velocity", 0.0), child.where};
     }
-    if (child.is("calibration"))
-      out.calibration = JointCalibration{read_.number(child, "rising"), read_.number(child, "falling")};
+    if (child.is("calibration")) {
+      UrdfReader read(diagnostics_, "urdf.optional_value", "it is left out");
+      out.calibration = JointCalibration{read.number(child, "rising"), read.number(child, "falling")};
+    }
   }
 }
 
@@ -237,16 +268,18 @@ Joint Parser::joint(const XmlNode& node) {
       *target = read_.required(*end, "link");
     }
   }
-  out.origin = origin(node);
+  out.origin = read_origin(node, read_);
+  const bool has_axis = out.type != JointType::fixed && out.type != JointType::floating;
   if (const XmlNode* axis = node.first("axis")) {
     out.axis_source = axis->where;
-    if (const auto xyz = read_.vector<3>(*axis, "xyz")) out.axis = *xyz;
+    UrdfReader unused(diagnostics_, "urdf.optional_value", "a joint of this type has no axis");
+    if (const auto xyz = (has_axis ? read_ : unused).vector<3>(*axis, "xyz")) out.axis = *xyz;
   }
-  const bool has_axis = out.type != JointType::fixed && out.type != JointType::floating;
-  if (has_axis && out.axis.norm() < 1e-9) {
-    diagnostics_.error("urdf.axis_zero", out.axis_source,
-                       fmt::format("the axis of '{}' is zero: it can turn about nothing", out.name),
-                       "write a direction, as <axis xyz=\"0 0 1\"/>");
+  if (has_axis && !has_direction(out)) {
+    diagnostics_.warning(
+        "urdf.axis_zero", out.axis_source,
+        fmt::format("the axis of '{}' is zero: it can turn about nothing, and stands still", out.name),
+        "write a direction, as <axis xyz=\"0 0 1\"/>");
   } else if (has_axis && std::abs(out.axis.norm() - 1.0) > 1e-3) {
     diagnostics_.note("urdf.axis_not_unit", out.axis_source,
                       fmt::format("the axis of '{}' has the length {:.6g}; it is taken as a direction",
@@ -285,6 +318,13 @@ void Parser::look_up_materials(RobotDescription& robot) {
   }
 }
 
+// A component without a name has none to be asked for by, and ros2_control refuses it.
+void Parser::hardware(const XmlNode& node, RobotDescription& out) {
+  UrdfReader read(diagnostics_, "urdf.optional_value", "this <ros2_control> is left out");
+  if (!read.required(node, "name").empty() || !read.faulty())
+    out.hardware.push_back(read_hardware(node, diagnostics_));
+}
+
 RobotDescription Parser::robot(const XmlNode& root) {
   RobotDescription out;
   out.source = root.where;
@@ -304,7 +344,7 @@ RobotDescription Parser::robot(const XmlNode& root) {
     else if (child.name == "material")
       out.materials.push_back(*material(child));
     else if (child.name == "ros2_control")
-      out.hardware.push_back(read_hardware(child, diagnostics_));
+      hardware(child, out);
     else if (child.name == "gazebo")
       out.gazebo.push_back(read_gazebo(child, base_, resolver_, diagnostics_));
     else if (child.name == "transmission")

@@ -21,9 +21,8 @@ std::optional<double> parse_number(std::string_view text) {
 
 std::string UrdfReader::required(const XmlNode& node, std::string_view name) {
   if (const XmlAttribute* attribute = node.find(name)) return attribute->value;
-  diagnostics_.error("urdf.missing_attribute", node.where,
-                     fmt::format("<{}> has no attribute '{}'", node.name, name),
-                     fmt::format("write <{} {}=\"...\">", node.name, name));
+  fault("urdf.missing_attribute", node.where, fmt::format("<{}> has no attribute '{}'", node.name, name),
+        fmt::format("write <{} {}=\"...\">", node.name, name));
   return "";
 }
 
@@ -37,10 +36,9 @@ std::optional<double> UrdfReader::number(const XmlNode& node, std::string_view n
   if (attribute == nullptr) return std::nullopt;
   const auto value = parse_number(attribute->value);
   if (!value) {
-    diagnostics_.error(
-        "urdf.number", attribute->where,
-        fmt::format("{}=\"{}\" of <{}> is not a finite number", name, attribute->value, node.name),
-        "write it with a decimal point and no unit, as 0.25 or 1e-3");
+    fault("urdf.number", attribute->where,
+          fmt::format("{}=\"{}\" of <{}> is not a finite number", name, attribute->value, node.name),
+          "write it with a decimal point and no unit, as 0.25 or 1e-3");
   }
   return value;
 }
@@ -49,14 +47,21 @@ double UrdfReader::number_or(const XmlNode& node, std::string_view name, double 
   return number(node, name).value_or(fallback);
 }
 
-std::optional<double> UrdfReader::number_inside(const XmlNode& node) {
-  const std::string text = node.content();
+std::optional<double> UrdfReader::number_of(const XmlNode& node, const std::string& text) {
   const auto value = parse_number(text);
-  if (!value) {
-    diagnostics_.error("urdf.number", node.where,
-                       fmt::format("<{}> holds '{}', which is not a finite number", node.name, text));
-  }
+  if (!value)
+    fault("urdf.number", node.where,
+          fmt::format("<{}> holds '{}', which is not a finite number", node.name, text));
   return value;
+}
+
+void UrdfReader::fault(std::string rule, const SourceLocation& where, std::string message, std::string mend) {
+  faulty_ = true;
+  if (instead_.empty())
+    return diagnostics_.error(std::move(rule), where, std::move(message), std::move(mend));
+  diagnostics_.warning(rule_, where,
+                       fmt::format("{}{} {}", message, message.ends_with('?') ? "" : ";", instead_),
+                       std::move(mend));
 }
 
 bool UrdfReader::numbers(const XmlNode& node, std::string_view name, double* out, int count) {
@@ -73,10 +78,9 @@ bool UrdfReader::numbers(const XmlNode& node, std::string_view name, double* out
     ++found;
   }
   if (good && found == count) return true;
-  diagnostics_.error(
-      "urdf.vector", attribute->where,
-      fmt::format("{}=\"{}\" of <{}> is not {} finite numbers", name, attribute->value, node.name, count),
-      "write them with decimal points and blanks between, as 0 0 0.25");
+  fault("urdf.vector", attribute->where,
+        fmt::format("{}=\"{}\" of <{}> is not {} finite numbers", name, attribute->value, node.name, count),
+        "write them with decimal points and blanks between, as 0 0 0.25");
   return false;
 }
 

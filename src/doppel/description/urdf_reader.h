@@ -17,6 +17,9 @@ std::optional<double> parse_number(std::string_view text);
 class UrdfReader {
  public:
   explicit UrdfReader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
+  // Of something that can be left out: every fault is a warning of this rule that says what happens instead.
+  UrdfReader(Diagnostics& diagnostics, std::string rule, std::string instead)
+      : diagnostics_(diagnostics), rule_(std::move(rule)), instead_(std::move(instead)) {}
 
   // A required attribute; "" and an error where it is missing.
   std::string required(const XmlNode& node, std::string_view name);
@@ -24,7 +27,9 @@ class UrdfReader {
   std::optional<double> number(const XmlNode& node, std::string_view name);
   double number_or(const XmlNode& node, std::string_view name, double fallback);
   // The number that an element's text is: <mu1>0.8</mu1>.
-  std::optional<double> number_inside(const XmlNode& node);
+  std::optional<double> number_inside(const XmlNode& node) { return number_of(node, node.content()); }
+  // The number that `text`, which `node` holds, is.
+  std::optional<double> number_of(const XmlNode& node, const std::string& text);
   // `count` numbers separated by blanks; nothing and an error where they are not.
   template <int count>
   std::optional<Eigen::Matrix<double, count, 1>> vector(const XmlNode& node, std::string_view name) {
@@ -32,11 +37,15 @@ class UrdfReader {
     if (!numbers(node, name, out.data(), count)) return std::nullopt;
     return out;
   }
-  [[nodiscard]] Diagnostics& diagnostics() { return diagnostics_; }
+  // An error of `rule`; a warning where what is read can be left out.
+  void fault(std::string rule, const SourceLocation& where, std::string message, std::string mend = "");
+  [[nodiscard]] bool faulty() const { return faulty_; }
 
  private:
   bool numbers(const XmlNode& node, std::string_view name, double* out, int count);
   Diagnostics& diagnostics_;
+  std::string rule_, instead_;  // empty: faults are errors
+  bool faulty_ = false;
 };
 
 }  // namespace doppel

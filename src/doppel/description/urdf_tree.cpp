@@ -79,28 +79,37 @@ void check_roots(const RobotDescription& robot, Diagnostics& diagnostics) {
   }
 }
 
+// Why a <mimic> has no effect, with the rule that says so.
+std::pair<const char*, std::string> mimic_fault(const RobotDescription& robot, const Joint& joint,
+                                                const std::vector<std::string>& names) {
+  const Joint* const leader = robot.find_joint(joint.mimic->joint);
+  if (leader == nullptr) {
+    return {"urdf.mimic_unknown",
+            fmt::format("'{}' mimics '{}', which is not a joint of this robot{}", joint.name,
+                        joint.mimic->joint, did_you_mean(joint.mimic->joint, names))};
+  }
+  if (!is_scalar(joint) || !is_scalar(*leader)) {
+    return {"urdf.mimic_not_scalar",
+            fmt::format("'{}' mimics '{}', but '{}' does not move by one number as revolute, continuous and "
+                        "prismatic joints do",
+                        joint.name, leader->name, is_scalar(joint) ? leader->name : joint.name)};
+  }
+  return {"urdf.mimic_loop",
+          fmt::format("'{}' mimics itself{}", joint.name, leader == &joint ? "" : " through others")};
+}
+
 void check_mimics(const RobotDescription& robot, Diagnostics& diagnostics) {
   std::vector<std::string> names;
   for (const Joint& joint : robot.joints) names.push_back(joint.name);
   for (const Joint& joint : robot.joints) {
-    if (!joint.mimic) continue;
-    const Joint* leader = robot.find_joint(joint.mimic->joint);
-    if (leader == nullptr) {
-      diagnostics.error("urdf.mimic_unknown", joint.mimic->source,
-                        fmt::format("'{}' mimics '{}', which is no joint{}", joint.name, joint.mimic->joint,
-                                    did_you_mean(joint.mimic->joint, names)));
-      continue;
-    }
-    std::set<std::string> path{joint.name};
-    while (leader != nullptr && leader->mimic && path.insert(leader->name).second) {
-      leader = robot.find_joint(leader->mimic->joint);
-    }
-    if (leader != nullptr && path.contains(leader->name)) {
-      diagnostics.error(
-          "urdf.mimic_loop", joint.mimic->source,
-          fmt::format("'{}' mimics itself{}", joint.name, path.size() > 1 ? " through others" : ""),
-          "one joint of the chain has to lead");
-    }
+    if (!joint.mimic || leader_of(robot, joint) != nullptr) continue;
+    const auto [rule, why] = mimic_fault(robot, joint, names);
+    diagnostics.warning(
+        rule, joint.mimic->source,
+        fmt::format("{}{} {}", why, why.ends_with('?') ? "" : ";",
+                    is_scalar(joint) ? "it moves on its own" : "the <mimic> is left out"),
+        "let it follow a revolute, continuous or prismatic joint that does not follow it, or remove the "
+        "<mimic>");
   }
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/core/names.h"
 #include "doppel/kinematics/assumed_masses.h"
 #include "doppel/kinematics/link_inertia.h"
 
@@ -109,34 +108,27 @@ class Compiler {
   void add_joint(const Joint& joint, int parent, const Link& child) {
     ModelJoint out;
     out.name = joint.name;
-    out.type = joint.type;
+    const bool has_axis = joint.type != JointType::fixed && joint.type != JointType::floating;
+    // What can turn about nothing stands still; the parser has warned of it.
+    out.type = has_axis && !has_direction(joint) ? JointType::fixed : joint.type;
     out.parent_link = parent;
     out.child_link = static_cast<int>(model_.links.size());
     out.X_PJ = joint.origin.pose();
-    if (joint.type != JointType::fixed && joint.type != JointType::floating) out.axis = unit_axis(joint);
-    const Counts n = counts(joint.type);
+    if (has_axis && has_direction(joint)) out.axis = joint.axis.normalized();
+    const Counts n = counts(out.type);
     out.q = model_.nq;
     out.nq = n.nq;
     out.v = model_.nv;
     out.nv = n.nv;
     model_.nq += n.nq;
     model_.nv += n.nv;
-    if (joint.type != JointType::fixed) set_limits(joint, out);
+    if (out.type != JointType::fixed) set_limits(joint, out);
     joint_sources_.push_back(
         sources_.back() == nullptr ? nullptr : &joint);  // the added floating joint is not the user's
     const int index = static_cast<int>(model_.joints.size());
     model_.joints.push_back(std::move(out));
     add_link(child, index);
     add_subtree(child, model_.joints[index].child_link);
-  }
-
-  static Eigen::Vector3d unit_axis(const Joint& joint) {
-    const double norm = joint.axis.norm();
-    if (norm > 1e-9) return joint.axis / norm;
-    throw InputError(
-        "model.zero_axis", joint.axis_source.known() ? joint.axis_source : joint.source,
-        fmt::format("joint '{}' has the axis 0 0 0, which is no direction to move in", joint.name),
-        "write <axis xyz=\"0 0 1\"/> with the direction of the joint");
   }
 
   // An exporter's 0 would freeze the joint for good, which nobody means by it.
@@ -169,14 +161,9 @@ class Compiler {
           "write <limit lower=\"..\" upper=\"..\"/>, or type=\"continuous\" where it turns for ever");
       return;
     }
-    out.lower = joint.limits->lower;
-    out.upper = joint.limits->upper;
-    if (out.lower > out.upper) {
-      throw InputError("model.limits_crossed", joint.limits->source,
-                       fmt::format("joint '{}' has the lower limit {} above the upper limit {}", joint.name,
-                                   out.lower, out.upper),
-                       "exchange lower and upper");
-    }
+    // Crossed ones, of which the parser warned, bound the same range.
+    out.lower = std::min(joint.limits->lower, joint.limits->upper);
+    out.upper = std::max(joint.limits->lower, joint.limits->upper);
   }
 
   void resolve_mimics() {
@@ -186,31 +173,15 @@ class Compiler {
     }
   }
 
+  // A <mimic> without effect is what the parser warned of; the joint moves on its own.
   void resolve_mimic(ModelJoint& joint, const Joint& source) {
     const Joint* at = &source;
-    for (std::size_t steps = 0; at->mimic; ++steps) {
+    while (const Joint* const leader = leader_of(robot_, *at)) {
       const Mimic& mimic = *at->mimic;
-      const int leader = model_.find_joint(mimic.joint);
-      if (leader < 0) {
-        throw InputError("model.mimic_unknown", mimic.source,
-                         fmt::format("joint '{}' mimics '{}', which the robot does not have{}", at->name,
-                                     mimic.joint, did_you_mean(mimic.joint, model_.scalar_joint_names())));
-      }
-      if (!joint.scalar() || !model_.joints[leader].scalar()) {
-        throw InputError(
-            "model.mimic_not_scalar", mimic.source,
-            fmt::format("joint '{}' mimics '{}', but only revolute, continuous and prismatic joints can "
-                        "mimic or be mimicked",
-                        at->name, mimic.joint));
-      }
-      if (steps > model_.joints.size()) {
-        throw InputError("model.mimic_loop", mimic.source,
-                         fmt::format("joint '{}' mimics itself through '{}'", source.name, mimic.joint));
-      }
       joint.mimic_offset += joint.mimic_multiplier * mimic.offset;
       joint.mimic_multiplier *= mimic.multiplier;
-      joint.mimic_leader = leader;
-      at = joint_sources_[leader];
+      joint.mimic_leader = model_.find_joint(leader->name);
+      at = leader;
     }
   }
 

@@ -73,9 +73,10 @@ enum class BaseKind { fixed, floating };  // how the root link stands in the wor
 // Compiles a description that load_description accepted. BaseKind::floating puts a floating joint named
 // "<root>_floating" between a new link "world" and the root. Warnings, with the place: "model.no_inertial" (a
 // body that moves without any mass: one is assumed), "model.not_physical" (mass <= 0, or a tensor that no
-// body can have: it is repaired), "model.no_limits", "model.zero_limit" (taken as unlimited). InputError:
-// axis of length zero, crossed limits, mimic of an unknown or unfit joint or of itself, a floating robot with
-// a link "world".
+// body can have: it is repaired), "model.no_limits", "model.zero_limit" (taken as unlimited). What the
+// parser warned of is taken as it said: a joint whose axis is zero is fixed, crossed limits bound the same
+// range, a <mimic> without effect (leader_of) is left out. InputError: links that are not one tree, a
+// floating robot with a link "world".
 Model compile_model(const RobotDescription& robot, BaseKind base, Diagnostics& diagnostics);
 
 // The workspace of one thread, sized once.

@@ -1,19 +1,124 @@
 #include "doppel/twin/control_stack.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <set>
+
+#include "doppel/control/joint_list.h"
 
 namespace doppel {
+namespace {
+
+constexpr const char* kManager = "controller_manager";
+constexpr const char* kBroadcaster = "joint_state_broadcaster/JointStateBroadcaster";
+constexpr const char* kTrajectories = "joint_trajectory_controller/JointTrajectoryController";
+
+bool is_loaded(const ControllerManager& manager, const std::string& name) {
+  const auto loaded = manager.controllers();
+  return std::any_of(loaded.begin(), loaded.end(), [&](const ControllerView& c) { return c.name == name; });
+}
+
+// `name`, or with "_rest" where the file has one of that name.
+std::string free_name(const ControllerManager& manager, const std::string& name) {
+  const auto declared = manager.declared_controllers();
+  const bool taken = is_loaded(manager, name) || std::any_of(declared.begin(), declared.end(),
+                                                             [&](const auto& d) { return d.first == name; });
+  return taken ? name + "_rest" : name;
+}
+
+// What the hardware's interfaces make possible, by joint.
+struct Offer {
+  std::set<std::string> commands;               // takes commands of any kind
+  std::set<std::string> driven;                 // an active controller holds one of them
+  std::set<std::string> positions, velocities;  // takes positions and reports them; reports velocities
+};
+
+Offer offer_of(const ControllerManager& manager) {
+  Offer out;
+  std::set<std::string> reported;
+  const auto split = [](const std::string& full_name) {
+    const std::size_t slash = full_name.find_last_of('/');
+    return std::pair(full_name.substr(0, slash), full_name.substr(slash + 1));
+  };
+  for (const InterfaceView& state : manager.state_interfaces()) {
+    const auto [joint, quantity] = split(state.full_name);
+    if (quantity == kPosition) reported.insert(joint);
+    if (quantity == kVelocity) out.velocities.insert(joint);
+  }
+  for (const InterfaceView& command : manager.command_interfaces()) {
+    const auto [joint, quantity] = split(command.full_name);
+    if (command.available) out.commands.insert(joint);
+    if (!command.claimed_by.empty()) out.driven.insert(joint);
+    if (command.available && quantity == kPosition && reported.contains(joint)) out.positions.insert(joint);
+  }
+  return out;
+}
+
+// Makes each component's name, and each interface, the only one of its kind: what comes second is left out.
+class Unique {
+ public:
+  explicit Unique(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
+
+  HardwareDescription of(HardwareDescription hardware) {
+    const std::string name = hardware.name;
+    for (int i = 2; !components_.insert(hardware.name).second; ++i)
+      hardware.name = fmt::format("{}_{}", name, i);
+    if (hardware.name != name) {
+      diagnostics_.warning("ros2_control.duplicate_component", hardware.source,
+                           fmt::format("there is another <ros2_control> '{}'; this one is called '{}' here",
+                                       name, hardware.name),
+                           "give each component a name of its own");
+    }
+    for (auto* parts : {&hardware.joints, &hardware.sensors, &hardware.gpios}) {
+      for (HardwareJointDescription& part : *parts) {
+        erase_known(part.command_interfaces, "command", part.name);
+        erase_known(part.state_interfaces, "state", part.name);
+      }
+    }
+    return hardware;
+  }
+
+ private:
+  void erase_known(std::vector<HardwareInterfaceDescription>& interfaces, const char* kind,
+                   const std::string& part) {
+    std::erase_if(interfaces, [&](const HardwareInterfaceDescription& interface) {
+      const std::string name = part + '/' + interface.name;
+      if (interfaces_.insert(fmt::format("{} {}", kind, name)).second) return false;
+      diagnostics_.warning(
+          "ros2_control.duplicate_interface", interface.source,
+          fmt::format("the {} interface '{}' is offered already; this one is left out", kind, name),
+          "offer it once, in one <ros2_control> element");
+      return true;
+    });
+  }
+
+  Diagnostics& diagnostics_;
+  std::set<std::string> components_, interfaces_;
+};
+
+std::string quoted_names(const std::vector<std::string>& names) {
+  std::string out;
+  for (const std::string& name : names) out += fmt::format("{}'{}'", out.empty() ? "" : ", ", name);
+  return out;
+}
+
+}  // namespace
 
 ControlStack::ControlStack(Bus& bus, const Machine& machine, const ControllerRegistry& registry,
                            bool enforce_limits, const Log& log, Diagnostics& diagnostics)
-    : model_(machine.model), controllers_(machine.setup.controllers) {
+    : model_(machine.model),
+      controllers_(machine.setup.controllers),
+      named_(machine.setup.controllers_named) {
   ControllerManagerOptions options;
   options.physics_step = machine.setup.world.step;
   options.enforce_limits = enforce_limits;
   manager_ =
       std::make_unique<ControllerManager>(bus, model_, registry, &controllers_, options, log, diagnostics);
+  Unique unique(diagnostics);
   for (const HardwareDescription& hardware : machine.hardware) {
-    auto system = std::make_unique<SimulatedHardware>(hardware, model_, *machine.engine, diagnostics);
+    auto system =
+        std::make_unique<SimulatedHardware>(unique.of(hardware), model_, *machine.engine, diagnostics);
     hardware_.push_back(system.get());
     manager_->add_hardware(std::move(system));
   }
@@ -21,16 +126,95 @@ ControlStack::ControlStack(Bus& bus, const Machine& machine, const ControllerReg
 }
 
 void ControlStack::start(const ControllerWish& wish, const Log& log) {
-  manager_->start(wish.active);
+  what_fits_ = wish.what_fits;
+  if (wish.what_fits) {
+    manager_->start_what_fits(wish.active);
+    for (const std::string& name : wish.active) {
+      if (!is_loaded(*manager_, name)) left_out_.push_back(name);
+    }
+    hold_the_rest(log);
+  } else {
+    manager_->start(wish.active);
+  }
   for (const std::string& name : wish.inactive) {
-    manager_->load(name);
+    if (is_loaded(*manager_, name)) continue;
+    try {
+      manager_->load(name);
+    } catch (const InputError& problem) {
+      if (!wish.what_fits) throw;
+      log.warning(name, problem.what());
+      continue;
+    }
     if (const Status configured = manager_->configure(name); !configured) log.warning(name, configured.why());
+  }
+}
+
+bool ControlStack::start_generated(const std::string& name, const std::string& type, const Log& log) {
+  const std::vector<std::string> names{name};
+  try {
+    manager_->load(name, type);
+    generated_.push_back(name);
+    Status status = manager_->configure(name);
+    if (status) status = manager_->switch_controllers(names, {}, Strictness::strict);
+    if (status) return true;
+    log.warning(kManager, fmt::format("the generated controller '{}' does not run: {}", name, status.why()));
+    static_cast<void>(manager_->unload(name));
+  } catch (const InputError& problem) {
+    log.warning(kManager,
+                fmt::format("the generated controller '{}' does not run: {}", name, problem.what()));
+  }
+  return false;
+}
+
+void ControlStack::hold_the_rest(const Log& log) {
+  const auto running = manager_->controllers();
+  const bool seen = std::any_of(running.begin(), running.end(),
+                                [](const ControllerView& c) { return c.type == kBroadcaster; });
+  if (!seen && !manager_->state_interfaces().empty())
+    start_generated(free_name(*manager_, "joint_state_broadcaster"), kBroadcaster, log);
+
+  const Offer offer = offer_of(*manager_);
+  std::vector<std::string> held, passive;
+  bool velocities = true;
+  for (const ModelJoint& joint : model_.joints) {
+    if (!joint.scalar() || joint.mimics() || !offer.commands.contains(joint.name) ||
+        offer.driven.contains(joint.name))
+      continue;
+    const bool position = offer.positions.contains(joint.name);
+    (position ? held : passive).push_back(joint.name);
+    velocities = velocities && (!position || offer.velocities.contains(joint.name));
+  }
+  const SourceLocation where = make_location(controllers_.name());
+  if (!held.empty()) {
+    const std::string name = free_name(*manager_, "joint_trajectory_controller");
+    const std::string origin = "<generated controllers>";
+    controllers_.add(name, "joints", held, origin);
+    controllers_.add(name, "command_interfaces", std::vector<std::string>{kPosition}, origin);
+    controllers_.add(
+        name, "state_interfaces",
+        velocities ? std::vector<std::string>{kPosition, kVelocity} : std::vector<std::string>{kPosition},
+        origin);
+    if (start_generated(name, kTrajectories, log)) {
+      tell(log, kManager,
+           {Severity::note, "up.joints_held",
+            fmt::format("no controller of this file drives {}; '{}' was made to hold {}", quoted_names(held),
+                        name, held.size() == 1 ? "it" : "them"),
+            where, "add them to a controller, or give another file with --controllers FILE"});
+    }
+  }
+  if (!passive.empty()) {
+    tell(log, kManager,
+         {Severity::note, "up.joints_passive",
+          fmt::format("no controller drives {}, which take{} no positions: passive, moved by what pushes",
+                      quoted_names(passive), passive.size() == 1 ? "s" : ""),
+          where, "start a controller for their velocity or effort"});
   }
 }
 
 ControllerWish ControlStack::wish_of(const std::vector<std::string>& activate) const {
   ControllerWish wish;
   wish.active = activate;
+  wish.what_fits = activate.empty() && !named_;
   for (const auto& [name, type] : manager_->declared_controllers()) {
     if (activate.empty()) {
       wish.active.push_back(name);
@@ -43,10 +227,14 @@ ControllerWish ControlStack::wish_of(const std::vector<std::string>& activate) c
 
 ControllerWish ControlStack::present_wish() const {
   ControllerWish wish;
+  wish.what_fits = what_fits_;
   for (const ControllerView& controller : manager_->controllers()) {
+    if (std::find(generated_.begin(), generated_.end(), controller.name) != generated_.end()) continue;
     (controller.state == ControllerState::active ? wish.active : wish.inactive).push_back(controller.name);
   }
-  for (const auto& [name, type] : manager_->declared_controllers()) wish.declared.push_back(name);
+  for (const auto& [name, type] : manager_->declared_controllers()) {
+    if (std::find(left_out_.begin(), left_out_.end(), name) == left_out_.end()) wish.declared.push_back(name);
+  }
   return wish;
 }
 

@@ -16,6 +16,8 @@ namespace doppel {
 struct ControllerWish {
   std::vector<std::string> active, inactive;
   std::vector<std::string> declared;  // in the YAML that they come from
+  // Nobody chose them: what does not fit is left out, and what no controller drives is held where it is.
+  bool what_fits = false;
 };
 
 class ControlStack {
@@ -24,7 +26,9 @@ class ControlStack {
   ControlStack(Bus& bus, const Machine& machine, const ControllerRegistry& registry, bool enforce_limits,
                const Log& log, Diagnostics& diagnostics);
 
-  // Throws InputError; nothing is active then.
+  // Throws InputError; nothing is active then. Where `wish.what_fits`, nothing is refused: a
+  // joint_state_broadcaster is added where none runs, and a joint_trajectory_controller over the joints that
+  // take positions and that no controller drives, with a note.
   void start(const ControllerWish& wish, const Log& log);
   // All that the YAML declares, or what `activate` names and the rest inactive.
   [[nodiscard]] ControllerWish wish_of(const std::vector<std::string>& activate) const;
@@ -39,8 +43,16 @@ class ControlStack {
   [[nodiscard]] const Model& model() const { return model_; }
 
  private:
+  void hold_the_rest(const Log& log);
+  // Whether it runs now; a warning says why not.
+  bool start_generated(const std::string& name, const std::string& type, const Log& log);
+
   Model model_;
   ParameterFile controllers_;
+  bool named_;                          // by the user
+  bool what_fits_ = false;              // of the wish that it was started with
+  std::vector<std::string> generated_;  // controllers that no file declares
+  std::vector<std::string> left_out_;   // that the file declares; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;
   std::vector<SimulatedHardware*> hardware_;
 };

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "doppel/core/text.h"
+#include "doppel/description/package_folder.h"
 
 namespace doppel {
 namespace {
@@ -39,7 +40,9 @@ bool is_mesh_name(const fs::path& file) {
 std::vector<fs::path> folders_of(const std::string& scheme, const std::string& rest,
                                  const PackageResolver& resolver, const Target& target) {
   if (scheme == "file") return {target.description.parent_path(), target.package_folder};
-  return {resolver.find_package(rest.substr(0, rest.find('/'))).path};
+  // A folder that only bears the name may be anybody's: whoever asks from outside gets real packages only.
+  const fs::path folder = resolver.find_package(rest.substr(0, rest.find('/'))).path;
+  return {is_package(folder) ? folder : fs::path()};
 }
 
 }  // namespace

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
+#include "doppel/core/names.h"
 #include "doppel/twin/base_choice.h"
 #include "doppel/twin/entity.h"
 #include "doppel/twin/simulated_hardware.h"
@@ -57,6 +59,7 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
   bool position = false;
   for (const auto& hardware : robot.hardware) {
     for (const auto& joint : hardware.joints) {
+      if (robot.find_joint(joint.name) == nullptr) continue;
       for (const auto& interface : joint.command_interfaces)
         position = position || interface.name == kPosition;
     }
@@ -119,7 +122,7 @@ Eigen::Vector3d Machine::gravity_R() const {
 
 std::vector<std::filesystem::path> Machine::files(const Scenario& scenario) const {
   std::vector<std::filesystem::path> out = files_of(setup.target, setup.description);
-  if (setup.controllers_origin != "generated") out.emplace_back(setup.controllers_origin);
+  out.insert(out.end(), setup.controllers_files.begin(), setup.controllers_files.end());
   if (scenario.world) out.push_back(*scenario.world);
   return out;
 }
@@ -139,13 +142,41 @@ bool same_structure(const Machine& a, const Machine& b) {
                     same_hardware);
 }
 
+namespace {
+
+// A joint that moved, or followed another one, and that an edit would leave standing or loose.
+std::optional<Diagnostic> lost_motion(const ModelJoint& old, const ModelJoint& joint, const Machine& to) {
+  const Joint* const source = to.setup.description.robot.find_joint(joint.name);
+  if (source == nullptr) return std::nullopt;
+  Diagnostic problem;
+  problem.rule = "reload.motion";
+  if (old.mimics() && !joint.mimics() && source->mimic) {
+    problem.where = source->mimic->source;
+    problem.message =
+        fmt::format("joint '{}' would not follow '{}' any more{}", joint.name, source->mimic->joint,
+                    did_you_mean(source->mimic->joint, to.model.scalar_joint_names()));
+    problem.mend = "correct the <mimic>, or remove it";
+  } else if (old.scalar() && joint.type == JointType::fixed && source->type != JointType::fixed) {
+    problem.where = source->axis_source;
+    problem.message = fmt::format("joint '{}' would stand still: its axis is zero", joint.name);
+    problem.mend = "correct the axis";
+  } else {
+    return std::nullopt;
+  }
+  return problem;
+}
+
+}  // namespace
+
 void refuse_lost_range(const Machine& from, const Machine& to) {
   constexpr double kSlack = 0.01;  // rad or m: a loaded drive stands a little beyond where it is held
   std::vector<Diagnostic> refused;
   for (const ModelJoint& joint : to.model.joints) {
     const int index = from.model.find_joint(joint.name);
-    if (index < 0 || !joint.scalar() || joint.mimics()) continue;
+    if (index < 0) continue;
     const ModelJoint& old = from.model.joints[static_cast<std::size_t>(index)];
+    if (auto lost = lost_motion(old, joint, to)) refused.push_back(std::move(*lost));
+    if (!joint.scalar() || joint.mimics()) continue;
     if (!old.scalar() || (old.lower == joint.lower && old.upper == joint.upper)) continue;
     const double q = from.engine->q()[static_cast<std::size_t>(old.q)];
     const bool was_outside = q < old.lower - kSlack || q > old.upper + kSlack;

@@ -34,7 +34,8 @@ struct Machine {
 bool same_structure(const Machine& a, const Machine& b);
 
 // Throws InputError where a joint that stands within its limits in `from` would stand outside of them in
-// `to`, or would lose its whole range: a slip of the pen in a limit must not drive a machine that runs.
+// `to`, would lose its whole range, or where what is written of its <mimic> or axis would have no effect any
+// more: a slip of the pen must not drive a machine that runs.
 void refuse_lost_range(const Machine& from, const Machine& to);
 
 // Time, the state and drives' references of every joint with the same name and type, the poses and velocities

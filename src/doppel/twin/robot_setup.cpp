@@ -7,6 +7,7 @@
 
 #include "doppel/core/names.h"
 #include "doppel/overlay/overlay.h"
+#include "doppel/twin/controllers_choice.h"
 
 namespace doppel {
 namespace {
@@ -21,76 +22,19 @@ constexpr std::pair<const char*, const char*> kSimulationArguments[] = {{"use_si
                                                                         {"sim_gz", "true"},
                                                                         {"sim_ignition", "true"}};
 
-bool declares_controllers(const fs::path& file) {
-  try {
-    const ParameterFile parsed = ParameterFile::load(file);
-    const auto nodes = parsed.nodes();
-    return std::any_of(nodes.begin(), nodes.end(), [](const std::string& node) {
-      return node == "controller_manager" || node.ends_with("/controller_manager");
-    });
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
-// Parameter files with a controller_manager section in the config folders of the package, else of its
-// neighbours.
-std::vector<fs::path> files_of_package(const fs::path& package) {
-  std::vector<fs::path> found;
-  const auto search = [&found](const fs::path& folder) {
-    std::error_code none;
-    for (const auto& entry : fs::directory_iterator(folder / "config", none)) {
-      const auto extension = entry.path().extension();
-      if ((extension == ".yaml" || extension == ".yml") && declares_controllers(entry.path())) {
-        found.push_back(entry.path());
-      }
-    }
-  };
-  if (package.empty()) return found;
-  search(package);
-  if (found.empty()) {
-    std::error_code none;
-    for (const auto& entry : fs::directory_iterator(package.parent_path(), none)) {
-      if (entry.is_directory(none) && fs::exists(entry.path() / "package.xml", none)) search(entry.path());
-    }
-  }
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
-std::vector<fs::path> named_by_plugin(const RobotDescription& robot) {
-  std::vector<fs::path> files;
-  for (const GazeboExtension& gazebo : robot.gazebo) {
-    for (const GazeboPlugin& plugin : gazebo.plugins) {
-      for (const std::string& file : plugin.parameter_files) {
-        if (!fs::exists(file)) {
-          throw InputError(
-              "up.controllers_missing", plugin.source,
-              fmt::format("the plugin's <parameters> name the file '{}', which does not exist", file),
-              "correct the path, or give the file with --controllers FILE");
-        }
-        files.emplace_back(file);
-      }
-    }
-  }
-  return files;
-}
-
 std::vector<std::string> joints_to_drive(const RobotDescription& robot) {
   std::set<std::string> offered;
   for (const auto& hardware : robot.hardware) {
     for (const auto& joint : hardware.joints) {
       const bool position = std::any_of(joint.command_interfaces.begin(), joint.command_interfaces.end(),
                                         [](const auto& i) { return i.name == "position"; });
-      if (position) offered.insert(joint.name);
+      if (position && robot.find_joint(joint.name) != nullptr) offered.insert(joint.name);
     }
   }
   std::vector<std::string> joints;
   for (const Joint& joint : robot.joints) {
-    const bool moves = joint.type == JointType::revolute || joint.type == JointType::continuous ||
-                       joint.type == JointType::prismatic;
-    if (moves && !joint.mimic && (offered.empty() || offered.contains(joint.name)))
-      joints.push_back(joint.name);
+    const bool driven = is_scalar(joint) && leader_of(robot, joint) == nullptr;
+    if (driven && (offered.empty() || offered.contains(joint.name))) joints.push_back(joint.name);
   }
   return joints;
 }
@@ -118,48 +62,39 @@ std::string quoted(const std::string& text) {
   return out + '"';
 }
 
-ParameterFile choose_controllers(const Scenario& scenario, const RobotSetup& setup, std::string& origin,
-                                 Diagnostics& diagnostics) {
-  std::vector<fs::path> files;
-  if (scenario.controllers) files.push_back(*scenario.controllers);
-  if (files.empty()) files = named_by_plugin(setup.description.robot);
-  if (files.empty()) {
-    files = files_of_package(setup.target.package_folder);
-    if (files.size() > 1) {
-      std::string list;
-      for (const fs::path& file : files) list += "\n    " + file.string();
-      throw InputError("up.controllers_ambiguous", make_location(setup.target.description.string()),
-                       fmt::format("several files declare controllers for this robot:{}", list),
-                       "choose one with --controllers FILE");
-    }
+void choose_controllers(const Scenario& scenario, RobotSetup& setup, Diagnostics& diagnostics) {
+  if (scenario.controllers) {
+    setup.controllers_named = true;
+    setup.controllers_files = {*scenario.controllers};
+  } else {
+    setup.controllers_files = find_controllers_files(setup.description.robot, setup.target, diagnostics);
   }
-  if (!files.empty()) {
-    origin = files.front().string();
-    return ParameterFile::load(files.front());
+  if (!setup.controllers_files.empty()) {
+    setup.controllers_origin = setup.controllers_files.front().string();
+    setup.controllers = ParameterFile::load(setup.controllers_files.front());
+    for (std::size_t i = 1; i < setup.controllers_files.size(); ++i)
+      setup.controllers.add(ParameterFile::load(setup.controllers_files[i]));
+    return;
   }
   const auto joints = joints_to_drive(setup.description.robot);
-  origin = "generated";
+  setup.controllers_origin = "generated";
   if (joints.empty()) {
     diagnostics.note("up.nothing_to_drive", setup.description.robot.source,
                      "no joint of this robot can be driven; there is nothing to control");
   } else {
-    diagnostics.note("up.controllers_generated", setup.description.robot.source,
-                     fmt::format("no controllers' YAML was found; made a joint_state_broadcaster and a "
-                                 "joint_trajectory_controller over {} joint{}",
-                                 joints.size(), joints.size() == 1 ? "" : "s"),
-                     "give your own with --controllers FILE, or put it into the package's config/");
+    diagnostics.note(
+        "up.controllers_generated", setup.description.robot.source,
+        fmt::format("no controllers' YAML of this robot was found; made a joint_state_broadcaster and a "
+                    "joint_trajectory_controller over {} joint{}",
+                    joints.size(), joints.size() == 1 ? "" : "s"),
+        "give your own with --controllers FILE, or put it into the package's config/");
   }
-  return ParameterFile::parse(
-      generated_controllers(joints, offers_velocities(setup.description.robot, joints)),
-      "<generated controllers>");
+  setup.controllers =
+      ParameterFile::parse(generated_controllers(joints, offers_velocities(setup.description.robot, joints)),
+                           "<generated controllers>");
 }
 
 }  // namespace
-
-std::vector<fs::path> controller_files(const RobotDescription& robot, const Target& target) {
-  std::vector<fs::path> files = named_by_plugin(robot);
-  return files.empty() ? files_of_package(target.package_folder) : files;
-}
 
 std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states) {
   std::string yaml = "controller_manager:\n  ros__parameters:\n    update_rate: 100\n";
@@ -193,14 +128,39 @@ XacroArguments simulation_arguments(const fs::path& description, XacroArguments 
   return given;
 }
 
+namespace {
+
+// With the argument that chooses simulation; without it where only that keeps the description from being
+// expanded, for nobody asked for it.
+ExpandedDescription expand_for_simulation(const fs::path& description, const XacroArguments& given,
+                                          PackageResolver& resolver, Diagnostics& diagnostics) {
+  Diagnostics said;
+  const XacroArguments arguments = simulation_arguments(description, given, resolver, said);
+  if (arguments.size() == given.size()) return expand_corrected(description, given, resolver, diagnostics);
+  try {
+    ExpandedDescription out = expand_corrected(description, arguments, resolver, said);
+    for (const Diagnostic& d : said.all()) diagnostics.add(d);
+    return out;
+  } catch (const InputError& problem) {
+    ExpandedDescription out = expand_corrected(description, given, resolver, diagnostics);
+    const Diagnostic& why = problem.diagnostics().front();
+    diagnostics.note(
+        "up.use_sim", why.where,
+        fmt::format("the description cannot be expanded with {}:={}, by which it chooses simulation; "
+                    "it is taken without. {}",
+                    arguments.back().first, arguments.back().second, why.message));
+    return out;
+  }
+}
+
+}  // namespace
+
 ExpandedTarget expand_target(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics) {
   ExpandedTarget out;
   resolver.add_bundled(scenario.bundled_robots);
   out.target = resolve_target(scenario.target, scenario.bundled_robots);
   resolver.add_context(out.target.description);
-  const XacroArguments arguments =
-      simulation_arguments(out.target.description, scenario.arguments, resolver, diagnostics);
-  out.description = expand_corrected(out.target.description, arguments, resolver, diagnostics);
+  out.description = expand_for_simulation(out.target.description, scenario.arguments, resolver, diagnostics);
   if (scenario.inspect) scenario.inspect(out.description, diagnostics);
   return out;
 }
@@ -227,7 +187,7 @@ RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Dia
   setup.description.robot = read_description(expanded.description, resolver, diagnostics);
   diagnostics.throw_if_errors();
   setup.description.files = std::move(expanded.description.files);
-  setup.controllers = choose_controllers(scenario, setup, setup.controllers_origin, diagnostics);
+  choose_controllers(scenario, setup, diagnostics);
   add_ros_parameters(scenario.ros, setup.controllers);
   return setup;
 }

@@ -19,7 +19,9 @@ struct RobotSetup {
   Target target;
   LoadedDescription description;
   ParameterFile controllers;       // generated where the package has none
-  std::string controllers_origin;  // "config/ros2_controllers.yaml", for people
+  std::string controllers_origin;  // "config/ros2_controllers.yaml", for people; "generated"
+  std::vector<std::filesystem::path> controllers_files;  // that it was read from; empty: generated
+  bool controllers_named = false;                        // the user named the file
   World world;
 };
 
@@ -42,11 +44,6 @@ std::vector<std::filesystem::path> files_of(const Target& target, const LoadedDe
 // Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are
 // notes.
 RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics);
-
-// The controllers' files that belong to a description: those that its plugins name, else those in the config
-// folder of its package or of the packages beside it. Throws InputError where a plugin names a file that does
-// not exist.
-std::vector<std::filesystem::path> controller_files(const RobotDescription& robot, const Target& target);
 
 // The YAML that makes any robot move: a broadcaster, and a trajectory controller over `joints`.
 // `velocity_states`: the hardware offers them.

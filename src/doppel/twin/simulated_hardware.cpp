@@ -37,10 +37,11 @@ SimulatedHardware::SimulatedHardware(const HardwareDescription& description, con
   for (const HardwareJointDescription& joint : description.joints) {
     const int index = model.find_joint(joint.name);
     if (index < 0) {
-      diagnostics.error(
+      diagnostics.warning(
           "ros2_control.unknown_joint", joint.source,
-          fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have{}", name_,
-                      joint.name, did_you_mean(joint.name, names)),
+          fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have; it is left "
+                      "out{}",
+                      name_, joint.name, did_you_mean(joint.name, names)),
           "write the joint's name as its <joint> element has it, or remove the entry");
       continue;
     }

@@ -39,7 +39,7 @@ struct Picture {
     Diagnostics found;
     target = std::move(expanded.target);
     description.robot = read_description(expanded.description, resolver, found);
-    make_drawable(description.robot, found, diagnostics);
+    make_drawable(found, diagnostics);
     description.files = std::move(expanded.description.files);
     model = compile_model(description.robot, BaseKind::fixed, diagnostics);
     add_ros_parameters(scenario.ros, parameters);

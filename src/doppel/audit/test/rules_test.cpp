@@ -427,12 +427,12 @@ TEST_F(WholeAudit, OneFaultIsToldOnce) {
       {l(limit("-1", "1,5")), "urdf.number"},
       {l(R"(<limit lower="-1" upper="1" effort="5" velocty="3"/>)"), "joint.limit_incomplete"},
       {l(R"(<limits lower="-1" upper="1" effort="5" velocity="3"/>)"), "schema.element"},
-      {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1,5")), "urdf.number"},
-      {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 six")), "urdf.number"},
-      {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 1,0")), "urdf.vector"},
+      {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1,5")), "urdf.inertial"},
+      {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 six")), "urdf.inertial"},
+      {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 1,0")), "urdf.inertial"},
       {with(&Parts::inertial, "<inertial><mass value=\"1\"/></inertial>"), "urdf.inertial"},
       {with(&Parts::visual, "<visual>" + shape_with(R"(<sphere radius="nan"/>)") + "</visual>"),
-       "urdf.number"}};
+       "urdf.geometry"}};
   for (const OneCase& c : cases) {
     const AuditReport report = check(robot(c.parts));
     EXPECT_NE(find(report, c.rule), nullptr) << told(report);

@@ -73,21 +73,17 @@ TEST(Urdf, RefusesWhatIsNoTreeAtItsPlace) {
   EXPECT_NE(refusal(kPair + joint("", "<parent link=\"a\"/><child link=\"bb\"/>")).find("did you mean 'b'"),
             std::string::npos);
   EXPECT_NE(refusal(kPair + "<link name=\"a\"/>" + joint("")).find("two links named 'a'"), std::string::npos);
-  EXPECT_NE(refusal(kPair + joint("<mimic joint=\"j\"/>")).find("mimics itself"), std::string::npos);
 }
 
 TEST(Urdf, RefusesBadNumbersAllAtOnce) {
-  const std::string text = refusal(
-      kPair + joint("<axis xyz=\"0 0 0\"/><limit lower=\"1,5\" upper=\"nan\" effort=\"3\" velocity=\"4\"/>"));
+  const std::string text =
+      refusal(kPair + joint("<limit lower=\"1,5\" upper=\"nan\" effort=\"3\" velocity=\"4\"/>"));
   EXPECT_NE(text.find("lower=\"1,5\""), std::string::npos) << text;
   EXPECT_NE(text.find("upper=\"nan\""), std::string::npos) << text;
-  EXPECT_NE(text.find("is zero"), std::string::npos) << text;
   EXPECT_NE(
       refusal(kPair + "<joint name=\"j\" type=\"revolut\"><parent link=\"a\"/><child link=\"b\"/></joint>")
           .find("did you mean 'revolute'"),
       std::string::npos);
-  EXPECT_NE(refusal(kPair + joint("<limit lower=\"2\" upper=\"1\"/>")).find("above the upper"),
-            std::string::npos);
 }
 
 TEST(Urdf, BrokenXmlNamesTheElementThatIsOpen) {

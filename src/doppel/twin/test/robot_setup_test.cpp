@@ -60,32 +60,26 @@ TEST_F(RobotSetups, FindsTheControllersInThePackagesConfig) {
   EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/controllers.yaml").string());
 }
 
-TEST_F(RobotSetups, SeveralFilesWithControllersAreTheUsersChoice) {
+TEST_F(RobotSetups, SeveralFilesThatFitAreAChoiceThatIsSaid) {
   write_robot("");
   write("config/a.yaml", kManager);
   write("config/b.yaml", kManager);
-  try {
-    set_up();
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("a.yaml"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("--controllers"), std::string::npos);
-  }
+  EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/a.yaml").string());
+  EXPECT_TRUE(told("up.controllers_chosen"));
 }
 
-TEST_F(RobotSetups, ThePluginsParametersComeFirst) {
+TEST_F(RobotSetups, AllFilesOfThePluginAreRead) {
   write("config/a.yaml", kManager);
-  write("config/b.yaml", kManager);
-  write_robot("<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\"><parameters>" +
-              (folder_ / "config/b.yaml").string() + "</parameters></plugin></gazebo>");
-  EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/b.yaml").string());
-}
-
-TEST_F(RobotSetups, PluginsParametersThatDoNotExistAreAnError) {
-  write_robot(
-      "<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\"><parameters>/no/such.yaml</parameters>"
-      "</plugin></gazebo>");
-  EXPECT_THROW(set_up(), InputError);
+  write("config/b.yaml", "arm:\n  ros__parameters:\n    joints: [j]\n");
+  const auto parameters = [&](const char* file) {
+    return "<parameters>" + (folder_ / "config" / file).string() + "</parameters>";
+  };
+  write_robot("<gazebo><plugin filename=\"gz_ros2_control-system\" name=\"p\">" + parameters("a.yaml") +
+              parameters("b.yaml") + "</plugin></gazebo>");
+  const RobotSetup setup = set_up();
+  EXPECT_EQ(setup.controllers_files.size(), 2U);
+  EXPECT_NE(setup.controllers.overrides_for("/arm").find("joints"), nullptr);
+  EXPECT_FALSE(setup.controllers_named);
 }
 
 TEST_F(RobotSetups, MakesControllersWhereThereAreNone) {
@@ -106,6 +100,21 @@ TEST_F(RobotSetups, SimulationIsChosenAndSaidUnlessTheUserChose) {
   diagnostics_ = {};
   EXPECT_NE(set_up({{"use_sim", "false"}}).description.robot.find_link("arm false"), nullptr);
   EXPECT_FALSE(told("up.use_sim"));
+}
+
+TEST_F(RobotSetups, ADescriptionThatOnlySimulationBreaksIsTakenWithoutIt) {
+  write("urdf/my_arm.urdf.xacro",
+        "<robot name=\"my_arm\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">"
+        "<xacro:arg name=\"use_sim\" default=\"false\"/><link name=\"base\"/>"
+        "<xacro:if value=\"$(arg use_sim)\"><p f=\"$(find no_such_package)\"/></xacro:if></robot>");
+  EXPECT_NE(set_up().description.robot.find_link("base"), nullptr);
+  EXPECT_TRUE(told("up.use_sim"));
+  EXPECT_THROW(set_up({{"use_sim", "true"}}), InputError) << "the user's choice stays the user's";
+}
+
+TEST_F(RobotSetups, AXacroFileIsExpandedWithoutThePrefix) {
+  write("urdf/my_arm.urdf.xacro", "<robot name=\"my_arm\"><link name=\"base${1 + 1}\"/></robot>");
+  EXPECT_NE(set_up().description.robot.find_link("base2"), nullptr);
 }
 
 }  // namespace

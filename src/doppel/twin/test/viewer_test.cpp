@@ -270,7 +270,7 @@ TEST_F(Viewers, DrawsWhatCanBeDrawn) {
       joint("loose", "floating", "base", "f", "");
   view(arm("<limit lower=\"-1\" upper=\"1\"/>", more));
   for (const char* rule : {"urdf.axis_zero", "urdf.limits_crossed", "urdf.mimic_unknown", "urdf.mimic_loop",
-                           "model.mimic_not_scalar", "urdf.inertial", "urdf.geometry"})
+                           "urdf.mimic_not_scalar", "urdf.inertial", "urdf.geometry"})
     EXPECT_TRUE(told(rule)) << rule;
   EXPECT_FALSE(diagnostics_.has_errors());
   command({"crossed", "alone", "round", "after", "still"}, {1.5, 0.5, 0.25, 0.125, 1.0});

@@ -1,0 +1,11 @@
+#pragma once
+// The controllers that ROS 2 Jazzy has: a type that is right, and only not available here, is not a typo.
+
+#include <string_view>
+
+namespace doppel {
+
+// Whether ros2_controllers of Jazzy, or a package that comes with it, has a controller of this type.
+bool is_jazzy_type(std::string_view type);
+
+}  // namespace doppel

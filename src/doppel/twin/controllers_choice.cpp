@@ -1,0 +1,290 @@
+#include "doppel/twin/controllers_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+
+#include "doppel/control/parameter_file.h"
+#include "doppel/description/package_folder.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kLargestFile = 1 << 20;  // bytes; nobody writes larger ones by hand
+constexpr std::size_t kMostFiles = 500;           // of one package: a folder of logs is not read whole
+constexpr std::size_t kMostListed = 4;
+
+struct Candidate {
+  fs::path file;
+  std::set<std::string> own, foreign;  // joints that its controllers name, of this robot and of others
+  bool near = false;                   // in the description's package
+  bool named_alike = false;            // its path holds the robot's name
+  bool launched = false;               // a launch file of its package names it
+  int usual = 0;                       // 0: the usual name for such a file
+
+  [[nodiscard]] bool fits() const { return !own.empty() || (near && foreign.empty()); }
+  [[nodiscard]] auto order() const {
+    return std::tuple(-static_cast<long>(own.size()), foreign.size(), !named_alike, !launched, usual, file);
+  }
+};
+
+std::string text_of(const fs::path& file) {
+  std::error_code none;
+  if (!fs::is_regular_file(file, none) || fs::file_size(file, none) > kLargestFile) return "";
+  std::ifstream in(file, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+bool is_manager(std::string_view node) {
+  return node == "controller_manager" || node.ends_with("/controller_manager");
+}
+
+// What a manager is told in a file, whichever namespace it is in.
+std::vector<ParameterOverride> manager_parameters(const ParameterFile& file) {
+  std::vector<ParameterOverride> out = file.overrides_for("/controller_manager").all();
+  if (!out.empty()) return out;
+  for (const std::string& node : file.nodes()) {
+    if (is_manager(node)) return file.overrides_for(node).all();
+  }
+  return out;
+}
+
+bool declares_controllers(const ParameterFile& file) {
+  const auto nodes = file.nodes();
+  if (std::any_of(nodes.begin(), nodes.end(), is_manager)) return true;
+  const auto told = file.overrides_for("/controller_manager").all();
+  return std::any_of(told.begin(), told.end(), [](const auto& o) { return o.name.ends_with(".type"); });
+}
+
+// "joints", "left_wheel_names", "command_joints" and the like.
+bool names_joints(std::string_view parameter) {
+  const std::string_view leaf = parameter.substr(parameter.find_last_of('.') + 1);
+  if (leaf == "extra_joints") return false;  // a broadcaster's, which the robot need not have
+  constexpr std::array kEnds{"joint", "joints", "joint_name", "joint_names", "wheel_names", "wheels_names"};
+  return std::any_of(kEnds.begin(), kEnds.end(), [&](const char* end) { return leaf.ends_with(end); });
+}
+
+void read_joints(const ParameterFile& file, const RobotDescription& robot, Candidate& out) {
+  const auto add = [&](const std::string& name) {
+    (robot.find_joint(name) != nullptr ? out.own : out.foreign).insert(name);
+  };
+  for (const ParameterOverride& told : manager_parameters(file)) {
+    if (!told.name.ends_with(".type")) continue;
+    const std::string controller = told.name.substr(0, told.name.find('.'));
+    const ParameterOverrides its = file.overrides_for("/" + controller);
+    for (const ParameterOverride& o : its.all()) {
+      if (!names_joints(o.name)) continue;
+      if (const auto* one = std::get_if<std::string>(&o.value)) add(*one);
+      if (const auto* many = std::get_if<std::vector<std::string>>(&o.value))
+        std::for_each(many->begin(), many->end(), add);
+    }
+  }
+}
+
+// The manager's own values that would keep it from coming up.
+void check_manager(const ParameterFile& file) {
+  for (const ParameterOverride& told : manager_parameters(file)) {
+    if (told.name != "update_rate") continue;
+    const auto* rate = std::get_if<std::int64_t>(&told.value);
+    if (rate == nullptr || *rate <= 0)
+      throw InputError("parameter.type", told.source, "the update_rate is not a whole number of Hz above 0");
+  }
+}
+
+// Nothing, and a warning, where the file cannot be used.
+std::optional<ParameterFile> usable_file(const fs::path& path, const std::string& text,
+                                         Diagnostics& diagnostics) {
+  try {
+    ParameterFile file = ParameterFile::parse(text, path.string());
+    check_manager(file);
+    return file;
+  } catch (const InputError& error) {
+    const Diagnostic& first = error.diagnostics().front();
+    diagnostics.warning(
+        "up.controllers_unreadable", first.where,
+        fmt::format("this file, which may hold the robot's controllers, cannot be used: {}", first.message),
+        first.mend);
+    return std::nullopt;
+  }
+}
+
+// Nothing where the file declares no controllers for ROS 2, as those for ROS 1 do not.
+std::optional<Candidate> read_candidate(const fs::path& path, const RobotDescription& robot,
+                                        Diagnostics& diagnostics) {
+  const std::string text = text_of(path);
+  if (text.find("ros__parameters") == std::string::npos ||
+      text.find("controller_manager") == std::string::npos)
+    return std::nullopt;
+  const auto file = usable_file(path, text, diagnostics);
+  if (!file || !declares_controllers(*file)) return std::nullopt;
+  Candidate out;
+  out.file = path;
+  read_joints(*file, robot, out);
+  return out;
+}
+
+int rank_of(const std::string& stem) {
+  if (stem == "ros2_controllers") return 0;
+  if (stem == "controllers") return 1;
+  return stem.find("controller") != std::string::npos ? 2 : 3;
+}
+
+// Whether a launch file of the package speaks of the file.
+bool launched_by(const fs::path& package, const std::string& filename) {
+  std::error_code none;
+  std::size_t seen = 0;
+  for (const auto& entry : fs::directory_iterator(package / "launch", none)) {
+    if (++seen > kMostFiles) return false;
+    if (text_of(entry.path()).find(filename) != std::string::npos) return true;
+  }
+  return false;
+}
+
+void add_files(const fs::path& folder, bool deeper, std::vector<fs::path>& out) {
+  std::error_code none;
+  std::size_t seen = 0;
+  for (const auto& entry : fs::directory_iterator(folder, none)) {
+    if (++seen > kMostFiles) return;
+    const fs::path extension = entry.path().extension();
+    if (extension == ".yaml" || extension == ".yml") out.push_back(entry.path());
+    if (deeper && entry.is_directory(none)) add_files(entry.path(), false, out);
+  }
+}
+
+std::vector<Candidate> candidates_of(const fs::path& package, bool near, const RobotDescription& robot,
+                                     Diagnostics& diagnostics) {
+  std::vector<fs::path> files;
+  for (const char* folder : {"config", "controllers"}) add_files(package / folder, true, files);
+  std::sort(files.begin(), files.end());
+  std::vector<Candidate> out;
+  for (const fs::path& file : files) {
+    auto candidate = read_candidate(file, robot, diagnostics);
+    if (!candidate) continue;
+    candidate->near = near;
+    candidate->usual = rank_of(file.stem().string());
+    candidate->named_alike =
+        !robot.name.empty() &&
+        (package.filename() / file.lexically_relative(package)).string().find(robot.name) !=
+            std::string::npos;
+    candidate->launched = launched_by(package, file.filename().string());
+    out.push_back(std::move(*candidate));
+  }
+  return out;
+}
+
+std::vector<Candidate> candidates_beside(const fs::path& package, const RobotDescription& robot,
+                                         Diagnostics& diagnostics) {
+  std::vector<Candidate> out;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(package.parent_path(), none)) {
+    if (entry.path() == package || !entry.is_directory(none) || !is_package(entry.path())) continue;
+    for (Candidate& one : candidates_of(entry.path(), false, robot, diagnostics))
+      out.push_back(std::move(one));
+  }
+  return out;
+}
+
+std::string listed(const std::vector<Candidate>& candidates) {
+  std::string out;
+  for (std::size_t i = 0; i < candidates.size() && i < kMostListed; ++i)
+    out += "\n    " + candidates[i].file.string();
+  if (candidates.size() > kMostListed)
+    out += fmt::format("\n    and {} more", candidates.size() - kMostListed);
+  return out;
+}
+
+std::string reason(const Candidate& best, const Candidate& second) {
+  if (best.own.size() != second.own.size()) return "it names most of the robot's joints";
+  if (best.foreign.size() != second.foreign.size())
+    return "it names the fewest joints that the robot does not have";
+  if (best.named_alike != second.named_alike) return "its path holds the robot's name";
+  if (best.launched != second.launched) return "a launch file names it";
+  return best.usual != second.usual ? "its name is the usual one" : "it is the first by name";
+}
+
+void report_others(const std::vector<Candidate>& others, const RobotDescription& robot,
+                   Diagnostics& diagnostics) {
+  if (others.empty()) return;
+  const std::set<std::string>& foreign = others.front().foreign;
+  diagnostics.note(
+      "up.controllers_of_others", robot.source,
+      fmt::format("{} file{} with controllers {} left alone, for {} of another robot{}:{}", others.size(),
+                  others.size() == 1 ? "" : "s", others.size() == 1 ? "is" : "are",
+                  others.size() == 1 ? "it is" : "they are",
+                  foreign.empty() ? "" : fmt::format(" ('{}' is not a joint here)", *foreign.begin()),
+                  listed(others)),
+      "give the robot's own with --controllers FILE");
+}
+
+// The best of those that fit, with a note where it was a choice.
+std::vector<fs::path> best_of(std::vector<Candidate> all, const RobotDescription& robot,
+                              Diagnostics& diagnostics) {
+  std::sort(all.begin(), all.end(),
+            [](const Candidate& a, const Candidate& b) { return a.order() < b.order(); });
+  std::stable_partition(all.begin(), all.end(), [](const Candidate& c) { return c.fits(); });
+  if (all.empty() || !all.front().fits()) {
+    report_others(all, robot, diagnostics);
+    return {};
+  }
+  std::erase_if(all, [](const Candidate& c) { return !c.fits(); });
+  if (all.size() > 1) {
+    diagnostics.note("up.controllers_chosen", make_location(all.front().file.string()),
+                     fmt::format("{} files declare controllers that fit this robot; this one is taken: {}.{}",
+                                 all.size(), reason(all[0], all[1]), listed(all)),
+                     "choose another with --controllers FILE");
+  }
+  return {all.front().file};
+}
+
+std::vector<fs::path> named_by_plugins(const RobotDescription& robot, Diagnostics& diagnostics) {
+  std::vector<fs::path> files;
+  std::error_code none;
+  for (const GazeboExtension& gazebo : robot.gazebo) {
+    for (const GazeboPlugin& plugin : gazebo.plugins) {
+      for (const std::string& file : plugin.parameter_files) {
+        if (!fs::is_regular_file(file, none)) {
+          diagnostics.warning(
+              "up.controllers_missing", plugin.source,
+              fmt::format("the plugin's <parameters> name the file '{}', which does not exist; others are "
+                          "looked for",
+                          file),
+              "correct the path, or give the file with --controllers FILE");
+        } else if (std::find(files.begin(), files.end(), fs::path(file)) == files.end()) {
+          files.emplace_back(file);
+        }
+      }
+    }
+  }
+  std::vector<ParameterFile> usable;
+  std::erase_if(files, [&](const fs::path& file) {
+    auto parsed = usable_file(file, text_of(file), diagnostics);
+    if (parsed) usable.push_back(std::move(*parsed));
+    return !parsed.has_value();
+  });
+  return std::any_of(usable.begin(), usable.end(), declares_controllers) ? files : std::vector<fs::path>{};
+}
+
+}  // namespace
+
+std::vector<fs::path> find_controllers_files(const RobotDescription& robot, const Target& target,
+                                             Diagnostics& diagnostics) {
+  std::vector<fs::path> named = named_by_plugins(robot, diagnostics);
+  if (!named.empty() || target.package_folder.empty()) return named;
+  const fs::path& package = target.package_folder;
+  std::vector<Candidate> all = candidates_of(package, true, robot, diagnostics);
+  if (std::none_of(all.begin(), all.end(), [](const Candidate& c) { return c.fits(); })) {
+    for (Candidate& one : candidates_beside(package, robot, diagnostics)) all.push_back(std::move(one));
+  }
+  return best_of(std::move(all), robot, diagnostics);
+}
+
+}  // namespace doppel

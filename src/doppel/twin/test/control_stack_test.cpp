@@ -1,0 +1,185 @@
+// A file of controllers that nobody named never stops a robot: what fits runs, and what is left is held.
+#include "doppel/twin/control_stack.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "doppel/twin/twin.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Pair;
+
+std::string link(const std::string& name) {
+  return "<link name=\"" + name +
+         "\"><inertial><mass value=\"0.5\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" "
+         "ixz=\"0\" iyz=\"0\"/></inertial></link>";
+}
+
+std::string joint(const std::string& name, const std::string& parent, const std::string& child) {
+  return "<joint name=\"" + name + "\" type=\"revolute\"><origin xyz=\"0 0 0.5\"/><parent link=\"" + parent +
+         "\"/><child link=\"" + child +
+         "\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"50\" velocity=\"2\"/></joint>";
+}
+
+const std::string kArm = "<robot name=\"arm\">" + link("base") + link("upper") + link("lower") +
+                         joint("shoulder", "base", "upper") + joint("elbow", "upper", "lower");
+const std::string kBroadcaster = "    jsb: {type: joint_state_broadcaster/JointStateBroadcaster}\n";
+
+std::string manager(const std::string& controllers) {
+  return "controller_manager:\n  ros__parameters:\n    update_rate: 100\n" + controllers;
+}
+std::string trajectories(const std::string& name, const std::string& joints) {
+  return name + ":\n  ros__parameters:\n    joints: " + joints +
+         "\n    command_interfaces: [position]\n    state_interfaces: [position, velocity]\n";
+}
+std::string declared(const std::string& name, const std::string& type) {
+  return "    " + name + ": {type: " + type + "}\n";
+}
+const std::string kJtc = "joint_trajectory_controller/JointTrajectoryController";
+
+class FoundControllers : public ::testing::Test {
+ protected:
+  FoundControllers()
+      : folder_(fs::temp_directory_path() / ("doppel_stack_" + std::to_string(::getpid())) / "arm") {
+    fs::create_directories(folder_ / "config");
+    std::ofstream(folder_ / "package.xml") << "<package format=\"3\"><name>arm</name></package>";
+    log_.add_sink([this](const LogLine& line) { said_ += line.text + '\n'; });
+  }
+  ~FoundControllers() override { fs::remove_all(folder_.parent_path()); }
+
+  // Controllers that are there, and what each claims.
+  std::map<std::string, std::vector<std::string>> up(const std::string& yaml, const std::string& more = "",
+                                                     bool named = false) {
+    std::ofstream(folder_ / "arm.urdf") << kArm + more + "</robot>";
+    std::ofstream(folder_ / "config/controllers.yaml") << yaml;
+    Scenario scenario;
+    scenario.target = (folder_ / "arm.urdf").string();
+    if (named) scenario.controllers = folder_ / "config/controllers.yaml";
+    said_.clear();
+    Diagnostics diagnostics;
+    Twin twin(scenario, log_, diagnostics);
+    std::map<std::string, std::vector<std::string>> out;
+    for (const ControllerView& c : twin.controller_manager().controllers()) out[c.name] = c.claimed;
+    // What was made is made again after an edit, too.
+    const auto replacement = twin.prepare(twin.present_controllers(), diagnostics);
+    static_cast<void>(twin.replace(replacement));
+    EXPECT_EQ(twin.controller_manager().controllers().size(), out.size());
+    return out;
+  }
+
+  fs::path folder_;
+  Log log_;
+  std::string said_;
+};
+
+TEST_F(FoundControllers, AllThatFitsRunsAndNothingIsAdded) {
+  const auto there =
+      up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"));
+  EXPECT_THAT(there, ElementsAre(Pair("arm", ElementsAre("shoulder/position", "elbow/position")),
+                                 Pair("jsb", IsEmpty())));
+  EXPECT_EQ(said_.find("up.joints"), std::string::npos) << said_;
+}
+
+TEST_F(FoundControllers, ATypeThatIsNotAvailableIsLeftOut) {
+  const auto there = up(manager(kBroadcaster + declared("base", "diff_drive_controller/DiffDriveController") +
+                                declared("arm", kJtc)) +
+                        "base:\n  ros__parameters:\n    left_wheel_names: [shoulder]\n" +
+                        trajectories("arm", "[shoulder, elbow]"));
+  EXPECT_EQ(there.count("base"), 0U);
+  EXPECT_EQ(there.at("arm").size(), 2U);
+  EXPECT_THAT(said_,
+              HasSubstr("'diff_drive_controller/DiffDriveController' of ROS 2 Jazzy is not available"));
+  EXPECT_THAT(said_, HasSubstr("'base' is left out, the others run"));
+  EXPECT_THAT(said_, HasSubstr("controllers.yaml:5"));
+}
+
+TEST_F(FoundControllers, AMisspeltTypeIsLeftOutWithTheNearest) {
+  const auto there = up(manager(declared("arm", "joint_trajectory_controller/JointTrajectoryControler")));
+  EXPECT_THAT(said_, HasSubstr("did you mean 'joint_trajectory_controller/JointTrajectoryController'?"));
+  EXPECT_THAT(there, ElementsAre(Pair("joint_state_broadcaster", IsEmpty()),
+                                 Pair("joint_trajectory_controller",
+                                      ElementsAre("shoulder/position", "elbow/position"))));
+}
+
+TEST_F(FoundControllers, AnUnknownJointLeavesItsControllerOut) {
+  const auto there = up(manager(kBroadcaster + declared("arm", kJtc) + declared("hand", kJtc)) +
+                        trajectories("arm", "[shoulder, elbow]") + trajectories("hand", "[finger]"));
+  EXPECT_EQ(there.count("hand"), 0U);
+  EXPECT_EQ(there.at("arm").size(), 2U);
+  EXPECT_THAT(said_, HasSubstr("names joint 'finger'"));
+}
+
+TEST_F(FoundControllers, JointsThatNoControllerDrivesAreHeld) {
+  const auto there = up(manager(kBroadcaster + declared("joint_trajectory_controller", kJtc)) +
+                        trajectories("joint_trajectory_controller", "[shoulder]"));
+  EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
+  EXPECT_THAT(there.at("joint_trajectory_controller_rest"), ElementsAre("elbow/position"));
+  EXPECT_THAT(said_, HasSubstr("no controller of this file drives 'elbow'"));
+}
+
+TEST_F(FoundControllers, OfTwoThatClaimOneJointTheTrajectoryControllerRuns) {
+  const auto there =
+      up(manager(kBroadcaster + declared("fast", "position_controllers/JointGroupPositionController") +
+                 declared("arm", kJtc)) +
+         "fast:\n  ros__parameters:\n    joints: [shoulder, elbow]\n" +
+         trajectories("arm", "[shoulder, elbow]"));
+  EXPECT_EQ(there.at("arm").size(), 2U);
+  EXPECT_THAT(there.at("fast"), IsEmpty());
+  EXPECT_THAT(said_, HasSubstr("'fast' stays inactive: 'arm' holds"));
+}
+
+TEST_F(FoundControllers, ABadParameterLeavesItsControllerOut) {
+  const auto there =
+      up(manager(kBroadcaster + declared("arm", kJtc)) +
+         "arm:\n  ros__parameters:\n    joints: [shoulder, elbow]\n    command_interfaces: 3\n");
+  EXPECT_EQ(there.count("arm"), 0U);
+  EXPECT_EQ(there.at("joint_trajectory_controller").size(), 2U);
+  EXPECT_THAT(said_, HasSubstr("controllers.yaml:9:25"));
+}
+
+TEST_F(FoundControllers, AnInterfaceThatNobodyOffersLeavesItsControllerOut) {
+  const std::string hardware =
+      "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
+      "</hardware><joint name=\"shoulder\"><command_interface name=\"position\"/>"
+      "<state_interface name=\"position\"/></joint><joint name=\"elbow\">"
+      "<command_interface name=\"velocity\"/><state_interface name=\"position\"/></joint>"
+      "<joint name=\"ghost\"><command_interface name=\"position\"/></joint></ros2_control>";
+  const auto there =
+      up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"), hardware);
+  EXPECT_EQ(there.count("arm"), 0U);
+  EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
+  EXPECT_THAT(said_, HasSubstr("no controller drives 'elbow'"));
+}
+
+TEST_F(FoundControllers, AnInterfaceThatIsOfferedTwiceIsLeftOutOnce) {
+  std::string hardware =
+      "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
+      "</hardware>";
+  for (const char* name : {"shoulder", "elbow"})
+    hardware += std::string("<joint name=\"") + name +
+                "\"><command_interface name=\"position\"/><state_interface name=\"position\"/></joint>";
+  hardware += "</ros2_control>";
+  const auto there = up(manager(kBroadcaster), hardware + hardware);
+  EXPECT_EQ(there.at("joint_trajectory_controller").size(), 2U);
+}
+
+TEST_F(FoundControllers, ANamedFileIsTakenAsItIs) {
+  EXPECT_THROW(up(manager(declared("arm", kJtc)) + trajectories("arm", "[ghost]"), "", true), InputError);
+  const auto there =
+      up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder]"), "", true);
+  EXPECT_THAT(there, ElementsAre(Pair("arm", ElementsAre("shoulder/position")), Pair("jsb", IsEmpty())));
+}
+
+}  // namespace
+}  // namespace doppel
