@@ -36,7 +36,8 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   fs::path corpus = fs::path(DOPPEL_SOURCE_DIR) / ".." / "shared" / "corpus";
   fs::path program = fs::path(DOPPEL_SOURCE_DIR) / "doppel", reference;
-  std::string python = "/usr/bin/python3";  // not a shim of pyenv, which takes longer than xacro itself
+  std::string python = "python3";  // as the user has it; it may be a script that looks for one, as pyenv's
+  std::string interpreter;         // the program behind it
   int runs = 5;
   std::string part;  // of the cases' names that are measured
 };
@@ -155,7 +156,7 @@ print(sorted(proper)[len(proper) // 2], sorted(whole)[len(whole) // 2])
 struct Row {
   std::string id;
   double proper = 0, expansion = 0, reference_proper = 0, reference_expansion = 0;
-  Process process, reference_process;
+  Process process, reference_process, interpreter_process;  // the last: without what python3's script takes
 };
 
 Row measure(const Options& options, const Json& record, const fs::path& scratch) {
@@ -199,7 +200,11 @@ Row measure(const Options& options, const Json& record, const fs::path& scratch)
     setenv("PYTHONPATH", (folder + ":" + folder + "/src:" + (scratch / "index").string()).c_str(), 1);
     std::vector<std::string> whole{options.python, "-c", "import xacro; xacro.main()", file};
     whole.insert(whole.end(), words.begin() + 3, words.end());
-    row.reference_process = measured(options.runs, whole);
+    row.reference_process = row.interpreter_process = measured(options.runs, whole);
+    if (options.interpreter != options.python) {
+      whole[0] = options.interpreter;
+      row.interpreter_process = measured(options.runs, whole);
+    }
     std::vector<std::string> timed{options.python, "-c", kTimed, folder, folders.dump(), "3", file};
     timed.insert(timed.end(), words.begin() + 3, words.end());
     run(timed, scratch / "answer");
@@ -208,7 +213,8 @@ Row measure(const Options& options, const Json& record, const fs::path& scratch)
   return row;
 }
 
-void print(const std::vector<Row>& rows, bool measured) {
+void print(const std::vector<Row>& rows, const Options& options) {
+  const bool measured = !options.reference.empty();
   fmt::print("{:<44} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7}\n",
              "case (ms; ./doppel: wall, processor)", "proper", "expans.", "wall", "proc.", "ref.pr.",
              "ref.exp", "ref.wall", "ref.proc", "prop. x", "exp. x", "wall x", "proc. x");
@@ -237,6 +243,14 @@ void print(const std::vector<Row>& rows, bool measured) {
       "(reference: {})\n",
       median(wall), median(computed), measured ? "measured in this run" : "from the manifest");
   if (!measured) return;
+  std::vector<double> bare_wall, bare_computed;
+  for (const Row& r : rows) {
+    bare_wall.push_back(r.interpreter_process.wall / r.process.wall);
+    bare_computed.push_back(r.interpreter_process.computed / r.process.computed);
+  }
+  fmt::print(
+      "with the interpreter {} in the place of {}: {:.1f} on the wall, {:.1f} in time of the processor\n",
+      options.interpreter, options.python, median(bare_wall), median(bare_computed));
   std::vector<Row> largest = rows;
   std::sort(largest.begin(), largest.end(),
             [](const Row& a, const Row& b) { return a.reference_expansion > b.reference_expansion; });
@@ -278,6 +292,8 @@ int main(int argc, char** argv) {
   const fs::path scratch = fs::temp_directory_path() / fmt::format("bench_xacro.{}", getpid());
   fs::create_directories(scratch);
   write_index(scratch / "index");
+  run({options.python, "-c", "import sys; print(sys.executable)"}, scratch / "interpreter");
+  std::getline(std::ifstream(scratch / "interpreter") >> std::ws, options.interpreter);
   fs::current_path(options.corpus);
   std::vector<Row> rows;
   for (const Json& record : Json::parse(in)) {
@@ -286,6 +302,6 @@ int main(int argc, char** argv) {
       rows.push_back(measure(options, record, scratch));
   }
   fs::remove_all(scratch);
-  print(rows, !options.reference.empty());
+  print(rows, options);
   return 0;
 }
