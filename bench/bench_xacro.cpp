@@ -113,10 +113,13 @@ fs::path installed(const Options& options, const Json& packages, const fs::path&
   return place;
 }
 
-// What ros/xacro needs of ROS: where packages are, by AMENT_PREFIX_PATH as ament_index_python finds them.
+// What ros/xacro needs of ROS: where packages are, by AMENT_PREFIX_PATH as ament_index_python finds them; and
+// for the branch of ROS 1, $(...) as roslaunch reads it.
 void write_index(const fs::path& folder) {
-  fs::create_directories(folder / "ament_index_python");
-  std::ofstream(folder / "ament_index_python" / "__init__.py");
+  for (const char* package : {"ament_index_python", "roslaunch", "rospkg"}) {
+    fs::create_directories(folder / package);
+    std::ofstream(folder / package / "__init__.py") << "";
+  }
   std::ofstream(folder / "ament_index_python" / "packages.py") << R"py(
 import os
 def get_package_share_directory(name):
@@ -125,6 +128,23 @@ def get_package_share_directory(name):
         if os.path.isdir(folder):
             return folder
     raise LookupError(name)
+)py";
+  std::ofstream(folder / "rospkg" / "common.py") << "class ResourceNotFound(Exception): pass\n";
+  std::ofstream(folder / "roslaunch" / "substitution_args.py") << R"py(
+import os, re
+from ament_index_python.packages import get_package_share_directory
+class ArgException(Exception): pass
+def resolve_args(text, context, resolve_anon=False):
+    def value(match):
+        command, *names = match.group(1).split()
+        if command == 'arg' and names[0] not in context['arg']:
+            raise ArgException(names[0])
+        if command == 'arg':
+            return context['arg'][names[0]]
+        if command == 'find':
+            return get_package_share_directory(names[0])
+        return os.environ.get(names[0], ' '.join(names[1:]))
+    return re.sub(r'[$][(]([^)]*)[)]', value, text)
 )py";
 }
 
