@@ -36,7 +36,8 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   fs::path corpus = fs::path(DOPPEL_SOURCE_DIR) / ".." / "shared" / "corpus";
   fs::path program = fs::path(DOPPEL_SOURCE_DIR) / "doppel", reference;
-  std::string python = "/usr/bin/python3";  // not a shim of pyenv, which takes longer than xacro itself
+  std::string python = "python3";  // as the user has it; it may be a script that looks for one, as pyenv's
+  std::string interpreter;         // the program behind it
   int runs = 5;
   std::string part;  // of the cases' names that are measured
 };
@@ -112,10 +113,13 @@ fs::path installed(const Options& options, const Json& packages, const fs::path&
   return place;
 }
 
-// What ros/xacro needs of ROS: where packages are, by AMENT_PREFIX_PATH as ament_index_python finds them.
+// What ros/xacro needs of ROS: where packages are, by AMENT_PREFIX_PATH as ament_index_python finds them; and
+// for the branch of ROS 1, $(...) as roslaunch reads it.
 void write_index(const fs::path& folder) {
-  fs::create_directories(folder / "ament_index_python");
-  std::ofstream(folder / "ament_index_python" / "__init__.py");
+  for (const char* package : {"ament_index_python", "roslaunch", "rospkg"}) {
+    fs::create_directories(folder / package);
+    std::ofstream(folder / package / "__init__.py") << "";
+  }
   std::ofstream(folder / "ament_index_python" / "packages.py") << R"py(
 import os
 def get_package_share_directory(name):
@@ -124,6 +128,23 @@ def get_package_share_directory(name):
         if os.path.isdir(folder):
             return folder
     raise LookupError(name)
+)py";
+  std::ofstream(folder / "rospkg" / "common.py") << "class ResourceNotFound(Exception): pass\n";
+  std::ofstream(folder / "roslaunch" / "substitution_args.py") << R"py(
+import os, re
+from ament_index_python.packages import get_package_share_directory
+class ArgException(Exception): pass
+def resolve_args(text, context, resolve_anon=False):
+    def value(match):
+        command, *names = match.group(1).split()
+        if command == 'arg' and names[0] not in context['arg']:
+            raise ArgException(names[0])
+        if command == 'arg':
+            return context['arg'][names[0]]
+        if command == 'find':
+            return get_package_share_directory(names[0])
+        return os.environ.get(names[0], ' '.join(names[1:]))
+    return re.sub(r'[$][(]([^)]*)[)]', value, text)
 )py";
 }
 
@@ -155,7 +176,7 @@ print(sorted(proper)[len(proper) // 2], sorted(whole)[len(whole) // 2])
 struct Row {
   std::string id;
   double proper = 0, expansion = 0, reference_proper = 0, reference_expansion = 0;
-  Process process, reference_process;
+  Process process, reference_process, interpreter_process;  // the last: without what python3's script takes
 };
 
 Row measure(const Options& options, const Json& record, const fs::path& scratch) {
@@ -199,7 +220,11 @@ Row measure(const Options& options, const Json& record, const fs::path& scratch)
     setenv("PYTHONPATH", (folder + ":" + folder + "/src:" + (scratch / "index").string()).c_str(), 1);
     std::vector<std::string> whole{options.python, "-c", "import xacro; xacro.main()", file};
     whole.insert(whole.end(), words.begin() + 3, words.end());
-    row.reference_process = measured(options.runs, whole);
+    row.reference_process = row.interpreter_process = measured(options.runs, whole);
+    if (options.interpreter != options.python) {
+      whole[0] = options.interpreter;
+      row.interpreter_process = measured(options.runs, whole);
+    }
     std::vector<std::string> timed{options.python, "-c", kTimed, folder, folders.dump(), "3", file};
     timed.insert(timed.end(), words.begin() + 3, words.end());
     run(timed, scratch / "answer");
@@ -208,7 +233,8 @@ Row measure(const Options& options, const Json& record, const fs::path& scratch)
   return row;
 }
 
-void print(const std::vector<Row>& rows, bool measured) {
+void print(const std::vector<Row>& rows, const Options& options) {
+  const bool measured = !options.reference.empty();
   fmt::print("{:<44} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7}\n",
              "case (ms; ./doppel: wall, processor)", "proper", "expans.", "wall", "proc.", "ref.pr.",
              "ref.exp", "ref.wall", "ref.proc", "prop. x", "exp. x", "wall x", "proc. x");
@@ -237,6 +263,14 @@ void print(const std::vector<Row>& rows, bool measured) {
       "(reference: {})\n",
       median(wall), median(computed), measured ? "measured in this run" : "from the manifest");
   if (!measured) return;
+  std::vector<double> bare_wall, bare_computed;
+  for (const Row& r : rows) {
+    bare_wall.push_back(r.interpreter_process.wall / r.process.wall);
+    bare_computed.push_back(r.interpreter_process.computed / r.process.computed);
+  }
+  fmt::print(
+      "with the interpreter {} in the place of {}: {:.1f} on the wall, {:.1f} in time of the processor\n",
+      options.interpreter, options.python, median(bare_wall), median(bare_computed));
   std::vector<Row> largest = rows;
   std::sort(largest.begin(), largest.end(),
             [](const Row& a, const Row& b) { return a.reference_expansion > b.reference_expansion; });
@@ -278,6 +312,8 @@ int main(int argc, char** argv) {
   const fs::path scratch = fs::temp_directory_path() / fmt::format("bench_xacro.{}", getpid());
   fs::create_directories(scratch);
   write_index(scratch / "index");
+  run({options.python, "-c", "import sys; print(sys.executable)"}, scratch / "interpreter");
+  std::getline(std::ifstream(scratch / "interpreter") >> std::ws, options.interpreter);
   fs::current_path(options.corpus);
   std::vector<Row> rows;
   for (const Json& record : Json::parse(in)) {
@@ -286,6 +322,6 @@ int main(int argc, char** argv) {
       rows.push_back(measure(options, record, scratch));
   }
   fs::remove_all(scratch);
-  print(rows, !options.reference.empty());
+  print(rows, options);
   return 0;
 }

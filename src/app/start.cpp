@@ -60,10 +60,11 @@ int main(int argc, char** argv) {
   setenv("DOPPEL_ROOT", root.c_str(), 1);
   // The words of the command, with the program's name in the place of the folder.
   char** const words = argv + 1;
-  if (doppel::app::must_build(root)) {
+  const bool xacro = argc > 2 && std::string_view(argv[2]) == "xacro";
+  if (doppel::app::must_build(root, xacro ? doppel::app::Part::xacro : doppel::app::Part::all)) {
     if (const int failed = doppel::app::build(root)) return failed;
     become_program(root, words);  // not this one, which may have been built anew as well
   }
-  if (argc < 3 || std::string_view(argv[2]) != "xacro") become_program(root, words);
+  if (!xacro) become_program(root, words);
   return expand(argc - 1, words);
 }

@@ -7,6 +7,7 @@
 
 #include <charconv>
 #include <cstring>
+#include <string_view>
 
 #include "doppel/core/file_descriptor.h"
 
@@ -31,9 +32,22 @@ bool parse_time(const char* begin, const char* end, timespec& out) {
   return std::from_chars(point + 1, point + 10, out.tv_nsec).ec == std::errc{};
 }
 
+// Whether doppel-start is made of it: the rooms that it links, the command line, and how they are built.
+bool makes_xacro(std::string_view path) {
+  if (!path.starts_with("src/")) return !path.starts_with("web/");
+  path.remove_prefix(4);
+  if (path.starts_with("app")) return true;
+  if (!path.starts_with("doppel/")) return true;
+  path.remove_prefix(7);
+  const std::string_view room = path.substr(0, path.find('/'));
+  const bool aside =
+      path.find("/test/") != std::string_view::npos || path.find("/fuzz/") != std::string_view::npos;
+  return (room == "core" || room == "math" || room == "description") && !aside;
+}
+
 }  // namespace
 
-bool must_build(const std::string& root) {
+bool must_build(const std::string& root, Part part) {
   const FileDescriptor folder(open(root.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
   if (!folder.is_open() || faccessat(folder.get(), "build/bin/doppel", X_OK, 0) != 0) return true;
   std::string list = read_list(folder.get());
@@ -45,6 +59,11 @@ bool must_build(const std::string& root) {
     if (blank == nullptr || !parse_time(at, blank, then)) return true;
     *line_end = '\0';
     struct stat now {};
+    const std::string_view path(blank + 1, static_cast<std::size_t>(line_end - blank - 1));
+    if (part == Part::xacro && !makes_xacro(path)) {
+      at = line_end + 1;
+      continue;
+    }
     if (fstatat(folder.get(), blank + 1, &now, 0) != 0 || now.st_mtim.tv_sec != then.tv_sec ||
         now.st_mtim.tv_nsec != then.tv_nsec)
       return true;

@@ -5,11 +5,14 @@
 
 namespace doppel::app {
 
+// What is looked at: everything, or only what the verb xacro is made of, so that an edit of anything else
+// waits for another verb.
+enum class Part { all, xacro };
+
 // True where anything that tools/watched_sources listed for the last build (build/.doppel-built: "SECONDS
 // PATH" a line) has another time of change now, earlier or later, or is gone; where there is no such list;
-// and where the program is not there. Some thousand system calls, and nothing else: it is part of every
-// start.
-bool must_build(const std::string& root);
+// and where the program is not there. One system call for each, and nothing else: it is part of every start.
+bool must_build(const std::string& root, Part part);
 
 // Runs tools/build, whose output goes to stderr. Its exit code.
 int build(const std::string& root);
