@@ -176,6 +176,9 @@ TEST_F(Reload, WhatCannotBeUsedChangesNothing) {
   edit("urdf/omarm.xacro", "<robot", "<robot <");
   EXPECT_THROW(reload(), InputError);
   edit("urdf/omarm.xacro", "<robot <", "<robot");
+  edit("config/ros2_controllers.yaml", "ros__parameters:", "ros__parameters: [");
+  EXPECT_THROW(reload(), InputError);
+  edit("config/ros2_controllers.yaml", "ros__parameters: [", "ros__parameters:");
   edit("config/ros2_controllers.yaml", "\"Revolute 8\"", "\"Revolute 7\"");
   EXPECT_THROW(reload(), InputError);
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-6) << name;

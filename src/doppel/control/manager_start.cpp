@@ -89,12 +89,13 @@ void ControllerManager::Impl::start(std::span<const std::string> names) {
 }
 
 void ControllerManager::Impl::leave_out(const std::string& name, const std::vector<Diagnostic>& why) {
-  for (Diagnostic finding : why) {
-    finding.severity = Severity::warning;
-    finding.message +=
-        fmt::format("{} '{}' is left out, the others run", finding.message.ends_with('?') ? "" : ";", name);
-    tell(log, options.name, finding);
-  }
+  Diagnostic first = why.front();
+  first.severity = Severity::warning;
+  if (why.size() > 1)
+    first.message += fmt::format("{} and {} more", first.message.ends_with('?') ? "" : ",", why.size() - 1);
+  first.message +=
+      fmt::format("{} '{}' is left out, the others run", first.message.ends_with('?') ? "" : ";", name);
+  tell(log, options.name, first);
   if (find(name) != nullptr) static_cast<void>(unload(name));
 }
 

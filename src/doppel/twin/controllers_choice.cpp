@@ -11,7 +11,8 @@
 #include <string>
 #include <tuple>
 
-#include "doppel/control/parameter_file.h"
+#include "doppel/bus/bus.h"
+#include "doppel/control/controller_manager.h"
 #include "doppel/description/package_folder.h"
 
 namespace doppel {
@@ -90,14 +91,14 @@ void read_joints(const ParameterFile& file, const RobotDescription& robot, Candi
   }
 }
 
-// The manager's own values that would keep it from coming up.
+// Throws InputError for values of the manager's own that would keep it from coming up.
 void check_manager(const ParameterFile& file) {
-  for (const ParameterOverride& told : manager_parameters(file)) {
-    if (told.name != "update_rate") continue;
-    const auto* rate = std::get_if<std::int64_t>(&told.value);
-    if (rate == nullptr || *rate <= 0)
-      throw InputError("parameter.type", told.source, "the update_rate is not a whole number of Hz above 0");
-  }
+  Bus bus;
+  const Model model;
+  const ControllerRegistry registry;
+  const Log log;
+  Diagnostics said_later;
+  const ControllerManager manager(bus, model, registry, &file, {}, log, said_later);
 }
 
 // Nothing, and a warning, where the file cannot be used.

@@ -329,6 +329,17 @@ ControllerWish renewed(const ControllerWish& before,
   return wish;
 }
 
+// A file that was found and that an edit has broken does not count as one that is not there.
+void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, const Diagnostics& said) {
+  if (before.controllers_files == after.controllers_files) return;
+  for (const Diagnostic& d : said.all()) {
+    const bool ours = d.rule == "up.controllers_unreadable" && d.where.known() &&
+                      std::find(before.controllers_files.begin(), before.controllers_files.end(),
+                                std::filesystem::path(*d.where.file)) != before.controllers_files.end();
+    if (ours) throw InputError(d.rule, d.where, d.message, d.mend);
+  }
+}
+
 }  // namespace
 
 std::shared_ptr<Twin::Replacement> Twin::prepare(const ControllerWish& wish, Diagnostics& diagnostics) const {
@@ -339,8 +350,16 @@ std::shared_ptr<Twin::Replacement> Twin::prepare(const ControllerWish& wish, Dia
   const Log quiet;
   ControlStack rehearsal(bus, *fresh->machine, impl_->registry, impl_->scenario.enforce_limits, quiet,
                          diagnostics);
+  refuse_lost_controllers(impl_->machine->setup, fresh->machine->setup, diagnostics);
   fresh->wish = renewed(wish, rehearsal.manager().declared_controllers(), impl_->scenario);
-  rehearsal.start(fresh->wish, quiet);
+  // What runs must run on, whoever chose it; what comes new may be left out where nobody chose it.
+  ControllerWish ran = fresh->wish;
+  ran.what_fits = false;
+  std::erase_if(ran.active, [&](const std::string& name) {
+    return std::find(wish.active.begin(), wish.active.end(), name) == wish.active.end();
+  });
+  rehearsal.start(ran, quiet);
+  if (fresh->wish.what_fits) rehearsal.start(fresh->wish, quiet);
   fresh->machine->engine->reset();
   return fresh;
 }

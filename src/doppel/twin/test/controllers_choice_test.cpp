@@ -129,6 +129,14 @@ TEST_F(ControllersChoice, AnUpdateRateThatIsNoneMakesTheFileUnusable) {
   EXPECT_THAT(said("up.controllers_unreadable"), HasSubstr("update_rate"));
 }
 
+TEST_F(ControllersChoice, AnyValueThatTheManagerRefusesMakesTheFileUnusable) {
+  std::string text = yaml("shoulder");
+  text.replace(text.find("update_rate: 50"), 15, "enforce_command_limits: 3");
+  write("arm_description/config/controllers.yaml", text);
+  EXPECT_EQ(chosen(), "");
+  EXPECT_THAT(said("up.controllers_unreadable"), HasSubstr("enforce_command_limits"));
+}
+
 TEST_F(ControllersChoice, WildcardsDeclareControllersToo) {
   write("arm_description/config/controllers.yaml",
         "/**:\n  controller_manager:\n    ros__parameters:\n      c: {type: a/B}\n"
