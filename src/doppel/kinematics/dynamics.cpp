@@ -88,9 +88,11 @@ void inverse_dynamics(const Model& model, Data& data, const ConstVector& q, cons
   data.V_WL[0].setZero();
   data.A_WL[0] << Eigen::Vector3d::Zero(), -gravity;
   data.F_L[0].setZero();
+  data.g_L[0] = gravity;
   for (const ModelJoint& joint : model.joints) {
     const int child = joint.child_link;
     const Pose& X_PL = data.X_PL[child] = parent_to_child(joint, q);
+    data.g_L[child] = X_PL.linear().transpose() * data.g_L[joint.parent_link];
     const Subspace S = subspace_of(joint, X_PL);
     const Vector6 V_joint = S * v.segment(joint.v, joint.nv);
     Vector6& V = data.V_WL[child];
@@ -105,6 +107,11 @@ void inverse_dynamics(const Model& model, Data& data, const ConstVector& q, cons
     if (const auto& body = model.links[child].inertia) {
       const Matrix6 I = spatial_inertia(*body);
       data.F_L[child] = I * A + motion_cross_force(V, I * V);
+      if (model.links[child].weightless) {
+        const Eigen::Vector3d weight_L = body->mass * data.g_L[child];
+        data.F_L[child].tail<3>() += weight_L;
+        data.F_L[child].head<3>() += body->com.cross(weight_L);
+      }
     }
   }
   for (int i = static_cast<int>(model.joints.size()) - 1; i >= 0; --i) {

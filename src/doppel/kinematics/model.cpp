@@ -50,7 +50,7 @@ class Compiler {
             fmt::format("robot '{}' has a link 'world', which stands still, so it cannot float", robot_.name),
             "remove the link 'world' and the joint from it, or keep the base fixed");
       }
-      model_.links.push_back({"world", -1, std::nullopt});
+      model_.links.push_back({"world", -1, std::nullopt, false});
       sources_.push_back(nullptr);
       Joint floating;
       floating.name = root.name + "_floating";
@@ -86,7 +86,10 @@ class Compiler {
   }
 
   void add_link(const Link& link, int joint) {
-    model_.links.push_back({link.name, joint, link_inertia(link, diagnostics_)});
+    const bool weightless = std::any_of(
+        robot_.gazebo.begin(), robot_.gazebo.end(),
+        [&](const GazeboExtension& e) { return e.reference == link.name && e.gravity && !*e.gravity; });
+    model_.links.push_back({link.name, joint, link_inertia(link, diagnostics_), weightless});
     sources_.push_back(&link);
   }
 
@@ -256,6 +259,7 @@ Data::Data(const Model& model)
     : X_WL(model.links.size(), Pose::Identity()),
       V_WL(model.links.size(), Eigen::Matrix<double, 6, 1>::Zero()),
       A_WL(model.links.size(), Eigen::Matrix<double, 6, 1>::Zero()),
+      g_L(model.links.size(), Eigen::Vector3d::Zero()),
       F_L(model.links.size(), Eigen::Matrix<double, 6, 1>::Zero()),
       tau(Eigen::VectorXd::Zero(model.nv)),
       zero_v(Eigen::VectorXd::Zero(model.nv)),

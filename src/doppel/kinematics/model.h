@@ -47,6 +47,7 @@ struct ModelLink {
   // In the link frame, as it is simulated: as written, or repaired or assumed with a warning. Absent: a
   // massless frame.
   std::optional<MassProperties> inertia;
+  bool weightless = false;  // <gazebo> turns gravity off for it: a counterbalanced link
 };
 
 struct Model {
@@ -87,11 +88,12 @@ struct Data {
   std::vector<Pose> X_WL;  // [links] link in world (the root link's frame)
   // -- inverse_dynamics
   using Vector6 = Eigen::Matrix<double, 6, 1>;
-  std::vector<Vector6> V_WL;  // [links] angular, linear; at the link's origin, in link axes
-  std::vector<Vector6> A_WL;  // [links] acceleration, same point and axes; minus gravity
-  std::vector<Vector6> F_L;   // [links] torque and force that hold the link's subtree, same point and axes
-  Eigen::VectorXd tau;        // [nv] N m or N
-  Eigen::VectorXd zero_v;     // [nv] of gravity_torques
+  std::vector<Vector6> V_WL;         // [links] angular, linear; at the link's origin, in link axes
+  std::vector<Vector6> A_WL;         // [links] acceleration, same point and axes; minus gravity
+  std::vector<Eigen::Vector3d> g_L;  // [links] gravity in link axes, m/s^2
+  std::vector<Vector6> F_L;  // [links] torque and force that hold the link's subtree, same point and axes
+  Eigen::VectorXd tau;       // [nv] N m or N
+  Eigen::VectorXd zero_v;    // [nv] of gravity_torques
   // -- inverse_dynamics and mass_matrix
   std::vector<Pose> X_PL;  // [links] link in its parent
   // -- mass_matrix

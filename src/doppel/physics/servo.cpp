@@ -101,6 +101,8 @@ std::vector<ServoParameters> choose_servos(const Model& model, const ServoOption
                     std::sqrt(servo.stiffness * std::max(inertia[at], standing.inertia[at]));
     servo.effort = joint.effort;
     servo.velocity = joint.velocity;
+    if (std::isfinite(joint.effort))
+      servo.rotor_inertia = std::max(0.0, joint.effort * kShortestSpinUp / joint.velocity - inertia[at]);
     servo.ideal = options.ideal;
   }
   return servos;

@@ -30,13 +30,19 @@ inline constexpr double kFullEffortError = 0.1;         // rad
 inline constexpr double kFullEffortSlideError = 0.005;  // m
 inline constexpr double kStiffestFrequency = 500.0;     // rad/s
 inline constexpr Duration kStreamGap{50'000'000};       // 50 ms
+inline constexpr double kShortestSpinUp = 1e-4;         // s, from standstill to the velocity limit
 
 struct ServoParameters {
   double stiffness = 0;         // N m/rad or N/m
   double damping = 0;           // N m s/rad or N s/m
   double effort = kInfinity;    // N m or N
   double velocity = kInfinity;  // rad/s or m/s
-  bool ideal = false;           // follows the target exactly, whatever it carries; only on request
+  // kg m^2 or kg, of the motor behind its gear while the joint is commanded by effort: so much that the whole
+  // effort takes kShortestSpinUp to reach the velocity limit (a motor's mechanical time constant is 5 to 50
+  // ms). Zero where what the joint carries is more. Without it a 5 N m servo turns a bare horn of 1e-6 kg m^2
+  // by 5000 rad/s in 1 ms.
+  double rotor_inertia = 0;
+  bool ideal = false;  // follows the target exactly, whatever it carries; only on request
 };
 
 struct ServoOptions {

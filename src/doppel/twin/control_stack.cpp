@@ -13,6 +13,7 @@ namespace {
 constexpr const char* kManager = "controller_manager";
 constexpr const char* kBroadcaster = "joint_state_broadcaster/JointStateBroadcaster";
 constexpr const char* kTrajectories = "joint_trajectory_controller/JointTrajectoryController";
+constexpr const char* kVelocities = "velocity_controllers/JointGroupVelocityController";
 
 bool is_loaded(const ControllerManager& manager, const std::string& name) {
   const auto loaded = manager.controllers();
@@ -32,6 +33,7 @@ struct Offer {
   std::set<std::string> commands;               // takes commands of any kind
   std::set<std::string> driven;                 // an active controller holds one of them
   std::set<std::string> positions, velocities;  // takes positions and reports them; reports velocities
+  std::set<std::string> speeds;                 // takes velocities
 };
 
 Offer offer_of(const ControllerManager& manager) {
@@ -51,6 +53,7 @@ Offer offer_of(const ControllerManager& manager) {
     if (command.available) out.commands.insert(joint);
     if (!command.claimed_by.empty()) out.driven.insert(joint);
     if (command.available && quantity == kPosition && reported.contains(joint)) out.positions.insert(joint);
+    if (command.available && quantity == kVelocity) out.speeds.insert(joint);
   }
   return out;
 }
@@ -174,41 +177,49 @@ void ControlStack::hold_the_rest(const Log& log) {
     start_generated(free_name(*manager_, "joint_state_broadcaster"), kBroadcaster, log);
 
   const Offer offer = offer_of(*manager_);
-  std::vector<std::string> held, passive;
+  std::vector<std::string> held, stopped, passive;
   bool velocities = true;
   for (const ModelJoint& joint : model_.joints) {
     if (!joint.scalar() || joint.mimics() || !offer.commands.contains(joint.name) ||
         offer.driven.contains(joint.name))
       continue;
     const bool position = offer.positions.contains(joint.name);
-    (position ? held : passive).push_back(joint.name);
+    (position ? held : offer.speeds.contains(joint.name) ? stopped : passive).push_back(joint.name);
     velocities = velocities && (!position || offer.velocities.contains(joint.name));
   }
-  const SourceLocation where = make_location(controllers_.name());
-  if (!held.empty()) {
-    const std::string name = free_name(*manager_, "joint_trajectory_controller");
-    const std::string origin = "<generated controllers>";
-    controllers_.add(name, "joints", held, origin);
-    controllers_.add(name, "command_interfaces", std::vector<std::string>{kPosition}, origin);
-    controllers_.add(
-        name, "state_interfaces",
-        velocities ? std::vector<std::string>{kPosition, kVelocity} : std::vector<std::string>{kPosition},
-        origin);
-    if (start_generated(name, kTrajectories, log)) {
-      tell(log, kManager,
-           {Severity::note, "up.joints_held",
-            fmt::format("no controller of this file drives {}; '{}' was made to hold {}", quoted_names(held),
-                        name, held.size() == 1 ? "it" : "them"),
-            where, "add them to a controller, or give another file with --controllers FILE"});
-    }
-  }
+  hold("joint_trajectory_controller", kTrajectories, held,
+       {{"command_interfaces", {kPosition}},
+        {"state_interfaces",
+         velocities ? std::vector<std::string>{kPosition, kVelocity} : std::vector<std::string>{kPosition}}},
+       log);
+  hold("velocity_controller", kVelocities, stopped, {}, log);
   if (!passive.empty()) {
     tell(log, kManager,
          {Severity::note, "up.joints_passive",
-          fmt::format("no controller drives {}, which take{} no positions: passive, moved by what pushes",
+          fmt::format("no controller drives {}, which take{} efforts only: passive, moved by what pushes",
                       quoted_names(passive), passive.size() == 1 ? "s" : ""),
-          where, "start a controller for their velocity or effort"});
+          make_location(controllers_.name()), "start a controller for their effort"});
   }
+}
+
+// A generated controller over joints that nothing drives; with it a robot stays as it is, and can be
+// commanded.
+void ControlStack::hold(const std::string& wanted_name, const std::string& type,
+                        const std::vector<std::string>& joints,
+                        const std::vector<std::pair<std::string, std::vector<std::string>>>& parameters,
+                        const Log& log) {
+  if (joints.empty()) return;
+  const std::string name = free_name(*manager_, wanted_name);
+  const std::string origin = "<generated controllers>";
+  controllers_.add(name, "joints", joints, origin);
+  for (const auto& [parameter, value] : parameters) controllers_.add(name, parameter, value, origin);
+  if (!start_generated(name, type, log)) return;
+  tell(log, kManager,
+       {Severity::note, "up.joints_held",
+        fmt::format("no controller of this file drives {}; '{}' was made to hold {}", quoted_names(joints),
+                    name, joints.size() == 1 ? "it" : "them"),
+        make_location(controllers_.name()),
+        "add them to a controller, or give another file with --controllers FILE"});
 }
 
 ControllerWish ControlStack::wish_of(const std::vector<std::string>& activate) const {

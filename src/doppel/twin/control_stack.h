@@ -44,6 +44,8 @@ class ControlStack {
 
  private:
   void hold_the_rest(const Log& log);
+  void hold(const std::string& wanted_name, const std::string& type, const std::vector<std::string>& joints,
+            const std::vector<std::pair<std::string, std::vector<std::string>>>& parameters, const Log& log);
   // Whether it runs now; a warning says why not.
   bool start_generated(const std::string& name, const std::string& type, const Log& log);
 

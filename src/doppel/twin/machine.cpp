@@ -36,6 +36,47 @@ void report_base(const RobotDescription& robot, const Model& model, const Engine
       "--base floating lets it fall and move");
 }
 
+void report_weightless(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  for (const ModelLink& link : model.links) {
+    if (link.weightless) names.push_back(link.name);
+  }
+  if (names.empty()) return;
+  diagnostics.note(
+      "up.gravity_off", robot.find_link(names.front())->source,
+      fmt::format("<gazebo> turns gravity off for '{}'{}: no weight, but mass and inertia", names.front(),
+                  names.size() > 1 ? fmt::format(" and {} more links", names.size() - 1) : ""));
+}
+
+// Joints that are described to be driven by effort and carry next to nothing (servo.h).
+void report_rotors(const RobotDescription& robot, const Model& model,
+                   const std::vector<ServoParameters>& servos,
+                   const std::vector<HardwareDescription>& hardware, Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  double largest = 0.0;
+  for (const HardwareDescription& component : hardware) {
+    for (const HardwareJointDescription& entry : component.joints) {
+      const int index = model.find_joint(entry.name);
+      const double rotor = index < 0 ? 0.0 : servos[static_cast<std::size_t>(index)].rotor_inertia;
+      const bool effort = std::any_of(entry.command_interfaces.begin(), entry.command_interfaces.end(),
+                                      [](const auto& i) { return i.name == kEffort; });
+      if (!effort || !(rotor > 0) || robot.hardware.empty()) continue;
+      names.push_back(entry.name);
+      largest = std::max(largest, rotor);
+    }
+  }
+  if (names.empty()) return;
+  const Joint* const first = robot.find_joint(names.front());
+  diagnostics.note(
+      "up.rotor_inertia", first != nullptr ? first->source : robot.source,
+      fmt::format("'{}'{} carries so little that its effort limit would bring it to its velocity limit "
+                  "within 0.1 ms; "
+                  "commanded by effort it has a motor's inertia of up to {:.2g} kg m^2 beside its own",
+                  names.front(), names.size() > 1 ? fmt::format(" and {} more joints", names.size() - 1) : "",
+                  largest),
+      "check the effort limit and the link's inertia against the drive's data sheet");
+}
+
 // Links that start inside the ground or an object, with what they are part of.
 void report_overlaps(const RobotDescription& robot, const Engine& engine, Diagnostics& diagnostics) {
   for (const ExcludedPair& pair : engine.excluded_pairs()) {
@@ -113,7 +154,9 @@ Machine::Machine(const Scenario& scenario, Diagnostics& diagnostics)
   engine = make_mujoco_engine(robot, model, setup.world, options, diagnostics);
   report_base(robot, model, *engine, base, scenario.base.has_value(), diagnostics);
   report_overlaps(robot, *engine, diagnostics);
+  report_weightless(robot, model, diagnostics);
   hardware = hardware_of(setup, model, diagnostics);
+  report_rotors(robot, model, servos, hardware, diagnostics);
 }
 
 Eigen::Vector3d Machine::gravity_R() const {

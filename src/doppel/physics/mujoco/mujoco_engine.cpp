@@ -56,11 +56,12 @@ void MujocoEngine::make_drives(const EngineOptions& options) {
 // the Coriolis derivatives.
 void MujocoEngine::write_armature(int joint) {
   const ModelJoint& of = model_.joints[joint];
-  const double drive = drive_of_joint_[joint] < 0 ? 0.0 : drives_[drive_of_joint_[joint]].damping();
-  for (int i = 0; implicit_damping_ && i < of.nv; ++i) {
-    m()->dof_armature[of.v + i] = to_seconds(world_.step) * (of.damping + drive);
-  }
-  armature_changed_ = implicit_damping_;
+  const Drive* const drive = drive_of_joint_[joint] < 0 ? nullptr : &drives_[drive_of_joint_[joint]];
+  const double damping = implicit_damping_ ? of.damping + (drive != nullptr ? drive->damping() : 0.0) : 0.0;
+  const double rotor =
+      drive != nullptr && drive->mode() == DriveMode::effort ? drive->servo().rotor_inertia : 0.0;
+  for (int i = 0; i < of.nv; ++i) m()->dof_armature[of.v + i] = to_seconds(world_.step) * damping + rotor;
+  armature_changed_ = true;
 }
 
 void MujocoEngine::write_drives() {
@@ -141,19 +142,26 @@ void MujocoEngine::lift_wrenches() {
 }
 
 // MuJoCo takes wrenches at the body's centre of mass.
-void MujocoEngine::write_wrench(int body, const AppliedWrench& wrench) {
+void MujocoEngine::add_wrench(int body, const AppliedWrench& wrench) {
   if (!wrench.on) return;
   const Eigen::Vector3d arm = body_pose(body) * wrench.p_BoP_B - vector_at(d()->xipos + 3 * body);
   double* out = d()->xfrc_applied + 6 * body;
-  Eigen::Map<Eigen::Vector3d>(out, 3) = wrench.force_W;
-  Eigen::Map<Eigen::Vector3d>(out + 3, 3) = wrench.torque_W + arm.cross(wrench.force_W);
+  Eigen::Map<Eigen::Vector3d>(out, 3) += wrench.force_W;
+  Eigen::Map<Eigen::Vector3d>(out + 3, 3) += wrench.torque_W + arm.cross(wrench.force_W);
 }
 
 void MujocoEngine::write_wrenches() {
+  std::fill_n(d()->xfrc_applied, 6 * m()->nbody, 0.0);
   for (std::size_t i = 0; i < wrenches_.size(); ++i)
-    write_wrench(state_->body_of_link(static_cast<int>(i)), wrenches_[i]);
+    add_wrench(state_->body_of_link(static_cast<int>(i)), wrenches_[i]);
   for (std::size_t i = 0; i < object_wrenches_.size(); ++i)
-    write_wrench(state_->object(i).body, object_wrenches_[i]);
+    add_wrench(state_->object(i).body, object_wrenches_[i]);
+  for (std::size_t i = 0; any_weightless_ && i < model_.links.size(); ++i) {
+    const ModelLink& link = model_.links[i];
+    if (!link.weightless || !link.inertia) continue;
+    add_wrench(state_->body_of_link(static_cast<int>(i)),
+               {true, link.inertia->com, -link.inertia->mass * world_.gravity, Eigen::Vector3d::Zero()});
+  }
 }
 
 // mj_step in its two halves, the second first: what depends on positions and velocities is then of the new
@@ -180,7 +188,7 @@ void MujocoEngine::step() {
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     d()->ctrl[k] = drives_[k].advance(d()->actuator_length[k]);
   }
-  if (any_wrench_) write_wrenches();
+  if (any_wrench_ || any_weightless_) write_wrenches();
   write_applied(d());
   const auto nq = static_cast<std::size_t>(m()->nq), nv = static_cast<std::size_t>(m()->nv);
   std::copy_n(d()->qpos, nq, kept_.data());

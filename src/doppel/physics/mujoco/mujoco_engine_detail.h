@@ -38,6 +38,8 @@ class MujocoEngine final : public Engine {
     if (q0_.size() != model.nq) throw std::invalid_argument("EngineOptions::q0 has the wrong size");
     floating_ = std::any_of(model.joints.begin(), model.joints.end(),
                             [](const ModelJoint& joint) { return joint.type == JointType::floating; });
+    any_weightless_ = std::any_of(model.links.begin(), model.links.end(),
+                                  [](const ModelLink& link) { return link.weightless; });
     make_drives(options);
     if (options.set_on_ground) set_on_ground();
     choose_exclusions(options.self_collision);
@@ -143,7 +145,7 @@ class MujocoEngine final : public Engine {
   bool note_touching(const Contact& contact);
   void set_on_ground();
   double lowest_point() const;
-  void write_wrench(int body, const AppliedWrench& wrench);
+  void add_wrench(int body, const AppliedWrench& wrench);
   void write_wrenches();
   void lift_wrenches();
   void advance();
@@ -178,6 +180,7 @@ class MujocoEngine final : public Engine {
   std::vector<AppliedWrench> wrenches_;         // [links]
   std::vector<AppliedWrench> object_wrenches_;  // [objects]
   bool any_wrench_ = false;
+  bool any_weightless_ = false;  // a link that gravity does not pull
   bool diverged_ = false;
   std::int64_t steps_ = 0;
 };

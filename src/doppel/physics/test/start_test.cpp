@@ -140,6 +140,44 @@ TEST(Start, HeldJointsWithFrictionAndFollowersAreAtRestAtEveryStep) {
   }
 }
 
+TEST(Start, LinksWithoutGravityAreHeldByNothing) {
+  RobotDescription robot = make_leg();
+  robot.links[2].collisions.clear();
+  GazeboExtension off;
+  off.reference = "shank";
+  off.gravity = false;
+  robot.gazebo.push_back(off);
+  Rig rig(robot);
+  rig.set_state({0.0, 0.5});
+  Data data(rig.model);
+  gravity_torques(rig.model, data, Eigen::Vector2d(0.3, 0.5), {0, 0, -9.81});
+  EXPECT_NEAR(data.tau[1], 0.0, 1e-12) << "the shank has no weight";
+  EXPECT_NEAR(data.tau[0], 1.0 * 9.81 * 0.2 * std::sin(0.3), 1e-9) << "the thigh has";
+  rig.run(0.3);
+  EXPECT_NEAR(rig.v("knee"), 0.0, 1e-9);
+  EXPECT_NEAR(rig.q("knee"), 0.5, 1e-9);
+  // A wrench from outside acts beside it.
+  rig.engine->apply_wrench(2, {0, 0, -0.2}, {1, 0, 0}, Eigen::Vector3d::Zero());
+  rig.run(0.1);
+  EXPECT_GT(std::abs(rig.v("knee")), 1e-2);
+}
+
+// 5 N m on 1e-6 kg m^2 would be 5000 rad/s after one step.
+TEST(Start, EffortOnABareHornIsThatOfAMotorWithARotor) {
+  RobotDescription robot = make_leg();
+  robot.links[2] = make_link("shank", 1e-4, {0, 0, 0}, {1e-6, 1e-6, 1e-6});
+  test::limit(robot.joints[1], -100, 100, 5, 1.5);
+  Rig rig(robot);
+  EXPECT_NEAR(rig.engine->servos()[static_cast<std::size_t>(rig.joint("knee"))].rotor_inertia, 5 * 1e-4 / 1.5,
+              2e-6);
+  EXPECT_EQ(rig.engine->servos()[static_cast<std::size_t>(rig.joint("hip"))].rotor_inertia, 0.0);
+  rig.engine->set_drive(rig.joint("hip"), DriveMode::position);
+  rig.engine->set_drive(rig.joint("knee"), DriveMode::effort);
+  rig.engine->set_target(rig.joint("knee"), 5.0);
+  rig.engine->step();
+  EXPECT_NEAR(std::abs(rig.v("knee")), 15.0, 1.0) << "ten times its velocity limit after 1 ms";
+}
+
 TEST(Start, TinyBodiesAreNotRefused) {
   RobotDescription robot = make_leg();
   robot.links[2] = make_link("shank", 1e-8, {0, 0, 0}, {1e-20, 1e-20, 1e-20});
