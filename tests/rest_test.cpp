@@ -21,7 +21,13 @@ constexpr int kShards = 8;  // so that several cores share the corpus
 
 // What cannot be at rest, each with the cause that the report has to name.
 const std::map<std::string, std::string>& restless() {
-  static const std::map<std::string, std::string> cases{};
+  // Heavier, as they are written, than the effort limits that are written can hold.
+  static const std::map<std::string, std::string> cases{
+      {"moveo-moveo_urdf", "its effort limit of 5 N m does not hold it"},
+      {"moveo-moveo_urdf_new", "its effort limit of 5 N m does not hold it"},
+      {"moveo-moveo_urdf_og", "its effort limit of 5 N m does not hold it"},
+      {"erd_open-simple_humanoid", "its effort limit of 30 N m does not hold it"},
+      {"erd_open-simple_humanoid_classical", "its effort limit of 30 N m does not hold it"}};
   return cases;
 }
 

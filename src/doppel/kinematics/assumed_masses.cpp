@@ -21,7 +21,7 @@ constexpr double kThickness = 0.3;          // of a bar's length
 constexpr double kShortest = 0.1;           // of the longest bar
 constexpr double kSmallestMass = 1e-6;      // kg: shapes that enclose less are no bodies
 constexpr double kHeld = 0.5;               // of a drive's effort that gravity may ask for
-constexpr double kLeastScale = 0.01;
+constexpr double kLeastScale = 1e-4;
 constexpr std::size_t kNamesShown = 8;
 const Eigen::Vector3d kGravity{0, 0, -9.81};  // m/s^2, in the root link's axes
 

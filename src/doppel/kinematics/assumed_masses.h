@@ -18,7 +18,7 @@ namespace doppel {
 //            tenths as thick as long. A body that carries none, or whose joints meet in a point, is half as
 //            long as the way to its own joint, and no bar is shorter than a tenth of the longest.
 // Where no body of the robot has a mass of its own, all are scaled down together until each drive holds twice
-// what gravity asks of it (at most to a hundredth). One warning "model.no_inertial" names them all.
+// what gravity asks of it (at most to a ten-thousandth). One warning "model.no_inertial" names them all.
 // `sources`: the description's link of each of model.links; null: none. Leaves model.total_mass alone.
 void assume_masses(Model& model, const std::vector<const Link*>& sources, Diagnostics& diagnostics);
 

@@ -159,7 +159,17 @@ TEST_F(FoundControllers, AnInterfaceThatNobodyOffersLeavesItsControllerOut) {
       up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"), hardware);
   EXPECT_EQ(there.count("arm"), 0U);
   EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
-  EXPECT_THAT(said_, HasSubstr("no controller drives 'elbow'"));
+  EXPECT_THAT(there.at("velocity_controller"), ElementsAre("elbow/velocity")) << "held at zero velocity";
+}
+
+TEST_F(FoundControllers, JointsThatTakeEffortsOnlyArePassive) {
+  const std::string hardware =
+      "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
+      "</hardware><joint name=\"shoulder\"><command_interface name=\"position\"/>"
+      "<state_interface name=\"position\"/></joint><joint name=\"elbow\">"
+      "<command_interface name=\"effort\"/><state_interface name=\"position\"/></joint></ros2_control>";
+  up(manager(kBroadcaster), hardware);
+  EXPECT_THAT(said_, HasSubstr("no controller drives 'elbow', which takes efforts only"));
 }
 
 TEST_F(FoundControllers, AnInterfaceThatIsOfferedTwiceIsLeftOutOnce) {
