@@ -98,7 +98,7 @@ std::string controllers_line(const Snapshot& snapshot, const Painter& paint) {
     const bool active = controller.state == ControllerState::active;
     out += controller.name + " " + paint.paint(active ? "32" : "33", doppel::to_string(controller.state));
   }
-  return out.empty() ? paint.paint("33", "no controllers: the joints are limp") : out;
+  return out.empty() ? paint.paint("33", "no controllers: the joints are passive") : out;
 }
 
 }  // namespace

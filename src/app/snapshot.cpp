@@ -58,7 +58,7 @@ std::string to_json(const Summary& summary) {
   out["rest"] = nullptr;
   if (summary.rest) {
     out["rest"] = {{"time_s", to_seconds(summary.rest->at)},
-                   {"at_rest", summary.rest->complaints.empty()},
+                   {"joints_at_rest", summary.rest->complaints.empty()},
                    {"complaints", summary.rest->complaints},
                    {"base_linear", number(summary.rest->base_linear)},
                    {"base_angular", number(summary.rest->base_angular)}};

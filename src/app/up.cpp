@@ -31,6 +31,8 @@
 namespace doppel::app {
 namespace {
 
+constexpr std::size_t kPairsShown = 8;
+
 struct UpOptions {
   DescribedBy robot;
   std::string world, controllers, base = "auto", speed = "1", stamp = "sim";
@@ -124,7 +126,7 @@ std::string controllers_text(const std::vector<ControllerView>& controllers) {
     out += fmt::format("{}{} ({})", out.empty() ? "" : ", ", controller.name,
                        doppel::to_string(controller.state));
   }
-  return out.empty() ? "none: the joints are limp" : out;
+  return out.empty() ? "none: the joints are passive" : out;
 }
 
 void print_banner(Twin& twin, const std::string& engine) {
@@ -144,7 +146,10 @@ void print_banner(Twin& twin, const std::string& engine) {
   tell("  contact      ground and links; {} pairs of neighbours left out\n",
        excluded.size() - touching.size());
   if (!touching.empty()) {
-    tell("               and what touches at the start: {}\n", fmt::join(touching, ", "));
+    const std::size_t shown = std::min(touching.size(), kPairsShown);
+    tell("               and what touches at the start: {}{}\n",
+         fmt::join(touching.begin(), touching.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+         touching.size() > shown ? fmt::format(" and {} more", touching.size() - shown) : "");
   }
   bool heading = false;
   for (const SagReport& sag : twin.gravity_sag()) {
@@ -258,7 +263,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_option("--activate", options->activate,
                  "Start only these controllers; the others are loaded, inactive")
       ->delimiter(',');
-  up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are limp");
+  up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are passive");
   up->add_option("--plugin", options->plugins, "A shared library with controllers of your own")->take_all();
   up->add_option("--world", options->world, "A world file (YAML): gravity, step, ground, objects");
   up->add_option(

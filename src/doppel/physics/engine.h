@@ -94,6 +94,9 @@ class Engine {
   // their leaders.
   virtual void set_state(std::span<const double> q, std::span<const double> v) = 0;
 
+  // Lifts a floating joint from the root so far that no shape of the robot is below the ground.
+  virtual void lift_out_of_ground() = 0;
+
   // Targets that are no finite numbers are ignored. Switching to position or velocity starts from where the
   // joint is. Precondition: joints[joint] is scalar, no mimic.
   virtual void set_drive(int joint, DriveMode mode) = 0;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -17,16 +18,18 @@ namespace {
 constexpr std::array<std::string_view, 9> kMobilePlugins{"diff_drive",  "diffdrive", "skid_steer",
                                                          "skidsteer",   "ackermann", "mecanum",
                                                          "planar_move", "tricycle",  "omni_drive"};
-// Parts of legs that nothing else has, as parts of names and as whole words, and words that count beside one
-// of them.
-constexpr std::array<std::string_view, 7> kLegParts{"knee",  "ankle", "thigh", "shank",
-                                                    "tibia", "femur", "foot"};
-constexpr std::array<std::string_view, 8> kLegPartWords{"calf", "shin",   "haa",  "hfe",
-                                                        "kfe",  "tarsus", "lleg", "rleg"};
-constexpr std::array<std::string_view, 6> kLegWords{"hip", "leg", "legs", "hips", "toe", "crotch"};
+// Parts of legs that nothing else has: anywhere in a name, and as whole words.
+constexpr std::array<std::string_view, 11> kLegParts{"knee",      "ankle",    "thigh",   "shank",
+                                                     "tibia",     "femur",    "foot",    "upper_leg",
+                                                     "lower_leg", "upperleg", "lowerleg"};
+constexpr std::array<std::string_view, 8> kLegWords{"calf", "shin",   "haa", "hfe",
+                                                    "kfe",  "tarsus", "leg", "legs"};
+constexpr std::string_view kNoFoot = "footprint";
 constexpr std::size_t kNamesShown = 3;
-constexpr double kSameRadius = 0.01;  // relative
-constexpr double kAlongAxis = 0.99;   // cosine between a wheel's axis and its joint's
+constexpr double kSameRadius = 0.01;                  // relative
+constexpr double kAlongAxis = 0.99;                   // cosine between a wheel's axis and its joint's
+constexpr double kLying = 0.5;                        // the upward part of a wheel's axis is less
+constexpr double kFewTurns = 4.0 * std::numbers::pi;  // rad: who limits a joint to more means a wheel
 
 bool moves(const Joint& joint) {
   return joint.type == JointType::revolute || joint.type == JointType::continuous ||
@@ -34,7 +37,28 @@ bool moves(const Joint& joint) {
 }
 
 bool turns_for_ever(const Joint& joint) {
-  return joint.type == JointType::continuous || (joint.type == JointType::revolute && !joint.limits);
+  if (joint.type == JointType::continuous) return true;
+  return joint.type == JointType::revolute &&
+         (!joint.limits || joint.limits->upper - joint.limits->lower > kFewTurns);
+}
+
+// The joints from this one up to the root.
+std::vector<const Joint*> way_to_root(const RobotDescription& robot, const Joint& joint) {
+  std::vector<const Joint*> out{&joint};
+  while (out.size() <= robot.joints.size()) {
+    const auto up = std::find_if(robot.joints.begin(), robot.joints.end(),
+                                 [&](const Joint& other) { return other.child == out.back()->parent; });
+    if (up == robot.joints.end()) break;
+    out.push_back(&*up);
+  }
+  return out;
+}
+
+// Whether what turns about the joint rolls on the ground: its axis lies, with all joints at zero.
+bool lies(const RobotDescription& robot, const Joint& joint) {
+  Eigen::Vector3d axis = joint.axis.normalized();
+  for (const Joint* at : way_to_root(robot, joint)) axis = at->origin.pose().linear() * axis;
+  return std::abs(axis.z()) < kLying;
 }
 
 std::string shown(const std::vector<std::string>& names) {
@@ -94,7 +118,8 @@ std::vector<std::string> wheels_of(const RobotDescription& robot) {
     const bool leaf = std::none_of(robot.joints.begin(), robot.joints.end(), [&](const Joint& other) {
       return other.parent == joint.child && moves(other);
     });
-    const auto radius = link != nullptr && leaf ? round_about(*link, joint) : std::nullopt;
+    const auto radius =
+        link != nullptr && leaf && lies(robot, joint) ? round_about(*link, joint) : std::nullopt;
     if (!radius) continue;
     if (!first_radius) first_radius = radius;
     if (std::abs(*radius - *first_radius) <= kSameRadius * *first_radius) by_shape.push_back(joint.name);
@@ -102,30 +127,30 @@ std::vector<std::string> wheels_of(const RobotDescription& robot) {
   return by_name.size() >= 2 ? by_name : by_shape.size() >= 2 ? by_shape : std::vector<std::string>{};
 }
 
-// Joints of legs; empty where no name is one of a leg's own parts.
+bool is_leg_part(const std::string& name) {
+  const std::string text = lowered(name);
+  const bool part = std::any_of(kLegParts.begin(), kLegParts.end(),
+                                [&](std::string_view one) { return text.find(one) != std::string::npos; });
+  const std::vector<std::string> words = words_of_name(name);
+  const bool word = std::any_of(words.begin(), words.end(), [](const std::string& one) {
+    return std::find(kLegWords.begin(), kLegWords.end(), one) != kLegWords.end();
+  });
+  return (part || word) && text.find(kNoFoot) == std::string::npos;
+}
+
+// What is named as a part of a leg and hangs on two joints that move, or more: the feet of a stand do not.
 std::vector<std::string> legs_of(const RobotDescription& robot) {
   std::vector<std::string> out;
-  bool part = false;
-  const auto among = [](const auto& list, const std::string& word) {
-    return std::find(list.begin(), list.end(), word) != list.end();
-  };
   for (const Joint& joint : robot.joints) {
-    if (!moves(joint)) continue;
-    bool leg = false;
-    for (const std::string& name : {joint.name, joint.child}) {
-      const std::string text = lowered(name);
-      bool has_part = std::any_of(kLegParts.begin(), kLegParts.end(),
-                                  [&](std::string_view one) { return text.find(one) != std::string::npos; });
-      for (const std::string& word : words_of_name(name)) {
-        has_part = has_part || among(kLegPartWords, word);
-        leg = leg || among(kLegWords, word);
-      }
-      part = part || has_part;
-      leg = leg || has_part;
-    }
-    if (leg) out.push_back(joint.name);
+    std::size_t moving = 0;
+    for (const Joint* at : way_to_root(robot, joint)) moving += moves(*at) ? 1 : 0;
+    if (moving < 2) continue;
+    if (is_leg_part(joint.name))
+      out.push_back(joint.name);
+    else if (is_leg_part(joint.child))
+      out.push_back(joint.child);
   }
-  return part && out.size() >= 2 ? out : std::vector<std::string>{};
+  return out;
 }
 
 }  // namespace
@@ -172,9 +197,19 @@ BaseChoice choose_base(const RobotDescription& robot) {
   } else {
     return {BaseKind::fixed, "nothing in the description suggests wheels or legs"};
   }
-  const bool shapes = std::any_of(robot.links.begin(), robot.links.end(),
-                                  [](const Link& link) { return !link.collisions.empty(); });
-  if (!shapes) return {BaseKind::fixed, "it has no <collision> to stand on"};
+  const auto solid = [](const Collision& collision) {
+    const auto* mesh = std::get_if<MeshGeometry>(&collision.geometry);
+    return mesh == nullptr || !mesh->path.empty();
+  };
+  bool written = false, shapes = false;
+  for (const Link& link : robot.links) {
+    written = written || !link.collisions.empty();
+    shapes = shapes || std::any_of(link.collisions.begin(), link.collisions.end(), solid);
+  }
+  if (!shapes) {
+    return {BaseKind::fixed, written ? "none of its collision meshes is found, so it has nothing to stand on"
+                                     : "it has no <collision> to stand on"};
+  }
   return {BaseKind::floating, reason};
 }
 

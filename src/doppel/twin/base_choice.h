@@ -18,9 +18,10 @@ struct BaseChoice {
 };
 
 // Evidence for a floating base, in this order: a link `base_footprint` (REP 105's place for a mobile base); a
-// plugin of a mobile base (diff_drive and its kin); two wheels, by name or by shape (continuous joints of
-// leaf links that are cylinders or spheres about the joint's axis, of one radius); legs, by name. A link
-// `world`, or a robot without collision shapes, which could stand on nothing, is fixed.
+// plugin of a mobile base (diff_drive and its kin); two wheels, by name or by shape (joints without end,
+// about a lying axis, of leaf links that are cylinders or spheres about that axis, of one radius); legs, by
+// the names of what hangs on two moving joints or more. A link `world`, or a robot without a collision shape
+// that is found, which could stand on nothing, is fixed.
 BaseChoice choose_base(const RobotDescription& robot);
 
 // The words of a name: "LHipYawPitch" and "l_hip_yaw_pitch" are both l, hip, yaw, pitch.

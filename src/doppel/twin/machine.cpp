@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
 
 #include "doppel/core/names.h"
@@ -12,6 +13,8 @@
 
 namespace doppel {
 namespace {
+
+constexpr std::size_t kNamesShown = 8;
 
 const char* root_name(const Model& model) {
   const bool floats = !model.joints.empty() && model.joints.front().type == JointType::floating;
@@ -77,20 +80,32 @@ void report_rotors(const RobotDescription& robot, const Model& model,
       "check the effort limit and the link's inertia against the drive's data sheet");
 }
 
-// Links that start inside the ground or an object, with what they are part of.
+// Links that start inside the ground or an object: one warning for each of these.
 void report_overlaps(const RobotDescription& robot, const Engine& engine, Diagnostics& diagnostics) {
+  std::map<std::string, std::vector<const ExcludedPair*>> inside;  // by what they are in
   for (const ExcludedPair& pair : engine.excluded_pairs()) {
-    if (!(pair.depth > 0)) continue;
-    const Link* link = robot.find_link(pair.link_a);
-    const bool ground = pair.link_b == "ground";
-    const std::string what = ground ? "the ground" : fmt::format("the object '{}'", pair.link_b);
+    if (pair.depth > 0) inside[pair.link_b].push_back(&pair);
+  }
+  for (const auto& [object, pairs] : inside) {
+    std::vector<std::string> names;
+    double deepest = 0.0;
+    for (const ExcludedPair* pair : pairs) {
+      if (names.size() < kNamesShown) names.push_back(fmt::format("'{}'", pair->link_a));
+      deepest = std::max(deepest, pair->depth);
+    }
+    if (pairs.size() > names.size()) names.push_back(fmt::format("{} more", pairs.size() - names.size()));
+    const bool ground = object == "ground";
+    const Link* const first = robot.find_link(pairs.front()->link_a);
     diagnostics.warning(
-        "up.starts_inside", link != nullptr ? link->source : robot.source,
-        fmt::format("link '{}' starts {:.3g} m inside {}; the two pass through each other from now on",
-                    pair.link_a, pair.depth, what),
-        ground ? "place the robot higher by a world file (robot: {xyz: [0, 0, 0.5]}), or let it stand "
-                 "(--base floating)"
-               : "move the object or the robot in the world file");
+        "up.starts_inside", first != nullptr ? first->source : robot.source,
+        fmt::format("{} up to {:.3g} m inside {}: {}; they pass through each other from now on",
+                    pairs.size() == 1 ? "a link starts" : fmt::format("{} links start", pairs.size()),
+                    deepest, ground ? "the ground" : fmt::format("the object '{}'", object),
+                    fmt::join(names, ", ")),
+        ground
+            ? "place the robot higher by a world file (robot: {xyz: [0, 0, 0.5]}), or let it stand (--base "
+              "floating)"
+            : "move the object or the robot in the world file");
   }
 }
 
@@ -138,11 +153,13 @@ bool same_joint(const ModelJoint& a, const ModelJoint& b) {
 
 }  // namespace
 
-Machine::Machine(const Scenario& scenario, Diagnostics& diagnostics)
+Machine::Machine(const Scenario& scenario, Diagnostics& diagnostics, std::optional<BaseKind> running)
     : setup(set_up_robot(scenario, resolver, diagnostics)) {
   const RobotDescription& robot = setup.description.robot;
-  BaseChoice base = scenario.base ? BaseChoice{*scenario.base, "it was asked for"} : choose_base(robot);
-  if (!scenario.base && base.kind == BaseKind::floating && !setup.world.ground)
+  const bool has_world = robot.find_link("world") != nullptr;
+  const std::optional<BaseKind> decided = scenario.base || has_world ? scenario.base : running;
+  BaseChoice base = decided ? BaseChoice{*decided, "it was asked for"} : choose_base(robot);
+  if (!decided && base.kind == BaseKind::floating && !setup.world.ground)
     base = {BaseKind::fixed, "the world has no ground to stand on"};
   model = compile_model(robot, base.kind, diagnostics);
   EngineOptions options;
@@ -152,11 +169,16 @@ Machine::Machine(const Scenario& scenario, Diagnostics& diagnostics)
   options.servos = servos;
   options.set_on_ground = true;
   engine = make_mujoco_engine(robot, model, setup.world, options, diagnostics);
-  report_base(robot, model, *engine, base, scenario.base.has_value(), diagnostics);
+  report_base(robot, model, *engine, base, decided.has_value(), diagnostics);
   report_overlaps(robot, *engine, diagnostics);
   report_weightless(robot, model, diagnostics);
   hardware = hardware_of(setup, model, diagnostics);
   report_rotors(robot, model, servos, hardware, diagnostics);
+}
+
+BaseKind Machine::base() const {
+  const bool added = setup.description.robot.find_link(model.links.front().name) == nullptr;
+  return added ? BaseKind::floating : BaseKind::fixed;
 }
 
 Eigen::Vector3d Machine::gravity_R() const {
@@ -291,6 +313,7 @@ void carry_over_state(const Machine& from, Machine& to) {
   carry_over_objects(from, to);
   to.engine->set_state({q.data(), static_cast<std::size_t>(q.size())},
                        {v.data(), static_cast<std::size_t>(v.size())});
+  to.engine->lift_out_of_ground();  // of what an edit has made larger
 }
 
 }  // namespace doppel

@@ -3,6 +3,7 @@
 // Built on any thread, so that an edit is judged while the old machine runs on.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "doppel/physics/engine.h"
@@ -11,8 +12,10 @@
 namespace doppel {
 
 struct Machine {
-  // Throws InputError.
-  Machine(const Scenario& scenario, Diagnostics& diagnostics);
+  // Throws InputError. `running`: how the base stands of the machine that this one is to replace.
+  Machine(const Scenario& scenario, Diagnostics& diagnostics, std::optional<BaseKind> running = std::nullopt);
+  // How the root link stands.
+  [[nodiscard]] BaseKind base() const;
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;
 

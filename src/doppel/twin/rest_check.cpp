@@ -46,12 +46,11 @@ std::string cause_of(int index, const Model& model, const Engine& engine) {
 std::string to_string(const Unrest& unrest, bool slides) {
   const char* const unit = slides ? "m" : "rad";
   std::string out = unrest.where.known() ? unrest.where.place() + ": " : "";
+  const bool moving = !(std::abs(unrest.speed) <= kRestSpeed);
   out += fmt::format("joint '{}' (link '{}') ", unrest.joint, unrest.link);
-  if (std::abs(unrest.speed) > kRestSpeed || !std::isfinite(unrest.speed))
-    out += fmt::format("moves at {:.3g} {}/s", unrest.speed, unit);
-  else
-    out += "stands still";
-  if (unrest.beyond > kBeyondLimit) out += fmt::format(", {:.3g} {} beyond its limit", unrest.beyond, unit);
+  if (moving) out += fmt::format("moves at {:.3g} {}/s", unrest.speed, unit);
+  if (unrest.beyond > kBeyondLimit)
+    out += fmt::format("{}{:.3g} {} beyond its limit", moving ? ", " : "stands ", unrest.beyond, unit);
   return out + ": " + unrest.cause;
 }
 
@@ -97,6 +96,10 @@ bool RestCheck::look(const RobotDescription& robot, const Model& model, const En
     const FrameVelocity base = engine.link_velocity(model.joints.front().child_link);
     report.base_linear = base.linear_W.norm();
     report.base_angular = base.angular_W.norm();
+    std::vector<Contact> contacts;
+    engine.contacts(contacts);
+    report.base_touches = std::any_of(contacts.begin(), contacts.end(),
+                                      [](const Contact& c) { return c.link_a < 0 || c.link_b < 0; });
   }
   return true;
 }

@@ -33,6 +33,7 @@ std::string to_string(const Unrest& unrest, bool slides);
 struct RestReport {
   Duration at{};
   std::vector<std::string> complaints;       // one for each joint that is not at rest, in the model's order
+  bool base_touches = true;                  // a floating robot touches the ground or an object
   double base_linear = 0, base_angular = 0;  // speed of a floating root, m/s and rad/s
 };
 

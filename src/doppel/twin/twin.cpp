@@ -213,10 +213,12 @@ struct Twin::Impl {
       log.warning(kRestOrigin, fmt::format("... and {} more joints", complaints.size() - kUnrestShown));
     const double speed = std::max(rest.report()->base_linear, rest.report()->base_angular);
     if (speed > kRestSpeed && complaints.empty()) {
-      log.note(kRestOrigin,
-               fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: it tips over or slides; "
-                           "nothing balances it (--base fixed holds it)",
-                           rest.report()->base_linear, rest.report()->base_angular));
+      log.note(
+          kRestOrigin,
+          fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: {} (--base fixed holds it)",
+                      rest.report()->base_linear, rest.report()->base_angular,
+                      rest.report()->base_touches ? "it tips over or slides, nothing balances it"
+                                                  : "it falls, for it touches nothing"));
     }
   }
 
@@ -344,7 +346,7 @@ void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, 
 
 std::shared_ptr<Twin::Replacement> Twin::prepare(const ControllerWish& wish, Diagnostics& diagnostics) const {
   auto fresh = std::make_shared<Replacement>();
-  fresh->machine = std::make_unique<Machine>(impl_->scenario, diagnostics);
+  fresh->machine = std::make_unique<Machine>(impl_->scenario, diagnostics, impl_->machine->base());
   // A rehearsal on a bus of its own: whatever controllers refuse, they refuse here.
   Bus bus({.names = impl_->scenario.ros.names, .sim_time = !impl_->scenario.wall_stamps});
   const Log quiet;

@@ -72,6 +72,7 @@ class MujocoEngine final : public Engine {
   [[nodiscard]] std::span<const double> drive_effort() const override { return effort_; }
   void set_state(std::span<const double> q, std::span<const double> v) override;
 
+  void lift_out_of_ground() override;
   void set_drive(int joint, DriveMode mode) override;
   [[nodiscard]] DriveMode drive(int joint) const override {
     return drive_of_joint_[joint] < 0 ? DriveMode::limp : drives_[drive_of_joint_[joint]].mode();
@@ -144,6 +145,7 @@ class MujocoEngine final : public Engine {
   void find_touching();
   bool note_touching(const Contact& contact);
   void set_on_ground();
+  bool raise_root(Eigen::VectorXd& q, bool only_out_of_ground);
   double lowest_point() const;
   void add_wrench(int body, const AppliedWrench& wrench);
   void write_wrenches();

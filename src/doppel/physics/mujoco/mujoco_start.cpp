@@ -49,20 +49,32 @@ double MujocoEngine::lowest_point() const {
   return lowest;
 }
 
-void MujocoEngine::set_on_ground() {
+// Moves a floating joint from the root along the world's z until the robot's lowest point is on the ground.
+// False: there is none, or nothing is to move.
+bool MujocoEngine::raise_root(Eigen::VectorXd& q, bool only_out_of_ground) {
   const auto root = std::find_if(model_.joints.begin(), model_.joints.end(), [](const ModelJoint& joint) {
     return joint.type == JointType::floating && joint.parent_link == 0;
   });
-  if (root == model_.joints.end() || !world_.ground) return;
-  state_->write_q(model_, q0_.data());
-  if (!guarded([this] { mj_kinematics(m(), d()); })) return;
+  if (root == model_.joints.end() || !world_.ground) return false;
+  state_->write_q(model_, q.data());
+  if (!guarded([this] { mj_kinematics(m(), d()); })) return false;
   const double lowest = lowest_point();
-  const bool placed =
-      !world_.X_WR.isApprox(Pose::Identity());  // by the world file: only lifted out of the ground
-  if (!std::isfinite(lowest) || (placed && lowest >= 0)) return;
+  if (!std::isfinite(lowest) || (only_out_of_ground && lowest >= -kOverlap)) return false;
   const Eigen::Vector3d up =
       (world_.X_WR.linear() * root->X_PJ.linear()).transpose() * Eigen::Vector3d::UnitZ();
-  q0_.segment<3>(root->q) -= lowest * up;
+  q.segment<3>(root->q) -= lowest * up;
+  return true;
+}
+
+void MujocoEngine::set_on_ground() {
+  const bool placed = !world_.X_WR.isApprox(Pose::Identity());  // by the world file
+  raise_root(q0_, placed);
+}
+
+void MujocoEngine::lift_out_of_ground() {
+  Eigen::VectorXd raised = Eigen::Map<const Eigen::VectorXd>(q().data(), model_.nq);
+  const std::vector<double> moving(v().begin(), v().end());
+  if (raise_root(raised, true)) set_state({raised.data(), static_cast<std::size_t>(model_.nq)}, moving);
 }
 
 void MujocoEngine::choose_exclusions(bool self_collision) {

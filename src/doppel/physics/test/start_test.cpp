@@ -89,6 +89,22 @@ TEST(Start, FloatingRobotOfEveryShapeTouchesTheGroundWithItsLowestPoint) {
   }
 }
 
+TEST(Start, FloatingRobotIsLiftedOutOfTheGroundAndNoFurther) {
+  Rig rig(make_leg(), on_ground(), {}, BaseKind::floating);
+  std::vector<double> q(rig.engine->q().begin(), rig.engine->q().end());
+  const std::vector<double> still(static_cast<std::size_t>(rig.model.nv), 0.0);
+  q[0] = 0.3;
+  q[2] = 0.5;
+  rig.engine->set_state(q, still);
+  rig.engine->lift_out_of_ground();
+  EXPECT_NEAR(rig.engine->link_pose(1).translation().x(), 0.3, 1e-12);
+  EXPECT_NEAR(rig.engine->link_pose(1).translation().z(), 0.8, 1e-9);
+  q[2] = 2.0;
+  rig.engine->set_state(q, still);
+  rig.engine->lift_out_of_ground();
+  EXPECT_NEAR(rig.engine->link_pose(1).translation().z(), 2.0, 1e-12);
+}
+
 TEST(Start, WorldFilesPlaceIsKeptAboveTheGround) {
   World world = on_ground();
   world.X_WR.translation() = Eigen::Vector3d(1, 2, 1.5);

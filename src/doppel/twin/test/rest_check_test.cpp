@@ -81,7 +81,7 @@ TEST(RestCheck, JointBeyondItsLimitIsReported) {
   const std::vector<Unrest> found = find_unrest(robot, rig.model, *rig.engine);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].beyond, 0.2, 1e-9);
-  EXPECT_THAT(to_string(found[0], false), HasSubstr("stands still, 0.2 rad beyond its limit"));
+  EXPECT_THAT(to_string(found[0], false), HasSubstr("stands 0.2 rad beyond its limit"));
 }
 
 }  // namespace
