@@ -161,11 +161,35 @@ TEST(Load, LeftOverXacroInAPlainUrdfIsAWarningAndInAXacroFileAnError) {
   EXPECT_NE(got.told.find("[xacro.left_over]"), std::string::npos) << got.told;
   EXPECT_TRUE(read("a.xacro", text).refused);
 
-  const std::string include = "<xacro:include filename=\"$(find nowhere_at_all)/x.xacro\"/>";
-  EXPECT_FALSE(read("a.urdf", space + "<link name=\"l\"/><link name=\"m\"/>" + include + "</robot>").refused);
-  EXPECT_TRUE(read("a.urdf", space + "<link name=\"world\"/>" + include + "</robot>").refused)
-      << "the robot is in what is not found";
-  EXPECT_TRUE(read("a.urdf", space + "<link name=\"l\"/><link name=\"${nothing}\"/></robot>").refused);
+  const Reading undeclared = read("a.urdf", robot("<xacro:x/>"));
+  EXPECT_FALSE(undeclared.refused) << undeclared.told;
+  EXPECT_NE(undeclared.told.find("[xacro.left_over]"), std::string::npos) << undeclared.told;
+}
+
+TEST(Load, AFaultOfXacroInAPlainUrdfThatUsesItIsRefusedAsInAXacroFile) {
+  const std::string begin =
+      "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><link name=\"l\"/><link "
+      "name=\"m\"/>";
+  const std::string macro = "<xacro:macro name=\"arm\" params=\"n\"><link name=\"x${n}\"/></xacro:macro>";
+  const std::pair<std::string, std::string> cases[] = {
+      {"<xacro:include filename=\"$(find nowhere_at_all)/x.xacro\"/><xacro:arm/>", "xacro.package_not_found"},
+      {"<xacro:include filename=\"nowhere.xacro\"/>", "xacro.file_not_found"},
+      {macro + "<xacro:arm n=\"${1/0}\"/>", "xacro.division_by_zero"},
+      {macro + "<xacro:arm nn=\"1\"/>", "xacro.unknown_parameter"},
+      {macro + "<xacro:arn n=\"1\"/>", "xacro.unknown_macro"},
+      {"<xacro:property name=\"p\" value=\"1\"/><xacro:x/>", "xacro.unknown_macro"},
+      {"<xacro:arg name=\"p\" default=\"1\"/><xacro:x/>", "xacro.unknown_macro"},
+      {"<xacro:if value=\"1\"><link name=\"n\"/></xacro:if><xacro:x/>", "xacro.unknown_macro"},
+      {"<xacro:x><link name=\"n\"/></xacro:x>", "xacro.unknown_macro"},
+      {"<xacro:x n=\"${1}\"/>", "xacro.unknown_macro"},
+      {"<link name=\"${nothing}\"/>", "xacro.undefined_name"}};
+  for (const auto& [more, rule] : cases) {
+    for (const char* name : {"a.urdf", "a.xacro"}) {
+      const Reading got = read(name, begin + more + "</robot>");
+      EXPECT_TRUE(got.refused) << name << more << got.told;
+      EXPECT_NE(got.told.find("[" + rule + "]"), std::string::npos) << name << more << got.told;
+    }
+  }
 }
 
 }  // namespace
