@@ -64,12 +64,12 @@ TEST(Load, WhatUrdfdomReadsIsReadWithAWarningAtItsPlace) {
       {robot("<gazebo x=l ></gazebo>"), "the value of x needs quotes"},
       {robot("<gazebo x=\"l\"y=\"m\"/>"), "'y' was not expected in <gazebo>"},
       {robot("<gazebo>]]></gazebo>"), "']]>' stands in a text"},
-      {robot("<gazebo>\x01</gazebo>"), "no UTF-8, or no text at all"},
-      {kRobot + "\n\0\0\0"s, "no UTF-8, or no text at all"},
+      {robot("<gazebo>\x01</gazebo>"), "not UTF-8, or not text at all"},
+      {kRobot + "\n\0\0\0"s, "not UTF-8, or not text at all"},
       {robot("<!-- \xE9 -->"),
-       ":1:38: warning: the XML is not well-formed: here are bytes that are no UTF-8"},
+       ":1:38: warning: the XML is not well-formed: here are bytes that are not UTF-8"},
       {"<?xml version=\"1.0\" encoding=\"gb2312\"?>" + robot("<!-- \xD6\xD0 -->"),
-       "no UTF-8, or no text at all"}};
+       "not UTF-8, or not text at all"}};
   for (const auto& [text, wanted] : cases) {
     const Reading got = read("a.urdf", text);
     EXPECT_FALSE(got.refused) << text << "\n" << got.told;
@@ -164,6 +164,24 @@ TEST(Load, LeftOverXacroInAPlainUrdfIsAWarningAndInAXacroFileAnError) {
   const Reading undeclared = read("a.urdf", robot("<xacro:x/>"));
   EXPECT_FALSE(undeclared.refused) << undeclared.told;
   EXPECT_NE(undeclared.told.find("[xacro.left_over]"), std::string::npos) << undeclared.told;
+}
+
+TEST(Load, APackageWithANearNameIsAskedForInWholeSentences) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("near_name." + std::to_string(getpid()));
+  fs::create_directories(folder / "src/arm_description");
+  std::ofstream(folder / "src/arm_description/package.xml")
+      << "<package><name>arm_description</name></package>";
+  std::ofstream(folder / "a.xacro") << robot("<xacro:include filename=\"$(find arm_descripton)/x.xacro\"/>");
+  PackageResolver resolver;
+  Diagnostics diagnostics;
+  std::string told;
+  try {
+    expand_description(folder / "a.xacro", {}, resolver, diagnostics);
+  } catch (const InputError& error) {
+    told = error.what();
+  }
+  fs::remove_all(folder);
+  EXPECT_NE(told.find("; did you mean 'arm_description'? Looked in:\n"), std::string::npos) << told;
 }
 
 TEST(Load, AFaultOfXacroInAPlainUrdfThatUsesItIsRefusedAsInAXacroFile) {
