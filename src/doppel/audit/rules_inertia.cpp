@@ -241,6 +241,7 @@ void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Finding
 }  // namespace
 
 bool readable(const AuditInput& in, const Link& link, const Findings& out) {
+  if (!link.inertial->tensor_written) return false;
   const std::string name = subject(link);
   const auto of_parser = [](const Finding& f) {
     return f.rule == "urdf.number" || f.rule == "urdf.vector" || f.rule == "urdf.missing_attribute";

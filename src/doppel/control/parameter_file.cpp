@@ -267,9 +267,17 @@ void report_unused(const ParameterOverrides& overrides, const std::string& node,
 }
 
 ParameterFile ParameterFile::load(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
   std::error_code ignored;
-  if (!in || std::filesystem::is_directory(file, ignored)) {
+  const std::filesystem::file_status status = std::filesystem::status(file, ignored);
+  // It is read again at every reload, which a pipe cannot answer.
+  if (std::filesystem::exists(status) && !std::filesystem::is_directory(status) &&
+      !std::filesystem::is_regular_file(status)) {
+    throw InputError("yaml.unreadable", make_location(file.string()),
+                     "this parameter file cannot be read: it is not a regular file",
+                     "write the parameters into a file: a pipe or a device cannot be read a second time");
+  }
+  std::ifstream in(file, std::ios::binary);
+  if (!in || std::filesystem::is_directory(status)) {
     throw InputError("yaml.unreadable", make_location(file.string()), "this parameter file cannot be read");
   }
   return parse(std::string(std::istreambuf_iterator<char>(in), {}), file.string());
@@ -290,7 +298,7 @@ ParameterFile ParameterFile::parse(const std::string& yaml, const std::string& n
   if (reader.sections.empty()) {
     throw InputError(
         "yaml.no_parameters", make_location(name),
-        fmt::format("there is no '{}' in this file, so it is no ROS 2 parameter file", kParameters),
+        fmt::format("there is no '{}' in this file, so it is not a ROS 2 parameter file", kParameters),
         fmt::format("write NODE: {{{}: {{NAME: VALUE}}}}", kParameters));
   }
   ParameterFile out;

@@ -49,14 +49,25 @@ bool substitutes(const XmlNode& node) {
          std::any_of(node.children.begin(), node.children.end(), substitutes);
 }
 
-// A .urdf whose xacro cannot be expanded stands for itself where nothing else in it waits for a value:
-// urdfdom skips the elements that it does not know. A lone link is what a file for xacro holds beside its
-// macros.
+// More than a call of a macro without a body: what is left out with it would be part of the robot.
+bool works_with_xacro(const XmlNode& node) {
+  static const std::set<std::string, std::less<>> kWords = {
+      "xacro:include", "xacro:macro",        "xacro:property", "xacro:arg",       "xacro:if",
+      "xacro:unless",  "xacro:insert_block", "xacro:element",  "xacro:attribute", "xacro:call"};
+  const auto inside = [](const XmlNode& child) { return child.kind == XmlNode::Kind::element; };
+  if (xacro_element(node) &&
+      (kWords.contains(node.name) || std::any_of(node.children.begin(), node.children.end(), inside)))
+    return true;
+  return std::any_of(node.children.begin(), node.children.end(), works_with_xacro);
+}
+
+// A .urdf with a call of a macro that nobody defines, and no other xacro, stands for itself: urdfdom skips
+// the elements that it does not know.
 bool stands_without_xacro(XmlNode& root, const Diagnostic& problem) {
+  if (problem.rule != "xacro.unknown_macro" || works_with_xacro(root) || substitutes(root)) return false;
   remove_xacro(root);
-  const auto links = std::count_if(root.children.begin(), root.children.end(),
-                                   [](const XmlNode& child) { return child.is("link"); });
-  return links >= (problem.rule == "xacro.unknown_macro" ? 1 : 2) && !substitutes(root);
+  return std::any_of(root.children.begin(), root.children.end(),
+                     [](const XmlNode& child) { return child.is("link"); });
 }
 
 void report_unknown_arguments(const XacroArguments& arguments, const XacroResult& expansion,
@@ -129,8 +140,8 @@ ExpandedDescription expand_description(const fs::path& file, const XacroArgument
       problem.severity = Severity::warning;
       problem.rule = "xacro.left_over";
       problem.message +=
-          "; the rest of this .urdf needs no xacro and is read as urdfdom reads it, without "
-          "the elements of xacro";
+          "; nothing else in this .urdf needs xacro, and it is read as urdfdom reads it, without its "
+          "calls";
       diagnostics.add(std::move(problem));
       out.files = {file};
       out.root = std::move(as_written);

@@ -109,7 +109,7 @@ void check_foreign(const std::string& path) {
   std::error_code failed;
   const fs::file_status status = fs::status(path, failed);
   if (!fs::is_regular_file(status))
-    mesh::refuse(path, 0, fs::exists(status) ? "it is no regular file" : "the file does not exist");
+    mesh::refuse(path, 0, fs::exists(status) ? "it is not a regular file" : "the file does not exist");
   if (fs::file_size(path, failed) > kLargestForeign || failed)
     mesh::refuse(path, 0, fmt::format("it is larger than {} MB", kLargestForeign >> 20));
 }

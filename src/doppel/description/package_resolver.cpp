@@ -56,7 +56,9 @@ void PackageResolver::add_package(std::string name, fs::path folder) {
 void PackageResolver::add_context(const fs::path& file_or_folder) {
   std::error_code none;
   const fs::path absolute = fs::absolute(file_or_folder, none).lexically_normal();
-  contexts_.push_back(fs::is_directory(absolute, none) ? absolute : absolute.parent_path());
+  const fs::path context = fs::is_directory(absolute, none) ? absolute : absolute.parent_path();
+  if (std::find(contexts_.begin(), contexts_.end(), context) != contexts_.end()) return;
+  contexts_.push_back(context);
   cache_.clear();
 }
 
@@ -78,9 +80,14 @@ struct PackageResolver::Search {
 
   [[nodiscard]] bool found() const { return !out.path.empty(); }
 
+  // Each place once: the ways up from two contexts meet.
+  bool first_time(const std::string& place) {
+    if (std::find(out.tried.begin(), out.tried.end(), place) != out.tried.end()) return false;
+    out.tried.push_back(place);
+    return true;
+  }
   void look(const fs::path& folder) {
-    if (found()) return;
-    out.tried.push_back(folder.string());
+    if (found() || !first_time(folder.string())) return;
     out.path = package_in(folder, name);
   }
   void look_for_folder(const fs::path& folder) {
@@ -102,8 +109,7 @@ struct PackageResolver::Search {
     }
   }
   void crawled(const fs::path& root) {
-    if (found()) return;
-    out.tried.push_back(root.string() + " and below");
+    if (found() || !first_time(root.string() + " and below")) return;
     const PackageIndex& index = resolver.index_of(root);
     if (const auto here = index.packages.find(name); here != index.packages.end()) out.path = here->second;
   }

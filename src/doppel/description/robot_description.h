@@ -30,6 +30,7 @@ struct Inertial {
   // kg m^2 about the centre of mass, in the axes of origin
   double ixx = 0, ixy = 0, ixz = 0, iyy = 0, iyz = 0, izz = 0;
   SourceLocation source;
+  bool tensor_written = true;  // false: a mass without <inertia>; the moments above are 0 and say nothing
   [[nodiscard]] Eigen::Matrix3d tensor() const;
 };
 

@@ -2,17 +2,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
 #include "doppel/core/names.h"
 #include "doppel/description/load.h"
 #include "doppel/description/package_folder.h"
+#include "doppel/description/xml.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kLargestCandidate = std::size_t{16} << 20;  // bytes; a larger one is named
 
 fs::path package_of(const fs::path& description) {
   std::error_code none;
@@ -20,12 +21,14 @@ fs::path package_of(const fs::path& description) {
 }
 
 // A description that stands by itself: a <robot> with a name, whose file holds a link, a macro call or an
-// include.
+// include. A pipe or a file that cannot be read is not one.
 bool stands_alone(const fs::path& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  const std::string xml = text.str();
+  std::string xml;
+  try {
+    xml = read_file(file.string(), kLargestCandidate);
+  } catch (const InputError&) {
+    return false;
+  }
   const std::size_t robot = xml.find("<robot");
   if (robot == std::string::npos) return false;
   const std::size_t end = xml.find('>', robot);

@@ -51,7 +51,8 @@ Origin read_origin(const XmlNode& parent, UrdfReader& read) {
   return out;
 }
 
-// What urdfdom cannot read of an <inertial> leaves the link without one; so it is here.
+// What urdfdom cannot read of an <inertial> leaves the link without one; so it is here, but for a mass that
+// stands alone: it is what the author knows.
 std::optional<Inertial> Parser::inertial(const XmlNode& node) {
   UrdfReader read(diagnostics_, "urdf.inertial", "the link counts as without <inertial>");
   Inertial out;
@@ -59,14 +60,25 @@ std::optional<Inertial> Parser::inertial(const XmlNode& node) {
   out.origin = read_origin(node, read);
   const XmlNode* mass = node.first("mass");
   const XmlNode* inertia = node.first("inertia");
+  if (mass != nullptr) {
+    read.required(*mass, "value");
+    out.mass = read.number_or(*mass, "value", 0.0);
+  }
+  out.tensor_written = inertia != nullptr;
+  if (out.mass > 0 && inertia == nullptr && !read.faulty()) {
+    diagnostics_.warning(
+        "urdf.inertial", node.where,
+        "<inertial> has no <inertia>; the mass is kept, and the tensor is taken from the link's "
+        "shapes, or of a ball without any; urdfdom drops the <inertial>",
+        "write <inertia> with the tensor about the centre of mass");
+    return out;
+  }
   if (mass == nullptr || inertia == nullptr) {
     read.fault("urdf.inertial", node.where,
                fmt::format("<inertial> has no <{}>", mass == nullptr ? "mass" : "inertia"),
                "write both, or leave the <inertial> out");
     return std::nullopt;
   }
-  read.required(*mass, "value");
-  out.mass = read.number_or(*mass, "value", 0.0);
   const std::pair<const char*, double*> entries[] = {{"ixx", &out.ixx}, {"ixy", &out.ixy}, {"ixz", &out.ixz},
                                                      {"iyy", &out.iyy}, {"iyz", &out.iyz}, {"izz", &out.izz}};
   for (const auto& [name, value] : entries) *value = read.number_or(*inertia, name, 0.0);

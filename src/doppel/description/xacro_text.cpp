@@ -217,7 +217,7 @@ std::string_view Interpreter::package(std::string_view name, const TreePlace& wh
       "xacro.package_not_found", locate(where),
       fmt::format("package '{}' is not found{}{}", name,
                   found.nearest.empty() ? "" : fmt::format("; did you mean '{}'?", found.nearest),
-                  tried.empty() ? "" : ". Looked in:" + tried),
+                  tried.empty() ? "" : (found.nearest.empty() ? ". Looked in:" : " Looked in:") + tried),
       "put the package beside this one, or into ROS_PACKAGE_PATH");
 }
 

@@ -157,7 +157,7 @@ Value load_yaml(const std::filesystem::path& file, const TreePlace& where) {
     const bool missing = !std::filesystem::exists(file, none);
     throw InputError(missing ? "xacro.file_not_found" : "file.unreadable", locate(where),
                      fmt::format("the YAML file '{}' {}", file.string(),
-                                 missing ? "does not exist" : "is no regular file of at most 4 MB"));
+                                 missing ? "does not exist" : "is not a regular file of at most 4 MB"));
   }
   return parse_yaml(text, file, where);
 }

@@ -86,7 +86,7 @@ std::string read_file(const std::string& file, std::size_t largest) {
   struct stat status {};
   if (!in.is_open() || fstat(in.get(), &status) != 0) refuse(std::strerror(errno));
   if (S_ISDIR(status.st_mode)) refuse("it is a folder");
-  if (!S_ISREG(status.st_mode)) refuse("it is no regular file");
+  if (!S_ISREG(status.st_mode)) refuse("it is not a regular file");
   if (static_cast<std::size_t>(status.st_size) > largest)
     refuse(fmt::format("it is larger than {} MB", largest >> 20));
   std::string out(static_cast<std::size_t>(status.st_size), '\0');

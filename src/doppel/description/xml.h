@@ -40,7 +40,7 @@ struct XmlNode {
 enum class XmlKeep { content, everything };
 XmlNode parse_xml(std::string_view text, const std::string& file, XmlKeep keep = XmlKeep::content);
 
-// Reads the file first; throws InputError "file.unreadable" for what is no regular file or is too large.
+// Reads the file first; throws InputError "file.unreadable" for what is not a regular file or is too large.
 XmlNode load_xml(const std::string& file);
 // The bytes of a regular file of at most `largest` bytes.
 std::string read_file(const std::string& file, std::size_t largest);

@@ -17,7 +17,7 @@ class UnknownEncoding : public std::runtime_error {
 std::string_view as_utf8(std::string_view text, std::string& converted);
 bool is_utf8(std::string_view text);
 
-// As a reader that knows no encodings takes it: bytes that are no UTF-8 stand for Latin-1's characters,
+// As a reader that knows no encodings takes it: bytes that are not UTF-8 stand for Latin-1's characters,
 // control characters for blanks; a NUL ends the text.
 struct TolerantText {
   std::string text;

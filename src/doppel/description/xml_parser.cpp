@@ -65,7 +65,8 @@ class Parser {
 
   // What the bytes were changed into before they came here.
   void changed(std::size_t offset) {
-    if (offset != std::string::npos) tolerate(offset, "here are bytes that are no UTF-8, or no text at all");
+    if (offset != std::string::npos)
+      tolerate(offset, "here are bytes that are not UTF-8, or not text at all");
   }
 
   XmlTree document() {

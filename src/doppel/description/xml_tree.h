@@ -112,7 +112,7 @@ struct XmlTree {
 
 // `lenient` reads what urdfdom's parser (TinyXML) reads and XML forbids, with a warning for each: text behind
 // the root, a second root, '--' in comments, a bare '&', '<' in a value, values without quotes, bytes that
-// are no UTF-8. Source: TinyXML 2.6's own rules, tried with check_urdf.
+// are not UTF-8. Source: TinyXML 2.6's own rules, tried with check_urdf.
 enum class XmlRules { strict, lenient };
 
 // As parse_xml and load_xml, with the same errors.

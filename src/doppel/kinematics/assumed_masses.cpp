@@ -5,90 +5,20 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "doppel/description/mesh.h"
 #include "doppel/kinematics/dynamics.h"
 #include "doppel/kinematics/link_inertia.h"
+#include "doppel/kinematics/link_solid.h"
 
 namespace doppel {
 namespace {
 
-constexpr double kAssumedDensity = 1000.0;  // kg/m^3
-constexpr double kBoxFraction = 0.3;        // of its box that an open mesh fills
-constexpr double kLeastFilled = 0.02;       // of its box: a "solid" below that is a surface
-constexpr double kThickness = 0.3;          // of a bar's length
-constexpr double kShortest = 0.1;           // of the longest bar
-constexpr double kSmallestMass = 1e-6;      // kg: shapes that enclose less are no bodies
-constexpr double kHeld = 0.5;               // of a drive's effort that gravity may ask for
+constexpr double kThickness = 0.3;  // of a bar's length
+constexpr double kShortest = 0.1;   // of the longest bar
+constexpr double kHeld = 0.5;       // of a drive's effort that gravity may ask for
 constexpr double kLeastScale = 1e-4;
 constexpr std::size_t kNamesShown = 8;
 const Eigen::Vector3d kGravity{0, 0, -9.81};  // m/s^2, in the root link's axes
-
-MassProperties solid(double volume, const Eigen::Vector3d& moments_per_mass) {
-  const double mass = volume * kAssumedDensity;
-  return {mass, Eigen::Vector3d::Zero(), (mass * moments_per_mass).asDiagonal()};
-}
-
-MassProperties box(const Eigen::Vector3d& size, double filled = 1.0) {
-  const Eigen::Vector3d s = size.cwiseAbs2() / 12.0;
-  return solid(filled * size.prod(), {s.y() + s.z(), s.x() + s.z(), s.x() + s.y()});
-}
-
-MassProperties cylinder(double radius, double length) {
-  const double across = (3.0 * radius * radius + length * length) / 12.0;
-  return solid(std::numbers::pi * radius * radius * length, {across, across, radius * radius / 2.0});
-}
-
-MassProperties ball(double radius) {
-  return solid(4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3),
-               Eigen::Vector3d::Constant(0.4 * radius * radius));
-}
-
-MassProperties mesh_solid(const MeshGeometry& mesh) {
-  if (mesh.path.empty()) return {};
-  const TriangleMesh triangles = load_mesh(mesh.path, mesh.scale);
-  Eigen::AlignedBox3d bounds;
-  for (const Eigen::Vector3f& p : triangles.vertices) bounds.extend(p.cast<double>());
-  if (bounds.isEmpty()) return {};
-  const SolidProperties properties = solid_properties(triangles.vertices, triangles.triangles);
-  const double filled = std::abs(properties.volume) / bounds.volume();
-  if (filled >= kLeastFilled && filled <= 1.0) {
-    MassProperties body = properties.unit;
-    const double factor = properties.volume < 0 ? -kAssumedDensity : kAssumedDensity;
-    body.mass *= factor;
-    body.I *= factor;
-    if (physical_defect(body).empty()) return body;
-  }
-  MassProperties body = box(bounds.sizes(), kBoxFraction);
-  body.com = bounds.center();
-  return body;
-}
-
-// The solid that a shape encloses, in the shape's frame; mass 0: it encloses nothing.
-MassProperties solid_of(const Geometry& geometry) {
-  if (const auto* b = std::get_if<Box>(&geometry)) return box(b->size);
-  if (const auto* c = std::get_if<Cylinder>(&geometry)) return cylinder(c->radius, c->length);
-  // The caps lengthen the cylinder by two thirds of the radius each: same volume, nearly the same moments.
-  if (const auto* c = std::get_if<Capsule>(&geometry))
-    return cylinder(c->radius, c->length + 4.0 / 3.0 * c->radius);
-  if (const auto* s = std::get_if<Sphere>(&geometry)) return ball(s->radius);
-  try {
-    return mesh_solid(std::get<MeshGeometry>(geometry));
-  } catch (const InputError&) {
-    return {};  // an unreadable mesh is reported where it is needed as a shape; here it only encloses nothing
-  }
-}
-
-template <typename Elements>
-MassProperties sum_of_shapes(const Elements& elements) {
-  MassProperties sum;
-  for (const auto& element : elements) {
-    const MassProperties part = solid_of(element.geometry);
-    if (part.mass > 0 && part.com.allFinite()) sum = combined(sum, transformed(part, element.origin.pose()));
-  }
-  return sum;
-}
 
 // A bar from the origin to `end`, m.
 MassProperties bar(const Eigen::Vector3d& end) {
@@ -96,7 +26,7 @@ MassProperties bar(const Eigen::Vector3d& end) {
   Pose X = Pose::Identity();
   X.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), end).toRotationMatrix();
   X.translation() = 0.5 * end;
-  return transformed(cylinder(0.5 * kThickness * length, length), X);
+  return transformed(solid_cylinder(0.5 * kThickness * length, length), X);
 }
 
 class Guess {
@@ -143,8 +73,7 @@ class Guess {
     MassProperties sum;
     for (std::size_t i = 0; i < body_.size(); ++i) {
       if (body_[i] != body || sources_[i] == nullptr) continue;
-      MassProperties part = sum_of_shapes(sources_[i]->collisions);
-      if (!(part.mass > kSmallestMass)) part = sum_of_shapes(sources_[i]->visuals);
+      const MassProperties part = link_solid(*sources_[i]);
       if (part.mass > 0) sum = combined(sum, transformed(part, X_BL_[i]));
     }
     return sum;
@@ -204,7 +133,7 @@ void assume_masses(Model& model, const std::vector<const Link*>& sources, Diagno
   std::size_t by_length = 0;
   for (const std::size_t body : bodies) {
     MassProperties assumed = guess.by_shapes(body);
-    if (!(assumed.mass > kSmallestMass)) {
+    if (!(assumed.mass > kSmallestSolid)) {
       assumed = guess.by_length(body);
       ++by_length;
     }
@@ -224,7 +153,9 @@ void assume_masses(Model& model, const std::vector<const Link*>& sources, Diagno
       names += fmt::format("{}'{}' {:.2g} kg", i == 0 ? "" : ", ", model.links[bodies[i]].name, body.mass);
   }
   if (bodies.size() > kNamesShown) names += fmt::format(" and {} more", bodies.size() - kNamesShown);
-  const char* const from = by_length == 0 ? "their shapes"
+  const bool one = bodies.size() == 1;
+  const char* const from = by_length == 0 ? (one ? "its shapes" : "their shapes")
+                           : one          ? "its length"
                            : by_length == bodies.size()
                                ? "the distances between their joints"
                                : "their shapes, or the distances between their joints";
@@ -232,14 +163,16 @@ void assume_masses(Model& model, const std::vector<const Link*>& sources, Diagno
   diagnostics.warning(
       "model.no_inertial", first != nullptr ? first->source : SourceLocation{},
       fmt::format(
-          "{} {} and {} no mass; guessed from {}{}: {}; {:.3g} kg together",
-          bodies.size() == 1 ? "a link" : fmt::format("{} links", bodies.size()),
-          bodies.size() == 1 ? "moves" : "move", bodies.size() == 1 ? "has" : "have", from,
-          scale < 1.0 ? fmt::format(", scaled by {:.2g} so that '{}' holds them", scale, weakest) : "", names,
-          total),
-      "write <inertial> with the mass, the centre of mass and the tensor of each link; loads and motion are "
-      "only as true "
-      "as these");
+          "{}; guessed from {}{}: {}{}",
+          one ? "a link moves and has no mass" : fmt::format("{} links move and have no mass", bodies.size()),
+          from,
+          scale < 1.0
+              ? fmt::format(", scaled by {:.2g} so that '{}' holds {}", scale, weakest, one ? "it" : "them")
+              : "",
+          names, one ? "" : fmt::format("; {:.3g} kg together", total)),
+      fmt::format("write <inertial> with the mass, the centre of mass and the tensor of {}; loads and motion "
+                  "are only as true as {}",
+                  one ? "the link" : "each link", one ? "this" : "these"));
 }
 
 }  // namespace doppel

@@ -4,6 +4,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "doppel/kinematics/link_solid.h"
 
 namespace doppel {
 namespace {
@@ -13,6 +17,17 @@ constexpr double kSmallestMomentFraction = 1e-3;  // of the largest: a repaired 
 
 Eigen::Vector3d principal_moments(const Eigen::Matrix3d& I) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+// A mass without a tensor is spread like the link's own solid; without one, it is a ball of kAssumedDensity.
+MassProperties spread(const Link& link, const Inertial& inertial) {
+  MassProperties body = link_solid(link);
+  if (!(body.mass > kSmallestSolid) || !physical_defect(body).empty())
+    body = solid_ball(std::cbrt(0.75 * inertial.mass / (std::numbers::pi * kAssumedDensity)));
+  body.I *= inertial.mass / body.mass;
+  body.mass = inertial.mass;
+  body.com = inertial.origin.xyz;
+  return body;
 }
 
 }  // namespace
@@ -55,6 +70,7 @@ MassProperties physical_repair(const MassProperties& body) {
 std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagnostics) {
   if (!link.inertial) return std::nullopt;
   const Inertial& inertial = *link.inertial;
+  if (!inertial.tensor_written && inertial.mass > 0) return spread(link, inertial);
   MassProperties body{inertial.mass, Eigen::Vector3d::Zero(), inertial.tensor()};
   const std::string defect = physical_defect(body);
   if (!defect.empty()) {

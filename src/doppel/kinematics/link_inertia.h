@@ -20,7 +20,9 @@ std::string physical_defect(const MassProperties& body);
 MassProperties physical_repair(const MassProperties& body);
 
 // The link's own inertia in the link frame. Absent where nothing was written or the mass is not positive; a
-// tensor that no body can have is repaired. Both are said: warning "model.not_physical".
+// tensor that no body can have is repaired. Both are said: warning "model.not_physical". A tensor that is not
+// written (the parser said so) is that of the link's solid at the written mass and centre of mass, else a
+// ball's.
 std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagnostics);
 
 }  // namespace doppel

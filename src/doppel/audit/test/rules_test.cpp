@@ -431,6 +431,7 @@ TEST_F(WholeAudit, OneFaultIsToldOnce) {
       {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 six")), "urdf.inertial"},
       {with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0 0 1,0")), "urdf.inertial"},
       {with(&Parts::inertial, "<inertial><mass value=\"1\"/></inertial>"), "urdf.inertial"},
+      {with(&Parts::inertial, "<inertial><mass value=\"0\"/></inertial>"), "urdf.inertial"},
       {with(&Parts::visual, "<visual>" + shape_with(R"(<sphere radius="nan"/>)") + "</visual>"),
        "urdf.geometry"}};
   for (const OneCase& c : cases) {

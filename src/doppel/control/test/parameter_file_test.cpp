@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
@@ -13,6 +15,7 @@
 namespace doppel {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -167,13 +170,21 @@ TEST(ParameterFile, RefusesWhatRos2WouldNotRead) {
               HasSubstr("p.yaml:3:5: error: parameter 'x' has no value"));
   EXPECT_THAT(input_error_of([] { parse("a:\n\t- b\n"); }),
               HasSubstr("p.yaml:2:2: error: this is not well-formed YAML"));
-  EXPECT_THAT(input_error_of([] { parse("{}"); }), HasSubstr("no ROS 2 parameter file"));
-  EXPECT_THAT(input_error_of([] { parse("- a\n- b\n"); }), HasSubstr("no ROS 2 parameter file"));
+  EXPECT_THAT(input_error_of([] { parse("{}"); }), HasSubstr("is not a ROS 2 parameter file"));
+  EXPECT_THAT(input_error_of([] { parse("- a\n- b\n"); }), HasSubstr("is not a ROS 2 parameter file"));
   EXPECT_THAT(input_error_of([] { parse("ros__parameters: {x: 1}"); }), HasSubstr("write the node's name"));
   EXPECT_THAT(input_error_of([] { ParameterFile::load("/nowhere/x.yaml"); }),
               HasSubstr("/nowhere/x.yaml: error"));
   EXPECT_THAT(input_error_of([] { parse("a: {ros__parameters: &x {b: *x}}"); }), HasSubstr("error"));
   EXPECT_EQ(input_error_of([] { parse("a: {ros__parameters: }"); }), "");  // empty sections are common
+}
+
+TEST(ParameterFile, APipeIsRefusedWithoutWaitingForItsWriter) {
+  const std::string pipe = ::testing::TempDir() + "parameters." + std::to_string(::getpid());
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(input_error_of([&] { ParameterFile::load(pipe); }),
+              AllOf(HasSubstr("it is not a regular file"), HasSubstr("write the parameters into a file")));
+  ::unlink(pipe.c_str());
 }
 
 // Whatever the bytes are, the answer is a file or an InputError, soon.

@@ -64,12 +64,12 @@ TEST(Load, WhatUrdfdomReadsIsReadWithAWarningAtItsPlace) {
       {robot("<gazebo x=l ></gazebo>"), "the value of x needs quotes"},
       {robot("<gazebo x=\"l\"y=\"m\"/>"), "'y' was not expected in <gazebo>"},
       {robot("<gazebo>]]></gazebo>"), "']]>' stands in a text"},
-      {robot("<gazebo>\x01</gazebo>"), "no UTF-8, or no text at all"},
-      {kRobot + "\n\0\0\0"s, "no UTF-8, or no text at all"},
+      {robot("<gazebo>\x01</gazebo>"), "not UTF-8, or not text at all"},
+      {kRobot + "\n\0\0\0"s, "not UTF-8, or not text at all"},
       {robot("<!-- \xE9 -->"),
-       ":1:38: warning: the XML is not well-formed: here are bytes that are no UTF-8"},
+       ":1:38: warning: the XML is not well-formed: here are bytes that are not UTF-8"},
       {"<?xml version=\"1.0\" encoding=\"gb2312\"?>" + robot("<!-- \xD6\xD0 -->"),
-       "no UTF-8, or no text at all"}};
+       "not UTF-8, or not text at all"}};
   for (const auto& [text, wanted] : cases) {
     const Reading got = read("a.urdf", text);
     EXPECT_FALSE(got.refused) << text << "\n" << got.told;
@@ -161,11 +161,53 @@ TEST(Load, LeftOverXacroInAPlainUrdfIsAWarningAndInAXacroFileAnError) {
   EXPECT_NE(got.told.find("[xacro.left_over]"), std::string::npos) << got.told;
   EXPECT_TRUE(read("a.xacro", text).refused);
 
-  const std::string include = "<xacro:include filename=\"$(find nowhere_at_all)/x.xacro\"/>";
-  EXPECT_FALSE(read("a.urdf", space + "<link name=\"l\"/><link name=\"m\"/>" + include + "</robot>").refused);
-  EXPECT_TRUE(read("a.urdf", space + "<link name=\"world\"/>" + include + "</robot>").refused)
-      << "the robot is in what is not found";
-  EXPECT_TRUE(read("a.urdf", space + "<link name=\"l\"/><link name=\"${nothing}\"/></robot>").refused);
+  const Reading undeclared = read("a.urdf", robot("<xacro:x/>"));
+  EXPECT_FALSE(undeclared.refused) << undeclared.told;
+  EXPECT_NE(undeclared.told.find("[xacro.left_over]"), std::string::npos) << undeclared.told;
+}
+
+TEST(Load, APackageWithANearNameIsAskedForInWholeSentences) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("near_name." + std::to_string(getpid()));
+  fs::create_directories(folder / "src/arm_description");
+  std::ofstream(folder / "src/arm_description/package.xml")
+      << "<package><name>arm_description</name></package>";
+  std::ofstream(folder / "a.xacro") << robot("<xacro:include filename=\"$(find arm_descripton)/x.xacro\"/>");
+  PackageResolver resolver;
+  Diagnostics diagnostics;
+  std::string told;
+  try {
+    expand_description(folder / "a.xacro", {}, resolver, diagnostics);
+  } catch (const InputError& error) {
+    told = error.what();
+  }
+  fs::remove_all(folder);
+  EXPECT_NE(told.find("; did you mean 'arm_description'? Looked in:\n"), std::string::npos) << told;
+}
+
+TEST(Load, AFaultOfXacroInAPlainUrdfThatUsesItIsRefusedAsInAXacroFile) {
+  const std::string begin =
+      "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><link name=\"l\"/><link "
+      "name=\"m\"/>";
+  const std::string macro = "<xacro:macro name=\"arm\" params=\"n\"><link name=\"x${n}\"/></xacro:macro>";
+  const std::pair<std::string, std::string> cases[] = {
+      {"<xacro:include filename=\"$(find nowhere_at_all)/x.xacro\"/><xacro:arm/>", "xacro.package_not_found"},
+      {"<xacro:include filename=\"nowhere.xacro\"/>", "xacro.file_not_found"},
+      {macro + "<xacro:arm n=\"${1/0}\"/>", "xacro.division_by_zero"},
+      {macro + "<xacro:arm nn=\"1\"/>", "xacro.unknown_parameter"},
+      {macro + "<xacro:arn n=\"1\"/>", "xacro.unknown_macro"},
+      {"<xacro:property name=\"p\" value=\"1\"/><xacro:x/>", "xacro.unknown_macro"},
+      {"<xacro:arg name=\"p\" default=\"1\"/><xacro:x/>", "xacro.unknown_macro"},
+      {"<xacro:if value=\"1\"><link name=\"n\"/></xacro:if><xacro:x/>", "xacro.unknown_macro"},
+      {"<xacro:x><link name=\"n\"/></xacro:x>", "xacro.unknown_macro"},
+      {"<xacro:x n=\"${1}\"/>", "xacro.unknown_macro"},
+      {"<link name=\"${nothing}\"/>", "xacro.undefined_name"}};
+  for (const auto& [more, rule] : cases) {
+    for (const char* name : {"a.urdf", "a.xacro"}) {
+      const Reading got = read(name, begin + more + "</robot>");
+      EXPECT_TRUE(got.refused) << name << more << got.told;
+      EXPECT_NE(got.told.find("[" + rule + "]"), std::string::npos) << name << more << got.told;
+    }
+  }
 }
 
 }  // namespace

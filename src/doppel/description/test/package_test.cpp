@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -53,6 +54,19 @@ TEST_F(Packages, AreFoundInTheWholeWorkspace) {
   write("ws/src/a/arm_bringup/urdf/arm.urdf");
   EXPECT_EQ(find("arm_description", "ws/src/a/arm_bringup/urdf/arm.urdf"),
             "ws/src/b/deep/down/arm_description");
+}
+
+TEST_F(Packages, EachPlaceIsNamedOnceWhereTwoFilesAskForThePackage) {
+  package("ws/src/a/arm_bringup");
+  PackageResolver resolver;
+  for (const char* from : {"ws/src/a/arm_bringup/urdf/arm.urdf", "ws/src/a/arm_bringup/urdf/arm.urdf",
+                           "ws/src/a/arm_bringup/config/x.xacro", "ws/src/a/other.xacro"})
+    resolver.add_context(folder_ / from);
+  std::vector<std::string> tried = resolver.find_package("arm_descripton").tried;
+  ASSERT_FALSE(tried.empty());
+  std::sort(tried.begin(), tried.end());
+  EXPECT_EQ(std::adjacent_find(tried.begin(), tried.end()), tried.end())
+      << *std::adjacent_find(tried.begin(), tried.end());
 }
 
 TEST_F(Packages, WhatColconLeavesOutIsNotFound) {

@@ -93,12 +93,23 @@ TEST_F(OptionalParts, InterfaceBoundsThatCannotBeReadAreLeftOut) {
 TEST_F(OptionalParts, AnIncompleteInertialCountsAsNone) {
   const std::string tensor = "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>";
   for (const std::string& inside :
-       {std::string("<mass value=\"1\"/>"), tensor, "<mass value=\"1kg\"/>" + tensor,
+       {tensor, "<mass value=\"1kg\"/>" + tensor, std::string("<mass value=\"1kg\"/>"),
+        std::string("<mass value=\"0\"/>"), std::string("<mass value=\"1\"/><origin xyz=\"0 0\"/>"),
         "<mass value=\"1\"/><origin xyz=\"0 0\"/>" + tensor, "<mass/>" + tensor, std::string()}) {
     read("", "<inertial>" + inside + "</inertial>");
     EXPECT_GE(warnings("urdf.inertial"), 1) << inside;
     EXPECT_FALSE(robot_.links.at(1).inertial.has_value()) << inside;
   }
+}
+
+TEST_F(OptionalParts, AMassWithoutATensorIsKept) {
+  read("", "<inertial><origin xyz=\"0 0 0.1\"/><mass value=\"1.5\"/></inertial>");
+  EXPECT_EQ(warnings("urdf.inertial"), 1);
+  ASSERT_TRUE(robot_.links.at(1).inertial.has_value());
+  EXPECT_EQ(robot_.links.at(1).inertial->mass, 1.5);
+  EXPECT_EQ(robot_.links.at(1).inertial->origin.xyz.z(), 0.1);
+  EXPECT_FALSE(robot_.links.at(1).inertial->tensor_written);
+  EXPECT_TRUE(robot_.links.at(1).inertial->source.known());
 }
 
 TEST_F(OptionalParts, AShapeThatCannotBeReadIsLeftOut) {

@@ -83,6 +83,58 @@ TEST(AssumedMasses, WrittenMassesKeepTheGuessUnscaled) {
   EXPECT_THAT(diagnostics.all()[0].message, ::testing::Not(HasSubstr("scaled")));
 }
 
+RobotDescription one_link(double mass) {
+  RobotDescription robot;
+  robot.links = {make_frame("base"),
+                 mass > 0 ? test::make_link("l", mass, {0, 0, 0.1}, {0, 0, 0}) : make_frame("l")};
+  if (mass > 0) robot.links[1].inertial->tensor_written = false;
+  robot.joints = {make_joint("j", JointType::revolute, "base", "l", {0, 0, 0}, {0, 0, 1})};
+  test::limit(robot.joints.back(), -1, 1, 10, 1);
+  return robot;
+}
+
+TEST(AssumedMasses, AWrittenMassWithoutATensorIsABallWhereTheLinkHasNoShape) {
+  Diagnostics diagnostics;
+  const Model model = compile_model(one_link(1.0), BaseKind::fixed, diagnostics);
+  EXPECT_TRUE(diagnostics.all().empty()) << "the parser has said it";
+  const MassProperties& body = *model.links[1].inertia;
+  EXPECT_EQ(body.mass, 1.0);
+  EXPECT_EQ(model.total_mass, 1.0);
+  EXPECT_EQ(body.com, Eigen::Vector3d(0, 0, 0.1));
+  // 1 kg at 1000 kg/m^3: a ball of 62.035 mm radius.
+  EXPECT_TRUE(body.I.isApprox(0.4 * 0.062035 * 0.062035 * Eigen::Matrix3d::Identity(), 1e-4)) << body.I;
+}
+
+TEST(AssumedMasses, AWrittenMassWithoutATensorIsSpreadLikeTheLinksShape) {
+  RobotDescription robot = one_link(3.0);
+  robot.links[1].visuals.push_back({});
+  robot.links[1].visuals[0].geometry = Box{{0.1, 0.2, 0.3}};
+  Diagnostics diagnostics;
+  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
+  const MassProperties& body = *model.links[1].inertia;
+  EXPECT_EQ(body.mass, 3.0);
+  EXPECT_EQ(body.com, Eigen::Vector3d(0, 0, 0.1));
+  const Eigen::Vector3d wanted(0.25 * 0.13, 0.25 * 0.10, 0.25 * 0.05);
+  EXPECT_TRUE(body.I.isApprox(Eigen::Matrix3d(wanted.asDiagonal()), 1e-9)) << body.I;
+}
+
+TEST(AssumedMasses, OneLinkIsSpokenOfInTheSingular) {
+  const auto told = [](const RobotDescription& robot) {
+    Diagnostics diagnostics;
+    compile_model(robot, BaseKind::fixed, diagnostics);
+    return diagnostics.all().at(0).message + " | " + diagnostics.all().at(0).mend;
+  };
+  RobotDescription robot = one_link(0.0);
+  EXPECT_THAT(told(robot), HasSubstr("a link moves and has no mass; guessed from its length: 'l' "));
+  robot.links[1].visuals.push_back({});
+  robot.links[1].visuals[0].geometry = Box{{0.1, 0.2, 0.3}};
+  EXPECT_THAT(told(robot), HasSubstr("guessed from its shapes: 'l' 6 kg | "));
+  robot.joints[0].type = JointType::prismatic;
+  robot.joints[0].axis = {0, 0, 1};
+  EXPECT_THAT(told(robot), HasSubstr("guessed from its shapes, scaled by 0.085 so that 'j' holds it: "));
+  EXPECT_THAT(told(robot), ::testing::Not(HasSubstr("these")));
+}
+
 TEST(AssumedMasses, ShapesOnWeldedLinksCount) {
   RobotDescription robot = seven_axes();
   robot.links.push_back(make_frame("cover"));

@@ -1,0 +1,44 @@
+// What a folder given as a target may hold beside its description.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "doppel/description/load.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FolderAsTarget : public ::testing::Test {
+ protected:
+  FolderAsTarget() : folder_(fs::path(testing::TempDir()) / ("target_test." + std::to_string(getpid()))) {
+    fs::create_directories(folder_ / "urdf");
+    write("package.xml", "<package><name>arm</name></package>");
+    write("urdf/arm.urdf", "<robot name=\"a\"><link name=\"l\"/></robot>");
+  }
+  ~FolderAsTarget() override { fs::remove_all(folder_); }
+  void write(const std::string& file, const std::string& text) { std::ofstream(folder_ / file) << text; }
+  fs::path found() { return resolve_target(folder_.string(), "").description.filename(); }
+
+  fs::path folder_;
+};
+
+TEST_F(FolderAsTarget, PipesBesideTheDescriptionAreNotWaitedFor) {
+  for (const char* name : {"urdf/pipe.urdf", "urdf/pipe.xacro"})
+    ASSERT_EQ(mkfifo((folder_ / name).c_str(), 0600), 0);
+  EXPECT_EQ(found(), "arm.urdf");
+}
+
+TEST_F(FolderAsTarget, FilesThatAreTooLargeToLookIntoAreNotChosen) {
+  write("urdf/large.urdf", "<robot name=\"b\"><link name=\"l\"/></robot>");
+  fs::resize_file(folder_ / "urdf/large.urdf", (std::uintmax_t{16} << 20) + 1);
+  fs::create_directories(folder_ / "urdf/folder.urdf");
+  EXPECT_EQ(found(), "arm.urdf");
+}
+
+}  // namespace
+}  // namespace doppel
