@@ -19,6 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Pair;
+using ::testing::UnorderedElementsAre;
 
 std::string link(const std::string& name) {
   return "<link name=\"" + name +
@@ -78,6 +79,32 @@ class FoundControllers : public ::testing::Test {
     return out;
   }
 
+  // Switches `name` off, edits the YAML, and gives what is active after the edit.
+  std::vector<std::string> active_after_edit(const std::string& yaml, const std::string& name,
+                                             const std::string& edited) {
+    std::ofstream(folder_ / "arm.urdf") << kArm + "</robot>";
+    std::ofstream(folder_ / "config/controllers.yaml") << yaml;
+    Scenario scenario;
+    scenario.target = (folder_ / "arm.urdf").string();
+    Diagnostics diagnostics;
+    Twin twin(scenario, log_, diagnostics);
+    const std::vector<std::string> off{name};
+    EXPECT_TRUE(twin.controller_manager().switch_controllers({}, off, Strictness::strict));
+    const std::size_t before = twin.controller_manager().controllers().size();
+    std::ofstream(folder_ / "config/controllers.yaml") << edited;
+    for (int i = 0; i < 2; ++i) {  // what an edit keeps, the next one keeps, too
+      const auto replacement = twin.prepare(twin.present_controllers(), diagnostics);
+      static_cast<void>(twin.replace(replacement));
+      std::ofstream(folder_ / "config/controllers.yaml") << edited + "# once more\n";
+    }
+    EXPECT_EQ(twin.controller_manager().controllers().size(), before);
+    std::vector<std::string> out;
+    for (const ControllerView& c : twin.controller_manager().controllers()) {
+      if (c.state == ControllerState::active) out.push_back(c.name);
+    }
+    return out;
+  }
+
   fs::path folder_;
   Log log_;
   std::string said_;
@@ -126,6 +153,29 @@ TEST_F(FoundControllers, JointsThatNoControllerDrivesAreHeld) {
   EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
   EXPECT_THAT(there.at("joint_trajectory_controller_rest"), ElementsAre("elbow/position"));
   EXPECT_THAT(said_, HasSubstr("no controller of this file drives 'elbow'"));
+}
+
+TEST_F(FoundControllers, JointsOfAControllerThatWasSwitchedOffStayReleasedAfterAnEdit) {
+  const std::string yaml =
+      manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
+  EXPECT_THAT(active_after_edit(yaml, "arm", yaml + "# edited\n"), ElementsAre("jsb"));
+}
+
+TEST_F(FoundControllers, AGeneratedControllerThatWasSwitchedOffStaysOffAfterAnEdit) {
+  const std::string yaml = manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder]");
+  EXPECT_THAT(active_after_edit(yaml, "joint_trajectory_controller", yaml + "# edited\n"),
+              UnorderedElementsAre("jsb", "arm"));
+  EXPECT_THAT(active_after_edit(yaml, "arm", yaml + "# edited\n"),
+              UnorderedElementsAre("jsb", "joint_trajectory_controller"));
+}
+
+TEST_F(FoundControllers, ABroadcasterThatWasSwitchedOffIsNotReplacedAfterAnEdit) {
+  const std::string yaml =
+      manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
+  EXPECT_THAT(active_after_edit(yaml, "jsb", yaml + "# edited\n"), ElementsAre("arm"));
+  const std::string without = manager(declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
+  EXPECT_THAT(active_after_edit(without, "joint_state_broadcaster", without + "# edited\n"),
+              ElementsAre("arm"));
 }
 
 TEST_F(FoundControllers, OfTwoThatClaimOneJointTheTrajectoryControllerRuns) {
