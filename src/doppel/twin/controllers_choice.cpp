@@ -276,6 +276,12 @@ std::vector<fs::path> named_by_plugins(const RobotDescription& robot, Diagnostic
 
 }  // namespace
 
+bool is_controllers_file(const fs::path& file) {
+  Diagnostics unused;
+  const auto parsed = usable_file(file, text_of(file), unused);
+  return parsed && declares_controllers(*parsed);
+}
+
 std::vector<fs::path> find_controllers_files(const RobotDescription& robot, const Target& target,
                                              Diagnostics& diagnostics) {
   std::vector<fs::path> named = named_by_plugins(robot, diagnostics);

@@ -20,4 +20,7 @@ namespace doppel {
 std::vector<std::filesystem::path> find_controllers_files(const RobotDescription& robot, const Target& target,
                                                           Diagnostics& diagnostics);
 
+// Whether the file is there, can be read and declares controllers for ROS 2.
+bool is_controllers_file(const std::filesystem::path& file);
+
 }  // namespace doppel

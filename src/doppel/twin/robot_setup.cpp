@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "doppel/core/names.h"
@@ -70,6 +71,8 @@ void choose_controllers(const Scenario& scenario, RobotSetup& setup, Diagnostics
     setup.controllers_files = find_controllers_files(setup.description.robot, setup.target, diagnostics);
   }
   if (!setup.controllers_files.empty()) {
+    std::ranges::copy_if(setup.controllers_files, std::back_inserter(setup.declaring_files),
+                         is_controllers_file);
     setup.controllers_origin = setup.controllers_files.front().string();
     setup.controllers = ParameterFile::load(setup.controllers_files.front());
     for (std::size_t i = 1; i < setup.controllers_files.size(); ++i)
