@@ -221,8 +221,9 @@ void ControlStack::hold_the_rest(const ControllerWish& wish, const Log& log) {
   if (!passive.empty()) {
     tell(log, kManager,
          {Severity::note, "up.joints_passive",
-          fmt::format("no controller drives {}, which take{} efforts only: passive, moved by what pushes",
-                      quoted_names(passive), passive.size() == 1 ? "s" : ""),
+          fmt::format("no controller drives {}, which take{} efforts only: passive; {} freely",
+                      quoted_names(passive), passive.size() == 1 ? "s" : "",
+                      passive.size() == 1 ? "it moves" : "they move"),
           make_location(controllers_.name()), "start a controller for their effort"});
   }
 }
@@ -235,7 +236,7 @@ void ControlStack::hold(GeneratedController wanted, const Log& log) {
   if (!make(wanted, true, log)) return;
   tell(log, kManager,
        {Severity::note, "up.joints_held",
-        fmt::format("no controller of this file drives {}; '{}' was made to hold {}",
+        fmt::format("no controller that is loaded drives {}; '{}' was made to hold {}",
                     quoted_names(wanted.joints), wanted.name, wanted.joints.size() == 1 ? "it" : "them"),
         make_location(controllers_.name()),
         "add them to a controller, or give another file with --controllers FILE"});

@@ -47,6 +47,8 @@ class ControlStack {
   // What runs now.
   [[nodiscard]] ControllerWish present_wish() const;
 
+  [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
+
   // The machine has the same structure as the one before. Drives, claims and references go on.
   void take_over(const Machine& before, const Machine& machine);
 

@@ -411,8 +411,10 @@ bool Twin::diverged() const {
 const std::string& Twin::robot_name() const {
   return impl_->control->model().name;
 }
-const std::string& Twin::controllers_origin() const {
-  return impl_->machine->setup.controllers_origin;
+std::string Twin::controllers_origin() const {
+  const RobotSetup& setup = impl_->machine->setup;
+  const bool beside = !setup.controllers_files.empty() && impl_->control->has_generated();
+  return setup.controllers_origin + (beside ? " and generated" : "");
 }
 const Model& Twin::model() const {
   return impl_->control->model();

@@ -70,6 +70,8 @@ class FoundControllers : public ::testing::Test {
     said_.clear();
     Diagnostics diagnostics;
     Twin twin(scenario, log_, diagnostics);
+    for (const Diagnostic& d : diagnostics.all()) said_ += d.rule + ": " + d.message + '\n';
+    origin_ = twin.controllers_origin();
     std::map<std::string, std::vector<std::string>> out;
     for (const ControllerView& c : twin.controller_manager().controllers()) out[c.name] = c.claimed;
     // What was made is made again after an edit, too.
@@ -107,7 +109,7 @@ class FoundControllers : public ::testing::Test {
 
   fs::path folder_;
   Log log_;
-  std::string said_;
+  std::string said_, origin_;
 };
 
 TEST_F(FoundControllers, AllThatFitsRunsAndNothingIsAdded) {
@@ -116,6 +118,7 @@ TEST_F(FoundControllers, AllThatFitsRunsAndNothingIsAdded) {
   EXPECT_THAT(there, ElementsAre(Pair("arm", ElementsAre("shoulder/position", "elbow/position")),
                                  Pair("jsb", IsEmpty())));
   EXPECT_EQ(said_.find("up.joints"), std::string::npos) << said_;
+  EXPECT_EQ(origin_, (folder_ / "config/controllers.yaml").string());
 }
 
 TEST_F(FoundControllers, ATypeThatIsNotAvailableIsLeftOut) {
@@ -134,6 +137,9 @@ TEST_F(FoundControllers, ATypeThatIsNotAvailableIsLeftOut) {
 TEST_F(FoundControllers, AMisspeltTypeIsLeftOutWithTheNearest) {
   const auto there = up(manager(declared("arm", "joint_trajectory_controller/JointTrajectoryControler")));
   EXPECT_THAT(said_, HasSubstr("did you mean 'joint_trajectory_controller/JointTrajectoryController'?"));
+  EXPECT_THAT(said_, HasSubstr("'arm' is left out"));
+  EXPECT_EQ(said_.find("the others run"), std::string::npos) << "there are none";
+  EXPECT_EQ(origin_, (folder_ / "config/controllers.yaml").string() + " and generated");
   EXPECT_THAT(there, ElementsAre(Pair("joint_state_broadcaster", IsEmpty()),
                                  Pair("joint_trajectory_controller",
                                       ElementsAre("shoulder/position", "elbow/position"))));
@@ -152,7 +158,7 @@ TEST_F(FoundControllers, JointsThatNoControllerDrivesAreHeld) {
                         trajectories("joint_trajectory_controller", "[shoulder]"));
   EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
   EXPECT_THAT(there.at("joint_trajectory_controller_rest"), ElementsAre("elbow/position"));
-  EXPECT_THAT(said_, HasSubstr("no controller of this file drives 'elbow'"));
+  EXPECT_THAT(said_, HasSubstr("no controller that is loaded drives 'elbow'"));
 }
 
 TEST_F(FoundControllers, JointsOfAControllerThatWasSwitchedOffStayReleasedAfterAnEdit) {
@@ -219,7 +225,30 @@ TEST_F(FoundControllers, JointsThatTakeEffortsOnlyArePassive) {
       "<state_interface name=\"position\"/></joint><joint name=\"elbow\">"
       "<command_interface name=\"effort\"/><state_interface name=\"position\"/></joint></ros2_control>";
   up(manager(kBroadcaster), hardware);
-  EXPECT_THAT(said_, HasSubstr("no controller drives 'elbow', which takes efforts only"));
+  EXPECT_THAT(said_,
+              HasSubstr("no controller drives 'elbow', which takes efforts only: passive; it moves freely"));
+}
+
+TEST_F(FoundControllers, AnUnknownJointOfReplacedHardwareIsReported) {
+  const std::string hardware =
+      "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
+      "</hardware><joint name=\"sholder\"><command_interface name=\"position\"/>"
+      "<state_interface name=\"position\"/></joint></ros2_control>";
+  up("some_node:\n  ros__parameters:\n    rate: 1\n", hardware);
+  EXPECT_THAT(said_, HasSubstr("ros2_control.unknown_joint: <ros2_control> 's' lists the joint 'sholder'"));
+  EXPECT_THAT(said_, HasSubstr("did you mean 'shoulder'?"));
+  EXPECT_THAT(said_, HasSubstr("up.hardware_generated"));
+}
+
+TEST_F(FoundControllers, ControllersOfAManagerInANamespaceAreReportedWithIt) {
+  const std::string yaml = "/my/" + manager(kBroadcaster + declared("arm", kJtc)) + "/my/" +
+                           trajectories("arm", "[shoulder, elbow]");
+  const auto there = up(yaml);
+  EXPECT_EQ(there.count("arm"), 0U);
+  EXPECT_THAT(said_, HasSubstr("up.controllers_of_other_manager: the controllers of this file belong to "
+                               "'/my/controller_manager'; the manager here is '/controller_manager'"));
+  up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"));
+  EXPECT_EQ(said_.find("up.controllers_of_other_manager"), std::string::npos) << said_;
 }
 
 TEST_F(FoundControllers, AnInterfaceThatIsOfferedTwiceIsLeftOutOnce) {
