@@ -100,8 +100,9 @@ TEST_F(RobotSetups, FilesOfOtherRobotsAreNamedInTheNoteOnWhatWasMade) {
   EXPECT_EQ(set_up().controllers_origin, "generated");
   EXPECT_FALSE(told("up.controllers_of_others")) << "one note, with one remedy";
   for (const Diagnostic& d : diagnostics_.all()) {
-    if (d.rule == "up.controllers_generated")
+    if (d.rule == "up.controllers_generated") {
       EXPECT_NE(d.message.find("'wheel' is not a joint here"), std::string::npos) << d.message;
+    }
   }
   EXPECT_TRUE(told("up.controllers_generated"));
 }
