@@ -187,6 +187,32 @@ TEST_F(Reload, WhatCannotBeUsedChangesNothing) {
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-4) << name;
 }
 
+// Found, not named: the controllers that it declares are not given up for generated ones.
+TEST_F(Reload, AFoundControllersFileThatIsLostIsRefusedAndPickedUpWhenItIsRestored) {
+  const fs::path file = folder_ / "config/ros2_controllers.yaml";
+  std::ifstream in(file);
+  const std::string whole{std::istreambuf_iterator<char>(in), {}};
+  const auto before = twin_->controller_manager().controllers().size();
+  const auto expect_refused = [&](const std::string& what) {
+    EXPECT_THROW(reload(), InputError) << what;
+    EXPECT_EQ(twin_->controller_manager().controllers().size(), before) << what;
+    const auto watched = twin_->files();
+    EXPECT_NE(std::find(watched.begin(), watched.end(), file), watched.end()) << what;
+  };
+  std::ofstream(file) << "";
+  expect_refused("empty");
+  std::ofstream(file) << "controller_manager:\n  update_rate: 100\n";
+  expect_refused("without ros__parameters");
+  std::ofstream(file) << "some_node:\n  ros__parameters:\n    rate: 100\n";
+  expect_refused("of another node");
+  fs::remove(file);
+  expect_refused("deleted");
+  std::ofstream(file) << whole;
+  EXPECT_NO_THROW(reload());
+  edit("config/ros2_controllers.yaml", "update_rate: ", "update_rate: 1");
+  EXPECT_EQ(reload(), Twin::Reload::controllers_made_anew);
+}
+
 TEST_F(Reload, EveryFileThatMattersIsWatched) {
   std::map<std::string, int> names;
   for (const fs::path& file : twin_->files()) ++names[file.filename().string()];

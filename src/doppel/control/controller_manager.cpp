@@ -180,7 +180,7 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
       throw InputError(
           "control.type_not_available", where,
           fmt::format("the controller type '{}' of ROS 2 Jazzy is not available here", type_name),
-          "leave it to the robot, or load a library that has it with --plugin");
+          "remove it from the file, or load a library that has it with --plugin LIBRARY");
     }
     throw InputError("control.unknown_type", where,
                      fmt::format("there is no controller type '{}'{}", type_name,

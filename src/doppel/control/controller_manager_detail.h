@@ -106,6 +106,7 @@ struct ControllerManager::Impl {
   // Loaded and configured, or null and a warning.
   LoadedController* try_to_load(const std::string& name);
   void leave_out(const std::string& name, const std::vector<Diagnostic>& why);
+  void report_left_out(std::span<const std::string> names);
   // Of those that were loaded the ones that can be active together; leaves the others out, or inactive.
   std::vector<std::string> that_fit(std::vector<LoadedController*> wanted);
   void check_start(const std::vector<LoadedController*>& wanted) const;  // throws InputError
@@ -141,6 +142,7 @@ struct ControllerManager::Impl {
   std::vector<std::unique_ptr<LoadedController>>
       loaded;  // in order of loading, which is the order of updates
   std::vector<LoadedController*> active;
+  std::vector<std::pair<std::string, Diagnostic>> left_out;  // by the start under way, and why
   Publisher<controller_manager_msgs::msg::ControllerManagerActivity> activity;
 };
 

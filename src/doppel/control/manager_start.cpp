@@ -93,10 +93,20 @@ void ControllerManager::Impl::leave_out(const std::string& name, const std::vect
   first.severity = Severity::warning;
   if (why.size() > 1)
     first.message += fmt::format("{} and {} more", first.message.ends_with('?') ? "" : ",", why.size() - 1);
-  first.message +=
-      fmt::format("{} '{}' is left out, the others run", first.message.ends_with('?') ? "" : ";", name);
-  tell(log, options.name, first);
+  left_out.emplace_back(name, std::move(first));
   if (find(name) != nullptr) static_cast<void>(unload(name));
+}
+
+void ControllerManager::Impl::report_left_out(std::span<const std::string> names) {
+  const bool others = std::any_of(active.begin(), active.end(), [&](const LoadedController* c) {
+    return std::find(names.begin(), names.end(), c->name) != names.end();
+  });
+  for (auto& [name, why] : left_out) {
+    why.message += fmt::format("{} '{}' is left out{}", why.message.ends_with('?') ? "" : ";", name,
+                               others ? ", the others run" : "");
+    tell(log, options.name, why);
+  }
+  left_out.clear();
 }
 
 LoadedController* ControllerManager::Impl::try_to_load(const std::string& name) {
@@ -161,6 +171,7 @@ void ControllerManager::Impl::start_what_fits(std::span<const std::string> names
                         file == nullptr ? SourceLocation{} : make_location(file->name()), ""}});
     }
   }
+  report_left_out(names);
 }
 
 }  // namespace doppel

@@ -20,12 +20,16 @@ bool is_loaded(const ControllerManager& manager, const std::string& name) {
   return std::any_of(loaded.begin(), loaded.end(), [&](const ControllerView& c) { return c.name == name; });
 }
 
-// `name`, or with "_rest" where the file has one of that name.
-std::string free_name(const ControllerManager& manager, const std::string& name) {
+bool is_taken(const ControllerManager& manager, const std::string& name) {
   const auto declared = manager.declared_controllers();
-  const bool taken = is_loaded(manager, name) || std::any_of(declared.begin(), declared.end(),
-                                                             [&](const auto& d) { return d.first == name; });
-  return taken ? name + "_rest" : name;
+  return is_loaded(manager, name) ||
+         std::any_of(declared.begin(), declared.end(), [&](const auto& d) { return d.first == name; });
+}
+
+// `name`, or with "_rest" where there is one of that name.
+std::string free_name(const ControllerManager& manager, std::string name) {
+  while (is_taken(manager, name)) name += "_rest";
+  return name;
 }
 
 // What the hardware's interfaces make possible, by joint.
@@ -100,6 +104,10 @@ class Unique {
   std::set<std::string> components_, interfaces_;
 };
 
+bool among(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 std::string quoted_names(const std::vector<std::string>& names) {
   std::string out;
   for (const std::string& name : names) out += fmt::format("{}'{}'", out.empty() ? "" : ", ", name);
@@ -135,7 +143,6 @@ void ControlStack::start(const ControllerWish& wish, const Log& log) {
     for (const std::string& name : wish.active) {
       if (!is_loaded(*manager_, name)) left_out_.push_back(name);
     }
-    hold_the_rest(log);
   } else {
     manager_->start(wish.active);
   }
@@ -150,15 +157,21 @@ void ControlStack::start(const ControllerWish& wish, const Log& log) {
     }
     if (const Status configured = manager_->configure(name); !configured) log.warning(name, configured.why());
   }
+  if (wish.what_fits) hold_the_rest(wish, log);
 }
 
-bool ControlStack::start_generated(const std::string& name, const std::string& type, const Log& log) {
+bool ControlStack::make(const GeneratedController& controller, bool active, const Log& log) {
+  const std::string& name = controller.name;
+  const std::string origin = "<generated controllers>";
+  if (!controller.joints.empty()) controllers_.add(name, "joints", controller.joints, origin);
+  for (const auto& [parameter, value] : controller.parameters)
+    controllers_.add(name, parameter, value, origin);
   const std::vector<std::string> names{name};
   try {
-    manager_->load(name, type);
-    generated_.push_back(name);
+    manager_->load(name, controller.type);
+    generated_.push_back(controller);
     Status status = manager_->configure(name);
-    if (status) status = manager_->switch_controllers(names, {}, Strictness::strict);
+    if (status && active) status = manager_->switch_controllers(names, {}, Strictness::strict);
     if (status) return true;
     log.warning(kManager, fmt::format("the generated controller '{}' does not run: {}", name, status.why()));
     static_cast<void>(manager_->unload(name));
@@ -169,55 +182,62 @@ bool ControlStack::start_generated(const std::string& name, const std::string& t
   return false;
 }
 
-void ControlStack::hold_the_rest(const Log& log) {
+void ControlStack::make_idle(GeneratedController idle, const Log& log) {
+  const bool commands = !idle.joints.empty();
+  const Offer offer = offer_of(*manager_);
+  const std::set<std::string>& there = idle.type == kVelocities ? offer.speeds : offer.positions;
+  std::erase_if(idle.joints, [&](const std::string& joint) { return !there.contains(joint); });
+  if (is_taken(*manager_, idle.name) || (commands && idle.joints.empty())) return;
+  make(idle, false, log);
+}
+
+void ControlStack::hold_the_rest(const ControllerWish& wish, const Log& log) {
+  for (const GeneratedController& idle : wish.idle) make_idle(idle, log);
   const auto running = manager_->controllers();
   const bool seen = std::any_of(running.begin(), running.end(),
                                 [](const ControllerView& c) { return c.type == kBroadcaster; });
   if (!seen && !manager_->state_interfaces().empty())
-    start_generated(free_name(*manager_, "joint_state_broadcaster"), kBroadcaster, log);
+    make({free_name(*manager_, "joint_state_broadcaster"), kBroadcaster, {}, {}}, true, log);
 
   const Offer offer = offer_of(*manager_);
   std::vector<std::string> held, stopped, passive;
   bool velocities = true;
   for (const ModelJoint& joint : model_.joints) {
     if (!joint.scalar() || joint.mimics() || !offer.commands.contains(joint.name) ||
-        offer.driven.contains(joint.name))
+        offer.driven.contains(joint.name) || among(wish.released, joint.name))
       continue;
     const bool position = offer.positions.contains(joint.name);
     (position ? held : offer.speeds.contains(joint.name) ? stopped : passive).push_back(joint.name);
     velocities = velocities && (!position || offer.velocities.contains(joint.name));
   }
-  hold("joint_trajectory_controller", kTrajectories, held,
-       {{"command_interfaces", {kPosition}},
-        {"state_interfaces",
-         velocities ? std::vector<std::string>{kPosition, kVelocity} : std::vector<std::string>{kPosition}}},
+  hold({"joint_trajectory_controller",
+        kTrajectories,
+        held,
+        {{"command_interfaces", {kPosition}},
+         {"state_interfaces", velocities ? std::vector<std::string>{kPosition, kVelocity}
+                                         : std::vector<std::string>{kPosition}}}},
        log);
-  hold("velocity_controller", kVelocities, stopped, {}, log);
+  hold({"velocity_controller", kVelocities, stopped, {}}, log);
   if (!passive.empty()) {
     tell(log, kManager,
          {Severity::note, "up.joints_passive",
-          fmt::format("no controller drives {}, which take{} efforts only: passive, moved by what pushes",
-                      quoted_names(passive), passive.size() == 1 ? "s" : ""),
+          fmt::format("no controller drives {}, which take{} efforts only: passive; {} freely",
+                      quoted_names(passive), passive.size() == 1 ? "s" : "",
+                      passive.size() == 1 ? "it moves" : "they move"),
           make_location(controllers_.name()), "start a controller for their effort"});
   }
 }
 
 // A generated controller over joints that nothing drives; with it a robot stays as it is, and can be
 // commanded.
-void ControlStack::hold(const std::string& wanted_name, const std::string& type,
-                        const std::vector<std::string>& joints,
-                        const std::vector<std::pair<std::string, std::vector<std::string>>>& parameters,
-                        const Log& log) {
-  if (joints.empty()) return;
-  const std::string name = free_name(*manager_, wanted_name);
-  const std::string origin = "<generated controllers>";
-  controllers_.add(name, "joints", joints, origin);
-  for (const auto& [parameter, value] : parameters) controllers_.add(name, parameter, value, origin);
-  if (!start_generated(name, type, log)) return;
+void ControlStack::hold(GeneratedController wanted, const Log& log) {
+  if (wanted.joints.empty()) return;
+  wanted.name = free_name(*manager_, wanted.name);
+  if (!make(wanted, true, log)) return;
   tell(log, kManager,
        {Severity::note, "up.joints_held",
-        fmt::format("no controller of this file drives {}; '{}' was made to hold {}", quoted_names(joints),
-                    name, joints.size() == 1 ? "it" : "them"),
+        fmt::format("no controller that is loaded drives {}; '{}' was made to hold {}",
+                    quoted_names(wanted.joints), wanted.name, wanted.joints.size() == 1 ? "it" : "them"),
         make_location(controllers_.name()),
         "add them to a controller, or give another file with --controllers FILE"});
 }
@@ -240,11 +260,23 @@ ControllerWish ControlStack::present_wish() const {
   ControllerWish wish;
   wish.what_fits = what_fits_;
   for (const ControllerView& controller : manager_->controllers()) {
-    if (std::find(generated_.begin(), generated_.end(), controller.name) != generated_.end()) continue;
-    (controller.state == ControllerState::active ? wish.active : wish.inactive).push_back(controller.name);
+    const bool active = controller.state == ControllerState::active;
+    const auto made = std::find_if(generated_.begin(), generated_.end(),
+                                   [&](const GeneratedController& g) { return g.name == controller.name; });
+    if (made == generated_.end()) {
+      (active ? wish.active : wish.inactive).push_back(controller.name);
+    } else if (!active) {
+      wish.idle.push_back(*made);
+    }
   }
   for (const auto& [name, type] : manager_->declared_controllers()) {
-    if (std::find(left_out_.begin(), left_out_.end(), name) == left_out_.end()) wish.declared.push_back(name);
+    if (!among(left_out_, name)) wish.declared.push_back(name);
+  }
+  const Offer offer = offer_of(*manager_);
+  for (const std::set<std::string>* joints : {&offer.positions, &offer.speeds}) {
+    for (const std::string& joint : *joints) {
+      if (!offer.driven.contains(joint) && !among(wish.released, joint)) wish.released.push_back(joint);
+    }
   }
   return wish;
 }

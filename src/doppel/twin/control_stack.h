@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "doppel/control/controller_manager.h"
@@ -12,12 +13,23 @@
 
 namespace doppel {
 
+// A controller that no file declares, over joints that nothing else drives.
+struct GeneratedController {
+  std::string name, type;
+  std::vector<std::string> joints;                                           // none: it commands nothing
+  std::vector<std::pair<std::string, std::vector<std::string>>> parameters;  // beside `joints`
+};
+
 // Which controllers are to be active, and which only loaded and configured.
 struct ControllerWish {
   std::vector<std::string> active, inactive;
   std::vector<std::string> declared;  // in the YAML that they come from
   // Nobody chose them: what does not fit is left out, and what no controller drives is held where it is.
   bool what_fits = false;
+  // Before an edit: generated controllers that were switched off, and joints that could be held and that
+  // nothing drove. Both stay as they were.
+  std::vector<GeneratedController> idle;
+  std::vector<std::string> released;
 };
 
 class ControlStack {
@@ -28,12 +40,14 @@ class ControlStack {
 
   // Throws InputError; nothing is active then. Where `wish.what_fits`, nothing is refused: a
   // joint_state_broadcaster is added where none runs, and a joint_trajectory_controller over the joints that
-  // take positions and that no controller drives, with a note.
+  // take positions and that no controller drives, but for `wish.released`, with a note.
   void start(const ControllerWish& wish, const Log& log);
   // All that the YAML declares, or what `activate` names and the rest inactive.
   [[nodiscard]] ControllerWish wish_of(const std::vector<std::string>& activate) const;
   // What runs now.
   [[nodiscard]] ControllerWish present_wish() const;
+
+  [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
   // The machine has the same structure as the one before. Drives, claims and references go on.
   void take_over(const Machine& before, const Machine& machine);
@@ -43,18 +57,19 @@ class ControlStack {
   [[nodiscard]] const Model& model() const { return model_; }
 
  private:
-  void hold_the_rest(const Log& log);
-  void hold(const std::string& wanted_name, const std::string& type, const std::vector<std::string>& joints,
-            const std::vector<std::pair<std::string, std::vector<std::string>>>& parameters, const Log& log);
-  // Whether it runs now; a warning says why not.
-  bool start_generated(const std::string& name, const std::string& type, const Log& log);
+  void hold_the_rest(const ControllerWish& wish, const Log& log);
+  void hold(GeneratedController wanted, const Log& log);
+  // As it was before an edit, with those of its joints that are still there.
+  void make_idle(GeneratedController idle, const Log& log);
+  // Whether it runs now, or is inactive where it is not to be active; a warning says why not.
+  bool make(const GeneratedController& controller, bool active, const Log& log);
 
   Model model_;
   ParameterFile controllers_;
-  bool named_;                          // by the user
-  bool what_fits_ = false;              // of the wish that it was started with
-  std::vector<std::string> generated_;  // controllers that no file declares
-  std::vector<std::string> left_out_;   // that the file declares; after an edit they are tried again
+  bool named_;              // by the user
+  bool what_fits_ = false;  // of the wish that it was started with
+  std::vector<GeneratedController> generated_;
+  std::vector<std::string> left_out_;  // that the file declares; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;
   std::vector<SimulatedHardware*> hardware_;
 };

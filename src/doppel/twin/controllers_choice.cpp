@@ -4,14 +4,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "doppel/bus/bus.h"
+#include "doppel/bus/name_rules.h"
 #include "doppel/control/controller_manager.h"
 #include "doppel/description/package_folder.h"
 
@@ -22,6 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLargestFile = 1 << 20;  // bytes; nobody writes larger ones by hand
 constexpr std::size_t kMostFiles = 500;           // of one package: a folder of logs is not read whole
+constexpr std::size_t kMostPackages = 200;        // beside the description's
 constexpr std::size_t kMostListed = 4;
 
 struct Candidate {
@@ -31,10 +35,12 @@ struct Candidate {
   bool named_alike = false;            // its path holds the robot's name
   bool launched = false;               // a launch file of its package names it
   int usual = 0;                       // 0: the usual name for such a file
+  std::size_t words = 0;               // of the robot's name and its description's file, in the path
 
   [[nodiscard]] bool fits() const { return !own.empty() || (near && foreign.empty()); }
   [[nodiscard]] auto order() const {
-    return std::tuple(-static_cast<long>(own.size()), foreign.size(), !named_alike, !launched, usual, file);
+    return std::tuple(-static_cast<long>(own.size()), foreign.size(), !named_alike, !launched, usual,
+                      -static_cast<long>(words), file);
   }
 };
 
@@ -59,11 +65,17 @@ std::vector<ParameterOverride> manager_parameters(const ParameterFile& file) {
   return out;
 }
 
+// The first controller's type; nothing where no controller is declared.
+std::optional<ParameterOverride> first_type(const std::vector<ParameterOverride>& told) {
+  const auto type =
+      std::find_if(told.begin(), told.end(), [](const auto& o) { return o.name.ends_with(".type"); });
+  return type == told.end() ? std::nullopt : std::optional(*type);
+}
+
 bool declares_controllers(const ParameterFile& file) {
   const auto nodes = file.nodes();
   if (std::any_of(nodes.begin(), nodes.end(), is_manager)) return true;
-  const auto told = file.overrides_for("/controller_manager").all();
-  return std::any_of(told.begin(), told.end(), [](const auto& o) { return o.name.ends_with(".type"); });
+  return first_type(file.overrides_for("/controller_manager").all()).has_value();
 }
 
 // "joints", "left_wheel_names", "command_joints" and the like.
@@ -139,22 +151,53 @@ int rank_of(const std::string& stem) {
   return stem.find("controller") != std::string::npos ? 2 : 3;
 }
 
+// In the order of their names, at most kMostFiles of those that the system gives first; what cannot be read
+// is empty.
+std::vector<fs::directory_entry> entries_of(const fs::path& folder) {
+  std::vector<fs::directory_entry> out;
+  std::error_code problem;
+  for (fs::directory_iterator at(folder, problem), end; !problem && at != end && out.size() < kMostFiles;
+       at.increment(problem))
+    out.push_back(*at);
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// The words of a name in small letters, with their digits: "CR5_Robot" is cr5, robot.
+std::set<std::string> words_with_digits(const std::string& name) {
+  std::set<std::string> out;
+  std::string word;
+  for (const char c : name + '_') {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    } else if (!word.empty()) {
+      out.insert(std::exchange(word, ""));
+    }
+  }
+  return out;
+}
+
+// How many of the words of the robot's name and of its description's file stand in the path.
+std::size_t words_shared(const std::string& path, const RobotDescription& robot,
+                         const fs::path& description) {
+  const std::set<std::string> there = words_with_digits(path);
+  std::set<std::string> words = words_with_digits(robot.name);
+  words.merge(words_with_digits(description.stem().string()));
+  return static_cast<std::size_t>(std::count_if(
+      words.begin(), words.end(), [&](const std::string& word) { return there.contains(word); }));
+}
+
 // Whether a launch file of the package speaks of the file.
 bool launched_by(const fs::path& package, const std::string& filename) {
-  std::error_code none;
-  std::size_t seen = 0;
-  for (const auto& entry : fs::directory_iterator(package / "launch", none)) {
-    if (++seen > kMostFiles) return false;
-    if (text_of(entry.path()).find(filename) != std::string::npos) return true;
-  }
-  return false;
+  const auto entries = entries_of(package / "launch");
+  return std::any_of(entries.begin(), entries.end(), [&](const fs::directory_entry& entry) {
+    return text_of(entry.path()).find(filename) != std::string::npos;
+  });
 }
 
 void add_files(const fs::path& folder, bool deeper, std::vector<fs::path>& out) {
   std::error_code none;
-  std::size_t seen = 0;
-  for (const auto& entry : fs::directory_iterator(folder, none)) {
-    if (++seen > kMostFiles) return;
+  for (const fs::directory_entry& entry : entries_of(folder)) {
     const fs::path extension = entry.path().extension();
     if (extension == ".yaml" || extension == ".yml") out.push_back(entry.path());
     if (deeper && entry.is_directory(none)) add_files(entry.path(), false, out);
@@ -162,7 +205,7 @@ void add_files(const fs::path& folder, bool deeper, std::vector<fs::path>& out) 
 }
 
 std::vector<Candidate> candidates_of(const fs::path& package, bool near, const RobotDescription& robot,
-                                     Diagnostics& diagnostics) {
+                                     const fs::path& description, Diagnostics& diagnostics) {
   std::vector<fs::path> files;
   for (const char* folder : {"config", "controllers"}) add_files(package / folder, true, files);
   std::sort(files.begin(), files.end());
@@ -172,10 +215,9 @@ std::vector<Candidate> candidates_of(const fs::path& package, bool near, const R
     if (!candidate) continue;
     candidate->near = near;
     candidate->usual = rank_of(file.stem().string());
-    candidate->named_alike =
-        !robot.name.empty() &&
-        (package.filename() / file.lexically_relative(package)).string().find(robot.name) !=
-            std::string::npos;
+    const std::string path = (package.filename() / file.lexically_relative(package)).string();
+    candidate->named_alike = !robot.name.empty() && path.find(robot.name) != std::string::npos;
+    candidate->words = words_shared(path, robot, description);
     candidate->launched = launched_by(package, file.filename().string());
     out.push_back(std::move(*candidate));
   }
@@ -183,12 +225,14 @@ std::vector<Candidate> candidates_of(const fs::path& package, bool near, const R
 }
 
 std::vector<Candidate> candidates_beside(const fs::path& package, const RobotDescription& robot,
-                                         Diagnostics& diagnostics) {
+                                         const fs::path& description, Diagnostics& diagnostics) {
   std::vector<Candidate> out;
   std::error_code none;
-  for (const auto& entry : fs::directory_iterator(package.parent_path(), none)) {
+  std::size_t packages = 0;
+  for (const fs::directory_entry& entry : entries_of(package.parent_path())) {
     if (entry.path() == package || !entry.is_directory(none) || !is_package(entry.path())) continue;
-    for (Candidate& one : candidates_of(entry.path(), false, robot, diagnostics))
+    if (++packages > kMostPackages) break;
+    for (Candidate& one : candidates_of(entry.path(), false, robot, description, diagnostics))
       out.push_back(std::move(one));
   }
   return out;
@@ -209,7 +253,9 @@ std::string reason(const Candidate& best, const Candidate& second) {
     return "it names the fewest joints that the robot does not have";
   if (best.named_alike != second.named_alike) return "its path holds the robot's name";
   if (best.launched != second.launched) return "a launch file names it";
-  return best.usual != second.usual ? "its name is the usual one" : "it is the first by name";
+  if (best.usual != second.usual) return "its name is the usual one";
+  return best.words != second.words ? "its path shares most words with the robot's name"
+                                    : "it is the first by name";
 }
 
 void report_others(const std::vector<Candidate>& others, const RobotDescription& robot,
@@ -276,14 +322,45 @@ std::vector<fs::path> named_by_plugins(const RobotDescription& robot, Diagnostic
 
 }  // namespace
 
+bool is_controllers_file(const fs::path& file) {
+  Diagnostics unused;
+  const auto parsed = usable_file(file, text_of(file), unused);
+  return parsed && declares_controllers(*parsed);
+}
+
+void report_other_managers(const ParameterFile& file, std::string_view manager, Diagnostics& diagnostics) {
+  const auto declared_by = [&file](std::string_view node) {
+    return first_type(file.overrides_for(node, "/controller_manager").all());
+  };
+  if (declared_by(manager)) return;
+  std::vector<std::string> others;
+  SourceLocation where = make_location(file.name());
+  for (const std::string& node : file.nodes()) {
+    if (!is_manager(node)) continue;
+    const auto type = first_type(file.overrides_for(node).all());
+    if (!type) continue;
+    if (others.empty()) where = type->source;
+    others.push_back(node.starts_with('/') ? node : '/' + node);
+  }
+  if (others.empty()) return;
+  diagnostics.warning(
+      "up.controllers_of_other_manager", where,
+      fmt::format("the controllers of this file belong to '{}'{}; the manager here is '{}', and none of them "
+                  "is loaded",
+                  others.front(),
+                  others.size() > 1 ? fmt::format(" and {} more managers", others.size() - 1) : "", manager),
+      fmt::format("start with --ros-args -r __ns:={}", node_namespace(others.front())));
+}
+
 std::vector<fs::path> find_controllers_files(const RobotDescription& robot, const Target& target,
                                              Diagnostics& diagnostics) {
   std::vector<fs::path> named = named_by_plugins(robot, diagnostics);
   if (!named.empty() || target.package_folder.empty()) return named;
   const fs::path& package = target.package_folder;
-  std::vector<Candidate> all = candidates_of(package, true, robot, diagnostics);
+  std::vector<Candidate> all = candidates_of(package, true, robot, target.description, diagnostics);
   if (std::none_of(all.begin(), all.end(), [](const Candidate& c) { return c.fits(); })) {
-    for (Candidate& one : candidates_beside(package, robot, diagnostics)) all.push_back(std::move(one));
+    for (Candidate& one : candidates_beside(package, robot, target.description, diagnostics))
+      all.push_back(std::move(one));
   }
   return best_of(std::move(all), robot, diagnostics);
 }

@@ -113,14 +113,26 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
                                              Diagnostics& diagnostics) {
   const RobotDescription& robot = setup.description.robot;
   bool position = false;
+  Diagnostics unknown;  // the simulated hardware reports them itself where it is not replaced
+  std::vector<std::string> names;
+  for (const Joint& joint : robot.joints) names.push_back(joint.name);
   for (const auto& hardware : robot.hardware) {
     for (const auto& joint : hardware.joints) {
-      if (robot.find_joint(joint.name) == nullptr) continue;
+      if (robot.find_joint(joint.name) == nullptr) {
+        unknown.warning(
+            "ros2_control.unknown_joint", joint.source,
+            fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have; "
+                        "it is left out{}",
+                        hardware.name, joint.name, did_you_mean(joint.name, names)),
+            "write the joint's name as its <joint> element has it, or remove the entry");
+        continue;
+      }
       for (const auto& interface : joint.command_interfaces)
         position = position || interface.name == kPosition;
     }
   }
   if (robot.hardware.empty() || (setup.controllers_origin == "generated" && !position)) {
+    for (const Diagnostic& d : unknown.all()) diagnostics.add(d);
     diagnostics.note(
         "up.hardware_generated", robot.source,
         robot.hardware.empty()

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "doppel/core/names.h"
@@ -63,17 +64,30 @@ std::string quoted(const std::string& text) {
 }
 
 void choose_controllers(const Scenario& scenario, RobotSetup& setup, Diagnostics& diagnostics) {
+  Diagnostics said;
   if (scenario.controllers) {
     setup.controllers_named = true;
     setup.controllers_files = {*scenario.controllers};
   } else {
-    setup.controllers_files = find_controllers_files(setup.description.robot, setup.target, diagnostics);
+    setup.controllers_files = find_controllers_files(setup.description.robot, setup.target, said);
+  }
+  std::string others;  // the note of files that were left alone becomes part of the one on what was made
+  for (const Diagnostic& d : said.all()) {
+    if (d.rule == "up.controllers_of_others") {
+      others = "; " + d.message;
+    } else {
+      diagnostics.add(d);
+    }
   }
   if (!setup.controllers_files.empty()) {
+    std::ranges::copy_if(setup.controllers_files, std::back_inserter(setup.declaring_files),
+                         is_controllers_file);
     setup.controllers_origin = setup.controllers_files.front().string();
     setup.controllers = ParameterFile::load(setup.controllers_files.front());
     for (std::size_t i = 1; i < setup.controllers_files.size(); ++i)
       setup.controllers.add(ParameterFile::load(setup.controllers_files[i]));
+    NameRules names = scenario.ros.names;
+    report_other_managers(setup.controllers, names.node("/controller_manager"), diagnostics);
     return;
   }
   const auto joints = joints_to_drive(setup.description.robot);
@@ -85,8 +99,8 @@ void choose_controllers(const Scenario& scenario, RobotSetup& setup, Diagnostics
     diagnostics.note(
         "up.controllers_generated", setup.description.robot.source,
         fmt::format("no controllers' YAML of this robot was found; made a joint_state_broadcaster and a "
-                    "joint_trajectory_controller over {} joint{}",
-                    joints.size(), joints.size() == 1 ? "" : "s"),
+                    "joint_trajectory_controller over {} joint{}{}",
+                    joints.size(), joints.size() == 1 ? "" : "s", others),
         "give your own with --controllers FILE, or put it into the package's config/");
   }
   setup.controllers =

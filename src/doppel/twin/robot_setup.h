@@ -21,6 +21,7 @@ struct RobotSetup {
   ParameterFile controllers;       // generated where the package has none
   std::string controllers_origin;  // "config/ros2_controllers.yaml", for people; "generated"
   std::vector<std::filesystem::path> controllers_files;  // that it was read from; empty: generated
+  std::vector<std::filesystem::path> declaring_files;    // those of them that declare controllers
   bool controllers_named = false;                        // the user named the file
   World world;
 };

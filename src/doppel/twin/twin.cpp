@@ -9,6 +9,7 @@
 
 #include "doppel/messages/rcl_interfaces.h"
 #include "doppel/twin/contact_publisher.h"
+#include "doppel/twin/controllers_choice.h"
 #include "doppel/twin/entity_mesh.h"
 #include "doppel/twin/entity_services.h"
 #include "doppel/twin/load_publisher.h"
@@ -331,14 +332,30 @@ ControllerWish renewed(const ControllerWish& before,
   return wish;
 }
 
-// A file that was found and that an edit has broken does not count as one that is not there.
+// A file that was found, and that an edit has broken, emptied or deleted, is waited for: what it declares
+// runs on. Throws InputError.
 void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, const Diagnostics& said) {
-  if (before.controllers_files == after.controllers_files) return;
+  if (before.controllers_named) return;
+  const auto ours = [&before](const std::filesystem::path& file) {
+    return std::ranges::find(before.controllers_files, file) != before.controllers_files.end();
+  };
   for (const Diagnostic& d : said.all()) {
-    const bool ours = d.rule == "up.controllers_unreadable" && d.where.known() &&
-                      std::find(before.controllers_files.begin(), before.controllers_files.end(),
-                                std::filesystem::path(*d.where.file)) != before.controllers_files.end();
-    if (ours) throw InputError(d.rule, d.where, d.message, d.mend);
+    if (d.rule == "up.controllers_unreadable" && d.where.known() && ours(*d.where.file))
+      throw InputError(d.rule, d.where, d.message, d.mend);
+  }
+  for (const std::filesystem::path& file : before.declaring_files) {
+    if (is_controllers_file(file)) continue;
+    std::error_code none;
+    const bool there = std::filesystem::exists(file, none);
+    throw InputError("reload.controllers_lost", make_location(file.string()),
+                     there ? "this file, which the running controllers come from, declares none any more"
+                           : "this file, which the running controllers come from, does not exist any more",
+                     "restore it; to run without it, start again");
+  }
+  if (!before.declaring_files.empty() && after.controllers_files.empty()) {
+    throw InputError("reload.controllers_lost", make_location(before.declaring_files.front().string()),
+                     "the controllers of this file, which run, would name no joint of this robot any more",
+                     "correct the joints' names in it or in the description; to run without it, start again");
   }
 }
 
@@ -347,12 +364,12 @@ void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, 
 std::shared_ptr<Twin::Replacement> Twin::prepare(const ControllerWish& wish, Diagnostics& diagnostics) const {
   auto fresh = std::make_shared<Replacement>();
   fresh->machine = std::make_unique<Machine>(impl_->scenario, diagnostics, impl_->machine->base());
+  refuse_lost_controllers(impl_->machine->setup, fresh->machine->setup, diagnostics);
   // A rehearsal on a bus of its own: whatever controllers refuse, they refuse here.
   Bus bus({.names = impl_->scenario.ros.names, .sim_time = !impl_->scenario.wall_stamps});
   const Log quiet;
   ControlStack rehearsal(bus, *fresh->machine, impl_->registry, impl_->scenario.enforce_limits, quiet,
                          diagnostics);
-  refuse_lost_controllers(impl_->machine->setup, fresh->machine->setup, diagnostics);
   fresh->wish = renewed(wish, rehearsal.manager().declared_controllers(), impl_->scenario);
   // What runs must run on, whoever chose it; what comes new may be left out where nobody chose it.
   ControllerWish ran = fresh->wish;
@@ -396,8 +413,10 @@ bool Twin::diverged() const {
 const std::string& Twin::robot_name() const {
   return impl_->control->model().name;
 }
-const std::string& Twin::controllers_origin() const {
-  return impl_->machine->setup.controllers_origin;
+std::string Twin::controllers_origin() const {
+  const RobotSetup& setup = impl_->machine->setup;
+  const bool beside = !setup.controllers_files.empty() && impl_->control->has_generated();
+  return setup.controllers_origin + (beside ? " and generated" : "");
 }
 const Model& Twin::model() const {
   return impl_->control->model();

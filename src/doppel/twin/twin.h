@@ -84,7 +84,7 @@ class Twin {
   [[nodiscard]] bool diverged() const;
 
   [[nodiscard]] const std::string& robot_name() const;
-  [[nodiscard]] const std::string& controllers_origin() const;
+  [[nodiscard]] std::string controllers_origin() const;
   [[nodiscard]] const Model& model() const;
   [[nodiscard]] const RobotDescription& description() const;
   [[nodiscard]] Engine& engine();

@@ -19,6 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Pair;
+using ::testing::UnorderedElementsAre;
 
 std::string link(const std::string& name) {
   return "<link name=\"" + name +
@@ -69,6 +70,8 @@ class FoundControllers : public ::testing::Test {
     said_.clear();
     Diagnostics diagnostics;
     Twin twin(scenario, log_, diagnostics);
+    for (const Diagnostic& d : diagnostics.all()) said_ += d.rule + ": " + d.message + '\n';
+    origin_ = twin.controllers_origin();
     std::map<std::string, std::vector<std::string>> out;
     for (const ControllerView& c : twin.controller_manager().controllers()) out[c.name] = c.claimed;
     // What was made is made again after an edit, too.
@@ -78,9 +81,35 @@ class FoundControllers : public ::testing::Test {
     return out;
   }
 
+  // Switches `name` off, edits the YAML, and gives what is active after the edit.
+  std::vector<std::string> active_after_edit(const std::string& yaml, const std::string& name,
+                                             const std::string& edited) {
+    std::ofstream(folder_ / "arm.urdf") << kArm + "</robot>";
+    std::ofstream(folder_ / "config/controllers.yaml") << yaml;
+    Scenario scenario;
+    scenario.target = (folder_ / "arm.urdf").string();
+    Diagnostics diagnostics;
+    Twin twin(scenario, log_, diagnostics);
+    const std::vector<std::string> off{name};
+    EXPECT_TRUE(twin.controller_manager().switch_controllers({}, off, Strictness::strict));
+    const std::size_t before = twin.controller_manager().controllers().size();
+    std::ofstream(folder_ / "config/controllers.yaml") << edited;
+    for (int i = 0; i < 2; ++i) {  // what an edit keeps, the next one keeps, too
+      const auto replacement = twin.prepare(twin.present_controllers(), diagnostics);
+      static_cast<void>(twin.replace(replacement));
+      std::ofstream(folder_ / "config/controllers.yaml") << edited + "# once more\n";
+    }
+    EXPECT_EQ(twin.controller_manager().controllers().size(), before);
+    std::vector<std::string> out;
+    for (const ControllerView& c : twin.controller_manager().controllers()) {
+      if (c.state == ControllerState::active) out.push_back(c.name);
+    }
+    return out;
+  }
+
   fs::path folder_;
   Log log_;
-  std::string said_;
+  std::string said_, origin_;
 };
 
 TEST_F(FoundControllers, AllThatFitsRunsAndNothingIsAdded) {
@@ -89,6 +118,7 @@ TEST_F(FoundControllers, AllThatFitsRunsAndNothingIsAdded) {
   EXPECT_THAT(there, ElementsAre(Pair("arm", ElementsAre("shoulder/position", "elbow/position")),
                                  Pair("jsb", IsEmpty())));
   EXPECT_EQ(said_.find("up.joints"), std::string::npos) << said_;
+  EXPECT_EQ(origin_, (folder_ / "config/controllers.yaml").string());
 }
 
 TEST_F(FoundControllers, ATypeThatIsNotAvailableIsLeftOut) {
@@ -107,6 +137,9 @@ TEST_F(FoundControllers, ATypeThatIsNotAvailableIsLeftOut) {
 TEST_F(FoundControllers, AMisspeltTypeIsLeftOutWithTheNearest) {
   const auto there = up(manager(declared("arm", "joint_trajectory_controller/JointTrajectoryControler")));
   EXPECT_THAT(said_, HasSubstr("did you mean 'joint_trajectory_controller/JointTrajectoryController'?"));
+  EXPECT_THAT(said_, HasSubstr("'arm' is left out"));
+  EXPECT_EQ(said_.find("the others run"), std::string::npos) << "there are none";
+  EXPECT_EQ(origin_, (folder_ / "config/controllers.yaml").string() + " and generated");
   EXPECT_THAT(there, ElementsAre(Pair("joint_state_broadcaster", IsEmpty()),
                                  Pair("joint_trajectory_controller",
                                       ElementsAre("shoulder/position", "elbow/position"))));
@@ -125,7 +158,30 @@ TEST_F(FoundControllers, JointsThatNoControllerDrivesAreHeld) {
                         trajectories("joint_trajectory_controller", "[shoulder]"));
   EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
   EXPECT_THAT(there.at("joint_trajectory_controller_rest"), ElementsAre("elbow/position"));
-  EXPECT_THAT(said_, HasSubstr("no controller of this file drives 'elbow'"));
+  EXPECT_THAT(said_, HasSubstr("no controller that is loaded drives 'elbow'"));
+}
+
+TEST_F(FoundControllers, JointsOfAControllerThatWasSwitchedOffStayReleasedAfterAnEdit) {
+  const std::string yaml =
+      manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
+  EXPECT_THAT(active_after_edit(yaml, "arm", yaml + "# edited\n"), ElementsAre("jsb"));
+}
+
+TEST_F(FoundControllers, AGeneratedControllerThatWasSwitchedOffStaysOffAfterAnEdit) {
+  const std::string yaml = manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder]");
+  EXPECT_THAT(active_after_edit(yaml, "joint_trajectory_controller", yaml + "# edited\n"),
+              UnorderedElementsAre("jsb", "arm"));
+  EXPECT_THAT(active_after_edit(yaml, "arm", yaml + "# edited\n"),
+              UnorderedElementsAre("jsb", "joint_trajectory_controller"));
+}
+
+TEST_F(FoundControllers, ABroadcasterThatWasSwitchedOffIsNotReplacedAfterAnEdit) {
+  const std::string yaml =
+      manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
+  EXPECT_THAT(active_after_edit(yaml, "jsb", yaml + "# edited\n"), ElementsAre("arm"));
+  const std::string without = manager(declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
+  EXPECT_THAT(active_after_edit(without, "joint_state_broadcaster", without + "# edited\n"),
+              ElementsAre("arm"));
 }
 
 TEST_F(FoundControllers, OfTwoThatClaimOneJointTheTrajectoryControllerRuns) {
@@ -169,7 +225,30 @@ TEST_F(FoundControllers, JointsThatTakeEffortsOnlyArePassive) {
       "<state_interface name=\"position\"/></joint><joint name=\"elbow\">"
       "<command_interface name=\"effort\"/><state_interface name=\"position\"/></joint></ros2_control>";
   up(manager(kBroadcaster), hardware);
-  EXPECT_THAT(said_, HasSubstr("no controller drives 'elbow', which takes efforts only"));
+  EXPECT_THAT(said_,
+              HasSubstr("no controller drives 'elbow', which takes efforts only: passive; it moves freely"));
+}
+
+TEST_F(FoundControllers, AnUnknownJointOfReplacedHardwareIsReported) {
+  const std::string hardware =
+      "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
+      "</hardware><joint name=\"sholder\"><command_interface name=\"position\"/>"
+      "<state_interface name=\"position\"/></joint></ros2_control>";
+  up("some_node:\n  ros__parameters:\n    rate: 1\n", hardware);
+  EXPECT_THAT(said_, HasSubstr("ros2_control.unknown_joint: <ros2_control> 's' lists the joint 'sholder'"));
+  EXPECT_THAT(said_, HasSubstr("did you mean 'shoulder'?"));
+  EXPECT_THAT(said_, HasSubstr("up.hardware_generated"));
+}
+
+TEST_F(FoundControllers, ControllersOfAManagerInANamespaceAreReportedWithIt) {
+  const std::string yaml = "/my/" + manager(kBroadcaster + declared("arm", kJtc)) + "/my/" +
+                           trajectories("arm", "[shoulder, elbow]");
+  const auto there = up(yaml);
+  EXPECT_EQ(there.count("arm"), 0U);
+  EXPECT_THAT(said_, HasSubstr("up.controllers_of_other_manager: the controllers of this file belong to "
+                               "'/my/controller_manager'; the manager here is '/controller_manager'"));
+  up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"));
+  EXPECT_EQ(said_.find("up.controllers_of_other_manager"), std::string::npos) << said_;
 }
 
 TEST_F(FoundControllers, AnInterfaceThatIsOfferedTwiceIsLeftOutOnce) {

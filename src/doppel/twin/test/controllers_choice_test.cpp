@@ -97,6 +97,26 @@ TEST_F(ControllersChoice, ThePathThatHoldsTheRobotsNameIsTaken) {
   EXPECT_EQ(chosen(), "x_arm_config/config/ros2_controllers.yaml");
 }
 
+TEST_F(ControllersChoice, OfEqualsThePathWithMostWordsOfTheRobotsNameIsTakenDigitsIncluded) {
+  robot_.name = "cr5_robot";
+  for (const char* name : {"cr10_moveit", "cr3_moveit", "cr5_moveit"}) {
+    package(name);
+    write(std::string(name) + "/config/ros2_controllers.yaml", yaml("shoulder, elbow"));
+  }
+  EXPECT_EQ(chosen(), "cr5_moveit/config/ros2_controllers.yaml");
+  EXPECT_THAT(said("up.controllers_chosen"), HasSubstr("shares most words with the robot's name"));
+  robot_.name = "arm_robot";
+  target_.description = src_ / "arm_description/urdf/CR3.urdf.xacro";
+  EXPECT_EQ(chosen(), "cr3_moveit/config/ros2_controllers.yaml") << "by the description's file";
+}
+
+TEST_F(ControllersChoice, OfVeryManyPackagesBesideTheFirst200AreLookedAt) {
+  for (int i = 0; i < 200; ++i) package("a" + std::to_string(1000 + i));
+  package("z_arm_config");
+  write("z_arm_config/config/ros2_controllers.yaml", yaml("shoulder, elbow"));
+  EXPECT_EQ(chosen(), "");
+}
+
 TEST_F(ControllersChoice, TheRobotsOwnPackageComesFirst) {
   package("arm_bringup");
   write("arm_bringup/config/controllers.yaml", yaml("shoulder, elbow"));

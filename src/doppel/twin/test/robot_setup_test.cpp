@@ -93,6 +93,20 @@ TEST_F(RobotSetups, MakesControllersWhereThereAreNone) {
             std::vector<std::string>{"the joint"});
 }
 
+TEST_F(RobotSetups, FilesOfOtherRobotsAreNamedInTheNoteOnWhatWasMade) {
+  write_robot("");
+  write("config/rover.yaml",
+        std::string(kManager) + "    c: {type: a/B}\nc:\n  ros__parameters:\n    joints: [wheel]\n");
+  EXPECT_EQ(set_up().controllers_origin, "generated");
+  EXPECT_FALSE(told("up.controllers_of_others")) << "one note, with one remedy";
+  for (const Diagnostic& d : diagnostics_.all()) {
+    if (d.rule == "up.controllers_generated") {
+      EXPECT_NE(d.message.find("'wheel' is not a joint here"), std::string::npos) << d.message;
+    }
+  }
+  EXPECT_TRUE(told("up.controllers_generated"));
+}
+
 TEST_F(RobotSetups, SimulationIsChosenAndSaidUnlessTheUserChose) {
   write_robot("");
   EXPECT_NE(set_up().description.robot.find_link("arm true"), nullptr);
