@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "app/failures.h"
 #include "app/process.h"
 #include "app/tell.h"
 #include "app/up.h"
@@ -17,7 +18,7 @@
 
 namespace {
 
-constexpr int kBadInput = 2;
+using doppel::app::kBadInput;
 
 std::vector<std::string> bundled_robots() {
   std::vector<std::string> names;
@@ -156,21 +157,17 @@ int run(int argc, char** argv) {
     return 0;
   }
   std::vector<std::string> words(argv + 1, argv + argc);
-  try {
-    ros = doppel::take_ros_arguments(words);
-    const std::string verb = words.empty() ? "doppel" : words.front();
-    if (!ros.empty() && verb != "up" && verb != "view") refuse_ros_arguments(verb);
-    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
-  } catch (const CLI::ParseError& error) {
-    return report_usage(app, error, words);
-  } catch (const doppel::InputError& error) {
-    doppel::app::tell("{}\n", error.what());
-    return kBadInput;
-  } catch (const std::exception& error) {
-    doppel::app::tell("error: {}\n", error.what());
-    return 1;
-  }
-  return exit_code;
+  return doppel::app::with_failures_reported([&] {
+    try {
+      ros = doppel::take_ros_arguments(words);
+      const std::string verb = words.empty() ? "doppel" : words.front();
+      if (!ros.empty() && verb != "up" && verb != "view") refuse_ros_arguments(verb);
+      app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+    } catch (const CLI::ParseError& error) {
+      return report_usage(app, error, words);
+    }
+    return exit_code;
+  });
 }
 
 }  // namespace

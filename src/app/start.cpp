@@ -8,15 +8,15 @@
 #include <csignal>
 #include <cstdlib>
 
+#include "app/failures.h"
 #include "app/process.h"
 #include "app/start_check.h"
 #include "app/tell.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/diagnostic.h"
 
 namespace {
 
-constexpr int kBadInput = 2;
+using doppel::app::kBadInput;
 
 [[noreturn]] void become_program(const std::string& root, char** words) {
   std::string program = root + "/build/bin/doppel";
@@ -32,20 +32,16 @@ int expand(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = 0;
   doppel::app::add_xacro(app, exit_code);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    doppel::app::tell("error: {}\n  mend: doppel xacro --help tells how it is used\n", error.what());
-    return kBadInput;
-  } catch (const doppel::InputError& error) {
-    doppel::app::tell("{}\n", error.what());
-    return kBadInput;
-  } catch (const std::exception& error) {
-    doppel::app::tell("error: {}\n", error.what());
-    return 1;
-  }
-  return exit_code;
+  return doppel::app::with_failures_reported([&] {
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() == 0) return app.exit(error);
+      doppel::app::tell("error: {}\n  mend: doppel xacro --help tells how it is used\n", error.what());
+      return kBadInput;
+    }
+    return exit_code;
+  });
 }
 
 }  // namespace

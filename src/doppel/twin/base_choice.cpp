@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 #include <string_view>
+#include <unordered_map>
 
 #include "doppel/core/text.h"
 
@@ -42,22 +43,30 @@ bool turns_for_ever(const Joint& joint) {
          (!joint.limits || joint.limits->upper - joint.limits->lower > kFewTurns);
 }
 
+// The joint above each link.
+using Parents = std::unordered_map<std::string_view, const Joint*>;
+
+Parents parents_of(const RobotDescription& robot) {
+  Parents out;
+  for (const Joint& joint : robot.joints) out.emplace(joint.child, &joint);
+  return out;
+}
+
 // The joints from this one up to the root.
-std::vector<const Joint*> way_to_root(const RobotDescription& robot, const Joint& joint) {
+std::vector<const Joint*> way_to_root(const Parents& parents, const Joint& joint) {
   std::vector<const Joint*> out{&joint};
-  while (out.size() <= robot.joints.size()) {
-    const auto up = std::find_if(robot.joints.begin(), robot.joints.end(),
-                                 [&](const Joint& other) { return other.child == out.back()->parent; });
-    if (up == robot.joints.end()) break;
-    out.push_back(&*up);
+  while (out.size() <= parents.size()) {
+    const auto up = parents.find(out.back()->parent);
+    if (up == parents.end()) break;
+    out.push_back(up->second);
   }
   return out;
 }
 
 // Whether what turns about the joint rolls on the ground: its axis lies, with all joints at zero.
-bool lies(const RobotDescription& robot, const Joint& joint) {
+bool lies(const Parents& parents, const Joint& joint) {
   Eigen::Vector3d axis = joint.axis.normalized();
-  for (const Joint* at : way_to_root(robot, joint)) axis = at->origin.pose().linear() * axis;
+  for (const Joint* at : way_to_root(parents, joint)) axis = at->origin.pose().linear() * axis;
   return std::abs(axis.z()) < kLying;
 }
 
@@ -68,12 +77,10 @@ std::string shown(const std::vector<std::string>& names) {
   return out + (names.size() > kNamesShown ? ", ..." : "");
 }
 
-std::string root_of(const RobotDescription& robot) {
-  for (const Link& link : robot.links) {
-    const auto child = [&](const Joint& joint) { return joint.child == link.name; };
-    if (std::none_of(robot.joints.begin(), robot.joints.end(), child)) return link.name;
-  }
-  return "";
+std::string root_of(const RobotDescription& robot, const Parents& parents) {
+  const auto root = std::find_if(robot.links.begin(), robot.links.end(),
+                                 [&](const Link& link) { return !parents.contains(link.name); });
+  return root == robot.links.end() ? "" : root->name;
 }
 
 std::string mobile_plugin(const RobotDescription& robot) {
@@ -107,7 +114,7 @@ std::optional<double> round_about(const Link& link, const Joint& joint) {
   return std::nullopt;
 }
 
-std::vector<std::string> wheels_of(const RobotDescription& robot) {
+std::vector<std::string> wheels_of(const RobotDescription& robot, const Parents& parents) {
   std::vector<std::string> by_name, by_shape;
   std::optional<double> first_radius;
   for (const Joint& joint : robot.joints) {
@@ -119,7 +126,7 @@ std::vector<std::string> wheels_of(const RobotDescription& robot) {
       return other.parent == joint.child && moves(other);
     });
     const auto radius =
-        link != nullptr && leaf && lies(robot, joint) ? round_about(*link, joint) : std::nullopt;
+        link != nullptr && leaf && lies(parents, joint) ? round_about(*link, joint) : std::nullopt;
     if (!radius) continue;
     if (!first_radius) first_radius = radius;
     if (std::abs(*radius - *first_radius) <= kSameRadius * *first_radius) by_shape.push_back(joint.name);
@@ -139,16 +146,14 @@ bool is_leg_part(const std::string& name) {
 }
 
 // What is named as a part of a leg and hangs on two joints that move, or more: the feet of a stand do not.
-std::vector<std::string> legs_of(const RobotDescription& robot) {
+std::vector<std::string> legs_of(const RobotDescription& robot, const Parents& parents) {
   std::vector<std::string> out;
   for (const Joint& joint : robot.joints) {
-    std::size_t moving = 0;
-    for (const Joint* at : way_to_root(robot, joint)) moving += moves(*at) ? 1 : 0;
-    if (moving < 2) continue;
-    if (is_leg_part(joint.name))
-      out.push_back(joint.name);
-    else if (is_leg_part(joint.child))
-      out.push_back(joint.child);
+    const bool named = is_leg_part(joint.name);
+    if (!named && !is_leg_part(joint.child)) continue;
+    const auto way = way_to_root(parents, joint);
+    const auto moving = std::count_if(way.begin(), way.end(), [](const Joint* at) { return moves(*at); });
+    if (moving >= 2) out.push_back(named ? joint.name : joint.child);
   }
   return out;
 }
@@ -182,7 +187,8 @@ std::vector<std::string> words_of_name(const std::string& name) {
 }
 
 BaseChoice choose_base(const RobotDescription& robot) {
-  if (root_of(robot) == "world") return {BaseKind::fixed, "its root is the link 'world'"};
+  const Parents parents = parents_of(robot);
+  if (root_of(robot, parents) == "world") return {BaseKind::fixed, "its root is the link 'world'"};
   std::string reason;
   const auto footprint = std::find_if(robot.links.begin(), robot.links.end(),
                                       [](const Link& link) { return link.name.ends_with("base_footprint"); });
@@ -190,9 +196,9 @@ BaseChoice choose_base(const RobotDescription& robot) {
     reason = fmt::format("it has a link '{}'", footprint->name);
   } else if (const std::string plugin = mobile_plugin(robot); !plugin.empty()) {
     reason = fmt::format("its plugin '{}' drives a mobile base", plugin);
-  } else if (const auto wheels = wheels_of(robot); !wheels.empty()) {
+  } else if (const auto wheels = wheels_of(robot, parents); !wheels.empty()) {
     reason = fmt::format("it has wheels ({})", shown(wheels));
-  } else if (const auto legs = legs_of(robot); !legs.empty()) {
+  } else if (const auto legs = legs_of(robot, parents); !legs.empty()) {
     reason = fmt::format("it has legs ({})", shown(legs));
   } else {
     return {BaseKind::fixed, "nothing in the description suggests wheels or legs"};

@@ -187,12 +187,12 @@ std::size_t words_shared(const std::string& path, const RobotDescription& robot,
       words.begin(), words.end(), [&](const std::string& word) { return there.contains(word); }));
 }
 
-// Whether a launch file of the package speaks of the file.
-bool launched_by(const fs::path& package, const std::string& filename) {
-  const auto entries = entries_of(package / "launch");
-  return std::any_of(entries.begin(), entries.end(), [&](const fs::directory_entry& entry) {
-    return text_of(entry.path()).find(filename) != std::string::npos;
-  });
+// The launch files of a package, which name the controllers' files that they start.
+std::vector<std::string> launch_texts(const fs::path& package) {
+  std::vector<std::string> out;
+  for (const fs::directory_entry& entry : entries_of(package / "launch"))
+    out.push_back(text_of(entry.path()));
+  return out;
 }
 
 void add_files(const fs::path& folder, bool deeper, std::vector<fs::path>& out) {
@@ -218,8 +218,14 @@ std::vector<Candidate> candidates_of(const fs::path& package, bool near, const R
     const std::string path = (package.filename() / file.lexically_relative(package)).string();
     candidate->named_alike = !robot.name.empty() && path.find(robot.name) != std::string::npos;
     candidate->words = words_shared(path, robot, description);
-    candidate->launched = launched_by(package, file.filename().string());
     out.push_back(std::move(*candidate));
+  }
+  if (out.empty()) return out;
+  const std::vector<std::string> launches = launch_texts(package);
+  for (Candidate& candidate : out) {
+    candidate.launched = std::any_of(launches.begin(), launches.end(), [&](const std::string& text) {
+      return text.find(candidate.file.filename().string()) != std::string::npos;
+    });
   }
   return out;
 }

@@ -11,9 +11,7 @@ namespace {
 constexpr double kSameTarget = 1e-6;  // rad or m: where the drive holds, give or take a rounded turn
 constexpr double kAtLimit = 0.98;     // of the effort limit: the drive gives all it has
 
-std::string contact_of(int link, const Model& model, const Engine& engine) {
-  std::vector<Contact> contacts;
-  engine.contacts(contacts);
+std::string contact_of(int link, const Model& model, const std::vector<Contact>& contacts) {
   for (const Contact& contact : contacts) {
     if (contact.link_a != link && contact.link_b != link) continue;
     const int other = contact.link_a == link ? contact.link_b : contact.link_a;
@@ -23,7 +21,8 @@ std::string contact_of(int link, const Model& model, const Engine& engine) {
   return "";
 }
 
-std::string cause_of(int index, const Model& model, const Engine& engine) {
+std::string cause_of(int index, const Model& model, const Engine& engine,
+                     const std::vector<Contact>& contacts) {
   const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
   if (joint.mimics()) {
     return fmt::format("it follows '{}'", model.joints[static_cast<std::size_t>(joint.mimic_leader)].name);
@@ -36,7 +35,7 @@ std::string cause_of(int index, const Model& model, const Engine& engine) {
     return fmt::format("its effort limit of {:.3g} {} does not hold it", limit,
                        joint.type == JointType::prismatic ? "N" : "N m");
   }
-  const std::string touched = contact_of(joint.child_link, model, engine);
+  const std::string touched = contact_of(joint.child_link, model, contacts);
   if (!touched.empty()) return fmt::format("its link touches '{}'", touched);
   return "what it is joined to moves; doppel check looks for the reason in the description";
 }
@@ -56,6 +55,7 @@ std::string to_string(const Unrest& unrest, bool slides) {
 
 std::vector<Unrest> find_unrest(const RobotDescription& robot, const Model& model, const Engine& engine) {
   std::vector<Unrest> out;
+  std::vector<Contact> contacts;
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];
     if (!joint.scalar()) continue;
@@ -63,9 +63,10 @@ std::vector<Unrest> find_unrest(const RobotDescription& robot, const Model& mode
     const double v = engine.v()[static_cast<std::size_t>(joint.v)];
     const double beyond = std::max({joint.lower - q, q - joint.upper, 0.0});
     if (std::abs(v) <= kRestSpeed && beyond <= kBeyondLimit) continue;
+    if (out.empty()) engine.contacts(contacts);  // costs a solution of all constraints
     const Joint* source = robot.find_joint(joint.name);
     out.push_back({joint.name, model.links[static_cast<std::size_t>(joint.child_link)].name, q, v, beyond,
-                   cause_of(static_cast<int>(j), model, engine),
+                   cause_of(static_cast<int>(j), model, engine, contacts),
                    source != nullptr ? source->source : SourceLocation{}});
   }
   return out;
