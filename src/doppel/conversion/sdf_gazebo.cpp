@@ -102,6 +102,10 @@ void add_to_joint(const GazeboExtension& extension, XmlNode&& what, XmlNode& joi
     set(joint, {"axis", "dynamics", "spring_stiffness"}, value);
   } else if ((name == "springReference" || name == "spring_reference") && moves) {
     set(joint, {"axis", "dynamics", "spring_reference"}, value);
+  } else if (name == "stopStiffness" && moves) {
+    set(joint, {"axis", "limit", "stiffness"}, value);
+  } else if (name == "stopRestitution" && moves) {
+    set(joint, {"physics", "ode", "bounce"}, value);
   } else if (name == "provideFeedback" || name == "provide_feedback") {
     set(joint, {"physics", "ode", "provide_feedback"}, as_truth(value));
   } else if (name == "implicitSpringDamper" || name == "implicit_spring_damper") {

@@ -162,6 +162,8 @@ struct GazeboExtension {
   std::string reference;  // link or joint; empty: the whole robot
   std::vector<GazeboPlugin> plugins;
   std::optional<double> mu1, mu2, kp, kd;
+  // Of a joint's limit stop: <stopStiffness> (N m/rad or N/m), <stopRestitution> (speed after over before).
+  std::optional<double> stop_stiffness, stop_restitution;
   std::optional<bool> self_collide, gravity;
   std::string material;  // "Gazebo/Orange"
   std::string xml;

@@ -167,6 +167,34 @@ class Compiler {
     // Crossed ones, of which the parser warned, bound the same range.
     out.lower = std::min(joint.limits->lower, joint.limits->upper);
     out.upper = std::max(joint.limits->lower, joint.limits->upper);
+    for (const GazeboExtension& extension : robot_.gazebo) {
+      if (extension.reference == joint.name) set_stop(extension, out);
+    }
+  }
+
+  void set_stop(const GazeboExtension& extension, ModelJoint& out) {
+    const auto refuse = [&](const char* element, double value, const char* range) {
+      diagnostics_.warning("model.limit_stop", extension.source,
+                           fmt::format("<{}> of joint '{}' is {}, but must be {}; it has no effect", element,
+                                       out.name, value, range),
+                           "see docs/physics.md for what a limit stop is");
+    };
+    const double stiffness = extension.stop_stiffness.value_or(0.0);
+    const double restitution = extension.stop_restitution.value_or(0.0);
+    if (extension.stop_stiffness && !(stiffness > 0)) refuse("stopStiffness", stiffness, "above 0");
+    if (stiffness > 0) out.stop_stiffness = stiffness;
+    if (!extension.stop_restitution) return;
+    if (!(restitution >= 0 && restitution <= 1)) {
+      refuse("stopRestitution", restitution, "from 0 to 1");
+    } else if (!(stiffness > 0)) {
+      diagnostics_.warning("model.limit_stop", extension.source,
+                           fmt::format("joint '{}' has a <stopRestitution> without a <stopStiffness>; it has "
+                                       "no effect",
+                                       out.name),
+                           "write the stop's stiffness too, in N m/rad or N/m");
+    } else {
+      out.stop_restitution = restitution;
+    }
   }
 
   void resolve_mimics() {

@@ -145,12 +145,13 @@ class WorldReader {
   }
 
   Integrator integrator(const YAML::Node& node) {
-    const std::vector<std::string> known{"implicit", "rk4"};
+    const std::vector<std::string> known(std::begin(kIntegratorNames), std::end(kIntegratorNames));
     const std::string name = text(node, "integrator");
-    if (name == known[1]) return Integrator::rk4;
-    if (name != known[0])
-      error(node, fmt::format("there is no integrator '{}'{}", name, did_you_mean(name, known)));
-    return Integrator::implicit;
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found != known.end()) return static_cast<Integrator>(found - known.begin());
+    error(node, fmt::format("there is no integrator '{}'{}", name, did_you_mean(name, known)),
+          "write euler, midpoint, rk4 or implicit (docs/physics.md)");
+    return World{}.integrator;
   }
 
   void read_ground(const YAML::Node& node, World& world) {

@@ -26,16 +26,21 @@ struct WorldObject {
   SourceLocation source;  // in the world file; unknown: put in while the world runs
 };
 
+// How a step is taken (physics/step_scheme.h, docs/physics.md). Springs and dampers of joints are implicit in
+// all of them.
 enum class Integrator {
-  implicit,  // semi-implicit, velocity-dependent forces implicit: stable with stiff servos; the default
-  rk4,       // fourth order: for energy studies
+  euler,     // semi-implicit, order 1, one evaluation of the forward dynamics: the default
+  midpoint,  // order 2, two; steps with contact are euler's
+  rk4,       // order 4, four
+  implicit,  // euler with the derivatives of Coriolis forces, at about twice its cost
 };
+inline constexpr const char* kIntegratorNames[] = {"euler", "midpoint", "rk4", "implicit"};
 
 struct World {
   std::string name = "empty";
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2
   Duration step{1'000'000};              // 1 ms
-  Integrator integrator = Integrator::implicit;
+  Integrator integrator = Integrator::euler;
   bool ground = true;  // an endless plane at z = 0
   double ground_friction = 0.8;
   Pose X_WR = Pose::Identity();  // the robot's root link

@@ -110,7 +110,7 @@ class RobotWriter {
 
   RobotMjcf write() {
     write_body(0, world_.X_WR, -1);
-    for (std::size_t i = 0; i < model_.joints.size(); ++i) write_actuation(static_cast<int>(i));
+    for (std::size_t i = 0; i < model_.joints.size(); ++i) write_coupling(static_cast<int>(i));
     out_.pairs = link_pairs(model_, out_.has_shape);
     for (std::size_t i = 0; i < out_.pairs.size(); ++i) {
       append(out_.exclusions, "<exclude name=\"{}\" body1=\"{}\" body2=\"{}\"/>\n", mjcf_exclusion_name(i),
@@ -184,12 +184,10 @@ class RobotWriter {
 
   void write_dof(const std::string& name, const char* type, const Eigen::Vector3d& axis,
                  const ModelJoint& joint) {
-    // Under Euler the engine makes the damping implicit in a way that the constraint solver sees.
-    const double damping = world_.integrator == Integrator::rk4 ? joint.damping : 0.0;
-    append(out_.bodies,
-           "<joint name=\"{}\" type=\"{}\" axis=\"{}\" damping=\"{:.17g}\" frictionloss=\"{:.17g}\"", name,
-           type, vec(axis), damping, joint.friction);
-    if (std::isfinite(joint.lower) && std::isfinite(joint.upper)) {
+    // Damping, drives and stops with a stiffness are the engine's own (mujoco_step.cpp).
+    append(out_.bodies, "<joint name=\"{}\" type=\"{}\" axis=\"{}\" frictionloss=\"{:.17g}\"", name, type,
+           vec(axis), joint.friction);
+    if (std::isfinite(joint.lower) && std::isfinite(joint.upper) && !(joint.stop_stiffness > 0)) {
       // MuJoCo's compiler refuses an empty range; a joint that is held in one place has a very small one.
       const double upper = std::max(joint.upper, joint.lower + 1e-6);
       append(out_.bodies, " limited=\"true\" range=\"{:.17g} {:.17g}\"", joint.lower, upper);
@@ -237,7 +235,7 @@ class RobotWriter {
     return geom(collision.geometry, mesh, collision.origin.pose(), friction, out_.assets);
   }
 
-  void write_actuation(int index) {
+  void write_coupling(int index) {
     const ModelJoint& joint = model_.joints[index];
     if (!joint.scalar()) return;
     if (joint.mimics()) {
@@ -246,8 +244,6 @@ class RobotWriter {
              joint.mimic_multiplier);
       return;
     }
-    append(out_.actuators, "<general joint=\"{}\" biastype=\"affine\" gainprm=\"0\" biasprm=\"0 0 0\"/>\n",
-           mjcf_joint_name(index));
     out_.driven.push_back(index);
   }
 
@@ -329,7 +325,7 @@ std::string header(const World& world) {
   append(out,
          "<option timestep=\"{:.17g}\" gravity=\"{}\" integrator=\"{}\" cone=\"elliptic\" impratio=\"100\">"
          "<flag filterparent=\"disable\"/></option>\n",
-         step, vec(world.gravity), world.integrator == Integrator::rk4 ? "RK4" : "Euler");
+         step, vec(world.gravity), world.integrator == Integrator::implicit ? "implicit" : "Euler");
   const std::size_t loose = static_cast<std::size_t>(std::count_if(
       world.objects.begin(), world.objects.end(), [](const WorldObject& o) { return o.mass > 0; }));
   append(out, "<size nconmax=\"{}\" njmax=\"{}\"/>\n", 100 + 8 * loose, 400 + 24 * loose);
@@ -379,8 +375,8 @@ std::string write_document(const RobotMjcf& robot, const World& world, Collision
            world.ground_friction);
   }
   append(out, "{}{}</worldbody>\n", robot.bodies, objects);
-  append(out, "<contact>\n{}{}</contact>\n<equality>\n{}</equality>\n<actuator>\n{}</actuator>\n</mujoco>\n",
-         robot.exclusions, surrounding_exclusions(robot, world), robot.equalities, robot.actuators);
+  append(out, "<contact>\n{}{}</contact>\n<equality>\n{}</equality>\n</mujoco>\n",
+         robot.exclusions, surrounding_exclusions(robot, world), robot.equalities);
   return out;
 }
 

@@ -22,13 +22,13 @@ std::string mjcf_surrounding_name(std::size_t shape, int object);
 
 // The robot's part of the text, written once; the world's is written anew whenever an object comes or goes.
 struct RobotMjcf {
-  std::string assets, bodies, actuators, equalities, exclusions;
+  std::string assets, bodies, equalities, exclusions;
   std::vector<bool> has_shape;  // [links]
   std::vector<LinkPair> pairs;  // of links with shapes; each has an <exclude>
   // Links with shapes that are not fixed to the world; each has an <exclude> with the ground and every
   // object.
   std::vector<int> movable_shapes;
-  std::vector<int> driven;  // model joint of each actuator
+  std::vector<int> driven;  // model joints that have a drive
 };
 
 RobotMjcf write_robot(const RobotDescription& robot, const Model& model, const World& world,

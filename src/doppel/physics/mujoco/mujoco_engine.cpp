@@ -15,8 +15,6 @@
 namespace doppel {
 namespace {
 
-constexpr int kRunaway[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
-
 Eigen::Map<const Eigen::Vector3d> vector_at(const double* p) {
   return Eigen::Map<const Eigen::Vector3d>(p);
 }
@@ -34,9 +32,11 @@ void MujocoEngine::make_drives(const EngineOptions& options) {
     throw std::invalid_argument("EngineOptions::servos has the wrong size");
   const bool ideal =
       std::any_of(servos_.begin(), servos_.end(), [](const ServoParameters& s) { return s.ideal; });
-  if (ideal && world_.integrator == Integrator::rk4) {
-    throw InputError("physics.ideal_explicit", {},
-                     "ideal servos need the implicit integrator; rk4 would make them run away",
+  if (ideal && step_scheme(world_.integrator).order > 1) {
+    throw InputError("physics.ideal_scheme", {},
+                     fmt::format("ideal servos land on their reference within one step of euler; {} is no such "
+                                 "integrator",
+                                 kIntegratorNames[static_cast<int>(world_.integrator)]),
                      "leave `integrator` out of the world, or the servos as they are");
   }
   const Eigen::VectorXd carried =
@@ -49,45 +49,6 @@ void MujocoEngine::make_drives(const EngineOptions& options) {
   }
 }
 
-// The damper of a drive and the joint's own act at the velocity of the step's end: (M + h D) dv = h (f - D
-// v). As armature h D beside an explicit -D v the constraint solver sees the same matrix, so that friction,
-// mimics, limits and contacts are solved for the step that is taken. Source: MuJoCo's documentation,
-// Computation, "Numerical integration"; the semi-implicit step is that of its `implicit` integrator without
-// the Coriolis derivatives.
-void MujocoEngine::write_armature(int joint) {
-  const ModelJoint& of = model_.joints[joint];
-  const Drive* const drive = drive_of_joint_[joint] < 0 ? nullptr : &drives_[drive_of_joint_[joint]];
-  const double damping = implicit_damping_ ? of.damping + (drive != nullptr ? drive->damping() : 0.0) : 0.0;
-  const double rotor =
-      drive != nullptr && drive->mode() == DriveMode::effort ? drive->servo().rotor_inertia : 0.0;
-  for (int i = 0; i < of.nv; ++i) m()->dof_armature[of.v + i] = to_seconds(world_.step) * damping + rotor;
-  armature_changed_ = true;
-}
-
-void MujocoEngine::write_drives() {
-  for (std::size_t k = 0; k < drives_.size(); ++k) write_drive(k);
-  for (std::size_t j = 0; j < model_.joints.size(); ++j) write_armature(static_cast<int>(j));
-}
-
-void MujocoEngine::write_applied(mjData* data) const {
-  for (const ModelJoint& joint : model_.joints) {
-    for (int v = joint.v; v < joint.v + joint.nv; ++v) {
-      data->qfrc_applied[v] = applied_effort_[v] - (implicit_damping_ ? joint.damping * data->qvel[v] : 0.0);
-    }
-  }
-}
-
-void MujocoEngine::write_drive(std::size_t actuator) {
-  const Drive& drive = drives_[actuator];
-  m()->actuator_gainprm[mjNGAIN * actuator] = drive.gain();
-  m()->actuator_biasprm[mjNBIAS * actuator + 1] = -drive.stiffness();
-  m()->actuator_biasprm[mjNBIAS * actuator + 2] = -drive.damping();
-  const double effort = drive.servo().effort;
-  m()->actuator_forcelimited[actuator] = std::isfinite(effort) ? 1 : 0;
-  m()->actuator_forcerange[2 * actuator] = -effort;
-  m()->actuator_forcerange[2 * actuator + 1] = effort;
-}
-
 void MujocoEngine::reset() {
   mj_resetData(m(), d());
   for (std::size_t i = 0; i < world_.objects.size(); ++i) state_->place_object(i, world_.objects[i].X_WO);
@@ -95,11 +56,14 @@ void MujocoEngine::reset() {
   std::fill(applied_effort_.begin(), applied_effort_.end(), 0.0);
   diverged_ = false;
   steps_ = 0;
-  kept_.resize(static_cast<std::size_t>(m()->nq + m()->nv));
-  for (std::size_t k = 0; k < drives_.size(); ++k) {
-    drives_[k].start(DriveMode::limp, 0.0);
+  std::fill(rotors_.begin(), rotors_.end(), 0.0);
+  for (Drive& drive : drives_) drive.start(DriveMode::limp, 0.0);
+  for (JointSpring& spring : springs_) {
+    spring.on = false;
+    spring.bound = 0;
   }
-  write_drives();
+  scheme_ = &step_scheme(world_.integrator);
+  write_armature();
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(model_.nv);
   set_state({q0_.data(), static_cast<std::size_t>(model_.nq)},
             {rest.data(), static_cast<std::size_t>(model_.nv)});
@@ -117,14 +81,14 @@ void MujocoEngine::set_state(std::span<const double> q, std::span<const double> 
   std::fill(effort_.begin(), effort_.end(), 0.0);
   for (Drive& drive : drives_) drive.follow(q_[model_.joints[drive.joint()].q]);
   diverged_ = !state_->refresh() || ran_away();
-  armature_changed_ = false;
 }
 
 void MujocoEngine::set_drive(int joint, DriveMode mode) {
-  const int actuator = drive_of_joint_[joint];
-  drives_[actuator].start(mode, d()->qpos[model_.joints[joint].q]);
-  write_drive(static_cast<std::size_t>(actuator));
-  write_armature(joint);
+  const int index = drive_of_joint_[joint];
+  const ModelJoint& of = model_.joints[joint];
+  drives_[index].start(mode, d()->qpos[of.q]);
+  springs_[index].bound = 0;
+  rotors_[of.v] = mode == DriveMode::effort ? servos_[joint].rotor_inertia : 0.0;
   if (mode == DriveMode::limp) effort_[joint] = 0.0;
 }
 
@@ -162,49 +126,6 @@ void MujocoEngine::write_wrenches() {
     add_wrench(state_->body_of_link(static_cast<int>(i)),
                {true, link.inertia->com, -link.inertia->mass * world_.gravity, Eigen::Vector3d::Zero()});
   }
-}
-
-// mj_step in its two halves, the second first: what depends on positions and velocities is then of the new
-// instant.
-void MujocoEngine::advance() {
-  if (std::exchange(armature_changed_, false)) mj_step1(m(), d());
-  if (m()->opt.integrator == mjINT_RK4) {
-    mj_step(m(), d());
-  } else {
-    mj_step2(m(), d());
-  }
-  mj_step1(m(), d());
-}
-
-bool MujocoEngine::ran_away() const {
-  for (const int warning : kRunaway) {
-    if (d()->warning[warning].number > 0) return true;
-  }
-  return false;
-}
-
-void MujocoEngine::step() {
-  if (diverged_) return;
-  for (std::size_t k = 0; k < drives_.size(); ++k) {
-    d()->ctrl[k] = drives_[k].advance(d()->actuator_length[k]);
-  }
-  if (any_wrench_ || any_weightless_) write_wrenches();
-  write_applied(d());
-  const auto nq = static_cast<std::size_t>(m()->nq), nv = static_cast<std::size_t>(m()->nv);
-  std::copy_n(d()->qpos, nq, kept_.data());
-  std::copy_n(d()->qvel, nv, kept_.data() + nq);
-  if (!guarded([this] { advance(); }) || ran_away()) {
-    // MuJoCo has set itself back to its zero pose; the state before the step is the last that means
-    // something.
-    diverged_ = true;
-    d()->pstack = 0;  // given up in the middle of a call
-    std::copy_n(kept_.data(), nq, d()->qpos);
-    std::copy_n(kept_.data() + nq, nv, d()->qvel);
-    return;
-  }
-  ++steps_;
-  for (std::size_t k = 0; k < drives_.size(); ++k) effort_[drives_[k].joint()] = d()->actuator_force[k];
-  if (floating_) state_->read_q(model_, q_.data());
 }
 
 Pose MujocoEngine::body_pose(int body) const {
@@ -256,9 +177,8 @@ void MujocoEngine::contacts(std::vector<Contact>& out) const {
   if (looked_ == nullptr) looked_.reset(mj_makeData(m()));
   mjData* const c = mj_copyData(looked_.get(), m(), d());
   out.clear();
-  write_applied(c);
+  write_present_efforts(c->qfrc_applied);
   if (!guarded([this, c] {
-        mj_fwdActuation(m(), c);
         mj_fwdAcceleration(m(), c);
         mj_fwdConstraint(m(), c);
       })) {
@@ -302,7 +222,10 @@ double measure_bare_step_rate(const Engine& engine, int steps) {
   const MujocoEngine& at = mujoco(engine);
   const DataHandle copy(mj_copyData(nullptr, at.m(), at.d()));
   const auto start = std::chrono::steady_clock::now();
-  for (int i = 0; i < steps; ++i) mj_step(at.m(), copy.get());
+  for (int i = 0; i < steps; ++i) {
+    at.write_servos(*copy);
+    mj_step(at.m(), copy.get());
+  }
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
   return steps / taken.count();
 }
@@ -316,7 +239,7 @@ void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> accel
   mj_inverse(at.m(), copy.get());
   for (std::size_t v = 0; v < tau.size(); ++v) {
     tau[v] = copy->qfrc_inverse[v] - at.m()->dof_armature[v] * copy->qacc[v] +
-             at.explicit_damping(static_cast<int>(v));
+             at.joint_damping_effort(static_cast<int>(v));
   }
 }
 

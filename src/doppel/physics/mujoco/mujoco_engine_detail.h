@@ -1,17 +1,20 @@
 #pragma once
 // Private to the MuJoCo back end: the engine's class; mujoco_engine.cpp has what concerns the robot,
-// mujoco_start.cpp how it stands at the start, mujoco_objects.cpp the objects of the world.
+// mujoco_step.cpp how a step is taken, mujoco_start.cpp how the robot stands at the start, mujoco_objects.cpp
+// the objects of the world.
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <stdexcept>
 #include <vector>
 
-#include "doppel/physics/mujoco/drive.h"
+#include "doppel/physics/drive.h"
 #include "doppel/physics/mujoco/mujoco_engine.h"
 #include "doppel/physics/mujoco/mujoco_state_detail.h"
+#include "doppel/physics/step_scheme.h"
 
 namespace doppel {
 
@@ -32,7 +35,7 @@ class MujocoEngine final : public Engine {
         q_(model.nq),
         effort_(model.joints.size(), 0.0),
         applied_effort_(static_cast<std::size_t>(model.nv), 0.0),
-        implicit_damping_(world.integrator != Integrator::rk4),
+        rotors_(static_cast<std::size_t>(model.nv), 0.0),
         wrenches_(model.links.size()),
         object_wrenches_(world.objects.size()) {
     if (q0_.size() != model.nq) throw std::invalid_argument("EngineOptions::q0 has the wrong size");
@@ -41,6 +44,8 @@ class MujocoEngine final : public Engine {
     any_weightless_ = std::any_of(model.links.begin(), model.links.end(),
                                   [](const ModelLink& link) { return link.weightless; });
     make_drives(options);
+    make_springs();
+    size_stages();
     if (options.set_on_ground) set_on_ground();
     choose_exclusions(options.self_collision);
     reset();
@@ -119,13 +124,16 @@ class MujocoEngine final : public Engine {
   bool remove(std::string_view name) override;
   void set_objects(std::vector<WorldObject> objects) override;
 
-  // What the joint's own damping takes at this instant where MuJoCo does not count it, N m or N.
-  [[nodiscard]] double explicit_damping(int v) const {
-    double out = 0.0;
-    for (const ModelJoint& joint : model_.joints) {
-      if (implicit_damping_ && v >= joint.v && v < joint.v + joint.nv) out = joint.damping * d()->qvel[v];
+  // What the joint's own damping takes at this instant, which MuJoCo does not count, N m or N.
+  [[nodiscard]] double joint_damping_effort(int v) const {
+    return v < model_.nv ? joint_damping_[v] * d()->qvel[v] : 0.0;
+  }
+  // The drives' springs and dampers at the state of `data`, for a benchmark of bare steps.
+  void write_servos(mjData& data) const {
+    for (const JointSpring& spring : springs_) {
+      if (spring.on)
+        data.qfrc_applied[spring.v] = spring.law(data.qpos[spring.q], data.qvel[spring.v], 0.0);
     }
-    return out;
   }
 
   [[nodiscard]] mjModel* m() const { return state_->m(); }
@@ -137,10 +145,21 @@ class MujocoEngine final : public Engine {
   };
   [[nodiscard]] Energy energy() const;
   void make_drives(const EngineOptions& options);
-  void write_drive(std::size_t actuator);
-  void write_drives();
-  void write_armature(int joint);
-  void write_applied(mjData* data) const;
+  void make_springs();
+  void size_stages();
+  double moved_inertia(int v);
+  void meet_stop(JointSpring& stop);
+  void begin_step();
+  bool write_armature();
+  void enter_stage(int i);
+  [[nodiscard]] bool implicit_at(int v) const;
+  void write_stage_efforts(int i);
+  bool solve_stage(int i);
+  [[nodiscard]] double asked_effort(std::size_t k) const;
+  bool settle(int pass);
+  bool take_stages();
+  void finish_step();
+  void write_present_efforts(double* out) const;
   void choose_exclusions(bool self_collision);
   void find_touching();
   bool note_touching(const Contact& contact);
@@ -150,7 +169,6 @@ class MujocoEngine final : public Engine {
   void add_wrench(int body, const AppliedWrench& wrench);
   void write_wrenches();
   void lift_wrenches();
-  void advance();
   bool ran_away() const;
   Pose body_pose(int body) const;
   FrameVelocity body_velocity(int body) const;
@@ -169,16 +187,23 @@ class MujocoEngine final : public Engine {
   std::vector<Overlap> overlaps_;  // with the ground and objects, at the start
   std::vector<ExcludedPair> excluded_;
   std::vector<ServoParameters> servos_;  // [joints]
-  std::vector<Drive> drives_;            // [actuators]
-  std::vector<int> drive_of_joint_;      // [joints]; -1: none
+  std::vector<Drive> drives_;
+  std::vector<int> drive_of_joint_;   // [joints]; -1: none
+  std::vector<JointSpring> springs_;  // of the drives, in their order, then of the limit stops
   Eigen::VectorXd q0_;
   Eigen::VectorXd q_;                           // the model's q where MuJoCo's differs from it
   bool floating_ = false;                       // it does
   std::vector<double> effort_;                  // [joints]
   std::vector<double> kept_;                    // MuJoCo's qpos and qvel before the step
   std::vector<double> applied_effort_;          // [nv] from outside
-  bool implicit_damping_;                       // of drives and joints, as armature
-  bool armature_changed_ = false;               // since the mass matrix was computed
+  std::vector<double> joint_damping_;           // [nv]
+  std::vector<double> rotors_;                  // [nv] inertia of motors commanded by effort
+  const StepScheme* scheme_ = nullptr;          // of the present step
+  // What J holds of each degree of freedom [nv]; derivatives of the stages; a step's move (tangent vectors).
+  std::vector<double> linear_damping_, linear_stiffness_;
+  std::array<std::vector<double>, kMostStages> k_q_, k_v_;
+  std::vector<double> move_;
+  std::vector<double> asked_;                   // [springs] law of the stages, weighted
   std::vector<AppliedWrench> wrenches_;         // [links]
   std::vector<AppliedWrench> object_wrenches_;  // [objects]
   bool any_wrench_ = false;

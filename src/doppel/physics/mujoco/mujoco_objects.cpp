@@ -99,10 +99,9 @@ void MujocoEngine::rebuild(World world) {
   looked_.reset();
   state_ = std::move(fresh);
   world_ = std::move(world);
-  kept_.resize(static_cast<std::size_t>(m()->nq + m()->nv));
-  write_drives();
+  size_stages();
+  write_armature();
   if (!state_->refresh()) diverged_ = true;
-  armature_changed_ = false;
 }
 
 void MujocoEngine::carry_over(const MujocoState& old, const World& old_world, MujocoState& fresh,
@@ -112,7 +111,6 @@ void MujocoEngine::carry_over(const MujocoState& old, const World& old_world, Mu
   std::copy_n(from->qpos, model_.nq, to->qpos);
   std::copy_n(from->qvel, model_.nv, to->qvel);
   std::copy_n(from->qacc_warmstart, model_.nv, to->qacc_warmstart);
-  std::copy_n(from->ctrl, old.m()->nu, to->ctrl);
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     const MujocoObject& object = fresh.object(i);
     fresh.place_object(i, world.objects[i].X_WO);

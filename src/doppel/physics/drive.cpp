@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/drive.h"
+#include "doppel/physics/drive.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,7 +39,8 @@ void Drive::start(DriveMode mode, double q) {
 }
 
 void Drive::follow(double q) {
-  reference_ = q;
+  reference_ = before_ = q;
+  seen_ = 0.0;
   target_ = mode_ == DriveMode::position ? q : 0.0;
   spread_steps_ = 0;
   steps_since_target_ = stream_gap_ + 1;
@@ -64,21 +65,31 @@ double Drive::advance_position() {
   return (at_limit ? 0.5 : 1.0) * way / step_;
 }
 
-double Drive::advance(double q) {
+void Drive::advance(double q) {
   ++steps_since_target_;
-  if (mode_ == DriveMode::limp) return 0.0;
-  if (mode_ == DriveMode::effort) return std::clamp(target_, -servo_.effort, servo_.effort);
-  double seen = 0.0;
+  before_ = reference_;
+  if (!servoing()) return;
   if (mode_ == DriveMode::position) {
-    seen = advance_position();
+    seen_ = advance_position();
   } else {
     const double velocity = std::clamp(target_, -servo_.velocity, servo_.velocity);
     reference_ += velocity * step_;
-    seen = 0.5 * velocity;
+    seen_ = 0.5 * velocity;
   }
   reference_ = std::clamp(reference_, q - furthest_, q + furthest_);
+}
+
+void Drive::write_law(JointSpring& spring) const {
+  spring.on = mode_ != DriveMode::limp;
+  spring.stiffness = servoing() ? servo_.stiffness : 0.0;
+  spring.damping = servoing() ? servo_.damping : 0.0;
+  spring.reference = before_;
+  spring.reference_rate = (reference_ - before_) / step_;
   // The ideal servo's damper is the integrator's, not the joint's: it must not be fed.
-  return servo_.ideal ? reference_ : reference_ + damping_time_ * seen;
+  spring.reference_velocity = servoing() && !servo_.ideal ? seen_ : 0.0;
+  spring.feed = mode_ == DriveMode::effort ? std::clamp(target_, -servo_.effort, servo_.effort) : 0.0;
+  spring.low = -servo_.effort;
+  spring.high = servo_.effort;
 }
 
 }  // namespace doppel

@@ -1,0 +1,297 @@
+// How a step is taken: the W-method of step_scheme.h over MuJoCo's forward dynamics. The armature that makes
+// springs and dampers implicit stands in the matrix that MuJoCo solves constraints with, so friction, mimics,
+// limits and contacts are solved for the step that is taken.
+
+#include <algorithm>
+#include <cmath>
+
+#include "doppel/physics/limit_stop.h"
+#include "doppel/physics/mujoco/mujoco_engine_detail.h"
+
+namespace doppel {
+namespace {
+
+constexpr int kRunaway[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
+// Passes in which springs may come free of their bounds again; later ones only bind, so that they end.
+constexpr int kFreePasses = 4;
+
+}  // namespace
+
+void MujocoEngine::make_springs() {
+  joint_damping_.assign(static_cast<std::size_t>(model_.nv), 0.0);
+  for (const ModelJoint& joint : model_.joints) {
+    std::fill_n(joint_damping_.begin() + std::max(joint.v, 0), joint.nv, joint.damping);
+  }
+  const auto of_joint = [this](int index) {
+    JointSpring spring;
+    spring.joint = index;
+    spring.q = model_.joints[index].q;
+    spring.v = model_.joints[index].v;
+    return spring;
+  };
+  for (const Drive& drive : drives_) springs_.push_back(of_joint(drive.joint()));
+  for (std::size_t i = 0; i < model_.joints.size(); ++i) {
+    const ModelJoint& joint = model_.joints[i];
+    if (!joint.scalar() || !(joint.stop_stiffness > 0)) continue;
+    JointSpring stop = of_joint(static_cast<int>(i));
+    stop.stiffness = joint.stop_stiffness;
+    stop.reference = joint.lower;
+    stop.low = 0.0;
+    if (std::isfinite(joint.lower)) springs_.push_back(stop);
+    stop.reference = joint.upper;
+    stop.low = -kInfinity;
+    stop.high = 0.0;
+    if (std::isfinite(joint.upper)) springs_.push_back(stop);
+  }
+  asked_.resize(springs_.size());
+  linear_damping_.resize(joint_damping_.size());
+  linear_stiffness_.resize(joint_damping_.size());
+}
+
+void MujocoEngine::size_stages() {
+  const auto nq = static_cast<std::size_t>(m()->nq), nv = static_cast<std::size_t>(m()->nv);
+  kept_.resize(nq + nv);
+  move_.resize(nv);
+  for (int i = 0; i < kMostStages; ++i) {
+    k_q_[i].assign(nv, 0.0);
+    k_v_[i].assign(nv, 0.0);
+  }
+}
+
+// The inertia that the joint moves, with what its drives hold stiff, kg m^2 or kg.
+double MujocoEngine::moved_inertia(int v) {
+  std::vector<double>&unit = k_v_[0], &response = k_q_[0];
+  std::fill(unit.begin(), unit.end(), 0.0);
+  unit[v] = 1.0;
+  mj_solveM(m(), d(), response.data(), unit.data(), 1);
+  return std::max(1.0 / response[v] - m()->dof_armature[v], 0.0);
+}
+
+void MujocoEngine::meet_stop(JointSpring& stop) {
+  const double beyond = stop.low < 0 ? d()->qpos[stop.q] - stop.reference : stop.reference - d()->qpos[stop.q];
+  const bool was_on = stop.on;
+  stop.on = beyond > 0;
+  if (!stop.on || was_on) return;
+  const double h = to_seconds(world_.step), inertia = moved_inertia(stop.v);
+  const double ratio = damping_ratio_of(model_.joints[stop.joint].stop_restitution);
+  stop.bound = 0;
+  stop.damping = 2.0 * ratio * std::sqrt(stop.stiffness * inertia);
+  // Stiffer than the step resolves: as much as keeps an explicit spring stable with any inertia.
+  if (scheme_->semi_implicit && stop.stiffness * h * h > inertia)
+    stop.damping = std::max(stop.damping, 0.5 * stop.stiffness * h);
+}
+
+void MujocoEngine::begin_step() {
+  const StepScheme& wanted = step_scheme(world_.integrator);
+  // Contacts are stiff, one-sided and solved for one evaluation; two of them would not be more exact.
+  scheme_ = wanted.order == 2 && d()->ncon > 0 ? &step_scheme(Integrator::euler) : &wanted;
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    drives_[k].advance(d()->qpos[springs_[k].q]);
+    drives_[k].write_law(springs_[k]);
+  }
+  for (std::size_t k = drives_.size(); k < springs_.size(); ++k) meet_stop(springs_[k]);
+  std::copy_n(d()->qpos, m()->nq, kept_.data());
+  std::copy_n(d()->qvel, m()->nv, kept_.data() + m()->nq);
+}
+
+// True: it has changed since the mass matrix was computed.
+bool MujocoEngine::write_armature() {
+  std::copy(joint_damping_.begin(), joint_damping_.end(), linear_damping_.begin());
+  std::fill(linear_stiffness_.begin(), linear_stiffness_.end(), 0.0);
+  for (const JointSpring& spring : springs_) {
+    if (!spring.acts_linearly()) continue;
+    linear_damping_[spring.v] += spring.damping;
+    if (!scheme_->semi_implicit) linear_stiffness_[spring.v] += spring.stiffness;
+  }
+  const double h = to_seconds(world_.step) * scheme_->diagonal;
+  bool changed = false;
+  for (int v = 0; v < model_.nv; ++v) {
+    const double armature = rotors_[v] + h * (linear_damping_[v] + h * linear_stiffness_[v]);
+    changed = changed || armature != m()->dof_armature[v];
+    m()->dof_armature[v] = armature;
+  }
+  return changed;
+}
+
+// MuJoCo's q and v at stage `i`, and all that depends on them.
+void MujocoEngine::enter_stage(int i) {
+  const double h = to_seconds(world_.step);
+  const int nv = m()->nv;
+  double* const qvel = d()->qvel;
+  std::copy_n(kept_.data(), m()->nq, d()->qpos);
+  std::copy_n(kept_.data() + m()->nq, nv, qvel);
+  std::fill(move_.begin(), move_.end(), 0.0);
+  for (int j = 0; j < i; ++j) {
+    for (int v = 0; v < nv; ++v) {
+      move_[v] += scheme_->alpha[i][j] * k_q_[j][v];
+      qvel[v] += h * scheme_->alpha[i][j] * k_v_[j][v];
+    }
+  }
+  mj_integratePos(m(), d()->qpos, move_.data(), h);
+  mj_step1(m(), d());
+  if (any_wrench_ || any_weightless_) write_wrenches();
+}
+
+bool MujocoEngine::implicit_at(int v) const {
+  return v < model_.nv && (linear_damping_[v] > 0 || linear_stiffness_[v] > 0);
+}
+
+// The right side of stage i: outer efforts, springs, and what J adds of the earlier stages and, by positions
+// that move with gamma, of this one.
+void MujocoEngine::write_stage_efforts(int i) {
+  const double h = to_seconds(world_.step), t = scheme_->semi_implicit ? h : h * scheme_->time(i);
+  const double drift = scheme_->semi_implicit ? 0.0 : h * scheme_->gamma_sum(i);
+  const double *const q = d()->qpos, *const qvel = d()->qvel;
+  double* const out = d()->qfrc_applied;
+  for (int v = 0; v < m()->nv; ++v) {
+    double rate = qvel[v];
+    if (v < model_.nv) out[v] = applied_effort_[v] - joint_damping_[v] * qvel[v];
+    if (implicit_at(v)) {
+      for (int j = 0; j < i; ++j) {
+        const double g = h * scheme_->gamma[i][j];
+        rate += g * k_v_[j][v];
+        out[v] -= g * (linear_damping_[v] * k_v_[j][v] + linear_stiffness_[v] * k_q_[j][v]);
+      }
+      out[v] -= h * scheme_->diagonal * linear_stiffness_[v] * rate;
+    }
+    k_q_[i][v] = rate;
+  }
+  for (std::size_t k = 0; k < springs_.size(); ++k) {
+    const JointSpring& spring = springs_[k];
+    if (!spring.on) continue;
+    const double asked = spring.law(q[spring.q], qvel[spring.v], t) +
+                         drift * spring.stiffness * spring.reference_rate;
+    asked_[k] += scheme_->b[i] * asked;
+    out[spring.v] += spring.bound == 0 ? asked : spring.effort_at_bound();
+  }
+}
+
+bool MujocoEngine::solve_stage(int i) {
+  mj_fwdAcceleration(m(), d());
+  mj_fwdConstraint(m(), d());
+  const double h = to_seconds(world_.step) * scheme_->diagonal;
+  bool sane = true;
+  for (int v = 0; v < m()->nv; ++v) {
+    const double a = d()->qacc[v];
+    sane = sane && std::abs(a) < mjMAXVAL;
+    k_v_[i][v] = a;
+    if (scheme_->semi_implicit || implicit_at(v)) k_q_[i][v] += h * a;
+  }
+  std::copy_n(d()->qacc, m()->nv, d()->qacc_warmstart);
+  return sane;
+}
+
+// The effort of spring k over the step if it had no bounds.
+double MujocoEngine::asked_effort(std::size_t k) const {
+  const JointSpring& spring = springs_[k];
+  const double h = to_seconds(world_.step);
+  const double stiffness = scheme_->semi_implicit ? 0.0 : spring.stiffness;
+  double out = asked_[k];
+  for (int i = 0; i < scheme_->stages; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      out -= scheme_->b[i] * h * scheme_->gamma[i][j] *
+             (spring.damping * k_v_[j][spring.v] + stiffness * k_q_[j][spring.v]);
+    }
+  }
+  return out;
+}
+
+// False: a spring has met or left a bound, and the step is to be taken again.
+bool MujocoEngine::settle(int pass) {
+  bool settled = true;
+  for (std::size_t k = 0; k < springs_.size(); ++k) {
+    JointSpring& spring = springs_[k];
+    if (!spring.on) continue;
+    const int bound = bound_of(spring, asked_effort(k));
+    if (bound == spring.bound || (pass >= kFreePasses && spring.bound != 0)) continue;
+    spring.bound = bound;
+    settled = false;
+  }
+  return settled;
+}
+
+// False: the numbers ran away.
+bool MujocoEngine::take_stages() {
+  for (int pass = 0;; ++pass) {
+    std::fill(asked_.begin(), asked_.end(), 0.0);
+    const bool changed = write_armature();
+    for (int i = 0; i < scheme_->stages; ++i) {
+      if (i > 0 || changed || (pass > 0 && scheme_->stages > 1)) enter_stage(i);
+      write_stage_efforts(i);
+      if (!solve_stage(i)) return false;
+    }
+    if (settle(pass)) return true;
+  }
+}
+
+void MujocoEngine::finish_step() {
+  const double h = to_seconds(world_.step);
+  const int nq = m()->nq, nv = m()->nv;
+  if (world_.integrator == Integrator::implicit) {
+    mj_step2(m(), d());  // solves once more, and then with M - h dC/dv
+    for (int v = 0; v < nv; ++v) k_v_[0][v] = (d()->qvel[v] - kept_[nq + v]) / h;
+  } else {
+    std::copy_n(kept_.data(), nq, d()->qpos);
+    std::copy_n(kept_.data() + nq, nv, d()->qvel);
+    std::fill(move_.begin(), move_.end(), 0.0);
+    for (int i = 0; i < scheme_->stages; ++i) {
+      for (int v = 0; v < nv; ++v) {
+        move_[v] += scheme_->b[i] * k_q_[i][v];
+        d()->qvel[v] += h * scheme_->b[i] * k_v_[i][v];
+      }
+    }
+    mj_integratePos(m(), d()->qpos, move_.data(), h);
+    d()->time += h;
+  }
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    const JointSpring& spring = springs_[k];
+    effort_[spring.joint] = !spring.on            ? 0.0
+                            : spring.bound != 0   ? spring.effort_at_bound()
+                                                  : std::clamp(asked_effort(k), spring.low, spring.high);
+  }
+  mj_step1(m(), d());
+}
+
+bool MujocoEngine::ran_away() const {
+  for (const int warning : kRunaway) {
+    if (d()->warning[warning].number > 0) return true;
+  }
+  return false;
+}
+
+void MujocoEngine::step() {
+  if (diverged_) return;
+  begin_step();
+  if (any_wrench_ || any_weightless_) write_wrenches();
+  bool sane = false;
+  const bool whole = guarded([this, &sane] {
+    sane = take_stages() && !ran_away();
+    if (sane) finish_step();
+  });
+  if (!whole || !sane || ran_away()) {
+    // MuJoCo may have set itself back to its zero pose; the state before the step is the last that means
+    // something.
+    diverged_ = true;
+    d()->pstack = 0;  // given up in the middle of a call
+    std::copy_n(kept_.data(), m()->nq, d()->qpos);
+    std::copy_n(kept_.data() + m()->nq, m()->nv, d()->qvel);
+    return;
+  }
+  ++steps_;
+  if (floating_) state_->read_q(model_, q_.data());
+}
+
+// The efforts of this instant [model nv], as the next step would begin with.
+void MujocoEngine::write_present_efforts(double* out) const {
+  for (int v = 0; v < model_.nv; ++v) out[v] = applied_effort_[v] - joint_damping_[v] * d()->qvel[v];
+  for (std::size_t k = 0; k < springs_.size(); ++k) {
+    JointSpring spring = springs_[k];
+    if (k < drives_.size()) drives_[k].write_law(spring);
+    if (!spring.on) continue;
+    const double asked =
+        spring.law(d()->qpos[spring.q], d()->qvel[spring.v], to_seconds(world_.step));
+    out[spring.v] += std::clamp(asked, spring.low, spring.high);
+  }
+}
+
+}  // namespace doppel
