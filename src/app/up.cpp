@@ -154,8 +154,10 @@ void print_banner(Twin& twin, const std::string& engine) {
   bool heading = false;
   for (const SagReport& sag : twin.gravity_sag()) {
     if (std::abs(sag.sag) < 5e-4 && sag.margin >= 0) continue;
-    tell("  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}\n", heading ? "" : "gravity", sag.joint,
-         sag.torque, sag.sag, sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
+    tell("  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}{}\n", heading ? "" : "gravity", sag.joint,
+         sag.torque, sag.sag,
+         sag.most > sag.least ? fmt::format(", with friction {:+.4f} to {:+.4f}", sag.least, sag.most) : "",
+         sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
     heading = true;
   }
 }

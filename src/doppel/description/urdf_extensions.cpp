@@ -154,8 +154,12 @@ GazeboExtension read_gazebo(const XmlNode& node, const std::filesystem::path& ba
   out.xml = to_xml(node);
   out.source = node.where;
   const std::pair<const char*, std::optional<double>*> numbers[] = {
-      {"mu1", &out.mu1}, {"mu2", &out.mu2}, {"kp", &out.kp}, {"kd", &out.kd},
-      {"stopStiffness", &out.stop_stiffness}, {"stopRestitution", &out.stop_restitution}};
+      {"mu1", &out.mu1},
+      {"mu2", &out.mu2},
+      {"kp", &out.kp},
+      {"kd", &out.kd},
+      {"stopStiffness", &out.stop_stiffness},
+      {"stopRestitution", &out.stop_restitution}};
   for (const XmlNode& child : node.children) {
     if (child.is("plugin")) out.plugins.push_back(read_plugin(child, base, resolver));
     for (const auto& [name, value] : numbers) {

@@ -18,6 +18,8 @@ namespace doppel {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+inline constexpr double kCriticalRestitution = 0.1353352832366127;  // exp(-2)
+
 struct ModelJoint {
   std::string name;
   JointType type = JointType::fixed;
@@ -33,8 +35,9 @@ struct ModelJoint {
   double effort = kInfinity;                     // N m or N; absent in the description: unlimited
   double velocity = kInfinity;                   // rad/s or m/s
   double damping = 0, friction = 0;
-  // Of the stops at finite limits: N m/rad or N/m, 0: the engine's own; speed after over speed before an impact.
-  double stop_stiffness = 0, stop_restitution = 0;
+  // Of the stops at finite limits: N m/rad or N/m, 0: the engine's own; speed after over speed before an
+  // impact, unless given that of a critically damped spring.
+  double stop_stiffness = 0, stop_restitution = kCriticalRestitution;
   int mimic_leader =
       -1;  // joint index; q = multiplier * q_leader + offset, chains resolved to the last leader
   double mimic_multiplier = 1, mimic_offset = 0;

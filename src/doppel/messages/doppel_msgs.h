@@ -34,8 +34,12 @@ struct JointLoads {
   std::vector<double> sags;             // rad or m: how far gravity pulls the joint off its target
   std::vector<double> margins;          // effort limit less |gravity torque|; negative: cannot hold
   std::vector<double> effort_limits;    // infinite: none
+  std::vector<double> frictions;        // that Coulomb friction holds at most
+  std::vector<double>
+      least_sags;                 // sag less and plus friction / stiffness: the joint rests anywhere between;
+  std::vector<double> most_sags;  // all three are 0 where it rests on its limit
   DOPPEL_MESSAGE("doppel_msgs/msg/JointLoads", header, joint_names, efforts, gravity_torques, sags, margins,
-                 effort_limits)
+                 effort_limits, frictions, least_sags, most_sags)
 };
 
 }  // namespace doppel::doppel_msgs::msg

@@ -25,11 +25,9 @@ Drive::Drive(int joint, const ServoParameters& servo, double carried, Duration s
     servo_.damping = servo_.stiffness * step_;
     servo_.effort = kInfinity;
   }
-  // With less, a joint that carries almost nothing would swing up: a / (1 + b) of the explicit spring's a =
-  // stiffness step^2 / inertia and the implicit damper's b = damping * step / inertia must stay below 4 for
-  // every inertia.
-  servo_.damping = std::max(servo_.damping, 0.5 * servo_.stiffness * step_);
-  damping_time_ = servo_.stiffness > 0 ? servo_.damping / servo_.stiffness : 0.0;
+  // The spring of euler is explicit: h K / D is what one step takes away of the error of a joint that carries
+  // nothing, and must not be more than all of it.
+  servo_.damping = std::max(servo_.damping, servo_.stiffness * step_);
   furthest_ = servo_.stiffness > 0 ? servo_.effort / servo_.stiffness : kInfinity;
 }
 
@@ -69,6 +67,7 @@ void Drive::advance(double q) {
   ++steps_since_target_;
   before_ = reference_;
   if (!servoing()) return;
+  before_ = reference_ = std::clamp(reference_, q - furthest_, q + furthest_);
   if (mode_ == DriveMode::position) {
     seen_ = advance_position();
   } else {
@@ -76,16 +75,16 @@ void Drive::advance(double q) {
     reference_ += velocity * step_;
     seen_ = 0.5 * velocity;
   }
-  reference_ = std::clamp(reference_, q - furthest_, q + furthest_);
 }
 
 void Drive::write_law(JointSpring& spring) const {
   spring.on = mode_ != DriveMode::limp;
   spring.stiffness = servoing() ? servo_.stiffness : 0.0;
   spring.damping = servoing() ? servo_.damping : 0.0;
-  spring.reference = before_;
-  spring.reference_rate = (reference_ - before_) / step_;
-  // The ideal servo's damper is the integrator's, not the joint's: it must not be fed.
+  // The ideal servo lands on the reference of the step's end, and its damper is the integrator's, not the
+  // joint's: it must not be fed.
+  spring.reference = servo_.ideal ? reference_ : before_;
+  spring.reference_rate = servo_.ideal ? 0.0 : (reference_ - before_) / step_;
   spring.reference_velocity = servoing() && !servo_.ideal ? seen_ : 0.0;
   spring.feed = mode_ == DriveMode::effort ? std::clamp(target_, -servo_.effort, servo_.effort) : 0.0;
   spring.low = -servo_.effort;

@@ -34,13 +34,12 @@ class Drive {
   ServoParameters servo_;
   double step_;              // s
   double fastest_;           // the reference's longest way in one step
-  double furthest_;          // that the reference runs ahead of the joint
-  double damping_time_;      // damping / stiffness, s
+  double furthest_;          // that the reference is ahead of the joint at a step's start
   std::int64_t stream_gap_;  // steps
   DriveMode mode_ = DriveMode::limp;
   double target_ = 0, reference_ = 0;
-  double before_ = 0;  // the reference at the step's start
-  double seen_ = 0;    // the part of the reference's velocity that the damper sees
+  double before_ = 0;              // the reference at the step's start
+  double seen_ = 0;                // the part of the reference's velocity that the damper sees
   double spread_ = 0;              // way in one step while a stream's target is approached
   std::int64_t spread_steps_ = 0;  // how long spread_ counts
   std::int64_t steps_since_target_ = 0;

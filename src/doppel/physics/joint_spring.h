@@ -15,19 +15,20 @@
 namespace doppel {
 
 struct JointSpring {
-  int joint = -1, q = -1, v = -1;  // of the model; indices of its position and velocity
-  bool on = false;                 // false: it exerts nothing
-  double stiffness = 0, damping = 0;            // N m/rad, N m s/rad; or N/m, N s/m
-  double reference = 0, reference_rate = 0;     // at the step's start, and how fast it moves: rad or m, per s
-  double reference_velocity = 0;                // that the damper sees
-  double feed = 0;                              // N m or N
-  double low = -kInfinity, high = kInfinity;    // N m or N
-  int bound = 0;                                // -1 or 1: it counts as the constant `low` or `high`
+  int joint = -1, q = -1, v = -1;             // of the model; indices of its position and velocity
+  bool on = false;                            // false: it exerts nothing
+  double stiffness = 0, damping = 0;          // N m/rad, N m s/rad; or N/m, N s/m
+  double reference = 0, reference_rate = 0;   // at the step's start, and how fast it moves: rad or m, per s
+  double reference_velocity = 0;              // that the damper sees
+  double feed = 0;                            // N m or N
+  double low = -kInfinity, high = kInfinity;  // N m or N
+  int bound = 0;                              // -1 or 1: it counts as the constant `low` or `high`
 
   [[nodiscard]] bool acts_linearly() const { return on && bound == 0; }
   // Unbounded, at the time `t` after the step's start.
   [[nodiscard]] double law(double position, double velocity, double t) const {
-    return feed + stiffness * (reference + reference_rate * t - position) + damping * (reference_velocity - velocity);
+    return feed + stiffness * (reference + reference_rate * t - position) +
+           damping * (reference_velocity - velocity);
   }
   [[nodiscard]] double effort_at_bound() const { return bound < 0 ? low : high; }
 };

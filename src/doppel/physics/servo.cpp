@@ -112,6 +112,12 @@ void static_sag(const Model& model, Data& data, const std::vector<ServoParameter
                 const ConstVector& q, const Eigen::Vector3d& gravity, StaticSag& out) {
   gravity_torques(model, data, q, gravity);
   drive_torques(model, data, out.torques);
+  out.frictions.setZero(static_cast<Eigen::Index>(model.joints.size()));
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    const ModelJoint& joint = model.joints[i];
+    const auto carrier = static_cast<Eigen::Index>(joint.mimics() ? joint.mimic_leader : static_cast<int>(i));
+    out.frictions[carrier] += (joint.mimics() ? std::abs(joint.mimic_multiplier) : 1.0) * joint.friction;
+  }
   out.sags.clear();
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const ModelJoint& joint = model.joints[i];
@@ -120,8 +126,16 @@ void static_sag(const Model& model, Data& data, const std::vector<ServoParameter
     Sag sag;
     sag.joint = static_cast<int>(i);
     sag.torque = out.torques[sag.joint];
-    sag.sag = servo.ideal || !(servo.stiffness > 0) ? 0.0 : sag.torque / servo.stiffness;
-    sag.margin = servo.effort - std::abs(sag.torque);
+    sag.friction = out.frictions[sag.joint];
+    const double near = joint.type == JointType::prismatic ? kOnSlideLimit : kOnLimit;
+    sag.on_limit = (sag.torque < 0 && q[joint.q] > joint.upper - near) ||
+                   (sag.torque > 0 && q[joint.q] < joint.lower + near);
+    if (!sag.on_limit && !servo.ideal && servo.stiffness > 0) {
+      sag.sag = sag.torque / servo.stiffness;
+      sag.least = (sag.torque - sag.friction) / servo.stiffness;
+      sag.most = (sag.torque + sag.friction) / servo.stiffness;
+    }
+    sag.margin = servo.effort - (sag.on_limit ? 0.0 : std::abs(sag.torque));
     out.sags.push_back(sag);
   }
 }

@@ -11,10 +11,9 @@
 // smoothly. At the limit: while the reference runs at the velocity limit v_ref counts half, with which the
 // joint nears the limit without overshooting it. Waiting: the reference is never further ahead of the joint
 // than effort / stiffness, so that a joint that was blocked is not thrown when it comes free. In the engine
-// the damper acts implicitly, at the velocity of the step's end, and is at least stiffness * step / 2: stable
-// at any stiffness and inertia. The price: while the effort is clipped the joint feels heavier by damping *
-// step, which at 1 kHz is about a tenth of what a chosen servo carries at an arm's shoulder and up to as much
-// again at its wrist.
+// the damper acts implicitly, at the velocity of the step's end, and is at least stiffness * step: stable
+// at any stiffness and inertia. The effort that is clipped is that of the step's end; while it is, the drive
+// gives a constant effort and has no damper.
 
 #include <Eigen/Core>
 #include <vector>
@@ -64,16 +63,23 @@ struct ServoOptions {
 std::vector<ServoParameters> choose_servos(const Model& model, const ServoOptions& options,
                                            const Eigen::Vector3d& gravity);
 
+// A joint within this of a limit that gravity presses it onto rests on the stop, not on its drive.
+inline constexpr double kOnLimit = 0.002, kOnSlideLimit = 0.0002;  // rad, m
+
 struct Sag {
   int joint = -1;
-  double torque = 0;  // N m or N that gravity asks of the drive at rest
-  double sag = 0;     // rad or m: torque / stiffness
+  double torque = 0;    // N m or N that gravity asks of the drive at rest
+  double friction = 0;  // N m or N that Coulomb friction holds at most, that of its mimics with it
+  // rad or m, from the joint to the drive's reference: torque / stiffness, and by friction anywhere from
+  // `least` to `most`, (torque -+ friction) / stiffness. All 0 where the joint rests on a limit.
+  double sag = 0, least = 0, most = 0;
   double margin = 0;  // effort limit - |torque|; negative: cannot hold
+  bool on_limit = false;
 };
 
 struct StaticSag {
-  std::vector<Sag> sags;    // one per driven joint, in the model's order
-  Eigen::VectorXd torques;  // [joints], scratch
+  std::vector<Sag> sags;               // one per driven joint, in the model's order
+  Eigen::VectorXd torques, frictions;  // [joints], scratch
 };
 
 // Static sag of every driven joint at q. `data` is scratch. Nothing is allocated when `out` has been filled

@@ -30,8 +30,8 @@ struct WorldObject {
 // all of them.
 enum class Integrator {
   euler,     // semi-implicit, order 1, one evaluation of the forward dynamics: the default
-  midpoint,  // order 2, two; steps with contact are euler's
-  rk4,       // order 4, four
+  midpoint,  // order 2, two; a step that begins with a contact or against a stop is euler's
+  rk4,       // order 4, four; against a stop that has a stiffness too
   implicit,  // euler with the derivatives of Coriolis forces, at about twice its cost
 };
 inline constexpr const char* kIntegratorNames[] = {"euler", "midpoint", "rk4", "implicit"};

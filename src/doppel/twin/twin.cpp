@@ -484,7 +484,7 @@ std::vector<SagReport> Twin::gravity_sag() const {
              impl_->machine->gravity_R(), found);
   for (const Sag& sag : found.sags) {
     out.push_back({impl_->control->model().joints[static_cast<std::size_t>(sag.joint)].name, sag.torque,
-                   sag.sag, sag.margin});
+                   sag.sag, sag.least, sag.most, sag.margin});
   }
   return out;
 }

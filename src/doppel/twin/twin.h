@@ -32,7 +32,7 @@ struct JointSnapshot {
 
 struct SagReport {
   std::string joint;
-  double torque = 0, sag = 0, margin = 0;  // see Sag in physics/servo.h
+  double torque = 0, sag = 0, least = 0, most = 0, margin = 0;  // see Sag in physics/servo.h
 };
 
 class Twin {

@@ -375,8 +375,8 @@ std::string write_document(const RobotMjcf& robot, const World& world, Collision
            world.ground_friction);
   }
   append(out, "{}{}</worldbody>\n", robot.bodies, objects);
-  append(out, "<contact>\n{}{}</contact>\n<equality>\n{}</equality>\n</mujoco>\n",
-         robot.exclusions, surrounding_exclusions(robot, world), robot.equalities);
+  append(out, "<contact>\n{}{}</contact>\n<equality>\n{}</equality>\n</mujoco>\n", robot.exclusions,
+         surrounding_exclusions(robot, world), robot.equalities);
   return out;
 }
 

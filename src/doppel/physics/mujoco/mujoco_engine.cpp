@@ -33,11 +33,12 @@ void MujocoEngine::make_drives(const EngineOptions& options) {
   const bool ideal =
       std::any_of(servos_.begin(), servos_.end(), [](const ServoParameters& s) { return s.ideal; });
   if (ideal && step_scheme(world_.integrator).order > 1) {
-    throw InputError("physics.ideal_scheme", {},
-                     fmt::format("ideal servos land on their reference within one step of euler; {} is no such "
-                                 "integrator",
-                                 kIntegratorNames[static_cast<int>(world_.integrator)]),
-                     "leave `integrator` out of the world, or the servos as they are");
+    throw InputError(
+        "physics.ideal_scheme", {},
+        fmt::format("ideal servos land on their reference within one step of euler; {} is no such "
+                    "integrator",
+                    kIntegratorNames[static_cast<int>(world_.integrator)]),
+        "leave `integrator` out of the world, or the servos as they are");
   }
   const Eigen::VectorXd carried =
       ideal ? carried_inertia(model_)

@@ -131,8 +131,7 @@ class MujocoEngine final : public Engine {
   // The drives' springs and dampers at the state of `data`, for a benchmark of bare steps.
   void write_servos(mjData& data) const {
     for (const JointSpring& spring : springs_) {
-      if (spring.on)
-        data.qfrc_applied[spring.v] = spring.law(data.qpos[spring.q], data.qvel[spring.v], 0.0);
+      if (spring.on) data.qfrc_applied[spring.v] = spring.law(data.qpos[spring.q], data.qvel[spring.v], 0.0);
     }
   }
 
@@ -191,14 +190,14 @@ class MujocoEngine final : public Engine {
   std::vector<int> drive_of_joint_;   // [joints]; -1: none
   std::vector<JointSpring> springs_;  // of the drives, in their order, then of the limit stops
   Eigen::VectorXd q0_;
-  Eigen::VectorXd q_;                           // the model's q where MuJoCo's differs from it
-  bool floating_ = false;                       // it does
-  std::vector<double> effort_;                  // [joints]
-  std::vector<double> kept_;                    // MuJoCo's qpos and qvel before the step
-  std::vector<double> applied_effort_;          // [nv] from outside
-  std::vector<double> joint_damping_;           // [nv]
-  std::vector<double> rotors_;                  // [nv] inertia of motors commanded by effort
-  const StepScheme* scheme_ = nullptr;          // of the present step
+  Eigen::VectorXd q_;                   // the model's q where MuJoCo's differs from it
+  bool floating_ = false;               // it does
+  std::vector<double> effort_;          // [joints]
+  std::vector<double> kept_;            // MuJoCo's qpos and qvel before the step
+  std::vector<double> applied_effort_;  // [nv] from outside
+  std::vector<double> joint_damping_;   // [nv]
+  std::vector<double> rotors_;          // [nv] inertia of motors commanded by effort
+  const StepScheme* scheme_ = nullptr;  // of the present step
   // What J holds of each degree of freedom [nv]; derivatives of the stages; a step's move (tangent vectors).
   std::vector<double> linear_damping_, linear_stiffness_;
   std::array<std::vector<double>, kMostStages> k_q_, k_v_;

@@ -32,11 +32,15 @@ MujocoState::MujocoState(const RobotMjcf& robot, const Model& model, const World
   data_.reset(mj_makeData(model_.get()));
   if (data_ == nullptr) throw std::bad_alloc();
   check_order(model);
+  // MuJoCo takes the inertia of bodies on slides along principal axes from the compiler, without an armature
+  // that is written later.
+  std::fill_n(m()->dof_simplenum, model.nv, 0);
   body_links_.assign(static_cast<std::size_t>(m()->nbody), -1);
   body_objects_.assign(static_cast<std::size_t>(m()->nbody), -1);
   for (int i = 0; i < static_cast<int>(model.links.size()); ++i) {
     link_bodies_.push_back(find(m(), mjOBJ_BODY, mjcf_link_name(i)));
     body_links_[link_bodies_.back()] = i;
+    m()->body_simple[link_bodies_.back()] = 0;
   }
   for (int i = 0; i < static_cast<int>(world.objects.size()); ++i) {
     MujocoObject object;

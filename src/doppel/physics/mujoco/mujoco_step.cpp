@@ -68,7 +68,8 @@ double MujocoEngine::moved_inertia(int v) {
 }
 
 void MujocoEngine::meet_stop(JointSpring& stop) {
-  const double beyond = stop.low < 0 ? d()->qpos[stop.q] - stop.reference : stop.reference - d()->qpos[stop.q];
+  const double beyond =
+      stop.low < 0 ? d()->qpos[stop.q] - stop.reference : stop.reference - d()->qpos[stop.q];
   const bool was_on = stop.on;
   stop.on = beyond > 0;
   if (!stop.on || was_on) return;
@@ -76,20 +77,25 @@ void MujocoEngine::meet_stop(JointSpring& stop) {
   const double ratio = damping_ratio_of(model_.joints[stop.joint].stop_restitution);
   stop.bound = 0;
   stop.damping = 2.0 * ratio * std::sqrt(stop.stiffness * inertia);
-  // Stiffer than the step resolves: as much as keeps an explicit spring stable with any inertia.
-  if (scheme_->semi_implicit && stop.stiffness * h * h > inertia)
-    stop.damping = std::max(stop.damping, 0.5 * stop.stiffness * h);
+  // Stiffer than the step resolves: the joint has come as deep as speed times step, and the spring of the
+  // next step, which is explicit, gives back no more than stiffness * depth / damping.
+  if (stop.stiffness * h * h > inertia)
+    stop.damping = std::max(stop.damping, stop.stiffness * h / restitution_of(ratio));
 }
 
 void MujocoEngine::begin_step() {
-  const StepScheme& wanted = step_scheme(world_.integrator);
-  // Contacts are stiff, one-sided and solved for one evaluation; two of them would not be more exact.
-  scheme_ = wanted.order == 2 && d()->ncon > 0 ? &step_scheme(Integrator::euler) : &wanted;
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     drives_[k].advance(d()->qpos[springs_[k].q]);
     drives_[k].write_law(springs_[k]);
   }
-  for (std::size_t k = drives_.size(); k < springs_.size(); ++k) meet_stop(springs_[k]);
+  bool stopped = false;
+  for (std::size_t k = drives_.size(); k < springs_.size(); ++k) {
+    meet_stop(springs_[k]);
+    stopped = stopped || springs_[k].on;
+  }
+  // One-sided springs that may be stiffer than the step resolves: several evaluations are no more exact.
+  const StepScheme& wanted = step_scheme(world_.integrator);
+  scheme_ = stopped || (wanted.order == 2 && d()->ncon > 0) ? &step_scheme(Integrator::euler) : &wanted;
   std::copy_n(d()->qpos, m()->nq, kept_.data());
   std::copy_n(d()->qvel, m()->nv, kept_.data() + m()->nq);
 }
@@ -139,7 +145,7 @@ bool MujocoEngine::implicit_at(int v) const {
 // The right side of stage i: outer efforts, springs, and what J adds of the earlier stages and, by positions
 // that move with gamma, of this one.
 void MujocoEngine::write_stage_efforts(int i) {
-  const double h = to_seconds(world_.step), t = scheme_->semi_implicit ? h : h * scheme_->time(i);
+  const double h = to_seconds(world_.step), t = h * scheme_->time(i);
   const double drift = scheme_->semi_implicit ? 0.0 : h * scheme_->gamma_sum(i);
   const double *const q = d()->qpos, *const qvel = d()->qvel;
   double* const out = d()->qfrc_applied;
@@ -159,8 +165,8 @@ void MujocoEngine::write_stage_efforts(int i) {
   for (std::size_t k = 0; k < springs_.size(); ++k) {
     const JointSpring& spring = springs_[k];
     if (!spring.on) continue;
-    const double asked = spring.law(q[spring.q], qvel[spring.v], t) +
-                         drift * spring.stiffness * spring.reference_rate;
+    const double asked =
+        spring.law(q[spring.q], qvel[spring.v], t) + drift * spring.stiffness * spring.reference_rate;
     asked_[k] += scheme_->b[i] * asked;
     out[spring.v] += spring.bound == 0 ? asked : spring.effort_at_bound();
   }
@@ -245,9 +251,9 @@ void MujocoEngine::finish_step() {
   }
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     const JointSpring& spring = springs_[k];
-    effort_[spring.joint] = !spring.on            ? 0.0
-                            : spring.bound != 0   ? spring.effort_at_bound()
-                                                  : std::clamp(asked_effort(k), spring.low, spring.high);
+    effort_[spring.joint] = !spring.on          ? 0.0
+                            : spring.bound != 0 ? spring.effort_at_bound()
+                                                : std::clamp(asked_effort(k), spring.low, spring.high);
   }
   mj_step1(m(), d());
 }
@@ -288,8 +294,7 @@ void MujocoEngine::write_present_efforts(double* out) const {
     JointSpring spring = springs_[k];
     if (k < drives_.size()) drives_[k].write_law(spring);
     if (!spring.on) continue;
-    const double asked =
-        spring.law(d()->qpos[spring.q], d()->qvel[spring.v], to_seconds(world_.step));
+    const double asked = spring.law(d()->qpos[spring.q], d()->qvel[spring.v], to_seconds(world_.step));
     out[spring.v] += std::clamp(asked, spring.low, spring.high);
   }
 }

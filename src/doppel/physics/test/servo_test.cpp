@@ -62,6 +62,54 @@ TEST(Servo, AWeakDriveHasANegativeMargin) {
   EXPECT_NEAR(found.sags[0].margin, 1.0 - 1.3 * 9.81 * 0.15, 1e-9);
 }
 
+TEST(Servo, FrictionMakesTheSagAnIntervalThatTheJointRestsIn) {
+  RobotDescription robot = test::make_pendulum(1.0, 0.2);
+  robot.joints[0].type = JointType::revolute;
+  test::limit(robot.joints[0], -3, 3, 20, 2);
+  robot.joints[0].dynamics = JointDynamics{0.0, 0.5, {}};
+  std::vector<double> found;
+  for (const double from : {0.5, 1.5}) {  // from below and from above
+    Rig rig(robot);
+    rig.set_state({from});
+    rig.hold_all();
+    rig.engine->set_target(0, 1.0);
+    rig.run(3.0);
+    Data data(rig.model);
+    StaticSag sag;
+    const Eigen::VectorXd q = Eigen::VectorXd::Constant(1, rig.q("swing"));
+    static_sag(rig.model, data, {rig.engine->servos().begin(), rig.engine->servos().end()}, q, kGravity, sag);
+    const Sag& s = sag.sags[0];
+    EXPECT_EQ(s.friction, 0.5);
+    EXPECT_NEAR(s.most - s.sag, 0.5 / rig.engine->servos()[0].stiffness, 1e-12);
+    EXPECT_NEAR(s.sag - s.least, 0.5 / rig.engine->servos()[0].stiffness, 1e-12);
+    found.push_back(1.0 - rig.q("swing"));
+    EXPECT_GT(found.back(), s.least - 1e-6);
+    EXPECT_LT(found.back(), s.most + 1e-6);
+  }
+  EXPECT_GT(found[0] - found[1], 1e-4) << "and where in it depends on where it came from";
+}
+
+TEST(Servo, AJointThatRestsOnItsLimitDoesNotSag) {
+  RobotDescription robot = test::make_pendulum(1.0, 0.2);
+  robot.joints[0].type = JointType::revolute;
+  test::limit(robot.joints[0], 0.5, 3, 1.0, 2);
+  Rig rig(robot);
+  rig.set_state({0.5});
+  rig.hold_all();
+  rig.run(2.0);
+  EXPECT_NEAR(rig.q("swing"), 0.5, kOnLimit);
+  Data data(rig.model);
+  StaticSag sag;
+  const Eigen::VectorXd q = Eigen::VectorXd::Constant(1, rig.q("swing"));
+  const std::vector<ServoParameters> servos(rig.engine->servos().begin(), rig.engine->servos().end());
+  static_sag(rig.model, data, servos, q, kGravity, sag);
+  EXPECT_TRUE(sag.sags[0].on_limit);
+  EXPECT_GT(sag.sags[0].torque, 0.9);
+  EXPECT_EQ(sag.sags[0].sag, 0.0);
+  EXPECT_EQ(sag.sags[0].most, 0.0);
+  EXPECT_EQ(sag.sags[0].margin, 1.0);
+}
+
 TEST(Servo, MimicsAndFixedJointsHaveNoServo) {
   RobotDescription robot = test::make_double_pendulum(1, 0.5, 0.4, 0.3);
   robot.joints[1].mimic = Mimic{"swing", 1, 0, {}};

@@ -1,0 +1,122 @@
+#include "doppel/physics/limit_stop.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "doppel/physics/test/engine_fixture.h"
+
+namespace doppel {
+namespace {
+
+using test::Rig;
+
+// A slide of 2 kg along x between -0.1 and 0.1 m.
+RobotDescription make_slide(double stiffness, double restitution) {
+  RobotDescription robot = test::make_pendulum(2.0, 0.0);
+  robot.joints[0].type = JointType::prismatic;
+  robot.joints[0].axis = {1, 0, 0};
+  test::limit(robot.joints[0], -0.1, 0.1, 100, 10);
+  GazeboExtension stop;
+  stop.reference = "swing";
+  if (stiffness > 0) stop.stop_stiffness = stiffness;
+  stop.stop_restitution = restitution;
+  robot.gazebo.push_back(stop);
+  return robot;
+}
+
+World space_with(Integrator integrator, double step = 1e-3) {
+  World world = test::empty_space(step);
+  world.integrator = integrator;
+  return world;
+}
+
+TEST(LimitStop, DampingRatioAndRestitutionAreInverse) {
+  for (const double e : {0.03, 0.1, kCriticalRestitution, 0.3, 0.5, 0.9, 0.99})
+    EXPECT_NEAR(restitution_of(damping_ratio_of(e)), e, 1e-9);
+  EXPECT_EQ(damping_ratio_of(1.0), 0.0);
+  EXPECT_NEAR(restitution_of(1.0 - 1e-7), restitution_of(1.0), 1e-6);
+  EXPECT_NEAR(restitution_of(1.0 + 1e-7), restitution_of(1.0), 1e-6);
+}
+
+// An impact integrated in steps of 1e-5 of its period says the same as the closed form.
+TEST(LimitStop, RestitutionIsThatOfAnIntegratedImpact) {
+  for (const double z : {0.05, 0.3, 0.6, 0.8, 1.5}) {
+    double x = 0, v = 1, force = 0;
+    do {
+      v += 1e-5 * force;
+      x += 1e-5 * v;
+      force = -x - 2 * z * v;
+    } while (force < 0);
+    EXPECT_NEAR(-v, restitution_of(z), 1e-4) << z;
+  }
+}
+
+TEST(LimitStop, GivesBackItsRestitutionOfTheSpeed) {
+  for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
+    for (const double e : {0.2, 0.5, 0.9}) {
+      for (const double side : {-1.0, 1.0}) {
+        SCOPED_TRACE(std::string(kIntegratorNames[static_cast<int>(integrator)]) + " " + std::to_string(e));
+        Rig rig(make_slide(2e4, e), space_with(integrator));  // w0 = 100 rad/s: the step is a tenth of 1 / w0
+        rig.set_state({0.0}, {side * 1.0});
+        rig.run(0.3);
+        EXPECT_NEAR(rig.v("swing"), -side * e, 0.03);
+      }
+    }
+  }
+}
+
+TEST(LimitStop, YieldsByLoadOverStiffness) {
+  for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
+    Rig rig(make_slide(5e3, kCriticalRestitution), space_with(integrator));
+    rig.set_state({0.09});
+    rig.engine->apply_joint_effort(0, 25.0);
+    rig.run(2.0);
+    EXPECT_NEAR(rig.q("swing") - 0.1, 25.0 / 5e3, 1e-9);
+    EXPECT_NEAR(rig.v("swing"), 0.0, 1e-9);
+  }
+}
+
+TEST(LimitStop, StifferThanTheStepResolvesIsStable) {
+  for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
+    Rig rig(make_slide(1e10, 0.9), space_with(integrator, 0.01));
+    rig.set_state({0.0}, {3.0});
+    rig.run(1.0);
+    EXPECT_LE(std::abs(rig.v("swing")), 3.0 * 1.01);
+    EXPECT_LE(std::abs(rig.q("swing")), 0.1 + 3.0 * 0.0101);
+  }
+}
+
+// Without a stiffness it is MuJoCo's: a critically damped spring of the time constant of five steps that
+// gives nothing back.
+TEST(LimitStop, TheEnginesOwnDoesNotBounce) {
+  Rig rig(make_slide(0, 0.0));
+  rig.set_state({0.0}, {1.0});
+  double deepest = 0, fastest_back = 0;
+  for (int i = 0; i < 400; ++i) {
+    rig.engine->step();
+    deepest = std::max(deepest, rig.q("swing") - 0.1);
+    fastest_back = std::min(fastest_back, rig.v("swing"));
+  }
+  EXPECT_GT(deepest, 0.0005);
+  EXPECT_LT(deepest, 0.005);
+  EXPECT_GT(fastest_back, -0.15);
+}
+
+TEST(LimitStop, WhatCannotBeIsReportedAndHasNoEffect) {
+  RobotDescription robot = make_slide(0, 0.5);
+  Diagnostics diagnostics;
+  Model model = compile_model(robot, BaseKind::fixed, diagnostics);
+  EXPECT_EQ(model.joints[0].stop_restitution, kCriticalRestitution);
+  ASSERT_EQ(diagnostics.all().size(), 1U);
+  EXPECT_EQ(diagnostics.all()[0].rule, "model.limit_stop");
+  robot = make_slide(100, 1.5);
+  robot.gazebo[0].stop_stiffness = -3;
+  Diagnostics both;
+  model = compile_model(robot, BaseKind::fixed, both);
+  EXPECT_EQ(model.joints[0].stop_stiffness, 0.0);
+  EXPECT_EQ(both.all().size(), 2U);
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,240 @@
+// How a step is taken: the order of each scheme, what is implicit, and where an effort limit ends it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <random>
+
+#include "doppel/kinematics/test/integrate.h"
+#include "doppel/physics/step_scheme.h"
+#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/test/reference_motion.h"
+
+namespace doppel {
+namespace {
+
+using test::Motion;
+using test::ReferenceMotion;
+using test::Rig;
+
+constexpr Integrator kAll[] = {Integrator::euler, Integrator::midpoint, Integrator::rk4,
+                               Integrator::implicit};
+
+const char* name_of(Integrator integrator) {
+  return kIntegratorNames[static_cast<int>(integrator)];
+}
+
+World space_with(Integrator integrator, double step = 1e-3) {
+  World world = test::empty_space(step);
+  world.integrator = integrator;
+  return world;
+}
+
+// Amplification of y' = lambda y over one step, z = h lambda, with J exact.
+std::complex<double> amplification(const StepScheme& s, std::complex<double> z) {
+  std::array<std::complex<double>, kMostStages> k{};
+  std::complex<double> out = 1.0;
+  for (int i = 0; i < s.stages; ++i) {
+    std::complex<double> right = 1.0;
+    for (int j = 0; j < i; ++j) right += z * (s.alpha[i][j] + s.gamma[i][j]) * k[j];
+    k[i] = right / (1.0 - z * s.gamma[i][i]);
+    out += z * s.b[i] * k[i];
+  }
+  return out;
+}
+
+TEST(StepScheme, TheTablesFulfilTheOrderConditions) {
+  for (const Integrator integrator : {Integrator::midpoint, Integrator::rk4}) {
+    SCOPED_TRACE(name_of(integrator));
+    const StepScheme& s = step_scheme(integrator);
+    double b = 0, bc = 0, bg = 0, bag = 0, bgc = 0, bgg = 0;
+    for (int i = 0; i < s.stages; ++i) {
+      EXPECT_EQ(s.gamma[i][i], s.diagonal);
+      b += s.b[i];
+      bc += s.b[i] * s.time(i);
+      bg += s.b[i] * s.gamma_sum(i);
+      for (int j = 0; j <= i; ++j) {
+        bag += s.b[i] * s.alpha[i][j] * s.gamma_sum(j);
+        bgc += s.b[i] * s.gamma[i][j] * s.time(j);
+        bgg += s.b[i] * s.gamma[i][j] * s.gamma_sum(j);
+      }
+    }
+    EXPECT_NEAR(b, 1, 1e-15);
+    EXPECT_NEAR(bc, 0.5, 1e-15);
+    EXPECT_NEAR(bg, 0, 1e-15) << "order 2 whatever J is";
+    if (s.order == 4) {
+      EXPECT_NEAR(bag, 0, 1e-15) << "order 3 whatever J is";
+      EXPECT_NEAR(bgc, 0, 1e-15);
+      EXPECT_NEAR(bgg, 0, 1e-15);
+    }
+    for (double w = 1e-3; w < 1e6; w *= 1.5) {
+      EXPECT_LE(std::abs(amplification(s, {0, w})), 1 + 1e-12) << "A-stable, at i " << w;
+      EXPECT_LE(std::abs(amplification(s, {-w, w})), 1 + 1e-12);
+    }
+    EXPECT_LT(std::abs(amplification(s, -1e9)), 1e-6) << "L-stable";
+  }
+}
+
+// Largest distance of a passive fall from the reference after 0.2 s.
+double error_of_fall(const RobotDescription& robot, Integrator integrator, double step,
+                     const Eigen::VectorXd& start, const Motion& reference) {
+  Rig rig(robot, space_with(integrator, step));
+  rig.set_state({start.data(), start.data() + start.size()});
+  rig.run(0.2);
+  return (Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), rig.model.nq) - reference.q)
+      .cwiseAbs()
+      .maxCoeff();
+}
+
+TEST(Step, PassiveFallConvergesWithTheOrderOfItsScheme) {
+  const unsigned seed = 5;
+  std::mt19937 random(seed);
+  for (int round = 0; round < 4; ++round) {
+    SCOPED_TRACE("seed " + std::to_string(seed) + " round " + std::to_string(round));
+    const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+    Rig rig(robot);
+    const Eigen::VectorXd start = test::random_configuration(rig.model, random);
+    ReferenceMotion reference(rig.model, rig.world.gravity);
+    Motion exact{start, Eigen::VectorXd::Zero(rig.model.nv)};
+    const auto free = [&](const Motion&) { return Eigen::VectorXd::Zero(rig.model.nv).eval(); };
+    for (int i = 0; i < 4000; ++i) reference.step(exact, 5e-5, free);
+    for (const Integrator integrator : kAll) {
+      SCOPED_TRACE(name_of(integrator));
+      const double coarse = error_of_fall(robot, integrator, 1e-3, start, exact);
+      const double fine = error_of_fall(robot, integrator, 5e-4, start, exact);
+      const int order = step_scheme(integrator).order;
+      RecordProperty(std::string(name_of(integrator)) + std::to_string(round), std::to_string(coarse));
+      EXPECT_NEAR(std::log2(coarse / fine), order, 0.35) << coarse << " " << fine;
+    }
+  }
+}
+
+// Springs and dampers of every size, on a chain that swings under gravity: the schemes keep their order.
+TEST(Step, DrivenMotionConvergesWithSecondOrderAtLeastUnderMidpointAndRk4) {
+  std::mt19937 random(6);
+  const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+  EngineOptions options;
+  Rig model(robot);
+  for (int i = 0; i < static_cast<int>(model.model.joints.size()); ++i) {
+    ServoParameters servo{5.0, 0.3, kInfinity, kInfinity};  // soft: the error is that of the step
+    options.servos.push_back(servo);
+  }
+  const Eigen::VectorXd start = test::random_configuration(model.model, random);
+  const auto end_of = [&](Integrator integrator, double step) {
+    Rig rig(robot, space_with(integrator, step), options);
+    rig.set_state({start.data(), start.data() + start.size()});
+    rig.hold_all();
+    rig.run(0.5);
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), rig.model.nq));
+  };
+  ReferenceMotion reference(model.model, model.world.gravity);
+  Motion exact{start, Eigen::VectorXd::Zero(model.model.nv)};
+  for (int i = 0; i < 10000; ++i) {
+    reference.step(exact, 5e-5, [&](const Motion& at) { return (5.0 * (start - at.q) - 0.3 * at.v).eval(); });
+  }
+  for (const Integrator integrator : kAll) {
+    SCOPED_TRACE(name_of(integrator));
+    const double coarse = (end_of(integrator, 1e-3) - exact.q).cwiseAbs().maxCoeff();
+    const double fine = (end_of(integrator, 5e-4) - exact.q).cwiseAbs().maxCoeff();
+    const double order = std::min(step_scheme(integrator).order, 3);  // of a W-method with this J
+    EXPECT_GT(std::log2(coarse / fine), order - 0.35) << coarse << " " << fine;
+  }
+}
+
+// Without constraints a step of euler is (M + h D) dv = h (tau - bias - D v), q += h v.
+TEST(Step, EulerIsItsFormulaWithoutConstraints) {
+  std::mt19937 random(7);
+  RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+  for (Joint& joint : robot.joints) joint.dynamics = JointDynamics{0.2, 0.0, {}};
+  Rig rig(robot);
+  const Eigen::VectorXd start = test::random_configuration(rig.model, random);
+  rig.set_state({start.data(), start.data() + start.size()});
+  rig.hold_all();
+  ReferenceMotion reference(rig.model, rig.world.gravity);
+  Eigen::VectorXd K(rig.model.nv), D(rig.model.nv);
+  for (int i = 0; i < rig.model.nv; ++i) {
+    const ServoParameters& servo = rig.engine->servos()[static_cast<std::size_t>(i)];
+    K[i] = servo.stiffness;
+    D[i] = std::max(servo.damping, servo.stiffness * 1e-3);
+  }
+  Motion at{start, Eigen::VectorXd::Zero(rig.model.nv)};
+  for (int i = 0; i < 500; ++i) {
+    Eigen::MatrixXd M;
+    Eigen::VectorXd bias;
+    reference.evaluate(at, M, bias);
+    const Eigen::VectorXd all = D.array() + 0.2;
+    M.diagonal() += 1e-3 * all;
+    at.v += 1e-3 * M.ldlt().solve(K.cwiseProduct(start - at.q) - all.cwiseProduct(at.v) - bias);
+    at.q += 1e-3 * at.v;
+    rig.engine->step();
+  }
+  EXPECT_NEAR((Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), rig.model.nq) - at.q).norm(), 0,
+              1e-12);
+}
+
+TEST(Step, HoldsRestAtEveryStepUnderEveryIntegrator) {
+  std::mt19937 random(8);
+  RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+  for (Joint& joint : robot.joints) joint.dynamics = JointDynamics{0.1, 0.3, {}};  // with Coulomb friction
+  for (const Integrator integrator : kAll) {
+    for (const double step : {0.001, 0.002, 0.005, 0.01, 0.02}) {
+      SCOPED_TRACE(std::string(name_of(integrator)) + " " + std::to_string(step));
+      Rig rig(robot, space_with(integrator, step));
+      const Eigen::VectorXd start = test::random_configuration(rig.model, random);
+      rig.set_state({start.data(), start.data() + start.size()});
+      rig.hold_all();
+      rig.run(1.0);
+      for (const double v : rig.engine->v()) EXPECT_LT(std::abs(v), 1e-3);
+      for (int i = 0; i < rig.model.nq; ++i) EXPECT_NEAR(rig.engine->q()[i], start[i], 0.02);
+    }
+  }
+}
+
+// A joint of 1 kg m^2 whose servo is asked for more than its 2 N m accelerates with 2 rad/s^2, no less.
+TEST(Step, AClippedDriveHasNoImplicitDamper) {
+  RobotDescription robot = test::make_pendulum(1.0, 1.0);
+  robot.joints[0].axis = {0, 0, 1};  // about the vertical: no gravity
+  robot.links[1] = test::make_link("bob", 1.0, {1, 0, 0}, {1e-9, 1e-9, 1e-9});
+  for (const Integrator integrator : kAll) {
+    SCOPED_TRACE(name_of(integrator));
+    EngineOptions options;
+    options.servos = {{1000.0, 500.0, 2.0, 1e6}};
+    Rig rig(robot, space_with(integrator), options);
+    rig.hold_all();
+    rig.engine->set_target(0, 10.0);
+    rig.run(0.1);
+    EXPECT_NEAR(rig.v("swing"), 0.2, 1e-6);
+    EXPECT_EQ(rig.effort("swing"), 2.0);
+  }
+}
+
+// Whatever is held and thrown at it, a drive never gives more than its limit, and small bodies do not jump.
+TEST(Step, DrivesStayWithinTheirEffortLimits) {
+  std::mt19937 random(9);
+  for (const Integrator integrator : kAll) {
+    SCOPED_TRACE(name_of(integrator));
+    const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+    Rig sized(robot);
+    EngineOptions options;
+    options.servos.assign(sized.engine->servos().begin(), sized.engine->servos().end());
+    for (ServoParameters& servo : options.servos) {
+      servo.effort = 0.3;
+      servo.velocity = 3.0;
+    }
+    Rig rig(robot, space_with(integrator), options);
+    rig.hold_all();
+    std::uniform_real_distribution<double> unit(-2, 2);
+    for (int i = 0; i < 2000; ++i) {
+      if (i % 100 == 0) {
+        for (int j = 0; j < 6; ++j) rig.engine->set_target(j, unit(random));
+      }
+      rig.engine->step();
+      for (const double effort : rig.engine->drive_effort()) ASSERT_LE(std::abs(effort), 0.3 + 1e-12);
+    }
+    EXPECT_FALSE(rig.engine->diverged());
+  }
+}
+
+}  // namespace
+}  // namespace doppel
