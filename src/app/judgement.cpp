@@ -1,8 +1,11 @@
 #include "app/judgement.h"
 
+#include <fmt/format.h>
+
 #include "app/process.h"
 #include "doppel/audit/report_places.h"
 #include "doppel/twin/robot_setup.h"
+#include "doppel/twin/twin.h"
 
 namespace doppel::app {
 
@@ -10,6 +13,34 @@ AuditReport audit_target(DescriptionTarget& target, AuditOptions options) {
   options.package_folder = target.target.package_folder;
   options.datasheet_folder = root_folder() / "datasheets";
   return audit(target.target.description, target.arguments, target.resolver, options);
+}
+
+std::vector<Finding> judge_run(const Scenario& scenario) {
+  constexpr Duration kRun{1'000'000'000};
+  const Log unheard;
+  Diagnostics said_by_the_audit;
+  Twin twin(scenario, unheard, said_by_the_audit);
+  while (!twin.diverged() && twin.now() < Time(kRun)) {
+    twin.between_steps();
+    twin.step();
+  }
+  twin.between_steps();
+  std::vector<Finding> out;
+  const auto add = [&](const char* rule, const std::string& message) {
+    Finding finding;
+    finding.rule = rule;
+    finding.subject = fmt::format("robot '{}'", twin.robot_name());
+    finding.message = message;
+    finding.where = twin.description().source;
+    out.push_back(std::move(finding));
+  };
+  if (twin.diverged())
+    add("run.diverged", fmt::format("the numbers run away {:.3f} s after the start", to_seconds(twin.now())));
+  if (twin.rest()) {
+    for (const std::string& complaint : twin.rest()->complaints) add("run.unrest", complaint);
+  }
+  for (const std::string& text : twin.oscillations()) add("run.oscillation", text);
+  return out;
 }
 
 Judgement judge(const std::string& target, const std::function<AuditReport()>& look) {

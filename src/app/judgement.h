@@ -14,6 +14,10 @@ namespace doppel::app {
 // The audit of a target, with the folders that belong to it.
 AuditReport audit_target(DescriptionTarget& target, AuditOptions options);
 
+// Runs the scenario for a second with its controllers and without a command: what moves, oscillates or runs
+// away, as findings. Throws InputError: the robot does not come up.
+std::vector<Finding> judge_run(const Scenario& scenario);
+
 struct Judgement {
   AuditReport report;
   std::optional<InputError> refused;  // there is nothing to judge; the report says why

@@ -63,6 +63,7 @@ std::string to_json(const Summary& summary) {
                    {"base_linear", number(summary.rest->base_linear)},
                    {"base_angular", number(summary.rest->base_angular)}};
   }
+  out["oscillations"] = summary.oscillations;
   out["controllers"] = Json::object();
   for (const ControllerView& controller : summary.last.controllers) {
     out["controllers"][controller.name] = {{"type", controller.type},

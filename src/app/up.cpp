@@ -167,6 +167,7 @@ int report(Twin& twin, Summary summary, bool json) {
   summary.state_hash = twin.state_hash();
   summary.last = take_snapshot(twin);
   summary.rest = twin.rest();
+  summary.oscillations = twin.oscillations();
   if (json) fmt::print("{}\n", to_json(summary));
   if (summary.run.end == RunEnd::diverged) {
     tell(

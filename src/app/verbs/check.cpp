@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "app/judgement.h"
+#include "app/process.h"
 #include "app/tell.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/verbs.h"
@@ -23,7 +24,7 @@ constexpr int kPipedWidth = 100, kNarrowest = 40, kWidest = 140;
 struct CheckOptions {
   std::vector<std::string> words, profiles;
   bool json = false, sarif = false, github = false, list_rules = false, markdown = false, fix = false,
-       quiet = false;
+       quiet = false, rest = false;
   std::string datasheet, controllers, colour = "auto";
 };
 
@@ -97,13 +98,27 @@ void print_report(const AuditReport& report, const CheckOptions& o) {
   fmt::print("{}", to_text(report, style));
 }
 
+// What a second of simulation finds, in front: errors come first in a report.
+void add_run(const CheckOptions& o, const DescriptionTarget& target, AuditReport& report) {
+  Scenario scenario;
+  scenario.target = o.words.front();
+  scenario.arguments = target.arguments;
+  scenario.bundled_robots = root_folder() / "robots";
+  if (!o.controllers.empty()) scenario.controllers = o.controllers;
+  std::vector<Finding> found = judge_run(scenario);
+  report.findings.insert(report.findings.begin(), std::make_move_iterator(found.begin()),
+                         std::make_move_iterator(found.end()));
+}
+
 Judgement judged(const CheckOptions& o, AuditOptions options) {
   if (!o.datasheet.empty()) options.datasheet = o.datasheet;
   if (!o.controllers.empty()) options.controllers = o.controllers;
   return judge(o.words.front(), [&] {
     DescriptionTarget target = open_target(o.words);
-    const AuditReport report = audit_target(target, options);
-    return o.fix ? fix(target, options, report, o.quiet) : report;
+    AuditReport report = audit_target(target, options);
+    if (o.fix) report = fix(target, options, report, o.quiet);
+    if (o.rest) add_run(o, target, report);
+    return report;
   });
 }
 
@@ -153,6 +168,8 @@ void add_check(CLI::App& app, int& exit_code) {
   verb->add_flag("--fix", o.fix, "Write every repair that there is only one of to the overlay");
   verb->add_option("--color,--colour", o.colour, "auto, always or never")
       ->check(CLI::IsMember({"auto", "always", "never"}));
+  verb->add_flag("--rest", o.rest,
+                 "Also simulate a second without a command: what moves, oscillates or runs away is an error");
   verb->add_flag("-q,--quiet", o.quiet, "Only the last line, with the counts");
   verb->callback([options, &exit_code] { exit_code = check(*options); });
 }

@@ -32,5 +32,6 @@ void add_tree(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_mass(CLI::App& app, int& exit_code);
 void add_convert(CLI::App& app, int& exit_code);
+void add_verify(CLI::App& app, int& exit_code);
 
 }  // namespace doppel::app

@@ -210,7 +210,17 @@ constexpr std::array kRules{
              "the part is a thousand times too large: it fills the scene, or collides with everything",
              "write metres: a thousandth"},
     RuleInfo{"shape.zero_size", W, "a shape without extent",
-             "it is invisible and touches nothing; MuJoCo refuses it", "write its size in metres"}};
+             "it is invisible and touches nothing; MuJoCo refuses it", "write its size in metres"},
+    // -- run (doppel check --rest; found in the simulation, not in the text)
+    RuleInfo{"run.diverged", E, "the simulation runs away", "the twin ends within a second of its start",
+             "look for tiny masses on strong joints, or choose a smaller step in a world file", kPhysics},
+    RuleInfo{"run.oscillation", E, "a held joint oscillates",
+             "whatever is measured at the joint is the shaking, not the robot",
+             "do what the finding's cause says; doppel verify tells whether the step is to blame", kPhysics},
+    RuleInfo{"run.unrest", E, "a robot that nobody commands moves",
+             "the start is not where the description puts it: a drive is too weak, or parts push each other",
+             "do what the finding's cause says", kPhysics},
+};
 
 }  // namespace
 

@@ -13,8 +13,6 @@
 namespace doppel {
 namespace {
 
-constexpr double kShortestStep = 1e-6, kLongestStep = 0.02;  // s
-
 // Reads one file and collects everything that is wrong with it.
 class WorldReader {
  public:

@@ -36,6 +36,8 @@ enum class Integrator {
 };
 inline constexpr const char* kIntegratorNames[] = {"euler", "midpoint", "rk4", "implicit"};
 
+inline constexpr double kShortestStep = 1e-6, kLongestStep = 0.02;  // s
+
 struct World {
   std::string name = "empty";
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2

@@ -14,6 +14,7 @@
 #include "doppel/twin/entity_services.h"
 #include "doppel/twin/load_publisher.h"
 #include "doppel/twin/object_publisher.h"
+#include "doppel/twin/oscillation_watch.h"
 #include "doppel/twin/simulator_services.h"
 #include "doppel/twin/state_publisher.h"
 
@@ -99,10 +100,12 @@ struct Twin::Impl {
     publisher.reset();
     loads.reset();
     contacts.reset();
+    oscillations.reset();
     publisher = std::make_unique<StatePublisher>(bus, machine->setup.description.robot, control->model(),
                                                  machine->setup.world.X_WR, &machine->setup.controllers);
     loads = std::make_unique<LoadPublisher>(bus, control->model(), machine->servos, machine->gravity_R());
     contacts = std::make_unique<ContactPublisher>(bus, control->model());
+    oscillations = std::make_unique<OscillationWatch>(control->model());
     objects.at_once();
     publisher->publish_latched(machine->engine->time());
   }
@@ -135,6 +138,7 @@ struct Twin::Impl {
     services->before_step(now);
     engine->step();
     ++count;
+    oscillations->look(*engine, engine->time());
     const auto q = engine->q();
     for (const double value : q) hash = mixed(hash, value);
     for (const double value : engine->v()) hash = mixed(hash, value);
@@ -198,6 +202,7 @@ struct Twin::Impl {
     if (scenario.start_controllers &&
         rest.look(machine->setup.description.robot, machine->model, *machine->engine))
       report_rest();
+    if (oscillations->found()) report_oscillations();
     loads->publish_due(*machine->engine, now);
     contacts->publish_due(*machine->engine, now);
     objects.publish_due(control->model(), *machine->engine, now);
@@ -220,6 +225,14 @@ struct Twin::Impl {
                       rest.report()->base_linear, rest.report()->base_angular,
                       rest.report()->base_touches ? "it tips over or slides, nothing balances it"
                                                   : "it falls, for it touches nothing"));
+    }
+  }
+
+  void report_oscillations() {
+    for (const Oscillation& found : oscillations->take()) {
+      oscillation_texts.push_back(
+          to_string(found, control->model(), *machine->engine, machine->setup.world.step));
+      log.warning(kRestOrigin, oscillation_texts.back());
     }
   }
 
@@ -246,6 +259,8 @@ struct Twin::Impl {
   std::unique_ptr<ContactPublisher> contacts;
   ObjectPublisher objects;
   RestCheck rest;
+  std::unique_ptr<OscillationWatch> oscillations;
+  std::vector<std::string> oscillation_texts;
   std::unique_ptr<SimulatorServices> services;
   std::unique_ptr<EntityServices> entities;
 
@@ -468,6 +483,10 @@ std::vector<JointSnapshot> Twin::joints() const {
     out.push_back(std::move(snapshot));
   }
   return out;
+}
+
+const std::vector<std::string>& Twin::oscillations() const {
+  return impl_->oscillation_texts;
 }
 
 const std::optional<RestReport>& Twin::rest() const {

@@ -95,6 +95,8 @@ class Twin {
   // What was not at rest kRestTime after the start; none: not yet, no controllers were to start, or somebody
   // commanded the robot.
   [[nodiscard]] const std::optional<RestReport>& rest() const;
+  // What oscillated while its drive held it, so far (oscillation_watch.h).
+  [[nodiscard]] const std::vector<std::string>& oscillations() const;
   [[nodiscard]] std::vector<SagReport> gravity_sag() const;  // at the present pose
   [[nodiscard]] Duration step_size() const;
 

@@ -1,0 +1,149 @@
+// doppel verify: how exact a robot's motion is at the step of its world.
+#include "doppel/verification/verify.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <iterator>
+#include <memory>
+
+#include "app/described_scenario.h"
+#include "app/verbs/description_target.h"
+#include "app/verbs/output.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/names.h"
+#include "doppel/twin/machine.h"
+
+namespace doppel::app {
+namespace {
+
+constexpr double kLongest = 60.0;  // s: eight runs, whose samples are kept
+
+struct VerifyVerb {
+  DescribedBy robot;
+  std::string world, base = "auto", tool, integrator, plot;
+  std::vector<std::string> motions;
+  double duration = 2.0, step = 0, within = 0;
+  bool json = false;
+};
+
+std::vector<MotionKind> chosen_motions(const std::vector<std::string>& names) {
+  std::vector<std::string> known;
+  for (const MotionKind kind : kMotions) known.emplace_back(name_of(kind));
+  std::vector<MotionKind> out;
+  for (const std::string& name : names) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end()) {
+      throw InputError("cli.scenario", {},
+                       fmt::format("there is no scenario '{}'{}", name, did_you_mean(name, known)),
+                       "choose among smooth, fall, hold and move");
+    }
+    out.push_back(kMotions[at - known.begin()]);
+  }
+  return out;
+}
+
+Integrator chosen_integrator(const std::string& name) {
+  const std::vector<std::string> known(std::begin(kIntegratorNames), std::end(kIntegratorNames));
+  const auto at = std::find(known.begin(), known.end(), name);
+  if (at == known.end()) {
+    throw InputError("cli.integrator", {},
+                     fmt::format("there is no integrator '{}'{}", name, did_you_mean(name, known)),
+                     "choose among euler, midpoint, rk4 and implicit (docs/physics.md)");
+  }
+  return static_cast<Integrator>(at - known.begin());
+}
+
+void check_numbers(const VerifyVerb& options) {
+  if (!(options.duration > 0 && options.duration <= kLongest)) {
+    throw InputError(
+        "cli.duration", {},
+        fmt::format("--duration is {} s, but must be above 0 and at most {}", options.duration, kLongest),
+        "two seconds tell most; what is chaotic tells nothing later");
+  }
+  if (options.step != 0 && !(options.step >= kShortestStep && options.step <= kLongestStep)) {
+    throw InputError(
+        "cli.step", {},
+        fmt::format("--step is {} s, but must be from {} to {}", options.step, kShortestStep, kLongestStep),
+        "write 0.001 for a step of 1 ms");
+  }
+  if (options.within < 0 || !std::isfinite(options.within))
+    throw InputError("cli.within", {}, "--within has to be a positive error, rad (m for slides)");
+}
+
+// False: a motion runs away, or errs by more than the user allows.
+bool good(const Verification& of, double within) {
+  for (const MotionVerdict& motion : of.motions) {
+    if (motion.runs_away_after) return false;
+    if (within > 0 && std::max(motion.largest(false), motion.largest(true)) > within) return false;
+  }
+  return true;
+}
+
+int run_verify(const VerifyVerb& options) {
+  check_numbers(options);
+  Scenario scenario = described_scenario(options.robot);
+  if (!options.world.empty()) scenario.world = options.world;
+  if (options.base != "auto")
+    scenario.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
+  VerifyOptions wanted;
+  wanted.duration = options.duration;
+  wanted.motions = chosen_motions(options.motions);
+  wanted.tool = options.tool;
+  Diagnostics diagnostics;
+  Machine machine(scenario, diagnostics);
+  print_diagnostics(diagnostics);
+  World world = machine.setup.world;
+  if (options.step > 0) world.step = from_seconds(options.step);
+  if (!options.integrator.empty()) world.integrator = chosen_integrator(options.integrator);
+  EngineOptions engine;
+  engine.servos = machine.servos;
+  engine.q0 = Eigen::Map<const Eigen::VectorXd>(machine.engine->q().data(), machine.model.nq);
+  const Verification result =
+      verify({machine.setup.description.robot, machine.model, machine.base(), world, engine}, wanted);
+  if (!options.plot.empty()) {
+    const std::vector<std::filesystem::path> sources = machine.files(scenario);
+    refuse_own_source(options.plot, sources, "write the picture to another file");
+    deliver(verification_svg(result), options.plot);
+  }
+  deliver(options.json ? verification_json(result) : verification_text(result));
+  return good(result, options.within) ? 0 : 1;
+}
+
+}  // namespace
+
+void add_verify(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<VerifyVerb>();
+  CLI::App* verb = app.add_subcommand("verify", "Say how exact the motion is at the step of the world");
+  add_described_by(*verb, options->robot);
+  verb->add_option("--world", options->world, "A world file (YAML): its step and integrator are judged");
+  verb->add_option(
+          "--scenario", options->motions,
+          "smooth (a fall without drives, friction, limits, contacts), fall, hold or move (a quintic); "
+          "several with commas; all if left out")
+      ->delimiter(',');
+  verb->add_option("--duration", options->duration, "Simulated seconds of each motion")
+      ->type_name("S")
+      ->capture_default_str();
+  verb->add_option("--step", options->step, "In place of the world's step")->type_name("S");
+  verb->add_option("--integrator", options->integrator,
+                   "In place of the world's: euler, midpoint, rk4 or implicit");
+  verb->add_option("--tool", options->tool, "The link whose way is told; found by name if left out")
+      ->type_name("LINK");
+  verb->add_option("--base", options->base,
+                   "How a robot without a link 'world' stands: fixed, floating or auto")
+      ->check(CLI::IsMember({"auto", "fixed", "floating"}));
+  verb->add_option("--plot", options->plot, "Draw the errors over time (SVG) into this file")
+      ->type_name("FILE");
+  verb->add_option("--within", options->within,
+                   "Exit with 1 where a joint errs by more than this, rad (m for slides)");
+  verb->add_flag("--json", options->json, "One object on stdout, in rad, m, s");
+  verb->footer(
+      "Runs the robot at h, h/2 and h/4 and compares. Exits with 1 where a motion runs away.\n"
+      "Examples:\n  doppel verify omarm_one\n  doppel verify my_arm.urdf --scenario move --plot error.svg\n"
+      "  doppel verify my_arm.urdf --integrator midpoint --within 1e-3");
+  verb->callback([options, &exit_code] { exit_code = run_verify(*options); });
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,125 @@
+#include "doppel/twin/oscillation_watch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace doppel {
+namespace {
+
+constexpr int kLeastTurns = 4;       // of the direction, in the window
+constexpr double kStillThere = 0.5;  // of the first half's amplitude: what decays faster only settles
+constexpr double kArrived = 1e-9;    // rad or m between reference and target
+constexpr double kNearStep = 0.1;    // of the step's rate: a frequency above is the step's doing
+constexpr double kAtEffortLimit = 0.98;
+
+}  // namespace
+
+void OscillationWatch::open(Watched& watched, double q, double target, Time now) const {
+  const bool reported = watched.reported, waiting = watched.waiting;
+  const Oscillation what = watched.what;
+  watched = {};
+  watched.reported = reported;
+  watched.waiting = waiting;
+  watched.what = what;
+  watched.since = now;
+  watched.target = target;
+  watched.lowest = watched.highest = q;
+  watched.early_lowest = watched.late_lowest = kInfinity;
+  watched.early_highest = watched.late_highest = -kInfinity;
+}
+
+void OscillationWatch::look(const Engine& engine, Time now) {
+  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+    const ModelJoint& joint = model_.joints[j];
+    const int index = static_cast<int>(j);
+    Watched& watched = joints_[j];
+    if (watched.reported || !joint.scalar() || joint.mimics()) continue;
+    const double target = engine.drive_target(index);
+    const double q = engine.q()[static_cast<std::size_t>(joint.q)];
+    const bool held = engine.drive(index) == DriveMode::position &&
+                      std::abs(engine.drive_reference(index) - target) < kArrived;
+    if (!held || watched.since < Time{0} || target != watched.target || now < watched.since) {
+      open(watched, q, target, held ? now : Time{-1});
+      continue;
+    }
+    const bool early = now - watched.since < kOscillationTime / 2;
+    double& low = early ? watched.early_lowest : watched.late_lowest;
+    double& high = early ? watched.early_highest : watched.late_highest;
+    low = std::min(low, q);
+    high = std::max(high, q);
+    watched.sum += q;
+    ++watched.steps;
+    const bool rising = engine.v()[static_cast<std::size_t>(joint.v)] > 0;
+    if (watched.steps > 1 && rising != watched.rising) ++watched.turns;
+    watched.rising = rising;
+    if (now - watched.since < kOscillationTime) continue;
+    judge(watched, index, engine);
+    open(watched, q, target, now);
+  }
+}
+
+void OscillationWatch::judge(Watched& watched, int joint, const Engine& engine) {
+  const bool slides = model_.joints[static_cast<std::size_t>(joint)].type == JointType::prismatic;
+  const double amplitude = 0.5 * (watched.late_highest - watched.late_lowest);
+  const double before = 0.5 * (watched.early_highest - watched.early_lowest);
+  const double sag = std::abs(engine.drive_reference(joint) - watched.sum / watched.steps);
+  if (watched.turns < kLeastTurns || amplitude < kStillThere * before) return;
+  if (amplitude < (slides ? kLeastSlideOscillation : kLeastOscillation)) return;
+  if (amplitude < kOscillationSags * sag) return;
+  watched.what = {joint, amplitude, 0.5 * watched.turns / to_seconds(kOscillationTime), sag};
+  watched.reported = watched.waiting = found_ = true;
+}
+
+std::vector<Oscillation> OscillationWatch::take() {
+  std::vector<Oscillation> out;
+  for (Watched& watched : joints_) {
+    if (watched.waiting) out.push_back(watched.what);
+    watched.waiting = false;
+  }
+  found_ = false;
+  return out;
+}
+
+std::string to_string(const Oscillation& oscillation, const Model& model, const Engine& engine,
+                      Duration step) {
+  const ModelJoint& joint = model.joints[static_cast<std::size_t>(oscillation.joint)];
+  const bool slides = joint.type == JointType::prismatic;
+  std::vector<Contact> contacts;
+  engine.contacts(contacts);
+  const bool touches = std::any_of(contacts.begin(), contacts.end(), [&joint](const Contact& contact) {
+    return contact.link_a == joint.child_link || contact.link_b == joint.child_link;
+  });
+  const bool leads = std::any_of(model.joints.begin(), model.joints.end(), [&](const ModelJoint& other) {
+    return other.mimic_leader == oscillation.joint;
+  });
+  const ServoParameters& servo = engine.servos()[static_cast<std::size_t>(oscillation.joint)];
+  const double effort = std::abs(engine.drive_effort()[static_cast<std::size_t>(oscillation.joint)]);
+  std::string cause;
+  if (oscillation.frequency * to_seconds(step) > kNearStep) {
+    cause = fmt::format(
+        "that is the rate of the step of {:g} ms; a shorter one, or another integrator, in a world "
+        "file (docs/worlds.md) tells more",
+        to_seconds(step) * 1e3);
+  } else if (touches) {
+    cause = "its link touches something that pushes back";
+  } else if (leads) {
+    cause = "joints are coupled to it by <mimic>; their inertias or limits may not fit each other";
+  } else if (std::isfinite(servo.effort) && effort >= kAtEffortLimit * servo.effort) {
+    cause = fmt::format("its effort limit of {:.3g} {} is too weak for what it carries", servo.effort,
+                        slides ? "N" : "N m");
+  } else {
+    cause =
+        "its drive and what it carries swing against each other; doppel verify tells whether the step "
+        "matters";
+  }
+  return fmt::format("joint '{}' oscillates by {:.2g} {} at {:.3g} Hz while its drive holds it ({}): {}",
+                     joint.name, oscillation.amplitude, slides ? "m" : "rad", oscillation.frequency,
+                     oscillation.sag > 0
+                         ? fmt::format("{:.0f} times its sag", oscillation.amplitude / oscillation.sag)
+                         : std::string("it has no sag"),
+                     cause);
+}
+
+}  // namespace doppel

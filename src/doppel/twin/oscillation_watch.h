@@ -1,0 +1,61 @@
+#pragma once
+// Whether a joint that a drive holds oscillates: a numerical or physical loop that shakes makes everything
+// that is measured at it worthless, and is easily taken for rest. One warning a joint.
+
+#include <string>
+#include <vector>
+
+#include "doppel/core/source_location.h"
+#include "doppel/physics/engine.h"
+
+namespace doppel {
+
+inline constexpr Duration kOscillationTime{200'000'000};  // that a held joint may shake
+inline constexpr double kOscillationSags = 10.0;          // by how many times its sag
+// Less is never reported: no encoder of a hobbyist sees it.
+inline constexpr double kLeastOscillation = 1e-4, kLeastSlideOscillation = 1e-5;  // rad, m
+
+struct Oscillation {
+  int joint = -1;
+  double amplitude = 0, frequency = 0;  // rad or m, half of peak to peak; Hz
+  double sag = 0;                       // rad or m
+};
+
+class OscillationWatch {
+ public:
+  explicit OscillationWatch(const Model& model) : model_(model), joints_(model.joints.size()) {}
+
+  // After every step. Nothing is allocated.
+  void look(const Engine& engine, Time now);
+  // Whether next() has something.
+  [[nodiscard]] bool found() const { return found_; }
+  // The joints found since the last call; each is found once.
+  std::vector<Oscillation> take();
+
+ private:
+  struct Watched {
+    Time since{-1};  // the window's start; negative: none is open
+    double target = 0;
+    double lowest = 0, highest = 0;              // of q in the window
+    double early_lowest = 0, early_highest = 0;  // in its first half
+    double late_lowest = 0, late_highest = 0;
+    double sum = 0;  // of q
+    int steps = 0, turns = 0;
+    bool rising = false;
+    bool reported = false, waiting = false;  // waiting: take() has not been called for it
+    Oscillation what;
+  };
+  void open(Watched& watched, double q, double target, Time now) const;
+  void judge(Watched& watched, int joint, const Engine& engine);
+
+  const Model& model_;
+  std::vector<Watched> joints_;  // [joints]
+  bool found_ = false;
+};
+
+// "joint 'elbow' oscillates by 0.012 rad at 250 Hz while it is held, 40 times its sag: ..." with the likely
+// cause: the step, a coupling, a contact, an effort limit, the servo.
+std::string to_string(const Oscillation& oscillation, const Model& model, const Engine& engine,
+                      Duration step);
+
+}  // namespace doppel

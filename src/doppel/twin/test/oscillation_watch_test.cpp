@@ -1,0 +1,82 @@
+#include "doppel/twin/oscillation_watch.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "doppel/physics/test/engine_fixture.h"
+
+namespace doppel {
+namespace {
+
+using test::Rig;
+using ::testing::HasSubstr;
+
+RobotDescription pendulum() {
+  RobotDescription robot = test::make_pendulum(1.0, 0.2);
+  robot.joints[0].type = JointType::revolute;
+  test::limit(robot.joints[0], -3, 3, 50, 5);
+  return robot;
+}
+
+// A held joint that `shake` [N m] of time turns to and fro.
+template <typename Shake>
+std::vector<Oscillation> watched(Rig& rig, double seconds, const Shake& shake) {
+  OscillationWatch watch(rig.model);
+  for (int i = 0; i < seconds * 1000; ++i) {
+    rig.engine->apply_joint_effort(0, shake(1e-3 * i));
+    rig.engine->step();
+    watch.look(*rig.engine, rig.engine->time());
+  }
+  return watch.take();
+}
+
+TEST(OscillationWatch, AShakenJointIsReportedOnceWithItsFrequency) {
+  Rig rig(pendulum());
+  rig.hold_all();
+  const auto found =
+      watched(rig, 2.0, [](double t) { return 20.0 * std::sin(2 * std::numbers::pi * 25 * t); });
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_NEAR(found[0].frequency, 25, 2.6);
+  EXPECT_GT(found[0].amplitude, kLeastOscillation);
+  const std::string text = to_string(found[0], rig.model, *rig.engine, rig.world.step);
+  EXPECT_THAT(text, HasSubstr("joint 'swing' oscillates by"));
+  EXPECT_THAT(text, HasSubstr("Hz while its drive holds it"));
+}
+
+TEST(OscillationWatch, AHeldJointIsNotReported) {
+  Rig rig(pendulum());
+  rig.set_state({1.0});
+  rig.hold_all();
+  EXPECT_TRUE(watched(rig, 2.0, [](double) { return 0.0; }).empty());
+}
+
+TEST(OscillationWatch, APushThatDecaysIsNotReported) {
+  Rig rig(pendulum());
+  rig.hold_all();
+  EXPECT_TRUE(watched(rig, 2.0, [](double t) { return t > 0.5 && t < 0.55 ? 40.0 : 0.0; }).empty());
+}
+
+TEST(OscillationWatch, AMovingTargetIsNotReported) {
+  Rig rig(pendulum());
+  rig.hold_all();
+  OscillationWatch watch(rig.model);
+  for (int i = 0; i < 2000; ++i) {
+    rig.engine->set_target(0, 0.3 * std::sin(0.05 * i));
+    rig.engine->step();
+    watch.look(*rig.engine, rig.engine->time());
+  }
+  EXPECT_FALSE(watch.found());
+}
+
+TEST(OscillationWatch, ShakingAtTheRateOfTheStepIsBlamedOnTheStep) {
+  Rig rig(pendulum());
+  const std::string text = to_string({0, 0.01, 250, 0.0001}, rig.model, *rig.engine, rig.world.step);
+  EXPECT_THAT(text, HasSubstr("the step of 1 ms"));
+  EXPECT_THAT(text, HasSubstr("100 times its sag"));
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,219 @@
+#include "doppel/verification/motion.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace doppel {
+namespace {
+
+constexpr double kLeastKinetic = 1e-9;  // J: less is no motion whose energy could drift
+constexpr double kAside = 0.3;  // rad or m: the start of a fall beside the start pose, which may balance
+constexpr double kWay = 0.6;    // rad, of a move where limits allow it; a tenth of it in m
+
+// Without all that takes energy away or pushes.
+RobotDescription smooth(RobotDescription robot) {
+  for (Joint& joint : robot.joints) {
+    joint.dynamics.reset();
+    joint.limits.reset();
+    if (joint.type == JointType::revolute) joint.type = JointType::continuous;
+    if (joint.mimic || joint.type == JointType::prismatic) joint.type = JointType::fixed;
+    joint.mimic.reset();
+  }
+  return robot;
+}
+
+Model compiled(const RobotDescription& robot, BaseKind base) {
+  Diagnostics heard;  // said already, of the robot as it is
+  return compile_model(robot, base, heard);
+}
+
+bool free_joint(const ModelJoint& joint) {
+  return joint.scalar() && !joint.mimics();
+}
+
+bool leads(const Model& model, int leader) {
+  return std::any_of(model.joints.begin(), model.joints.end(),
+                     [leader](const ModelJoint& joint) { return joint.mimic_leader == leader; });
+}
+
+// q moved by `way` (rad; a tenth of it for slides) towards the middle of each joint's range, or away from it
+// where `way` is negative, within it. `leaders`: joints that others mimic move too.
+Eigen::VectorXd moved(const Model& model, Eigen::VectorXd q, double way, bool leaders) {
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    const ModelJoint& joint = model.joints[j];
+    if (!free_joint(joint) || (!leaders && leads(model, static_cast<int>(j)))) continue;
+    const bool bounded = std::isfinite(joint.lower) && std::isfinite(joint.upper);
+    const double middle = bounded ? 0.5 * (joint.lower + joint.upper) : 0.0;
+    const double longest = joint.type == JointType::prismatic ? 0.1 * way : way;
+    const double side = q[joint.q] > middle ? -1.0 : 1.0;
+    double& at = q[joint.q];
+    at += side * longest;
+    if (bounded) at = std::clamp(at, joint.lower, joint.upper);
+  }
+  model.apply_mimics(q);
+  return q;
+}
+
+// As far as the velocity limits let a quintic go.
+Eigen::VectorXd reachable(const Model& model, const Eigen::VectorXd& from, Eigen::VectorXd to) {
+  for (const ModelJoint& joint : model.joints) {
+    if (!free_joint(joint)) continue;
+    const double most = 0.8 * joint.velocity * kMoveTime * 8.0 / 15.0;  // its peak is 15/8 of the mean
+    to[joint.q] = from[joint.q] + std::clamp(to[joint.q] - from[joint.q], -most, most);
+  }
+  model.apply_mimics(to);
+  return to;
+}
+
+}  // namespace
+
+const char* name_of(MotionKind kind) {
+  constexpr std::array kNames{"smooth", "fall", "hold", "move"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+const char* description_of(MotionKind kind) {
+  constexpr std::array kTexts{
+      "falls without drives, friction, damping, limits and contacts; mimics and slides stay where they are",
+      "falls as it is described, without drives", "drives hold the start pose",
+      "drives follow a quintic of 1 s to another pose"};
+  return kTexts[static_cast<std::size_t>(kind)];
+}
+
+Motion::Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool)
+    : kind_(kind),
+      robot_(kind == MotionKind::smooth ? smooth(subject.robot) : subject.robot),
+      model_(kind == MotionKind::smooth ? compiled(robot_, subject.base) : subject.model),
+      world_(subject.world),
+      options_(subject.options) {
+  start_ = options_.q0.size() > 0 ? options_.q0 : subject.model.neutral();
+  if (kind == MotionKind::smooth) {
+    world_.ground = false;
+    world_.objects.clear();
+    options_ = {};
+    options_.self_collision = false;
+    Eigen::VectorXd q = model_.neutral();
+    for (const ModelJoint& joint : model_.joints) {
+      const int index = subject.model.find_joint(joint.name);
+      if (index < 0 || subject.model.joints[static_cast<std::size_t>(index)].nq != joint.nq) continue;
+      q.segment(joint.q, joint.nq) =
+          start_.segment(subject.model.joints[static_cast<std::size_t>(index)].q, joint.nq);
+    }
+    start_ = q;
+  }
+  tool_ = std::max(0, model_.find_link(tool));
+  if (kind == MotionKind::smooth) start_ = moved(model_, start_, kAside, true);
+  if (kind == MotionKind::fall) start_ = pose_beside(kAside);
+  if (kind == MotionKind::move) goal_ = reachable(model_, start_, pose_beside(kWay));
+}
+
+// Whether something touches on the straight way from the start that does not at the start.
+bool Motion::touches(Engine& engine, const Eigen::VectorXd& goal) const {
+  constexpr int kSamples = 10;
+  const std::vector<double> rest(static_cast<std::size_t>(model_.nv), 0.0);
+  std::vector<Contact> contacts;
+  std::size_t before = 0;
+  for (int i = 0; i <= kSamples; ++i) {
+    Eigen::VectorXd q = start_ + (static_cast<double>(i) / kSamples) * (goal - start_);
+    model_.apply_mimics(q);
+    engine.set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
+    engine.contacts(contacts);
+    if (i == 0) before = contacts.size();
+    if (contacts.size() > before) return true;
+  }
+  return false;
+}
+
+// About `way` off the start in every joint, with nothing in the way if there is such a pose; a gripper's
+// fingers may have to stay.
+Eigen::VectorXd Motion::pose_beside(double way) const {
+  Diagnostics heard;
+  const std::unique_ptr<Engine> engine = make_mujoco_engine(robot_, model_, world_, options_, heard);
+  for (const bool leaders : {true, false}) {
+    for (const double share : {1.0, -1.0, 0.5, -0.5, 0.25, -0.25}) {
+      Eigen::VectorXd pose = moved(model_, start_, share * way, leaders);
+      if (!touches(*engine, pose)) return pose;
+    }
+  }
+  return moved(model_, start_, way, true);
+}
+
+void Motion::command(Engine& engine, double time) const {
+  const double s = std::clamp(time / kMoveTime, 0.0, 1.0);
+  const double blend = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+    const ModelJoint& joint = model_.joints[j];
+    if (free_joint(joint))
+      engine.set_target(static_cast<int>(j), start_[joint.q] + blend * (goal_[joint.q] - start_[joint.q]));
+  }
+}
+
+void Motion::sample(const Engine& engine, double time, MotionRecord& out) const {
+  out.time.push_back(time);
+  out.q.emplace_back(Eigen::Map<const Eigen::VectorXd>(engine.q().data(), model_.nq));
+  out.tool.push_back(engine.link_pose(tool_).translation());
+}
+
+MotionRecord Motion::run(double duration, int fineness, double offset, bool contacts) const {
+  World world = world_;
+  world.step = world_.step / fineness;
+  Diagnostics heard;
+  const std::unique_ptr<Engine> engine = make_mujoco_engine(robot_, model_, world, options_, heard);
+  Eigen::VectorXd q = start_;
+  for (const ModelJoint& joint : model_.joints) {
+    if (free_joint(joint)) q[joint.q] += offset;
+  }
+  const std::vector<double> rest(static_cast<std::size_t>(model_.nv), 0.0);
+  engine->set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
+  if (kind_ == MotionKind::hold || kind_ == MotionKind::move) {
+    for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+      if (free_joint(model_.joints[j])) engine->set_drive(static_cast<int>(j), DriveMode::position);
+    }
+  }
+  MotionRecord out;
+  const double h = to_seconds(world_.step);
+  const auto samples = static_cast<int>(std::lround(duration / h));
+  const double energy = engine->kinetic_energy() + engine->potential_energy();
+  double fastest = 0, drift = 0;
+  std::vector<Contact> touching;
+  if (contacts) engine->contacts(touching);
+  const std::size_t at_start = touching.size();
+  sample(*engine, 0.0, out);
+  for (int i = 1; i <= samples; ++i) {
+    if (kind_ == MotionKind::move) command(*engine, i * h);
+    for (int k = 0; k < fineness; ++k) engine->step();
+    if (engine->diverged()) break;
+    if (kind_ == MotionKind::smooth) {
+      const double kinetic = engine->kinetic_energy();
+      fastest = std::max(fastest, kinetic);
+      drift = std::max(drift, std::abs(kinetic + engine->potential_energy() - energy));
+    }
+    sample(*engine, i * h, out);
+    if (!contacts || out.touches_after) continue;
+    engine->contacts(touching);
+    if (touching.size() > at_start) out.touches_after = i * h;
+  }
+  out.diverged = engine->diverged();
+  out.energy_drift = fastest > kLeastKinetic ? drift / fastest : 0.0;
+  return out;
+}
+
+std::string choose_tool(const Model& model) {
+  static constexpr std::array kNames{"tool0",        "tcp",        "ee_link",           "tool",
+                                     "end_effector", "tool_frame", "end_effector_link", "gripper_tcp",
+                                     "grasp_link"};
+  for (const char* const name : kNames) {
+    if (model.find_link(name) >= 0) return name;
+  }
+  std::size_t best = 0;
+  std::vector<int> driven(model.links.size(), 0);
+  for (std::size_t i = 1; i < model.links.size(); ++i) {
+    const ModelJoint& joint = model.joints[static_cast<std::size_t>(model.links[i].joint)];
+    driven[i] = driven[static_cast<std::size_t>(joint.parent_link)] + (free_joint(joint) ? 1 : 0);
+    if (driven[i] > driven[best]) best = i;
+  }
+  return model.links[best].name;
+}
+
+}  // namespace doppel

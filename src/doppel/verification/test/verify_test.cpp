@@ -1,0 +1,148 @@
+#include "doppel/verification/verify.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "doppel/kinematics/test/robots.h"
+#include "doppel/physics/step_scheme.h"
+#include "doppel/physics/test/reference_motion.h"
+
+namespace doppel {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Arm {
+  explicit Arm(unsigned seed) : random(seed), robot(test::make_random_chain(test::six_hinges(), random)) {
+    for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+      robot.joints[i].type = JointType::revolute;
+      test::limit(robot.joints[i], -3, 3, 60, 3);
+    }
+    model = compile_model(robot, BaseKind::fixed, diagnostics);
+  }
+  [[nodiscard]] Verification verified(Integrator integrator, std::vector<MotionKind> motions,
+                                      double duration = 0.3) const {
+    World world;
+    world.ground = false;
+    world.integrator = integrator;
+    return verify({robot, model, BaseKind::fixed, world, {}}, {duration, std::move(motions), ""});
+  }
+
+  std::mt19937 random;
+  RobotDescription robot;
+  Diagnostics diagnostics;
+  Model model;
+};
+
+constexpr Integrator kAll[] = {Integrator::euler, Integrator::midpoint, Integrator::rk4,
+                               Integrator::implicit};
+
+TEST(Verify, SeesTheOrderOfTheSchemeOnThePassiveArm) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    const Arm arm(seed);
+    for (const Integrator integrator : kAll) {
+      const Verification found = arm.verified(integrator, {MotionKind::smooth});
+      ASSERT_TRUE(found.motions[0].order) << seed;
+      EXPECT_NEAR(*found.motions[0].order, step_scheme(integrator).order, 0.3)
+          << kIntegratorNames[static_cast<int>(integrator)] << ", seed " << seed;
+    }
+  }
+}
+
+// The error that is told is the distance from a motion that no engine integrates.
+TEST(Verify, TheErrorIsTheDistanceFromTheExactMotion) {
+  const Arm arm(4);
+  World world;
+  world.ground = false;
+  for (const Integrator integrator : {Integrator::euler, Integrator::midpoint}) {
+    world.integrator = integrator;
+    const MotionSubject subject{arm.robot, arm.model, BaseKind::fixed, world, {}};
+    const Verification found = verify(subject, {0.2, {MotionKind::smooth}, ""});
+    const Motion motion(subject, MotionKind::smooth, "base");
+    const MotionRecord run = motion.run(0.2, 1);
+    test::ReferenceMotion reference(motion.model(), world.gravity);
+    test::Motion exact{run.q.front(), Eigen::VectorXd::Zero(motion.model().nv)};
+    for (int i = 0; i < 2000; ++i) {
+      reference.step(exact, 1e-4,
+                     [&](const test::Motion&) { return Eigen::VectorXd::Zero(motion.model().nv).eval(); });
+    }
+    for (std::size_t j = 0; j < found.motions[0].joints.size(); ++j) {
+      const double truth =
+          std::abs(run.q.back()[static_cast<Eigen::Index>(j)] - exact.q[static_cast<Eigen::Index>(j)]);
+      EXPECT_NEAR(found.motions[0].joints[j].at_end, truth, 0.1 * truth + 1e-9);
+    }
+  }
+}
+
+TEST(Verify, FinerSchemesErrLess) {
+  const Arm arm(5);
+  const double euler = arm.verified(Integrator::euler, {MotionKind::smooth}).motions[0].largest(false);
+  const double midpoint = arm.verified(Integrator::midpoint, {MotionKind::smooth}).motions[0].largest(false);
+  const double rk4 = arm.verified(Integrator::rk4, {MotionKind::smooth}).motions[0].largest(false);
+  EXPECT_LT(midpoint, 0.1 * euler);
+  EXPECT_LT(rk4, 0.01 * midpoint);
+}
+
+TEST(Verify, ADoublePendulumThatTurnsOverIsChaotic) {
+  RobotDescription robot = test::make_double_pendulum(1.0, 0.2, 1.0, 0.2);
+  Diagnostics diagnostics;
+  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
+  World world;
+  world.ground = false;
+  EngineOptions options;
+  options.q0 = Eigen::Vector2d(3.4, 0.3);
+  const Verification found =
+      verify({robot, model, BaseKind::fixed, world, options}, {10.0, {MotionKind::smooth}, ""});
+  const MotionVerdict& motion = found.motions[0];
+  ASSERT_TRUE(motion.chaotic_after);
+  EXPECT_GT(*motion.chaotic_after, 0.5);
+  EXPECT_LE(motion.span, *motion.chaotic_after);
+  EXPECT_THAT(verdict_line(found, motion), HasSubstr("; chaotic after "));
+}
+
+TEST(Verify, EnergyDriftsOnlyWhereNothingDrivesOrBrakes) {
+  const Arm arm(6);
+  const Verification found =
+      arm.verified(Integrator::rk4, {MotionKind::smooth, MotionKind::hold, MotionKind::move});
+  ASSERT_TRUE(found.motions[0].energy_drift);
+  EXPECT_LT(*found.motions[0].energy_drift, 1e-6);
+  EXPECT_FALSE(found.motions[1].energy_drift);
+  EXPECT_FALSE(found.motions[2].energy_drift);
+}
+
+TEST(Verify, TextJsonAndPictureSayTheSame) {
+  Arm arm(7);
+  arm.robot.joints[1].name = "a<b&c";
+  arm.model = compile_model(arm.robot, BaseKind::fixed, arm.diagnostics);
+  const Verification found = arm.verified(Integrator::euler, {});
+  ASSERT_EQ(found.motions.size(), 4U);
+  const std::string text = verification_text(found), svg = verification_svg(found);
+  const auto json = nlohmann::json::parse(verification_json(found));
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::string line = verdict_line(found, found.motions[i]);
+    EXPECT_THAT(text, HasSubstr(line));
+    EXPECT_THAT(svg, HasSubstr(line));
+    EXPECT_EQ(json["motions"][i]["verdict"], line);
+    EXPECT_EQ(json["motions"][i]["joints"].size(), 6U);
+    EXPECT_THAT(line, HasSubstr("1 ms is good to"));
+  }
+  EXPECT_THAT(svg, HasSubstr("0.25 ms"));
+}
+
+TEST(Verify, AnUnknownToolIsRefusedWithTheNearest) {
+  const Arm arm(8);
+  World world;
+  try {
+    verify({arm.robot, arm.model, BaseKind::fixed, world, {}}, {0.1, {}, "bse"});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("did you mean 'base'?"));
+  }
+}
+
+}  // namespace
+}  // namespace doppel
