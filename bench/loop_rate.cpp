@@ -1,10 +1,14 @@
 // The whole loop (physics, servos, controllers, publishing with no listener) at full speed, against a bare
-// mj_step on the same compiled model, in turn, in one run:  build/bin/bench_loop_rate [robot] [rounds]
+// mj_step on the same compiled model, and the integrators of world files against each other, in turn, in one
+// run:  build/bin/bench_loop_rate [robot] [rounds]
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <vector>
 
 #include "doppel/physics/mujoco/mujoco_engine.h"
@@ -28,27 +32,50 @@ double loop_rate(doppel::Twin& twin) {
   return kSteps / std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+// One twin for each integrator, in a world that is otherwise the empty one.
+struct Contender {
+  Contender(const std::string& target, const char* integrator) : name(integrator) {
+    const std::filesystem::path world = std::filesystem::temp_directory_path() /
+                                        fmt::format("bench_loop_rate_{}_{}.yaml", getpid(), integrator);
+    std::ofstream(world) << "integrator: " << integrator << "\n";
+    doppel::Scenario scenario;
+    scenario.target = target;
+    scenario.bundled_robots = DOPPEL_ROBOTS;
+    scenario.world = world;
+    twin = std::make_unique<doppel::Twin>(scenario, log, diagnostics);
+    std::filesystem::remove(world);
+    loop_rate(*twin);  // settle into the hold, and warm up
+  }
+
+  std::string name;
+  doppel::Log log;
+  doppel::Diagnostics diagnostics;
+  std::unique_ptr<doppel::Twin> twin;
+  std::vector<double> rates;
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  const std::string target = argc > 1 ? argv[1] : "omarm_one";
   const int rounds = argc > 2 ? std::max(1, std::atoi(argv[2])) : 15;
-  doppel::Log log;
-  doppel::Diagnostics diagnostics;
-  doppel::Scenario scenario;
-  scenario.target = argc > 1 ? argv[1] : "omarm_one";
-  scenario.bundled_robots = DOPPEL_ROBOTS;
-  doppel::Twin twin(scenario, log, diagnostics);
+  std::vector<std::unique_ptr<Contender>> contenders;
+  for (const char* integrator : doppel::kIntegratorNames)
+    contenders.push_back(std::make_unique<Contender>(target, integrator));
+  Contender& euler = *contenders.front();
 
-  loop_rate(twin);  // settle into the hold, and warm up
-  std::vector<double> loop, bare, ratio;
+  std::vector<double> bare, ratio;
   for (int round = 0; round < rounds; ++round) {
-    loop.push_back(loop_rate(twin));
-    bare.push_back(doppel::measure_bare_step_rate(twin.engine(), kSteps));
-    ratio.push_back(loop.back() / bare.back());
+    for (const auto& contender : contenders) contender->rates.push_back(loop_rate(*contender->twin));
+    bare.push_back(doppel::measure_bare_step_rate(euler.twin->engine(), kSteps));
+    ratio.push_back(euler.rates.back() / bare.back());
   }
-  fmt::print("{}: {} rounds of {} steps, medians\n", scenario.target, rounds, kSteps);
-  fmt::print("  bare mj_step   {:10.0f} steps/s  {:6.2f} us\n", median(bare), 1e6 / median(bare));
-  fmt::print("  whole loop     {:10.0f} steps/s  {:6.2f} us\n", median(loop), 1e6 / median(loop));
-  fmt::print("  ratio          {:10.3f}  (least {:.3f}, most {:.3f})\n", median(ratio),
+  fmt::print("{}: {} rounds of {} steps, medians\n", target, rounds, kSteps);
+  fmt::print("  bare mj_step (Euler)   {:10.0f} steps/s  {:6.2f} us\n", median(bare), 1e6 / median(bare));
+  for (const auto& contender : contenders) {
+    fmt::print("  whole loop, {:<9}  {:10.0f} steps/s  {:6.2f} us\n", contender->name,
+               median(contender->rates), 1e6 / median(contender->rates));
+  }
+  fmt::print("  euler over bare        {:10.3f}  (least {:.3f}, most {:.3f})\n", median(ratio),
              *std::min_element(ratio.begin(), ratio.end()), *std::max_element(ratio.begin(), ratio.end()));
 }

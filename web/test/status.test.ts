@@ -27,6 +27,13 @@ test('a status is read; what a server does not tell is not a number', () => {
   assert.ok(Number.isNaN(status.times.idle));
 });
 
+test('friction makes the sag a range, and a joint on its limit takes nothing of its drive', () => {
+  const message = { joint_names: ['a', 'b'], efforts: [1, 0], gravity_torques: [1, 3], sags: [0.01, 0], margins: [4, 5], effort_limits: [5, 5], least_sags: [0.004, 0], most_sags: [0.016, 0] };
+  const loads = readLoads(message);
+  assert.ok(Math.abs(loads[0]!.play - 0.006) < 1e-12);
+  assert.deepEqual([loads[1]!.play, judgeLoad(loads[1]!).share], [0, 0]);
+});
+
 test('a load is judged by what gravity takes of the limit', () => {
   const message = { joint_names: ['a', 'b', 'c', 'd'], efforts: [1, 1, 1, 1], gravity_torques: [1, -4.5, 6, 1], sags: [0, 0, 0, 0], margins: [4, 0.5, -1, Infinity], effort_limits: [5, 5, 5, Infinity] };
   assert.deepEqual(readLoads(message).map((load) => judgeLoad(load).word), ['ample', 'tight', 'too much', 'free']);

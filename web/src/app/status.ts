@@ -19,8 +19,9 @@ export interface Load {
   joint: string;
   effort: number; // N m or N, of the drive now
   gravity: number; // what gravity asks for here
-  sag: number; // rad or m, what gravity bends the joint by
-  margin: number; // of the limit beyond gravity; Infinity: no limit
+  sag: number; // rad or m, what gravity bends the joint by; 0: it rests on its limit
+  play: number; // rad or m: friction holds the joint anywhere within sag - play and sag + play
+  margin: number; // of the limit beyond what the drive holds; Infinity: no limit
   limit: number;
 }
 
@@ -40,12 +41,13 @@ export function readStatus(m: Message): Status {
 
 export function readLoads(m: Message): Load[] {
   const column = (name: string): number[] => (m[name] ?? []) as number[];
-  const [efforts, gravity, sags, margins, limits] = ['efforts', 'gravity_torques', 'sags', 'margins', 'effort_limits'].map(column);
+  const [efforts, gravity, sags, margins, limits, most] = ['efforts', 'gravity_torques', 'sags', 'margins', 'effort_limits', 'most_sags'].map(column);
   return (m['joint_names'] as string[]).map((joint, i) => ({
     joint,
     effort: efforts![i] ?? NaN,
     gravity: gravity![i] ?? NaN,
     sag: sags![i] ?? NaN,
+    play: (most![i] ?? sags![i] ?? NaN) - (sags![i] ?? NaN),
     margin: margins![i] ?? NaN,
     limit: limits![i] ?? NaN,
   }));
@@ -54,7 +56,6 @@ export function readLoads(m: Message): Load[] {
 // How much of a joint's limit gravity takes, in words, so that no colour has to say it.
 export function judgeLoad(load: Load): { share: number; word: 'free' | 'ample' | 'tight' | 'too much' } {
   if (!Number.isFinite(load.margin)) return { share: 0, word: 'free' };
-  const limit = load.margin + Math.abs(load.gravity);
-  const share = limit > 0 ? Math.abs(load.gravity) / limit : 1;
-  return { share, word: load.margin < 0 || limit <= 0 ? 'too much' : share > 0.8 ? 'tight' : 'ample' };
+  const share = load.limit > 0 ? (load.limit - load.margin) / load.limit : 1;
+  return { share, word: load.margin < 0 || !(load.limit > 0) ? 'too much' : share > 0.8 ? 'tight' : 'ample' };
 }

@@ -94,7 +94,10 @@ export function healthPanel(app: App): Panel {
     const number = (value: number | undefined): string => fixed(value ?? NaN, 3);
     say(effort!, number(load?.effort));
     say(gravity!, number(load?.gravity));
-    say(sag!, load && Number.isFinite(load.sag) ? `${fixed(shown(joint, load.sag), unitOf(joint) === 'rad' ? 4 : 2)} ${unitOf(joint)}` : '–');
+    const digits = unitOf(joint) === 'rad' ? 4 : 2;
+    const play = load && load.play > 0 ? ` ± ${fixed(shown(joint, load.play), digits)}` : '';
+    say(sag!, load && Number.isFinite(load.sag) ? `${fixed(shown(joint, load.sag), digits)}${play} ${unitOf(joint)}` : '–');
+    sag!.title = play ? 'friction holds the joint anywhere within this range' : '';
     if (!load) {
       say(margin!, '–');
       return;

@@ -72,8 +72,8 @@ bool positive(const Geometry& geometry) {
 }
 
 // One <geom>, or nothing where there is nothing to collide with.
-std::string geom(const Geometry& geometry, const CollisionMesh* mesh, const Pose& X, double friction,
-                 std::string& assets) {
+std::string geom(const std::string& name, const Geometry& geometry, const CollisionMesh* mesh, const Pose& X,
+                 double friction, std::string& assets) {
   std::string shape;
   Pose X_shape = X;
   if (const auto* box = std::get_if<Box>(&geometry)) {
@@ -92,7 +92,8 @@ std::string geom(const Geometry& geometry, const CollisionMesh* mesh, const Pose
   } else {
     shape = fmt::format("type=\"mesh\" mesh=\"{}\"", mesh_asset(*mesh, assets));
   }
-  return fmt::format("<geom {} {} friction=\"{:.17g} 0.005 0.0001\"/>\n", shape, place(X_shape), friction);
+  return fmt::format("<geom name=\"{}\" {} {} friction=\"{:.17g} 0.005 0.0001\"/>\n", name, shape,
+                     place(X_shape), friction);
 }
 
 class RobotWriter {
@@ -101,6 +102,8 @@ class RobotWriter {
               Diagnostics& diagnostics)
       : robot_(robot), model_(model), world_(world), meshes_(meshes), diagnostics_(diagnostics) {
     out_.has_shape.assign(model.links.size(), false);
+    out_.shapes.assign(model.links.size(), 0);
+    out_.friction.assign(model.links.size(), kRobotFriction);
     children_.resize(model.links.size());
     for (std::size_t i = 0; i < model.joints.size(); ++i) {
       children_[model.joints[i].parent_link].push_back(static_cast<int>(i));
@@ -112,10 +115,6 @@ class RobotWriter {
     write_body(0, world_.X_WR, -1);
     for (std::size_t i = 0; i < model_.joints.size(); ++i) write_coupling(static_cast<int>(i));
     out_.pairs = link_pairs(model_, out_.has_shape);
-    for (std::size_t i = 0; i < out_.pairs.size(); ++i) {
-      append(out_.exclusions, "<exclude name=\"{}\" body1=\"{}\" body2=\"{}\"/>\n", mjcf_exclusion_name(i),
-             mjcf_link_name(out_.pairs[i].a), mjcf_link_name(out_.pairs[i].b));
-    }
     const std::vector<int> groups = rigid_groups(model_);
     for (std::size_t i = 0; i < groups.size(); ++i) {
       if (out_.has_shape[i] && groups[i] != 0) out_.movable_shapes.push_back(static_cast<int>(i));
@@ -205,13 +204,18 @@ class RobotWriter {
       if (extension.reference == name && extension.mu1) friction = *extension.mu1;
     }
     for (const Collision& collision : link->collisions) {
-      const std::string text = shape_of(*link, collision, friction);
+      const std::string text =
+          shape_of(*link, collision, mjcf_shape_name(index, out_.shapes[index]), friction);
       out_.bodies += text;
-      if (!text.empty()) out_.has_shape[index] = true;
+      if (text.empty()) continue;
+      out_.has_shape[index] = true;
+      ++out_.shapes[index];
+      out_.friction[index] = friction;
     }
   }
 
-  std::string shape_of(const Link& link, const Collision& collision, double friction) {
+  std::string shape_of(const Link& link, const Collision& collision, const std::string& name,
+                       double friction) {
     if (!positive(collision.geometry)) {
       diagnostics_.warning(
           "physics.empty_shape", collision.source,
@@ -232,7 +236,7 @@ class RobotWriter {
         }
       }
     }
-    return geom(collision.geometry, mesh, collision.origin.pose(), friction, out_.assets);
+    return geom(name, collision.geometry, mesh, collision.origin.pose(), friction, out_.assets);
   }
 
   void write_coupling(int index) {
@@ -301,11 +305,18 @@ void write_object(const WorldObject& object, int index, CollisionMeshes& meshes,
   append(bodies, "<body name=\"{}\" {}>\n", mjcf_object_name(index), place(object.X_WO));
   if (object.mass > 0)
     bodies += "<freejoint/>\n" + inertial(transformed(object_inertia(object, mesh), object.X_OS));
-  bodies += geom(object.shape, mesh, object.X_OS, object.friction, assets) + "</body>\n";
+  bodies += geom(mjcf_object_shape_name(index), object.shape, mesh, object.X_OS, object.friction, assets) +
+            "</body>\n";
 }
 
-std::string surrounding_exclusions(const RobotMjcf& robot, const World& world) {
+// What never collides, where MuJoCo looks for pairs itself; it is told of every pair, and what may collide is
+// taken out of the compiled table.
+std::string exclusions(const RobotMjcf& robot, const World& world) {
   std::string out;
+  for (std::size_t i = 0; i < robot.pairs.size(); ++i) {
+    append(out, "<exclude name=\"{}\" body1=\"{}\" body2=\"{}\"/>\n", mjcf_exclusion_name(i),
+           mjcf_link_name(robot.pairs[i].a), mjcf_link_name(robot.pairs[i].b));
+  }
   for (std::size_t i = 0; i < robot.movable_shapes.size(); ++i) {
     for (int object = -1; object < static_cast<int>(world.objects.size()); ++object) {
       append(out, "<exclude name=\"{}\" body1=\"{}\" body2=\"{}\"/>\n", mjcf_surrounding_name(i, object),
@@ -315,7 +326,75 @@ std::string surrounding_exclusions(const RobotMjcf& robot, const World& world) {
   return out;
 }
 
-std::string header(const World& world) {
+// Every two shapes that may ever touch, as MuJoCo would find them.
+class PairWriter {
+ public:
+  PairWriter(const RobotMjcf& robot, const World& world) : robot_(robot), world_(world) {
+    for (const LinkPair& pair : robot.pairs) {
+      if (pair.reason.empty()) add_links(pair.a, pair.b);
+    }
+    const int objects = static_cast<int>(world.objects.size());
+    for (const int link : robot.movable_shapes) {
+      for (int object = world.ground ? -1 : 0; object < objects; ++object)
+        add_link_and(link, shape_of(object));
+    }
+    for (int i = 0; i < objects; ++i) add_object(i);
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  [[nodiscard]] bool loose(int object) const {
+    return world_.objects[static_cast<std::size_t>(object)].mass > 0;
+  }
+
+  struct Shape {
+    std::string name;
+    double friction;
+  };
+  [[nodiscard]] Shape shape_of(int object) const {
+    if (object < 0) return {"~ground", world_.ground_friction};
+    return {mjcf_object_shape_name(object), world_.objects[static_cast<std::size_t>(object)].friction};
+  }
+  [[nodiscard]] Shape shape_of(int link, int shape) const {
+    return {mjcf_shape_name(link, shape), robot_.friction[static_cast<std::size_t>(link)]};
+  }
+
+  // The larger friction of the two counts, as where MuJoCo finds the pair.
+  void add(const Shape& a, const Shape& b) {
+    if (++count_ > kMostListedPairs) return;
+    const double friction = std::max(a.friction, b.friction);
+    append(text_, "<pair geom1=\"{}\" geom2=\"{}\" friction=\"{:.17g} {:.17g} 0.005 0.0001 0.0001\"/>\n",
+           a.name, b.name, friction, friction);
+  }
+  void add_link_and(int link, const Shape& other) {
+    for (int shape = 0; shape < robot_.shapes[static_cast<std::size_t>(link)]; ++shape)
+      add(other, shape_of(link, shape));
+  }
+  void add_links(int a, int b) {
+    for (int shape = 0; shape < robot_.shapes[static_cast<std::size_t>(a)]; ++shape)
+      add_link_and(b, shape_of(a, shape));
+  }
+  // With the ground, the objects before it, and links that are fixed to the world.
+  void add_object(int object) {
+    if (world_.ground && loose(object)) add(shape_of(-1), shape_of(object));
+    for (int before = 0; before < object; ++before) {
+      if (loose(object) || loose(before)) add(shape_of(before), shape_of(object));
+    }
+    for (std::size_t link = 0; loose(object) && link < robot_.shapes.size(); ++link) {
+      const auto& movable = robot_.movable_shapes;
+      if (std::find(movable.begin(), movable.end(), static_cast<int>(link)) == movable.end())
+        add_link_and(static_cast<int>(link), shape_of(object));
+    }
+  }
+
+  const RobotMjcf& robot_;
+  const World& world_;
+  std::string text_;
+  std::size_t count_ = 0;
+};
+
+std::string header(const World& world, bool listed_pairs) {
   const double step = to_seconds(world.step);
   // Twice the step is the stiffest that MuJoCo's constraints stay stable with.
   const double stiff = 2.0 * step;
@@ -323,15 +402,17 @@ std::string header(const World& world) {
   out += "<compiler angle=\"radian\" inertiafromgeom=\"false\" fusestatic=\"false\"/>\n";
   // Elliptic cones with a high impedance ratio: what sticks does not creep.
   append(out,
-         "<option timestep=\"{:.17g}\" gravity=\"{}\" integrator=\"{}\" cone=\"elliptic\" impratio=\"100\">"
+         "<option timestep=\"{:.17g}\" gravity=\"{}\" integrator=\"{}\" collision=\"{}\" "
+         "cone=\"elliptic\" impratio=\"100\">"
          "<flag filterparent=\"disable\"/></option>\n",
-         step, vec(world.gravity), world.integrator == Integrator::implicit ? "implicit" : "Euler");
+         step, vec(world.gravity), world.integrator == Integrator::implicit ? "implicit" : "Euler",
+         listed_pairs ? "predefined" : "all");
   const std::size_t loose = static_cast<std::size_t>(std::count_if(
       world.objects.begin(), world.objects.end(), [](const WorldObject& o) { return o.mass > 0; }));
   append(out, "<size nconmax=\"{}\" njmax=\"{}\"/>\n", 100 + 8 * loose, 400 + 24 * loose);
   append(out,
          "<default><geom contype=\"1\" conaffinity=\"1\" condim=\"3\" solref=\"{0:.17g} 1\" solimp=\"0.95 "
-         "0.99 0.001\"/>"
+         "0.99 0.001\"/><pair condim=\"3\" solref=\"{0:.17g} 1\" solimp=\"0.95 0.99 0.001\"/>"
          "<joint armature=\"0\" solreffriction=\"{1:.17g} 1\" solimpfriction=\"0.9999 0.9999 0.001\" "
          "solreflimit=\"{0:.17g} 1\" solimplimit=\"0.95 0.99 0.001\"/>"
          "<equality solref=\"{1:.17g} 1\" solimp=\"0.9999 0.9999 0.001\"/></default>\n",
@@ -349,6 +430,12 @@ std::string mjcf_joint_name(int joint) {
 }
 std::string mjcf_object_name(int object) {
   return fmt::format("~o{}", object);
+}
+std::string mjcf_shape_name(int link, int shape) {
+  return fmt::format("~g{}s{}", link, shape);
+}
+std::string mjcf_object_shape_name(int object) {
+  return fmt::format("~h{}", object);
 }
 std::string mjcf_exclusion_name(std::size_t pair) {
   return fmt::format("~x{}", pair);
@@ -368,15 +455,17 @@ std::string write_document(const RobotMjcf& robot, const World& world, Collision
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     write_object(world.objects[i], static_cast<int>(i), meshes, diagnostics, assets, objects);
   }
-  std::string out = header(world);
+  const PairWriter pairs(robot, world);
+  const bool listed = pairs.count() <= kMostListedPairs;
+  std::string out = header(world, listed);
   append(out, "<asset>\n{}</asset>\n<worldbody>\n", assets);
   if (world.ground) {
     append(out, "<geom name=\"~ground\" type=\"plane\" size=\"0 0 1\" friction=\"{:.17g} 0.005 0.0001\"/>\n",
            world.ground_friction);
   }
   append(out, "{}{}</worldbody>\n", robot.bodies, objects);
-  append(out, "<contact>\n{}{}</contact>\n<equality>\n{}</equality>\n</mujoco>\n", robot.exclusions,
-         surrounding_exclusions(robot, world), robot.equalities);
+  append(out, "<contact>\n{}</contact>\n<equality>\n{}</equality>\n</mujoco>\n",
+         listed ? pairs.text() : exclusions(robot, world), robot.equalities);
   return out;
 }
 

@@ -16,17 +16,25 @@ namespace doppel {
 std::string mjcf_link_name(int link);
 std::string mjcf_joint_name(int joint);  // of the joint's first degree of freedom
 std::string mjcf_object_name(int object);
+std::string mjcf_shape_name(int link, int shape);
+std::string mjcf_object_shape_name(int object);
 std::string mjcf_exclusion_name(std::size_t pair);
 // Of a link (by its place in RobotMjcf::movable_shapes) and the ground (object -1) or an object.
 std::string mjcf_surrounding_name(std::size_t shape, int object);
 
+// Up to this many pairs of shapes that may touch, each is looked at by itself; beyond it MuJoCo sorts all
+// bodies along an axis in every step, which costs as much as about so many pairs (bench_loop_rate).
+inline constexpr std::size_t kMostListedPairs = 400;
+
 // The robot's part of the text, written once; the world's is written anew whenever an object comes or goes.
 struct RobotMjcf {
-  std::string assets, bodies, equalities, exclusions;
-  std::vector<bool> has_shape;  // [links]
-  std::vector<LinkPair> pairs;  // of links with shapes; each has an <exclude>
+  std::string assets, bodies, equalities;
+  std::vector<bool> has_shape;   // [links]
+  std::vector<int> shapes;       // [links] how many geoms
+  std::vector<double> friction;  // [links] Coulomb, of the shapes
+  std::vector<LinkPair> pairs;  // of links with shapes; each has an <exclude>, or a <pair> for any two shapes
   // Links with shapes that are not fixed to the world; each has an <exclude> with the ground and every
-  // object.
+  // object, or a <pair> for each shape.
   std::vector<int> movable_shapes;
   std::vector<int> driven;  // model joints that have a drive
 };

@@ -8,6 +8,8 @@
 namespace doppel {
 namespace {
 
+constexpr double kNeverNear = -1e9;  // m, the margin of a pair that never touches
+
 int find(const mjModel* m, int type, const std::string& name) {
   const int id = mj_name2id(m, type, name.c_str());
   if (id < 0) throw std::logic_error("the compiled MuJoCo model lacks " + name);
@@ -53,6 +55,15 @@ MujocoState::MujocoState(const RobotMjcf& robot, const Model& model, const World
     }
     objects_.push_back(object);
   }
+  if (!lists_pairs()) find_exclusions(robot, world);
+  for (const WorldObject& object : world.objects) object_names_.push_back(object.name);
+}
+
+bool MujocoState::lists_pairs() const {
+  return m()->opt.collision == mjCOL_PAIR;
+}
+
+void MujocoState::find_exclusions(const RobotMjcf& robot, const World& world) {
   const auto signature = [this](const std::string& name) {
     return m()->exclude_signature[find(m(), mjOBJ_EXCLUDE, name)];
   };
@@ -78,6 +89,11 @@ void MujocoState::check_order(const Model& model) const {
 }
 
 void MujocoState::apply_exclusions(const std::vector<LinkPair>& pairs, const std::vector<Overlap>& overlaps) {
+  if (lists_pairs()) {
+    for (int i = 0; i < m()->npair; ++i)
+      m()->pair_margin[i] = passes_through(i, pairs, overlaps) ? kNeverNear : 0.0;
+    return;
+  }
   std::vector<int> excluded;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (!pairs[i].reason.empty()) excluded.push_back(exclusion_signatures_[i]);
@@ -91,6 +107,23 @@ void MujocoState::apply_exclusions(const std::vector<LinkPair>& pairs, const std
   std::sort(excluded.begin(), excluded.end());
   excluded.resize(static_cast<std::size_t>(m()->nexclude), std::numeric_limits<int>::max());
   std::copy(excluded.begin(), excluded.end(), m()->exclude_signature);
+}
+
+bool MujocoState::passes_through(int pair, const std::vector<LinkPair>& pairs,
+                                 const std::vector<Overlap>& overlaps) const {
+  const int body_a = m()->geom_bodyid[m()->pair_geom1[pair]],
+            body_b = m()->geom_bodyid[m()->pair_geom2[pair]];
+  const int a = std::min(link_of_body(body_a), link_of_body(body_b));
+  const int b = std::max(link_of_body(body_a), link_of_body(body_b));
+  if (b < 0) return false;
+  if (a >= 0) {
+    return std::any_of(pairs.begin(), pairs.end(),
+                       [a, b](const LinkPair& of) { return of.a == a && of.b == b && !of.reason.empty(); });
+  }
+  const int object = std::max(object_of_body(body_a), object_of_body(body_b));
+  const std::string name = object < 0 ? "ground" : object_names_[static_cast<std::size_t>(object)];
+  return std::any_of(overlaps.begin(), overlaps.end(),
+                     [&](const Overlap& of) { return of.link == b && of.object == name; });
 }
 
 void MujocoState::write_q(const Model& model, const double* q) {

@@ -29,7 +29,7 @@ class MujocoState {
   [[nodiscard]] const MujocoObject& object(std::size_t index) const { return objects_[index]; }
 
   // Lets exactly the pairs with a reason, and the overlaps with what is there, pass through each other. Needs
-  // no new compilation: the text excludes every pair, and what may collide is taken out of the table.
+  // no new compilation.
   void apply_exclusions(const std::vector<LinkPair>& pairs, const std::vector<Overlap>& overlaps);
 
   // Model's q and v at the head of MuJoCo's arrays, quaternions in MuJoCo's order.
@@ -42,11 +42,17 @@ class MujocoState {
 
  private:
   void check_order(const Model& model) const;
+  // Whether MuJoCo looks at a list of pairs (mjcf.h, kMostListedPairs) or for pairs by itself.
+  [[nodiscard]] bool lists_pairs() const;
+  void find_exclusions(const RobotMjcf& robot, const World& world);
+  [[nodiscard]] bool passes_through(int pair, const std::vector<LinkPair>& pairs,
+                                    const std::vector<Overlap>& overlaps) const;
 
   ModelHandle model_;
   DataHandle data_;
   std::vector<int> link_bodies_, body_links_, body_objects_;
   std::vector<MujocoObject> objects_;
+  std::vector<std::string> object_names_;
   struct Surrounding {
     int link;
     std::string object;  // "ground" or the object's name

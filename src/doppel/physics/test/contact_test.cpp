@@ -273,5 +273,47 @@ TEST(Objects, AreRefusedInTheUsersTerms) {
   EXPECT_THAT(refusal(make_object("feather", Sphere{0.1}, {0, 0, 1}, 1e-20)), HasSubstr("'feather'"));
 }
 
+// Few pairs are listed one by one, many are looked for by MuJoCo: what touches, how hard, and what slides
+// does not depend on which it is.
+TEST(Contact, ListedPairsAreThoseThatAreLookedFor) {
+  const auto motion = [](int far_away) {
+    World world;
+    world.step = from_seconds(1e-3);
+    world.ground_friction = 0.1;
+    WorldObject slope = test::make_object("slope", Box{{2, 2, 0.1}}, {0, 0, 1}, 0);
+    slope.X_WO = make_pose({0, 0, 1}, {0, 0.5, 0});
+    slope.friction = 0.2;
+    WorldObject box = test::make_object("box", Box{{0.1, 0.1, 0.05}}, {0, 0, 1.2}, 0.5);
+    box.friction = 0.3;
+    world.objects = {slope, box, test::make_object("ball", Sphere{0.05}, {0.1, 0.02, 1.5}, 0.2)};
+    for (int i = 0; i < far_away; ++i)
+      world.objects.push_back(
+          test::make_object("far" + std::to_string(i), Sphere{0.1}, {100.0 + i, 0, 0.5}, 0));
+    Rig rig(test::make_pendulum(1.0, 0.5), world);
+    rig.set_state({0.7});
+    std::vector<Eigen::Vector3d> places;
+    std::vector<Contact> contacts;
+    std::size_t touched = 0;
+    for (int i = 0; i < 1500; ++i) {
+      rig.engine->step();
+      rig.engine->contacts(contacts);
+      touched += contacts.size();
+    }
+    Pose X;
+    for (const char* name : {"box", "ball"}) {
+      EXPECT_TRUE(rig.engine->object_pose(name, X));
+      places.push_back(X.translation());
+    }
+    EXPECT_GT(touched, 500U);
+    return std::pair{places, touched};
+  };
+  const auto [listed, touched_listed] = motion(0);
+  const auto [searched, touched_searched] =
+      motion(220);  // more than kMostListedPairs with the two loose ones
+  EXPECT_EQ(touched_listed, touched_searched);
+  for (std::size_t i = 0; i < listed.size(); ++i)
+    EXPECT_NEAR((listed[i] - searched[i]).norm(), 0.0, 1e-9) << i;
+}
+
 }  // namespace
 }  // namespace doppel
