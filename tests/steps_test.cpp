@@ -28,6 +28,10 @@ struct Arm {
   Scenario scenario;
 };
 
+void PrintTo(const Arm& arm, std::ostream* out) {
+  *out << arm.name;
+}
+
 Scenario scenario_of(const std::string& target) {
   Scenario scenario;
   scenario.target = target;

@@ -25,21 +25,31 @@ std::vector<Finding> judge_run(const Scenario& scenario) {
     twin.step();
   }
   twin.between_steps();
+  const RobotDescription& robot = twin.description();
   std::vector<Finding> out;
-  const auto add = [&](const char* rule, const std::string& message) {
+  const auto add = [&](const char* rule, const std::string& joint, const std::string& message) {
+    const Joint* const source = robot.find_joint(joint);
     Finding finding;
     finding.rule = rule;
-    finding.subject = fmt::format("robot '{}'", twin.robot_name());
+    finding.subject =
+        source != nullptr ? fmt::format("joint '{}'", joint) : fmt::format("robot '{}'", robot.name);
     finding.message = message;
-    finding.where = twin.description().source;
+    finding.where = source != nullptr ? source->source : robot.source;
     out.push_back(std::move(finding));
   };
-  if (twin.diverged())
-    add("run.diverged", fmt::format("the numbers run away {:.3f} s after the start", to_seconds(twin.now())));
-  if (twin.rest()) {
-    for (const std::string& complaint : twin.rest()->complaints) add("run.unrest", complaint);
+  if (twin.diverged()) {
+    add("run.diverged", "",
+        fmt::format("the numbers run away {:.3f} s after the start", to_seconds(twin.now())));
+    return out;
   }
-  for (const std::string& text : twin.oscillations()) add("run.oscillation", text);
+  for (Unrest& unrest : find_unrest(robot, twin.model(), twin.engine())) {
+    unrest.where = {};  // the finding's own
+    const ModelJoint& joint =
+        twin.model().joints[static_cast<std::size_t>(twin.model().find_joint(unrest.joint))];
+    add("run.unrest", unrest.joint, to_string(unrest, joint.type == JointType::prismatic));
+  }
+  for (const OscillationReport& found : twin.oscillations())
+    add("run.oscillation", found.joint, found.message);
   return out;
 }
 

@@ -63,7 +63,9 @@ std::string to_json(const Summary& summary) {
                    {"base_linear", number(summary.rest->base_linear)},
                    {"base_angular", number(summary.rest->base_angular)}};
   }
-  out["oscillations"] = summary.oscillations;
+  out["oscillations"] = Json::array();
+  for (const OscillationReport& found : summary.oscillations)
+    out["oscillations"].push_back({{"joint", found.joint}, {"message", found.message}});
   out["controllers"] = Json::object();
   for (const ControllerView& controller : summary.last.controllers) {
     out["controllers"][controller.name] = {{"type", controller.type},

@@ -28,7 +28,7 @@ struct Summary {
   std::uint64_t state_hash = 0;
   Snapshot last;
   std::optional<RestReport> rest;
-  std::vector<std::string> oscillations;
+  std::vector<OscillationReport> oscillations;
 };
 std::string to_json(const Summary& summary);
 

@@ -230,9 +230,10 @@ struct Twin::Impl {
 
   void report_oscillations() {
     for (const Oscillation& found : oscillations->take()) {
-      oscillation_texts.push_back(
-          to_string(found, control->model(), *machine->engine, machine->setup.world.step));
-      log.warning(kRestOrigin, oscillation_texts.back());
+      const Model& model = control->model();
+      oscillation_reports.push_back({model.joints[static_cast<std::size_t>(found.joint)].name,
+                                     to_string(found, model, *machine->engine, machine->setup.world.step)});
+      log.warning(kRestOrigin, oscillation_reports.back().message);
     }
   }
 
@@ -260,7 +261,7 @@ struct Twin::Impl {
   ObjectPublisher objects;
   RestCheck rest;
   std::unique_ptr<OscillationWatch> oscillations;
-  std::vector<std::string> oscillation_texts;
+  std::vector<OscillationReport> oscillation_reports;
   std::unique_ptr<SimulatorServices> services;
   std::unique_ptr<EntityServices> entities;
 
@@ -485,8 +486,8 @@ std::vector<JointSnapshot> Twin::joints() const {
   return out;
 }
 
-const std::vector<std::string>& Twin::oscillations() const {
-  return impl_->oscillation_texts;
+const std::vector<OscillationReport>& Twin::oscillations() const {
+  return impl_->oscillation_reports;
 }
 
 const std::optional<RestReport>& Twin::rest() const {

@@ -35,6 +35,10 @@ struct SagReport {
   double torque = 0, sag = 0, least = 0, most = 0, margin = 0;  // see Sag in physics/servo.h
 };
 
+struct OscillationReport {
+  std::string joint, message;  // see oscillation_watch.h
+};
+
 class Twin {
  public:
   // Throws InputError. Warnings and notes go to `diagnostics`; what is said later goes to `log`, which
@@ -95,8 +99,8 @@ class Twin {
   // What was not at rest kRestTime after the start; none: not yet, no controllers were to start, or somebody
   // commanded the robot.
   [[nodiscard]] const std::optional<RestReport>& rest() const;
-  // What oscillated while its drive held it, so far (oscillation_watch.h).
-  [[nodiscard]] const std::vector<std::string>& oscillations() const;
+  // What oscillated while its drive held it, so far.
+  [[nodiscard]] const std::vector<OscillationReport>& oscillations() const;
   [[nodiscard]] std::vector<SagReport> gravity_sag() const;  // at the present pose
   [[nodiscard]] Duration step_size() const;
 

@@ -187,6 +187,20 @@ TEST(Truth, CoulombFrictionHoldsAJointUntilItsLimit) {
   EXPECT_NEAR(slips.v("swing"), 0, 1e-4);
 }
 
+// Friction is solved as a stiff damper: what it holds creeps at 1e-4 of the step times the acceleration that
+// it takes away.
+TEST(Truth, WhatCoulombFrictionHoldsCreepsByAFormula) {
+  RobotDescription robot = test::make_pendulum(1.0, 0.1);
+  robot.joints[0].dynamics = JointDynamics{0.0, 1.05, {}};
+  for (const double step : {5e-4, 1e-3, 2e-3}) {
+    Rig rig(robot, empty_space(step));
+    rig.set_state({std::numbers::pi / 2});
+    rig.run(0.5);
+    const double taken = 1.0 * 9.81 * 0.1 / (1.0 * 0.1 * 0.1 + 1e-6);  // rad/s^2
+    EXPECT_NEAR(rig.v("swing"), -1e-4 * step * taken, 0.02e-4 * step * taken);
+  }
+}
+
 // A slope of angle t holds a box below atan(mu) and lets it slide above, then with g (sin t - mu cos t).
 TEST(Truth, BoxSticksOnASlopeBelowTheFrictionAngle) {
   const double mu = 0.5;
