@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <memory>
 
 #include "app/described_scenario.h"
+#include "app/tell.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
@@ -18,6 +20,7 @@
 namespace doppel::app {
 namespace {
 
+constexpr std::chrono::seconds kProgressEvery{2};
 constexpr double kLongest = 60.0;  // s: eight runs, whose samples are kept
 
 struct VerifyVerb {
@@ -91,6 +94,12 @@ int run_verify(const VerifyVerb& options) {
   wanted.duration = options.duration;
   wanted.motions = chosen_motions(options.motions);
   wanted.tool = options.tool;
+  wanted.on_run = [last = std::chrono::steady_clock::now()](MotionKind kind, int run) mutable {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last < kProgressEvery) return;
+    last = now;
+    tell("verify: {}, run {} of {} ...\n", name_of(kind), run, kRuns);
+  };
   Diagnostics diagnostics;
   Machine machine(scenario, diagnostics);
   print_diagnostics(diagnostics);

@@ -11,8 +11,19 @@ namespace {
 constexpr int kLeastTurns = 4;       // of the direction, in the window
 constexpr double kStillThere = 0.5;  // of the first half's amplitude: what decays faster only settles
 constexpr double kArrived = 1e-9;    // rad or m between reference and target
-constexpr double kNearStep = 0.1;    // of the step's rate: a frequency above is the step's doing
+constexpr double kNearStep = 0.2;    // of the step's rate: a frequency above is the step's doing
 constexpr double kAtEffortLimit = 0.98;
+
+// Whether the link, or what it carries, is one of the two.
+bool carries(const Model& model, int link, const Contact& contact) {
+  for (int at : {contact.link_a, contact.link_b}) {
+    while (at > 0 && at != link)
+      at =
+          model.joints[static_cast<std::size_t>(model.links[static_cast<std::size_t>(at)].joint)].parent_link;
+    if (at == link) return true;
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -88,8 +99,8 @@ std::string to_string(const Oscillation& oscillation, const Model& model, const 
   const bool slides = joint.type == JointType::prismatic;
   std::vector<Contact> contacts;
   engine.contacts(contacts);
-  const bool touches = std::any_of(contacts.begin(), contacts.end(), [&joint](const Contact& contact) {
-    return contact.link_a == joint.child_link || contact.link_b == joint.child_link;
+  const bool touches = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& contact) {
+    return carries(model, joint.child_link, contact);
   });
   const bool leads = std::any_of(model.joints.begin(), model.joints.end(), [&](const ModelJoint& other) {
     return other.mimic_leader == oscillation.joint;
@@ -103,7 +114,7 @@ std::string to_string(const Oscillation& oscillation, const Model& model, const 
         "file (docs/worlds.md) tells more",
         to_seconds(step) * 1e3);
   } else if (touches) {
-    cause = "its link touches something that pushes back";
+    cause = "its link, or one that it carries, touches something that pushes back";
   } else if (leads) {
     cause = "joints are coupled to it by <mimic>; their inertias or limits may not fit each other";
   } else if (std::isfinite(servo.effort) && effort >= kAtEffortLimit * servo.effort) {

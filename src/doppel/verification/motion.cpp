@@ -8,6 +8,7 @@ namespace doppel {
 namespace {
 
 constexpr double kLeastKinetic = 1e-9;  // J: less is no motion whose energy could drift
+constexpr double kContactLook = 0.01;   // s: how often contacts are looked for, which costs a solution each
 constexpr double kAside = 0.3;  // rad or m: the start of a fall beside the start pose, which may balance
 constexpr double kWay = 0.6;    // rad, of a move where limits allow it; a tenth of it in m
 
@@ -179,6 +180,7 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
   std::vector<Contact> touching;
   if (contacts) engine->contacts(touching);
   const std::size_t at_start = touching.size();
+  const int between_looks = std::max(1, static_cast<int>(kContactLook / h));
   sample(*engine, 0.0, out);
   for (int i = 1; i <= samples; ++i) {
     if (kind_ == MotionKind::move) command(*engine, i * h);
@@ -190,7 +192,7 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
       drift = std::max(drift, std::abs(kinetic + engine->potential_energy() - energy));
     }
     sample(*engine, i * h, out);
-    if (!contacts || out.touches_after) continue;
+    if (!contacts || out.touches_after || i % between_looks != 0) continue;
     engine->contacts(touching);
     if (touching.size() > at_start) out.touches_after = i * h;
   }

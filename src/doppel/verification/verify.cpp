@@ -107,11 +107,16 @@ MotionVerdict judge(const MotionSubject& subject, MotionKind kind, const VerifyO
   out.kind = kind;
   const Motion motion(subject, kind, tool);
   Runs runs;
+  const auto announce = [&](int run) {
+    if (options.on_run) options.on_run(kind, run);
+  };
   for (int step = 0; step < 3; ++step) {
+    announce(step + 1);
     runs.at[step] =
         motion.run(options.duration, kFineness[step], 0.0, step == 0 && kind != MotionKind::smooth);
     if (runs.at[step].diverged && !out.runs_away_after) out.runs_away_after = runs.at[step].time.back();
   }
+  announce(kRuns);
   runs.beside = motion.run(options.duration, 1, kPerturbation);
   const auto joints = free_joints(motion.model());
   const std::optional<std::size_t> chaos = chaotic_from(runs, joints);

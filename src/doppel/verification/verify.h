@@ -5,6 +5,7 @@
 // the order p that is seen; x_h/4 + (x_h/4 - x_h/2) / (2^p - 1) stands for the exact motion (Richardson
 // extrapolation; Hairer, Norsett, Wanner, Solving ODEs I, II.4), from which every error is taken.
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,7 +24,10 @@ struct VerifyOptions {
   double duration = 2.0;            // s
   std::vector<MotionKind> motions;  // empty: all
   std::string tool;                 // link; empty: choose_tool()
+  // Called before each of the kRuns runs of a motion, counted from 1.
+  std::function<void(MotionKind, int run)> on_run;
 };
+inline constexpr int kRuns = 4;  // h, h/2, h/4, and h from a changed start
 
 struct JointError {
   std::string joint;

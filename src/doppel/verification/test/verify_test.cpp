@@ -29,7 +29,7 @@ struct Arm {
     World world;
     world.ground = false;
     world.integrator = integrator;
-    return verify({robot, model, BaseKind::fixed, world, {}}, {duration, std::move(motions), ""});
+    return verify({robot, model, BaseKind::fixed, world, {}}, {duration, std::move(motions), "", {}});
   }
 
   std::mt19937 random;
@@ -61,7 +61,7 @@ TEST(Verify, TheErrorIsTheDistanceFromTheExactMotion) {
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint}) {
     world.integrator = integrator;
     const MotionSubject subject{arm.robot, arm.model, BaseKind::fixed, world, {}};
-    const Verification found = verify(subject, {0.2, {MotionKind::smooth}, ""});
+    const Verification found = verify(subject, {0.2, {MotionKind::smooth}, "", {}});
     const Motion motion(subject, MotionKind::smooth, "base");
     const MotionRecord run = motion.run(0.2, 1);
     test::ReferenceMotion reference(motion.model(), world.gravity);
@@ -96,7 +96,7 @@ TEST(Verify, ADoublePendulumThatTurnsOverIsChaotic) {
   EngineOptions options;
   options.q0 = Eigen::Vector2d(3.4, 0.3);
   const Verification found =
-      verify({robot, model, BaseKind::fixed, world, options}, {10.0, {MotionKind::smooth}, ""});
+      verify({robot, model, BaseKind::fixed, world, options}, {10.0, {MotionKind::smooth}, "", {}});
   const MotionVerdict& motion = found.motions[0];
   ASSERT_TRUE(motion.chaotic_after);
   EXPECT_GT(*motion.chaotic_after, 0.5);
@@ -137,7 +137,7 @@ TEST(Verify, AnUnknownToolIsRefusedWithTheNearest) {
   const Arm arm(8);
   World world;
   try {
-    verify({arm.robot, arm.model, BaseKind::fixed, world, {}}, {0.1, {}, "bse"});
+    verify({arm.robot, arm.model, BaseKind::fixed, world, {}}, {0.1, {}, "bse", {}});
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("did you mean 'base'?"));
