@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <functional>
+
 #include "app/process.h"
 #include "doppel/audit/report_places.h"
 #include "doppel/twin/robot_setup.h"
@@ -14,6 +17,33 @@ AuditReport audit_target(DescriptionTarget& target, AuditOptions options) {
   options.datasheet_folder = root_folder() / "datasheets";
   return audit(target.target.description, target.arguments, target.resolver, options);
 }
+
+namespace {
+
+constexpr double kFarOff = 0.05, kSlideFarOff = 0.005;  // rad, m: from the target, at the effort limit
+constexpr double kAtEffortLimit = 0.98;
+
+// Joints that their drives have given up, though they may stand still now.
+void find_weak(const Twin& twin, Engine& engine,
+               const std::function<void(const char*, const std::string&, const std::string&)>& add) {
+  for (std::size_t j = 0; j < twin.model().joints.size(); ++j) {
+    const ModelJoint& joint = twin.model().joints[j];
+    const int index = static_cast<int>(j);
+    if (!joint.scalar() || engine.drive(index) != DriveMode::position) continue;
+    const bool slides = joint.type == JointType::prismatic;
+    const double off = engine.drive_target(index) - engine.q()[static_cast<std::size_t>(joint.q)];
+    const double limit = engine.servos()[j].effort;
+    if (std::abs(off) < (slides ? kSlideFarOff : kFarOff)) continue;
+    if (std::abs(engine.drive_effort()[j]) < kAtEffortLimit * limit) continue;
+    add("run.unrest", joint.name,
+        fmt::format(
+            "joint '{}' stands {:.3g} {} off where its drive holds it: its effort limit of {:.3g} {} does "
+            "not hold it",
+            joint.name, std::abs(off), slides ? "m" : "rad", limit, slides ? "N" : "N m"));
+  }
+}
+
+}  // namespace
 
 std::vector<Finding> judge_run(const Scenario& scenario) {
   constexpr Duration kRun{1'000'000'000};
@@ -48,6 +78,7 @@ std::vector<Finding> judge_run(const Scenario& scenario) {
         twin.model().joints[static_cast<std::size_t>(twin.model().find_joint(unrest.joint))];
     add("run.unrest", unrest.joint, to_string(unrest, joint.type == JointType::prismatic));
   }
+  if (out.empty()) find_weak(twin, twin.engine(), add);
   for (const OscillationReport& found : twin.oscillations())
     add("run.oscillation", found.joint, found.message);
   return out;

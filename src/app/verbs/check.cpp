@@ -105,7 +105,20 @@ void add_run(const CheckOptions& o, const DescriptionTarget& target, AuditReport
   scenario.arguments = target.arguments;
   scenario.bundled_robots = root_folder() / "robots";
   if (!o.controllers.empty()) scenario.controllers = o.controllers;
-  std::vector<Finding> found = judge_run(scenario);
+  std::vector<Finding> found;
+  try {
+    found = judge_run(scenario);
+  } catch (const InputError& error) {
+    for (const Diagnostic& problem : error.diagnostics()) {
+      Finding finding;
+      finding.rule = "run.refused";
+      finding.subject = fmt::format("robot '{}'", report.robot);
+      finding.message = problem.message;
+      finding.where = problem.where;
+      finding.mend = problem.mend;
+      found.push_back(std::move(finding));
+    }
+  }
   report.findings.insert(report.findings.begin(), std::make_move_iterator(found.begin()),
                          std::make_move_iterator(found.end()));
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <memory>
+#include <optional>
 
 #include "app/described_scenario.h"
 #include "app/tell.h"
@@ -21,13 +22,15 @@ namespace doppel::app {
 namespace {
 
 constexpr std::chrono::seconds kProgressEvery{2};
-constexpr double kLongest = 60.0;  // s: eight runs, whose samples are kept
+constexpr double kLongest = 60.0;                      // s
+constexpr double kFewestSteps = 10, kMostSteps = 2e5;  // of which samples are kept
 
 struct VerifyVerb {
   DescribedBy robot;
   std::string world, base = "auto", tool, integrator, plot;
   std::vector<std::string> motions;
-  double duration = 2.0, step = 0, within = 0;
+  double duration = 2.0, step = 0;
+  std::optional<double> within;
   bool json = false;
 };
 
@@ -71,15 +74,15 @@ void check_numbers(const VerifyVerb& options) {
         fmt::format("--step is {} s, but must be from {} to {}", options.step, kShortestStep, kLongestStep),
         "write 0.001 for a step of 1 ms");
   }
-  if (options.within < 0 || !std::isfinite(options.within))
+  if (options.within && !(*options.within > 0 && std::isfinite(*options.within)))
     throw InputError("cli.within", {}, "--within has to be a positive error, rad (m for slides)");
 }
 
 // False: a motion runs away, or errs by more than the user allows.
-bool good(const Verification& of, double within) {
+bool good(const Verification& of, const std::optional<double>& within) {
   for (const MotionVerdict& motion : of.motions) {
     if (motion.runs_away_after) return false;
-    if (within > 0 && std::max(motion.largest(false), motion.largest(true)) > within) return false;
+    if (within && std::max(motion.largest(false), motion.largest(true)) > *within) return false;
   }
   return true;
 }
@@ -103,19 +106,27 @@ int run_verify(const VerifyVerb& options) {
   Diagnostics diagnostics;
   Machine machine(scenario, diagnostics);
   print_diagnostics(diagnostics);
+  if (!options.plot.empty()) {
+    const std::vector<std::filesystem::path> sources = machine.files(scenario);
+    refuse_own_source(options.plot, sources, "write the picture to another file");
+  }
   World world = machine.setup.world;
   if (options.step > 0) world.step = from_seconds(options.step);
   if (!options.integrator.empty()) world.integrator = chosen_integrator(options.integrator);
   EngineOptions engine;
   engine.servos = machine.servos;
   engine.q0 = Eigen::Map<const Eigen::VectorXd>(machine.engine->q().data(), machine.model.nq);
+  const double steps = options.duration / to_seconds(world.step);
+  if (!(steps >= kFewestSteps && steps <= kMostSteps)) {
+    throw InputError(
+        "cli.duration", {},
+        fmt::format("{} s are {:.0f} steps of {:g} ms, but must be from {:.0f} to {:.0f}", options.duration,
+                    steps, to_seconds(world.step) * 1e3, kFewestSteps, kMostSteps),
+        "choose --duration or --step otherwise");
+  }
   const Verification result =
       verify({machine.setup.description.robot, machine.model, machine.base(), world, engine}, wanted);
-  if (!options.plot.empty()) {
-    const std::vector<std::filesystem::path> sources = machine.files(scenario);
-    refuse_own_source(options.plot, sources, "write the picture to another file");
-    deliver(verification_svg(result), options.plot);
-  }
+  if (!options.plot.empty()) deliver(verification_svg(result), options.plot);
   deliver(options.json ? verification_json(result) : verification_text(result));
   return good(result, options.within) ? 0 : 1;
 }

@@ -217,6 +217,8 @@ constexpr std::array kRules{
     RuleInfo{"run.oscillation", E, "a held joint oscillates",
              "whatever is measured at the joint is the shaking, not the robot",
              "do what the finding's cause says; doppel verify tells whether the step is to blame", kPhysics},
+    RuleInfo{"run.refused", E, "a robot that does not come up", "doppel up refuses it",
+             "do what the finding says", kPhysics},
     RuleInfo{"run.unrest", E, "a robot that nobody commands moves",
              "the start is not where the description puts it: a drive is too weak, or parts push each other",
              "do what the finding's cause says", kPhysics},

@@ -126,6 +126,7 @@ class Compiler {
     model_.nq += n.nq;
     model_.nv += n.nv;
     if (out.type != JointType::fixed) set_limits(joint, out);
+    set_stop(joint, out);
     joint_sources_.push_back(
         sources_.back() == nullptr ? nullptr : &joint);  // the added floating joint is not the user's
     const int index = static_cast<int>(model_.joints.size());
@@ -149,8 +150,8 @@ class Compiler {
 
   void set_limits(const Joint& joint, ModelJoint& out) {
     if (joint.dynamics) {
-      out.damping = joint.dynamics->damping;
-      out.friction = joint.dynamics->friction;
+      out.damping = not_negative(joint, joint.dynamics->damping, "damping");
+      out.friction = not_negative(joint, joint.dynamics->friction, "friction");
     }
     if (joint.limits) {
       out.effort = limit_or_unlimited(joint, joint.limits->effort, "effort");
@@ -167,34 +168,54 @@ class Compiler {
     // Crossed ones, of which the parser warned, bound the same range.
     out.lower = std::min(joint.limits->lower, joint.limits->upper);
     out.upper = std::max(joint.limits->lower, joint.limits->upper);
-    for (const GazeboExtension& extension : robot_.gazebo) {
-      if (extension.reference == joint.name) set_stop(extension, out);
-    }
   }
 
-  void set_stop(const GazeboExtension& extension, ModelJoint& out) {
-    const auto refuse = [&](const char* element, double value, const char* range) {
-      diagnostics_.warning("model.limit_stop", extension.source,
-                           fmt::format("<{}> of joint '{}' is {}, but must be {}; it has no effect", element,
-                                       out.name, value, range),
-                           "see docs/physics.md for what a limit stop is");
-    };
-    const double stiffness = extension.stop_stiffness.value_or(0.0);
-    const double restitution = extension.stop_restitution.value_or(0.0);
-    if (extension.stop_stiffness && !(stiffness > 0)) refuse("stopStiffness", stiffness, "above 0");
-    if (stiffness > 0) out.stop_stiffness = stiffness;
-    if (!extension.stop_restitution) return;
-    if (!(restitution >= 0 && restitution <= 1)) {
-      refuse("stopRestitution", restitution, "from 0 to 1");
-    } else if (!(stiffness > 0)) {
-      diagnostics_.warning("model.limit_stop", extension.source,
-                           fmt::format("joint '{}' has a <stopRestitution> without a <stopStiffness>; it has "
-                                       "no effect",
-                                       out.name),
-                           "write the stop's stiffness too, in N m/rad or N/m");
-    } else {
-      out.stop_restitution = restitution;
+  double not_negative(const Joint& joint, double written, const char* what) {
+    if (written >= 0) return written;
+    diagnostics_.warning(
+        "model.negative_dynamics", joint.source,
+        fmt::format("joint '{}' has the {} {}, which would feed it with energy; it is taken as 0", joint.name,
+                    what, written),
+        fmt::format("write the {} as a positive number", what));
+    return 0.0;
+  }
+
+  // All <gazebo> blocks of a joint together.
+  void set_stop(const Joint& joint, ModelJoint& out) {
+    std::optional<double> stiffness, restitution;
+    SourceLocation where;
+    for (const GazeboExtension& extension : robot_.gazebo) {
+      if (extension.reference != joint.name || (!extension.stop_stiffness && !extension.stop_restitution))
+        continue;
+      if (extension.stop_stiffness) stiffness = extension.stop_stiffness;
+      if (extension.stop_restitution) restitution = extension.stop_restitution;
+      where = extension.source;
     }
+    if (!stiffness && !restitution) return;
+    std::string problem;
+    if (!std::isfinite(out.lower) && !std::isfinite(out.upper)) {
+      problem = fmt::format(
+          "joint '{}' has no limits, so its <stopStiffness> and <stopRestitution> have no effect", out.name);
+    } else if (!stiffness) {
+      problem = fmt::format("joint '{}' has a <stopRestitution> without a <stopStiffness>; it has no effect",
+                            out.name);
+    } else if (!(*stiffness > 0 && *stiffness <= kStiffestStop)) {
+      problem = fmt::format(
+          "<stopStiffness> of joint '{}' is {}, but must be above 0 and at most {}; it has no effect",
+          out.name, *stiffness, kStiffestStop);
+    } else {
+      out.stop_stiffness = *stiffness;
+      if (restitution && *restitution >= 0 && *restitution <= 1) {
+        out.stop_restitution = *restitution;
+      } else if (restitution) {
+        problem =
+            fmt::format("<stopRestitution> of joint '{}' is {}, but must be from 0 to 1; {:.3g} is taken",
+                        out.name, *restitution, kCriticalRestitution);
+      }
+    }
+    if (!problem.empty())
+      diagnostics_.warning("model.limit_stop", where, problem,
+                           "see docs/physics.md for what a limit stop is");
   }
 
   void resolve_mimics() {

@@ -19,6 +19,7 @@ namespace doppel {
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 inline constexpr double kCriticalRestitution = 0.1353352832366127;  // exp(-2)
+inline constexpr double kStiffestStop = 1e12;                       // N m/rad or N/m
 
 struct ModelJoint {
   std::string name;

@@ -6,7 +6,8 @@
 //
 //   tau = clip(feed + stiffness * (reference - q) + damping * (reference_velocity - v), low, high)
 //
-// at the state that the step arrives at.
+// at the velocity that the step arrives at and, under euler, the position that it starts from; under the
+// schemes of higher order it is the mean over the step.
 
 #include <algorithm>
 

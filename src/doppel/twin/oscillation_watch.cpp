@@ -8,7 +8,8 @@
 namespace doppel {
 namespace {
 
-constexpr int kLeastTurns = 4;       // of the direction, in the window
+constexpr int kMostWindows = 5;      // in which a slow oscillation turns often enough
+constexpr int kLeastTurns = 4;       // of the direction
 constexpr double kStillThere = 0.5;  // of the first half's amplitude: what decays faster only settles
 constexpr double kArrived = 1e-9;    // rad or m between reference and target
 constexpr double kNearStep = 0.2;    // of the step's rate: a frequency above is the step's doing
@@ -27,18 +28,16 @@ bool carries(const Model& model, int link, const Contact& contact) {
 
 }  // namespace
 
-void OscillationWatch::open(Watched& watched, double q, double target, Time now) const {
-  const bool reported = watched.reported, waiting = watched.waiting;
-  const Oscillation what = watched.what;
-  watched = {};
-  watched.reported = reported;
-  watched.waiting = waiting;
-  watched.what = what;
+void OscillationWatch::open_window(Watched& watched, Time now) {
   watched.since = now;
-  watched.target = target;
-  watched.lowest = watched.highest = q;
-  watched.early_lowest = watched.late_lowest = kInfinity;
-  watched.early_highest = watched.late_highest = -kInfinity;
+  watched.lowest = watched.early_lowest = watched.late_lowest = kInfinity;
+  watched.highest = watched.early_highest = watched.late_highest = -kInfinity;
+}
+
+void OscillationWatch::restart(Watched& watched, Time now) {
+  watched.before = watched.sum = 0.0;
+  watched.steps = watched.turns = watched.windows = 0;
+  open_window(watched, now);
 }
 
 void OscillationWatch::look(const Engine& engine, Time now) {
@@ -48,39 +47,49 @@ void OscillationWatch::look(const Engine& engine, Time now) {
     Watched& watched = joints_[j];
     if (watched.reported || !joint.scalar() || joint.mimics()) continue;
     const double target = engine.drive_target(index);
-    const double q = engine.q()[static_cast<std::size_t>(joint.q)];
-    const bool held = engine.drive(index) == DriveMode::position &&
-                      std::abs(engine.drive_reference(index) - target) < kArrived;
-    if (!held || watched.since < Time{0} || target != watched.target || now < watched.since) {
-      open(watched, q, target, held ? now : Time{-1});
+    const bool held = engine.drive(index) == DriveMode::position && target == watched.target;
+    if (!held || !watched.arrived || now < watched.since) {
+      // A reference that has arrived may be dragged along later, by a load beyond the effort limit.
+      watched.arrived = held && std::abs(engine.drive_reference(index) - target) < kArrived;
+      watched.target = target;
+      restart(watched, now);
       continue;
     }
-    const bool early = now - watched.since < kOscillationTime / 2;
+    const double q = engine.q()[static_cast<std::size_t>(joint.q)];
+    watched.lowest = std::min(watched.lowest, q);
+    watched.highest = std::max(watched.highest, q);
+    const bool early = now - watched.since <= kOscillationTime / 2;
     double& low = early ? watched.early_lowest : watched.late_lowest;
     double& high = early ? watched.early_highest : watched.late_highest;
     low = std::min(low, q);
     high = std::max(high, q);
+    const bool rising = engine.v()[static_cast<std::size_t>(joint.v)] > 0;
+    if (watched.steps > 0 && rising != watched.rising) ++watched.turns;
+    watched.rising = rising;
     watched.sum += q;
     ++watched.steps;
-    const bool rising = engine.v()[static_cast<std::size_t>(joint.v)] > 0;
-    if (watched.steps > 1 && rising != watched.rising) ++watched.turns;
-    watched.rising = rising;
-    if (now - watched.since < kOscillationTime) continue;
-    judge(watched, index, engine);
-    open(watched, q, target, now);
+    if (now - watched.since >= kOscillationTime) judge(watched, index, now);
   }
 }
 
-void OscillationWatch::judge(Watched& watched, int joint, const Engine& engine) {
+void OscillationWatch::judge(Watched& watched, int joint, Time now) {
   const bool slides = model_.joints[static_cast<std::size_t>(joint)].type == JointType::prismatic;
-  const double amplitude = 0.5 * (watched.late_highest - watched.late_lowest);
-  const double before = 0.5 * (watched.early_highest - watched.early_lowest);
-  const double sag = std::abs(engine.drive_reference(joint) - watched.sum / watched.steps);
-  if (watched.turns < kLeastTurns || amplitude < kStillThere * before) return;
-  if (amplitude < (slides ? kLeastSlideOscillation : kLeastOscillation)) return;
-  if (amplitude < kOscillationSags * sag) return;
-  watched.what = {joint, amplitude, 0.5 * watched.turns / to_seconds(kOscillationTime), sag};
-  watched.reported = watched.waiting = found_ = true;
+  const double amplitude = 0.5 * (watched.highest - watched.lowest);
+  const double early = 0.5 * (watched.early_highest - watched.early_lowest);
+  const double sag = std::abs(watched.target - watched.sum / watched.steps);
+  const bool shakes = amplitude >= (slides ? kLeastSlideOscillation : kLeastOscillation) &&
+                      amplitude >= kStillThere * watched.before;
+  if (!shakes || watched.windows >= kMostWindows) return restart(watched, now);
+  ++watched.windows;
+  const double lasted = to_seconds(kOscillationTime) * watched.windows;
+  const double late = 0.5 * (watched.late_highest - watched.late_lowest);
+  if (watched.turns >= kLeastTurns && amplitude >= kOscillationSags * sag &&
+      (watched.windows > 1 || late >= kStillThere * early)) {
+    watched.what = {joint, amplitude, 0.5 * watched.turns / lasted, sag};
+    watched.reported = watched.waiting = found_ = true;
+  }
+  watched.before = amplitude;
+  open_window(watched, now);
 }
 
 std::vector<Oscillation> OscillationWatch::take() {

@@ -27,26 +27,30 @@ class OscillationWatch {
 
   // After every step. Nothing is allocated.
   void look(const Engine& engine, Time now);
-  // Whether next() has something.
+  // Whether take() has something.
   [[nodiscard]] bool found() const { return found_; }
   // The joints found since the last call; each is found once.
   std::vector<Oscillation> take();
 
  private:
+  // The windows of kOscillationTime in which a joint has shaken without a pause.
   struct Watched {
-    Time since{-1};  // the window's start; negative: none is open
+    bool arrived = false;  // the reference has reached the target since that changed
     double target = 0;
+    Time since{};                                // the window's start
     double lowest = 0, highest = 0;              // of q in the window
     double early_lowest = 0, early_highest = 0;  // in its first half
-    double late_lowest = 0, late_highest = 0;
-    double sum = 0;  // of q
-    int steps = 0, turns = 0;
+    double late_lowest = 0, late_highest = 0;    // in its second
+    double before = 0;                           // the amplitude in the window before
+    double sum = 0;                              // of q in all windows
+    int steps = 0, turns = 0, windows = 0;       // in all windows
     bool rising = false;
     bool reported = false, waiting = false;  // waiting: take() has not been called for it
     Oscillation what;
   };
-  void open(Watched& watched, double q, double target, Time now) const;
-  void judge(Watched& watched, int joint, const Engine& engine);
+  static void restart(Watched& watched, Time now);
+  static void open_window(Watched& watched, Time now);
+  void judge(Watched& watched, int joint, Time now);
 
   const Model& model_;
   std::vector<Watched> joints_;  // [joints]

@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kLeastKinetic = 1e-9;  // J: less is no motion whose energy could drift
 constexpr double kContactLook = 0.01;   // s: how often contacts are looked for, which costs a solution each
+constexpr double kThrown = 1.0;         // m/s and rad/s
 constexpr double kAside = 0.3;  // rad or m: the start of a fall beside the start pose, which may balance
 constexpr double kWay = 0.6;    // rad, of a move where limits allow it; a tenth of it in m
 
@@ -56,6 +57,12 @@ Eigen::VectorXd moved(const Model& model, Eigen::VectorXd q, double way, bool le
   return q;
 }
 
+std::size_t robot_contacts(const std::vector<Contact>& contacts) {
+  return static_cast<std::size_t>(std::count_if(contacts.begin(), contacts.end(), [](const Contact& contact) {
+    return contact.link_a >= 0 || contact.link_b >= 0;
+  }));
+}
+
 // As far as the velocity limits let a quintic go.
 Eigen::VectorXd reachable(const Model& model, const Eigen::VectorXd& from, Eigen::VectorXd to) {
   for (const ModelJoint& joint : model.joints) {
@@ -65,6 +72,19 @@ Eigen::VectorXd reachable(const Model& model, const Eigen::VectorXd& from, Eigen
   }
   model.apply_mimics(to);
   return to;
+}
+
+}  // namespace
+
+namespace {
+
+// The rotation vector between two orientations of a floating joint whose positions begin at `index`.
+Eigen::Vector3d turned(const Eigen::VectorXd& from, const Eigen::Ref<const Eigen::VectorXd>& to, int index) {
+  const auto rotation = [index](const auto& q) {
+    return Eigen::Quaterniond(q[index + 6], q[index + 3], q[index + 4], q[index + 5]);
+  };
+  const Eigen::AngleAxisd turn(rotation(from).conjugate() * rotation(to));
+  return turn.angle() * turn.axis();
 }
 
 }  // namespace
@@ -104,6 +124,7 @@ Motion::Motion(const MotionSubject& subject, MotionKind kind, const std::string&
     start_ = q;
   }
   tool_ = std::max(0, model_.find_link(tool));
+  list_coordinates();
   if (kind == MotionKind::smooth) start_ = moved(model_, start_, kAside, true);
   if (kind == MotionKind::fall) start_ = pose_beside(kAside);
   if (kind == MotionKind::move) goal_ = reachable(model_, start_, pose_beside(kWay));
@@ -120,8 +141,8 @@ bool Motion::touches(Engine& engine, const Eigen::VectorXd& goal) const {
     model_.apply_mimics(q);
     engine.set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
     engine.contacts(contacts);
-    if (i == 0) before = contacts.size();
-    if (contacts.size() > before) return true;
+    if (i == 0) before = robot_contacts(contacts);
+    if (robot_contacts(contacts) > before) return true;
   }
   return false;
 }
@@ -150,9 +171,31 @@ void Motion::command(Engine& engine, double time) const {
   }
 }
 
+void Motion::list_coordinates() {
+  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+    const ModelJoint& joint = model_.joints[j];
+    const int index = static_cast<int>(j);
+    if (free_joint(joint)) coordinates_.push_back({joint.name, joint.type == JointType::prismatic, index, 0});
+    if (joint.type != JointType::floating) continue;
+    constexpr std::array kParts{" x", " y", " z", " turn x", " turn y", " turn z"};
+    for (int i = 0; i < 6; ++i)
+      coordinates_.push_back({model_.links[static_cast<std::size_t>(joint.child_link)].name +
+                                  kParts[static_cast<std::size_t>(i)],
+                              i < 3, index, i});
+  }
+}
+
 void Motion::sample(const Engine& engine, double time, MotionRecord& out) const {
+  const Eigen::Map<const Eigen::VectorXd> q(engine.q().data(), model_.nq);
+  Eigen::VectorXd x(static_cast<Eigen::Index>(coordinates_.size()));
+  for (std::size_t i = 0; i < coordinates_.size(); ++i) {
+    const Coordinate& at = coordinates_[i];
+    const int index = model_.joints[static_cast<std::size_t>(at.joint)].q;
+    x[static_cast<Eigen::Index>(i)] =
+        at.component < 3 ? q[index + at.component] : turned(start_, q, index)[at.component - 3];
+  }
   out.time.push_back(time);
-  out.q.emplace_back(Eigen::Map<const Eigen::VectorXd>(engine.q().data(), model_.nq));
+  out.x.push_back(std::move(x));
   out.tool.push_back(engine.link_pose(tool_).translation());
 }
 
@@ -165,8 +208,13 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
   for (const ModelJoint& joint : model_.joints) {
     if (free_joint(joint)) q[joint.q] += offset;
   }
-  const std::vector<double> rest(static_cast<std::size_t>(model_.nv), 0.0);
-  engine->set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
+  std::vector<double> v(static_cast<std::size_t>(model_.nv), 0.0);
+  const bool floats = std::any_of(model_.joints.begin(), model_.joints.end(),
+                                  [](const ModelJoint& joint) { return joint.type == JointType::floating; });
+  if (kind_ == MotionKind::smooth && floats) {
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] = kThrown * (i % 3 == 0 ? 1.0 : i % 3 == 1 ? -0.7 : 0.4);
+  }
+  engine->set_state({q.data(), static_cast<std::size_t>(q.size())}, v);
   if (kind_ == MotionKind::hold || kind_ == MotionKind::move) {
     for (std::size_t j = 0; j < model_.joints.size(); ++j) {
       if (free_joint(model_.joints[j])) engine->set_drive(static_cast<int>(j), DriveMode::position);
@@ -179,7 +227,7 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
   double fastest = 0, drift = 0;
   std::vector<Contact> touching;
   if (contacts) engine->contacts(touching);
-  const std::size_t at_start = touching.size();
+  const std::size_t at_start = robot_contacts(touching);
   const int between_looks = std::max(1, static_cast<int>(kContactLook / h));
   sample(*engine, 0.0, out);
   for (int i = 1; i <= samples; ++i) {
@@ -194,7 +242,7 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
     sample(*engine, i * h, out);
     if (!contacts || out.touches_after || i % between_looks != 0) continue;
     engine->contacts(touching);
-    if (touching.size() > at_start) out.touches_after = i * h;
+    if (robot_contacts(touching) > at_start) out.touches_after = i * h;
   }
   out.diverged = engine->diverged();
   out.energy_drift = fastest > kLeastKinetic ? drift / fastest : 0.0;
@@ -212,7 +260,8 @@ std::string choose_tool(const Model& model) {
   std::vector<int> driven(model.links.size(), 0);
   for (std::size_t i = 1; i < model.links.size(); ++i) {
     const ModelJoint& joint = model.joints[static_cast<std::size_t>(model.links[i].joint)];
-    driven[i] = driven[static_cast<std::size_t>(joint.parent_link)] + (free_joint(joint) ? 1 : 0);
+    driven[i] = driven[static_cast<std::size_t>(joint.parent_link)] +
+                (free_joint(joint) || joint.type == JointType::floating ? 1 : 0);
     if (driven[i] > driven[best]) best = i;
   }
   return model.links[best].name;

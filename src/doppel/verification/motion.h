@@ -10,7 +10,8 @@
 namespace doppel {
 
 enum class MotionKind {
-  smooth,  // falls without drives, friction, damping, limits and contacts; mimics and slides are fixed
+  smooth,  // falls without drives, friction, damping, limits and contacts; mimics and slides are fixed, and a
+           // floating robot is thrown with a turn, for nothing would move in it else
   fall,    // falls as it is described, in its world, without drives
   hold,    // drives hold the start pose
   move,    // drives follow a quintic of kMoveTime, commanded once a step, to a pose with nothing in the way
@@ -31,10 +32,18 @@ struct MotionSubject {
   EngineOptions options;
 };
 
+// What is compared of a motion: the position of a free scalar joint, or one of the six of a floating joint,
+// whose rotation is the rotation vector from its start.
+struct Coordinate {
+  std::string name;     // of the joint; "base x", "base turn z"
+  bool slides = false;  // m, else rad
+  int joint = -1, component = 0;
+};
+
 struct MotionRecord {
   bool diverged = false;              // after the last sample
   std::vector<double> time;           // s, of each sample; the first is the start
-  std::vector<Eigen::VectorXd> q;     // [samples] of the model, as it moves
+  std::vector<Eigen::VectorXd> x;     // [samples] [coordinates]
   std::vector<Eigen::Vector3d> tool;  // [samples] p_WT, m
   std::optional<double>
       touches_after;        // s: contacts that there were not at the start; only where it was asked for
@@ -48,6 +57,7 @@ class Motion {
   Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool);
 
   [[nodiscard]] const Model& model() const { return model_; }
+  [[nodiscard]] const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   // The motion over `duration` s at world.step / `fineness`, sampled at every world.step. `offset`: added to
   // the start of every free joint, rad or m. `contacts`: they are looked for too.
   [[nodiscard]] MotionRecord run(double duration, int fineness, double offset = 0,
@@ -57,6 +67,7 @@ class Motion {
   [[nodiscard]] Eigen::VectorXd pose_beside(double way) const;
   [[nodiscard]] bool touches(Engine& engine, const Eigen::VectorXd& goal) const;
   void command(Engine& engine, double time) const;
+  void list_coordinates();
   void sample(const Engine& engine, double time, MotionRecord& out) const;
 
   MotionKind kind_;
@@ -65,6 +76,7 @@ class Motion {
   World world_;
   EngineOptions options_;
   int tool_ = 0;
+  std::vector<Coordinate> coordinates_;
   Eigen::VectorXd start_, goal_;  // [nq]
 };
 

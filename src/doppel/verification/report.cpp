@@ -85,6 +85,7 @@ Json optional_number(const std::optional<double>& value) {
 }  // namespace
 
 std::string verdict_line(const Verification& of, const MotionVerdict& motion) {
+  if (motion.joints.empty()) return fmt::format("{:<7} nothing moves", name_of(motion.kind));
   std::string out = fmt::format("{:<7} {} is good to ", name_of(motion.kind), step_text(of.step));
   const double span = std::round(motion.span * 100) / 100;
   if (std::max(motion.largest(false), motion.largest(true)) > kLost) {
@@ -93,6 +94,7 @@ std::string verdict_line(const Verification& of, const MotionVerdict& motion) {
   } else {
     out += fmt::format("{} over {:g} s", errors_of(motion), span);
   }
+  if (motion.order && *motion.order < kLeastSeenOrder) out += "; a shorter step errs no less";
   if (motion.touches_after) out += fmt::format("; touches after {:.2f} s", *motion.touches_after);
   if (motion.runs_away_after)
     return out + fmt::format("; it runs away after {:.2f} s", *motion.runs_away_after);

@@ -21,83 +21,68 @@ struct Runs {
 
   // That all have; at least the start.
   [[nodiscard]] std::size_t samples() const {
-    return std::min({at[0].q.size(), at[1].q.size(), at[2].q.size(), beside.q.size()});
+    return std::min({at[0].x.size(), at[1].x.size(), at[2].x.size(), beside.x.size()});
   }
 };
 
-std::vector<const ModelJoint*> free_joints(const Model& model) {
-  std::vector<const ModelJoint*> out;
-  for (const ModelJoint& joint : model.joints) {
-    if (joint.scalar() && !joint.mimics()) out.push_back(&joint);
-  }
-  return out;
-}
-
 // The first sample at which the perturbation has grown by kChaoticGrowth; none: it has not.
-std::optional<std::size_t> chaotic_from(const Runs& runs, const std::vector<const ModelJoint*>& joints) {
+std::optional<std::size_t> chaotic_from(const Runs& runs) {
   for (std::size_t i = 0; i < runs.samples(); ++i) {
-    for (const ModelJoint* joint : joints) {
-      if (std::abs(runs.beside.q[i][joint->q] - runs.at[0].q[i][joint->q]) > kChaoticGrowth * kPerturbation)
-        return i;
-    }
+    if (runs.at[0].x[i].size() > 0 &&
+        (runs.beside.x[i] - runs.at[0].x[i]).lpNorm<Eigen::Infinity>() > kChaoticGrowth * kPerturbation)
+      return i;
   }
   return std::nullopt;
 }
 
-std::optional<double> order_seen(const Runs& runs, const std::vector<const ModelJoint*>& joints,
-                                 std::size_t samples) {
-  double coarse = 0, fine = 0;
+std::optional<double> order_seen(const Runs& runs, std::size_t samples) {
+  double coarse = 0, fine = 0, count = 0;
   for (std::size_t i = 0; i < samples; ++i) {
-    for (const ModelJoint* joint : joints) {
-      coarse += std::pow(runs.at[0].q[i][joint->q] - runs.at[1].q[i][joint->q], 2);
-      fine += std::pow(runs.at[1].q[i][joint->q] - runs.at[2].q[i][joint->q], 2);
-    }
+    coarse += (runs.at[0].x[i] - runs.at[1].x[i]).squaredNorm();
+    fine += (runs.at[1].x[i] - runs.at[2].x[i]).squaredNorm();
+    count += static_cast<double>(runs.at[0].x[i].size());
   }
-  const double count = static_cast<double>(std::max<std::size_t>(1, samples * joints.size()));
-  if (std::sqrt(fine / count) < kRounding || std::sqrt(coarse / count) < kRounding) return std::nullopt;
+  if (!(std::sqrt(std::min(coarse, fine) / std::max(1.0, count)) >= kRounding)) return std::nullopt;
   return 0.5 * std::log2(coarse / fine);
 }
 
 class Judge {
  public:
-  Judge(const Runs& runs, const Model& model, double order)
-      : runs_(runs), joints_(free_joints(model)), factor_(1.0 / (std::exp2(order) - 1.0)) {}
+  Judge(const Runs& runs, const std::vector<Coordinate>& coordinates, double order)
+      : runs_(runs), coordinates_(coordinates), factor_(1.0 / (std::exp2(order) - 1.0)) {}
 
   void write(MotionVerdict& out, std::size_t samples) const {
-    for (const ModelJoint* joint : joints_)
-      out.joints.push_back({joint->name, joint->type == JointType::prismatic, 0, 0});
+    for (const Coordinate& coordinate : coordinates_)
+      out.joints.push_back({coordinate.name, coordinate.slides, 0, 0});
     for (std::size_t i = 0; i < runs_.samples(); ++i) {
-      double worst[3] = {};
-      for (std::size_t j = 0; j < joints_.size(); ++j) {
-        for (int step = 0; step < 3; ++step)
-          worst[step] = std::max(worst[step], error(step, i, joints_[j]->q));
-        if (i >= samples) continue;
-        out.joints[j].at_end = error(0, i, joints_[j]->q);
-        out.joints[j].largest = std::max(out.joints[j].largest, out.joints[j].at_end);
-      }
       out.curve.time.push_back(runs_.at[0].time[i]);
-      for (int step = 0; step < 3; ++step) out.curve.error[step].push_back(worst[step]);
-      if (i >= samples) continue;
-      if (worst[0] < kStillGood && out.good_until == out.curve.time[i > 0 ? i - 1 : 0])
-        out.good_until = out.curve.time[i];
-      out.tool_at_end = tool_error(i);
-      out.tool_largest = std::max(out.tool_largest, out.tool_at_end);
+      const Eigen::VectorXd exact = extrapolated(runs_.at[1].x[i], runs_.at[2].x[i]);
+      for (int step = 0; step < 3; ++step) {
+        const Eigen::VectorXd error = (runs_.at[step].x[i] - exact).cwiseAbs();
+        out.curve.error[step].push_back(error.size() > 0 ? error.maxCoeff() : 0.0);
+        if (step == 0 && i < samples) write_errors(out, i, error);
+      }
     }
   }
 
  private:
-  [[nodiscard]] double error(int step, std::size_t i, int q) const {
-    const double finest = runs_.at[2].q[i][q];
-    const double exact = finest + factor_ * (finest - runs_.at[1].q[i][q]);
-    return std::abs(runs_.at[step].q[i][q] - exact);
+  template <typename Vector>
+  [[nodiscard]] Vector extrapolated(const Vector& half, const Vector& quarter) const {
+    return quarter + factor_ * (quarter - half);
   }
-  [[nodiscard]] double tool_error(std::size_t i) const {
-    const Eigen::Vector3d& finest = runs_.at[2].tool[i];
-    return (runs_.at[0].tool[i] - finest - factor_ * (finest - runs_.at[1].tool[i])).norm();
+  void write_errors(MotionVerdict& out, std::size_t i, const Eigen::VectorXd& error) const {
+    for (std::size_t j = 0; j < out.joints.size(); ++j) {
+      out.joints[j].at_end = error[static_cast<Eigen::Index>(j)];
+      out.joints[j].largest = std::max(out.joints[j].largest, out.joints[j].at_end);
+    }
+    const bool good_so_far = i == 0 || out.good_until == out.curve.time[i - 1];
+    if (good_so_far && out.curve.error[0].back() < kStillGood) out.good_until = out.curve.time[i];
+    out.tool_at_end = (runs_.at[0].tool[i] - extrapolated(runs_.at[1].tool[i], runs_.at[2].tool[i])).norm();
+    out.tool_largest = std::max(out.tool_largest, out.tool_at_end);
   }
 
   const Runs& runs_;
-  std::vector<const ModelJoint*> joints_;
+  const std::vector<Coordinate>& coordinates_;
   double factor_;
 };
 
@@ -118,14 +103,14 @@ MotionVerdict judge(const MotionSubject& subject, MotionKind kind, const VerifyO
   }
   announce(kRuns);
   runs.beside = motion.run(options.duration, 1, kPerturbation);
-  const auto joints = free_joints(motion.model());
-  const std::optional<std::size_t> chaos = chaotic_from(runs, joints);
+  const std::optional<std::size_t> chaos = chaotic_from(runs);
   const std::size_t samples = chaos.value_or(runs.samples());
   if (chaos) out.chaotic_after = runs.at[0].time[*chaos];
   out.span = runs.at[0].time[std::max<std::size_t>(samples, 1) - 1];
-  out.order = order_seen(runs, joints, samples);
+  out.order = order_seen(runs, samples);
   const double most = step_scheme(subject.world.integrator).order;
-  Judge(runs, motion.model(), std::clamp(out.order.value_or(most), kLeastOrder, most)).write(out, samples);
+  Judge(runs, motion.coordinates(), std::clamp(out.order.value_or(most), kLeastSeenOrder, most))
+      .write(out, samples);
   out.touches_after = runs.at[0].touches_after;
   if (kind == MotionKind::smooth) out.energy_drift = runs.at[0].energy_drift;
   return out;
@@ -141,7 +126,9 @@ double MotionVerdict::largest(bool slides) const {
   return out;
 }
 
-Verification verify(const MotionSubject& subject, const VerifyOptions& options) {
+Verification verify(const MotionSubject& asked, const VerifyOptions& options) {
+  MotionSubject subject = asked;
+  subject.world.step -= subject.world.step % kFineness[2];  // times are whole nanoseconds
   Verification out;
   out.robot = subject.model.name;
   out.world = subject.world.name;

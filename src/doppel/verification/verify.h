@@ -16,9 +16,10 @@ namespace doppel {
 
 inline constexpr double kPerturbation = 1e-9;  // rad or m, of the start
 inline constexpr double kChaoticGrowth =
-    1e6;                                    // of the perturbation: then no step makes the motion repeatable
-inline constexpr double kLost = 0.1;        // rad or m: an error above is another motion
-inline constexpr double kStillGood = 0.01;  // rad or m, until when such a motion is called good
+    1e6;                              // of the perturbation: then no step makes the motion repeatable
+inline constexpr double kLost = 0.1;  // rad or m: an error above is another motion
+inline constexpr double kLeastSeenOrder = 0.5;  // less: the error does not shrink with the step
+inline constexpr double kStillGood = 0.01;      // rad or m, until when such a motion is called good
 
 struct VerifyOptions {
   double duration = 2.0;            // s
@@ -64,7 +65,8 @@ struct Verification {
   std::vector<MotionVerdict> motions;
 };
 
-// Throws InputError: the engine refuses the robot; there is no link of the tool's name.
+// The step is cut to a multiple of 4 ns. Throws InputError: the engine refuses the robot; there is no link of
+// the tool's name.
 Verification verify(const MotionSubject& subject, const VerifyOptions& options);
 
 // "move    1 ms is good to 0.4 mrad (tool 0.2 mm) over 2 s"

@@ -59,10 +59,7 @@ void MujocoEngine::reset() {
   steps_ = 0;
   std::fill(rotors_.begin(), rotors_.end(), 0.0);
   for (Drive& drive : drives_) drive.start(DriveMode::limp, 0.0);
-  for (JointSpring& spring : springs_) {
-    spring.on = false;
-    spring.bound = 0;
-  }
+  for (JointSpring& spring : springs_) spring.on = false;
   scheme_ = &step_scheme(world_.integrator);
   write_armature();
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(model_.nv);
@@ -81,6 +78,10 @@ void MujocoEngine::set_state(std::span<const double> q, std::span<const double> 
   std::fill_n(d()->qacc_warmstart, m()->nv, 0.0);
   std::fill(effort_.begin(), effort_.end(), 0.0);
   for (Drive& drive : drives_) drive.follow(q_[model_.joints[drive.joint()].q]);
+  for (std::size_t k = 0; k < springs_.size(); ++k) {
+    springs_[k].bound = 0;
+    if (k >= drives_.size()) springs_[k].on = false;  // what was touched before is not what is touched now
+  }
   diverged_ = !state_->refresh() || ran_away();
 }
 
@@ -151,7 +152,13 @@ MujocoEngine::Energy MujocoEngine::energy() const {
   m()->opt.enableflags = flags;
   double kinetic = d()->energy[1];  // with that of the armature, which no mass stands behind
   for (int v = 0; v < model_.nv; ++v) kinetic -= 0.5 * m()->dof_armature[v] * d()->qvel[v] * d()->qvel[v];
-  return {d()->energy[0], kinetic};
+  double potential = d()->energy[0];
+  for (std::size_t i = 0; any_weightless_ && i < model_.links.size(); ++i) {
+    const ModelLink& link = model_.links[i];
+    if (!link.weightless || !link.inertia) continue;
+    potential += link.inertia->mass * world_.gravity.dot(link_pose(static_cast<int>(i)) * link.inertia->com);
+  }
+  return {potential, kinetic};
 }
 
 Contact MujocoEngine::describe(const mjContact& contact) const {

@@ -146,7 +146,10 @@ class MujocoEngine final : public Engine {
   void make_drives(const EngineOptions& options);
   void make_springs();
   void size_stages();
-  double moved_inertia(int v);
+  double moved_inertia(int joint);
+  double inertia_at(int v);
+  [[nodiscard]] bool robot_touches() const;
+  void pull_back_turns(int i);
   void meet_stop(JointSpring& stop);
   void begin_step();
   bool write_armature();
@@ -202,6 +205,7 @@ class MujocoEngine final : public Engine {
   std::vector<double> linear_damping_, linear_stiffness_;
   std::array<std::vector<double>, kMostStages> k_q_, k_v_;
   std::vector<double> move_;
+  std::vector<int> turning_;                    // first degrees of freedom of free rotations
   std::vector<double> asked_;                   // [springs] law of the stages, weighted
   std::vector<AppliedWrench> wrenches_;         // [links]
   std::vector<AppliedWrench> object_wrenches_;  // [objects]

@@ -209,20 +209,57 @@ TEST(Step, AClippedDriveHasNoImplicitDamper) {
   }
 }
 
-// Whatever is held and thrown at it, a drive never gives more than its limit, and small bodies do not jump.
-TEST(Step, DrivesStayWithinTheirEffortLimits) {
+// Whatever is held and thrown at it, a drive never gives more than its limit: the effort that acted, found
+// from the motion by Newton-Euler, is the one that is reported. `implicit` clips by euler's acceleration and
+// is left out.
+TEST(Step, DrivesGiveWhatIsReportedAndStayWithinTheirEffortLimits) {
   std::mt19937 random(9);
+  const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+  Rig sized(robot);
+  EngineOptions options;
+  options.servos.assign(sized.engine->servos().begin(), sized.engine->servos().end());
+  for (ServoParameters& servo : options.servos) {
+    servo.effort = 0.3;
+    servo.velocity = 3.0;
+  }
+  Rig rig(robot, space_with(Integrator::euler), options);
+  rig.hold_all();
+  ReferenceMotion reference(rig.model, rig.world.gravity);
+  std::uniform_real_distribution<double> unit(-2, 2);
+  const auto state = [&rig] {
+    return Motion{Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), 6),
+                  Eigen::Map<const Eigen::VectorXd>(rig.engine->v().data(), 6)};
+  };
+  int clipped = 0;
+  for (int i = 0; i < 2000; ++i) {
+    if (i % 100 == 0) {
+      for (int j = 0; j < 6; ++j) rig.engine->set_target(j, unit(random));
+    }
+    const Motion before = state();
+    rig.engine->step();
+    Eigen::MatrixXd M;
+    Eigen::VectorXd bias;
+    reference.evaluate(before, M, bias);
+    const Eigen::VectorXd acted = M * (state().v - before.v) / 1e-3 + bias;
+    for (int j = 0; j < 6; ++j) {
+      ASSERT_LE(std::abs(acted[j]), 0.3 + 1e-7) << "step " << i;
+      ASSERT_NEAR(acted[j], rig.engine->drive_effort()[static_cast<std::size_t>(j)], 1e-7) << "step " << i;
+      clipped += std::abs(acted[j]) > 0.3 - 1e-7 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(clipped, 1000);
+}
+
+TEST(Step, DrivesAreClippedUnderEveryIntegratorWithoutRunningAway) {
+  std::mt19937 random(10);
   for (const Integrator integrator : kAll) {
     SCOPED_TRACE(name_of(integrator));
-    const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
-    Rig sized(robot);
-    EngineOptions options;
-    options.servos.assign(sized.engine->servos().begin(), sized.engine->servos().end());
-    for (ServoParameters& servo : options.servos) {
-      servo.effort = 0.3;
-      servo.velocity = 3.0;
+    RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+    for (Joint& joint : robot.joints) {
+      joint.type = JointType::revolute;
+      test::limit(joint, -3, 3, 0.3, 3);
     }
-    Rig rig(robot, space_with(integrator), options);
+    Rig rig(robot, space_with(integrator));
     rig.hold_all();
     std::uniform_real_distribution<double> unit(-2, 2);
     for (int i = 0; i < 2000; ++i) {
@@ -230,10 +267,76 @@ TEST(Step, DrivesStayWithinTheirEffortLimits) {
         for (int j = 0; j < 6; ++j) rig.engine->set_target(j, unit(random));
       }
       rig.engine->step();
-      for (const double effort : rig.engine->drive_effort()) ASSERT_LE(std::abs(effort), 0.3 + 1e-12);
     }
     EXPECT_FALSE(rig.engine->diverged());
+    for (const double v : rig.engine->v()) EXPECT_LT(std::abs(v), 100);
   }
+}
+
+// What springs and dampers add to the matrix of the step is no inertia: the energy is that of the masses.
+TEST(Step, EnergyOfADrivenMotionIsThatOfItsMasses) {
+  std::mt19937 random(11);
+  RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+  for (Joint& joint : robot.joints) joint.dynamics = JointDynamics{0.5, 0.0, {}};
+  for (const Integrator integrator : kAll) {
+    Rig rig(robot, space_with(integrator));
+    rig.hold_all();
+    for (int j = 0; j < 6; ++j) rig.engine->set_target(j, 1.0);
+    rig.run(0.05);
+    ReferenceMotion reference(rig.model, rig.world.gravity);
+    const Motion at{Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), 6),
+                    Eigen::Map<const Eigen::VectorXd>(rig.engine->v().data(), 6)};
+    Eigen::MatrixXd M;
+    Eigen::VectorXd bias;
+    reference.evaluate(at, M, bias);
+    const double kinetic = 0.5 * at.v.dot(M * at.v);
+    ASSERT_GT(kinetic, 1e-6);
+    EXPECT_NEAR(rig.engine->kinetic_energy(), kinetic, 1e-9 * kinetic) << name_of(integrator);
+  }
+}
+
+// A body that tumbles freely keeps its energy and angular momentum; what a step loses of them shrinks with
+// the order.
+TEST(Step, ATumblingBodyConvergesWithTheOrderOfItsScheme) {
+  RobotDescription robot;
+  robot.name = "tumbler";
+  robot.links = {test::make_link("body", 1.0, {0, 0, 0}, {0.02, 0.05, 0.06})};
+  const auto end_of = [&](Integrator integrator, double step) {
+    World space = space_with(integrator, step);
+    space.gravity.setZero();
+    Rig rig(robot, space, {}, BaseKind::floating);
+    rig.set_state({0, 0, 0, 0, 0, 0, 1}, {0.1, 0.2, 0.3, 2.0, 7.0, 1.0});
+    rig.run(0.5);
+    return Eigen::Quaterniond(rig.engine->link_pose(rig.model.find_link("body")).linear());
+  };
+  const Eigen::Quaterniond exact = end_of(Integrator::rk4, 1e-4);
+  for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
+    const double coarse = end_of(integrator, 4e-3).angularDistance(exact);
+    const double fine = end_of(integrator, 2e-3).angularDistance(exact);
+    EXPECT_NEAR(std::log2(coarse / fine), step_scheme(integrator).order, 0.35)
+        << name_of(integrator) << " " << coarse << " " << fine;
+  }
+}
+
+// A loose object that lies somewhere else leaves the robot its order.
+TEST(Step, MidpointKeepsItsOrderWhileAnObjectLiesOnTheGround) {
+  std::mt19937 random(12);
+  RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+  const auto end_of = [&](Integrator integrator, double step, bool with_puck) {
+    World world = space_with(integrator, step);
+    if (with_puck) {
+      world.ground = true;
+      world.objects.push_back(test::make_object("puck", Box{{0.1, 0.1, 0.02}}, {30, 0, 0.01}, 0.2));
+    }
+    Rig rig(robot, world);
+    rig.set_state({0.5, -0.4, 0.3, 0.2, 0.1, 0.6});
+    rig.run(0.2);
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), 6));
+  };
+  const Eigen::VectorXd exact = end_of(Integrator::rk4, 2.5e-4, false);
+  const double alone = (end_of(Integrator::midpoint, 1e-3, false) - exact).norm();
+  const double beside = (end_of(Integrator::midpoint, 1e-3, true) - exact).norm();
+  EXPECT_NEAR(beside, alone, 0.01 * alone);
 }
 
 }  // namespace

@@ -46,6 +46,27 @@ TEST(OscillationWatch, AShakenJointIsReportedOnceWithItsFrequency) {
   EXPECT_THAT(text, HasSubstr("Hz while its drive holds it"));
 }
 
+TEST(OscillationWatch, ASlowOscillationIsReportedAfterItHasTurnedOftenEnough) {
+  Rig rig(pendulum());
+  rig.hold_all();
+  const auto found =
+      watched(rig, 3.0, [](double t) { return 30.0 * std::sin(2 * std::numbers::pi * 4 * t); });
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_NEAR(found[0].frequency, 4, 1.0);
+}
+
+// A load that swings beyond the effort limit drags the reference along with the joint.
+TEST(OscillationWatch, AShakeBeyondTheEffortLimitIsReported) {
+  RobotDescription robot = pendulum();
+  robot.joints[0].limits->effort = 5.0;
+  Rig rig(robot);
+  rig.hold_all();
+  const auto found =
+      watched(rig, 3.0, [](double t) { return 12.0 * std::sin(2 * std::numbers::pi * 8 * t); });
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_NEAR(found[0].frequency, 8, 2.0);
+}
+
 TEST(OscillationWatch, AHeldJointIsNotReported) {
   Rig rig(pendulum());
   rig.set_state({1.0});

@@ -65,14 +65,14 @@ TEST(Verify, TheErrorIsTheDistanceFromTheExactMotion) {
     const Motion motion(subject, MotionKind::smooth, "base");
     const MotionRecord run = motion.run(0.2, 1);
     test::ReferenceMotion reference(motion.model(), world.gravity);
-    test::Motion exact{run.q.front(), Eigen::VectorXd::Zero(motion.model().nv)};
+    test::Motion exact{run.x.front(), Eigen::VectorXd::Zero(motion.model().nv)};
     for (int i = 0; i < 2000; ++i) {
       reference.step(exact, 1e-4,
                      [&](const test::Motion&) { return Eigen::VectorXd::Zero(motion.model().nv).eval(); });
     }
     for (std::size_t j = 0; j < found.motions[0].joints.size(); ++j) {
       const double truth =
-          std::abs(run.q.back()[static_cast<Eigen::Index>(j)] - exact.q[static_cast<Eigen::Index>(j)]);
+          std::abs(run.x.back()[static_cast<Eigen::Index>(j)] - exact.q[static_cast<Eigen::Index>(j)]);
       EXPECT_NEAR(found.motions[0].joints[j].at_end, truth, 0.1 * truth + 1e-9);
     }
   }
@@ -131,6 +131,63 @@ TEST(Verify, TextJsonAndPictureSayTheSame) {
     EXPECT_THAT(line, HasSubstr("1 ms is good to"));
   }
   EXPECT_THAT(svg, HasSubstr("0.25 ms"));
+}
+
+TEST(Verify, AFloatingRobotIsJudgedByItsBaseToo) {
+  RobotDescription robot;
+  robot.name = "tumbler";
+  robot.links = {test::make_link("body", 1.0, {0, 0, 0}, {0.02, 0.05, 0.06})};
+  Diagnostics diagnostics;
+  const Model model = compile_model(robot, BaseKind::floating, diagnostics);
+  World world;
+  world.step = from_seconds(0.02);
+  for (const Integrator integrator : kAll) {
+    world.integrator = integrator;
+    const Verification found =
+        verify({robot, model, BaseKind::floating, world, {}}, {3.0, {MotionKind::smooth}, "", {}});
+    ASSERT_EQ(found.motions[0].joints.size(), 6U);
+    EXPECT_EQ(found.tool, "body");
+    EXPECT_EQ(found.motions[0].joints[5].joint, "body turn z");
+    ASSERT_TRUE(found.motions[0].order) << verification_text(found);
+    EXPECT_NEAR(*found.motions[0].order, step_scheme(integrator).order, 0.3);
+  }
+}
+
+TEST(Verify, WhereNothingMovesItSaysSo) {
+  RobotDescription robot;
+  robot.name = "post";
+  robot.links = {test::make_frame("post")};
+  Diagnostics diagnostics;
+  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
+  const Verification found = verify({robot, model, BaseKind::fixed, {}, {}}, {0.1, {}, "", {}});
+  for (const MotionVerdict& motion : found.motions)
+    EXPECT_THAT(verdict_line(found, motion), HasSubstr("nothing moves"));
+  EXPECT_THAT(verification_svg(found), HasSubstr("</svg>"));
+}
+
+TEST(Verify, AStepThatFourDoesNotDivideIsCut) {
+  const Arm arm(9);
+  World world;
+  world.ground = false;
+  world.integrator = Integrator::rk4;
+  world.step = Duration{4'166'667};
+  const Verification found =
+      verify({arm.robot, arm.model, BaseKind::fixed, world, {}}, {0.3, {MotionKind::smooth}, "", {}});
+  EXPECT_NEAR(found.step, 4'166'664e-9, 1e-15);
+  ASSERT_TRUE(found.motions[0].order);
+  EXPECT_NEAR(*found.motions[0].order, 4, 0.5);
+}
+
+TEST(Verify, LinksWithoutGravityKeepTheirEnergy) {
+  Arm arm(10);
+  GazeboExtension floating;
+  floating.reference = arm.robot.links[3].name;
+  floating.gravity = false;
+  arm.robot.gazebo.push_back(floating);
+  arm.model = compile_model(arm.robot, BaseKind::fixed, arm.diagnostics);
+  const Verification found = arm.verified(Integrator::rk4, {MotionKind::smooth});
+  ASSERT_TRUE(found.motions[0].energy_drift);
+  EXPECT_LT(*found.motions[0].energy_drift, 1e-6);
 }
 
 TEST(Verify, AnUnknownToolIsRefusedWithTheNearest) {
