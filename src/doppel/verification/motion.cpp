@@ -76,19 +76,6 @@ Eigen::VectorXd reachable(const Model& model, const Eigen::VectorXd& from, Eigen
 
 }  // namespace
 
-namespace {
-
-// The rotation vector between two orientations of a floating joint whose positions begin at `index`.
-Eigen::Vector3d turned(const Eigen::VectorXd& from, const Eigen::Ref<const Eigen::VectorXd>& to, int index) {
-  const auto rotation = [index](const auto& q) {
-    return Eigen::Quaterniond(q[index + 6], q[index + 3], q[index + 4], q[index + 5]);
-  };
-  const Eigen::AngleAxisd turn(rotation(from).conjugate() * rotation(to));
-  return turn.angle() * turn.axis();
-}
-
-}  // namespace
-
 const char* name_of(MotionKind kind) {
   constexpr std::array kNames{"smooth", "fall", "hold", "move"};
   return kNames[static_cast<std::size_t>(kind)];
@@ -177,8 +164,8 @@ void Motion::list_coordinates() {
     const int index = static_cast<int>(j);
     if (free_joint(joint)) coordinates_.push_back({joint.name, joint.type == JointType::prismatic, index, 0});
     if (joint.type != JointType::floating) continue;
-    constexpr std::array kParts{" x", " y", " z", " turn x", " turn y", " turn z"};
-    for (int i = 0; i < 6; ++i)
+    constexpr std::array kParts{" x", " y", " z", " turn x", " turn y", " turn z", " turn w"};
+    for (int i = 0; i < 7; ++i)
       coordinates_.push_back({model_.links[static_cast<std::size_t>(joint.child_link)].name +
                                   kParts[static_cast<std::size_t>(i)],
                               i < 3, index, i});
@@ -191,8 +178,7 @@ void Motion::sample(const Engine& engine, double time, MotionRecord& out) const 
   for (std::size_t i = 0; i < coordinates_.size(); ++i) {
     const Coordinate& at = coordinates_[i];
     const int index = model_.joints[static_cast<std::size_t>(at.joint)].q;
-    x[static_cast<Eigen::Index>(i)] =
-        at.component < 3 ? q[index + at.component] : turned(start_, q, index)[at.component - 3];
+    x[static_cast<Eigen::Index>(i)] = (at.component < 3 ? 1.0 : 2.0) * q[index + at.component];
   }
   out.time.push_back(time);
   out.x.push_back(std::move(x));

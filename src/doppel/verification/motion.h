@@ -35,7 +35,7 @@ struct MotionSubject {
 // What is compared of a motion: the position of a free scalar joint, or one of the six of a floating joint,
 // whose rotation is the rotation vector from its start.
 struct Coordinate {
-  std::string name;     // of the joint; "base x", "base turn z"
+  std::string name;     // of the joint; "base x", "base turn w"
   bool slides = false;  // m, else rad
   int joint = -1, component = 0;
 };

@@ -145,7 +145,7 @@ TEST(Verify, AFloatingRobotIsJudgedByItsBaseToo) {
     world.integrator = integrator;
     const Verification found =
         verify({robot, model, BaseKind::floating, world, {}}, {3.0, {MotionKind::smooth}, "", {}});
-    ASSERT_EQ(found.motions[0].joints.size(), 6U);
+    ASSERT_EQ(found.motions[0].joints.size(), 7U);
     EXPECT_EQ(found.tool, "body");
     EXPECT_EQ(found.motions[0].joints[5].joint, "body turn z");
     ASSERT_TRUE(found.motions[0].order) << verification_text(found);
