@@ -8,6 +8,7 @@
 
 #include "doppel/kinematics/test/integrate.h"
 #include "doppel/physics/step_scheme.h"
+#include "doppel/physics/test/allocation_counter.h"
 #include "doppel/physics/test/engine_fixture.h"
 #include "doppel/physics/test/reference_motion.h"
 
@@ -337,6 +338,36 @@ TEST(Step, MidpointKeepsItsOrderWhileAnObjectLiesOnTheGround) {
   const double alone = (end_of(Integrator::midpoint, 1e-3, false) - exact).norm();
   const double beside = (end_of(Integrator::midpoint, 1e-3, true) - exact).norm();
   EXPECT_NEAR(beside, alone, 0.01 * alone);
+}
+
+// With drives that meet and leave their limits, stops that are hit, a follower, and an object on the ground.
+TEST(Step, NothingIsAllocatedUnderAnyIntegrator) {
+  std::mt19937 random(13);
+  RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
+  for (Joint& joint : robot.joints) {
+    joint.type = JointType::revolute;
+    test::limit(joint, -0.4, 0.4, 0.5, 3);
+    GazeboExtension stop;
+    stop.reference = joint.name;
+    stop.stop_stiffness = 50.0;
+    robot.gazebo.push_back(stop);
+  }
+  robot.joints[5].mimic = Mimic{robot.joints[4].name, 1, 0, {}};
+  for (const Integrator integrator : kAll) {
+    World world = space_with(integrator);
+    world.ground = true;
+    world.objects.push_back(test::make_object("ball", Sphere{0.05}, {20, 0, 0.1}, 0.2));
+    Rig rig(robot, world);
+    rig.hold_all();
+    for (int i = 0; i < 10; ++i) rig.engine->step();
+    const std::uint64_t before = test::heap_allocations();
+    for (int i = 0; i < 1000; ++i) {
+      for (int j = 0; j < 5; ++j) rig.engine->set_target(j, i % 200 < 100 ? 1.0 : -1.0);
+      rig.engine->step();
+    }
+    EXPECT_EQ(test::heap_allocations() - before, 0U) << name_of(integrator);
+    EXPECT_FALSE(rig.engine->diverged());
+  }
 }
 
 }  // namespace
