@@ -187,6 +187,22 @@ TEST_F(Reload, WhatCannotBeUsedChangesNothing) {
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-4) << name;
 }
 
+// Refused before anything that runs is let go: the run goes on bit by bit as if nobody had edited anything.
+TEST_F(Reload, PublishersThatRefuseTheirParametersLeaveTheOldMachineRunning) {
+  send_trajectory();
+  run(1.0);
+  const std::uint64_t undisturbed = twin_->state_hash();
+  bring_up(folder_.string());
+  send_trajectory();
+  run(0.4);
+  const fs::path file = folder_ / "config/ros2_controllers.yaml";
+  std::ofstream(file, std::ios::app)
+      << "\nrobot_state_publisher:\n  ros__parameters:\n    publish_frequency: -5.0\n";
+  EXPECT_THROW(reload(), InputError);
+  run(0.6);
+  EXPECT_EQ(twin_->state_hash(), undisturbed);
+}
+
 // Found, not named: the controllers that it declares are not given up for generated ones.
 TEST_F(Reload, AFoundControllersFileThatIsLostIsRefusedAndPickedUpWhenItIsRestored) {
   const fs::path file = folder_ / "config/ros2_controllers.yaml";

@@ -68,7 +68,12 @@ void Reloader::run() {
     const auto changed = watcher_.wait(kQuiet);
     if (changed.empty()) return;
     reload(changed);
-    if (what_.afterwards) on_loop(what_.afterwards);
+    if (!what_.afterwards) continue;
+    try {
+      on_loop(what_.afterwards);
+    } catch (const std::exception& problem) {
+      log_.error(kOrigin, fmt::format("after the reload: {}", problem.what()));
+    }
   }
 }
 
@@ -76,12 +81,17 @@ bool Reloader::on_loop(const std::function<void()>& task) {
   const auto done = std::make_shared<std::promise<void>>();
   auto future = done->get_future();
   what_.bus.post([task, done] {
-    task();
-    done->set_value();
+    try {
+      task();
+      done->set_value();
+    } catch (...) {  // belongs to the thread that waits, not to the loop
+      done->set_exception(std::current_exception());
+    }
   });
   while (future.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
     if (ending_) return false;
   }
+  future.get();
   return true;
 }
 
@@ -90,17 +100,11 @@ bool Reloader::apply(std::string& outcome, Diagnostics& said) {
   if (!on_loop([&] { build = what_.begin(); })) return false;
   const Reloadable::TakeOver take_over = build(said);
   std::vector<std::filesystem::path> files;
-  std::exception_ptr refused;
   const auto take = [&] {
-    try {
-      outcome = take_over();
-      files = what_.files();
-    } catch (const InputError&) {
-      refused = std::current_exception();
-    }
+    outcome = take_over();
+    files = what_.files();
   };
   if (!on_loop(take)) return false;
-  if (refused) std::rethrow_exception(refused);
   watcher_.watch(files);
   return true;
 }
@@ -118,13 +122,15 @@ void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
     for (const Diagnostic& diagnostic : said.all()) {
       if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
     }
-  } catch (const InputError& problem) {
+  } catch (const std::exception& problem) {
     log_.error(kOrigin, fmt::format("{} cannot be used; the machine from before runs on\n{}",
                                     names_of(changed), problem.what()));
     // An attribute that nobody reads is often the reason why.
     for (const Diagnostic& diagnostic : said.all()) {
       if (diagnostic.rule.starts_with("schema.")) log_.warning(kOrigin, diagnostic.str());
     }
+  } catch (...) {
+    log_.error(kOrigin, fmt::format("{} cannot be used; the machine from before runs on", names_of(changed)));
   }
 }
 

@@ -28,6 +28,9 @@ void initialise(LoadedController& c) {
   } catch (const std::exception& problem) {
     throw InputError("control.on_init", {},
                      fmt::format("'{}' cannot be initialised: {}", c.name, problem.what()));
+  } catch (...) {
+    throw InputError("control.on_init", {},
+                     fmt::format("'{}' cannot be initialised: it threw what is no std::exception", c.name));
   }
 }
 
@@ -227,13 +230,22 @@ void ControllerManager::Impl::configure(LoadedController& c) {
                      fmt::format("'{}' is active; deactivate it before configuring it", c.name));
   }
   if (c.state == ControllerState::inactive) {
-    if (const Status cleaned = c.controller->on_cleanup(); !cleaned) {
+    if (const Status cleaned = attempt([&] { return c.controller->on_cleanup(); }); !cleaned) {
       throw InputError("control.configure", {},
                        fmt::format("'{}' cannot be cleaned up: {}", c.name, cleaned.why()));
     }
     change_state(c, ControllerState::unconfigured);
   }
-  if (const Status status = c.controller->on_configure(); !status) {
+  const auto configure_it = [&c] {
+    try {
+      return c.controller->on_configure();
+    } catch (const InputError&) {
+      throw;  // with its place
+    } catch (...) {
+      return attempt([]() -> Status { throw; });
+    }
+  };
+  if (const Status status = configure_it(); !status) {
     throw InputError("control.configure", {},
                      fmt::format("'{}' cannot be configured: {}", c.name, status.why()));
   }
@@ -264,7 +276,7 @@ Status ControllerManager::Impl::cleanup(const std::string& name) {
   if (c == nullptr) return Status::refused(fmt::format("no controller '{}' is loaded", name));
   if (c->state == ControllerState::active) return Status::refused(fmt::format("'{}' is active", name));
   if (c->state == ControllerState::unconfigured) return {};
-  if (Status status = c->controller->on_cleanup(); !status) return status;
+  if (Status status = attempt([&] { return c->controller->on_cleanup(); }); !status) return status;
   change_state(*c, ControllerState::unconfigured);
   c->commands.clear();
   c->states.clear();

@@ -16,6 +16,19 @@
 
 namespace doppel {
 
+// What a controller answers in its life cycle. One from outside may throw anything; for everybody it is one
+// that refuses.
+template <typename Transition>
+Status attempt(const Transition& transition) {
+  try {
+    return transition();
+  } catch (const std::exception& problem) {
+    return Status::refused(problem.what());
+  } catch (...) {
+    return Status::refused("it threw what is no std::exception");
+  }
+}
+
 // How many steps of `step` make a rate in Hz, and which rate these are.
 inline int whole_steps(double rate, Duration step) {
   return std::max(1, static_cast<int>(std::lround(1.0 / (rate * to_seconds(step)))));

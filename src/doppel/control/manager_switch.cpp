@@ -210,7 +210,7 @@ void ControllerManager::Impl::change_state(LoadedController& c, ControllerState 
 }
 
 void ControllerManager::Impl::deactivate(LoadedController& c) {
-  if (const Status status = c.controller->on_deactivate(); !status) {
+  if (const Status status = attempt([&] { return c.controller->on_deactivate(); }); !status) {
     log.error(options.name, fmt::format("'{}' did not deactivate in order: {}", c.name, status.why()));
   }
   release(c);
@@ -245,7 +245,7 @@ Status ControllerManager::Impl::activate(LoadedController& c, std::span<const st
   for (const std::string& name : c.states) {
     c.controller->state_handles.push_back(resources.state_handle(*resources.find_state(name)));
   }
-  if (Status status = c.controller->on_activate(); !status) {
+  if (Status status = attempt([&] { return c.controller->on_activate(); }); !status) {
     release(c);
     return status;
   }

@@ -281,26 +281,33 @@ Twin::Reload Twin::Impl::replace(Replacement& fresh) {
   refuse_lost_range(*machine, *fresh.machine);
   carry_over_state(*machine, *fresh.machine);
   std::swap(machine, fresh.machine);  // the old one waits there, to run on if controllers refuse the new one
-  if (same_structure(*fresh.machine, *machine)) {
-    control->take_over(*fresh.machine, *machine);
+  const auto go_on_with = [this](Machine& from) {
+    control->take_over(from, *machine);
     services->rebind(*machine->engine);
     entities->rebind(*machine->engine);
     make_publishers();
-    publish_state();
-    return Reload::controllers_went_on;
-  }
+  };
+  const bool same = same_structure(*fresh.machine, *machine);
   const ControllerWish before = control->present_wish();
   try {
-    rebuild_control(fresh.wish);
-  } catch (const InputError&) {
+    if (same) {
+      go_on_with(*fresh.machine);
+    } else {
+      rebuild_control(fresh.wish);
+      make_publishers();
+    }
+  } catch (...) {  // what prepare() could not rehearse
     std::swap(machine, fresh.machine);
-    rebuild_control(before);
-    make_publishers();
+    if (same) {
+      go_on_with(*fresh.machine);
+    } else {
+      rebuild_control(before);
+      make_publishers();
+    }
     throw;
   }
-  make_publishers();
   publish_state();
-  return Reload::controllers_made_anew;
+  return same ? Reload::controllers_went_on : Reload::controllers_made_anew;
 }
 
 Twin::Twin(const Scenario& scenario, const Log& log, Diagnostics& diagnostics)
@@ -395,6 +402,12 @@ std::shared_ptr<Twin::Replacement> Twin::prepare(const ControllerWish& wish, Dia
   });
   rehearsal.start(ran, quiet);
   if (fresh->wish.what_fits) rehearsal.start(fresh->wish, quiet);
+  // So do those who publish its state: what runs is let go for them only when they are known to come up.
+  const Machine& machine = *fresh->machine;
+  const StatePublisher state(bus, machine.setup.description.robot, rehearsal.model(),
+                             machine.setup.world.X_WR, &machine.setup.controllers);
+  const LoadPublisher loads(bus, rehearsal.model(), machine.servos, machine.gravity_R());
+  const ContactPublisher contacts(bus, rehearsal.model());
   fresh->machine->engine->reset();
   return fresh;
 }

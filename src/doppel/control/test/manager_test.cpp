@@ -184,6 +184,41 @@ TEST(Manager, LifeCycleRefusals) {
   EXPECT_THAT(input_error_of([&] { rig.manager->load("lefft"); }), HasSubstr("did you mean 'left'?"));
 }
 
+// Whatever its life cycle throws, of whatever type.
+struct ThrowsIn : Controller {
+  explicit ThrowsIn(std::string the_transition) : transition(std::move(the_transition)) {}
+  void on_init(ControllerContext&) override {}
+  Status on_configure() override { return thrown_in("configure"); }
+  Status on_activate() override { return thrown_in("activate"); }
+  Status on_deactivate() override { return thrown_in("deactivate"); }
+  Status on_cleanup() override { return thrown_in("cleanup"); }
+  [[nodiscard]] InterfaceConfiguration command_interfaces() const override { return {}; }
+  [[nodiscard]] InterfaceConfiguration state_interfaces() const override { return {}; }
+  void update(Time, Duration) override {}
+  Status thrown_in(const std::string& now) const {
+    if (now == transition) throw 42;  // NOLINT: no std::exception
+    return {};
+  }
+  std::string transition;
+};
+
+TEST(Manager, AControllerThatThrowsInItsLifeCycleIsRefusedAndTheManagerRunsOn) {
+  for (const std::string transition : {"configure", "activate", "deactivate", "cleanup"}) {
+    SCOPED_TRACE(transition);
+    ManagerRig rig("");
+    rig.registry.add("test/ThrowsIn", [&] { return std::make_unique<ThrowsIn>(transition); });
+    rig.manager->load("t", "test/ThrowsIn");
+    const std::vector<std::string> names{"t"};
+    EXPECT_EQ(rig.manager->configure("t").ok(), transition != "configure");
+    if (transition == "configure") continue;
+    EXPECT_EQ(rig.manager->switch_controllers(names, {}, Strictness::strict).ok(), transition != "activate");
+    if (transition == "activate") continue;
+    EXPECT_TRUE(rig.manager->switch_controllers({}, names, Strictness::strict).ok())
+        << "it stops all the same";
+    EXPECT_EQ(rig.manager->configure("t").ok(), transition != "cleanup") << "it is cleaned up first";
+  }
+}
+
 TEST(Manager, WhatAControllerThrowsIsToldAndLoadsNothing) {
   ManagerRig rig("");
   struct Thrower : Controller {
