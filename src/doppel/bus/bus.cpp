@@ -36,11 +36,28 @@ void write_to_links(Topic& topic, const void* message, Time stamp, const EdgeLin
   }
 }
 
+void report_failure(Topic& topic, const char* why) {
+  if (topic.has_failed) return;
+  topic.has_failed = true;
+  (*topic.report)("a subscriber of " + topic.name + " failed; further failures there are not told: " + why);
+}
+
 void deliver_locally(Topic& topic, const void* message) {
   ++topic.delivering;
   for (std::size_t i = 0; i < topic.locals.size(); ++i) {
     const auto callback = topic.locals[i].callback;  // held: the callback may take down its own node
-    if (callback) (*callback)(message);
+    if (!callback) continue;
+    if (!*topic.report) {
+      (*callback)(message);
+      continue;
+    }
+    try {
+      (*callback)(message);
+    } catch (const std::exception& problem) {
+      report_failure(topic, problem.what());
+    } catch (...) {
+      report_failure(topic, "it threw what is no std::exception");
+    }
   }
   --topic.delivering;
   if (topic.delivering > 0) return;
@@ -62,6 +79,7 @@ using bus_detail::Topic;
 
 Topic& Bus::Impl::make_topic(const std::string& name, const TypeSupport& support) {
   auto topic = std::make_unique<Topic>();
+  topic->report = &report;
   topic->id = static_cast<TopicId>(topics.size() + 1);
   topic->name = name;
   topic->support = &support;
@@ -221,7 +239,9 @@ Node* Bus::Impl::find_node(std::string_view name, std::string_view parameter) co
 }
 
 Bus::Bus(BusOptions options)
-    : names_(std::move(options.names)), sim_time_(options.sim_time), impl_(std::make_unique<Impl>(*this)) {}
+    : names_(std::move(options.names)),
+      sim_time_(options.sim_time),
+      impl_(std::make_unique<Impl>(*this, std::move(options.report))) {}
 Bus::~Bus() = default;
 
 namespace {

@@ -192,6 +192,9 @@ struct BusOptions {
   // Whether messages are stamped with simulated time, which /clock tells; else with the wall's. Everything on
   // this side of the bus (now(), update(), publish()) is simulated time in either case.
   bool sim_time = true;
+  // Where the first exception of each topic's subscribers goes, as text: the loop goes on. Empty: exceptions
+  // leave publish() and spin(), as in a program of one's own.
+  std::function<void(const std::string&)> report = {};
 };
 
 class Bus {

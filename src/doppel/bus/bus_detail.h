@@ -63,8 +63,10 @@ struct Topic {
   // The loop's thread only.
   std::vector<LocalSubscriber> locals;
   std::vector<std::shared_ptr<EdgeLink>> links;
-  int delivering = 0;  // depth of deliver() on this topic
-  Bytes last;          // of a latched topic, empty: none
+  int delivering = 0;                                               // depth of deliver() on this topic
+  const std::function<void(const std::string&)>* report = nullptr;  // BusOptions::report
+  bool has_failed = false;                                          // and was reported
+  Bytes last;                                                       // of a latched topic, empty: none
   Time last_stamp{};
   const EdgeLink* last_from = nullptr;  // the edge that sent it in; null: a node
 };

@@ -94,13 +94,15 @@ class EdgeLink {
 namespace doppel {
 
 struct Bus::Impl {
-  explicit Impl(Bus& owner) : bus(owner) {}
+  Impl(Bus& owner, std::function<void(const std::string&)> reporter)
+      : bus(owner), report(std::move(reporter)) {}
 
   using Topic = bus_detail::Topic;
   using ServiceEntry = bus_detail::ServiceEntry;
 
   Bus& bus;
-  mutable std::mutex mutex;                   // publish() never takes it
+  const std::function<void(const std::string&)> report;  // BusOptions::report
+  mutable std::mutex mutex;                              // publish() never takes it
   std::deque<std::unique_ptr<Topic>> topics;  // by id - 1; kept, for publishers may outlive their node
   std::map<std::string, Topic*, std::less<>> by_name;  // the topic that a name means now
   std::map<std::string, std::shared_ptr<const ServiceEntry>, std::less<>> services;

@@ -56,7 +56,9 @@ struct Twin::Impl {
   Impl(Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
       : scenario(std::move(the_scenario)),
         log(the_log),
-        bus({.names = scenario.ros.names, .sim_time = !scenario.wall_stamps}),
+        bus({.names = scenario.ros.names,
+             .sim_time = !scenario.wall_stamps,
+             .report = [&the_log](const std::string& problem) { the_log.error("bus", problem); }}),
         machine(std::make_unique<Machine>(scenario, diagnostics)),
         objects(bus),
         rest(*machine->engine) {

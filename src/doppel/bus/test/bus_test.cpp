@@ -122,6 +122,23 @@ TEST(Bus, ANodeTakesEverythingWithIt) {
   EXPECT_NO_THROW(other.advertise<String>("x")) << "the name is free for another type";
 }
 
+TEST(Bus, ASubscriberThatThrowsIsReportedOnceAndTheOthersAreCalled) {
+  std::vector<std::string> reports;
+  Bus bus({.report = [&reports](const std::string& problem) { reports.push_back(problem); }});
+  Node node(bus, "/node");
+  int heard = 0;
+  const auto throws = [](const Int32& message) {
+    if (message.data == 1) throw std::runtime_error("no such thing");
+    throw 42;  // NOLINT: no std::exception
+  };
+  node.subscribe<Int32>("/number", throws);
+  node.subscribe<Int32>("/number", [&heard](const Int32&) { ++heard; });
+  auto publisher = node.advertise<Int32>("/number");
+  for (int i = 1; i <= 3; ++i) publisher.publish(Int32{i}, Time{});
+  EXPECT_EQ(heard, 3);
+  EXPECT_THAT(reports, ElementsAre(testing::AllOf(HasSubstr("/number"), HasSubstr("no such thing"))));
+}
+
 TEST(Bus, ACallbackMayDestroyItsNodeAndSubscribeMore) {
   Bus bus;
   Node source(bus, "/source");

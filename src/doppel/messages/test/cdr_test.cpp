@@ -103,7 +103,7 @@ const char* const kControllers =
     "01 00 00 00 02 00 00 00 78 00 00 00 01 00 00 00 02 00 00 00 79 00";
 
 unsigned new_seed() {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = 33;
   std::printf("seed %u\n", seed);
   return seed;
 }

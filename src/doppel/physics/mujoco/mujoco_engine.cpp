@@ -143,20 +143,20 @@ FrameVelocity MujocoEngine::body_velocity(int body) const {
   return {vector_at(rotation_then_translation + 3), vector_at(rotation_then_translation)};
 }
 
-// MuJoCo tells zero unless it is set to compute energies, which would cost every step.
+// MuJoCo's own would count the armature, which no mass stands behind, and links without gravity.
 MujocoEngine::Energy MujocoEngine::energy() const {
-  const int flags = m()->opt.enableflags;
-  m()->opt.enableflags |= mjENBL_ENERGY;
-  mj_energyPos(m(), d());
-  mj_energyVel(m(), d());
-  m()->opt.enableflags = flags;
-  double kinetic = d()->energy[1];  // with that of the armature, which no mass stands behind
-  for (int v = 0; v < model_.nv; ++v) kinetic -= 0.5 * m()->dof_armature[v] * d()->qvel[v] * d()->qvel[v];
-  double potential = d()->energy[0];
+  double potential = 0.0, kinetic = 0.0;
+  for (int body = 1; body < m()->nbody; ++body)
+    potential -= m()->body_mass[body] * world_.gravity.dot(vector_at(d()->xipos + 3 * body));
   for (std::size_t i = 0; any_weightless_ && i < model_.links.size(); ++i) {
     const ModelLink& link = model_.links[i];
     if (!link.weightless || !link.inertia) continue;
     potential += link.inertia->mass * world_.gravity.dot(link_pose(static_cast<int>(i)) * link.inertia->com);
+  }
+  mj_mulM(m(), d(), momentum_.data(), d()->qvel);
+  for (int v = 0; v < m()->nv; ++v) {
+    const double armature = v < model_.nv ? m()->dof_armature[v] : 0.0;
+    kinetic += 0.5 * d()->qvel[v] * (momentum_[v] - armature * d()->qvel[v]);
   }
   return {potential, kinetic};
 }

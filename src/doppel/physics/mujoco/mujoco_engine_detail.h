@@ -163,6 +163,7 @@ class MujocoEngine final : public Engine {
   void finish_step();
   void write_present_efforts(double* out) const;
   void choose_exclusions(bool self_collision);
+  void list_exclusions();
   void find_touching();
   bool note_touching(const Contact& contact);
   void set_on_ground();
@@ -205,6 +206,7 @@ class MujocoEngine final : public Engine {
   std::vector<double> linear_damping_, linear_stiffness_;
   std::array<std::vector<double>, kMostStages> k_q_, k_v_;
   std::vector<double> move_;
+  mutable std::vector<double> momentum_;        // [MuJoCo's nv] scratch
   std::vector<int> turning_;                    // first degrees of freedom of free rotations
   std::vector<double> asked_;                   // [springs] law of the stages, weighted
   std::vector<AppliedWrench> wrenches_;         // [links]

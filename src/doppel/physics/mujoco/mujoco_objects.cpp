@@ -101,6 +101,7 @@ void MujocoEngine::rebuild(World world) {
   world_ = std::move(world);
   size_stages();
   write_armature();
+  list_exclusions();
   if (!state_->refresh()) diverged_ = true;
 }
 

@@ -83,13 +83,21 @@ void MujocoEngine::choose_exclusions(bool self_collision) {
   }
   find_touching();
   state_->apply_exclusions(robot_.pairs, overlaps_);
+  list_exclusions();
+}
+
+// Of the objects that are there now.
+void MujocoEngine::list_exclusions() {
+  excluded_.clear();
   for (const LinkPair& pair : robot_.pairs) {
     if (pair.reason.empty()) continue;
     excluded_.push_back({model_.links[pair.a].name, model_.links[pair.b].name, pair.reason});
   }
-  for (const Overlap& overlap : overlaps_)
+  for (const Overlap& overlap : overlaps_) {
+    if (overlap.object != "ground" && find_object(overlap.object) < 0) continue;
     excluded_.push_back(
         {model_.links[overlap.link].name, overlap.object, "inside at the start", overlap.depth});
+  }
   const std::vector<int> groups = rigid_groups(model_);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     if (groups[i] != 0 || !robot_.has_shape[i]) continue;

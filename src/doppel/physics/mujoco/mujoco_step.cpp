@@ -54,6 +54,7 @@ void MujocoEngine::size_stages() {
   const auto nq = static_cast<std::size_t>(m()->nq), nv = static_cast<std::size_t>(m()->nv);
   kept_.resize(nq + nv);
   move_.resize(nv);
+  momentum_.resize(nv);
   turning_.clear();
   for (int joint = 0; joint < m()->njnt; ++joint) {
     if (m()->jnt_type[joint] == mjJNT_BALL) turning_.push_back(m()->jnt_dofadr[joint]);

@@ -273,6 +273,24 @@ TEST(Objects, AreRefusedInTheUsersTerms) {
   EXPECT_THAT(refusal(make_object("feather", Sphere{0.1}, {0, 0, 1}, 1e-20)), HasSubstr("'feather'"));
 }
 
+TEST(Contact, ExcludedPairsFollowObjectsThatComeAndGo) {
+  RobotDescription robot = test::make_post();
+  Collision shape;
+  shape.geometry = Box{{0.1, 0.1, 0.1}};
+  robot.links[0].collisions.push_back(shape);
+  Rig rig(robot);
+  const auto mentions = [&rig](const std::string& name) {
+    const auto& pairs = rig.engine->excluded_pairs();
+    return std::count_if(pairs.begin(), pairs.end(),
+                         [&](const ExcludedPair& pair) { return pair.link_b == name; });
+  };
+  EXPECT_EQ(mentions("wall"), 0);
+  rig.engine->spawn(make_object("wall", Box{{1, 1, 1}}, {3, 0, 0}, 0));
+  EXPECT_EQ(mentions("wall"), 1);
+  EXPECT_TRUE(rig.engine->remove("wall"));
+  EXPECT_EQ(mentions("wall"), 0);
+}
+
 // Few pairs are listed one by one, many are looked for by MuJoCo: what touches, how hard, and what slides
 // does not depend on which it is.
 TEST(Contact, ListedPairsAreThoseThatAreLookedFor) {

@@ -145,7 +145,7 @@ TEST(Protocol, BothHalvesUnderstandEachOther) {
 }
 
 TEST(Protocol, DamagedFramesNeverDoMoreThanBeRefused) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = 31;
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
   const std::string text =
