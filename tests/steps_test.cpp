@@ -11,6 +11,7 @@
 
 #include "doppel/kinematics/test/integrate.h"
 #include "doppel/physics/step_scheme.h"
+#include "doppel/physics/test/engine_fixture.h"
 #include "doppel/physics/test/reference_motion.h"
 #include "doppel/twin/machine.h"
 
@@ -76,14 +77,11 @@ struct Bench {
   [[nodiscard]] const Model& model() const { return machine.model; }
   [[nodiscard]] Eigen::Vector3d gravity() const { return {0, 0, -9.81}; }
   std::unique_ptr<Engine> engine(Integrator integrator, double step) {
-    World world;
-    world.ground = false;
-    world.integrator = integrator;
-    world.step = from_seconds(step);
     EngineOptions options;
     options.servos = machine.servos;
     options.self_collision = false;
-    return make_mujoco_engine(machine.setup.description.robot, model(), world, options, diagnostics);
+    return make_mujoco_engine(machine.setup.description.robot, model(), test::empty_space(step, integrator),
+                              options, diagnostics);
   }
   // Within the limits, mimics following, and such that the drives' efforts can hold it.
   Eigen::VectorXd pose(std::mt19937& random) {
@@ -140,8 +138,8 @@ TEST_P(Steps, EightRandomPosesAreHeldUnderEveryIntegrator) {
     std::mt19937 random(seed);
     const auto engine = bench.engine(integrator, 1e-3);
     for (int i = 0; i < kPoses; ++i) {
-      SCOPED_TRACE(std::string(kIntegratorNames[static_cast<int>(integrator)]) + ", seed " +
-                   std::to_string(seed) + ", pose " + std::to_string(i));
+      SCOPED_TRACE(std::string(name_of(integrator)) + ", seed " + std::to_string(seed) + ", pose " +
+                   std::to_string(i));
       start(*engine, bench.model(), bench.pose(random));
       run(*engine, 0.9);
       const std::vector<double> before(engine->q().begin(), engine->q().end());
@@ -241,13 +239,9 @@ struct Fall {
       : robot(bare(Machine(arm.scenario, diagnostics).setup.description.robot)),
         model(compile_model(robot, BaseKind::fixed, diagnostics)) {}
   std::unique_ptr<Engine> engine(Integrator integrator, double step) {
-    World world;
-    world.ground = false;
-    world.integrator = integrator;
-    world.step = from_seconds(step);
     EngineOptions options;
     options.self_collision = false;
-    return make_mujoco_engine(robot, model, world, options, diagnostics);
+    return make_mujoco_engine(robot, model, test::empty_space(step, integrator), options, diagnostics);
   }
   Eigen::VectorXd pose(std::mt19937& random) const {
     std::uniform_real_distribution<double> angle(-2, 2);
@@ -304,13 +298,13 @@ TEST(StepsOfAllArms, APassiveFallIsTheReferencesWithinTheErrorOfItsScheme) {
     }
     std::printf("  %-18s", arm.name.c_str());
     for (auto& [integrator, of] : errors) {
-      std::printf(" %s %.1e", kIntegratorNames[static_cast<int>(integrator)], median(of));
+      std::printf(" %s %.1e", name_of(integrator), median(of));
       all[integrator].insert(all[integrator].end(), of.begin(), of.end());
     }
     std::printf(" rad\n");
   }
   for (const auto& [integrator, of] : all) {
-    const char* const name = kIntegratorNames[static_cast<int>(integrator)];
+    const char* const name = name_of(integrator);
     std::printf("  all: %-9s median %.2g rad at 1 ms, seed 13\n", name, median(of));
     EXPECT_LT(median(of), allowed.at(integrator)) << name;
   }
@@ -341,7 +335,7 @@ TEST(StepsOfAllArms, APassiveFallKeepsItsEnergy) {
       }
     }
     std::printf("  %-9s median drift over 2 s at 1 ms: %.2g of the largest kinetic energy, seed 14\n",
-                kIntegratorNames[static_cast<int>(integrator)], median(drifts));
+                name_of(integrator), median(drifts));
     EXPECT_LT(median(drifts), falling.slack * allowed);
   }
 }
@@ -390,7 +384,7 @@ TEST_P(Steps, AQuinticAtOneMillisecondIsThatOfAFinerStep) {
     for (std::size_t i = 0; i < a.size(); ++i) squares += (a[i] - b[i]).squaredNorm() / bench.model().nq;
     const double rms = std::sqrt(squares / static_cast<double>(a.size()));
     std::printf("  %-10s %-9s quintic of 1 s at 1 ms, against 0.02 ms: %.2g rad rms\n",
-                GetParam().name.c_str(), kIntegratorNames[static_cast<int>(integrator)], rms);
+                GetParam().name.c_str(), name_of(integrator), rms);
     EXPECT_LT(rms, 1e-4);
   }
 }

@@ -21,7 +21,6 @@ AuditReport audit_target(DescriptionTarget& target, AuditOptions options) {
 namespace {
 
 constexpr double kFarOff = 0.05, kSlideFarOff = 0.005;  // rad, m: from the target, at the effort limit
-constexpr double kAtEffortLimit = 0.98;
 
 // Joints that their drives have given up, though they may stand still now.
 void find_weak(const Twin& twin, Engine& engine,
@@ -34,7 +33,7 @@ void find_weak(const Twin& twin, Engine& engine,
     const double off = engine.drive_target(index) - engine.q()[static_cast<std::size_t>(joint.q)];
     const double limit = engine.servos()[j].effort;
     if (std::abs(off) < (slides ? kSlideFarOff : kFarOff)) continue;
-    if (std::abs(engine.drive_effort()[j]) < kAtEffortLimit * limit) continue;
+    if (!at_effort_limit(engine, index)) continue;
     add("run.unrest", joint.name,
         fmt::format(
             "joint '{}' stands {:.3g} {} off where its drive holds it: its effort limit of {:.3g} {} does "

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <future>
 
+#include "doppel/core/thrown.h"
+
 namespace doppel::app {
 namespace {
 
@@ -71,8 +73,8 @@ void Reloader::run() {
     if (!what_.afterwards) continue;
     try {
       on_loop(what_.afterwards);
-    } catch (const std::exception& problem) {
-      log_.error(kOrigin, fmt::format("after the reload: {}", problem.what()));
+    } catch (...) {
+      log_.error(kOrigin, fmt::format("after the reload: {}", thrown_text()));
     }
   }
 }
@@ -122,15 +124,13 @@ void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
     for (const Diagnostic& diagnostic : said.all()) {
       if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
     }
-  } catch (const std::exception& problem) {
+  } catch (...) {
     log_.error(kOrigin, fmt::format("{} cannot be used; the machine from before runs on\n{}",
-                                    names_of(changed), problem.what()));
+                                    names_of(changed), thrown_text()));
     // An attribute that nobody reads is often the reason why.
     for (const Diagnostic& diagnostic : said.all()) {
       if (diagnostic.rule.starts_with("schema.")) log_.warning(kOrigin, diagnostic.str());
     }
-  } catch (...) {
-    log_.error(kOrigin, fmt::format("{} cannot be used; the machine from before runs on", names_of(changed)));
   }
 }
 

@@ -8,11 +8,12 @@
 #include <cstdlib>
 #include <memory>
 
+#include "app/described_scenario.h"
 #include "app/judgement.h"
-#include "app/process.h"
 #include "app/tell.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/verbs.h"
+#include "doppel/audit/report_places.h"
 #include "doppel/core/names.h"
 #include "doppel/overlay/overlay.h"
 
@@ -100,23 +101,16 @@ void print_report(const AuditReport& report, const CheckOptions& o) {
 
 // What a second of simulation finds, in front: errors come first in a report.
 void add_run(const CheckOptions& o, const DescriptionTarget& target, AuditReport& report) {
-  Scenario scenario;
-  scenario.target = o.words.front();
-  scenario.arguments = target.arguments;
-  scenario.bundled_robots = root_folder() / "robots";
+  Scenario scenario = described_scenario({o.words, {}});
   if (!o.controllers.empty()) scenario.controllers = o.controllers;
   std::vector<Finding> found;
   try {
     found = judge_run(scenario);
   } catch (const InputError& error) {
-    for (const Diagnostic& problem : error.diagnostics()) {
-      Finding finding;
+    found = refusal_report(error, target.target.description).findings;
+    for (Finding& finding : found) {
       finding.rule = "run.refused";
       finding.subject = fmt::format("robot '{}'", report.robot);
-      finding.message = problem.message;
-      finding.where = problem.where;
-      finding.mend = problem.mend;
-      found.push_back(std::move(finding));
     }
   }
   report.findings.insert(report.findings.begin(), std::make_move_iterator(found.begin()),

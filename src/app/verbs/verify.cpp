@@ -50,17 +50,6 @@ std::vector<MotionKind> chosen_motions(const std::vector<std::string>& names) {
   return out;
 }
 
-Integrator chosen_integrator(const std::string& name) {
-  const std::vector<std::string> known(std::begin(kIntegratorNames), std::end(kIntegratorNames));
-  const auto at = std::find(known.begin(), known.end(), name);
-  if (at == known.end()) {
-    throw InputError("cli.integrator", {},
-                     fmt::format("there is no integrator '{}'{}", name, did_you_mean(name, known)),
-                     "choose among euler, midpoint, rk4 and implicit (docs/physics.md)");
-  }
-  return static_cast<Integrator>(at - known.begin());
-}
-
 void check_numbers(const VerifyVerb& options) {
   if (!(options.duration > 0 && options.duration <= kLongest)) {
     throw InputError(
@@ -112,7 +101,7 @@ int run_verify(const VerifyVerb& options) {
   }
   World world = machine.setup.world;
   if (options.step > 0) world.step = from_seconds(options.step);
-  if (!options.integrator.empty()) world.integrator = chosen_integrator(options.integrator);
+  if (!options.integrator.empty()) world.integrator = integrator_named(options.integrator, "cli.integrator");
   EngineOptions engine;
   engine.servos = machine.servos;
   engine.q0 = Eigen::Map<const Eigen::VectorXd>(machine.engine->q().data(), machine.model.nq);

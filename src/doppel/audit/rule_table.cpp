@@ -215,13 +215,13 @@ constexpr std::array kRules{
     RuleInfo{"run.diverged", E, "the simulation runs away", "the twin ends within a second of its start",
              "look for tiny masses on strong joints, or choose a smaller step in a world file", kPhysics},
     RuleInfo{"run.oscillation", E, "a held joint oscillates",
-             "whatever is measured at the joint is the shaking, not the robot",
-             "do what the finding's cause says; doppel verify tells whether the step is to blame", kPhysics},
+             "measurements at the joint show the oscillation, not the robot",
+             "remove the cause that the finding names; doppel verify shows whether it is the step", kPhysics},
     RuleInfo{"run.refused", E, "a robot that does not come up", "doppel up refuses it",
              "do what the finding says", kPhysics},
-    RuleInfo{"run.unrest", E, "a robot that nobody commands moves",
+    RuleInfo{"run.unrest", E, "a robot without a command moves",
              "the start is not where the description puts it: a drive is too weak, or parts push each other",
-             "do what the finding's cause says", kPhysics},
+             "remove the cause that the finding names", kPhysics},
 };
 
 }  // namespace

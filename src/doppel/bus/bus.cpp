@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "doppel/bus/bus_impl.h"
+#include "doppel/core/thrown.h"
 
 namespace doppel {
 namespace bus_detail {
@@ -36,7 +37,7 @@ void write_to_links(Topic& topic, const void* message, Time stamp, const EdgeLin
   }
 }
 
-void report_failure(Topic& topic, const char* why) {
+void report_failure(Topic& topic, const std::string& why) {
   if (topic.has_failed) return;
   topic.has_failed = true;
   (*topic.report)("a subscriber of " + topic.name + " failed; further failures there are not told: " + why);
@@ -53,10 +54,8 @@ void deliver_locally(Topic& topic, const void* message) {
     }
     try {
       (*callback)(message);
-    } catch (const std::exception& problem) {
-      report_failure(topic, problem.what());
     } catch (...) {
-      report_failure(topic, "it threw what is no std::exception");
+      report_failure(topic, thrown_text());
     }
   }
   --topic.delivering;

@@ -5,6 +5,7 @@
 
 #include "doppel/bus/bus_impl.h"
 #include "doppel/core/names.h"
+#include "doppel/core/thrown.h"
 
 namespace doppel {
 namespace {
@@ -57,8 +58,8 @@ void handle(const bus_detail::ServiceEntry& entry, const void* request,
             const std::shared_ptr<bus_detail::PendingReply>& reply) {
   try {
     entry.handle(request, reply);
-  } catch (const std::exception& e) {
-    reply->answer(Status::refused(fmt::format("service {} failed: {}", entry.name, e.what())), {});
+  } catch (...) {
+    reply->answer(Status::refused(fmt::format("service {} failed: {}", entry.name, thrown_text())), {});
   }
 }
 

@@ -25,12 +25,9 @@ void initialise(LoadedController& c) {
     c.controller->on_init(c.context);
   } catch (const InputError&) {
     throw;
-  } catch (const std::exception& problem) {
-    throw InputError("control.on_init", {},
-                     fmt::format("'{}' cannot be initialised: {}", c.name, problem.what()));
   } catch (...) {
     throw InputError("control.on_init", {},
-                     fmt::format("'{}' cannot be initialised: it threw what is no std::exception", c.name));
+                     fmt::format("'{}' cannot be initialised: {}", c.name, thrown_text()));
   }
 }
 
@@ -236,18 +233,17 @@ void ControllerManager::Impl::configure(LoadedController& c) {
     }
     change_state(c, ControllerState::unconfigured);
   }
-  const auto configure_it = [&c] {
-    try {
-      return c.controller->on_configure();
-    } catch (const InputError&) {
-      throw;  // with its place
-    } catch (...) {
-      return attempt([]() -> Status { throw; });
-    }
-  };
-  if (const Status status = configure_it(); !status) {
+  Status configured;
+  try {
+    configured = c.controller->on_configure();
+  } catch (const InputError&) {
+    throw;  // with its place
+  } catch (...) {
+    configured = Status::refused(thrown_text());
+  }
+  if (!configured) {
     throw InputError("control.configure", {},
-                     fmt::format("'{}' cannot be configured: {}", c.name, status.why()));
+                     fmt::format("'{}' cannot be configured: {}", c.name, configured.why()));
   }
   const auto expanded = [](InterfaceConfiguration wanted, const std::vector<std::string>& all) {
     if (wanted.kind == InterfaceConfiguration::Kind::all) return all;

@@ -11,6 +11,7 @@
 #include "doppel/control/controller_manager.h"
 #include "doppel/control/joint_limiter.h"
 #include "doppel/control/resource_table.h"
+#include "doppel/core/thrown.h"
 #include "doppel/messages/controller_manager_msgs.h"
 #include "doppel/messages/lifecycle_msgs.h"
 
@@ -22,10 +23,8 @@ template <typename Transition>
 Status attempt(const Transition& transition) {
   try {
     return transition();
-  } catch (const std::exception& problem) {
-    return Status::refused(problem.what());
   } catch (...) {
-    return Status::refused("it threw what is no std::exception");
+    return Status::refused(thrown_text());
   }
 }
 

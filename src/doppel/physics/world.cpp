@@ -143,13 +143,12 @@ class WorldReader {
   }
 
   Integrator integrator(const YAML::Node& node) {
-    const std::vector<std::string> known(std::begin(kIntegratorNames), std::end(kIntegratorNames));
-    const std::string name = text(node, "integrator");
-    const auto found = std::find(known.begin(), known.end(), name);
-    if (found != known.end()) return static_cast<Integrator>(found - known.begin());
-    error(node, fmt::format("there is no integrator '{}'{}", name, did_you_mean(name, known)),
-          "write euler, midpoint, rk4 or implicit (docs/physics.md)");
-    return World{}.integrator;
+    try {
+      return integrator_named(text(node, "integrator"), "world.invalid", at(node.Mark()));
+    } catch (const InputError& unknown) {  // the file's other errors are reported with it
+      for (const Diagnostic& diagnostic : unknown.diagnostics()) errors_.add(diagnostic);
+      return World{}.integrator;
+    }
   }
 
   void read_ground(const YAML::Node& node, World& world) {
@@ -269,6 +268,14 @@ class WorldReader {
 };
 
 }  // namespace
+
+Integrator integrator_named(const std::string& name, const std::string& rule, const SourceLocation& where) {
+  const std::vector<std::string> known(std::begin(kIntegratorNames), std::end(kIntegratorNames));
+  const auto found = std::find(known.begin(), known.end(), name);
+  if (found != known.end()) return static_cast<Integrator>(found - known.begin());
+  throw InputError(rule, where, fmt::format("there is no integrator '{}'{}", name, did_you_mean(name, known)),
+                   "choose among euler, midpoint, rk4 and implicit (docs/physics.md)");
+}
 
 World load_world(const std::filesystem::path& file, PackageResolver& resolver) {
   return WorldReader(file, resolver).read();

@@ -35,6 +35,12 @@ enum class Integrator {
   implicit,  // euler with the derivatives of Coriolis forces, at about twice its cost
 };
 inline constexpr const char* kIntegratorNames[] = {"euler", "midpoint", "rk4", "implicit"};
+inline const char* name_of(Integrator integrator) {
+  return kIntegratorNames[static_cast<int>(integrator)];
+}
+// Throws InputError of `rule` at `where`, with the nearest name, where there is no such integrator.
+Integrator integrator_named(const std::string& name, const std::string& rule,
+                            const SourceLocation& where = {});
 
 inline constexpr double kShortestStep = 1e-6, kLongestStep = 0.02;  // s
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/twin/rest_check.h"
+
 namespace doppel {
 namespace {
 
@@ -13,7 +15,6 @@ constexpr int kLeastTurns = 4;       // of the direction
 constexpr double kStillThere = 0.5;  // of the first half's amplitude: what decays faster only settles
 constexpr double kArrived = 1e-9;    // rad or m between reference and target
 constexpr double kNearStep = 0.2;    // of the step's rate: a frequency above is the step's doing
-constexpr double kAtEffortLimit = 0.98;
 
 // Whether the link, or what it carries, is one of the two.
 bool carries(const Model& model, int link, const Contact& contact) {
@@ -30,8 +31,7 @@ bool carries(const Model& model, int link, const Contact& contact) {
 
 void OscillationWatch::open_window(Watched& watched, Time now) {
   watched.since = now;
-  watched.lowest = watched.early_lowest = watched.late_lowest = kInfinity;
-  watched.highest = watched.early_highest = watched.late_highest = -kInfinity;
+  watched.early = watched.late = {};
 }
 
 void OscillationWatch::restart(Watched& watched, Time now) {
@@ -56,13 +56,9 @@ void OscillationWatch::look(const Engine& engine, Time now) {
       continue;
     }
     const double q = engine.q()[static_cast<std::size_t>(joint.q)];
-    watched.lowest = std::min(watched.lowest, q);
-    watched.highest = std::max(watched.highest, q);
-    const bool early = now - watched.since <= kOscillationTime / 2;
-    double& low = early ? watched.early_lowest : watched.late_lowest;
-    double& high = early ? watched.early_highest : watched.late_highest;
-    low = std::min(low, q);
-    high = std::max(high, q);
+    Extent& half = now - watched.since <= kOscillationTime / 2 ? watched.early : watched.late;
+    half.low = std::min(half.low, q);
+    half.high = std::max(half.high, q);
     const bool rising = engine.v()[static_cast<std::size_t>(joint.v)] > 0;
     if (watched.steps > 0 && rising != watched.rising) ++watched.turns;
     watched.rising = rising;
@@ -74,17 +70,17 @@ void OscillationWatch::look(const Engine& engine, Time now) {
 
 void OscillationWatch::judge(Watched& watched, int joint, Time now) {
   const bool slides = model_.joints[static_cast<std::size_t>(joint)].type == JointType::prismatic;
-  const double amplitude = 0.5 * (watched.highest - watched.lowest);
-  const double early = 0.5 * (watched.early_highest - watched.early_lowest);
+  const Extent whole{std::min(watched.early.low, watched.late.low),
+                     std::max(watched.early.high, watched.late.high)};
+  const double amplitude = whole.amplitude();
   const double sag = std::abs(watched.target - watched.sum / watched.steps);
   const bool shakes = amplitude >= (slides ? kLeastSlideOscillation : kLeastOscillation) &&
                       amplitude >= kStillThere * watched.before;
   if (!shakes || watched.windows >= kMostWindows) return restart(watched, now);
   ++watched.windows;
   const double lasted = to_seconds(kOscillationTime) * watched.windows;
-  const double late = 0.5 * (watched.late_highest - watched.late_lowest);
   if (watched.turns >= kLeastTurns && amplitude >= kOscillationSags * sag &&
-      (watched.windows > 1 || late >= kStillThere * early)) {
+      (watched.windows > 1 || watched.late.amplitude() >= kStillThere * watched.early.amplitude())) {
     watched.what = {joint, amplitude, 0.5 * watched.turns / lasted, sag};
     watched.reported = watched.waiting = found_ = true;
   }
@@ -115,7 +111,6 @@ std::string to_string(const Oscillation& oscillation, const Model& model, const 
     return other.mimic_leader == oscillation.joint;
   });
   const ServoParameters& servo = engine.servos()[static_cast<std::size_t>(oscillation.joint)];
-  const double effort = std::abs(engine.drive_effort()[static_cast<std::size_t>(oscillation.joint)]);
   std::string cause;
   if (oscillation.frequency * to_seconds(step) > kNearStep) {
     cause = fmt::format(
@@ -126,7 +121,7 @@ std::string to_string(const Oscillation& oscillation, const Model& model, const 
     cause = "its link, or one that it carries, touches something that pushes back";
   } else if (leads) {
     cause = "joints are coupled to it by <mimic>; their inertias or limits may not fit each other";
-  } else if (std::isfinite(servo.effort) && effort >= kAtEffortLimit * servo.effort) {
+  } else if (at_effort_limit(engine, oscillation.joint)) {
     cause = fmt::format("its effort limit of {:.3g} {} is too weak for what it carries", servo.effort,
                         slides ? "N" : "N m");
   } else {

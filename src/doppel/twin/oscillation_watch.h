@@ -33,17 +33,19 @@ class OscillationWatch {
   std::vector<Oscillation> take();
 
  private:
+  struct Extent {  // of q
+    double low = kInfinity, high = -kInfinity;
+    [[nodiscard]] double amplitude() const { return 0.5 * (high - low); }
+  };
   // The windows of kOscillationTime in which a joint has shaken without a pause.
   struct Watched {
     bool arrived = false;  // the reference has reached the target since that changed
     double target = 0;
-    Time since{};                                // the window's start
-    double lowest = 0, highest = 0;              // of q in the window
-    double early_lowest = 0, early_highest = 0;  // in its first half
-    double late_lowest = 0, late_highest = 0;    // in its second
-    double before = 0;                           // the amplitude in the window before
-    double sum = 0;                              // of q in all windows
-    int steps = 0, turns = 0, windows = 0;       // in all windows
+    Time since{};                           // the window's start
+    Extent early, late;                     // in the window's halves
+    double before = 0;                      // the amplitude in the window before
+    double sum = 0;                         // of q in all windows
+    int steps = 0, turns = 0, windows = 0;  // in all windows
     bool rising = false;
     bool reported = false, waiting = false;  // waiting: take() has not been called for it
     Oscillation what;

@@ -31,7 +31,7 @@ std::string cause_of(int index, const Model& model, const Engine& engine,
   if (mode == DriveMode::limp) return "no active controller commands it";
   if (mode == DriveMode::effort) return "its controller commands no effort";
   const double limit = engine.servos()[static_cast<std::size_t>(index)].effort;
-  if (std::abs(engine.drive_effort()[static_cast<std::size_t>(index)]) >= kAtLimit * limit) {
+  if (at_effort_limit(engine, index)) {
     return fmt::format("its effort limit of {:.3g} {} does not hold it", limit,
                        joint.type == JointType::prismatic ? "N" : "N m");
   }
@@ -51,6 +51,11 @@ std::string to_string(const Unrest& unrest, bool slides) {
   if (unrest.beyond > kBeyondLimit)
     out += fmt::format("{}{:.3g} {} beyond its limit", moving ? ", " : "stands ", unrest.beyond, unit);
   return out + ": " + unrest.cause;
+}
+
+bool at_effort_limit(const Engine& engine, int joint) {
+  const auto at = static_cast<std::size_t>(joint);
+  return std::abs(engine.drive_effort()[at]) >= kAtLimit * engine.servos()[at].effort;
 }
 
 std::vector<Unrest> find_unrest(const RobotDescription& robot, const Model& model, const Engine& engine) {

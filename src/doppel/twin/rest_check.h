@@ -37,6 +37,9 @@ struct RestReport {
   double base_linear = 0, base_angular = 0;  // speed of a floating root, m/s and rad/s
 };
 
+// The joint's drive gives all that its effort limit lets it.
+bool at_effort_limit(const Engine& engine, int joint);
+
 // What is not at rest now. Allocates only where something is not.
 std::vector<Unrest> find_unrest(const RobotDescription& robot, const Model& model, const Engine& engine);
 

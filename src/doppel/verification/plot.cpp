@@ -30,11 +30,10 @@ class Plot {
         "font-size=\"12\" fill=\"#222\">\n<rect width=\"{0:g}\" height=\"{1:g}\" fill=\"#fff\"/>\n",
         kWidth, height);
     text(kLeft, 24, fmt::format("{}: error of the joint that is farthest off, rad", of_.robot), "start", 15);
-    text(
-        kLeft, 42,
-        fmt::format("{}, steps of {:g}, {:g} and {:g} ms", kIntegratorNames[static_cast<int>(of_.integrator)],
-                    of_.step * 1e3, of_.step * 500, of_.step * 250),
-        "start", 12);
+    text(kLeft, 42,
+         fmt::format("{}, steps of {:g}, {:g} and {:g} ms", name_of(of_.integrator), of_.step * 1e3,
+                     of_.step * 500, of_.step * 250),
+         "start", 12);
     for (std::size_t i = 0; i < of_.motions.size(); ++i)
       panel(of_.motions[i], kTop + static_cast<double>(i) * (kPanel + kGap) + 16);
     return out_ + "</svg>\n";

@@ -103,9 +103,9 @@ std::string verdict_line(const Verification& of, const MotionVerdict& motion) {
 }
 
 std::string verification_text(const Verification& of) {
-  std::string out = fmt::format("{} in world '{}': {}, steps of {:g}, {:g} and {:g} ms over {:g} s\n\n",
-                                of.robot, of.world, kIntegratorNames[static_cast<int>(of.integrator)],
-                                of.step * 1e3, of.step * 500, of.step * 250, of.duration);
+  std::string out =
+      fmt::format("{} in world '{}': {}, steps of {:g}, {:g} and {:g} ms over {:g} s\n\n", of.robot, of.world,
+                  name_of(of.integrator), of.step * 1e3, of.step * 500, of.step * 250, of.duration);
   for (const MotionVerdict& motion : of.motions) out += table_of(of, motion) + "\n";
   for (const MotionVerdict& motion : of.motions) out += verdict_line(of, motion) + "\n";
   return out;
@@ -115,7 +115,7 @@ std::string verification_json(const Verification& of) {
   Json out{{"version", 1},
            {"robot", of.robot},
            {"world", of.world},
-           {"integrator", kIntegratorNames[static_cast<int>(of.integrator)]},
+           {"integrator", name_of(of.integrator)},
            {"order", step_scheme(of.integrator).order},
            {"step", of.step},
            {"duration", of.duration},

@@ -12,7 +12,6 @@ namespace doppel {
 namespace {
 
 constexpr double kRounding = 1e-12;  // rad or m: smaller differences say nothing of the order
-constexpr double kLeastOrder = 0.5;  // that an extrapolation is made with
 constexpr int kFineness[] = {1, 2, 4};
 
 struct Runs {

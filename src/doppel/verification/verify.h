@@ -45,7 +45,7 @@ struct ErrorCurve {
 struct MotionVerdict {
   MotionKind kind{};
   std::optional<double> runs_away_after;     // s, at the coarsest step that does
-  std::vector<JointError> joints;            // free scalar joints, in the model's order
+  std::vector<JointError> joints;            // of each coordinate of the motion (motion.h)
   double tool_largest = 0, tool_at_end = 0;  // m
   std::optional<double> order;               // none: the differences are rounding
   std::optional<double> energy_drift;        // of the largest kinetic energy, at h; smooth only

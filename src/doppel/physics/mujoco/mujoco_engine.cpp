@@ -37,7 +37,7 @@ void MujocoEngine::make_drives(const EngineOptions& options) {
         "physics.ideal_scheme", {},
         fmt::format("ideal servos land on their reference within one step of euler; {} is no such "
                     "integrator",
-                    kIntegratorNames[static_cast<int>(world_.integrator)]),
+                    name_of(world_.integrator)),
         "leave `integrator` out of the world, or the servos as they are");
   }
   const Eigen::VectorXd carried =
@@ -185,7 +185,7 @@ void MujocoEngine::contacts(std::vector<Contact>& out) const {
   if (looked_ == nullptr) looked_.reset(mj_makeData(m()));
   mjData* const c = mj_copyData(looked_.get(), m(), d());
   out.clear();
-  write_present_efforts(c->qfrc_applied);
+  write_present_efforts(*c);
   if (!guarded([this, c] {
         mj_fwdAcceleration(m(), c);
         mj_fwdConstraint(m(), c);
@@ -231,7 +231,7 @@ double measure_bare_step_rate(const Engine& engine, int steps) {
   const DataHandle copy(mj_copyData(nullptr, at.m(), at.d()));
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < steps; ++i) {
-    at.write_servos(*copy);
+    at.write_present_efforts(*copy);
     mj_step(at.m(), copy.get());
   }
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;

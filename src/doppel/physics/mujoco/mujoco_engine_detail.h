@@ -128,12 +128,7 @@ class MujocoEngine final : public Engine {
   [[nodiscard]] double joint_damping_effort(int v) const {
     return v < model_.nv ? joint_damping_[v] * d()->qvel[v] : 0.0;
   }
-  // The drives' springs and dampers at the state of `data`, for a benchmark of bare steps.
-  void write_servos(mjData& data) const {
-    for (const JointSpring& spring : springs_) {
-      if (spring.on) data.qfrc_applied[spring.v] = spring.law(data.qpos[spring.q], data.qvel[spring.v], 0.0);
-    }
-  }
+  void write_present_efforts(mjData& data) const;
 
   [[nodiscard]] mjModel* m() const { return state_->m(); }
   [[nodiscard]] mjData* d() const { return state_->d(); }
@@ -153,6 +148,8 @@ class MujocoEngine final : public Engine {
   void meet_stop(JointSpring& stop);
   void begin_step();
   bool write_armature();
+  void restore_kept();
+  void move_by(const std::array<double, kMostStages>& weights, int stages);
   void enter_stage(int i);
   [[nodiscard]] bool implicit_at(int v) const;
   void write_stage_efforts(int i);
@@ -161,7 +158,6 @@ class MujocoEngine final : public Engine {
   bool settle(int pass);
   bool take_stages();
   void finish_step();
-  void write_present_efforts(double* out) const;
   void choose_exclusions(bool self_collision);
   void list_exclusions();
   void find_touching();

@@ -14,8 +14,8 @@ namespace {
 constexpr int kRunaway[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
 // Passes in which springs may come free of their bounds again; later ones only bind, so that they end.
 constexpr int kFreePasses = 4;
-constexpr double kResolved =
-    0.1;  // (step times natural frequency)^2 of a stop up to which its rebound is exact
+// (step * natural frequency)^2 of a stop up to which a step resolves its rebound.
+constexpr double kResolved = 0.1;
 
 }  // namespace
 
@@ -147,21 +147,28 @@ bool MujocoEngine::write_armature() {
   return changed;
 }
 
-// MuJoCo's q and v at stage `i`, and all that depends on them.
-void MujocoEngine::enter_stage(int i) {
-  const double h = to_seconds(world_.step);
-  const int nv = m()->nv;
-  double* const qvel = d()->qvel;
+void MujocoEngine::restore_kept() {
   std::copy_n(kept_.data(), m()->nq, d()->qpos);
-  std::copy_n(kept_.data() + m()->nq, nv, qvel);
+  std::copy_n(kept_.data() + m()->nq, m()->nv, d()->qvel);
+}
+
+// MuJoCo's q and v from the step's start by the weighted derivatives of the first `stages` stages.
+void MujocoEngine::move_by(const std::array<double, kMostStages>& weights, int stages) {
+  const double h = to_seconds(world_.step);
+  restore_kept();
   std::fill(move_.begin(), move_.end(), 0.0);
-  for (int j = 0; j < i; ++j) {
-    for (int v = 0; v < nv; ++v) {
-      move_[v] += scheme_->alpha[i][j] * k_q_[j][v];
-      qvel[v] += h * scheme_->alpha[i][j] * k_v_[j][v];
+  for (int j = 0; j < stages; ++j) {
+    for (int v = 0; v < m()->nv; ++v) {
+      move_[v] += weights[j] * k_q_[j][v];
+      d()->qvel[v] += h * weights[j] * k_v_[j][v];
     }
   }
   mj_integratePos(m(), d()->qpos, move_.data(), h);
+}
+
+// MuJoCo's q and v at stage `i`, and all that depends on them.
+void MujocoEngine::enter_stage(int i) {
+  move_by(scheme_->alpha[i], i);
   mj_step1(m(), d());
   if (any_wrench_ || any_weightless_) write_wrenches();
 }
@@ -275,21 +282,11 @@ bool MujocoEngine::take_stages() {
 
 void MujocoEngine::finish_step() {
   const double h = to_seconds(world_.step);
-  const int nq = m()->nq, nv = m()->nv;
   if (world_.integrator == Integrator::implicit) {
     mj_step2(m(), d());  // solves once more, and then with M - h dC/dv
-    for (int v = 0; v < nv; ++v) k_v_[0][v] = (d()->qvel[v] - kept_[nq + v]) / h;
+    for (int v = 0; v < m()->nv; ++v) k_v_[0][v] = (d()->qvel[v] - kept_[m()->nq + v]) / h;
   } else {
-    std::copy_n(kept_.data(), nq, d()->qpos);
-    std::copy_n(kept_.data() + nq, nv, d()->qvel);
-    std::fill(move_.begin(), move_.end(), 0.0);
-    for (int i = 0; i < scheme_->stages; ++i) {
-      for (int v = 0; v < nv; ++v) {
-        move_[v] += scheme_->b[i] * k_q_[i][v];
-        d()->qvel[v] += h * scheme_->b[i] * k_v_[i][v];
-      }
-    }
-    mj_integratePos(m(), d()->qpos, move_.data(), h);
+    move_by(scheme_->b, scheme_->stages);
     d()->time += h;
   }
   for (std::size_t k = 0; k < drives_.size(); ++k) {
@@ -322,22 +319,22 @@ void MujocoEngine::step() {
     // something.
     diverged_ = true;
     d()->pstack = 0;  // given up in the middle of a call
-    std::copy_n(kept_.data(), m()->nq, d()->qpos);
-    std::copy_n(kept_.data() + m()->nq, m()->nv, d()->qvel);
+    restore_kept();
     return;
   }
   ++steps_;
   if (floating_) state_->read_q(model_, q_.data());
 }
 
-// The efforts of this instant [model nv], as the next step would begin with.
-void MujocoEngine::write_present_efforts(double* out) const {
-  for (int v = 0; v < model_.nv; ++v) out[v] = applied_effort_[v] - joint_damping_[v] * d()->qvel[v];
+// The efforts at the state of `data`, as a step from there would begin with.
+void MujocoEngine::write_present_efforts(mjData& data) const {
+  double* const out = data.qfrc_applied;
+  for (int v = 0; v < model_.nv; ++v) out[v] = applied_effort_[v] - joint_damping_[v] * data.qvel[v];
   for (std::size_t k = 0; k < springs_.size(); ++k) {
     JointSpring spring = springs_[k];
     if (k < drives_.size()) drives_[k].write_law(spring);
     if (!spring.on) continue;
-    const double asked = spring.law(d()->qpos[spring.q], d()->qvel[spring.v], to_seconds(world_.step));
+    const double asked = spring.law(data.qpos[spring.q], data.qvel[spring.v], to_seconds(world_.step));
     out[spring.v] += std::clamp(asked, spring.low, spring.high);
   }
 }

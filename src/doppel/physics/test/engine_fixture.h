@@ -13,10 +13,11 @@
 
 namespace doppel::test {
 
-inline World empty_space(double step = 1e-3) {
+inline World empty_space(double step = 1e-3, Integrator integrator = Integrator::euler) {
   World world;
   world.ground = false;
   world.step = from_seconds(step);
+  world.integrator = integrator;
   return world;
 }
 

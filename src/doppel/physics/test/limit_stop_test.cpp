@@ -25,12 +25,6 @@ RobotDescription make_slide(double stiffness, double restitution) {
   return robot;
 }
 
-World space_with(Integrator integrator, double step = 1e-3) {
-  World world = test::empty_space(step);
-  world.integrator = integrator;
-  return world;
-}
-
 TEST(LimitStop, DampingRatioAndRestitutionAreInverse) {
   for (const double e : {0.03, 0.1, kCriticalRestitution, 0.3, 0.5, 0.9, 0.99})
     EXPECT_NEAR(restitution_of(damping_ratio_of(e)), e, 1e-9);
@@ -56,8 +50,9 @@ TEST(LimitStop, GivesBackItsRestitutionOfTheSpeed) {
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
     for (const double e : {0.2, 0.5, 0.9}) {
       for (const double side : {-1.0, 1.0}) {
-        SCOPED_TRACE(std::string(kIntegratorNames[static_cast<int>(integrator)]) + " " + std::to_string(e));
-        Rig rig(make_slide(2e4, e), space_with(integrator));  // w0 = 100 rad/s: the step is a tenth of 1 / w0
+        SCOPED_TRACE(std::string(name_of(integrator)) + " " + std::to_string(e));
+        Rig rig(make_slide(2e4, e),
+                test::empty_space(1e-3, integrator));  // w0 = 100 rad/s: the step is a tenth of 1 / w0
         rig.set_state({0.0}, {side * 1.0});
         rig.run(0.3);
         EXPECT_NEAR(rig.v("swing"), -side * e, 0.03);
@@ -68,7 +63,7 @@ TEST(LimitStop, GivesBackItsRestitutionOfTheSpeed) {
 
 TEST(LimitStop, YieldsByLoadOverStiffness) {
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
-    Rig rig(make_slide(5e3, kCriticalRestitution), space_with(integrator));
+    Rig rig(make_slide(5e3, kCriticalRestitution), test::empty_space(1e-3, integrator));
     rig.set_state({0.09});
     rig.engine->apply_joint_effort(0, 25.0);
     rig.run(2.0);
@@ -79,7 +74,7 @@ TEST(LimitStop, YieldsByLoadOverStiffness) {
 
 TEST(LimitStop, StifferThanTheStepResolvesIsStable) {
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
-    Rig rig(make_slide(1e10, 0.9), space_with(integrator, 0.01));
+    Rig rig(make_slide(1e10, 0.9), test::empty_space(0.01, integrator));
     rig.set_state({0.0}, {3.0});
     rig.run(1.0);
     EXPECT_LE(std::abs(rig.v("swing")), 3.0 * 1.01);

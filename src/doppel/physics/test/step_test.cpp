@@ -22,16 +22,6 @@ using test::Rig;
 constexpr Integrator kAll[] = {Integrator::euler, Integrator::midpoint, Integrator::rk4,
                                Integrator::implicit};
 
-const char* name_of(Integrator integrator) {
-  return kIntegratorNames[static_cast<int>(integrator)];
-}
-
-World space_with(Integrator integrator, double step = 1e-3) {
-  World world = test::empty_space(step);
-  world.integrator = integrator;
-  return world;
-}
-
 // Amplification of y' = lambda y over one step, z = h lambda, with J exact.
 std::complex<double> amplification(const StepScheme& s, std::complex<double> z) {
   std::array<std::complex<double>, kMostStages> k{};
@@ -80,7 +70,7 @@ TEST(StepScheme, TheTablesFulfilTheOrderConditions) {
 // Largest distance of a passive fall from the reference after 0.2 s.
 double error_of_fall(const RobotDescription& robot, Integrator integrator, double step,
                      const Eigen::VectorXd& start, const Motion& reference) {
-  Rig rig(robot, space_with(integrator, step));
+  Rig rig(robot, test::empty_space(step, integrator));
   rig.set_state({start.data(), start.data() + start.size()});
   rig.run(0.2);
   return (Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), rig.model.nq) - reference.q)
@@ -123,7 +113,7 @@ TEST(Step, DrivenMotionConvergesWithSecondOrderAtLeastUnderMidpointAndRk4) {
   }
   const Eigen::VectorXd start = test::random_configuration(model.model, random);
   const auto end_of = [&](Integrator integrator, double step) {
-    Rig rig(robot, space_with(integrator, step), options);
+    Rig rig(robot, test::empty_space(step, integrator), options);
     rig.set_state({start.data(), start.data() + start.size()});
     rig.hold_all();
     rig.run(0.5);
@@ -181,7 +171,7 @@ TEST(Step, HoldsRestAtEveryStepUnderEveryIntegrator) {
   for (const Integrator integrator : kAll) {
     for (const double step : {0.001, 0.002, 0.005, 0.01, 0.02}) {
       SCOPED_TRACE(std::string(name_of(integrator)) + " " + std::to_string(step));
-      Rig rig(robot, space_with(integrator, step));
+      Rig rig(robot, test::empty_space(step, integrator));
       const Eigen::VectorXd start = test::random_configuration(rig.model, random);
       rig.set_state({start.data(), start.data() + start.size()});
       rig.hold_all();
@@ -201,7 +191,7 @@ TEST(Step, AClippedDriveHasNoImplicitDamper) {
     SCOPED_TRACE(name_of(integrator));
     EngineOptions options;
     options.servos = {{1000.0, 500.0, 2.0, 1e6}};
-    Rig rig(robot, space_with(integrator), options);
+    Rig rig(robot, test::empty_space(1e-3, integrator), options);
     rig.hold_all();
     rig.engine->set_target(0, 10.0);
     rig.run(0.1);
@@ -223,7 +213,7 @@ TEST(Step, DrivesGiveWhatIsReportedAndStayWithinTheirEffortLimits) {
     servo.effort = 0.3;
     servo.velocity = 3.0;
   }
-  Rig rig(robot, space_with(Integrator::euler), options);
+  Rig rig(robot, test::empty_space(1e-3, Integrator::euler), options);
   rig.hold_all();
   ReferenceMotion reference(rig.model, rig.world.gravity);
   std::uniform_real_distribution<double> unit(-2, 2);
@@ -260,7 +250,7 @@ TEST(Step, DrivesAreClippedUnderEveryIntegratorWithoutRunningAway) {
       joint.type = JointType::revolute;
       test::limit(joint, -3, 3, 0.3, 3);
     }
-    Rig rig(robot, space_with(integrator));
+    Rig rig(robot, test::empty_space(1e-3, integrator));
     rig.hold_all();
     std::uniform_real_distribution<double> unit(-2, 2);
     for (int i = 0; i < 2000; ++i) {
@@ -280,7 +270,7 @@ TEST(Step, EnergyOfADrivenMotionIsThatOfItsMasses) {
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   for (Joint& joint : robot.joints) joint.dynamics = JointDynamics{0.5, 0.0, {}};
   for (const Integrator integrator : kAll) {
-    Rig rig(robot, space_with(integrator));
+    Rig rig(robot, test::empty_space(1e-3, integrator));
     rig.hold_all();
     for (int j = 0; j < 6; ++j) rig.engine->set_target(j, 1.0);
     rig.run(0.05);
@@ -303,7 +293,7 @@ TEST(Step, ATumblingBodyConvergesWithTheOrderOfItsScheme) {
   robot.name = "tumbler";
   robot.links = {test::make_link("body", 1.0, {0, 0, 0}, {0.02, 0.05, 0.06})};
   const auto end_of = [&](Integrator integrator, double step) {
-    World space = space_with(integrator, step);
+    World space = test::empty_space(step, integrator);
     space.gravity.setZero();
     Rig rig(robot, space, {}, BaseKind::floating);
     rig.set_state({0, 0, 0, 0, 0, 0, 1}, {0.1, 0.2, 0.3, 2.0, 7.0, 1.0});
@@ -324,7 +314,7 @@ TEST(Step, MidpointKeepsItsOrderWhileAnObjectLiesOnTheGround) {
   std::mt19937 random(12);
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   const auto end_of = [&](Integrator integrator, double step, bool with_puck) {
-    World world = space_with(integrator, step);
+    World world = test::empty_space(step, integrator);
     if (with_puck) {
       world.ground = true;
       world.objects.push_back(test::make_object("puck", Box{{0.1, 0.1, 0.02}}, {30, 0, 0.01}, 0.2));
@@ -354,7 +344,7 @@ TEST(Step, NothingIsAllocatedUnderAnyIntegrator) {
   }
   robot.joints[5].mimic = Mimic{robot.joints[4].name, 1, 0, {}};
   for (const Integrator integrator : kAll) {
-    World world = space_with(integrator);
+    World world = test::empty_space(1e-3, integrator);
     world.ground = true;
     world.objects.push_back(test::make_object("ball", Sphere{0.05}, {20, 0, 0.1}, 0.2));
     Rig rig(robot, world);

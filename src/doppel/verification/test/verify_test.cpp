@@ -48,7 +48,7 @@ TEST(Verify, SeesTheOrderOfTheSchemeOnThePassiveArm) {
       const Verification found = arm.verified(integrator, {MotionKind::smooth});
       ASSERT_TRUE(found.motions[0].order) << seed;
       EXPECT_NEAR(*found.motions[0].order, step_scheme(integrator).order, 0.3)
-          << kIntegratorNames[static_cast<int>(integrator)] << ", seed " << seed;
+          << name_of(integrator) << ", seed " << seed;
     }
   }
 }
