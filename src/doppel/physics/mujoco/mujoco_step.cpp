@@ -96,7 +96,7 @@ void MujocoEngine::meet_stop(JointSpring& stop) {
   stop.damping = 2.0 * ratio * std::sqrt(stop.stiffness * inertia);
   // Stiffer than the step resolves: the joint has come as deep as speed times step, and the spring of the
   // next step, which is explicit, gives back no more than stiffness * depth / damping.
-  if (stop.stiffness * h * h > inertia)
+  if (stop.stiffness * h * h > kResolved * inertia)
     stop.damping = std::max(stop.damping, stop.stiffness * h / restitution_of(ratio));
 }
 
