@@ -95,9 +95,10 @@ export function healthPanel(app: App): Panel {
     say(effort!, number(load?.effort));
     say(gravity!, number(load?.gravity));
     const digits = unitOf(joint) === 'rad' ? 4 : 2;
-    const play = load && load.play > 0 ? ` ± ${fixed(shown(joint, load.play), digits)}` : '';
-    say(sag!, load && Number.isFinite(load.sag) ? `${fixed(shown(joint, load.sag), digits)}${play} ${unitOf(joint)}` : '–');
-    sag!.title = play ? 'friction holds the joint anywhere within this range' : '';
+    const angle = (value: number): string => `${fixed(shown(joint, value), digits)} ${unitOf(joint)}`;
+    say(sag!, load && Number.isFinite(load.sag) ? angle(load.sag) : '–');
+    // The column has no room for a range.
+    sag!.title = load && load.play > 0 ? `with friction anywhere from ${angle(load.sag - load.play)} to ${angle(load.sag + load.play)}` : '';
     if (!load) {
       say(margin!, '–');
       return;
