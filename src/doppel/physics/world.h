@@ -44,14 +44,17 @@ Integrator integrator_named(const std::string& name, const std::string& rule,
 
 inline constexpr double kShortestStep = 1e-6, kLongestStep = 0.02;  // s
 
-struct World {
+struct WorldSettings {
   std::string name = "empty";
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2
   Duration step{1'000'000};              // 1 ms
   Integrator integrator = Integrator::euler;
   bool ground = true;  // an endless plane at z = 0
   double ground_friction = 0.8;
-  Pose X_WR = Pose::Identity();  // the robot's root link
+};
+
+struct World : WorldSettings {
+  Pose X_WR = Pose::Identity();  // the root link of a robot that nothing else places
   std::vector<WorldObject> objects;
 };
 

@@ -1,0 +1,60 @@
+#pragma once
+// Which bodies never collide: by the structure of a model (one rigid body, joined by a joint, both fixed to
+// the world), and because they touch or overlap at the start. Links that touch there are shaped so, as a hull
+// that fills a hollow, and would push each other for ever; what is inside the ground or another instance would
+// be thrown.
+
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "doppel/physics/engine.h"
+
+namespace doppel {
+
+// m: what stands on the ground or beside something is not inside of it.
+inline constexpr double kOverlap = 1e-4;
+
+// For each link, the topmost link it is rigidly joined to through fixed joints; 0: it is fixed to the root.
+std::vector<int> rigid_groups(const Model& model);
+
+struct LinkPair {
+  int a = -1, b = -1;  // links of one model, a < b
+  std::string reason;  // empty: they may collide
+};
+// Every pair of the links for which `has_shape` holds, with the reason why it never collides: within one
+// rigid body, or between two bodies that one joint joins.
+std::vector<LinkPair> link_pairs(const Model& model, const std::vector<bool>& has_shape);
+
+class Exclusions {
+ public:
+  Exclusions(const WorldSettings& settings, std::span<const ModelInstance> instances);
+  // Those of an earlier world that were found at its start, for instances that are there under their names.
+  void keep(const CompiledWorld& before);
+
+  // In either order. Pairs without a shape are not listed.
+  [[nodiscard]] bool contains(BodyId a, BodyId b) const;
+  // Takes in what touches at the start: of links of one instance every contact, of bodies of two the deeper
+  // ones, unless both are objects. True: the pair was not known, so that an engine that finds a limited
+  // number of contacts looks again.
+  bool note(const Contact& contact);
+  // In the order of the instances: pairs of one instance, overlaps at the start, both fixed to the world.
+  [[nodiscard]] std::vector<ExcludedPair> list() const;
+
+ private:
+  using Key = std::pair<BodyId, BodyId>;  // first < second
+  static Key key_of(BodyId a, BodyId b) { return a < b ? Key{a, b} : Key{b, a}; }
+  [[nodiscard]] bool fixed(BodyId body) const;
+  struct Entry {
+    std::string reason;
+    double depth = 0;
+    bool at_start = false;  // found by note()
+  };
+  std::span<const ModelInstance> instances_;
+  std::vector<std::vector<int>> groups_;  // [instances][links]
+  std::map<Key, Entry> pairs_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,62 @@
+#pragma once
+// What stands in a world: instances of models, each under a name of its own. A robot is one, and so is an
+// object, which has one link. An instance holds all that an engine is made from, so that no engine reads a
+// file: the compiled model, the shapes its links collide as, its servos and its start.
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/kinematics/model.h"
+#include "doppel/physics/collision_shape.h"
+#include "doppel/physics/servo.h"
+#include "doppel/physics/world.h"
+
+namespace doppel {
+
+struct ModelInstance {
+  std::string name;                                     // unique in its world; never "ground"
+  std::shared_ptr<const RobotDescription> description;  // for looks and places; engines do not read it
+  std::shared_ptr<const Model> model;
+  std::vector<std::vector<CollisionShape>> shapes;  // [links]
+  Pose X_WR = Pose::Identity();                     // links[0] of the model, which does not move
+  Eigen::VectorXd q0;                               // [nq] the pose at reset
+  std::vector<ServoParameters> servos;              // [joints]
+  bool self_collision = true;
+  // A floating joint from the root moves along z so that the lowest point of the shapes lies on the ground;
+  // where X_WR is not the identity, it is only lifted out of the ground.
+  bool set_on_ground = false;
+
+  // One body that nothing drives: its model has one link, beside the "world" that a floating one hangs on.
+  [[nodiscard]] bool is_object() const;
+  // The link that stands for the instance: the root, or what floats.
+  [[nodiscard]] int base_link() const;
+  [[nodiscard]] bool floating() const;  // its base moves freely
+};
+
+struct InstanceOptions {
+  std::string name;                     // empty: the description's
+  Pose X_WR = Pose::Identity();
+  Eigen::VectorXd q0;                   // empty: Model::neutral()
+  std::vector<ServoParameters> servos;  // empty: choose_servos() under `gravity`
+  Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2, world axes
+  bool self_collision = true, set_on_ground = false;
+};
+
+// A mesh that cannot be read, or a shape without a size, is a warning with its place: nothing collides there.
+ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
+                            std::shared_ptr<const Model> model, const InstanceOptions& options,
+                            CollisionMeshes& meshes, Diagnostics& diagnostics);
+
+// An object: loose where it has a mass, else fixed to the world. Throws InputError: a mesh that cannot be
+// read, no size, numbers that are not finite.
+ModelInstance make_instance(const WorldObject& object, CollisionMeshes& meshes, Diagnostics& diagnostics);
+
+// Index of the instance with this name; -1: none.
+[[nodiscard]] int find_instance(std::span<const ModelInstance> instances, std::string_view name);
+
+}  // namespace doppel
