@@ -6,14 +6,26 @@
 #include <stdexcept>
 
 namespace doppel {
+namespace {
 
-void* late_symbol(const std::string& name, const char* symbol) {
-  namespace fs = std::filesystem;
+namespace fs = std::filesystem;
+
+fs::path path_of(const std::string& name) {
   const std::string file = "lib" + name + ".so";
   std::error_code none;
   const fs::path beside = fs::read_symlink("/proc/self/exe", none).parent_path() / file;
-  const fs::path path = fs::exists(beside, none) ? beside : fs::path(DOPPEL_LATE_FOLDER) / file;
-  void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  return fs::exists(beside, none) ? beside : fs::path(DOPPEL_LATE_FOLDER) / file;
+}
+
+}  // namespace
+
+bool late_library_exists(const std::string& name) {
+  std::error_code none;
+  return fs::exists(path_of(name), none);
+}
+
+void* late_symbol(const std::string& name, const char* symbol) {
+  void* const library = dlopen(path_of(name).c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const found = library == nullptr ? nullptr : dlsym(library, symbol);
   if (found == nullptr) throw std::runtime_error(std::string("a part of doppel is missing: ") + dlerror());
   return found;

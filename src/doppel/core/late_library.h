@@ -6,6 +6,9 @@
 
 namespace doppel {
 
+// Whether lib<name>.so is there.
+bool late_library_exists(const std::string& name);
+
 // The address of `symbol` in lib<name>.so, which stays loaded. Throws std::runtime_error with the reason.
 void* late_symbol(const std::string& name, const char* symbol);
 

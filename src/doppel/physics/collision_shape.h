@@ -24,7 +24,7 @@ struct CollisionShape {
   double friction = 0.8;         // Coulomb
 };
 
-// The lowest point of the shape along -z of the frame that X_FS is given in, m.
+// z of the shape's lowest point in a frame F in which it stands at X_FS, m.
 double lowest_point(const CollisionShape& shape, const Pose& X_FS);
 
 struct CollisionMesh {

@@ -73,11 +73,12 @@ struct RayHit {
   BodyId body;
 };
 
-// A pair that never collides, and why.
+// A pair that never collides, and why. Of a robot and an object or the ground, the robot's link is `a`.
 struct ExcludedPair {
   BodyId a, b;
   std::string reason;  // "joined by Revolute 2", "touching at the start", "inside at the start"
   double depth = 0;    // m: how far one lies in the other at the start
+  bool at_start = false;  // found there, not told by the structure
 };
 
 // What drives a scalar joint. Mimic joints are moved by a physical coupling to their leader, never by a
@@ -237,6 +238,8 @@ class Engine {
  protected:
   explicit Engine(std::shared_ptr<const CompiledWorld> world) : world_(std::move(world)) {}
   Engine(const Engine&) = default;
+  Engine(Engine&&) = default;
+  Engine& operator=(Engine&&) = default;
 
   // From now on a state of `world`: for each of its instances, the instance of this engine whose state it
   // keeps, or -1. Time goes on. Nothing changes where it throws.

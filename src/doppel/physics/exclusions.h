@@ -40,19 +40,23 @@ class Exclusions {
   // ones, unless both are objects. True: the pair was not known, so that an engine that finds a limited
   // number of contacts looks again.
   bool note(const Contact& contact);
-  // In the order of the instances: pairs of one instance, overlaps at the start, both fixed to the world.
+  // In the order of the instances: pairs of one instance, overlaps at the start, both fixed to the world. Of a
+  // robot and an object or the ground, the robot's link is `a`.
   [[nodiscard]] std::vector<ExcludedPair> list() const;
 
  private:
   using Key = std::pair<BodyId, BodyId>;  // first < second
   static Key key_of(BodyId a, BodyId b) { return a < b ? Key{a, b} : Key{b, a}; }
   [[nodiscard]] bool fixed(BodyId body) const;
+  [[nodiscard]] bool is_object(BodyId body) const;
+  void add_fixed(std::vector<ExcludedPair>& out) const;
   struct Entry {
     std::string reason;
     double depth = 0;
     bool at_start = false;  // found by note()
   };
   std::span<const ModelInstance> instances_;
+  bool ground_;
   std::vector<std::vector<int>> groups_;  // [instances][links]
   std::map<Key, Entry> pairs_;
 };

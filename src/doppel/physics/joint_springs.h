@@ -13,6 +13,9 @@ namespace doppel {
 // ("physics.ideal_scheme") where ideal servos meet an integrator of higher order.
 std::vector<Drive> make_drives(const ModelInstance& instance, const WorldSettings& settings);
 
+// The spring of a scalar joint, which exerts nothing yet.
+JointSpring spring_of_joint(const Model& model, int joint);
+
 // The stops at finite limits of joints with a stop_stiffness: lower then upper, in the model's order.
 std::vector<JointSpring> make_stops(const Model& model);
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
-#include <stdexcept>
+#include <new>
 
 #include "doppel/physics/mujoco/compiled_detail.h"
 
@@ -21,7 +21,8 @@ namespace {
 [[noreturn]] void on_error(const char* text) {
   std::snprintf(error_text, sizeof error_text, "%s", text);
   if (error_exit != nullptr) std::longjmp(*error_exit, 1);
-  throw std::runtime_error(std::string("MuJoCo: ") + text);
+  std::fprintf(stderr, "MuJoCo failed outside of a guarded call: %s\n", text);
+  std::abort();
 }
 
 // What MuJoCo warns of while it runs is counted in mjData::warning; its own handler would write a file.
@@ -81,10 +82,25 @@ ModelHandle compile_mjcf(const std::string& mjcf, std::string& message) {
   mujoco_detail::install_handlers();
   const TextFile file(mjcf);
   std::array<char, 1024> text{};
-  ModelHandle model(mj_loadXML(file.path(), nullptr, text.data(), static_cast<int>(text.size())));
+  mjModel* model = nullptr;
+  const bool whole = guarded([&model, &file, &text] {
+    model = mj_loadXML(file.path(), nullptr, text.data(), static_cast<int>(text.size()));
+  });
   mj_freeLastXML();
-  message = text.data();
-  return model;
+  message = whole ? text.data() : mujoco_detail::error_text;
+  return ModelHandle(whole ? model : nullptr);
+}
+
+DataHandle make_data(const mjModel* model) {
+  mjData* data = nullptr;
+  if (!guarded([&] { data = mj_makeData(model); }) || data == nullptr) throw std::bad_alloc();
+  return DataHandle(data);
+}
+
+DataHandle copy_data(const mjModel* model, const mjData* from) {
+  mjData* data = nullptr;
+  if (!guarded([&] { data = mj_copyData(nullptr, model, from); }) || data == nullptr) throw std::bad_alloc();
+  return DataHandle(data);
 }
 
 }  // namespace doppel

@@ -19,11 +19,16 @@ struct MujocoDeleter {
 using ModelHandle = std::unique_ptr<mjModel, MujocoDeleter>;
 using DataHandle = std::unique_ptr<mjData, MujocoDeleter>;
 
+// Throw std::bad_alloc.
+DataHandle make_data(const mjModel* model);
+DataHandle copy_data(const mjModel* model, const mjData* data);
+
 // Null on failure, with MuJoCo's text in `message`; a warning leaves its text there too.
 ModelHandle compile_mjcf(const std::string& mjcf, std::string& message);
 
 namespace mujoco_detail {
-// Where mju_error of this thread jumps to; null: nowhere, it throws.
+// Where mju_error of this thread jumps to; null: nowhere, and the process ends, since an exception must not
+// pass MuJoCo's C frames.
 extern thread_local std::jmp_buf* error_exit;
 extern thread_local char error_text[256];
 void install_handlers();

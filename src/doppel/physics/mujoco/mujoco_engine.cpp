@@ -1,19 +1,16 @@
-#include "doppel/physics/mujoco/mujoco_engine.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
-#include "doppel/kinematics/dynamics.h"
 #include "doppel/physics/mujoco/convert.h"
 #include "doppel/physics/mujoco/mujoco_engine_detail.h"
 
 namespace doppel {
 namespace {
+
+constexpr int kRunaway[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
 
 Eigen::Map<const Eigen::Vector3d> vector_at(const double* p) {
   return Eigen::Map<const Eigen::Vector3d>(p);
@@ -23,87 +20,330 @@ Eigen::Matrix3d rotation_at(const double* row_major) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(row_major);
 }
 
+std::size_t size(int n) {
+  return static_cast<std::size_t>(n);
+}
+
 }  // namespace
 
-void MujocoEngine::make_drives(const EngineOptions& options) {
-  const Eigen::Vector3d gravity_R = world_.X_WR.linear().transpose() * world_.gravity;
-  servos_ = options.servos.empty() ? choose_servos(model_, {}, gravity_R) : options.servos;
-  if (servos_.size() != model_.joints.size())
-    throw std::invalid_argument("EngineOptions::servos has the wrong size");
-  const bool ideal =
-      std::any_of(servos_.begin(), servos_.end(), [](const ServoParameters& s) { return s.ideal; });
-  if (ideal && step_scheme(world_.integrator).order > 1) {
-    throw InputError(
-        "physics.ideal_scheme", {},
-        fmt::format("ideal servos land on their reference within one step of euler; {} is no such "
-                    "integrator",
-                    name_of(world_.integrator)),
-        "leave `integrator` out of the world, or the servos as they are");
+// -- what is state in the model
+
+ModelView::ModelView(const mjModel& shared)
+    : model_(shared),
+      armature_(shared.dof_armature, shared.dof_armature + shared.nv),
+      positions_(shared.body_pos, shared.body_pos + 3 * shared.nbody),
+      rotations_(shared.body_quat, shared.body_quat + 4 * shared.nbody) {
+  point();
+}
+
+ModelView::ModelView(const ModelView& other)
+    : model_(other.model_),
+      armature_(other.armature_),
+      positions_(other.positions_),
+      rotations_(other.rotations_) {
+  point();
+}
+
+ModelView& ModelView::operator=(const ModelView& other) {
+  if (this == &other) return *this;
+  armature_ = other.armature_;
+  positions_ = other.positions_;
+  rotations_ = other.rotations_;
+  return *this;
+}
+
+void ModelView::point() {
+  model_.dof_armature = armature_.data();
+  model_.body_pos = positions_.data();
+  model_.body_quat = rotations_.data();
+}
+
+// -- making states
+
+MujocoEngine::MujocoEngine(std::shared_ptr<const MujocoWorld> world)
+    : Engine(world),
+      view_(*world->m()),
+      data_(make_data(world->m())),
+      drives_(world->drives),
+      springs_(world->springs),
+      q_(size(m()->nq)),
+      effort_(size(world->joints), 0.0),
+      kept_(size(m()->nq + m()->nv)),
+      applied_effort_(size(m()->nv), 0.0),
+      rotors_(size(m()->nv), 0.0),
+      linear_damping_(size(m()->nv)),
+      linear_stiffness_(size(m()->nv)),
+      move_(size(m()->nv)),
+      momentum_(size(m()->nv)),
+      wrenches_(size(m()->nbody)) {
+  for (const CompiledStop& stop : world->stops) springs_.push_back(stop.spring);
+  asked_.resize(springs_.size());
+  for (int i = 0; i < kMostStages; ++i) {
+    k_q_[i].assign(size(m()->nv), 0.0);
+    k_v_[i].assign(size(m()->nv), 0.0);
   }
-  const Eigen::VectorXd carried =
-      ideal ? carried_inertia(model_)
-            : Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model_.joints.size())).eval();
-  drive_of_joint_.assign(model_.joints.size(), -1);
-  for (const int joint : robot_.driven) {
-    drive_of_joint_[joint] = static_cast<int>(drives_.size());
-    drives_.emplace_back(joint, servos_[joint], carried[joint], world_.step);
-  }
+  roots_.resize(world->instances().size());
+  reset();
+}
+
+MujocoEngine::MujocoEngine(const MujocoEngine& other)
+    : Engine(other),
+      view_(other.view_),
+      data_(copy_data(other.m(), other.d())),
+      roots_(other.roots_),
+      drives_(other.drives_),
+      springs_(other.springs_),
+      q_(other.q_),
+      effort_(other.effort_),
+      kept_(other.kept_),
+      applied_effort_(other.applied_effort_),
+      rotors_(other.rotors_),
+      scheme_(other.scheme_),
+      linear_damping_(other.linear_damping_),
+      linear_stiffness_(other.linear_stiffness_),
+      k_q_(other.k_q_),
+      k_v_(other.k_v_),
+      move_(other.move_),
+      momentum_(other.momentum_),
+      asked_(other.asked_),
+      wrenches_(other.wrenches_),
+      any_wrench_(other.any_wrench_),
+      diverged_(other.diverged_),
+      steps_(other.steps_) {}
+
+std::unique_ptr<Engine> MujocoEngine::clone() const {
+  return std::make_unique<MujocoEngine>(*this);
+}
+
+// Scratch that a step fills before it reads it is left as it is.
+void MujocoEngine::copy_state(const Engine& from) {
+  if (from.compiled() != compiled())
+    throw std::invalid_argument("a state can be copied within one compilation only");
+  const auto& other = static_cast<const MujocoEngine&>(from);
+  if (this == &other) return;
+  view_ = other.view_;
+  mj_copyData(d(), m(), other.d());
+  roots_ = other.roots_;
+  drives_ = other.drives_;
+  springs_ = other.springs_;
+  q_ = other.q_;
+  effort_ = other.effort_;
+  applied_effort_ = other.applied_effort_;
+  rotors_ = other.rotors_;
+  scheme_ = other.scheme_;
+  linear_damping_ = other.linear_damping_;
+  linear_stiffness_ = other.linear_stiffness_;
+  wrenches_ = other.wrenches_;
+  any_wrench_ = other.any_wrench_;
+  diverged_ = other.diverged_;
+  steps_ = other.steps_;
 }
 
 void MujocoEngine::reset() {
   mj_resetData(m(), d());
-  for (std::size_t i = 0; i < world_.objects.size(); ++i) state_->place_object(i, world_.objects[i].X_WO);
-  lift_wrenches();
+  for (AppliedWrench& wrench : wrenches_) wrench.on = false;
+  any_wrench_ = diverged_ = false;
   std::fill(applied_effort_.begin(), applied_effort_.end(), 0.0);
-  diverged_ = false;
-  steps_ = 0;
-  std::fill(rotors_.begin(), rotors_.end(), 0.0);
-  for (Drive& drive : drives_) drive.start(DriveMode::limp, 0.0);
-  for (JointSpring& spring : springs_) spring.on = false;
-  scheme_ = &step_scheme(world_.integrator);
-  write_armature();
-  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(model_.nv);
-  set_state({q0_.data(), static_cast<std::size_t>(model_.nq)},
-            {rest.data(), static_cast<std::size_t>(model_.nv)});
-}
-
-void MujocoEngine::set_state(std::span<const double> q, std::span<const double> v) {
-  q_ = Eigen::Map<const Eigen::VectorXd>(q.data(), model_.nq);
-  model_.apply_mimics(q_);
-  state_->write_q(model_, q_.data());
-  std::copy_n(v.data(), model_.nv, d()->qvel);
-  for (const ModelJoint& joint : model_.joints) {
-    if (joint.mimics()) d()->qvel[joint.v] = joint.mimic_multiplier * v[model_.joints[joint.mimic_leader].v];
-  }
-  std::fill_n(d()->qacc_warmstart, m()->nv, 0.0);
   std::fill(effort_.begin(), effort_.end(), 0.0);
-  for (Drive& drive : drives_) drive.follow(q_[model_.joints[drive.joint()].q]);
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    springs_[k].bound = 0;
-    if (k >= drives_.size()) springs_[k].on = false;  // what was touched before is not what is touched now
+  std::fill(rotors_.begin(), rotors_.end(), 0.0);
+  steps_ = 0;
+  for (std::size_t i = 0; i < roots_.size(); ++i) {
+    const ModelInstance& instance = world().instances()[i];
+    std::copy_n(instance.q0.data(), instance.q0.size(), q_.begin() + compiled_world().offsets(static_cast<int>(i)).q);
+    put_root(static_cast<int>(i), instance.X_WR);
   }
-  diverged_ = !state_->refresh() || ran_away();
+  write_qpos(q_, 0, compiled_world().quaternions, d()->qpos);
+  for (std::size_t k = 0; k < drives_.size(); ++k) drives_[k].start(DriveMode::limp, q_[size(springs_[k].q)]);
+  for (JointSpring& spring : springs_) {
+    spring.on = false;
+    spring.bound = 0;
+  }
+  scheme_ = &step_scheme(settings().integrator);
+  write_armature();
+  diverged_ = !refresh() || ran_away();
 }
 
-void MujocoEngine::set_drive(int joint, DriveMode mode) {
-  const int index = drive_of_joint_[joint];
-  const ModelJoint& of = model_.joints[joint];
-  drives_[index].start(mode, d()->qpos[of.q]);
-  springs_[index].bound = 0;
-  rotors_[of.v] = mode == DriveMode::effort ? servos_[joint].rotor_inertia : 0.0;
-  if (mode == DriveMode::limp) effort_[joint] = 0.0;
+// What depends on positions and velocities only. False: MuJoCo gave up.
+bool MujocoEngine::refresh() {
+  return guarded([this] { mj_step1(m(), d()); });
+}
+
+bool MujocoEngine::ran_away() const {
+  return std::ranges::any_of(kRunaway, [this](int warning) { return d()->warning[warning].number > 0; });
+}
+
+// -- other instances
+
+void MujocoEngine::become(std::shared_ptr<const CompiledWorld> world, std::span<const int> kept) {
+  MujocoEngine fresh(std::static_pointer_cast<const MujocoWorld>(std::move(world)));
+  fresh.steps_ = steps_;
+  fresh.diverged_ = diverged_;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (kept[i] >= 0) fresh.carry_over(*this, static_cast<int>(i), kept[i]);
+  }
+  fresh.write_armature();
+  if (!fresh.refresh()) fresh.diverged_ = true;
+  *this = std::move(fresh);
+}
+
+// The state of the instance `before` of another engine, whose model is the same.
+void MujocoEngine::carry_over(const MujocoEngine& from, int index, int before) {
+  const InstanceOffsets to = compiled_world().offsets(index), old = from.compiled_world().offsets(before);
+  const Model& model = *world().instances()[size(index)].model;
+  std::copy_n(from.d()->qpos + old.q, model.nq, d()->qpos + to.q);
+  std::copy_n(from.q_.begin() + old.q, model.nq, q_.begin() + to.q);
+  std::copy_n(from.d()->qvel + old.v, model.nv, d()->qvel + to.v);
+  std::copy_n(from.d()->qacc_warmstart + old.v, model.nv, d()->qacc_warmstart + to.v);
+  std::copy_n(from.applied_effort_.begin() + old.v, model.nv, applied_effort_.begin() + to.v);
+  std::copy_n(from.rotors_.begin() + old.v, model.nv, rotors_.begin() + to.v);
+  std::copy_n(from.effort_.begin() + old.joint, model.joints.size(), effort_.begin() + to.joint);
+  put_root(index, from.root_pose_of(before));
+  for (std::size_t link = 0; link < model.links.size(); ++link) {
+    const AppliedWrench& wrench =
+        from.wrenches_[size(from.compiled_world().mujoco_body(before, static_cast<int>(link)))];
+    wrenches_[size(compiled_world().mujoco_body(index, static_cast<int>(link)))] = wrench;
+    any_wrench_ = any_wrench_ || wrench.on;
+  }
+  // Drives and stops of one model stand in one order.
+  std::vector<const JointSpring*> springs;
+  for (const JointSpring& spring : from.springs_) {
+    if (spring.joint >= old.joint && spring.joint < old.joint + static_cast<int>(model.joints.size()))
+      springs.push_back(&spring);
+  }
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < springs_.size(); ++k) {
+    JointSpring& spring = springs_[k];
+    if (spring.joint < to.joint || spring.joint >= to.joint + static_cast<int>(model.joints.size())) continue;
+    const JointSpring place = spring;
+    const std::size_t earlier = static_cast<std::size_t>(springs[next] - from.springs_.data());
+    spring = *springs[next++];
+    spring.joint = place.joint;
+    spring.q = place.q;
+    spring.v = place.v;
+    if (k < drives_.size()) drives_[k] = from.drives_[earlier];
+  }
+}
+
+// -- one instance
+
+std::span<const double> MujocoEngine::q_of(int instance) const {
+  return std::span<const double>(q_).subspan(size(compiled_world().offsets(instance).q),
+                                             size(world().instances()[size(instance)].model->nq));
+}
+
+std::span<const double> MujocoEngine::v_of(int instance) const {
+  return {d()->qvel + compiled_world().offsets(instance).v,
+          size(world().instances()[size(instance)].model->nv)};
+}
+
+std::span<const double> MujocoEngine::drive_effort_of(int instance) const {
+  return std::span<const double>(effort_).subspan(
+      size(compiled_world().offsets(instance).joint),
+      world().instances()[size(instance)].model->joints.size());
+}
+
+void MujocoEngine::write_state(int instance, std::span<const double> q, std::span<const double> v) {
+  const Model& model = *world().instances()[size(instance)].model;
+  const InstanceOffsets& at = compiled_world().offsets(instance);
+  Eigen::Map<Eigen::VectorXd> own(q_.data() + at.q, model.nq);
+  own = Eigen::Map<const Eigen::VectorXd>(q.data(), model.nq);
+  model.apply_mimics(own);
+  write_qpos(q_of(instance), at.q, compiled_world().quaternions, d()->qpos);
+  std::copy(v.begin(), v.end(), d()->qvel + at.v);
+  for (const ModelJoint& joint : model.joints) {
+    if (joint.mimics())
+      d()->qvel[at.v + joint.v] =
+          joint.mimic_multiplier * v[size(model.joints[size(joint.mimic_leader)].v)];
+  }
+  std::fill_n(d()->qacc_warmstart + at.v, model.nv, 0.0);
+  std::fill_n(effort_.begin() + at.joint, model.joints.size(), 0.0);
+  const int end = at.joint + static_cast<int>(model.joints.size());
+  for (std::size_t k = 0; k < springs_.size(); ++k) {
+    JointSpring& spring = springs_[k];
+    if (spring.joint < at.joint || spring.joint >= end) continue;
+    spring.bound = 0;
+    if (k < drives_.size()) {
+      drives_[k].follow(q_[size(spring.q)]);
+    } else {
+      spring.on = false;  // what was touched before is not what is touched now
+    }
+  }
+  diverged_ = !refresh() || ran_away();
+}
+
+void MujocoEngine::write_root_pose(int instance, const Pose& X_WR) {
+  put_root(instance, X_WR);
+  if (!refresh()) diverged_ = true;
+}
+
+void MujocoEngine::put_root(int instance, const Pose& X_WR) {
+  roots_[size(instance)] = X_WR;
+  const int body = compiled_world().mujoco_body(instance, 0);
+  Eigen::Map<Eigen::Vector3d>(m()->body_pos + 3 * body) = X_WR.translation();
+  quaternion_to_mujoco(Eigen::Quaterniond(X_WR.linear()), m()->body_quat + 4 * body);
+}
+
+int MujocoEngine::drive_index(int instance, int joint) const {
+  return compiled_world().drive_of_joint[size(compiled_world().offsets(instance).joint + joint)];
+}
+
+void MujocoEngine::start_drive(int instance, int joint, DriveMode mode) {
+  const std::size_t index = size(drive_index(instance, joint));
+  JointSpring& spring = springs_[index];
+  drives_[index].start(mode, q_[size(spring.q)]);
+  spring.bound = 0;
+  const ServoParameters& servo = world().instances()[size(instance)].servos[size(joint)];
+  rotors_[size(spring.v)] = mode == DriveMode::effort ? servo.rotor_inertia : 0.0;
+  if (mode == DriveMode::limp) effort_[size(spring.joint)] = 0.0;
+}
+
+DriveMode MujocoEngine::drive_of(int instance, int joint) const {
+  const int index = drive_index(instance, joint);
+  return index < 0 ? DriveMode::limp : drives_[size(index)].mode();
+}
+void MujocoEngine::write_target(int instance, int joint, double target) {
+  drives_[size(drive_index(instance, joint))].set_target(target);
+}
+double MujocoEngine::target_of(int instance, int joint) const {
+  const int index = drive_index(instance, joint);
+  return index < 0 ? 0.0 : drives_[size(index)].target();
+}
+double MujocoEngine::reference_of(int instance, int joint) const {
+  const int index = drive_index(instance, joint);
+  return index < 0 ? 0.0 : drives_[size(index)].reference();
+}
+void MujocoEngine::write_reference(int instance, int joint, double reference) {
+  drives_[size(drive_index(instance, joint))].follow(reference);
+}
+
+Pose MujocoEngine::pose_of(int instance, int link) const {
+  return body_pose(compiled_world().mujoco_body(instance, link));
+}
+
+FrameVelocity MujocoEngine::velocity_of(int instance, int link) const {
+  double rotation_then_translation[6];
+  mj_objectVelocity(m(), d(), mjOBJ_XBODY, compiled_world().mujoco_body(instance, link),
+                    rotation_then_translation, 0);
+  return {vector_at(rotation_then_translation + 3), vector_at(rotation_then_translation)};
+}
+
+// -- loads
+
+void MujocoEngine::write_joint_effort(int instance, int joint, double effort) {
+  const Model& model = *world().instances()[size(instance)].model;
+  applied_effort_[size(compiled_world().offsets(instance).v + model.joints[size(joint)].v)] = effort;
+}
+
+void MujocoEngine::write_wrench(int instance, int link, const Eigen::Vector3d& p_LoP_L,
+                                const Eigen::Vector3d& force_W, const Eigen::Vector3d& torque_W) {
+  wrenches_[size(compiled_world().mujoco_body(instance, link))] = {true, p_LoP_L, force_W, torque_W};
+  any_wrench_ = true;
 }
 
 void MujocoEngine::clear_applied() {
   std::fill(applied_effort_.begin(), applied_effort_.end(), 0.0);
   std::fill_n(d()->xfrc_applied, 6 * m()->nbody, 0.0);
-  lift_wrenches();
-}
-
-void MujocoEngine::lift_wrenches() {
-  for (auto* wrenches : {&wrenches_, &object_wrenches_}) {
-    for (AppliedWrench& wrench : *wrenches) wrench.on = false;
-  }
+  for (AppliedWrench& wrench : wrenches_) wrench.on = false;
   any_wrench_ = false;
 }
 
@@ -118,17 +358,12 @@ void MujocoEngine::add_wrench(int body, const AppliedWrench& wrench) {
 
 void MujocoEngine::write_wrenches() {
   std::fill_n(d()->xfrc_applied, 6 * m()->nbody, 0.0);
-  for (std::size_t i = 0; i < wrenches_.size(); ++i)
-    add_wrench(state_->body_of_link(static_cast<int>(i)), wrenches_[i]);
-  for (std::size_t i = 0; i < object_wrenches_.size(); ++i)
-    add_wrench(state_->object(i).body, object_wrenches_[i]);
-  for (std::size_t i = 0; any_weightless_ && i < model_.links.size(); ++i) {
-    const ModelLink& link = model_.links[i];
-    if (!link.weightless || !link.inertia) continue;
-    add_wrench(state_->body_of_link(static_cast<int>(i)),
-               {true, link.inertia->com, -link.inertia->mass * world_.gravity, Eigen::Vector3d::Zero()});
-  }
+  for (int body = 1; body < m()->nbody; ++body) add_wrench(body, wrenches_[size(body)]);
+  for (const WeightlessBody& of : compiled_world().weightless)
+    add_wrench(of.body, {true, of.com, -of.mass * settings().gravity, Eigen::Vector3d::Zero()});
 }
+
+// -- what is read of the whole
 
 Pose MujocoEngine::body_pose(int body) const {
   Pose X = Pose::Identity();
@@ -137,63 +372,40 @@ Pose MujocoEngine::body_pose(int body) const {
   return X;
 }
 
-FrameVelocity MujocoEngine::body_velocity(int body) const {
-  double rotation_then_translation[6];
-  mj_objectVelocity(m(), d(), mjOBJ_XBODY, body, rotation_then_translation, 0);
-  return {vector_at(rotation_then_translation + 3), vector_at(rotation_then_translation)};
-}
-
-// MuJoCo's own would count the armature, which no mass stands behind, and links without gravity.
-MujocoEngine::Energy MujocoEngine::energy() const {
-  double potential = 0.0, kinetic = 0.0;
+// MuJoCo's own would count links without gravity.
+double MujocoEngine::potential_energy() const {
+  double out = 0.0;
   for (int body = 1; body < m()->nbody; ++body)
-    potential -= m()->body_mass[body] * world_.gravity.dot(vector_at(d()->xipos + 3 * body));
-  for (std::size_t i = 0; any_weightless_ && i < model_.links.size(); ++i) {
-    const ModelLink& link = model_.links[i];
-    if (!link.weightless || !link.inertia) continue;
-    potential += link.inertia->mass * world_.gravity.dot(link_pose(static_cast<int>(i)) * link.inertia->com);
-  }
-  mj_mulM(m(), d(), momentum_.data(), d()->qvel);
-  for (int v = 0; v < m()->nv; ++v) {
-    const double armature = v < model_.nv ? m()->dof_armature[v] : 0.0;
-    kinetic += 0.5 * d()->qvel[v] * (momentum_[v] - armature * d()->qvel[v]);
-  }
-  return {potential, kinetic};
+    out -= m()->body_mass[body] * settings().gravity.dot(vector_at(d()->xipos + 3 * body));
+  for (const WeightlessBody& of : compiled_world().weightless)
+    out += of.mass * settings().gravity.dot(body_pose(of.body) * of.com);
+  return out;
 }
 
-Contact MujocoEngine::describe(const mjContact& contact) const {
-  Contact out;
-  const int body_a = m()->geom_bodyid[contact.geom1], body_b = m()->geom_bodyid[contact.geom2];
-  const auto name = [&](int body, int link) -> std::string_view {
-    const int object = state_->object_of_body(body);
-    if (link >= 0) return "";
-    return object >= 0 ? std::string_view(world_.objects[object].name) : "ground";
-  };
-  out.link_a = state_->link_of_body(body_a);
-  out.link_b = state_->link_of_body(body_b);
-  out.object_a = name(body_a, out.link_a);
-  out.object_b = name(body_b, out.link_b);
-  out.p_W = vector_at(contact.pos);
-  out.normal_W = vector_at(contact.frame);
-  out.depth = -contact.dist;
+// MuJoCo's own would count the armature, which no mass stands behind.
+double MujocoEngine::kinetic_energy() const {
+  double out = 0.0;
+  mj_mulM(m(), d(), momentum_.data(), d()->qvel);
+  for (int v = 0; v < m()->nv; ++v)
+    out += 0.5 * d()->qvel[v] * (momentum_[size(v)] - m()->dof_armature[v] * d()->qvel[v]);
   return out;
 }
 
 void MujocoEngine::contacts(std::vector<Contact>& out) const {
   // The forces of this instant are only solved for in the next step; a copy is asked, so that looking changes
   // nothing.
-  if (looked_ == nullptr) looked_.reset(mj_makeData(m()));
-  mjData* const c = mj_copyData(looked_.get(), m(), d());
   out.clear();
-  write_present_efforts(*c);
-  if (!guarded([this, c] {
-        mj_fwdAcceleration(m(), c);
-        mj_fwdConstraint(m(), c);
-      })) {
-    return;
-  }
+  if (looked_ == nullptr) looked_ = make_data(m());
+  mjData* const c = looked_.get();
+  const bool whole = guarded([this, c] {
+    mj_copyData(c, m(), d());
+    write_present_efforts(*c);
+    mj_fwdAcceleration(m(), c);
+    mj_fwdConstraint(m(), c);
+  });
+  if (!whole) return;
   for (int i = 0; i < c->ncon; ++i) {
-    Contact contact = describe(c->contact[i]);
+    Contact contact = compiled_world().describe(c->contact[i]);
     double force[6];
     mj_contactForce(m(), c, i, force);
     contact.force_W = rotation_at(c->contact[i].frame).transpose() * vector_at(force);
@@ -207,48 +419,12 @@ RayHit MujocoEngine::cast_ray(const Eigen::Vector3d& from_W, const Eigen::Vector
   if (!(length > 0)) return hit;
   const Eigen::Vector3d direction = direction_W / length;
   int geom = -1;
-  hit.distance = mj_ray(m(), d(), from_W.data(), direction.data(), nullptr, 1, -1, &geom);
-  if (geom >= 0) hit.link = state_->link_of_body(m()->geom_bodyid[geom]);
+  const bool whole = guarded([&] {
+    hit.distance = mj_ray(m(), d(), from_W.data(), direction.data(), nullptr, 1, -1, &geom);
+  });
+  if (!whole) return {};
+  if (geom >= 0) hit.body = compiled_world().body_of(m()->geom_bodyid[geom]);
   return hit;
-}
-
-namespace {
-
-const MujocoEngine& mujoco(const Engine& engine) {
-  return dynamic_cast<const MujocoEngine&>(engine);
-}
-
-}  // namespace
-
-std::unique_ptr<Engine> make_mujoco_engine(const RobotDescription& robot, const Model& model,
-                                           const World& world, const EngineOptions& options,
-                                           Diagnostics& diagnostics) {
-  return std::make_unique<MujocoEngine>(robot, model, world, options, diagnostics);
-}
-
-double measure_bare_step_rate(const Engine& engine, int steps) {
-  const MujocoEngine& at = mujoco(engine);
-  const DataHandle copy(mj_copyData(nullptr, at.m(), at.d()));
-  const auto start = std::chrono::steady_clock::now();
-  for (int i = 0; i < steps; ++i) {
-    at.write_present_efforts(*copy);
-    mj_step(at.m(), copy.get());
-  }
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-  return steps / taken.count();
-}
-
-void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> acceleration,
-                             std::span<double> tau) {
-  const MujocoEngine& at = mujoco(engine);
-  const DataHandle copy(mj_copyData(nullptr, at.m(), at.d()));
-  std::fill_n(copy->qacc, at.m()->nv, 0.0);
-  std::copy(acceleration.begin(), acceleration.end(), copy->qacc);
-  mj_inverse(at.m(), copy.get());
-  for (std::size_t v = 0; v < tau.size(); ++v) {
-    tau[v] = copy->qfrc_inverse[v] - at.m()->dof_armature[v] * copy->qacc[v] +
-             at.joint_damping_effort(static_cast<int>(v));
-  }
 }
 
 }  // namespace doppel

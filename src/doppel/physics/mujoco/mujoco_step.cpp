@@ -11,7 +11,6 @@
 namespace doppel {
 namespace {
 
-constexpr int kRunaway[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
 // Passes in which springs may come free of their bounds again; later ones only bind, so that they end.
 constexpr int kFreePasses = 4;
 // (step * natural frequency)^2 of a stop up to which a step resolves its rebound.
@@ -19,60 +18,10 @@ constexpr double kResolved = 0.1;
 
 }  // namespace
 
-void MujocoEngine::make_springs() {
-  joint_damping_.assign(static_cast<std::size_t>(model_.nv), 0.0);
-  for (const ModelJoint& joint : model_.joints) {
-    std::fill_n(joint_damping_.begin() + std::max(joint.v, 0), joint.nv, joint.damping);
-  }
-  const auto of_joint = [this](int index) {
-    JointSpring spring;
-    spring.joint = index;
-    spring.q = model_.joints[index].q;
-    spring.v = model_.joints[index].v;
-    return spring;
-  };
-  for (const Drive& drive : drives_) springs_.push_back(of_joint(drive.joint()));
-  for (std::size_t i = 0; i < model_.joints.size(); ++i) {
-    const ModelJoint& joint = model_.joints[i];
-    if (!joint.scalar() || !(joint.stop_stiffness > 0)) continue;
-    JointSpring stop = of_joint(static_cast<int>(i));
-    stop.stiffness = joint.stop_stiffness;
-    stop.reference = joint.lower;
-    stop.low = 0.0;
-    if (std::isfinite(joint.lower)) springs_.push_back(stop);
-    stop.reference = joint.upper;
-    stop.low = -kInfinity;
-    stop.high = 0.0;
-    if (std::isfinite(joint.upper)) springs_.push_back(stop);
-  }
-  asked_.resize(springs_.size());
-  linear_damping_.resize(joint_damping_.size());
-  linear_stiffness_.resize(joint_damping_.size());
-}
-
-void MujocoEngine::size_stages() {
-  const auto nq = static_cast<std::size_t>(m()->nq), nv = static_cast<std::size_t>(m()->nv);
-  kept_.resize(nq + nv);
-  move_.resize(nv);
-  momentum_.resize(nv);
-  turning_.clear();
-  for (int joint = 0; joint < m()->njnt; ++joint) {
-    if (m()->jnt_type[joint] == mjJNT_BALL) turning_.push_back(m()->jnt_dofadr[joint]);
-    if (m()->jnt_type[joint] == mjJNT_FREE) turning_.push_back(m()->jnt_dofadr[joint] + 3);
-  }
-  for (int i = 0; i < kMostStages; ++i) {
-    k_q_[i].assign(nv, 0.0);
-    k_v_[i].assign(nv, 0.0);
-  }
-}
-
 // The inertia that the joint moves, its mimics with it, with what drives hold stiff, kg m^2 or kg.
-double MujocoEngine::moved_inertia(int joint) {
-  double out = inertia_at(model_.joints[joint].v);
-  for (const ModelJoint& other : model_.joints) {
-    if (other.mimic_leader == joint)
-      out += other.mimic_multiplier * other.mimic_multiplier * inertia_at(other.v);
-  }
+double MujocoEngine::moved_inertia(const CompiledStop& stop) {
+  double out = 0.0;
+  for (const auto& [v, rate] : stop.moved) out += rate * rate * inertia_at(v);
   return out;
 }
 
@@ -84,14 +33,17 @@ double MujocoEngine::inertia_at(int v) {
   return std::max(1.0 / response[v] - m()->dof_armature[v], 0.0);
 }
 
-void MujocoEngine::meet_stop(JointSpring& stop) {
+// `index`: of the compiled stops.
+void MujocoEngine::meet_stop(std::size_t index) {
+  const CompiledStop& compiled = compiled_world().stops[index];
+  JointSpring& stop = springs_[drives_.size() + index];
   const double beyond =
       stop.low < 0 ? d()->qpos[stop.q] - stop.reference : stop.reference - d()->qpos[stop.q];
   const bool was_on = stop.on;
   stop.on = beyond > 0;
   if (!stop.on || was_on) return;
-  const double h = to_seconds(world_.step), inertia = moved_inertia(stop.joint);
-  const double ratio = damping_ratio_of(model_.joints[stop.joint].stop_restitution);
+  const double h = to_seconds(settings().step), inertia = moved_inertia(compiled);
+  const double ratio = damping_ratio_of(compiled.restitution);
   stop.bound = 0;
   stop.damping = 2.0 * ratio * std::sqrt(stop.stiffness * inertia);
   // Stiffer than the step resolves: the joint has come as deep as speed times step, and the spring of the
@@ -102,11 +54,12 @@ void MujocoEngine::meet_stop(JointSpring& stop) {
 
 // A loose object that lies somewhere else does not count.
 bool MujocoEngine::robot_touches() const {
+  const auto of_robot = [this](int geom) {
+    const BodyId body = compiled_world().body_of(m()->geom_bodyid[geom]);
+    return !body.is_ground() && !compiled_world().instance(body.instance).is_object();
+  };
   for (int i = 0; i < d()->ncon; ++i) {
-    const mjContact& contact = d()->contact[i];
-    if (state_->link_of_body(m()->geom_bodyid[contact.geom1]) >= 0 ||
-        state_->link_of_body(m()->geom_bodyid[contact.geom2]) >= 0)
-      return true;
+    if (of_robot(d()->contact[i].geom1) || of_robot(d()->contact[i].geom2)) return true;
   }
   return false;
 }
@@ -118,11 +71,11 @@ void MujocoEngine::begin_step() {
   }
   bool stopped = false;
   for (std::size_t k = drives_.size(); k < springs_.size(); ++k) {
-    meet_stop(springs_[k]);
+    meet_stop(k - drives_.size());
     stopped = stopped || springs_[k].on;
   }
   // One-sided springs that may be stiffer than the step resolves: several evaluations are no more exact.
-  const StepScheme& wanted = step_scheme(world_.integrator);
+  const StepScheme& wanted = step_scheme(settings().integrator);
   scheme_ = stopped || (wanted.order == 2 && robot_touches()) ? &step_scheme(Integrator::euler) : &wanted;
   std::copy_n(d()->qpos, m()->nq, kept_.data());
   std::copy_n(d()->qvel, m()->nv, kept_.data() + m()->nq);
@@ -130,16 +83,17 @@ void MujocoEngine::begin_step() {
 
 // True: it has changed since the mass matrix was computed.
 bool MujocoEngine::write_armature() {
-  std::copy(joint_damping_.begin(), joint_damping_.end(), linear_damping_.begin());
+  const std::vector<double>& joint_damping = compiled_world().joint_damping;
+  std::copy(joint_damping.begin(), joint_damping.end(), linear_damping_.begin());
   std::fill(linear_stiffness_.begin(), linear_stiffness_.end(), 0.0);
   for (const JointSpring& spring : springs_) {
     if (!spring.acts_linearly()) continue;
     linear_damping_[spring.v] += spring.damping;
     if (!scheme_->semi_implicit) linear_stiffness_[spring.v] += spring.stiffness;
   }
-  const double h = to_seconds(world_.step) * scheme_->diagonal;
+  const double h = to_seconds(settings().step) * scheme_->diagonal;
   bool changed = false;
-  for (int v = 0; v < model_.nv; ++v) {
+  for (int v = 0; v < m()->nv; ++v) {
     const double armature = rotors_[v] + h * (linear_damping_[v] + h * linear_stiffness_[v]);
     changed = changed || armature != m()->dof_armature[v];
     m()->dof_armature[v] = armature;
@@ -154,7 +108,7 @@ void MujocoEngine::restore_kept() {
 
 // MuJoCo's q and v from the step's start by the weighted derivatives of the first `stages` stages.
 void MujocoEngine::move_by(const std::array<double, kMostStages>& weights, int stages) {
-  const double h = to_seconds(world_.step);
+  const double h = to_seconds(settings().step);
   restore_kept();
   std::fill(move_.begin(), move_.end(), 0.0);
   for (int j = 0; j < stages; ++j) {
@@ -170,23 +124,24 @@ void MujocoEngine::move_by(const std::array<double, kMostStages>& weights, int s
 void MujocoEngine::enter_stage(int i) {
   move_by(scheme_->alpha[i], i);
   mj_step1(m(), d());
-  if (any_wrench_ || any_weightless_) write_wrenches();
+  if (any_wrench_ || !compiled_world().weightless.empty()) write_wrenches();
 }
 
 bool MujocoEngine::implicit_at(int v) const {
-  return v < model_.nv && (linear_damping_[v] != 0 || linear_stiffness_[v] != 0);
+  return linear_damping_[v] != 0 || linear_stiffness_[v] != 0;
 }
 
 // The right side of stage i: outer efforts, springs, and what J adds of the earlier stages and, by positions
 // that move with gamma, of this one.
 void MujocoEngine::write_stage_efforts(int i) {
-  const double h = to_seconds(world_.step), t = h * scheme_->time(i);
+  const double h = to_seconds(settings().step), t = h * scheme_->time(i);
   const double drift = scheme_->semi_implicit ? 0.0 : h * scheme_->gamma_sum(i);
   const double *const q = d()->qpos, *const qvel = d()->qvel;
+  const std::vector<double>& joint_damping = compiled_world().joint_damping;
   double* const out = d()->qfrc_applied;
   for (int v = 0; v < m()->nv; ++v) {
     double rate = qvel[v];
-    if (v < model_.nv) out[v] = applied_effort_[v] - joint_damping_[v] * qvel[v];
+    out[v] = applied_effort_[v] - joint_damping[v] * qvel[v];
     if (implicit_at(v)) {
       for (int j = 0; j < i; ++j) {
         const double g = h * scheme_->gamma[i][j];
@@ -210,7 +165,7 @@ void MujocoEngine::write_stage_efforts(int i) {
 bool MujocoEngine::solve_stage(int i) {
   mj_fwdAcceleration(m(), d());
   mj_fwdConstraint(m(), d());
-  const double h = to_seconds(world_.step) * scheme_->diagonal;
+  const double h = to_seconds(settings().step) * scheme_->diagonal;
   bool sane = true;
   for (int v = 0; v < m()->nv; ++v) {
     const double a = d()->qacc[v];
@@ -227,8 +182,8 @@ bool MujocoEngine::solve_stage(int i) {
 // rates of one rotation vector from the step's start: theta' = w + theta x w / 2 + theta x (theta x w) / 12
 // (Munthe-Kaas, Applied Numerical Mathematics 29, 1999; further terms are of higher order than the schemes).
 void MujocoEngine::pull_back_turns(int i) {
-  const double h = to_seconds(world_.step);
-  for (const int v : turning_) {
+  const double h = to_seconds(settings().step);
+  for (const int v : compiled_world().turning) {
     Eigen::Vector3d theta = Eigen::Vector3d::Zero();
     for (int j = 0; j < i; ++j) theta += h * scheme_->alpha[i][j] * Eigen::Map<Eigen::Vector3d>(&k_q_[j][v]);
     Eigen::Map<Eigen::Vector3d> rate(&k_q_[i][v]);
@@ -240,7 +195,7 @@ void MujocoEngine::pull_back_turns(int i) {
 // The effort of spring k over the step if it had no bounds.
 double MujocoEngine::asked_effort(std::size_t k) const {
   const JointSpring& spring = springs_[k];
-  const double h = to_seconds(world_.step);
+  const double h = to_seconds(settings().step);
   const double stiffness = scheme_->semi_implicit ? 0.0 : spring.stiffness;
   double out = asked_[k];
   for (int i = 0; i < scheme_->stages; ++i) {
@@ -281,8 +236,8 @@ bool MujocoEngine::take_stages() {
 }
 
 void MujocoEngine::finish_step() {
-  const double h = to_seconds(world_.step);
-  if (world_.integrator == Integrator::implicit) {
+  const double h = to_seconds(settings().step);
+  if (settings().integrator == Integrator::implicit) {
     mj_step2(m(), d());  // solves once more, and then with M - h dC/dv
     for (int v = 0; v < m()->nv; ++v) k_v_[0][v] = (d()->qvel[v] - kept_[m()->nq + v]) / h;
   } else {
@@ -298,17 +253,10 @@ void MujocoEngine::finish_step() {
   mj_step1(m(), d());
 }
 
-bool MujocoEngine::ran_away() const {
-  for (const int warning : kRunaway) {
-    if (d()->warning[warning].number > 0) return true;
-  }
-  return false;
-}
-
 void MujocoEngine::step() {
   if (diverged_) return;
   begin_step();
-  if (any_wrench_ || any_weightless_) write_wrenches();
+  if (any_wrench_ || !compiled_world().weightless.empty()) write_wrenches();
   bool sane = false;
   const bool whole = guarded([this, &sane] {
     sane = take_stages() && !ran_away();
@@ -323,18 +271,19 @@ void MujocoEngine::step() {
     return;
   }
   ++steps_;
-  if (floating_) state_->read_q(model_, q_.data());
+  read_q();
 }
 
 // The efforts at the state of `data`, as a step from there would begin with.
 void MujocoEngine::write_present_efforts(mjData& data) const {
   double* const out = data.qfrc_applied;
-  for (int v = 0; v < model_.nv; ++v) out[v] = applied_effort_[v] - joint_damping_[v] * data.qvel[v];
+  for (int v = 0; v < m()->nv; ++v)
+    out[v] = applied_effort_[v] - compiled_world().joint_damping[v] * data.qvel[v];
   for (std::size_t k = 0; k < springs_.size(); ++k) {
     JointSpring spring = springs_[k];
     if (k < drives_.size()) drives_[k].write_law(spring);
     if (!spring.on) continue;
-    const double asked = spring.law(data.qpos[spring.q], data.qvel[spring.v], to_seconds(world_.step));
+    const double asked = spring.law(data.qpos[spring.q], data.qvel[spring.v], to_seconds(settings().step));
     out[spring.v] += std::clamp(asked, spring.low, spring.high);
   }
 }

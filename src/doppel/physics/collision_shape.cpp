@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/collision_mesh.h"
+#include "doppel/physics/collision_shape.h"
 
 #include <fmt/format.h>
 
@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <numbers>
 
 #include "doppel/description/mesh.h"
@@ -77,7 +78,30 @@ Vertices extreme_vertices(const Vertices& vertices) {
   return out;
 }
 
+// How far a shape reaches below its centre, m; up: the outer frame's z in the shape's axes.
+struct ReachBelow {
+  Eigen::Vector3d up;  // unit
+  [[nodiscard]] double across() const { return std::hypot(up.x(), up.y()); }
+  double operator()(const Sphere& sphere) const { return sphere.radius; }
+  double operator()(const Box& box) const { return 0.5 * up.cwiseAbs().dot(box.size); }
+  double operator()(const Capsule& c) const { return c.radius + 0.5 * std::abs(up.z()) * c.length; }
+  double operator()(const Cylinder& c) const {
+    return across() * c.radius + 0.5 * std::abs(up.z()) * c.length;
+  }
+  double operator()(const SharedHull& hull) const {
+    double lowest = kNoHeight;
+    for (const Eigen::Vector3f& p : hull->vertices) lowest = std::min(lowest, up.dot(p.cast<double>()));
+    return -lowest;
+  }
+  static constexpr double kNoHeight = std::numeric_limits<double>::infinity();
+};
+
 }  // namespace
+
+double lowest_point(const CollisionShape& shape, const Pose& X_FS) {
+  const Eigen::Vector3d up = X_FS.linear().transpose() * Eigen::Vector3d::UnitZ();
+  return X_FS.translation().z() - std::visit(ReachBelow{up}, shape.geometry);
+}
 
 CollisionMesh make_collision_mesh(const Vertices& all) {
   CollisionMesh out;
@@ -101,7 +125,8 @@ CollisionMesh make_collision_mesh(const Vertices& all) {
   }
   const Eigen::Vector3d extent = high - low;
   if (extent.minCoeff() > std::max(kFlatness * extent.maxCoeff(), kThinnest)) {
-    out.vertices = vertices.size() > kMostHullVertices ? extreme_vertices(vertices) : vertices;
+    out.hull = std::make_shared<const CollisionHull>(
+        CollisionHull{vertices.size() > kMostHullVertices ? extreme_vertices(vertices) : vertices});
     return out;
   }
   out.box_size = extent.cwiseMax(kThickenedTo);
@@ -118,8 +143,7 @@ const CollisionMesh* CollisionMeshes::find(const MeshGeometry& mesh, const std::
   const auto found = loaded_.find(key);
   if (found != loaded_.end()) return &found->second;
   CollisionMesh made = make_collision_mesh(load_mesh(mesh.path, mesh.scale).vertices);
-  made.index = loaded_.size();
-  if (made.vertices.empty()) {
+  if (made.hull == nullptr) {
     diagnostics.warning(
         "physics.flat_mesh", where,
         fmt::format("the mesh '{}' of {} is flat; a box of {:.3g} x {:.3g} x {:.3g} m collides instead",

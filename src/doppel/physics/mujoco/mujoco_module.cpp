@@ -1,0 +1,71 @@
+// What the module exports: the engine, and what mujoco_extras.h offers beside the contract.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "doppel/physics/mujoco/mujoco_engine_detail.h"
+
+namespace doppel {
+namespace {
+
+std::string version_text() {
+  const int version = mj_version();
+  const int minor_base = version >= 1000 ? 1000000 : 100;  // 222 is 2.2.2; from 3.5 on 3005000 is 3.5.0
+  const int minor_unit = version >= 1000 ? 1000 : 10;
+  return fmt::format("{}.{}.{}", version / minor_base, version % minor_base / minor_unit, version % minor_unit);
+}
+
+EngineCapabilities capabilities_of_mujoco() {
+  EngineCapabilities out;
+  out.name = "mujoco";
+  out.version = version_text();
+  out.contacts = out.rays = out.floating = out.planar = true;
+  out.mimics = out.friction = out.stops = out.ideal = true;
+  out.integrators = {Integrator::euler, Integrator::midpoint, Integrator::rk4, Integrator::implicit};
+  return out;
+}
+
+std::shared_ptr<const CompiledWorld> compile(WorldSettings settings, std::vector<ModelInstance> instances,
+                                             Diagnostics& diagnostics) {
+  return std::make_shared<const MujocoWorld>(std::move(settings), std::move(instances), nullptr, diagnostics);
+}
+
+const EngineModule kModule{capabilities_of_mujoco(), &compile};
+
+}  // namespace
+
+const EngineCapabilities& MujocoWorld::capabilities() const {
+  return kModule.capabilities;
+}
+
+std::unique_ptr<Engine> MujocoWorld::make_engine() const {
+  return std::make_unique<MujocoEngine>(std::static_pointer_cast<const MujocoWorld>(shared_from_this()));
+}
+
+}  // namespace doppel
+
+DOPPEL_EXPORT_ENGINE(doppel::kModule)
+
+extern "C" double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int steps) {
+  const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
+  const doppel::DataHandle copy = doppel::copy_data(at.m(), at.d());
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < steps; ++i) {
+    at.write_present_efforts(*copy);
+    mj_step(at.m(), copy.get());
+  }
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+  return steps / taken.count();
+}
+
+extern "C" void doppel_mujoco_inverse_dynamics(const doppel::Engine& engine, const double* acceleration,
+                                               double* tau) {
+  const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
+  const doppel::DataHandle copy = doppel::copy_data(at.m(), at.d());
+  std::copy_n(acceleration, at.m()->nv, copy->qacc);
+  mj_inverse(at.m(), copy.get());
+  for (int v = 0; v < at.m()->nv; ++v)
+    tau[v] = copy->qfrc_inverse[v] - at.m()->dof_armature[v] * copy->qacc[v] + at.joint_damping_effort(v);
+}

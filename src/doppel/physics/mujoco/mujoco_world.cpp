@@ -1,0 +1,212 @@
+// The compiled world: MuJoCo's model, and where the instances' parts stand in its arrays.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+#include "doppel/physics/mujoco/convert.h"
+#include "doppel/physics/mujoco/mujoco_world_detail.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kNeverNear = -1e9;  // m, the margin of a pair that never touches
+
+int find_part(const mjModel* m, int type, const std::string& name) {
+  const int id = mj_name2id(m, type, name.c_str());
+  if (id < 0) throw std::logic_error("the compiled MuJoCo model lacks " + name);
+  return id;
+}
+
+}  // namespace
+
+void write_qpos(std::span<const double> q, int first, std::span<const int> quaternions, double* qpos) {
+  std::copy(q.begin(), q.end(), qpos + first);
+  for (const int at : quaternions) {
+    if (at < first || at >= first + static_cast<int>(q.size())) continue;
+    const double* const c = q.data() + (at - first);
+    quaternion_to_mujoco(Eigen::Quaterniond(c[3], c[0], c[1], c[2]).normalized(), qpos + at);
+  }
+}
+
+void read_qpos(const double* qpos, std::span<const int> quaternions, std::span<double> q) {
+  std::copy_n(qpos, q.size(), q.begin());
+  for (const int at : quaternions) {
+    const Eigen::Quaterniond rotation = quaternion_from_mujoco(qpos + at);
+    std::copy_n(rotation.coeffs().data(), 4, q.data() + at);  // x y z w
+  }
+}
+
+MujocoWorld::MujocoWorld(WorldSettings settings, std::vector<ModelInstance> instances,
+                         const CompiledWorld* before, Diagnostics& diagnostics)
+    : CompiledWorld(std::move(settings), std::move(instances)),
+      offsets_(instance_offsets(CompiledWorld::instances())) {
+  Exclusions exclusions(this->settings(), CompiledWorld::instances());
+  const MjcfDocument document = write_document(this->settings(), CompiledWorld::instances(), exclusions);
+  compile(document, diagnostics);
+  number_bodies();
+  collect_joints();
+  find_exclusions(exclusions, before, document.exclusions);
+  excluded_ = exclusions.list();
+}
+
+void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics) {
+  std::string message;
+  model_ = compile_mjcf(document.text, message);
+  if (model_ == nullptr) {
+    throw InputError(
+        "physics.refused", {},
+        "the physics engine refuses the robot or its world: " + in_user_terms(message, instances()));
+  }
+  if (!message.empty()) {
+    diagnostics.warning("physics.engine", {},
+                        "the physics engine says: " + in_user_terms(message, instances()));
+  }
+}
+
+void MujocoWorld::number_bodies() {
+  ids_.assign(static_cast<std::size_t>(m()->nbody), BodyId{});
+  // MuJoCo takes the inertia of bodies on slides along principal axes from the compiler, without an armature
+  // that is written later.
+  std::fill_n(model_->dof_simplenum, m()->nv, 0);
+  for (std::size_t i = 0; i < instances().size(); ++i) {
+    for (int link = 0; link < static_cast<int>(instances()[i].model->links.size()); ++link) {
+      const int body = find_part(m(), mjOBJ_BODY, mjcf_link_name(offsets_[i].link + link));
+      bodies_.push_back(body);
+      ids_[static_cast<std::size_t>(body)] = {static_cast<int>(i), link};
+      model_->body_simple[body] = 0;
+      const ModelLink& of = instances()[i].model->links[static_cast<std::size_t>(link)];
+      if (of.weightless && of.inertia) weightless.push_back({body, of.inertia->mass, of.inertia->com});
+    }
+  }
+}
+
+void MujocoWorld::collect_joints() {
+  joint_damping.assign(static_cast<std::size_t>(m()->nv), 0.0);
+  for (int i = 0; i < static_cast<int>(instances().size()); ++i) {
+    const InstanceOffsets& at = offsets(i);
+    for (const Drive& drive : make_drives(instance(i), settings())) {
+      drive_of_joint.resize(static_cast<std::size_t>(at.joint + drive.joint()), -1);
+      drive_of_joint.push_back(static_cast<int>(drives.size()));
+      drives.push_back(drive);
+      JointSpring spring = spring_of_joint(*instance(i).model, drive.joint());
+      spring.joint += at.joint;
+      spring.q += at.q;
+      spring.v += at.v;
+      springs.push_back(spring);
+    }
+    for (const ModelJoint& joint : instance(i).model->joints) {
+      if (joint.nv == 0) continue;
+      std::fill_n(joint_damping.begin() + at.v + joint.v, joint.nv, joint.damping);
+      if (joint.type == JointType::floating) {
+        turning.push_back(at.v + joint.v + 3);
+        quaternions.push_back(at.q + joint.q + 3);
+      }
+      const int index = static_cast<int>(&joint - instance(i).model->joints.data());
+      const int in_mujoco = find_part(m(), mjOBJ_JOINT, mjcf_joint_name(at.joint + index));
+      if (m()->jnt_qposadr[in_mujoco] != at.q + joint.q || m()->jnt_dofadr[in_mujoco] != at.v + joint.v)
+        throw std::logic_error("MuJoCo orders the joints in another way than the models");
+    }
+    collect_stops(i);
+    joints = at.joint + static_cast<int>(instance(i).model->joints.size());
+  }
+  drive_of_joint.resize(static_cast<std::size_t>(joints), -1);
+}
+
+void MujocoWorld::collect_stops(int index) {
+  const Model& model = *instance(index).model;
+  const InstanceOffsets& at = offsets(index);
+  for (JointSpring spring : make_stops(model)) {
+    CompiledStop stop;
+    stop.restitution = model.joints[static_cast<std::size_t>(spring.joint)].stop_restitution;
+    stop.moved.emplace_back(at.v + spring.v, 1.0);
+    for (const ModelJoint& other : model.joints) {
+      if (other.mimic_leader == spring.joint) stop.moved.emplace_back(at.v + other.v, other.mimic_multiplier);
+    }
+    spring.joint += at.joint;
+    spring.q += at.q;
+    spring.v += at.v;
+    stop.spring = spring;
+    stops.push_back(std::move(stop));
+  }
+}
+
+// MuJoCo finds a limited number of contacts at a time, so it is asked until there are no further ones.
+void MujocoWorld::find_exclusions(Exclusions& exclusions, const CompiledWorld* before,
+                                  const std::vector<std::pair<BodyId, BodyId>>& excludable) {
+  std::vector<int> signatures;
+  for (std::size_t i = 0; i < excludable.size(); ++i)
+    signatures.push_back(m()->exclude_signature[find_part(m(), mjOBJ_EXCLUDE, mjcf_exclusion_name(i))]);
+  if (before != nullptr) exclusions.keep(*before);
+  const DataHandle data = make_data(m());
+  std::vector<double> q;
+  for (const ModelInstance& instance : instances())
+    q.insert(q.end(), instance.q0.data(), instance.q0.data() + instance.q0.size());
+  write_qpos(q, 0, quaternions, data->qpos);
+  const auto is_new = [&](BodyId body) {
+    if (body.is_ground()) return false;
+    const int earlier = before->find(instance(body.instance).name);
+    return earlier < 0 ||
+           before->instances()[static_cast<std::size_t>(earlier)].model != instance(body.instance).model;
+  };
+  bool found = true;
+  while (found) {
+    found = false;
+    apply(exclusions, excludable, signatures);
+    if (!guarded([this, &data] {
+          mj_kinematics(m(), data.get());
+          mj_comPos(m(), data.get());
+          mj_collision(m(), data.get());
+        })) {
+      return;
+    }
+    for (int i = 0; i < data->ncon; ++i) {
+      const Contact contact = describe(data->contact[i]);
+      // What was there before stands elsewhere by now, so only a newcomer's own links and the ground count.
+      const bool counts = before == nullptr || (is_new(contact.a) && is_new(contact.b)) ||
+                          (is_new(contact.a) && contact.b.is_ground()) ||
+                          (is_new(contact.b) && contact.a.is_ground());
+      found = (counts && exclusions.note(contact)) || found;
+    }
+  }
+}
+
+// Lets exactly the excluded pairs pass through each other.
+void MujocoWorld::apply(const Exclusions& exclusions,
+                        const std::vector<std::pair<BodyId, BodyId>>& excludable,
+                        const std::vector<int>& signatures) {
+  for (int i = 0; i < m()->npair; ++i) {
+    const BodyId a = body_of(m()->geom_bodyid[m()->pair_geom1[i]]);
+    const BodyId b = body_of(m()->geom_bodyid[m()->pair_geom2[i]]);
+    model_->pair_margin[i] = exclusions.contains(a, b) ? kNeverNear : 0.0;
+  }
+  std::vector<int> excluded;
+  for (std::size_t i = 0; i < excludable.size(); ++i) {
+    if (exclusions.contains(excludable[i].first, excludable[i].second)) excluded.push_back(signatures[i]);
+  }
+  // MuJoCo walks the table in ascending order; what is beyond every signature is never reached.
+  std::sort(excluded.begin(), excluded.end());
+  excluded.resize(static_cast<std::size_t>(m()->nexclude), std::numeric_limits<int>::max());
+  std::copy(excluded.begin(), excluded.end(), model_->exclude_signature);
+}
+
+Contact MujocoWorld::describe(const mjContact& contact) const {
+  Contact out;
+  out.a = body_of(m()->geom_bodyid[contact.geom1]);
+  out.b = body_of(m()->geom_bodyid[contact.geom2]);
+  out.p_W = Eigen::Map<const Eigen::Vector3d>(contact.pos);
+  out.normal_W = Eigen::Map<const Eigen::Vector3d>(contact.frame);
+  out.depth = -contact.dist;
+  return out;
+}
+
+std::shared_ptr<const CompiledWorld> MujocoWorld::with(std::vector<ModelInstance> instances,
+                                                       Diagnostics& diagnostics) const {
+  return std::make_shared<const MujocoWorld>(settings(), std::move(instances), this, diagnostics);
+}
+
+}  // namespace doppel
