@@ -14,7 +14,8 @@ std::string version_text() {
   const int version = mj_version();
   const int minor_base = version >= 1000 ? 1000000 : 100;  // 222 is 2.2.2; from 3.5 on 3005000 is 3.5.0
   const int minor_unit = version >= 1000 ? 1000 : 10;
-  return fmt::format("{}.{}.{}", version / minor_base, version % minor_base / minor_unit, version % minor_unit);
+  return fmt::format("{}.{}.{}", version / minor_base, version % minor_base / minor_unit,
+                     version % minor_unit);
 }
 
 EngineCapabilities capabilities_of_mujoco() {
