@@ -68,11 +68,10 @@ endfunction()
 # linked into it and stays its own. Programs that simulate depend on `doppel_engines`.
 add_custom_target(doppel_engines)
 function(doppel_engine)
-  cmake_parse_arguments(ENGINE "" "NAME" "SOURCES;INCLUDES;LINKS" ${ARGN})
+  cmake_parse_arguments(ENGINE "" "NAME" "SOURCES;LINKS" ${ARGN})
   doppel_late_library(NAME doppel_engine_${ENGINE_NAME} SOURCES ${ENGINE_SOURCES}
     LINKS ${ENGINE_LINKS} doppel_physics)
   add_dependencies(doppel_engines doppel_engine_${ENGINE_NAME})
-  target_include_directories(doppel_engine_${ENGINE_NAME} SYSTEM PRIVATE ${ENGINE_INCLUDES})
   target_link_options(doppel_engine_${ENGINE_NAME} PRIVATE LINKER:--exclude-libs,ALL)
 endfunction()
 
