@@ -14,7 +14,8 @@ std::string version_text() {
   const int version = mj_version();
   const int minor_base = version >= 1000 ? 1000000 : 100;  // 222 is 2.2.2; from 3.5 on 3005000 is 3.5.0
   const int minor_unit = version >= 1000 ? 1000 : 10;
-  return fmt::format("{}.{}.{}", version / minor_base, version % minor_base / minor_unit, version % minor_unit);
+  return fmt::format("{}.{}.{}", version / minor_base, version % minor_base / minor_unit,
+                     version % minor_unit);
 }
 
 EngineCapabilities capabilities_of_mujoco() {
@@ -24,6 +25,7 @@ EngineCapabilities capabilities_of_mujoco() {
   out.contacts = out.rays = out.floating = out.planar = true;
   out.mimics = out.friction = out.stops = out.ideal = true;
   out.integrators = {Integrator::euler, Integrator::midpoint, Integrator::rk4, Integrator::implicit};
+  out.tolerances.stiction = 1e-5;  // its friction is a soft constraint and creeps
   return out;
 }
 
