@@ -8,9 +8,9 @@
 
 #include "doppel/conversion/document.h"
 #include "doppel/geometry/collision.h"
-#include "doppel/physics/mujoco/collision_mesh.h"
+#include "doppel/physics/collision_shape.h"
+#include "doppel/physics/exclusions.h"
 #include "doppel/physics/mujoco/convert.h"
-#include "doppel/physics/mujoco/exclusions.h"
 #include "doppel/physics/servo.h"
 
 namespace doppel {
@@ -247,7 +247,7 @@ class MjcfWriter {
       }
     }
     if (solid == nullptr) return false;
-    if (solid->vertices.empty()) {
+    if (solid->hull == nullptr) {
       X = X * solid->X_GB;
       add(geom, "type", "box");
       add(geom, "size", decimals(0.5 * solid->box_size));

@@ -79,14 +79,16 @@ const ModelInstance& Instance::made_of() const {
 
 int Instance::checked_joint(int joint) const {
   const auto& joints = model().joints;
-  if (joint < 0 || joint >= static_cast<int>(joints.size()) || !joints[static_cast<std::size_t>(joint)].scalar())
+  if (joint < 0 || joint >= static_cast<int>(joints.size()) ||
+      !joints[static_cast<std::size_t>(joint)].scalar())
     throw std::out_of_range(fmt::format("'{}' has no scalar joint {}", name(), joint));
   return joint;
 }
 
 int Instance::checked_drive(int joint) const {
   if (model().joints[static_cast<std::size_t>(checked_joint(joint))].mimics())
-    throw std::out_of_range(fmt::format("joint {} of '{}' follows another one and has no drive", joint, name()));
+    throw std::out_of_range(
+        fmt::format("joint {} of '{}' follows another one and has no drive", joint, name()));
   return joint;
 }
 

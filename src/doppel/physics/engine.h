@@ -25,13 +25,13 @@ namespace doppel {
 // How far an engine may be from the closed forms and the independent dynamics that the contract tests compare
 // it with (docs/engines.md prints them).
 struct EngineTolerances {
-  double period = 1e-4;      // of a pendulum's period, relative, at 1 ms
-  double free_fall = 1e-6;   // m after 1 s at 1 ms, beside the integrator's own error
-  double holding = 1e-3;     // of the effort that holds a joint against inverse dynamics, relative
-  double sag = 1e-3;         // of torque / stiffness, relative
-  double stiction = 1e-6;    // rad/s of a joint that friction holds
-  double mimic = 1e-4;       // rad that a mimic strays under load
-  double penetration = 1e-3; // m that a box of 1 kg sinks into the ground
+  double period = 1e-4;       // of a pendulum's period, relative, at 1 ms
+  double free_fall = 1e-6;    // m after 1 s at 1 ms, beside the integrator's own error
+  double holding = 1e-3;      // of the effort that holds a joint against inverse dynamics, relative
+  double sag = 1e-3;          // of torque / stiffness, relative
+  double stiction = 1e-6;     // rad/s of a joint that friction holds
+  double mimic = 1e-4;        // rad that a mimic strays under load
+  double penetration = 1e-3;  // m that a box of 1 kg sinks into the ground
 };
 
 // What an engine can do. What it lacks is reported by name at the start, where a scenario needs it
@@ -76,8 +76,8 @@ struct RayHit {
 // A pair that never collides, and why. Of a robot and an object or the ground, the robot's link is `a`.
 struct ExcludedPair {
   BodyId a, b;
-  std::string reason;  // "joined by Revolute 2", "touching at the start", "inside at the start"
-  double depth = 0;    // m: how far one lies in the other at the start
+  std::string reason;     // "joined by Revolute 2", "touching at the start", "inside at the start"
+  double depth = 0;       // m: how far one lies in the other at the start
   bool at_start = false;  // found there, not told by the structure
 };
 

@@ -26,16 +26,17 @@ class Lacks {
     if (names.empty()) return;
     const std::size_t more = names.size() - std::min(names.size(), kNamesShown);
     names.resize(names.size() - more);
-    warn(instance, fmt::format("{} of {}{}", what, fmt::join(names, ", "),
-                               more > 0 ? fmt::format(" and {} more joints", more) : ""),
+    warn(instance,
+         fmt::format("{} of {}{}", what, fmt::join(names, ", "),
+                     more > 0 ? fmt::format(" and {} more joints", more) : ""),
          instead);
   }
 
   void warn(const ModelInstance& instance, const std::string& what, const char* instead) {
-    diagnostics_.warning("physics.engine_lacks", instance.description->source,
-                         fmt::format("the engine {} has no {} in '{}': {}", engine_.name, what, instance.name,
-                                     instead),
-                         fmt::format("choose another engine, as --engine {}", kDefaultEngine));
+    diagnostics_.warning(
+        "physics.engine_lacks", instance.description->source,
+        fmt::format("the engine {} has no {} in '{}': {}", engine_.name, what, instance.name, instead),
+        fmt::format("choose another engine, as --engine {}", kDefaultEngine));
   }
 
  private:
@@ -63,21 +64,24 @@ void report_lacks(const EngineCapabilities& engine, const WorldSettings& setting
     const bool shaped = std::ranges::any_of(instance.shapes, [](const auto& of) { return !of.empty(); });
     if (!engine.contacts && shaped) lacks.warn(instance, "contacts", "it passes through everything");
     if (!engine.mimics)
-      lacks.joints(instance, [](const ModelJoint& j) { return j.mimics(); }, "<mimic> coupling",
-                   "they move by themselves");
+      lacks.joints(
+          instance, [](const ModelJoint& j) { return j.mimics(); }, "<mimic> coupling",
+          "they move by themselves");
     if (!engine.friction)
-      lacks.joints(instance, [](const ModelJoint& j) { return j.friction > 0; }, "joint friction",
-                   "they move without it");
-    if (!engine.stops)
-      lacks.joints(instance, has_stop, "<stopStiffness>", "its own stop counts");
+      lacks.joints(
+          instance, [](const ModelJoint& j) { return j.friction > 0; }, "joint friction",
+          "they move without it");
+    if (!engine.stops) lacks.joints(instance, has_stop, "<stopStiffness>", "its own stop counts");
     if (!engine.ideal && std::ranges::any_of(instance.servos, &ServoParameters::ideal))
       lacks.warn(instance, "ideal servos", "they are servos with limits");
     if (!engine.planar)
-      lacks.joints(instance, [](const ModelJoint& j) { return j.type == JointType::planar; },
-                   "planar joints", "they are fixed");
+      lacks.joints(
+          instance, [](const ModelJoint& j) { return j.type == JointType::planar; }, "planar joints",
+          "they are fixed");
     if (!engine.floating)
-      lacks.joints(instance, [](const ModelJoint& j) { return j.type == JointType::floating; },
-                   "floating joints", "they are fixed");
+      lacks.joints(
+          instance, [](const ModelJoint& j) { return j.type == JointType::floating; }, "floating joints",
+          "they are fixed");
   }
 }
 

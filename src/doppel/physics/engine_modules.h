@@ -1,6 +1,6 @@
 #pragma once
-// Engines are modules beside the program, lib"doppel_engine_<name>".so, loaded when they are chosen: what needs
-// no physics loads none. A module is built where its library's development package is found.
+// Engines are modules beside the program, lib"doppel_engine_<name>".so, loaded when they are chosen: what
+// needs no physics loads none. A module is built where its library's development package is found.
 
 #include <memory>
 #include <string>
@@ -46,5 +46,7 @@ std::shared_ptr<const CompiledWorld> compile_world(const std::string& engine, Wo
 }  // namespace doppel
 
 // Ends the source of a module.
-#define DOPPEL_EXPORT_ENGINE(module) \
-  extern "C" const doppel::EngineModule* doppel_engine_module() { return &(module); }
+#define DOPPEL_EXPORT_ENGINE(module)                              \
+  extern "C" const doppel::EngineModule* doppel_engine_module() { \
+    return &(module);                                             \
+  }

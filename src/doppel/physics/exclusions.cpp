@@ -123,8 +123,8 @@ void Exclusions::add_fixed(std::vector<ExcludedPair>& out) const {
     if (instances_[static_cast<std::size_t>(body.instance)].is_object()) continue;
     if (ground_) out.push_back({body, {}, "fixed to the world", 0.0, false});
     for (const BodyId other : still) {
-      const bool counted = other.instance < body.instance &&
-                           !instances_[static_cast<std::size_t>(other.instance)].is_object();
+      const bool counted =
+          other.instance < body.instance && !instances_[static_cast<std::size_t>(other.instance)].is_object();
       if (other.instance != body.instance && !counted)
         out.push_back({body, other, "both fixed to the world", 0.0, false});
     }

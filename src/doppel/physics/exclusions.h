@@ -1,8 +1,8 @@
 #pragma once
 // Which bodies never collide: by the structure of a model (one rigid body, joined by a joint, both fixed to
 // the world), and because they touch or overlap at the start. Links that touch there are shaped so, as a hull
-// that fills a hollow, and would push each other for ever; what is inside the ground or another instance would
-// be thrown.
+// that fills a hollow, and would push each other for ever; what is inside the ground or another instance
+// would be thrown.
 
 #include <map>
 #include <span>
@@ -40,8 +40,8 @@ class Exclusions {
   // ones, unless both are objects. True: the pair was not known, so that an engine that finds a limited
   // number of contacts looks again.
   bool note(const Contact& contact);
-  // In the order of the instances: pairs of one instance, overlaps at the start, both fixed to the world. Of a
-  // robot and an object or the ground, the robot's link is `a`.
+  // In the order of the instances: pairs of one instance, overlaps at the start, both fixed to the world. Of
+  // a robot and an object or the ground, the robot's link is `a`.
   [[nodiscard]] std::vector<ExcludedPair> list() const;
 
  private:

@@ -39,10 +39,10 @@ struct ModelInstance {
 };
 
 struct InstanceOptions {
-  std::string name;                     // empty: the description's
+  std::string name;  // empty: the description's
   Pose X_WR = Pose::Identity();
-  Eigen::VectorXd q0;                   // empty: Model::neutral()
-  std::vector<ServoParameters> servos;  // empty: choose_servos() under `gravity`
+  Eigen::VectorXd q0;                    // empty: Model::neutral()
+  std::vector<ServoParameters> servos;   // empty: choose_servos() under `gravity`
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2, world axes
   bool self_collision = true, set_on_ground = false;
 };
@@ -53,7 +53,7 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
                             CollisionMeshes& meshes, Diagnostics& diagnostics);
 
 // An object: loose where it has a mass, else fixed to the world. Throws InputError: a mesh that cannot be
-// read, no size, numbers that are not finite.
+// read, no size, a mass below 1e-9 kg that is not 0, numbers that are not finite.
 ModelInstance make_instance(const WorldObject& object, CollisionMeshes& meshes, Diagnostics& diagnostics);
 
 // Index of the instance with this name; -1: none.

@@ -278,8 +278,7 @@ class PairWriter {
         if (++count_ > kMostListedPairs) return;
         const Shape first = shape_of(a, i), second = shape_of(b, k);
         const double friction = std::max(first.friction, second.friction);
-        append(pairs_,
-               "<pair geom1=\"{}\" geom2=\"{}\" friction=\"{:.17g} {:.17g} 0.005 0.0001 0.0001\"/>\n",
+        append(pairs_, "<pair geom1=\"{}\" geom2=\"{}\" friction=\"{:.17g} {:.17g} 0.005 0.0001 0.0001\"/>\n",
                first.name, second.name, friction, friction);
       }
     }
@@ -306,8 +305,7 @@ std::string header(const WorldSettings& world, std::span<const ModelInstance> in
          "<flag filterparent=\"disable\"/></option>\n",
          step, vec(world.gravity), world.integrator == Integrator::implicit ? "implicit" : "Euler",
          listed_pairs ? "predefined" : "all");
-  const auto objects =
-      static_cast<std::size_t>(std::ranges::count_if(instances, &ModelInstance::is_object));
+  const auto objects = static_cast<std::size_t>(std::ranges::count_if(instances, &ModelInstance::is_object));
   const std::size_t robots = std::max<std::size_t>(instances.size() - objects, 1);
   append(out, "<size nconmax=\"{}\" njmax=\"{}\"/>\n", 100 * robots + 8 * objects,
          400 * robots + 24 * objects);

@@ -149,7 +149,8 @@ void MujocoEngine::reset() {
   steps_ = 0;
   for (std::size_t i = 0; i < roots_.size(); ++i) {
     const ModelInstance& instance = world().instances()[i];
-    std::copy_n(instance.q0.data(), instance.q0.size(), q_.begin() + compiled_world().offsets(static_cast<int>(i)).q);
+    std::copy_n(instance.q0.data(), instance.q0.size(),
+                q_.begin() + compiled_world().offsets(static_cast<int>(i)).q);
     put_root(static_cast<int>(i), instance.X_WR);
   }
   write_qpos(q_, 0, compiled_world().quaternions, d()->qpos);
@@ -237,9 +238,8 @@ std::span<const double> MujocoEngine::v_of(int instance) const {
 }
 
 std::span<const double> MujocoEngine::drive_effort_of(int instance) const {
-  return std::span<const double>(effort_).subspan(
-      size(compiled_world().offsets(instance).joint),
-      world().instances()[size(instance)].model->joints.size());
+  return std::span<const double>(effort_).subspan(size(compiled_world().offsets(instance).joint),
+                                                  world().instances()[size(instance)].model->joints.size());
 }
 
 void MujocoEngine::write_state(int instance, std::span<const double> q, std::span<const double> v) {
@@ -252,8 +252,7 @@ void MujocoEngine::write_state(int instance, std::span<const double> q, std::spa
   std::copy(v.begin(), v.end(), d()->qvel + at.v);
   for (const ModelJoint& joint : model.joints) {
     if (joint.mimics())
-      d()->qvel[at.v + joint.v] =
-          joint.mimic_multiplier * v[size(model.joints[size(joint.mimic_leader)].v)];
+      d()->qvel[at.v + joint.v] = joint.mimic_multiplier * v[size(model.joints[size(joint.mimic_leader)].v)];
   }
   std::fill_n(d()->qacc_warmstart + at.v, model.nv, 0.0);
   std::fill_n(effort_.begin() + at.joint, model.joints.size(), 0.0);
@@ -419,9 +418,8 @@ RayHit MujocoEngine::cast_ray(const Eigen::Vector3d& from_W, const Eigen::Vector
   if (!(length > 0)) return hit;
   const Eigen::Vector3d direction = direction_W / length;
   int geom = -1;
-  const bool whole = guarded([&] {
-    hit.distance = mj_ray(m(), d(), from_W.data(), direction.data(), nullptr, 1, -1, &geom);
-  });
+  const bool whole = guarded(
+      [&] { hit.distance = mj_ray(m(), d(), from_W.data(), direction.data(), nullptr, 1, -1, &geom); });
   if (!whole) return {};
   if (geom >= 0) hit.body = compiled_world().body_of(m()->geom_bodyid[geom]);
   return hit;

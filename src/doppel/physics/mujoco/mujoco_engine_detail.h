@@ -1,6 +1,6 @@
 #pragma once
-// Private to the MuJoCo back end: a state of a compiled world; mujoco_engine.cpp has what is read and written,
-// mujoco_step.cpp how a step is taken.
+// Private to the MuJoCo back end: a state of a compiled world; mujoco_engine.cpp has what is read and
+// written, mujoco_step.cpp how a step is taken.
 
 #include <array>
 #include <memory>
@@ -90,9 +90,7 @@ class MujocoEngine final : public Engine {
   [[nodiscard]] Pose pose_of(int instance, int link) const override;
   [[nodiscard]] FrameVelocity velocity_of(int instance, int link) const override;
 
-  [[nodiscard]] const MujocoWorld& compiled_world() const {
-    return static_cast<const MujocoWorld&>(world());
-  }
+  [[nodiscard]] const MujocoWorld& compiled_world() const { return static_cast<const MujocoWorld&>(world()); }
   [[nodiscard]] const WorldSettings& settings() const { return world().settings(); }
   // Index of the joint's drive; -1: it has none.
   [[nodiscard]] int drive_index(int instance, int joint) const;

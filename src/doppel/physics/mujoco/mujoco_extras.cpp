@@ -1,7 +1,8 @@
 // What the MuJoCo module offers beside the contract, looked up in it.
 
-#include "doppel/core/late_library.h"
 #include "doppel/physics/mujoco/mujoco_extras.h"
+
+#include "doppel/core/late_library.h"
 
 namespace doppel {
 namespace {

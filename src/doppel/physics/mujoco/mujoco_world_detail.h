@@ -1,6 +1,6 @@
 #pragma once
-// Private to the MuJoCo back end: the compiled world, which states share. Everything in it is written before it
-// is shared.
+// Private to the MuJoCo back end: the compiled world, which states share. Everything in it is written before
+// it is shared.
 
 #include <array>
 #include <utility>
@@ -23,14 +23,14 @@ struct CompiledStop {
 // A link that gravity does not pull.
 struct WeightlessBody {
   int body = 0;
-  double mass = 0;                                 // kg
+  double mass = 0;                                // kg
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  // in the link, m
 };
 
 class MujocoWorld final : public CompiledWorld {
  public:
-  // `before`: whose pairs that touched at the start stay excluded; may be null. Throws InputError in the user's
-  // terms where MuJoCo refuses.
+  // `before`: whose pairs that touched at the start stay excluded; may be null. Throws InputError in the
+  // user's terms where MuJoCo refuses.
   MujocoWorld(WorldSettings settings, std::vector<ModelInstance> instances, const CompiledWorld* before,
               Diagnostics& diagnostics);
 
@@ -46,9 +46,7 @@ class MujocoWorld final : public CompiledWorld {
   [[nodiscard]] int mujoco_body(int instance, int link) const {
     return bodies_[static_cast<std::size_t>(offsets(instance).link + link)];
   }
-  [[nodiscard]] BodyId body_of(int mujoco_body) const {
-    return ids_[static_cast<std::size_t>(mujoco_body)];
-  }
+  [[nodiscard]] BodyId body_of(int mujoco_body) const { return ids_[static_cast<std::size_t>(mujoco_body)]; }
   [[nodiscard]] const ModelInstance& instance(int index) const {
     return instances()[static_cast<std::size_t>(index)];
   }
@@ -56,13 +54,13 @@ class MujocoWorld final : public CompiledWorld {
 
   // Of all instances, in MuJoCo's indices.
   int joints = 0;
-  std::vector<Drive> drives;           // as they start
-  std::vector<JointSpring> springs;    // of the drives
-  std::vector<int> drive_of_joint;     // -1: none
+  std::vector<Drive> drives;         // as they start
+  std::vector<JointSpring> springs;  // of the drives
+  std::vector<int> drive_of_joint;   // -1: none
   std::vector<CompiledStop> stops;
-  std::vector<double> joint_damping;   // [nv] N m s/rad or N s/m
-  std::vector<int> turning;            // first degrees of freedom of free rotations
-  std::vector<int> quaternions;        // where they stand in q
+  std::vector<double> joint_damping;  // [nv] N m s/rad or N s/m
+  std::vector<int> turning;           // first degrees of freedom of free rotations
+  std::vector<int> quaternions;       // where they stand in q
   std::vector<WeightlessBody> weightless;
 
  private:

@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/collision_mesh.h"
+#include "doppel/physics/collision_shape.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -58,7 +58,7 @@ TEST(CollisionMesh, KeepsSmallMeshesWithoutRepetitions) {
   Vertices twice = corners({1, 2, 3});
   const Vertices once = twice;
   twice.insert(twice.end(), once.begin(), once.end());
-  EXPECT_EQ(make_collision_mesh(twice).vertices, once);
+  EXPECT_EQ(make_collision_mesh(twice).hull->vertices, once);
 }
 
 TEST(CollisionMesh, ThinsLargeMeshesWithoutShrinkingThem) {
@@ -70,13 +70,13 @@ TEST(CollisionMesh, ThinsLargeMeshesWithoutShrinkingThem) {
     sphere.push_back(Eigen::Vector3f(normal(random), normal(random), normal(random)).normalized());
   }
   const CollisionMesh mesh = make_collision_mesh(sphere);
-  EXPECT_LE(mesh.vertices.size(), static_cast<std::size_t>(kSupportDirections) + 6);
-  EXPECT_GT(mesh.vertices.size(), 200u);
+  EXPECT_LE(mesh.hull->vertices.size(), static_cast<std::size_t>(kSupportDirections) + 6);
+  EXPECT_GT(mesh.hull->vertices.size(), 200u);
   for (int i = 0; i < 100; ++i) {
     const Eigen::Vector3f direction =
         Eigen::Vector3f(normal(random), normal(random), normal(random)).normalized();
     float height = -1;
-    for (const auto& p : mesh.vertices) height = std::max(height, direction.dot(p));
+    for (const auto& p : mesh.hull->vertices) height = std::max(height, direction.dot(p));
     EXPECT_GT(height, 0.98f) << "seed " << seed;
   }
 }
@@ -86,7 +86,7 @@ TEST(CollisionMesh, FlatMeshesBecomeBoxes) {
   const Eigen::Matrix3f turn = rotation_from_rpy({0.3, 0.4, 0.5}).cast<float>();
   for (auto& p : flat) p = turn * p;
   const CollisionMesh mesh = make_collision_mesh(flat);
-  EXPECT_TRUE(mesh.vertices.empty());
+  EXPECT_EQ(mesh.hull, nullptr);
   Eigen::Vector3d size = mesh.box_size;
   std::sort(size.data(), size.data() + 3);
   EXPECT_NEAR((size - Eigen::Vector3d(0.001, 0.1, 0.2)).norm(), 0, 1e-6);
@@ -101,7 +101,7 @@ TEST(CollisionMesh, CollidesAsItsHullInTheRightPlace) {
   EXPECT_TRUE(rig.diagnostics.all().empty());
   const RayHit hit = rig.engine->cast_ray({0.15, 0.05, 3}, {0, 0, -1});
   EXPECT_NEAR(hit.distance, 1 - 0.04, 1e-6);
-  EXPECT_EQ(hit.link, 1);
+  EXPECT_EQ(hit.body, (BodyId{0, 1}));
   EXPECT_LT(rig.engine->cast_ray({0.21, 0.05, 3}, {0, 0, -1}).distance, 0);
 }
 

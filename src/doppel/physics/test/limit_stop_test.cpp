@@ -65,7 +65,7 @@ TEST(LimitStop, YieldsByLoadOverStiffness) {
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
     Rig rig(make_slide(5e3, kCriticalRestitution), test::empty_space(1e-3, integrator));
     rig.set_state({0.09});
-    rig.engine->apply_joint_effort(0, 25.0);
+    rig.robot.apply_joint_effort(0, 25.0);
     rig.run(2.0);
     EXPECT_NEAR(rig.q("swing") - 0.1, 25.0 / 5e3, 1e-9);
     EXPECT_NEAR(rig.v("swing"), 0.0, 1e-9);

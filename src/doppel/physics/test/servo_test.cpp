@@ -72,16 +72,16 @@ TEST(Servo, FrictionMakesTheSagAnIntervalThatTheJointRestsIn) {
     Rig rig(robot);
     rig.set_state({from});
     rig.hold_all();
-    rig.engine->set_target(0, 1.0);
+    rig.robot.set_target(0, 1.0);
     rig.run(3.0);
     Data data(rig.model);
     StaticSag sag;
     const Eigen::VectorXd q = Eigen::VectorXd::Constant(1, rig.q("swing"));
-    static_sag(rig.model, data, {rig.engine->servos().begin(), rig.engine->servos().end()}, q, kGravity, sag);
+    static_sag(rig.model, data, {rig.servos().begin(), rig.servos().end()}, q, kGravity, sag);
     const Sag& s = sag.sags[0];
     EXPECT_EQ(s.friction, 0.5);
-    EXPECT_NEAR(s.most - s.sag, 0.5 / rig.engine->servos()[0].stiffness, 1e-12);
-    EXPECT_NEAR(s.sag - s.least, 0.5 / rig.engine->servos()[0].stiffness, 1e-12);
+    EXPECT_NEAR(s.most - s.sag, 0.5 / rig.servos()[0].stiffness, 1e-12);
+    EXPECT_NEAR(s.sag - s.least, 0.5 / rig.servos()[0].stiffness, 1e-12);
     found.push_back(1.0 - rig.q("swing"));
     EXPECT_GT(found.back(), s.least - 1e-6);
     EXPECT_LT(found.back(), s.most + 1e-6);
@@ -101,7 +101,7 @@ TEST(Servo, AJointThatRestsOnItsLimitDoesNotSag) {
   Data data(rig.model);
   StaticSag sag;
   const Eigen::VectorXd q = Eigen::VectorXd::Constant(1, rig.q("swing"));
-  const std::vector<ServoParameters> servos(rig.engine->servos().begin(), rig.engine->servos().end());
+  const std::vector<ServoParameters> servos(rig.servos().begin(), rig.servos().end());
   static_sag(rig.model, data, servos, q, kGravity, sag);
   EXPECT_TRUE(sag.sags[0].on_limit);
   EXPECT_GT(sag.sags[0].torque, 0.9);
@@ -131,11 +131,11 @@ RobotDescription limited_pendulum(double effort, double velocity) {
 TEST(Servo, SagsByTorqueOverStiffness) {
   Rig rig(limited_pendulum(20, 2));
   rig.hold_all();
-  rig.engine->set_target(0, 1.0);
+  rig.robot.set_target(0, 1.0);
   rig.run(3.0);
   const double torque = 1.0 * 9.81 * 0.2 * std::sin(rig.q("swing"));
   const double sag = 1.0 - rig.q("swing");
-  EXPECT_NEAR(sag, torque / rig.engine->servos()[0].stiffness, 0.01 * sag);
+  EXPECT_NEAR(sag, torque / rig.servos()[0].stiffness, 0.01 * sag);
   EXPECT_NEAR(rig.effort("swing"), torque, 1e-6);
 }
 
@@ -159,7 +159,7 @@ TEST(Servo, StepsTakeTheTimeOfTheVelocityLimit) {
     return space;
   }());
   rig.hold_all();
-  rig.engine->set_target(0, 1.0);
+  rig.robot.set_target(0, 1.0);
   double fastest = 0, arrival = 0;
   for (int i = 0; i < 4000; ++i) {
     rig.engine->step();
@@ -174,8 +174,8 @@ TEST(Servo, StepsTakeTheTimeOfTheVelocityLimit) {
 TEST(Servo, AReleasedJointIsNotThrown) {
   Rig rig(limited_pendulum(5, 0.5));
   rig.hold_all();
-  rig.engine->set_target(0, 2.0);
-  rig.engine->apply_joint_effort(0, -7.0);  // held down by more than the drive can
+  rig.robot.set_target(0, 2.0);
+  rig.robot.apply_joint_effort(0, -7.0);  // held down by more than the drive can
   rig.run(3.0);
   EXPECT_LT(rig.q("swing"), 0.0);
   rig.engine->clear_applied();
@@ -190,21 +190,21 @@ TEST(Servo, AReleasedJointIsNotThrown) {
 
 TEST(Servo, HoldsAVelocityAndAnEffort) {
   Rig rig(limited_pendulum(20, 2));
-  rig.engine->set_drive(0, DriveMode::velocity);
-  rig.engine->set_target(0, 0.5);
+  rig.robot.set_drive(0, DriveMode::velocity);
+  rig.robot.set_target(0, 0.5);
   rig.run(2.0);
   EXPECT_NEAR(rig.v("swing"), 0.5, 0.01);
   EXPECT_NEAR(rig.q("swing"), 1.0, 0.05);
   Rig pushed(limited_pendulum(20, 2));
-  pushed.engine->set_drive(0, DriveMode::effort);
-  pushed.engine->set_target(0, 0.5);
+  pushed.robot.set_drive(0, DriveMode::effort);
+  pushed.robot.set_target(0, 0.5);
   pushed.engine->step();
   EXPECT_NEAR(pushed.v("swing"), 0.5 / 0.04 * 1e-3, 1e-5);
   EXPECT_EQ(pushed.effort("swing"), 0.5);
 }
 
 TEST(Servo, IdealFollowsExactly) {
-  EngineOptions options;
+  InstanceOptions options;
   Diagnostics diagnostics;
   const RobotDescription robot = limited_pendulum(0.1, 2);  // far too weak, were it real
   const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
@@ -213,7 +213,7 @@ TEST(Servo, IdealFollowsExactly) {
   options.servos = choose_servos(model, ideal, kGravity);
   Rig rig(robot, test::empty_space(), options);
   rig.hold_all();
-  rig.engine->set_target(0, 1.0);
+  rig.robot.set_target(0, 1.0);
   rig.run(0.25);
   EXPECT_NEAR(rig.q("swing"), 0.5, 1e-6) << "on the way at 2 rad/s";
   rig.run(0.5);
@@ -227,7 +227,7 @@ TEST(Servo, IdealFollowsExactly) {
 // A joint that carries a hundredth of the inertia its servo was chosen for must not shake.
 TEST(Servo, IsStableWhereTheInertiaIsSmall) {
   const RobotDescription robot = limited_pendulum(20, 2);
-  EngineOptions options;
+  InstanceOptions options;
   for (const double factor : {1.0, 10.0, 100.0}) {
     ServoParameters servo;
     servo.stiffness = 0.04 * 3600 * factor;
@@ -237,7 +237,7 @@ TEST(Servo, IsStableWhereTheInertiaIsSmall) {
     options.servos = {servo};
     Rig rig(robot, test::empty_space(), options);
     rig.hold_all();
-    rig.engine->set_target(0, 1.0);
+    rig.robot.set_target(0, 1.0);
     rig.run(3.0);
     EXPECT_NEAR(rig.v("swing"), 0, 1e-5) << factor;
     EXPECT_NEAR(rig.q("swing"), 1.0, 0.02) << factor;
@@ -247,11 +247,11 @@ TEST(Servo, IsStableWhereTheInertiaIsSmall) {
 // Stiffness without any damping, at a frequency beyond the step's: the floor under the damping keeps it
 // standing.
 TEST(Servo, IsStableBeyondTheFrequencyOfTheStep) {
-  EngineOptions options;
+  InstanceOptions options;
   options.servos = {{0.04 * 9e6, 0.0, kInfinity, 2.0, false}};  // 3000 rad/s at 1 kHz
   Rig rig(limited_pendulum(20, 2), test::empty_space(), options);
   rig.hold_all();
-  rig.engine->set_target(0, 1.0);
+  rig.robot.set_target(0, 1.0);
   rig.run(2.0);
   EXPECT_NEAR(rig.q("swing"), 1.0, 1e-4);
   EXPECT_NEAR(rig.v("swing"), 0.0, 1e-3);

@@ -41,7 +41,7 @@ World on_ground() {
 
 double fastest(const Rig& rig) {
   double out = 0;
-  for (const double v : rig.engine->v()) out = std::max(out, std::abs(v));
+  for (const double v : rig.robot.v()) out = std::max(out, std::abs(v));
   return out;
 }
 
@@ -50,9 +50,9 @@ TEST(Start, FixedRobotInsideTheGroundIsNotThrown) {
   rig.hold_all();
   rig.run(0.5);
   EXPECT_LT(fastest(rig), 1e-3);
-  const auto& pairs = rig.engine->excluded_pairs();
+  const auto pairs = rig.excluded_pairs();
   const auto shank =
-      std::find_if(pairs.begin(), pairs.end(), [](const ExcludedPair& p) { return p.link_b == "ground"; });
+      std::find_if(pairs.begin(), pairs.end(), [](const test::NamedPair& p) { return p.link_b == "ground"; });
   ASSERT_NE(shank, pairs.end());
   EXPECT_EQ(shank->link_a, "shank");
   EXPECT_EQ(shank->reason, "inside at the start");
@@ -60,14 +60,14 @@ TEST(Start, FixedRobotInsideTheGroundIsNotThrown) {
 }
 
 TEST(Start, FloatingRobotIsSetOnTheGround) {
-  EngineOptions options;
+  InstanceOptions options;
   options.set_on_ground = true;
   Rig rig(make_leg(), on_ground(), options, BaseKind::floating);
-  EXPECT_NEAR(rig.engine->link_pose(rig.model.find_link("pelvis")).translation().z(), 0.8, 1e-9);
-  for (const ExcludedPair& pair : rig.engine->excluded_pairs()) EXPECT_NE(pair.link_b, "ground");
+  EXPECT_NEAR(rig.robot.link_pose(rig.model.find_link("pelvis")).translation().z(), 0.8, 1e-9);
+  for (const test::NamedPair& pair : rig.excluded_pairs()) EXPECT_NE(pair.link_b, "ground");
   rig.hold_all();
   rig.run(0.05);
-  EXPECT_NEAR(rig.engine->link_pose(rig.model.find_link("pelvis")).translation().z(), 0.8, 5e-3)
+  EXPECT_NEAR(rig.robot.link_pose(rig.model.find_link("pelvis")).translation().z(), 0.8, 5e-3)
       << "it stands, and does not fall through";
 }
 
@@ -82,36 +82,36 @@ TEST(Start, FloatingRobotOfEveryShapeTouchesTheGroundWithItsLowestPoint) {
     robot.links = {make_link("body", 1, {0, 0, 0}, {0.01, 0.01, 0.01})};
     robot.links[0].collisions.push_back(shape(shapes[i], {0, 0, 0}));
     robot.links[0].collisions[0].origin.rpy = {0.5, 0, 0};
-    EngineOptions options;
+    InstanceOptions options;
     options.set_on_ground = true;
     Rig rig(robot, on_ground(), options, BaseKind::floating);
-    EXPECT_NEAR(rig.engine->link_pose(1).translation().z(), lowest[i], 1e-9) << i;
+    EXPECT_NEAR(rig.robot.link_pose(1).translation().z(), lowest[i], 1e-9) << i;
   }
 }
 
 TEST(Start, FloatingRobotIsLiftedOutOfTheGroundAndNoFurther) {
   Rig rig(make_leg(), on_ground(), {}, BaseKind::floating);
-  std::vector<double> q(rig.engine->q().begin(), rig.engine->q().end());
+  std::vector<double> q(rig.robot.q().begin(), rig.robot.q().end());
   const std::vector<double> still(static_cast<std::size_t>(rig.model.nv), 0.0);
   q[0] = 0.3;
   q[2] = 0.5;
-  rig.engine->set_state(q, still);
-  rig.engine->lift_out_of_ground();
-  EXPECT_NEAR(rig.engine->link_pose(1).translation().x(), 0.3, 1e-12);
-  EXPECT_NEAR(rig.engine->link_pose(1).translation().z(), 0.8, 1e-9);
+  rig.robot.set_state(q, still);
+  rig.robot.lift_out_of_ground();
+  EXPECT_NEAR(rig.robot.link_pose(1).translation().x(), 0.3, 1e-12);
+  EXPECT_NEAR(rig.robot.link_pose(1).translation().z(), 0.8, 1e-9);
   q[2] = 2.0;
-  rig.engine->set_state(q, still);
-  rig.engine->lift_out_of_ground();
-  EXPECT_NEAR(rig.engine->link_pose(1).translation().z(), 2.0, 1e-12);
+  rig.robot.set_state(q, still);
+  rig.robot.lift_out_of_ground();
+  EXPECT_NEAR(rig.robot.link_pose(1).translation().z(), 2.0, 1e-12);
 }
 
 TEST(Start, WorldFilesPlaceIsKeptAboveTheGround) {
   World world = on_ground();
   world.X_WR.translation() = Eigen::Vector3d(1, 2, 1.5);
-  EngineOptions options;
+  InstanceOptions options;
   options.set_on_ground = true;
   Rig rig(make_leg(), world, options, BaseKind::floating);
-  EXPECT_NEAR(rig.engine->link_pose(rig.model.find_link("pelvis")).translation().z(), 1.5, 1e-9);
+  EXPECT_NEAR(rig.robot.link_pose(rig.model.find_link("pelvis")).translation().z(), 1.5, 1e-9);
 }
 
 TEST(Start, LinkInsideAnObjectPassesThroughItAndThroughNoOther) {
@@ -124,12 +124,12 @@ TEST(Start, LinkInsideAnObjectPassesThroughItAndThroughNoOther) {
   rig.run(0.5);
   EXPECT_LT(fastest(rig), 1e-3);
   std::vector<std::string> inside;
-  for (const ExcludedPair& pair : rig.engine->excluded_pairs()) {
+  for (const test::NamedPair& pair : rig.excluded_pairs()) {
     if (pair.depth > 0) inside.push_back(pair.link_a + " " + pair.link_b);
   }
   EXPECT_THAT(inside, ::testing::ElementsAre("shank crate"));
   // Objects that come and go later leave the exclusion as it is.
-  rig.engine->spawn(test::make_object("ball", Sphere{0.05}, {2, 0, 1}, 0.1));
+  rig.spawn(test::make_object("ball", Sphere{0.05}, {2, 0, 1}, 0.1));
   rig.run(0.2);
   EXPECT_LT(std::abs(rig.v("knee")), 1e-3);
 }
@@ -173,7 +173,7 @@ TEST(Start, LinksWithoutGravityAreHeldByNothing) {
   EXPECT_NEAR(rig.v("knee"), 0.0, 1e-9);
   EXPECT_NEAR(rig.q("knee"), 0.5, 1e-9);
   // A wrench from outside acts beside it.
-  rig.engine->apply_wrench(2, {0, 0, -0.2}, {1, 0, 0}, Eigen::Vector3d::Zero());
+  rig.robot.apply_wrench(2, {0, 0, -0.2}, {1, 0, 0}, Eigen::Vector3d::Zero());
   rig.run(0.1);
   EXPECT_GT(std::abs(rig.v("knee")), 1e-2);
 }
@@ -184,12 +184,11 @@ TEST(Start, EffortOnABareHornIsThatOfAMotorWithARotor) {
   robot.links[2] = make_link("shank", 1e-4, {0, 0, 0}, {1e-6, 1e-6, 1e-6});
   test::limit(robot.joints[1], -100, 100, 5, 1.5);
   Rig rig(robot);
-  EXPECT_NEAR(rig.engine->servos()[static_cast<std::size_t>(rig.joint("knee"))].rotor_inertia, 5 * 1e-4 / 1.5,
-              2e-6);
-  EXPECT_EQ(rig.engine->servos()[static_cast<std::size_t>(rig.joint("hip"))].rotor_inertia, 0.0);
-  rig.engine->set_drive(rig.joint("hip"), DriveMode::position);
-  rig.engine->set_drive(rig.joint("knee"), DriveMode::effort);
-  rig.engine->set_target(rig.joint("knee"), 5.0);
+  EXPECT_NEAR(rig.servos()[static_cast<std::size_t>(rig.joint("knee"))].rotor_inertia, 5 * 1e-4 / 1.5, 2e-6);
+  EXPECT_EQ(rig.servos()[static_cast<std::size_t>(rig.joint("hip"))].rotor_inertia, 0.0);
+  rig.robot.set_drive(rig.joint("hip"), DriveMode::position);
+  rig.robot.set_drive(rig.joint("knee"), DriveMode::effort);
+  rig.robot.set_target(rig.joint("knee"), 5.0);
   rig.engine->step();
   EXPECT_NEAR(std::abs(rig.v("knee")), 15.0, 1.0) << "ten times its velocity limit after 1 ms";
 }

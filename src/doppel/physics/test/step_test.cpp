@@ -73,7 +73,7 @@ double error_of_fall(const RobotDescription& robot, Integrator integrator, doubl
   Rig rig(robot, test::empty_space(step, integrator));
   rig.set_state({start.data(), start.data() + start.size()});
   rig.run(0.2);
-  return (Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), rig.model.nq) - reference.q)
+  return (Eigen::Map<const Eigen::VectorXd>(rig.robot.q().data(), rig.model.nq) - reference.q)
       .cwiseAbs()
       .maxCoeff();
 }
@@ -105,7 +105,7 @@ TEST(Step, PassiveFallConvergesWithTheOrderOfItsScheme) {
 TEST(Step, DrivenMotionConvergesWithSecondOrderAtLeastUnderMidpointAndRk4) {
   std::mt19937 random(6);
   const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
-  EngineOptions options;
+  InstanceOptions options;
   Rig model(robot);
   for (int i = 0; i < static_cast<int>(model.model.joints.size()); ++i) {
     ServoParameters servo{5.0, 0.3, kInfinity, kInfinity};  // soft: the error is that of the step
@@ -117,7 +117,7 @@ TEST(Step, DrivenMotionConvergesWithSecondOrderAtLeastUnderMidpointAndRk4) {
     rig.set_state({start.data(), start.data() + start.size()});
     rig.hold_all();
     rig.run(0.5);
-    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), rig.model.nq));
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(rig.robot.q().data(), rig.model.nq));
   };
   ReferenceMotion reference(model.model, model.world.gravity);
   Motion exact{start, Eigen::VectorXd::Zero(model.model.nv)};
@@ -145,7 +145,7 @@ TEST(Step, EulerIsItsFormulaWithoutConstraints) {
   ReferenceMotion reference(rig.model, rig.world.gravity);
   Eigen::VectorXd K(rig.model.nv), D(rig.model.nv);
   for (int i = 0; i < rig.model.nv; ++i) {
-    const ServoParameters& servo = rig.engine->servos()[static_cast<std::size_t>(i)];
+    const ServoParameters& servo = rig.servos()[static_cast<std::size_t>(i)];
     K[i] = servo.stiffness;
     D[i] = std::max(servo.damping, servo.stiffness * 1e-3);
   }
@@ -160,7 +160,7 @@ TEST(Step, EulerIsItsFormulaWithoutConstraints) {
     at.q += 1e-3 * at.v;
     rig.engine->step();
   }
-  EXPECT_NEAR((Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), rig.model.nq) - at.q).norm(), 0,
+  EXPECT_NEAR((Eigen::Map<const Eigen::VectorXd>(rig.robot.q().data(), rig.model.nq) - at.q).norm(), 0,
               1e-12);
 }
 
@@ -176,8 +176,8 @@ TEST(Step, HoldsRestAtEveryStepUnderEveryIntegrator) {
       rig.set_state({start.data(), start.data() + start.size()});
       rig.hold_all();
       rig.run(1.0);
-      for (const double v : rig.engine->v()) EXPECT_LT(std::abs(v), 1e-3);
-      for (int i = 0; i < rig.model.nq; ++i) EXPECT_NEAR(rig.engine->q()[i], start[i], 0.02);
+      for (const double v : rig.robot.v()) EXPECT_LT(std::abs(v), 1e-3);
+      for (int i = 0; i < rig.model.nq; ++i) EXPECT_NEAR(rig.robot.q()[i], start[i], 0.02);
     }
   }
 }
@@ -189,11 +189,11 @@ TEST(Step, AClippedDriveHasNoImplicitDamper) {
   robot.links[1] = test::make_link("bob", 1.0, {1, 0, 0}, {1e-9, 1e-9, 1e-9});
   for (const Integrator integrator : kAll) {
     SCOPED_TRACE(name_of(integrator));
-    EngineOptions options;
+    InstanceOptions options;
     options.servos = {{1000.0, 500.0, 2.0, 1e6}};
     Rig rig(robot, test::empty_space(1e-3, integrator), options);
     rig.hold_all();
-    rig.engine->set_target(0, 10.0);
+    rig.robot.set_target(0, 10.0);
     rig.run(0.1);
     EXPECT_NEAR(rig.v("swing"), 0.2, 1e-6);
     EXPECT_EQ(rig.effort("swing"), 2.0);
@@ -207,8 +207,8 @@ TEST(Step, DrivesGiveWhatIsReportedAndStayWithinTheirEffortLimits) {
   std::mt19937 random(9);
   const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   Rig sized(robot);
-  EngineOptions options;
-  options.servos.assign(sized.engine->servos().begin(), sized.engine->servos().end());
+  InstanceOptions options;
+  options.servos.assign(sized.servos().begin(), sized.servos().end());
   for (ServoParameters& servo : options.servos) {
     servo.effort = 0.3;
     servo.velocity = 3.0;
@@ -218,13 +218,13 @@ TEST(Step, DrivesGiveWhatIsReportedAndStayWithinTheirEffortLimits) {
   ReferenceMotion reference(rig.model, rig.world.gravity);
   std::uniform_real_distribution<double> unit(-2, 2);
   const auto state = [&rig] {
-    return Motion{Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), 6),
-                  Eigen::Map<const Eigen::VectorXd>(rig.engine->v().data(), 6)};
+    return Motion{Eigen::Map<const Eigen::VectorXd>(rig.robot.q().data(), 6),
+                  Eigen::Map<const Eigen::VectorXd>(rig.robot.v().data(), 6)};
   };
   int clipped = 0;
   for (int i = 0; i < 2000; ++i) {
     if (i % 100 == 0) {
-      for (int j = 0; j < 6; ++j) rig.engine->set_target(j, unit(random));
+      for (int j = 0; j < 6; ++j) rig.robot.set_target(j, unit(random));
     }
     const Motion before = state();
     rig.engine->step();
@@ -234,7 +234,7 @@ TEST(Step, DrivesGiveWhatIsReportedAndStayWithinTheirEffortLimits) {
     const Eigen::VectorXd acted = M * (state().v - before.v) / 1e-3 + bias;
     for (int j = 0; j < 6; ++j) {
       ASSERT_LE(std::abs(acted[j]), 0.3 + 1e-7) << "step " << i;
-      ASSERT_NEAR(acted[j], rig.engine->drive_effort()[static_cast<std::size_t>(j)], 1e-7) << "step " << i;
+      ASSERT_NEAR(acted[j], rig.robot.drive_effort()[static_cast<std::size_t>(j)], 1e-7) << "step " << i;
       clipped += std::abs(acted[j]) > 0.3 - 1e-7 ? 1 : 0;
     }
   }
@@ -255,12 +255,12 @@ TEST(Step, DrivesAreClippedUnderEveryIntegratorWithoutRunningAway) {
     std::uniform_real_distribution<double> unit(-2, 2);
     for (int i = 0; i < 2000; ++i) {
       if (i % 100 == 0) {
-        for (int j = 0; j < 6; ++j) rig.engine->set_target(j, unit(random));
+        for (int j = 0; j < 6; ++j) rig.robot.set_target(j, unit(random));
       }
       rig.engine->step();
     }
     EXPECT_FALSE(rig.engine->diverged());
-    for (const double v : rig.engine->v()) EXPECT_LT(std::abs(v), 100);
+    for (const double v : rig.robot.v()) EXPECT_LT(std::abs(v), 100);
   }
 }
 
@@ -272,11 +272,11 @@ TEST(Step, EnergyOfADrivenMotionIsThatOfItsMasses) {
   for (const Integrator integrator : kAll) {
     Rig rig(robot, test::empty_space(1e-3, integrator));
     rig.hold_all();
-    for (int j = 0; j < 6; ++j) rig.engine->set_target(j, 1.0);
+    for (int j = 0; j < 6; ++j) rig.robot.set_target(j, 1.0);
     rig.run(0.05);
     ReferenceMotion reference(rig.model, rig.world.gravity);
-    const Motion at{Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), 6),
-                    Eigen::Map<const Eigen::VectorXd>(rig.engine->v().data(), 6)};
+    const Motion at{Eigen::Map<const Eigen::VectorXd>(rig.robot.q().data(), 6),
+                    Eigen::Map<const Eigen::VectorXd>(rig.robot.v().data(), 6)};
     Eigen::MatrixXd M;
     Eigen::VectorXd bias;
     reference.evaluate(at, M, bias);
@@ -298,7 +298,7 @@ TEST(Step, ATumblingBodyConvergesWithTheOrderOfItsScheme) {
     Rig rig(robot, space, {}, BaseKind::floating);
     rig.set_state({0, 0, 0, 0, 0, 0, 1}, {0.1, 0.2, 0.3, 2.0, 7.0, 1.0});
     rig.run(0.5);
-    return Eigen::Quaterniond(rig.engine->link_pose(rig.model.find_link("body")).linear());
+    return Eigen::Quaterniond(rig.robot.link_pose(rig.model.find_link("body")).linear());
   };
   const Eigen::Quaterniond exact = end_of(Integrator::rk4, 1e-4);
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
@@ -322,7 +322,7 @@ TEST(Step, MidpointKeepsItsOrderWhileAnObjectLiesOnTheGround) {
     Rig rig(robot, world);
     rig.set_state({0.5, -0.4, 0.3, 0.2, 0.1, 0.6});
     rig.run(0.2);
-    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(rig.engine->q().data(), 6));
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(rig.robot.q().data(), 6));
   };
   const Eigen::VectorXd exact = end_of(Integrator::rk4, 2.5e-4, false);
   const double alone = (end_of(Integrator::midpoint, 1e-3, false) - exact).norm();
@@ -352,7 +352,7 @@ TEST(Step, NothingIsAllocatedUnderAnyIntegrator) {
     for (int i = 0; i < 10; ++i) rig.engine->step();
     const std::uint64_t before = test::heap_allocations();
     for (int i = 0; i < 1000; ++i) {
-      for (int j = 0; j < 5; ++j) rig.engine->set_target(j, i % 200 < 100 ? 1.0 : -1.0);
+      for (int j = 0; j < 5; ++j) rig.robot.set_target(j, i % 200 < 100 ? 1.0 : -1.0);
       rig.engine->step();
     }
     EXPECT_EQ(test::heap_allocations() - before, 0U) << name_of(integrator);

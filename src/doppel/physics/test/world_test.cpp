@@ -119,9 +119,8 @@ TEST(World, BundledWorldsAreAtRest) {
     test::Rig rig(test::make_post(), world);
     rig.run(3.0);
     for (const WorldObject& object : world.objects) {
-      Pose X;
-      ASSERT_TRUE(rig.engine->object_pose(object.name, X));
-      EXPECT_LT((X.translation() - object.X_WO.translation()).norm(), 2e-3) << object.name;
+      EXPECT_LT((rig.pose(object.name).translation() - object.X_WO.translation()).norm(), 2e-3)
+          << object.name;
     }
   }
 }
