@@ -172,8 +172,15 @@ TEST(Services, HardwareIsPutToSleepOnlyWhenNobodyDrivesIt) {
   EXPECT_TRUE(components[0].state_interfaces[0].is_available);
   sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_ACTIVE, ""};
   EXPECT_TRUE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
-  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_FINALIZED, ""};
+  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_UNKNOWN, ""};
   EXPECT_FALSE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
+  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_FINALIZED, ""};
+  EXPECT_TRUE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
+  EXPECT_EQ(rig.hardware->calls.back(), "on_shutdown");
+  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_ACTIVE, ""};
+  EXPECT_FALSE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
+  EXPECT_EQ(rig.count(Severity::error, "hardware 'FakeSystem' is finalized; it comes back when"), 1u)
+      << rig.said();
 }
 
 TEST(Services, ActivityReachesLateListeners) {
