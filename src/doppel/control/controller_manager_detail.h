@@ -96,8 +96,10 @@ struct ControllerManager::Impl {
   // Why the interfaces it requires cannot be had at all; empty: they can.
   [[nodiscard]] std::string missing_interface(const LoadedController& loaded,
                                               std::string* full_name = nullptr) const;
+  // nothing_to_do: of a switch that is not refused, whether everything is already as it was asked for, or was
+  // left out.
   Status switch_controllers(std::span<const std::string> activate, std::span<const std::string> deactivate,
-                            Strictness strictness);
+                            Strictness strictness, bool* nothing_to_do = nullptr);
   Status carry_out(const Plan& plan, Strictness strictness);
   void deactivate(LoadedController& loaded);
   // Deactivates them and writes what they command at last; returns the interfaces whose claims end.

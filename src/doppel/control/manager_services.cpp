@@ -110,13 +110,19 @@ void ControllerManager::Impl::serve_life_cycle() {
                         (request.strictness == 0 && std::get<std::string>(by_default) == "strict");
     const Strictness strictness = strict ? Strictness::strict : Strictness::best_effort;
     Status status;
+    bool nothing_to_do = false;
     try {
-      status = switch_controllers(request.activate_controllers, request.deactivate_controllers, strictness);
+      status = switch_controllers(request.activate_controllers, request.deactivate_controllers, strictness,
+                                  &nothing_to_do);
     } catch (const std::exception& problem) {
       status = Status::refused(problem.what());
     }
     if (!status) log.error(options.name, fmt::format("cannot switch controllers: {}", status.why()));
-    respond({status.ok(), status.ok() ? "Successfully switched controllers!" : status.why()});
+    const std::string done =
+        nothing_to_do
+            ? "After checking the controllers, no controllers need to be activated or deactivated."
+            : "Successfully switched controllers!";
+    respond({status.ok(), status.ok() ? done : status.why()});
   });
 }
 

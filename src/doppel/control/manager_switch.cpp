@@ -129,19 +129,19 @@ void ControllerManager::Impl::plan_claims(Plan& plan) const {
 
 Status ControllerManager::Impl::switch_controllers(std::span<const std::string> activate,
                                                    std::span<const std::string> deactivate,
-                                                   Strictness strictness) {
+                                                   Strictness strictness, bool* nothing_to_do) {
   const Plan wanted = plan(activate, deactivate, strictness);
   if (!wanted.conflicts.empty()) {
     std::vector<std::string> why = wanted.refusals;
     why.insert(why.end(), wanted.conflicts.begin(), wanted.conflicts.end());
     return Status::refused(joined(why));
   }
-  const bool nothing_left = wanted.stop.empty() && wanted.start.empty();
-  if (!wanted.refusals.empty() && (strictness == Strictness::strict || nothing_left)) {
+  if (!wanted.refusals.empty() && strictness == Strictness::strict)
     return Status::refused(joined(wanted.refusals));
-  }
   for (const std::string& refusal : wanted.refusals)
     log.warning(options.name, "left out of the switch: " + refusal);
+  const bool nothing_left = wanted.stop.empty() && wanted.start.empty();
+  if (nothing_to_do != nullptr) *nothing_to_do = nothing_left;
   if (nothing_left) return {};
   if (Status ready = resources.prepare_switch(commands_of(wanted.start), commands_of(wanted.stop)); !ready)
     return ready;
