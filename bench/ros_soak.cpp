@@ -35,7 +35,7 @@ constexpr std::size_t kNodes = 20, kCallers = 5, kCallsOfCaller = 200;
 constexpr std::size_t kCrowd = 8, kClientsOfCrowd = 5, kCallsInCrowd = 200;
 constexpr auto kReplacement = 1s;  // how often a node is killed
 constexpr auto kBurst = 10s;
-constexpr auto kLost = 5s;  // longer than any repair of what was lost on the way takes
+constexpr auto kLost = 5s;     // longer than any repair of what was lost on the way takes
 constexpr double kLate = 100;  // ms
 constexpr const char* kTwinService = "/controller_manager/list_controllers";
 constexpr const char* kPeerService = "/bench_peer/list_controllers";
@@ -252,8 +252,9 @@ int main(int argc, char** argv) {
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "doppel";
   bench::Peer twin({program, "up", std::filesystem::path(DOPPEL_ROBOTS) / "omarm_one", "--headless",
                     "--no-reload", "--domain", std::to_string(bench::own_domain().domain)});
-  fmt::print("omarm_one among {} nodes with 4 subscriptions, one killed each second, and {} calls each {} s\n",
-             kNodes, kCallers * kCallsOfCaller, kBurst.count());
+  fmt::print(
+      "omarm_one among {} nodes with 4 subscriptions, one killed each second, and {} calls each {} s\n",
+      kNodes, kCallers * kCallsOfCaller, kBurst.count());
   Calls all;
   const std::vector<double> memory = soak(twin.pid(), minutes, all);
   print("all of it", all);

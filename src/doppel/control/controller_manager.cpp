@@ -67,7 +67,7 @@ ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const Contro
 
 ControllerManager::Impl::~Impl() {
   shut_down_hardware();
-  if (!rules.empty()) bus.names() = rules_before;
+  bus.names().remove_all_of(this);
 }
 
 LoadedController* ControllerManager::Impl::find(std::string_view name) const {
@@ -209,18 +209,11 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   return c;
 }
 
-void ControllerManager::Impl::use_rules(const std::string& controller, std::vector<std::string> its_rules) {
-  if (its_rules.empty() && !rules.contains(controller)) return;
-  if (rules.empty()) rules_before = bus.names();
-  if (its_rules.empty()) {
-    rules.erase(controller);
-  } else {
-    rules[controller] = std::move(its_rules);
-  }
-  bus.names() = rules_before;
-  for (const auto& [name, all] : rules) {
-    for (const std::string& rule : all) bus.names().add(rule);
-  }
+void ControllerManager::Impl::use_rules(const std::string& controller,
+                                        const std::vector<std::string>& rules) {
+  const NameRules::Owner owner{this, controller};
+  bus.names().remove(owner);
+  for (const std::string& rule : rules) bus.names().add(rule, owner);
 }
 
 void ControllerManager::Impl::configure(LoadedController& c) {

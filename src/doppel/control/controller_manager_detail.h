@@ -70,8 +70,8 @@ struct ControllerManager::Impl {
   void load(const std::string& name, const std::string& type);
   std::unique_ptr<LoadedController> make(const std::string& name, const std::string& type,
                                          const NodeArguments& arguments);
-  // What the bus is told to rename: what it was before, and the rules of each controller.
-  void use_rules(const std::string& controller, std::vector<std::string> rules);
+  // Of the bus, in place of those that the controller had.
+  void use_rules(const std::string& controller, const std::vector<std::string>& rules);
   void declare_written_type(LoadedController& loaded);
   [[nodiscard]] std::string type_of(const std::string& name);
   void choose_rate(LoadedController& loaded);
@@ -165,9 +165,7 @@ struct ControllerManager::Impl {
   ControllerManagerOptions options;
   const Log& log;
   Node node;
-  ParameterOverrides own;                                 // overrides of the manager's node
-  NameRules rules_before;                                 // of the bus, before `rules`
-  std::map<std::string, std::vector<std::string>> rules;  // by controller
+  ParameterOverrides own;  // overrides of the manager's node
   Duration period{};
   Time now{};
   ResourceTable resources;
