@@ -25,6 +25,7 @@
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
 #include "doppel/bus/rosout.h"
+#include "doppel/core/guarded_thread.h"
 #include "doppel/twin/runner.h"
 #include "doppel/twin/twin.h"
 
@@ -81,7 +82,13 @@ double parse_speed(const std::string& text) {
 class TableThread {
  public:
   TableThread(Twin& twin, const Runner& runner, TerminalLog& log, std::string title)
-      : twin_(twin), runner_(runner), log_(log), title_(std::move(title)), thread_([this] { run(); }) {}
+      : twin_(twin), runner_(runner), log_(log), title_(std::move(title)) {
+    thread_ = guarded_thread(
+        [this] { run(); },
+        [this](const std::string& what) {
+          log_.add({Severity::error, "terminal", fmt::format("the table is not drawn any longer: {}", what)});
+        });
+  }
 
   ~TableThread() {
     {
@@ -293,7 +300,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
       "  doppel up omarm_one\n"
       "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
       "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
-      "  doppel up omarm_one --ros-args -r __ns:=/left -r joint_states:=js -p robot_state_publisher:"
+      "  doppel up omarm_one --ros-args -r __ns:=/left -r /clock:=clock -p robot_state_publisher:"
       "frame_prefix:=left/\n"
       "  doppel up omarm_one --host 0.0.0.0      # for a tablet beside the robot: open the printed address\n"
       "  doppel up omarm_zero --headless --duration 10 --speed max --json");
