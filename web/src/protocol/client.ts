@@ -1,5 +1,6 @@
-// A twin seen over the Foxglove WebSocket protocol: topics, services, assets. Connects by itself, again and again;
-// subscriptions and advertisements survive a restart of the twin.
+// A twin seen over the Foxglove WebSocket protocol: topics, services, assets. The Foxglove client speaks the frames of one
+// connection; what it does not do is here: connecting again and again, subscriptions and advertisements that survive a
+// restart of the twin, names of a namespace, answers to their questions.
 
 import type { Channel, IWebSocket, Parameter, ServerInfo, Service } from '@foxglove/ws-protocol';
 // By its file: the package's index brings the server and its log along, 2.4 KiB compressed that nobody calls.
