@@ -56,10 +56,11 @@ Reloader::Reloader(Reloadable what, const Log& log) : what_(std::move(what)), lo
     return;
   }
   watcher_.watch(what_.files());
-  thread_ = guarded_thread([this] { run(); },
-                           [this](const std::string& thrown) {
-                             log_.error(kOrigin, fmt::format("edits are not picked up any longer: {}", thrown));
-                           });
+  thread_ =
+      guarded_thread([this] { run(); },
+                     [this](const std::string& thrown) {
+                       log_.error(kOrigin, fmt::format("edits are not picked up any longer: {}", thrown));
+                     });
 }
 
 Reloader::~Reloader() {

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "doppel/ros2/late/fast_addressing_detail.h"
+#include "doppel/ros2/late/fast_log_detail.h"
 #include "doppel/ros2/late/fast_ports_detail.h"
 #include "doppel/ros2/late/fast_transport_detail.h"
 #include "doppel/ros2/participant.h"
@@ -76,8 +77,10 @@ class GuardedTransport : public udp::ChainingTransport {
 
   void receive(udp::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
-    if (reach_ != Reach::nobody && intake_->admits({data, size}))
-      above->OnDataReceived(data, size, local, remote);
+    with_complaints([&] {
+      if (reach_ != Reach::nobody && intake_->admits({data, size}))
+        above->OnDataReceived(data, size, local, remote);
+    });
   }
 
  private:
