@@ -274,7 +274,8 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
                  "Start only these controllers; the others are loaded, inactive")
       ->delimiter(',');
   up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are passive");
-  up->add_option("--plugin", options->plugins, "A shared library with controllers of your own")->take_all();
+  up->add_option("--plugin", options->plugins, "A shared library with controllers or hardware of your own")
+      ->take_all();
   up->add_option("--world", options->world, "A world file (YAML): gravity, step, ground, objects");
   up->add_option(
         "--base", options->base,
