@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/physics/engine.h"
+#include "doppel/physics/engine_modules.h"
 
 namespace doppel {
 
@@ -23,13 +23,12 @@ inline constexpr double kMoveTime = 1.0;  // s
 const char* name_of(MotionKind kind);         // "smooth"
 const char* description_of(MotionKind kind);  // "falls without drives, friction, ..."
 
-// What moves, and in which world. Outlives what is made of it.
+// What moves, in which world and engine.
 struct MotionSubject {
-  const RobotDescription& robot;
-  const Model& model;
-  BaseKind base = BaseKind::fixed;  // that the model was compiled with
-  World world;                      // with the step and the integrator that are to be judged
-  EngineOptions options;
+  ModelInstance robot;                // its pose at reset is where motions start
+  std::vector<ModelInstance> others;  // what else stands in the world
+  WorldSettings world;                // with the step and the integrator that are to be judged
+  std::string engine = kDefaultEngine;
 };
 
 // What is compared of a motion: the position of a free scalar joint, or one of the six of a floating joint,
@@ -56,7 +55,10 @@ class Motion {
   // `tool`: a link of the model. Throws InputError where the engine refuses the robot.
   Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool);
 
-  [[nodiscard]] const Model& model() const { return model_; }
+  // The same motion as `plan`, which another engine has found free of contacts: from its start to its goal.
+  Motion(const MotionSubject& subject, const Motion& plan, const std::string& tool);
+
+  [[nodiscard]] const Model& model() const { return *robot_.model; }
   [[nodiscard]] const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   // The motion over `duration` s at world.step / `fineness`, sampled at every world.step. `offset`: added to
   // the start of every free joint, rad or m. `contacts`: they are looked for too.
@@ -64,17 +66,19 @@ class Motion {
                                  bool contacts = false) const;
 
  private:
+  // The robot is instance 0.
+  [[nodiscard]] std::unique_ptr<Engine> make_engine(Duration step) const;
   [[nodiscard]] Eigen::VectorXd pose_beside(double way) const;
   [[nodiscard]] bool touches(Engine& engine, const Eigen::VectorXd& goal) const;
-  void command(Engine& engine, double time) const;
+  void command(Instance robot, double time) const;
   void list_coordinates();
-  void sample(const Engine& engine, double time, MotionRecord& out) const;
+  void sample(const Instance& robot, double time, MotionRecord& out) const;
 
   MotionKind kind_;
-  RobotDescription robot_;
-  Model model_;
-  World world_;
-  EngineOptions options_;
+  ModelInstance robot_;
+  std::vector<ModelInstance> others_;
+  WorldSettings world_;
+  std::string engine_;
   int tool_ = 0;
   std::vector<Coordinate> coordinates_;
   Eigen::VectorXd start_, goal_;  // [nq]
