@@ -21,7 +21,7 @@ struct Scenario {
   std::optional<std::filesystem::path> controllers;  // a YAML file in place of what the description names
   std::vector<std::string> activate;  // controllers to start; empty: all that the files declare
   bool start_controllers = true;      // false: nothing is loaded, the joints are limp
-  std::vector<std::string> plugins;   // shared libraries with controllers
+  std::vector<std::string> plugins;   // shared libraries with controllers and hardware
   std::optional<BaseKind> base;       // how a root link other than "world" stands; none: choose_base()
   bool ideal = false;                 // joints follow commands exactly, whatever they carry
   bool enforce_limits = true;

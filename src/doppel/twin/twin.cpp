@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "doppel/control/plugin_library.h"
 #include "doppel/messages/rcl_interfaces.h"
 #include "doppel/twin/contact_publisher.h"
 #include "doppel/twin/controllers_choice.h"
@@ -64,7 +65,9 @@ struct Twin::Impl {
         rest(*machine->engine) {
     follow_wall(machine->engine->time());
     registry = ControllerRegistry::with_builtin();
-    for (const std::string& plugin : scenario.plugins) registry.load_library(plugin);
+    hardware_registry = HardwareRegistry::with_builtin();
+    for (const std::string& plugin : scenario.plugins)
+      load_plugin_library(plugin, registry, hardware_registry);
     build_control(diagnostics);
     make_publishers();
     if (scenario.start_controllers) control->start(control->wish_of(scenario.activate), log);
@@ -72,8 +75,8 @@ struct Twin::Impl {
 
   // What is on the bus for the machine, but for what publishes its state.
   void build_control(Diagnostics& diagnostics) {
-    control =
-        std::make_unique<ControlStack>(bus, *machine, registry, scenario.enforce_limits, log, diagnostics);
+    const ControlStack::Options options{registry, hardware_registry, scenario.enforce_limits};
+    control = std::make_unique<ControlStack>(bus, *machine, options, log, diagnostics);
     services = std::make_unique<SimulatorServices>(
         bus, control->model(), *machine->engine,
         SimulatorServices::Callbacks{[this] { reset(); },
@@ -91,7 +94,7 @@ struct Twin::Impl {
                                     objects.at_once();
                                   }});
     const Duration step = machine->setup.world.step;
-    steps_per_tick = static_cast<std::uint64_t>(control->manager().steps_per_tick());
+    steps_per_tick = steps_in(control->manager().period(), step);
     steps_per_clock = steps_in(kClockPeriod, step);
     steps_per_housekeeping = steps_in(kHousekeepingPeriod, step);
     all_due_now();
@@ -191,6 +194,7 @@ struct Twin::Impl {
   void between_steps() {
     bus.set_now(machine->engine->time());
     follow_wall(machine->engine->time());
+    control->manager().settle(machine->engine->time());
     bus.spin();
     services->answer_steps();
     const Time now = machine->engine->time();  // what came in may have set it back
@@ -255,6 +259,7 @@ struct Twin::Impl {
   const Log& log;
   Bus bus;
   ControllerRegistry registry;
+  HardwareRegistry hardware_registry;
   std::unique_ptr<Machine> machine;
   std::unique_ptr<ControlStack> control;
   std::unique_ptr<StatePublisher> publisher;
@@ -393,8 +398,10 @@ std::shared_ptr<Twin::Replacement> Twin::prepare(const ControllerWish& wish, Dia
   // A rehearsal on a bus of its own: whatever controllers refuse, they refuse here.
   Bus bus({.names = impl_->scenario.ros.names, .sim_time = !impl_->scenario.wall_stamps});
   const Log quiet;
-  ControlStack rehearsal(bus, *fresh->machine, impl_->registry, impl_->scenario.enforce_limits, quiet,
-                         diagnostics);
+  ControlStack rehearsal(
+      bus, *fresh->machine,
+      {impl_->registry, impl_->hardware_registry, impl_->scenario.enforce_limits, /*rehearsal=*/true}, quiet,
+      diagnostics);
   fresh->wish = renewed(wish, rehearsal.manager().declared_controllers(), impl_->scenario);
   // What runs must run on, whoever chose it; what comes new may be left out where nobody chose it.
   ControllerWish ran = fresh->wish;
