@@ -13,6 +13,8 @@ namespace {
 
 constexpr Duration kSteps[] = {Duration{4'000}, Duration{2'000}};  // over which accelerations are seen
 constexpr double kRate = 1.0, kSlideRate = 0.1;                    // rad/s, m/s
+constexpr double kLeastEffort = 1e-12;                             // N m or N
+constexpr double kPush = 10.0;  // rad/s^2 or m/s^2 that an effort gives the joint's own inertia
 
 // Free bodies joined by joints with damping.
 ModelInstance bare(const ModelInstance& robot) {
@@ -40,12 +42,14 @@ std::vector<StaticState> states_of(const Model& limited, int count) {
   std::mt19937 random(20240501);
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<StaticState> out;
+  Data data(limited);
   for (const Eigen::VectorXd& q : sample_configurations(limited, count)) {
+    mass_matrix(limited, data, q);
     StaticState state{q, Eigen::VectorXd::Zero(limited.nv), Eigen::VectorXd::Zero(limited.nv)};
     for (const ModelJoint& joint : limited.joints) {
       const double rate = joint.type == JointType::prismatic ? kSlideRate : kRate;
       for (int k = 0; k < joint.nv; ++k) state.v[joint.v + k] = rate * unit(random);
-      if (joint.scalar()) state.effort[joint.v] = std::min(joint.effort, 1.0) * unit(random);
+      if (joint.scalar()) state.effort[joint.v] = kPush * data.M(joint.v, joint.v) * unit(random);
     }
     out.push_back(std::move(state));
   }
@@ -115,72 +119,91 @@ class EngineStatics {
   std::vector<std::unique_ptr<Engine>> engines_;
 };
 
-// Takes in one more number of each engine, and of each at half the step.
-void take(Difference& into, const std::vector<double>& coarse, const std::vector<double>& fine) {
-  for (std::size_t a = 0; a < fine.size(); ++a) {
-    into.own[a] = std::max(into.own[a], std::abs(coarse[a] - fine[a]));
-    for (std::size_t b = 0; b < a; ++b) into.largest = std::max(into.largest, std::abs(fine[a] - fine[b]));
+// All engines in one state after the other; keeps the largest differences.
+class Statics {
+ public:
+  Statics(const std::vector<ComparedEngine>& engines, const Model& model) : model_(model) {
+    for (const ComparedEngine& engine : engines) {
+      if (engine.subject.robot.model->nv != model.nv ||
+          engine.subject.robot.model->links.size() != model.links.size())
+        throw std::invalid_argument("engines are compared with one robot");
+      engines_.emplace_back(engine.subject, model);
+    }
+    const std::vector<double> none(engines.size(), 0.0);
+    for (const ModelLink& link : model.links) links.push_back({link.name, "m, rad", 0, 0, none, {}});
+    for (const ModelJoint& joint : model.joints)
+      joints.push_back({joint.name, joint.type == JointType::prismatic ? "N" : "N m", 0, 0, none, {}});
+    scales.assign(model.joints.size(), 0.0);
   }
-}
+
+  void take(const StaticState& state) {
+    take_poses(state);
+    std::vector<Eigen::VectorXd> coarse, fine;
+    for (EngineStatics& engine : engines_) {
+      coarse.push_back(engine.residual(0, state));
+      fine.push_back(engine.residual(1, state));
+    }
+    const Eigen::VectorXd scale = engines_.front().scale(state);
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      for (int v = std::max(model_.joints[j].v, 0); v < model_.joints[j].v + model_.joints[j].nv; ++v) {
+        scales[j] = std::max(scales[j], scale[v]);
+        take_effort(joints[j], coarse, fine, v);
+      }
+    }
+  }
+
+  std::vector<Difference> links, joints;  // as in the model
+  std::vector<double> scales;             // [joints] largest efforts
+
+ private:
+  void take_poses(const StaticState& state) {
+    const std::vector<Pose> first = engines_.front().poses(state);
+    for (std::size_t e = 1; e < engines_.size(); ++e) {
+      const std::vector<Pose> other = engines_[e].poses(state);
+      for (std::size_t i = 0; i < links.size(); ++i) {
+        links[i].largest =
+            std::max({links[i].largest, (first[i].translation() - other[i].translation()).norm(),
+                      angle_between(first[i], other[i])});
+      }
+    }
+  }
+  static void take_effort(Difference& into, const std::vector<Eigen::VectorXd>& coarse,
+                          const std::vector<Eigen::VectorXd>& fine, int v) {
+    for (std::size_t a = 0; a < fine.size(); ++a) {
+      into.own[a] = std::max(into.own[a], std::abs(coarse[a][v] - fine[a][v]));
+      for (std::size_t b = 0; b < a; ++b) {
+        // Extrapolated to no step: engines of different schemes are compared as well.
+        const double difference = 2 * (fine[a][v] - fine[b][v]) - (coarse[a][v] - coarse[b][v]);
+        into.largest = std::max(into.largest, std::abs(difference));
+      }
+    }
+  }
+
+  const Model& model_;
+  std::vector<EngineStatics> engines_;
+};
 
 }  // namespace
 
 StaticsComparison compare_statics(const std::vector<ComparedEngine>& engines) {
-  const Model& limited = *engines.front().subject.robot.model;
   const ModelInstance free = bare(engines.front().subject.robot);
   const Model& model = *free.model;
-  std::vector<EngineStatics> at;
-  for (const ComparedEngine& engine : engines) {
-    if (engine.subject.robot.model->nv != model.nv ||
-        engine.subject.robot.model->links.size() != model.links.size())
-      throw std::invalid_argument("engines are compared with one robot");
-    at.emplace_back(engine.subject, model);
-  }
+  Statics statics(engines, model);
+  for (const StaticState& state : states_of(*engines.front().subject.robot.model, kStaticConfigurations))
+    statics.take(state);
   StaticsComparison out;
   out.configurations = kStaticConfigurations;
-  const std::vector<double> none(engines.size(), 0.0);
-  for (const ModelLink& link : model.links) out.links.push_back({link.name, "m, rad", 0, 0, none, {}});
-  std::vector<double> scales(model.joints.size(), 0.0);
-  for (const ModelJoint& joint : model.joints)
-    out.joints.push_back({joint.name, joint.type == JointType::prismatic ? "N" : "N m", 0, 0, none, {}});
-  for (const StaticState& state : states_of(limited, kStaticConfigurations)) {
-    std::vector<std::vector<Pose>> poses;
-    std::vector<Eigen::VectorXd> coarse, fine;
-    for (EngineStatics& engine : at) {
-      poses.push_back(engine.poses(state));
-      coarse.push_back(engine.residual(0, state));
-      fine.push_back(engine.residual(1, state));
-    }
-    for (std::size_t link = 0; link < model.links.size(); ++link) {
-      for (std::size_t e = 1; e < at.size(); ++e) {
-        const Pose &a = poses[0][link], &b = poses[e][link];
-        out.links[link].largest = std::max(
-            {out.links[link].largest, (a.translation() - b.translation()).norm(), angle_between(a, b)});
-      }
-    }
-    const Eigen::VectorXd scale = at.front().scale(state);
-    for (std::size_t j = 0; j < model.joints.size(); ++j) {
-      const ModelJoint& joint = model.joints[j];
-      for (int k = 0; k < joint.nv; ++k) {
-        scales[j] = std::max(scales[j], scale[joint.v + k]);
-        std::vector<double> of_coarse, of_fine;
-        for (std::size_t e = 0; e < at.size(); ++e) {
-          of_coarse.push_back(coarse[e][joint.v + k]);
-          of_fine.push_back(fine[e][joint.v + k]);
-        }
-        take(out.joints[j], of_coarse, of_fine);
-      }
-    }
-  }
+  out.links = std::move(statics.links);
   for (Difference& link : out.links)
     link.explanation = link.largest > kSamePose ? Explanation::unexplained : Explanation::same;
-  for (std::size_t j = 0; j < out.joints.size(); ++j)
-    out.joints[j].explanation = explanation_of(out.joints[j], kSameEffort * scales[j]);
-  std::vector<Difference> moving;
-  for (std::size_t j = 0; j < out.joints.size(); ++j) {
-    if (model.joints[j].nv > 0) moving.push_back(out.joints[j]);
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    if (model.joints[j].nv == 0) continue;
+    Difference& joint = out.joints.emplace_back(std::move(statics.joints[j]));
+    // What the extrapolation leaves is of second order in the own errors.
+    Difference left = joint;
+    for (double& own : left.own) own *= own / std::max(statics.scales[j], kLeastEffort);
+    joint.explanation = explanation_of(left, kSameEffort * statics.scales[j]);
   }
-  out.joints = std::move(moving);
   lead_with_cause(model, out.joints);
   return out;
 }

@@ -92,7 +92,7 @@ Eigen::VectorXd reachable(const Model& model, const Eigen::VectorXd& from, Eigen
 }  // namespace
 
 const char* name_of(MotionKind kind) {
-  constexpr std::array kNames{"smooth", "fall", "hold", "move"};
+  constexpr std::array kNames{"smooth", "fall", "hold", "move", "path"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -100,7 +100,7 @@ const char* description_of(MotionKind kind) {
   constexpr std::array kTexts{
       "falls without drives, friction, damping, limits and contacts; mimics and slides stay where they are",
       "falls as it is described, without drives", "drives hold the start pose",
-      "drives follow a quintic of 1 s to another pose"};
+      "drives follow a quintic of 1 s to another pose", "drives follow the given joint trajectory"};
   return kTexts[static_cast<std::size_t>(kind)];
 }
 
@@ -109,7 +109,8 @@ Motion::Motion(const MotionSubject& subject, MotionKind kind, const std::string&
       robot_(kind == MotionKind::smooth ? smooth(subject.robot) : subject.robot),
       others_(subject.others),
       world_(subject.world),
-      engine_(subject.engine) {
+      engine_(subject.engine),
+      path_(subject.path) {
   if (kind == MotionKind::smooth) {
     world_.ground = false;
     others_.clear();
@@ -129,6 +130,7 @@ Motion::Motion(const MotionSubject& subject, const Motion& plan, const std::stri
       others_(plan.others_),
       world_(plan.world_),
       engine_(subject.engine),
+      path_(plan.path_),
       start_(plan.start_),
       goal_(plan.goal_) {
   tool_ = std::max(0, model().find_link(tool));
@@ -184,6 +186,24 @@ void Motion::command(Instance robot, double time) const {
   }
 }
 
+void Motion::command_path(Instance robot, double time) const {
+  const auto next =
+      static_cast<std::size_t>(std::ranges::lower_bound(path_.times, time) - path_.times.begin());
+  for (std::size_t i = 0; i < path_.joints.size(); ++i) {
+    const int joint = model().find_joint(path_.joints[i]);
+    if (joint < 0 || !free_joint(model().joints[static_cast<std::size_t>(joint)])) continue;
+    const double from =
+        next > 0 ? path_.positions[next - 1][i] : start_[model().joints[static_cast<std::size_t>(joint)].q];
+    if (next == path_.times.size()) {
+      robot.set_target(joint, from);
+      continue;
+    }
+    const double begin = next > 0 ? path_.times[next - 1] : 0.0, way = path_.times[next] - begin;
+    const double share = way > 0 ? (time - begin) / way : 1.0;
+    robot.set_target(joint, from + share * (path_.positions[next][i] - from));
+  }
+}
+
 void Motion::list_coordinates() {
   for (std::size_t j = 0; j < model().joints.size(); ++j) {
     const ModelJoint& joint = model().joints[j];
@@ -225,7 +245,7 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
     for (std::size_t i = 0; i < v.size(); ++i) v[i] = kThrown * (i % 3 == 0 ? 1.0 : i % 3 == 1 ? -0.7 : 0.4);
   }
   robot.set_state({q.data(), static_cast<std::size_t>(q.size())}, v);
-  if (kind_ == MotionKind::hold || kind_ == MotionKind::move) {
+  if (kind_ != MotionKind::smooth && kind_ != MotionKind::fall) {
     for (std::size_t j = 0; j < model().joints.size(); ++j) {
       if (free_joint(model().joints[j])) robot.set_drive(static_cast<int>(j), DriveMode::position);
     }
@@ -242,6 +262,7 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
   sample(robot, 0.0, out);
   for (int i = 1; i <= samples; ++i) {
     if (kind_ == MotionKind::move) command(robot, i * h);
+    if (kind_ == MotionKind::path) command_path(robot, i * h);
     for (int k = 0; k < fineness; ++k) engine->step();
     if (engine->diverged()) break;
     if (kind_ == MotionKind::smooth) {

@@ -15,7 +15,9 @@ enum class MotionKind {
   fall,    // falls as it is described, in its world, without drives
   hold,    // drives hold the start pose
   move,    // drives follow a quintic of kMoveTime, commanded once a step, to a pose with nothing in the way
+  path,    // drives follow MotionSubject::path, commanded once a step
 };
+// Those that need nothing beside the robot.
 inline constexpr MotionKind kMotions[] = {MotionKind::smooth, MotionKind::fall, MotionKind::hold,
                                           MotionKind::move};
 inline constexpr double kMoveTime = 1.0;  // s
@@ -23,12 +25,20 @@ inline constexpr double kMoveTime = 1.0;  // s
 const char* name_of(MotionKind kind);         // "smooth"
 const char* description_of(MotionKind kind);  // "falls without drives, friction, ..."
 
+// Positions of joints by time, straight in between; before the first time from where the robot starts.
+struct JointPath {
+  std::vector<std::string> joints;
+  std::vector<double> times;                   // s, rising
+  std::vector<std::vector<double>> positions;  // [times][joints] rad or m
+};
+
 // What moves, in which world and engine.
 struct MotionSubject {
   ModelInstance robot;                // its pose at reset is where motions start
   std::vector<ModelInstance> others;  // what else stands in the world
   WorldSettings world;                // with the step and the integrator that are to be judged
   std::string engine = kDefaultEngine;
+  JointPath path;
 };
 
 // What is compared of a motion: the position of a free scalar joint, or one of the six of a floating joint,
@@ -71,6 +81,7 @@ class Motion {
   [[nodiscard]] Eigen::VectorXd pose_beside(double way) const;
   [[nodiscard]] bool touches(Engine& engine, const Eigen::VectorXd& goal) const;
   void command(Instance robot, double time) const;
+  void command_path(Instance robot, double time) const;
   void list_coordinates();
   void sample(const Instance& robot, double time, MotionRecord& out) const;
 
@@ -79,6 +90,7 @@ class Motion {
   std::vector<ModelInstance> others_;
   WorldSettings world_;
   std::string engine_;
+  JointPath path_;
   int tool_ = 0;
   std::vector<Coordinate> coordinates_;
   Eigen::VectorXd start_, goal_;  // [nq]

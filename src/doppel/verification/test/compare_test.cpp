@@ -50,7 +50,7 @@ class Compare : public testing::Test {
           make_instance(description, std::make_shared<const Model>(std::move(copy)), {}, meshes, heard);
       // The same drives, whatever was changed.
       instance.servos = choose_servos(model, {}, world.gravity);
-      out.push_back({{std::move(instance), {}, world, name}, name});
+      out.push_back({{std::move(instance), {}, world, name, {}}, name});
     }
     return out;
   }

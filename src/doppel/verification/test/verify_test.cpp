@@ -27,7 +27,9 @@ MotionSubject subject_of(const RobotDescription& robot, const WorldSettings& wor
   return {make_instance(description, std::make_shared<const Model>(compile_model(robot, base, heard)),
                         options, meshes, heard),
           {},
-          world};
+          world,
+          kDefaultEngine,
+          {}};
 }
 
 struct Arm {
