@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "doppel/core/names.h"
-#include "doppel/verification/compare_detail.h"
+#include "doppel/verification/detail/compare.h"
 #include "doppel/verification/verify.h"
 
 namespace doppel {

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "doppel/verification/compare.h"
-#include "doppel/verification/plot_detail.h"
-#include "doppel/verification/report_detail.h"
+#include "doppel/verification/detail/plot.h"
+#include "doppel/verification/detail/report.h"
 
 namespace doppel {
 namespace {

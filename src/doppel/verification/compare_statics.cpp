@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "doppel/kinematics/dynamics.h"
-#include "doppel/verification/compare_detail.h"
+#include "doppel/verification/detail/compare.h"
 
 namespace doppel {
 namespace {

@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "doppel/description/xml.h"
-#include "doppel/verification/plot_detail.h"
+#include "doppel/verification/detail/plot.h"
 #include "doppel/verification/verify.h"
 
 namespace doppel {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "doppel/physics/step_scheme.h"
-#include "doppel/verification/report_detail.h"
+#include "doppel/verification/detail/report.h"
 #include "doppel/verification/verify.h"
 
 namespace doppel {
