@@ -58,7 +58,7 @@ _doppel() {
   done
   local IFS=$'\n'
   case "${words[0]-} ${words[1]-}" in
-    'up '*|'view '*|'check '*|'tree '*|'info '*|'mass '*|'verify '*|'convert '*|'diff '*|'calibrate '*|'xacro '*|'overlay '[a-z]*)
+    'up '*|'view '*|'check '*|'tree '*|'info '*|'mass '*|'verify '*|'compare-engines '*|'convert '*|'diff '*|'calibrate '*|'xacro '*|'overlay '[a-z]*)
       mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" robots)" -- "$current"; compgen -f -- "$current") ;;
     'topic echo'|'topic hz'|'topic info'|'topic type'|'topic bw'|'topic delay'|'topic pub')
       mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" topic list $remote 2>/dev/null)" -- "$current") ;;

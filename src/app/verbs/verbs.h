@@ -34,5 +34,7 @@ void add_info(CLI::App& app, int& exit_code);
 void add_mass(CLI::App& app, int& exit_code);
 void add_convert(CLI::App& app, int& exit_code);
 void add_verify(CLI::App& app, int& exit_code);
+void add_engines(CLI::App& app, int& exit_code);
+void add_compare_engines(CLI::App& app, int& exit_code);
 
 }  // namespace doppel::app

@@ -25,9 +25,25 @@ RobotDescription smooth(RobotDescription robot) {
   return robot;
 }
 
-Model compiled(const RobotDescription& robot, BaseKind base) {
+ModelInstance smooth(const ModelInstance& robot) {
   Diagnostics heard;  // said already, of the robot as it is
-  return compile_model(robot, base, heard);
+  const auto description = std::make_shared<const RobotDescription>(smooth(*robot.description));
+  const auto model = std::make_shared<const Model>(
+      compile_model(*description, robot.floating() ? BaseKind::floating : BaseKind::fixed, heard));
+  InstanceOptions options;
+  options.name = robot.name;
+  options.X_WR = robot.X_WR;
+  options.q0 = model->neutral();
+  for (const ModelJoint& joint : model->joints) {
+    const int index = robot.model->find_joint(joint.name);
+    if (index < 0 || robot.model->joints[static_cast<std::size_t>(index)].nq != joint.nq) continue;
+    options.q0.segment(joint.q, joint.nq) =
+        robot.q0.segment(robot.model->joints[static_cast<std::size_t>(index)].q, joint.nq);
+  }
+  CollisionMeshes none;
+  ModelInstance out = make_instance(description, model, options, none, heard);
+  for (auto& shapes : out.shapes) shapes.clear();
+  return out;
 }
 
 bool free_joint(const ModelJoint& joint) {
@@ -58,9 +74,8 @@ Eigen::VectorXd moved(const Model& model, Eigen::VectorXd q, double way, bool le
 }
 
 std::size_t robot_contacts(const std::vector<Contact>& contacts) {
-  return static_cast<std::size_t>(std::count_if(contacts.begin(), contacts.end(), [](const Contact& contact) {
-    return contact.link_a >= 0 || contact.link_b >= 0;
-  }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      contacts, [](const Contact& contact) { return contact.a.instance == 0 || contact.b.instance == 0; }));
 }
 
 // As far as the velocity limits let a quintic go.
@@ -77,7 +92,7 @@ Eigen::VectorXd reachable(const Model& model, const Eigen::VectorXd& from, Eigen
 }  // namespace
 
 const char* name_of(MotionKind kind) {
-  constexpr std::array kNames{"smooth", "fall", "hold", "move"};
+  constexpr std::array kNames{"smooth", "fall", "hold", "move", "path"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -85,48 +100,62 @@ const char* description_of(MotionKind kind) {
   constexpr std::array kTexts{
       "falls without drives, friction, damping, limits and contacts; mimics and slides stay where they are",
       "falls as it is described, without drives", "drives hold the start pose",
-      "drives follow a quintic of 1 s to another pose"};
+      "drives follow a quintic of 1 s to another pose", "drives follow the given joint trajectory"};
   return kTexts[static_cast<std::size_t>(kind)];
 }
 
 Motion::Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool)
     : kind_(kind),
       robot_(kind == MotionKind::smooth ? smooth(subject.robot) : subject.robot),
-      model_(kind == MotionKind::smooth ? compiled(robot_, subject.base) : subject.model),
+      others_(subject.others),
       world_(subject.world),
-      options_(subject.options) {
-  start_ = options_.q0.size() > 0 ? options_.q0 : subject.model.neutral();
+      engine_(subject.engine),
+      path_(subject.path) {
   if (kind == MotionKind::smooth) {
     world_.ground = false;
-    world_.objects.clear();
-    options_ = {};
-    options_.self_collision = false;
-    Eigen::VectorXd q = model_.neutral();
-    for (const ModelJoint& joint : model_.joints) {
-      const int index = subject.model.find_joint(joint.name);
-      if (index < 0 || subject.model.joints[static_cast<std::size_t>(index)].nq != joint.nq) continue;
-      q.segment(joint.q, joint.nq) =
-          start_.segment(subject.model.joints[static_cast<std::size_t>(index)].q, joint.nq);
-    }
-    start_ = q;
+    others_.clear();
   }
-  tool_ = std::max(0, model_.find_link(tool));
+  // Where the robot is put on the ground, that is where it starts.
+  start_ = Eigen::Map<const Eigen::VectorXd>(make_engine(world_.step)->instance(0).q().data(), model().nq);
+  tool_ = std::max(0, model().find_link(tool));
   list_coordinates();
-  if (kind == MotionKind::smooth) start_ = moved(model_, start_, kAside, true);
+  if (kind == MotionKind::smooth) start_ = moved(model(), start_, kAside, true);
   if (kind == MotionKind::fall) start_ = pose_beside(kAside);
-  if (kind == MotionKind::move) goal_ = reachable(model_, start_, pose_beside(kWay));
+  if (kind == MotionKind::move) goal_ = reachable(model(), start_, pose_beside(kWay));
+}
+
+Motion::Motion(const MotionSubject& subject, const Motion& plan, const std::string& tool)
+    : kind_(plan.kind_),
+      robot_(kind_ == MotionKind::smooth ? smooth(subject.robot) : subject.robot),
+      others_(plan.others_),
+      world_(plan.world_),
+      engine_(subject.engine),
+      path_(plan.path_),
+      start_(plan.start_),
+      goal_(plan.goal_) {
+  tool_ = std::max(0, model().find_link(tool));
+  list_coordinates();
+}
+
+std::unique_ptr<Engine> Motion::make_engine(Duration step) const {
+  WorldSettings world = world_;
+  world.step = step;
+  std::vector<ModelInstance> instances{robot_};
+  instances.insert(instances.end(), others_.begin(), others_.end());
+  Diagnostics heard;  // said already
+  return compile_world(engine_, world, std::move(instances), heard)->make_engine();
 }
 
 // Whether something touches on the straight way from the start that does not at the start.
 bool Motion::touches(Engine& engine, const Eigen::VectorXd& goal) const {
   constexpr int kSamples = 10;
-  const std::vector<double> rest(static_cast<std::size_t>(model_.nv), 0.0);
+  const std::vector<double> rest(static_cast<std::size_t>(model().nv), 0.0);
   std::vector<Contact> contacts;
   std::size_t before = 0;
   for (int i = 0; i <= kSamples; ++i) {
     Eigen::VectorXd q = start_ + (static_cast<double>(i) / kSamples) * (goal - start_);
-    model_.apply_mimics(q);
-    engine.set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
+    model().apply_mimics(q);
+    engine.instance(0).set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
     engine.contacts(contacts);
     if (i == 0) before = robot_contacts(contacts);
     if (robot_contacts(contacts) > before) return true;
@@ -137,73 +166,88 @@ bool Motion::touches(Engine& engine, const Eigen::VectorXd& goal) const {
 // About `way` off the start in every joint, with nothing in the way if there is such a pose; a gripper's
 // fingers may have to stay.
 Eigen::VectorXd Motion::pose_beside(double way) const {
-  Diagnostics heard;
-  const std::unique_ptr<Engine> engine = make_mujoco_engine(robot_, model_, world_, options_, heard);
+  const std::unique_ptr<Engine> engine = make_engine(world_.step);
   for (const bool leaders : {true, false}) {
     for (const double share : {1.0, -1.0, 0.5, -0.5, 0.25, -0.25}) {
-      Eigen::VectorXd pose = moved(model_, start_, share * way, leaders);
+      Eigen::VectorXd pose = moved(model(), start_, share * way, leaders);
       if (!touches(*engine, pose)) return pose;
     }
   }
-  return moved(model_, start_, way, true);
+  return moved(model(), start_, way, true);
 }
 
-void Motion::command(Engine& engine, double time) const {
+void Motion::command(Instance robot, double time) const {
   const double s = std::clamp(time / kMoveTime, 0.0, 1.0);
   const double blend = s * s * s * (10.0 + s * (6.0 * s - 15.0));
-  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-    const ModelJoint& joint = model_.joints[j];
+  for (std::size_t j = 0; j < model().joints.size(); ++j) {
+    const ModelJoint& joint = model().joints[j];
     if (free_joint(joint))
-      engine.set_target(static_cast<int>(j), start_[joint.q] + blend * (goal_[joint.q] - start_[joint.q]));
+      robot.set_target(static_cast<int>(j), start_[joint.q] + blend * (goal_[joint.q] - start_[joint.q]));
+  }
+}
+
+void Motion::command_path(Instance robot, double time) const {
+  const auto next =
+      static_cast<std::size_t>(std::ranges::lower_bound(path_.times, time) - path_.times.begin());
+  for (std::size_t i = 0; i < path_.joints.size(); ++i) {
+    const int joint = model().find_joint(path_.joints[i]);
+    if (joint < 0 || !free_joint(model().joints[static_cast<std::size_t>(joint)])) continue;
+    const double from =
+        next > 0 ? path_.positions[next - 1][i] : start_[model().joints[static_cast<std::size_t>(joint)].q];
+    if (next == path_.times.size()) {
+      robot.set_target(joint, from);
+      continue;
+    }
+    const double begin = next > 0 ? path_.times[next - 1] : 0.0, way = path_.times[next] - begin;
+    const double share = way > 0 ? (time - begin) / way : 1.0;
+    robot.set_target(joint, from + share * (path_.positions[next][i] - from));
   }
 }
 
 void Motion::list_coordinates() {
-  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-    const ModelJoint& joint = model_.joints[j];
+  for (std::size_t j = 0; j < model().joints.size(); ++j) {
+    const ModelJoint& joint = model().joints[j];
     const int index = static_cast<int>(j);
     if (free_joint(joint)) coordinates_.push_back({joint.name, joint.type == JointType::prismatic, index, 0});
     if (joint.type != JointType::floating) continue;
     constexpr std::array kParts{" x", " y", " z", " turn x", " turn y", " turn z", " turn w"};
     for (int i = 0; i < 7; ++i)
-      coordinates_.push_back({model_.links[static_cast<std::size_t>(joint.child_link)].name +
+      coordinates_.push_back({model().links[static_cast<std::size_t>(joint.child_link)].name +
                                   kParts[static_cast<std::size_t>(i)],
                               i < 3, index, i});
   }
 }
 
-void Motion::sample(const Engine& engine, double time, MotionRecord& out) const {
-  const Eigen::Map<const Eigen::VectorXd> q(engine.q().data(), model_.nq);
+void Motion::sample(const Instance& robot, double time, MotionRecord& out) const {
+  const Eigen::Map<const Eigen::VectorXd> q(robot.q().data(), model().nq);
   Eigen::VectorXd x(static_cast<Eigen::Index>(coordinates_.size()));
   for (std::size_t i = 0; i < coordinates_.size(); ++i) {
     const Coordinate& at = coordinates_[i];
-    const int index = model_.joints[static_cast<std::size_t>(at.joint)].q;
+    const int index = model().joints[static_cast<std::size_t>(at.joint)].q;
     x[static_cast<Eigen::Index>(i)] = (at.component < 3 ? 1.0 : 2.0) * q[index + at.component];
   }
   out.time.push_back(time);
   out.x.push_back(std::move(x));
-  out.tool.push_back(engine.link_pose(tool_).translation());
+  out.tool.push_back(robot.link_pose(tool_).translation());
 }
 
 MotionRecord Motion::run(double duration, int fineness, double offset, bool contacts) const {
-  World world = world_;
-  world.step = world_.step / fineness;
-  Diagnostics heard;
-  const std::unique_ptr<Engine> engine = make_mujoco_engine(robot_, model_, world, options_, heard);
+  const std::unique_ptr<Engine> engine = make_engine(world_.step / fineness);
+  Instance robot = engine->instance(0);
   Eigen::VectorXd q = start_;
-  for (const ModelJoint& joint : model_.joints) {
+  for (const ModelJoint& joint : model().joints) {
     if (free_joint(joint)) q[joint.q] += offset;
   }
-  std::vector<double> v(static_cast<std::size_t>(model_.nv), 0.0);
-  const bool floats = std::any_of(model_.joints.begin(), model_.joints.end(),
+  std::vector<double> v(static_cast<std::size_t>(model().nv), 0.0);
+  const bool floats = std::any_of(model().joints.begin(), model().joints.end(),
                                   [](const ModelJoint& joint) { return joint.type == JointType::floating; });
   if (kind_ == MotionKind::smooth && floats) {
     for (std::size_t i = 0; i < v.size(); ++i) v[i] = kThrown * (i % 3 == 0 ? 1.0 : i % 3 == 1 ? -0.7 : 0.4);
   }
-  engine->set_state({q.data(), static_cast<std::size_t>(q.size())}, v);
-  if (kind_ == MotionKind::hold || kind_ == MotionKind::move) {
-    for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-      if (free_joint(model_.joints[j])) engine->set_drive(static_cast<int>(j), DriveMode::position);
+  robot.set_state({q.data(), static_cast<std::size_t>(q.size())}, v);
+  if (kind_ != MotionKind::smooth && kind_ != MotionKind::fall) {
+    for (std::size_t j = 0; j < model().joints.size(); ++j) {
+      if (free_joint(model().joints[j])) robot.set_drive(static_cast<int>(j), DriveMode::position);
     }
   }
   MotionRecord out;
@@ -215,9 +259,10 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
   if (contacts) engine->contacts(touching);
   const std::size_t at_start = robot_contacts(touching);
   const int between_looks = std::max(1, static_cast<int>(kContactLook / h));
-  sample(*engine, 0.0, out);
+  sample(robot, 0.0, out);
   for (int i = 1; i <= samples; ++i) {
-    if (kind_ == MotionKind::move) command(*engine, i * h);
+    if (kind_ == MotionKind::move) command(robot, i * h);
+    if (kind_ == MotionKind::path) command_path(robot, i * h);
     for (int k = 0; k < fineness; ++k) engine->step();
     if (engine->diverged()) break;
     if (kind_ == MotionKind::smooth) {
@@ -225,7 +270,7 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
       fastest = std::max(fastest, kinetic);
       drift = std::max(drift, std::abs(kinetic + engine->potential_energy() - energy));
     }
-    sample(*engine, i * h, out);
+    sample(robot, i * h, out);
     if (!contacts || out.touches_after || i % between_looks != 0) continue;
     engine->contacts(touching);
     if (robot_contacts(touching) > at_start) out.touches_after = i * h;

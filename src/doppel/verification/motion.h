@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/physics/engine.h"
+#include "doppel/physics/engine_modules.h"
 
 namespace doppel {
 
@@ -15,7 +15,9 @@ enum class MotionKind {
   fall,    // falls as it is described, in its world, without drives
   hold,    // drives hold the start pose
   move,    // drives follow a quintic of kMoveTime, commanded once a step, to a pose with nothing in the way
+  path,    // drives follow MotionSubject::path, commanded once a step
 };
+// Those that need nothing beside the robot.
 inline constexpr MotionKind kMotions[] = {MotionKind::smooth, MotionKind::fall, MotionKind::hold,
                                           MotionKind::move};
 inline constexpr double kMoveTime = 1.0;  // s
@@ -23,13 +25,20 @@ inline constexpr double kMoveTime = 1.0;  // s
 const char* name_of(MotionKind kind);         // "smooth"
 const char* description_of(MotionKind kind);  // "falls without drives, friction, ..."
 
-// What moves, and in which world. Outlives what is made of it.
+// Positions of joints by time, straight in between; before the first time from where the robot starts.
+struct JointPath {
+  std::vector<std::string> joints;
+  std::vector<double> times;                   // s, rising
+  std::vector<std::vector<double>> positions;  // [times][joints] rad or m
+};
+
+// What moves, in which world and engine.
 struct MotionSubject {
-  const RobotDescription& robot;
-  const Model& model;
-  BaseKind base = BaseKind::fixed;  // that the model was compiled with
-  World world;                      // with the step and the integrator that are to be judged
-  EngineOptions options;
+  ModelInstance robot;                // its pose at reset is where motions start
+  std::vector<ModelInstance> others;  // what else stands in the world
+  WorldSettings world;                // with the step and the integrator that are to be judged
+  std::string engine = kDefaultEngine;
+  JointPath path;
 };
 
 // What is compared of a motion: the position of a free scalar joint, or one of the six of a floating joint,
@@ -56,7 +65,10 @@ class Motion {
   // `tool`: a link of the model. Throws InputError where the engine refuses the robot.
   Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool);
 
-  [[nodiscard]] const Model& model() const { return model_; }
+  // The same motion as `plan`, which another engine has found free of contacts: from its start to its goal.
+  Motion(const MotionSubject& subject, const Motion& plan, const std::string& tool);
+
+  [[nodiscard]] const Model& model() const { return *robot_.model; }
   [[nodiscard]] const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   // The motion over `duration` s at world.step / `fineness`, sampled at every world.step. `offset`: added to
   // the start of every free joint, rad or m. `contacts`: they are looked for too.
@@ -64,17 +76,21 @@ class Motion {
                                  bool contacts = false) const;
 
  private:
+  // The robot is instance 0.
+  [[nodiscard]] std::unique_ptr<Engine> make_engine(Duration step) const;
   [[nodiscard]] Eigen::VectorXd pose_beside(double way) const;
   [[nodiscard]] bool touches(Engine& engine, const Eigen::VectorXd& goal) const;
-  void command(Engine& engine, double time) const;
+  void command(Instance robot, double time) const;
+  void command_path(Instance robot, double time) const;
   void list_coordinates();
-  void sample(const Engine& engine, double time, MotionRecord& out) const;
+  void sample(const Instance& robot, double time, MotionRecord& out) const;
 
   MotionKind kind_;
-  RobotDescription robot_;
-  Model model_;
-  World world_;
-  EngineOptions options_;
+  ModelInstance robot_;
+  std::vector<ModelInstance> others_;
+  WorldSettings world_;
+  std::string engine_;
+  JointPath path_;
   int tool_ = 0;
   std::vector<Coordinate> coordinates_;
   Eigen::VectorXd start_, goal_;  // [nq]

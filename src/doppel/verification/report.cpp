@@ -7,30 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "doppel/physics/step_scheme.h"
+#include "doppel/verification/detail/report.h"
 #include "doppel/verification/verify.h"
 
 namespace doppel {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// With two digits, in the unit that reads best: "0.41 mrad", "120 um". The least that is told apart is 1e-12.
-std::string size_of(double value, const char* unit) {
-  static constexpr struct {
-    double size;
-    const char* prefix;
-  } kUnits[] = {{1.0, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}, {1e-12, "p"}};
-  for (const auto& [size, prefix] : kUnits) {
-    if (!(value >= 0.995 * size)) continue;
-    const double scaled = value / size,
-                 tens = scaled >= 99.5 ? std::pow(10, std::floor(std::log10(scaled)) - 1) : 1;
-    return fmt::format("{} {}{}",
-                       scaled < 9.95 ? fmt::format("{:.1f}", scaled)
-                                     : fmt::format("{:.0f}", std::round(scaled / tens) * tens),
-                       prefix, unit);
-  }
-  return fmt::format("0 {}", unit);
-}
 
 std::string errors_of(const MotionVerdict& motion) {
   const bool turns = std::any_of(motion.joints.begin(), motion.joints.end(),
@@ -83,6 +66,23 @@ Json optional_number(const std::optional<double>& value) {
 }
 
 }  // namespace
+
+std::string size_of(double value, const char* unit) {
+  static constexpr struct {
+    double size;
+    const char* prefix;
+  } kUnits[] = {{1.0, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}, {1e-12, "p"}};
+  for (const auto& [size, prefix] : kUnits) {
+    if (!(value >= 0.995 * size)) continue;
+    const double scaled = value / size,
+                 tens = scaled >= 99.5 ? std::pow(10, std::floor(std::log10(scaled)) - 1) : 1;
+    return fmt::format("{} {}{}",
+                       scaled < 9.95 ? fmt::format("{:.1f}", scaled)
+                                     : fmt::format("{:.0f}", std::round(scaled / tens) * tens),
+                       prefix, unit);
+  }
+  return fmt::format("0 {}", unit);
+}
 
 std::string verdict_line(const Verification& of, const MotionVerdict& motion) {
   if (motion.joints.empty()) return fmt::format("{:<7} nothing moves", name_of(motion.kind));

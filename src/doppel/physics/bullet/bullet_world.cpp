@@ -1,5 +1,7 @@
 #include "doppel/physics/bullet/bullet_world.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "doppel/kinematics/kinematics.h"
@@ -7,10 +9,27 @@
 namespace doppel {
 namespace {
 
+// A gear joins joints of one articulated body.
+void refuse_mimics_across(const Model& model, const Articulation& articulation) {
+  for (const ModelJoint& joint : model.joints) {
+    if (!joint.mimics()) continue;
+    const ModelJoint& leader = model.joints[static_cast<std::size_t>(joint.mimic_leader)];
+    if (articulation.places[static_cast<std::size_t>(joint.v)].tree ==
+        articulation.places[static_cast<std::size_t>(leader.v)].tree)
+      continue;
+    throw InputError("physics.mimic_across", {},
+                     fmt::format("joint '{}' mimics '{}', which is on another floating part; Bullet couples "
+                                 "joints of one part only",
+                                 joint.name, leader.name),
+                     "choose --engine mujoco, or let both joints be on one part");
+  }
+}
+
 BulletInstance compile(const ModelInstance& instance, const WorldSettings& settings) {
   const Model& model = *instance.model;
   BulletInstance out;
   out.articulation = make_articulation(model);
+  refuse_mimics_across(model, out.articulation);
   out.drives = make_drives(instance, settings);
   out.drive_of_joint.assign(model.joints.size(), -1);
   for (const Drive& drive : out.drives) {

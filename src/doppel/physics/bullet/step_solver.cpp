@@ -151,6 +151,22 @@ void StepSolver::find_contacts(const std::vector<InstanceState>& states) {
   finder_->find(piece_poses_);
 }
 
+// Of floating joints, explicit: nothing real floats in so much of it that a step would not resolve it.
+void StepSolver::add_floating_damping(int instance) {
+  const BulletInstance& of = compiled(instance);
+  for (const ModelJoint& joint : world_.instances()[static_cast<std::size_t>(instance)].model->joints) {
+    if (joint.type != JointType::floating || !(joint.damping > 0)) continue;
+    const auto link = static_cast<std::size_t>(joint.child_link);
+    const RigidGroup& group =
+        of.articulation.groups[static_cast<std::size_t>(of.articulation.group_of_link[link])];
+    const FrameVelocity moving = link_velocity(instance, joint.child_link);
+    TreeDynamics& dynamics = tree_at(instance, group.tree).dynamics;
+    const Eigen::Vector3d force = -joint.damping * moving.linear_W;
+    const Eigen::Vector3d arm = dynamics.pose(group.body).linear() * of.articulation.X_BL[link].translation();
+    dynamics.add_load(group.body, force, arm.cross(force) - joint.damping * moving.angular_W);
+  }
+}
+
 // Gravity, wrenches, efforts from outside and what a moving joint's own damping takes.
 void StepSolver::write_loads(int instance, const InstanceState& state) {
   const BulletInstance& of = compiled(instance);
@@ -173,6 +189,7 @@ void StepSolver::write_loads(int instance, const InstanceState& state) {
         dynamics.pose(group.body).linear() * (of.articulation.X_BL[link] * wrench.p_LoP_L);
     dynamics.add_load(group.body, wrench.force_W, wrench.torque_W + arm.cross(wrench.force_W));
   }
+  add_floating_damping(instance);
   for (int v = 0; v < static_cast<int>(state.v.size()); ++v) {
     const TreePlace place = place_of(instance, v);
     const auto at = static_cast<std::size_t>(v);

@@ -160,6 +160,23 @@ TEST_P(DynamicsContract, ATumblingBodyKeepsItsAngularMomentum) {
   EXPECT_LT((momentum() - before).norm(), 0.01 * before.norm());
 }
 
+TEST_P(DynamicsContract, DampingOfAFloatingJointSlowsIt) {
+  if (!can().floating) GTEST_SKIP() << "no floating bodies";
+  RobotDescription description;
+  description.name = "float";
+  description.links = {make_frame("world"), make_link("body", 2.0, {0.1, 0, 0}, {0.1, 0.1, 0.1})};
+  description.joints = {make_joint("free", JointType::floating, "world", "body", {0, 0, 0}, {1, 0, 0})};
+  description.joints[0].dynamics = JointDynamics{0.5, 0.0, {}};
+  WorldSettings in = settings(1e-4);
+  in.gravity.setZero();
+  const auto engine = make(in, {robot(description)});
+  Instance of = engine->instance(0);
+  // About the axis on which the centre of mass lies, so that the origin stays where it is.
+  of.set_base_velocity({{0, 0, 0}, {2.0, 0, 0}});
+  run(*engine, 0.2);
+  EXPECT_NEAR(of.base_velocity().angular_W.x(), 2.0 * std::exp(-0.5 * 0.2 / 0.1), 2e-3);
+}
+
 TEST_P(DynamicsContract, EnergyIsKeptWhereNothingTakesIt) {
   const auto engine = make(settings(1e-4), {robot(make_double_pendulum(1.0, 0.3, 0.5, 0.4))});
   set(engine->instance(0), {1.0, 0.5});

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <random>
 #include <stdexcept>
+#include <thread>
 
 #include "allocation_counter.h"
 #include "contract_rig.h"
@@ -126,6 +127,22 @@ TEST_P(StateContract, ACopiedStateGoesOnBitForBit) {
     drive(*of, same, 300);
   }
   EXPECT_TRUE(same_bits(bits(*engine), bits(*other)));
+}
+
+TEST_P(StateContract, StatesOfOneCompilationRunOnThreadsBitForBit) {
+  const auto engine = make_scene();
+  hold_all(engine->instance(0));
+  std::vector<std::unique_ptr<Engine>> states;
+  for (int i = 0; i < 4; ++i) states.push_back(engine->clone());
+  std::vector<std::thread> threads;
+  for (const auto& state : states) {
+    threads.emplace_back([&state] {
+      std::mt19937 same(9);
+      drive(*state, same, 200);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& state : states) EXPECT_TRUE(same_bits(bits(*state), bits(*states.front())));
 }
 
 TEST_P(StateContract, AStateOfAnotherCompilationIsRefused) {

@@ -16,26 +16,39 @@ namespace {
 
 using ::testing::HasSubstr;
 
+MotionSubject subject_of(const RobotDescription& robot, const WorldSettings& world,
+                         BaseKind base = BaseKind::fixed, const Eigen::VectorXd& q0 = {}) {
+  Diagnostics heard;
+  CollisionMeshes meshes;
+  const auto description = std::make_shared<const RobotDescription>(robot);
+  InstanceOptions options;
+  options.q0 = q0;
+  options.gravity = world.gravity;
+  return {make_instance(description, std::make_shared<const Model>(compile_model(robot, base, heard)),
+                        options, meshes, heard),
+          {},
+          world,
+          kDefaultEngine,
+          {}};
+}
+
 struct Arm {
   explicit Arm(unsigned seed) : random(seed), robot(test::make_random_chain(test::six_hinges(), random)) {
     for (std::size_t i = 0; i < robot.joints.size(); ++i) {
       robot.joints[i].type = JointType::revolute;
       test::limit(robot.joints[i], -3, 3, 60, 3);
     }
-    model = compile_model(robot, BaseKind::fixed, diagnostics);
   }
   [[nodiscard]] Verification verified(Integrator integrator, std::vector<MotionKind> motions,
                                       double duration = 0.3) const {
     World world;
     world.ground = false;
     world.integrator = integrator;
-    return verify({robot, model, BaseKind::fixed, world, {}}, {duration, std::move(motions), "", {}});
+    return verify(subject_of(robot, world), {duration, std::move(motions), "", {}});
   }
 
   std::mt19937 random;
   RobotDescription robot;
-  Diagnostics diagnostics;
-  Model model;
 };
 
 constexpr Integrator kAll[] = {Integrator::euler, Integrator::midpoint, Integrator::rk4,
@@ -60,7 +73,7 @@ TEST(Verify, TheErrorIsTheDistanceFromTheExactMotion) {
   world.ground = false;
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint}) {
     world.integrator = integrator;
-    const MotionSubject subject{arm.robot, arm.model, BaseKind::fixed, world, {}};
+    const MotionSubject subject = subject_of(arm.robot, world);
     const Verification found = verify(subject, {0.2, {MotionKind::smooth}, "", {}});
     const Motion motion(subject, MotionKind::smooth, "base");
     const MotionRecord run = motion.run(0.2, 1);
@@ -89,14 +102,10 @@ TEST(Verify, FinerSchemesErrLess) {
 
 TEST(Verify, ADoublePendulumThatTurnsOverIsChaotic) {
   RobotDescription robot = test::make_double_pendulum(1.0, 0.2, 1.0, 0.2);
-  Diagnostics diagnostics;
-  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
   World world;
   world.ground = false;
-  EngineOptions options;
-  options.q0 = Eigen::Vector2d(3.4, 0.3);
-  const Verification found =
-      verify({robot, model, BaseKind::fixed, world, options}, {10.0, {MotionKind::smooth}, "", {}});
+  const Verification found = verify(subject_of(robot, world, BaseKind::fixed, Eigen::Vector2d(3.4, 0.3)),
+                                    {10.0, {MotionKind::smooth}, "", {}});
   const MotionVerdict& motion = found.motions[0];
   ASSERT_TRUE(motion.chaotic_after);
   EXPECT_GT(*motion.chaotic_after, 0.5);
@@ -117,7 +126,6 @@ TEST(Verify, EnergyDriftsOnlyWhereNothingDrivesOrBrakes) {
 TEST(Verify, TextJsonAndPictureSayTheSame) {
   Arm arm(7);
   arm.robot.joints[1].name = "a<b&c";
-  arm.model = compile_model(arm.robot, BaseKind::fixed, arm.diagnostics);
   const Verification found = arm.verified(Integrator::euler, {});
   ASSERT_EQ(found.motions.size(), 4U);
   const std::string text = verification_text(found), svg = verification_svg(found);
@@ -137,14 +145,12 @@ TEST(Verify, AFloatingRobotIsJudgedByItsBaseToo) {
   RobotDescription robot;
   robot.name = "tumbler";
   robot.links = {test::make_link("body", 1.0, {0, 0, 0}, {0.02, 0.05, 0.06})};
-  Diagnostics diagnostics;
-  const Model model = compile_model(robot, BaseKind::floating, diagnostics);
   World world;
   world.step = from_seconds(0.02);
   for (const Integrator integrator : kAll) {
     world.integrator = integrator;
     const Verification found =
-        verify({robot, model, BaseKind::floating, world, {}}, {3.0, {MotionKind::smooth}, "", {}});
+        verify(subject_of(robot, world, BaseKind::floating), {3.0, {MotionKind::smooth}, "", {}});
     ASSERT_EQ(found.motions[0].joints.size(), 7U);
     EXPECT_EQ(found.tool, "body");
     EXPECT_EQ(found.motions[0].joints[5].joint, "body turn z");
@@ -157,9 +163,7 @@ TEST(Verify, WhereNothingMovesItSaysSo) {
   RobotDescription robot;
   robot.name = "post";
   robot.links = {test::make_frame("post")};
-  Diagnostics diagnostics;
-  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
-  const Verification found = verify({robot, model, BaseKind::fixed, {}, {}}, {0.1, {}, "", {}});
+  const Verification found = verify(subject_of(robot, World{}), {0.1, {}, "", {}});
   for (const MotionVerdict& motion : found.motions)
     EXPECT_THAT(verdict_line(found, motion), HasSubstr("nothing moves"));
   EXPECT_THAT(verification_svg(found), HasSubstr("</svg>"));
@@ -171,8 +175,7 @@ TEST(Verify, AStepThatFourDoesNotDivideIsCut) {
   world.ground = false;
   world.integrator = Integrator::rk4;
   world.step = Duration{4'166'667};
-  const Verification found =
-      verify({arm.robot, arm.model, BaseKind::fixed, world, {}}, {0.3, {MotionKind::smooth}, "", {}});
+  const Verification found = verify(subject_of(arm.robot, world), {0.3, {MotionKind::smooth}, "", {}});
   EXPECT_NEAR(found.step, 4'166'664e-9, 1e-15);
   ASSERT_TRUE(found.motions[0].order);
   EXPECT_NEAR(*found.motions[0].order, 4, 0.5);
@@ -184,7 +187,6 @@ TEST(Verify, LinksWithoutGravityKeepTheirEnergy) {
   floating.reference = arm.robot.links[3].name;
   floating.gravity = false;
   arm.robot.gazebo.push_back(floating);
-  arm.model = compile_model(arm.robot, BaseKind::fixed, arm.diagnostics);
   const Verification found = arm.verified(Integrator::rk4, {MotionKind::smooth});
   ASSERT_TRUE(found.motions[0].energy_drift);
   EXPECT_LT(*found.motions[0].energy_drift, 1e-6);
@@ -194,7 +196,7 @@ TEST(Verify, AnUnknownToolIsRefusedWithTheNearest) {
   const Arm arm(8);
   World world;
   try {
-    verify({arm.robot, arm.model, BaseKind::fixed, world, {}}, {0.1, {}, "bse", {}});
+    verify(subject_of(arm.robot, world), {0.1, {}, "bse", {}});
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("did you mean 'base'?"));

@@ -1,0 +1,220 @@
+// doppel compare-engines: the same robot, world and commands in several physics engines.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+
+#include "app/described_scenario.h"
+#include "app/tell.h"
+#include "app/verbs/description_target.h"
+#include "app/verbs/motion_subject.h"
+#include "app/verbs/output.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/names.h"
+#include "doppel/messages/codec.h"
+#include "doppel/messages/trajectory_msgs.h"
+#include "doppel/verification/compare.h"
+
+namespace doppel::app {
+namespace {
+
+constexpr std::chrono::seconds kProgressEvery{2};
+constexpr double kLongest = 60.0;  // s
+constexpr const char* kTrajectory = "trajectory_msgs/msg/JointTrajectory";
+
+struct CompareVerb {
+  DescribedBy robot;
+  std::vector<std::string> scenarios, engines;
+  std::string world, tool, plot;
+  double duration = 2.0;
+  bool json = false;
+};
+
+[[noreturn]] void refuse(const std::string& rule, const std::string& message, const std::string& mend) {
+  throw InputError(rule, {}, message, mend);
+}
+
+// A trajectory as `doppel topic pub` takes it.
+JointPath read_path(const std::filesystem::path& file, const Model& model) {
+  std::ifstream in(file);
+  if (!in) refuse("cli.trajectory", fmt::format("there is no file '{}'", file.string()), "name a YAML file");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  Bytes cdr;
+  trajectory_msgs::msg::JointTrajectory trajectory;
+  Status read = find_type(kTrajectory)->yaml_to_cdr(text, cdr);
+  if (read.ok()) read = from_cdr(cdr, trajectory);
+  if (!read.ok())
+    refuse("cli.trajectory", fmt::format("{}:{}", file.string(), read.why()),
+           fmt::format("write it as a {}: joint_names, and points with positions and time_from_start",
+                       kTrajectory));
+  JointPath out;
+  out.joints = trajectory.joint_names;
+  for (const std::string& name : out.joints) {
+    const std::vector<std::string> driven = model.driven_joint_names();
+    if (std::ranges::find(driven, name) == driven.end() && model.find_joint(name) < 0)
+      refuse(
+          "cli.trajectory",
+          fmt::format("{}: the robot has no joint '{}'{}", file.string(), name, did_you_mean(name, driven)),
+          "name the robot's joints; `doppel tree` prints them");
+  }
+  for (std::size_t i = 0; i < trajectory.points.size(); ++i) {
+    const auto& point = trajectory.points[i];
+    const double time = point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec;
+    if (point.positions.size() != out.joints.size())
+      refuse("cli.trajectory",
+             fmt::format("{}: point {} has {} positions for {} joints", file.string(), i + 1,
+                         point.positions.size(), out.joints.size()),
+             "give each point one position a joint");
+    if (!out.times.empty() && !(time > out.times.back()))
+      refuse("cli.trajectory",
+             fmt::format("{}: point {} is at {} s, not after the one before", file.string(), i + 1, time),
+             "let time_from_start rise");
+    out.times.push_back(time);
+    out.positions.push_back(point.positions);
+  }
+  return out;
+}
+
+struct Chosen {
+  bool statics = false;
+  std::vector<MotionKind> motions;
+  std::string trajectory;  // file
+};
+
+// "statics", a motion, or "trajectory" and a file behind it.
+Chosen chosen_scenarios(const std::vector<std::string>& names) {
+  Chosen out;
+  std::vector<std::string> known{"statics", "trajectory"};
+  for (const MotionKind kind : kMotions) known.emplace_back(name_of(kind));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto motion =
+        std::ranges::find(kMotions, names[i], [](MotionKind kind) { return std::string(name_of(kind)); });
+    if (names[i] == "statics") {
+      out.statics = true;
+    } else if (names[i] == "trajectory" && i + 1 < names.size()) {
+      out.motions.push_back(MotionKind::path);
+      out.trajectory = names[++i];
+    } else if (names[i] == "trajectory") {
+      refuse("cli.scenario", "--scenario trajectory needs the file of the trajectory",
+             "write --scenario trajectory FILE.yaml");
+    } else if (motion == std::end(kMotions)) {
+      refuse("cli.scenario",
+             fmt::format("there is no scenario '{}'{}", names[i], did_you_mean(names[i], known)),
+             "choose among statics, smooth, fall, hold, move and trajectory FILE");
+    } else {
+      out.motions.push_back(*motion);
+    }
+  }
+  if (names.empty()) {
+    out.statics = true;
+    out.motions.assign(std::begin(kMotions), std::end(kMotions));
+  }
+  return out;
+}
+
+std::vector<std::string> chosen_engines(const std::vector<std::string>& asked) {
+  std::vector<std::string> out = asked;
+  if (asked.empty()) {
+    for (const KnownEngine& engine : known_engines()) {
+      if (engine.available) out.push_back(engine.name);
+    }
+  }
+  for (const std::string& name : out) static_cast<void>(engine_module(name));  // refuses what is not there
+  if (out.size() < 2) {
+    refuse("cli.engines", fmt::format("there is one engine to compare: {}", fmt::join(out, ", ")),
+           "name two with --engines a,b; `doppel engines` says what to install for more");
+  }
+  return out;
+}
+
+void write_plots(const Comparison& result, const std::string& folder) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  for (const MotionComparison& motion : result.motions)
+    deliver(comparison_svg(result, motion),
+            (std::filesystem::path(folder) / fmt::format("{}.svg", name_of(motion.kind))).string());
+}
+
+int run_compare(const CompareVerb& options) {
+  if (!(options.duration > 0 && options.duration <= kLongest))
+    refuse("cli.duration",
+           fmt::format("--duration is {} s, but must be above 0 and at most {}", options.duration, kLongest),
+           "two seconds tell most; what is chaotic tells nothing later");
+  const Chosen chosen = chosen_scenarios(options.scenarios);
+  const std::vector<std::string> names = chosen_engines(options.engines);
+  Scenario scenario = described_scenario(options.robot);
+  if (!options.world.empty()) scenario.world = options.world;
+  Diagnostics diagnostics;
+  Machine machine(scenario, diagnostics);
+  print_diagnostics(diagnostics);
+  MotionSubject subject = motion_subject(machine);
+  if (!chosen.trajectory.empty()) subject.path = read_path(chosen.trajectory, *subject.robot.model);
+  std::vector<ComparedEngine> engines;
+  for (const std::string& name : names) {
+    const EngineCapabilities& can = engine_module(name).capabilities;
+    Diagnostics lacks;
+    report_lacks(can, subject.world, {&subject.robot, 1}, lacks);
+    print_diagnostics(lacks);
+    engines.push_back({subject, fmt::format("{} {}", can.name, can.version)});
+    engines.back().subject.engine = name;
+  }
+  CompareOptions wanted;
+  wanted.duration = options.duration;
+  wanted.statics = chosen.statics;
+  wanted.motions = chosen.motions;
+  wanted.tool = options.tool;
+  wanted.on_run = [last = std::chrono::steady_clock::now()](const std::string& what,
+                                                            const std::string& engine) mutable {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last < kProgressEvery) return;
+    last = now;
+    tell("compare-engines: {} in {} ...\n", what, engine);
+  };
+  const Comparison result = compare_engines(engines, wanted);
+  if (!options.plot.empty()) write_plots(result, options.plot);
+  deliver(options.json ? comparison_json(result) : comparison_text(result));
+  return result.explained() ? 0 : 1;
+}
+
+}  // namespace
+
+void add_compare_engines(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<CompareVerb>();
+  CLI::App* verb = app.add_subcommand(
+      "compare-engines",
+      "Run the same robot, world and commands in several physics engines and say what differs");
+  add_described_by(*verb, options->robot);
+  verb->add_option(
+          "--scenario", options->scenarios,
+          "statics (poses and efforts without time), smooth (a fall without drives, friction, limits, "
+          "contacts), fall, hold, move (a quintic), or trajectory FILE; several with commas; all but "
+          "the last if left out")
+      ->delimiter(',');
+  verb->add_option("--engines", options->engines, "At least two, with commas; all that are there if left out")
+      ->delimiter(',')
+      ->type_name("A,B");
+  verb->add_option("--world", options->world, "A world file (YAML)");
+  verb->add_option("--duration", options->duration, "Simulated seconds of each motion")
+      ->type_name("S")
+      ->capture_default_str();
+  verb->add_option("--tool", options->tool, "The link whose way is compared too; found by name if left out")
+      ->type_name("LINK");
+  verb->add_option("--plot", options->plot, "Draw each motion (SVG) into this folder")->type_name("DIR");
+  verb->add_flag("--json", options->json, "One object on stdout, in rad, m, s, N m, N");
+  verb->footer(
+      "Each difference stands beside what each engine errs by itself, from its motion at half the step. "
+      "Exits with 1\n"
+      "where a difference is unexplained.\n"
+      "Examples:\n  doppel compare-engines omarm_one\n"
+      "  doppel compare-engines my_arm.urdf --scenario statics --json\n"
+      "  doppel compare-engines my_arm.urdf --scenario trajectory pick.yaml --plot curves");
+  verb->callback([options, &exit_code] { exit_code = run_compare(*options); });
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,99 @@
+#pragma once
+// The same robot, world and commands in several engines: what they differ by, beside what each of them errs
+// by itself (its motion at h against that at h/2), so that a difference that has a reason is told from one
+// that has none. docs/engines.md has the rules.
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/verification/motion.h"
+
+namespace doppel {
+
+inline constexpr double kOwnErrors = 3.0;  // times the engines' summed own errors is what their steps explain
+inline constexpr double kSame = 1e-6;      // rad or m: motions that differ by less are the same
+// Of the largest effort that a joint sees: what rounding leaves of an acceleration over a microsecond.
+inline constexpr double kSameEffort = 1e-6;
+inline constexpr double kSamePose = 1e-9;  // m and rad
+inline constexpr int kStaticConfigurations = 200;
+
+struct ComparedEngine {
+  MotionSubject subject;  // with the engine's name
+  std::string label;      // "mujoco 2.2.2"
+};
+
+enum class Explanation {
+  same,         // below rounding
+  step,         // below kOwnErrors times the summed own errors
+  modelling,    // gone when a feature is taken away that the engines model in different ways
+  unexplained,  // none of them
+};
+const char* name_of(Explanation explanation);
+
+struct Difference {
+  std::string name;          // of the joint or link
+  const char* unit = "rad";  // "rad", "m", "N m", "N"
+  double largest = 0;        // of any two engines
+  double at = 0;             // s
+  std::vector<double> own;   // [engines] largest own error
+  Explanation explanation = Explanation::same;
+};
+
+// What each engine makes of one state without time: where links stand, and which efforts belong to the
+// accelerations that it computes (by doppel's inverse dynamics: gravity, Coriolis forces, inertia, damping).
+// The robot is taken without friction, limits, mimics and contacts.
+struct StaticsComparison {
+  int configurations = 0;
+  std::vector<Difference> links;   // poses, in the order of the model
+  std::vector<Difference> joints;  // efforts; unexplained ones first, those farthest from the root leading
+};
+
+struct MotionComparison {
+  MotionKind kind{};
+  std::vector<Difference> joints;       // as in StaticsComparison, else by the model's order
+  double tool_largest = 0;              // m
+  std::string feature;                  // that explains what is Explanation::modelling
+  std::optional<double> chaotic_after;  // s: from there on nothing is compared
+  std::vector<std::string> ran_away;    // labels
+  double span = 0;                      // s that was compared
+  std::vector<double> time;
+  std::vector<double> difference;        // of the joint that is farthest off, at each time
+  std::vector<std::vector<double>> own;  // [engines][times]
+};
+
+struct Comparison {
+  std::string robot, world, tool;
+  std::vector<std::string> engines;  // labels
+  double step = 0, duration = 0;     // s
+  std::optional<StaticsComparison> statics;
+  std::vector<MotionComparison> motions;
+
+  [[nodiscard]] bool explained() const;  // nothing is unexplained, nothing ran away
+};
+
+struct CompareOptions {
+  double duration = 2.0;  // s
+  bool statics = true;
+  std::vector<MotionKind> motions;
+  std::string tool;  // link; empty: choose_tool()
+  // Called before each run.
+  std::function<void(const std::string& scenario, const std::string& engine)> on_run;
+};
+
+// Engines whose models differ in their numbers of joints cannot be compared (std::invalid_argument). Throws
+// InputError: an engine refuses the robot; no link of the tool's name.
+Comparison compare_engines(const std::vector<ComparedEngine>& engines, const CompareOptions& options);
+
+StaticsComparison compare_statics(const std::vector<ComparedEngine>& engines);
+
+// "fall        explained by the step: 2.1e-04 rad at most over 2 s"
+std::string verdict_line(const MotionComparison& motion);
+std::string verdict_line(const StaticsComparison& statics);
+std::string comparison_text(const Comparison& of);
+std::string comparison_json(const Comparison& of);
+// Difference and own errors over time on a logarithmic scale.
+std::string comparison_svg(const Comparison& of, const MotionComparison& motion);
+
+}  // namespace doppel

@@ -1,0 +1,78 @@
+// The robots that come with doppel, in every engine that is built here.
+
+#include <gtest/gtest.h>
+
+#include "doppel/description/load.h"
+#include "doppel/verification/compare.h"
+
+namespace doppel {
+namespace {
+
+struct Loaded {
+  static std::vector<ComparedEngine> engines(const std::string& target) {
+    const std::filesystem::path robots = std::filesystem::path(DOPPEL_SOURCE_DIR) / "robots";
+    const Target found = resolve_target(target, robots);
+    PackageResolver resolver;
+    resolver.add_bundled(robots);
+    resolver.add_context(found.description);
+    Diagnostics heard;
+    CollisionMeshes meshes;
+    const auto description = std::make_shared<const RobotDescription>(
+        load_description(found.description, {}, resolver, heard).robot);
+    const auto model = std::make_shared<const Model>(compile_model(*description, BaseKind::fixed, heard));
+    const ModelInstance robot = make_instance(description, model, {}, meshes, heard);
+    std::vector<ComparedEngine> out;
+    for (const KnownEngine& engine : known_engines()) {
+      if (engine.available) out.push_back({{robot, {}, WorldSettings{}, engine.name, {}}, engine.name});
+    }
+    return out;
+  }
+};
+
+class BundledRobots : public testing::TestWithParam<const char*>, protected Loaded {};
+class BundledRobotPaths : public testing::Test, protected Loaded {};
+INSTANTIATE_TEST_SUITE_P(Robots, BundledRobots, testing::Values("omarm_one", "omarm_zero", "lab_arm"),
+                         [](const auto& of) { return std::string(of.param); });
+
+TEST_P(BundledRobots, DifferBetweenEnginesByNothingThatIsUnexplained) {
+  const std::vector<ComparedEngine> found = engines(GetParam());
+  if (found.size() < 2) GTEST_SKIP() << "one engine only is built here";
+  CompareOptions options;
+  options.duration = 0.5;
+  options.motions = {MotionKind::smooth, MotionKind::fall, MotionKind::hold, MotionKind::move};
+  const Comparison comparison = compare_engines(found, options);
+  EXPECT_TRUE(comparison.explained()) << comparison_text(comparison);
+  if (std::getenv("DOPPEL_SHOW") != nullptr) std::puts(comparison_text(comparison).c_str());
+}
+
+// What the twins' tests send: from where the arm stands through two poses, each in two seconds.
+TEST_F(BundledRobotPaths, OmarmOneFollowsASampleTrajectoryAlikeInEveryEngine) {
+  std::vector<ComparedEngine> found = engines("omarm_one");
+  if (found.size() < 2) GTEST_SKIP() << "one engine only is built here";
+  JointPath path;
+  for (int i = 1; i <= 6; ++i) path.joints.push_back("Revolute " + std::to_string(i));
+  path.times = {2.0, 4.0};
+  path.positions = {{1.0, 1.2, 1.57, 1.57, 1.57, 1.57}, {0.3, 1.4, 1.2, 1.4, 1.3, 1.1}};
+  for (ComparedEngine& engine : found) engine.subject.path = path;
+  CompareOptions options;
+  options.statics = false;
+  options.duration = 5.0;
+  options.motions = {MotionKind::path};
+  const Comparison comparison = compare_engines(found, options);
+  for (const Difference& joint : comparison.motions[0].joints)
+    EXPECT_LT(joint.largest, 0.02) << joint.name << "\n" << comparison_text(comparison);
+  // Each of them arrives.
+  for (const ComparedEngine& engine : found) {
+    const Motion motion(engine.subject, MotionKind::path, "");
+    const MotionRecord record = motion.run(5.0, 1);
+    for (std::size_t j = 0; j < motion.coordinates().size(); ++j) {
+      const auto at = std::ranges::find(path.joints, motion.coordinates()[j].name);
+      if (at == path.joints.end()) continue;
+      const double wanted = path.positions.back()[static_cast<std::size_t>(at - path.joints.begin())];
+      EXPECT_NEAR(record.x.back()[static_cast<Eigen::Index>(j)], wanted, 0.006) << engine.label << ", " << *at;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace doppel
