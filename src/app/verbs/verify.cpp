@@ -81,7 +81,7 @@ int run_verify(const VerifyVerb& options) {
   Scenario scenario = described_scenario(options.robot);
   if (!options.world.empty()) scenario.world = options.world;
   if (options.base != "auto")
-    scenario.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
+    scenario.robots.front().base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
   VerifyOptions wanted;
   wanted.duration = options.duration;
   wanted.motions = chosen_motions(options.motions);
@@ -99,12 +99,15 @@ int run_verify(const VerifyVerb& options) {
     const std::vector<std::filesystem::path> sources = machine.files(scenario);
     refuse_own_source(options.plot, sources, "write the picture to another file");
   }
-  World world = machine.setup.world;
+  const RobotMachine& robot = *machine.robots.front();
+  World world = machine.world;
   if (options.step > 0) world.step = from_seconds(options.step);
   if (!options.integrator.empty()) world.integrator = integrator_named(options.integrator, "cli.integrator");
-  EngineOptions engine;
-  engine.servos = machine.servos;
-  engine.q0 = Eigen::Map<const Eigen::VectorXd>(machine.engine->q().data(), machine.model.nq);
+  const Instance standing = instance_of(*machine.engine, robot);
+  InstanceOptions options_of_robot;
+  options_of_robot.servos = robot.servos();
+  options_of_robot.X_WR = robot.instance().X_WR;
+  options_of_robot.q0 = Eigen::Map<const Eigen::VectorXd>(standing.q().data(), robot.model().nq);
   const double steps = options.duration / to_seconds(world.step);
   if (!(steps >= kFewestSteps && steps <= kMostSteps)) {
     throw InputError(
@@ -113,8 +116,9 @@ int run_verify(const VerifyVerb& options) {
                     steps, to_seconds(world.step) * 1e3, kFewestSteps, kMostSteps),
         "choose --duration or --step otherwise");
   }
-  const Verification result =
-      verify({machine.setup.description.robot, machine.model, machine.base(), world, engine}, wanted);
+  const MotionSubject subject{robot.instance().description, robot.shared_model(), robot.base(), world,
+                              options_of_robot,             scenario.engine};
+  const Verification result = verify(subject, wanted);
   if (!options.plot.empty()) deliver(verification_svg(result), options.plot);
   deliver(options.json ? verification_json(result) : verification_text(result));
   return good(result, options.within) ? 0 : 1;

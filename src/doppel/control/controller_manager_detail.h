@@ -136,7 +136,7 @@ struct ControllerManager::Impl {
   Status set_hardware_state(const std::string& name, HardwareState target);
 
   Bus& bus;
-  const Model& model;
+  const Model* model;
   const ControllerRegistry& registry;
   const ParameterFile* file;
   ControllerManagerOptions options;

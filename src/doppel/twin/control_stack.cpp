@@ -116,20 +116,21 @@ std::string quoted_names(const std::vector<std::string>& names) {
 
 }  // namespace
 
-ControlStack::ControlStack(Bus& bus, const Machine& machine, const ControllerRegistry& registry,
-                           bool enforce_limits, const Log& log, Diagnostics& diagnostics)
-    : model_(machine.model),
-      controllers_(machine.setup.controllers),
-      named_(machine.setup.controllers_named) {
+ControlStack::ControlStack(Bus& bus, const RobotMachine& machine, Instance instance,
+                           const ControllerRegistry& registry, bool enforce_limits, const Log& log,
+                           Diagnostics& diagnostics)
+    : model_(machine.shared_model()),
+      controllers_(machine.setup().controllers),
+      named_(machine.setup().controllers_named) {
   ControllerManagerOptions options;
-  options.physics_step = machine.setup.world.step;
+  if (!machine.name_space().empty()) options.name_space = "/" + machine.name_space();
+  options.physics_step = instance.engine().world().settings().step;
   options.enforce_limits = enforce_limits;
   manager_ =
-      std::make_unique<ControllerManager>(bus, model_, registry, &controllers_, options, log, diagnostics);
+      std::make_unique<ControllerManager>(bus, *model_, registry, &controllers_, options, log, diagnostics);
   Unique unique(diagnostics);
-  for (const HardwareDescription& hardware : machine.hardware) {
-    auto system =
-        std::make_unique<SimulatedHardware>(unique.of(hardware), model_, *machine.engine, diagnostics);
+  for (const HardwareDescription& hardware : machine.hardware()) {
+    auto system = std::make_unique<SimulatedHardware>(unique.of(hardware), instance, diagnostics);
     hardware_.push_back(system.get());
     manager_->add_hardware(std::move(system));
   }
@@ -202,7 +203,7 @@ void ControlStack::hold_the_rest(const ControllerWish& wish, const Log& log) {
   const Offer offer = offer_of(*manager_);
   std::vector<std::string> held, stopped, passive;
   bool velocities = true;
-  for (const ModelJoint& joint : model_.joints) {
+  for (const ModelJoint& joint : model_->joints) {
     if (!joint.scalar() || joint.mimics() || !offer.commands.contains(joint.name) ||
         offer.driven.contains(joint.name) || among(wish.released, joint.name))
       continue;
@@ -281,16 +282,19 @@ ControllerWish ControlStack::present_wish() const {
   return wish;
 }
 
-void ControlStack::take_over(const Machine& before, const Machine& machine) {
-  model_ = machine.model;
-  manager_->model_changed();
-  for (SimulatedHardware* hardware : hardware_) hardware->rebind(*machine.engine);
-  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+void ControlStack::take_over(const RobotMachine& machine, const Instance& before, Instance now) {
+  manager_->model_changed(machine.model());
+  model_ = machine.shared_model();  // the one before is let go when nobody looks at it any more
+  rebind(now);
+  for (std::size_t j = 0; j < model_->joints.size(); ++j) {
     const int joint = static_cast<int>(j);
-    if (machine.engine->drive(joint) == DriveMode::position) {
-      machine.engine->set_drive_reference(joint, before.engine->drive_reference(joint));
-    }
+    if (!model_->joints[j].scalar() || model_->joints[j].mimics()) continue;
+    if (now.drive(joint) == DriveMode::position) now.set_drive_reference(joint, before.drive_reference(joint));
   }
+}
+
+void ControlStack::rebind(Instance instance) {
+  for (SimulatedHardware* hardware : hardware_) hardware->rebind(instance);
 }
 
 }  // namespace doppel

@@ -1,6 +1,7 @@
 #pragma once
-// The controller manager with its simulated hardware, for one machine. Model and YAML are copies of its own,
-// so that another machine with the same structure can take the first one's place under running controllers.
+// The controller manager with its simulated hardware, for one robot. It shares the model and has a copy of the
+// YAML, so that another machine with the same structure can take the first one's place under running
+// controllers.
 
 #include <memory>
 #include <string>
@@ -8,7 +9,7 @@
 #include <vector>
 
 #include "doppel/control/controller_manager.h"
-#include "doppel/twin/machine.h"
+#include "doppel/twin/robot_machine.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {
@@ -35,8 +36,8 @@ struct ControllerWish {
 class ControlStack {
  public:
   // Throws InputError for what is wrong in the YAML or among the interfaces.
-  ControlStack(Bus& bus, const Machine& machine, const ControllerRegistry& registry, bool enforce_limits,
-               const Log& log, Diagnostics& diagnostics);
+  ControlStack(Bus& bus, const RobotMachine& machine, Instance instance, const ControllerRegistry& registry,
+               bool enforce_limits, const Log& log, Diagnostics& diagnostics);
 
   // Throws InputError; nothing is active then. Where `wish.what_fits`, nothing is refused: a
   // joint_state_broadcaster is added where none runs, and a joint_trajectory_controller over the joints that
@@ -50,11 +51,13 @@ class ControlStack {
   [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
   // The machine has the same structure as the one before. Drives, claims and references go on.
-  void take_over(const Machine& before, const Machine& machine);
+  void take_over(const RobotMachine& machine, const Instance& before, Instance now);
+  // The same instance under another handle.
+  void rebind(Instance instance);
 
   [[nodiscard]] ControllerManager& manager() { return *manager_; }
   [[nodiscard]] const ControllerManager& manager() const { return *manager_; }
-  [[nodiscard]] const Model& model() const { return model_; }
+  [[nodiscard]] const Model& model() const { return *model_; }
 
  private:
   void hold_the_rest(const ControllerWish& wish, const Log& log);
@@ -64,7 +67,7 @@ class ControlStack {
   // Whether it runs now, or is inactive where it is not to be active; a warning says why not.
   bool make(const GeneratedController& controller, bool active, const Log& log);
 
-  Model model_;
+  std::shared_ptr<const Model> model_;
   ParameterFile controllers_;
   bool named_;              // by the user
   bool what_fits_ = false;  // of the wish that it was started with

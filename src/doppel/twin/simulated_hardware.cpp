@@ -23,9 +23,10 @@ constexpr std::array<std::string_view, 8> kSimulatorPlugins{"gz_ros2_control/Gaz
 
 }  // namespace
 
-SimulatedHardware::SimulatedHardware(const HardwareDescription& description, const Model& model,
-                                     Engine& engine, Diagnostics& diagnostics)
-    : name_(description.name), plugin_(description.plugin), model_(model), engine_(&engine) {
+SimulatedHardware::SimulatedHardware(const HardwareDescription& description, Instance instance,
+                                     Diagnostics& diagnostics)
+    : name_(description.name), plugin_(description.plugin), instance_(instance) {
+  const Model& model = instance_.model();
   std::vector<std::string> names;
   for (const ModelJoint& joint : model.joints) names.push_back(joint.name);
   const auto quantity = [](const std::string& interface) {
@@ -94,8 +95,8 @@ SimulatedHardware::SimulatedHardware(const HardwareDescription& description, con
   }
 }
 
-void SimulatedHardware::rebind(Engine& engine) {
-  engine_ = &engine;
+void SimulatedHardware::rebind(Instance instance) {
+  instance_ = instance;
   for (const Interface& i : commands_) {
     if (i.joint >= 0) choose_drive(i.joint);
   }
@@ -157,23 +158,23 @@ void SimulatedHardware::choose_drive(int joint) {
     if (i.quantity == Quantity::velocity && mode != DriveMode::position) mode = DriveMode::velocity;
     if (i.quantity == Quantity::effort && mode == DriveMode::limp) mode = DriveMode::effort;
   }
-  if (engine_->drive(joint) != mode) engine_->set_drive(joint, mode);
+  if (instance_.drive(joint) != mode) instance_.set_drive(joint, mode);
 }
 
 void SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
-  const auto q = engine_->q();
-  const auto v = engine_->v();
-  const auto effort = engine_->drive_effort();
+  const auto q = instance_.q();
+  const auto v = instance_.v();
+  const auto effort = instance_.drive_effort();
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const Interface& s = states_[i];
     if (s.joint < 0) continue;
     const auto j = static_cast<std::size_t>(s.joint);
     switch (s.quantity) {
       case Quantity::position:
-        states[i] = q[static_cast<std::size_t>(model_.joints[j].q)];
+        states[i] = q[static_cast<std::size_t>(instance_.model().joints[j].q)];
         break;
       case Quantity::velocity:
-        states[i] = v[static_cast<std::size_t>(model_.joints[j].v)];
+        states[i] = v[static_cast<std::size_t>(instance_.model().joints[j].v)];
         break;
       case Quantity::effort:
         states[i] = effort[j];
@@ -188,19 +189,19 @@ void SimulatedHardware::write(Time /*now*/, Duration /*period*/, std::span<const
   for (std::size_t i = 0; i < commands_.size(); ++i) {
     const Interface& c = commands_[i];
     if (!c.claimed || c.joint < 0 || !std::isfinite(commands[i])) continue;
-    const DriveMode mode = engine_->drive(c.joint);
+    const DriveMode mode = instance_.drive(c.joint);
     const bool drives = (c.quantity == Quantity::position && mode == DriveMode::position) ||
                         (c.quantity == Quantity::velocity && mode == DriveMode::velocity) ||
                         (c.quantity == Quantity::effort && mode == DriveMode::effort);
-    if (drives) engine_->set_target(c.joint, nearest_turn(c, commands[i]));
+    if (drives) instance_.set_target(c.joint, nearest_turn(c, commands[i]));
   }
 }
 
 // A continuous joint takes the short way: whole turns are the same place.
 double SimulatedHardware::nearest_turn(const Interface& command, double value) const {
-  const ModelJoint& joint = model_.joints[static_cast<std::size_t>(command.joint)];
+  const ModelJoint& joint = instance_.model().joints[static_cast<std::size_t>(command.joint)];
   if (joint.type != JointType::continuous || command.quantity != Quantity::position) return value;
-  const double q = engine_->q()[static_cast<std::size_t>(joint.q)];
+  const double q = instance_.q()[static_cast<std::size_t>(joint.q)];
   return q + std::remainder(value - q, 2.0 * std::numbers::pi);
 }
 

@@ -17,11 +17,10 @@ class SimulatedHardware : public SystemInterface {
  public:
   // Joints that the model lacks are errors in `diagnostics`, fixed ones and commanded mimics warnings; they
   // are left out.
-  SimulatedHardware(const HardwareDescription& description, const Model& model, Engine& engine,
-                    Diagnostics& diagnostics);
+  SimulatedHardware(const HardwareDescription& description, Instance instance, Diagnostics& diagnostics);
 
-  // Another engine for a model with the same joints takes over: what is claimed drives there, too.
-  void rebind(Engine& engine);
+  // Another instance of a model with the same joints takes over: what is claimed drives there, too.
+  void rebind(Instance instance);
 
   [[nodiscard]] const std::string& name() const override { return name_; }
   [[nodiscard]] const std::string& plugin() const override { return plugin_; }
@@ -46,8 +45,7 @@ class SimulatedHardware : public SystemInterface {
   [[nodiscard]] double nearest_turn(const Interface& command, double value) const;
 
   std::string name_, plugin_;
-  const Model& model_;
-  Engine* engine_;
+  Instance instance_;
   std::vector<Interface> states_, commands_;
 };
 

@@ -25,9 +25,9 @@ RobotDescription smooth(RobotDescription robot) {
   return robot;
 }
 
-Model compiled(const RobotDescription& robot, BaseKind base) {
+std::shared_ptr<const Model> compiled(const RobotDescription& robot, BaseKind base) {
   Diagnostics heard;  // said already, of the robot as it is
-  return compile_model(robot, base, heard);
+  return std::make_shared<const Model>(compile_model(robot, base, heard));
 }
 
 bool free_joint(const ModelJoint& joint) {
@@ -59,7 +59,7 @@ Eigen::VectorXd moved(const Model& model, Eigen::VectorXd q, double way, bool le
 
 std::size_t robot_contacts(const std::vector<Contact>& contacts) {
   return static_cast<std::size_t>(std::count_if(contacts.begin(), contacts.end(), [](const Contact& contact) {
-    return contact.link_a >= 0 || contact.link_b >= 0;
+    return contact.a.instance == 0 || contact.b.instance == 0;
   }));
 }
 
@@ -90,44 +90,57 @@ const char* description_of(MotionKind kind) {
 }
 
 Motion::Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool)
-    : kind_(kind),
-      robot_(kind == MotionKind::smooth ? smooth(subject.robot) : subject.robot),
-      model_(kind == MotionKind::smooth ? compiled(robot_, subject.base) : subject.model),
-      world_(subject.world),
-      options_(subject.options) {
-  start_ = options_.q0.size() > 0 ? options_.q0 : subject.model.neutral();
+    : kind_(kind), engine_(subject.engine), model_(subject.model), world_(subject.world) {
+  start_ = subject.options.q0.size() > 0 ? subject.options.q0 : subject.model->neutral();
+  std::shared_ptr<const RobotDescription> robot = subject.robot;
+  InstanceOptions options = subject.options;
+  options.gravity = subject.world.gravity;
+  Diagnostics heard;
+  CollisionMeshes meshes;
   if (kind == MotionKind::smooth) {
+    robot = std::make_shared<const RobotDescription>(smooth(*subject.robot));
+    model_ = compiled(*robot, subject.base);
     world_.ground = false;
-    world_.objects.clear();
-    options_ = {};
-    options_.self_collision = false;
-    Eigen::VectorXd q = model_.neutral();
-    for (const ModelJoint& joint : model_.joints) {
-      const int index = subject.model.find_joint(joint.name);
-      if (index < 0 || subject.model.joints[static_cast<std::size_t>(index)].nq != joint.nq) continue;
+    options.servos.clear();
+    options.self_collision = false;
+    Eigen::VectorXd q = model_->neutral();
+    for (const ModelJoint& joint : model_->joints) {
+      const int index = subject.model->find_joint(joint.name);
+      if (index < 0 || subject.model->joints[static_cast<std::size_t>(index)].nq != joint.nq) continue;
       q.segment(joint.q, joint.nq) =
-          start_.segment(subject.model.joints[static_cast<std::size_t>(index)].q, joint.nq);
+          start_.segment(subject.model->joints[static_cast<std::size_t>(index)].q, joint.nq);
     }
     start_ = q;
   }
-  tool_ = std::max(0, model_.find_link(tool));
+  options.q0 = start_;
+  instances_.push_back(make_instance(robot, model_, options, meshes, heard));
+  if (kind != MotionKind::smooth) {
+    for (const WorldObject& object : subject.world.objects)
+      instances_.push_back(make_instance(object, meshes, heard));
+  }
+  tool_ = std::max(0, model_->find_link(tool));
   list_coordinates();
-  if (kind == MotionKind::smooth) start_ = moved(model_, start_, kAside, true);
+  if (kind == MotionKind::smooth) start_ = moved(*model_, start_, kAside, true);
   if (kind == MotionKind::fall) start_ = pose_beside(kAside);
-  if (kind == MotionKind::move) goal_ = reachable(model_, start_, pose_beside(kWay));
+  if (kind == MotionKind::move) goal_ = reachable(*model_, start_, pose_beside(kWay));
+}
+
+std::unique_ptr<Engine> Motion::engine(const WorldSettings& settings) const {
+  Diagnostics heard;
+  return compile_world(engine_, settings, instances_, heard)->make_engine();
 }
 
 // Whether something touches on the straight way from the start that does not at the start.
-bool Motion::touches(Engine& engine, const Eigen::VectorXd& goal) const {
+bool Motion::touches(Instance robot, const Eigen::VectorXd& goal) const {
   constexpr int kSamples = 10;
-  const std::vector<double> rest(static_cast<std::size_t>(model_.nv), 0.0);
+  const std::vector<double> rest(static_cast<std::size_t>(model_->nv), 0.0);
   std::vector<Contact> contacts;
   std::size_t before = 0;
   for (int i = 0; i <= kSamples; ++i) {
     Eigen::VectorXd q = start_ + (static_cast<double>(i) / kSamples) * (goal - start_);
-    model_.apply_mimics(q);
-    engine.set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
-    engine.contacts(contacts);
+    model_->apply_mimics(q);
+    robot.set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
+    robot.engine().contacts(contacts);
     if (i == 0) before = robot_contacts(contacts);
     if (robot_contacts(contacts) > before) return true;
   }
@@ -137,100 +150,99 @@ bool Motion::touches(Engine& engine, const Eigen::VectorXd& goal) const {
 // About `way` off the start in every joint, with nothing in the way if there is such a pose; a gripper's
 // fingers may have to stay.
 Eigen::VectorXd Motion::pose_beside(double way) const {
-  Diagnostics heard;
-  const std::unique_ptr<Engine> engine = make_mujoco_engine(robot_, model_, world_, options_, heard);
+  const std::unique_ptr<Engine> state = engine(world_);
   for (const bool leaders : {true, false}) {
     for (const double share : {1.0, -1.0, 0.5, -0.5, 0.25, -0.25}) {
-      Eigen::VectorXd pose = moved(model_, start_, share * way, leaders);
-      if (!touches(*engine, pose)) return pose;
+      Eigen::VectorXd pose = moved(*model_, start_, share * way, leaders);
+      if (!touches(state->instance(0), pose)) return pose;
     }
   }
-  return moved(model_, start_, way, true);
+  return moved(*model_, start_, way, true);
 }
 
-void Motion::command(Engine& engine, double time) const {
+void Motion::command(Instance robot, double time) const {
   const double s = std::clamp(time / kMoveTime, 0.0, 1.0);
   const double blend = s * s * s * (10.0 + s * (6.0 * s - 15.0));
-  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-    const ModelJoint& joint = model_.joints[j];
+  for (std::size_t j = 0; j < model_->joints.size(); ++j) {
+    const ModelJoint& joint = model_->joints[j];
     if (free_joint(joint))
-      engine.set_target(static_cast<int>(j), start_[joint.q] + blend * (goal_[joint.q] - start_[joint.q]));
+      robot.set_target(static_cast<int>(j), start_[joint.q] + blend * (goal_[joint.q] - start_[joint.q]));
   }
 }
 
 void Motion::list_coordinates() {
-  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-    const ModelJoint& joint = model_.joints[j];
+  for (std::size_t j = 0; j < model_->joints.size(); ++j) {
+    const ModelJoint& joint = model_->joints[j];
     const int index = static_cast<int>(j);
     if (free_joint(joint)) coordinates_.push_back({joint.name, joint.type == JointType::prismatic, index, 0});
     if (joint.type != JointType::floating) continue;
     constexpr std::array kParts{" x", " y", " z", " turn x", " turn y", " turn z", " turn w"};
     for (int i = 0; i < 7; ++i)
-      coordinates_.push_back({model_.links[static_cast<std::size_t>(joint.child_link)].name +
+      coordinates_.push_back({model_->links[static_cast<std::size_t>(joint.child_link)].name +
                                   kParts[static_cast<std::size_t>(i)],
                               i < 3, index, i});
   }
 }
 
-void Motion::sample(const Engine& engine, double time, MotionRecord& out) const {
-  const Eigen::Map<const Eigen::VectorXd> q(engine.q().data(), model_.nq);
+void Motion::sample(const Instance& robot, double time, MotionRecord& out) const {
+  const Eigen::Map<const Eigen::VectorXd> q(robot.q().data(), model_->nq);
   Eigen::VectorXd x(static_cast<Eigen::Index>(coordinates_.size()));
   for (std::size_t i = 0; i < coordinates_.size(); ++i) {
     const Coordinate& at = coordinates_[i];
-    const int index = model_.joints[static_cast<std::size_t>(at.joint)].q;
+    const int index = model_->joints[static_cast<std::size_t>(at.joint)].q;
     x[static_cast<Eigen::Index>(i)] = (at.component < 3 ? 1.0 : 2.0) * q[index + at.component];
   }
   out.time.push_back(time);
   out.x.push_back(std::move(x));
-  out.tool.push_back(engine.link_pose(tool_).translation());
+  out.tool.push_back(robot.link_pose(tool_).translation());
 }
 
 MotionRecord Motion::run(double duration, int fineness, double offset, bool contacts) const {
-  World world = world_;
-  world.step = world_.step / fineness;
-  Diagnostics heard;
-  const std::unique_ptr<Engine> engine = make_mujoco_engine(robot_, model_, world, options_, heard);
+  WorldSettings settings = world_;
+  settings.step = world_.step / fineness;
+  const std::unique_ptr<Engine> state = engine(settings);
+  Instance robot = state->instance(0);
   Eigen::VectorXd q = start_;
-  for (const ModelJoint& joint : model_.joints) {
+  for (const ModelJoint& joint : model_->joints) {
     if (free_joint(joint)) q[joint.q] += offset;
   }
-  std::vector<double> v(static_cast<std::size_t>(model_.nv), 0.0);
-  const bool floats = std::any_of(model_.joints.begin(), model_.joints.end(),
+  std::vector<double> v(static_cast<std::size_t>(model_->nv), 0.0);
+  const bool floats = std::any_of(model_->joints.begin(), model_->joints.end(),
                                   [](const ModelJoint& joint) { return joint.type == JointType::floating; });
   if (kind_ == MotionKind::smooth && floats) {
     for (std::size_t i = 0; i < v.size(); ++i) v[i] = kThrown * (i % 3 == 0 ? 1.0 : i % 3 == 1 ? -0.7 : 0.4);
   }
-  engine->set_state({q.data(), static_cast<std::size_t>(q.size())}, v);
+  robot.set_state({q.data(), static_cast<std::size_t>(q.size())}, v);
   if (kind_ == MotionKind::hold || kind_ == MotionKind::move) {
-    for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-      if (free_joint(model_.joints[j])) engine->set_drive(static_cast<int>(j), DriveMode::position);
+    for (std::size_t j = 0; j < model_->joints.size(); ++j) {
+      if (free_joint(model_->joints[j])) robot.set_drive(static_cast<int>(j), DriveMode::position);
     }
   }
   MotionRecord out;
   const double h = to_seconds(world_.step);
   const auto samples = static_cast<int>(std::lround(duration / h));
-  const double energy = engine->kinetic_energy() + engine->potential_energy();
+  const double energy = state->kinetic_energy() + state->potential_energy();
   double fastest = 0, drift = 0;
   std::vector<Contact> touching;
-  if (contacts) engine->contacts(touching);
+  if (contacts) state->contacts(touching);
   const std::size_t at_start = robot_contacts(touching);
   const int between_looks = std::max(1, static_cast<int>(kContactLook / h));
-  sample(*engine, 0.0, out);
+  sample(robot, 0.0, out);
   for (int i = 1; i <= samples; ++i) {
-    if (kind_ == MotionKind::move) command(*engine, i * h);
-    for (int k = 0; k < fineness; ++k) engine->step();
-    if (engine->diverged()) break;
+    if (kind_ == MotionKind::move) command(robot, i * h);
+    for (int k = 0; k < fineness; ++k) state->step();
+    if (state->diverged()) break;
     if (kind_ == MotionKind::smooth) {
-      const double kinetic = engine->kinetic_energy();
+      const double kinetic = state->kinetic_energy();
       fastest = std::max(fastest, kinetic);
-      drift = std::max(drift, std::abs(kinetic + engine->potential_energy() - energy));
+      drift = std::max(drift, std::abs(kinetic + state->potential_energy() - energy));
     }
-    sample(*engine, i * h, out);
+    sample(robot, i * h, out);
     if (!contacts || out.touches_after || i % between_looks != 0) continue;
-    engine->contacts(touching);
+    state->contacts(touching);
     if (robot_contacts(touching) > at_start) out.touches_after = i * h;
   }
-  out.diverged = engine->diverged();
+  out.diverged = state->diverged();
   out.energy_drift = fastest > kLeastKinetic ? drift / fastest : 0.0;
   return out;
 }

@@ -1,11 +1,12 @@
 #pragma once
 // The motions of a robot that are repeated at several steps, and what is recorded of each.
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "doppel/physics/engine.h"
+#include "doppel/physics/engine_modules.h"
 
 namespace doppel {
 
@@ -23,13 +24,14 @@ inline constexpr double kMoveTime = 1.0;  // s
 const char* name_of(MotionKind kind);         // "smooth"
 const char* description_of(MotionKind kind);  // "falls without drives, friction, ..."
 
-// What moves, and in which world. Outlives what is made of it.
+// What moves, and in which world.
 struct MotionSubject {
-  const RobotDescription& robot;
-  const Model& model;
+  std::shared_ptr<const RobotDescription> robot;
+  std::shared_ptr<const Model> model;
   BaseKind base = BaseKind::fixed;  // that the model was compiled with
   World world;                      // with the step and the integrator that are to be judged
-  EngineOptions options;
+  InstanceOptions options;
+  std::string engine = kDefaultEngine;
 };
 
 // What is compared of a motion: the position of a free scalar joint, or one of the six of a floating joint,
@@ -56,7 +58,7 @@ class Motion {
   // `tool`: a link of the model. Throws InputError where the engine refuses the robot.
   Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool);
 
-  [[nodiscard]] const Model& model() const { return model_; }
+  [[nodiscard]] const Model& model() const { return *model_; }
   [[nodiscard]] const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   // The motion over `duration` s at world.step / `fineness`, sampled at every world.step. `offset`: added to
   // the start of every free joint, rad or m. `contacts`: they are looked for too.
@@ -65,16 +67,17 @@ class Motion {
 
  private:
   [[nodiscard]] Eigen::VectorXd pose_beside(double way) const;
-  [[nodiscard]] bool touches(Engine& engine, const Eigen::VectorXd& goal) const;
-  void command(Engine& engine, double time) const;
+  [[nodiscard]] std::unique_ptr<Engine> engine(const WorldSettings& settings) const;
+  [[nodiscard]] bool touches(Instance robot, const Eigen::VectorXd& goal) const;
+  void command(Instance robot, double time) const;
   void list_coordinates();
-  void sample(const Engine& engine, double time, MotionRecord& out) const;
+  void sample(const Instance& robot, double time, MotionRecord& out) const;
 
   MotionKind kind_;
-  RobotDescription robot_;
-  Model model_;
-  World world_;
-  EngineOptions options_;
+  std::string engine_;
+  std::shared_ptr<const Model> model_;
+  WorldSettings world_;
+  std::vector<ModelInstance> instances_;  // the robot, then objects
   int tool_ = 0;
   std::vector<Coordinate> coordinates_;
   Eigen::VectorXd start_, goal_;  // [nq]

@@ -129,15 +129,15 @@ Verification verify(const MotionSubject& asked, const VerifyOptions& options) {
   MotionSubject subject = asked;
   subject.world.step -= subject.world.step % kFineness[2];  // times are whole nanoseconds
   Verification out;
-  out.robot = subject.model.name;
+  out.robot = subject.model->name;
   out.world = subject.world.name;
   out.integrator = subject.world.integrator;
   out.step = to_seconds(subject.world.step);
   out.duration = options.duration;
-  out.tool = options.tool.empty() ? choose_tool(subject.model) : options.tool;
-  if (subject.model.find_link(out.tool) < 0) {
+  out.tool = options.tool.empty() ? choose_tool(*subject.model) : options.tool;
+  if (subject.model->find_link(out.tool) < 0) {
     std::vector<std::string> links;
-    for (const ModelLink& link : subject.model.links) links.push_back(link.name);
+    for (const ModelLink& link : subject.model->links) links.push_back(link.name);
     throw InputError("verify.tool", {},
                      fmt::format("the robot has no link '{}'{}", out.tool, did_you_mean(out.tool, links)),
                      "name a link of the robot with --tool; `doppel tree` prints them");

@@ -16,6 +16,13 @@ namespace {
 
 using ::testing::HasSubstr;
 
+MotionSubject subject(const RobotDescription& robot, const Model& model, BaseKind base, const World& world,
+                      const InstanceOptions& options = {}) {
+  MotionSubject out{std::make_shared<const RobotDescription>(robot), std::make_shared<const Model>(model), base,
+                    world, options};
+  return out;
+}
+
 struct Arm {
   explicit Arm(unsigned seed) : random(seed), robot(test::make_random_chain(test::six_hinges(), random)) {
     for (std::size_t i = 0; i < robot.joints.size(); ++i) {
@@ -29,13 +36,16 @@ struct Arm {
     World world;
     world.ground = false;
     world.integrator = integrator;
-    return verify({robot, model, BaseKind::fixed, world, {}}, {duration, std::move(motions), "", {}});
+    return verify(subject(robot, model, BaseKind::fixed, world), {duration, std::move(motions), "", {}});
   }
 
   std::mt19937 random;
   RobotDescription robot;
   Diagnostics diagnostics;
   Model model;
+  [[nodiscard]] MotionSubject in(const World& world) const {
+    return subject(robot, model, BaseKind::fixed, world);
+  }
 };
 
 constexpr Integrator kAll[] = {Integrator::euler, Integrator::midpoint, Integrator::rk4,
@@ -60,7 +70,7 @@ TEST(Verify, TheErrorIsTheDistanceFromTheExactMotion) {
   world.ground = false;
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint}) {
     world.integrator = integrator;
-    const MotionSubject subject{arm.robot, arm.model, BaseKind::fixed, world, {}};
+    const MotionSubject subjectarm.in(world);
     const Verification found = verify(subject, {0.2, {MotionKind::smooth}, "", {}});
     const Motion motion(subject, MotionKind::smooth, "base");
     const MotionRecord run = motion.run(0.2, 1);
@@ -93,10 +103,10 @@ TEST(Verify, ADoublePendulumThatTurnsOverIsChaotic) {
   const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
   World world;
   world.ground = false;
-  EngineOptions options;
+  InstanceOptions options;
   options.q0 = Eigen::Vector2d(3.4, 0.3);
   const Verification found =
-      verify({robot, model, BaseKind::fixed, world, options}, {10.0, {MotionKind::smooth}, "", {}});
+      verify(subject(robot, model, BaseKind::fixed, world, options), {10.0, {MotionKind::smooth}, "", {}});
   const MotionVerdict& motion = found.motions[0];
   ASSERT_TRUE(motion.chaotic_after);
   EXPECT_GT(*motion.chaotic_after, 0.5);
@@ -144,7 +154,7 @@ TEST(Verify, AFloatingRobotIsJudgedByItsBaseToo) {
   for (const Integrator integrator : kAll) {
     world.integrator = integrator;
     const Verification found =
-        verify({robot, model, BaseKind::floating, world, {}}, {3.0, {MotionKind::smooth}, "", {}});
+        verify(subject(robot, model, BaseKind::floating, world), {3.0, {MotionKind::smooth}, "", {}});
     ASSERT_EQ(found.motions[0].joints.size(), 7U);
     EXPECT_EQ(found.tool, "body");
     EXPECT_EQ(found.motions[0].joints[5].joint, "body turn z");
@@ -159,7 +169,7 @@ TEST(Verify, WhereNothingMovesItSaysSo) {
   robot.links = {test::make_frame("post")};
   Diagnostics diagnostics;
   const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
-  const Verification found = verify({robot, model, BaseKind::fixed, {}, {}}, {0.1, {}, "", {}});
+  const Verification found = verify(subject(robot, model, BaseKind::fixed, {}), {0.1, {}, "", {}});
   for (const MotionVerdict& motion : found.motions)
     EXPECT_THAT(verdict_line(found, motion), HasSubstr("nothing moves"));
   EXPECT_THAT(verification_svg(found), HasSubstr("</svg>"));
@@ -172,7 +182,7 @@ TEST(Verify, AStepThatFourDoesNotDivideIsCut) {
   world.integrator = Integrator::rk4;
   world.step = Duration{4'166'667};
   const Verification found =
-      verify({arm.robot, arm.model, BaseKind::fixed, world, {}}, {0.3, {MotionKind::smooth}, "", {}});
+      verify(arm.in(world), {0.3, {MotionKind::smooth}, "", {}});
   EXPECT_NEAR(found.step, 4'166'664e-9, 1e-15);
   ASSERT_TRUE(found.motions[0].order);
   EXPECT_NEAR(*found.motions[0].order, 4, 0.5);
@@ -194,7 +204,7 @@ TEST(Verify, AnUnknownToolIsRefusedWithTheNearest) {
   const Arm arm(8);
   World world;
   try {
-    verify({arm.robot, arm.model, BaseKind::fixed, world, {}}, {0.1, {}, "bse", {}});
+    verify(arm.in(world), {0.1, {}, "bse", {}});
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("did you mean 'base'?"));
