@@ -66,28 +66,32 @@ inline void end_with_parent() {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
 }
 
-// This program again, as a peer: with the argument `role`, until it is destroyed. What it prints is kept.
+// A process that is there until it is destroyed. What it prints is kept.
 class Peer {
  public:
-  explicit Peer(const char* role) {
+  // This program again, with the argument `role`.
+  explicit Peer(const char* role) : Peer({"/proc/self/exe", role}) {}
+  explicit Peer(std::vector<std::string> command) {
     if (pipe2(out_.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_adddup2(&files, out_[1], STDOUT_FILENO);
-    std::string program = "/proc/self/exe", argument = role;
-    char* const arguments[] = {program.data(), argument.data(), nullptr};
-    const int failed = posix_spawn(&child_, program.c_str(), &files, nullptr, arguments, environ);
+    std::vector<char*> arguments;
+    for (std::string& word : command) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    const int failed = posix_spawn(&child_, arguments[0], &files, nullptr, arguments.data(), environ);
     posix_spawn_file_actions_destroy(&files);
     close(out_[1]);
-    if (failed != 0) throw std::runtime_error("cannot start a peer");
+    if (failed != 0) throw std::runtime_error("cannot start " + command[0]);
   }
   ~Peer() { end(); }
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
 
+  [[nodiscard]] pid_t pid() const { return child_; }
   // Ends it; all that it printed.
-  std::string end() {
-    if (child_ != 0) kill(child_, SIGTERM);
+  std::string end(int signal = SIGTERM) {
+    if (child_ != 0) kill(child_, signal);
     return output();
   }
   // Waits until it ends by itself.

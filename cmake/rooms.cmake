@@ -1,7 +1,10 @@
 # One room = one static library `doppel_<name>` with headers and sources side by side and tests in test/ beside them.
 #
-#   doppel_room(NAME <name> [SOURCES ...] [USES <lower rooms>] [PUBLIC <libs>] [PRIVATE <libs>])
+#   doppel_room(NAME <name> ABOUT "what it holds" SOURCES ... [USES <rooms>] [PUBLIC <libs>] [PRIVATE <libs>])
 #   doppel_room_tests(NAME <name> SOURCES ... [LINKS ...])   -> program <name>_test, registered with ctest
+#
+# USES is every room that its files include, no more and no less: tools/rooms, part of ./test, holds the includes to it
+# and makes the table and the picture in docs from it.
 #
 # A room's fuzz/*_fuzz.cpp are libFuzzer targets, built with DOPPEL_FUZZ (clang only): <room>_<name>_fuzz, with first
 # inputs in fuzz/corpus/<name>/. `./test --fuzz` runs them.
@@ -33,7 +36,7 @@ if(DOPPEL_FUZZ)
 endif()
 
 function(doppel_room)
-  cmake_parse_arguments(ROOM "" "NAME" "SOURCES;USES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "" "NAME;ABOUT" "SOURCES;USES;PUBLIC;PRIVATE" ${ARGN})
   add_library(doppel_${ROOM_NAME} STATIC ${ROOM_SOURCES})
   add_library(doppel::${ROOM_NAME} ALIAS doppel_${ROOM_NAME})  # for projects that contain this one
   set_target_properties(doppel_${ROOM_NAME} PROPERTIES LINKER_LANGUAGE CXX)

@@ -123,7 +123,7 @@ TEST_F(Reload, TheControllersYamlIsReadAgain) {
   const auto before = positions();
   edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 200");
   EXPECT_EQ(reload(), Twin::Reload::controllers_made_anew);
-  EXPECT_EQ(twin_->robot().controller_manager().steps_per_tick(), 5);
+  EXPECT_EQ(twin_->robot().controller_manager().period(), Duration(5'000'000));
   for (const char* name : {"omarm_arm_controller", "omarm_gripper_controller", "joint_state_broadcaster"})
     expect_state(name, ControllerState::active);
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-6) << name;

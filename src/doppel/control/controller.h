@@ -115,8 +115,6 @@ class ControllerRegistry {
   static ControllerRegistry with_builtin();
 
   void add(std::string name, Factory make, std::string library = "");
-  // dlopen()s a library made with DOPPEL_EXPORT_CONTROLLER and registers what it exports. Throws InputError.
-  void load_library(const std::string& path);
   [[nodiscard]] const Type* find(std::string_view name) const;
   [[nodiscard]] std::vector<std::string> names() const;
 

@@ -66,6 +66,7 @@ ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const Contro
 }
 
 ControllerManager::Impl::~Impl() {
+  shut_down_hardware();
   if (!rules.empty()) bus.names() = rules_before;
 }
 
@@ -196,6 +197,7 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   serve_logger_levels(*c->node);
   c->node->parameters().allow_undeclared();
   c->transitions = c->node->advertise<lifecycle_msgs::msg::TransitionEvent>("~/transition_event");
+  c->fallback = texts_of(name + kFallback);
   c->context = {name, c->node.get(), model, &log, &c->overrides, 0.0};
   choose_rate(*c);
   declare_written_type(*c);
@@ -295,14 +297,14 @@ Status ControllerManager::Impl::unload(const std::string& name) {
 
 void ControllerManager::Impl::tick(Time the_time) {
   now = the_time;
-  resources.read(now, period);
+  resources.read(now);
   for (LoadedController* c : active) {
     if (--c->ticks_to_update > 0) continue;
     c->ticks_to_update = c->ticks_per_update;
     c->controller->update(now, c->period);
   }
   limiter.apply(now, period);
-  resources.write(now, period);
+  resources.write(now);
 }
 
 void ControllerManager::Impl::housekeeping(Time the_time) {
@@ -317,7 +319,7 @@ void ControllerManager::Impl::housekeeping(Time the_time) {
 
 void ControllerManager::Impl::publish_state(Time the_time) {
   now = the_time;
-  resources.read(now, period);
+  resources.read_all(now);
   for (LoadedController* c : active) c->controller->publish_state(now);
 }
 
@@ -330,25 +332,9 @@ ControllerManager::ControllerManager(Bus& bus, const Model& model, const Control
 
 ControllerManager::~ControllerManager() = default;
 
-void ControllerManager::add_hardware(std::unique_ptr<SystemInterface> hardware) {
-  impl_->make_hardware_node(hardware->name());
-  ResourceTable::Component& component = impl_->resources.add(std::move(hardware));
-  for (std::size_t i = 0; i < component.command_names.size(); ++i) {
-    impl_->limiter.add(impl_->resources, component.first_command + i);
-  }
-  const std::string& name = component.system->name();
-  const auto starts = [&](const char* state) {
-    const auto* parameter =
-        impl_->node.parameters().find(fmt::format("hardware_components_initial_state.{}", state));
-    const auto& names = std::get<std::vector<std::string>>(parameter->value);
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  const HardwareState target = starts("unconfigured") ? HardwareState::unconfigured
-                               : starts("inactive")   ? HardwareState::inactive
-                                                      : HardwareState::active;
-  if (const Status status = impl_->set_hardware_state(name, target); !status) {
-    impl_->log.error(impl_->options.name, status.why());
-  }
+void ControllerManager::add_hardware(std::unique_ptr<HardwareComponent> hardware,
+                                     const HardwareDescription& description, Diagnostics& diagnostics) {
+  impl_->add_hardware(std::move(hardware), description, diagnostics);
 }
 
 std::vector<std::pair<std::string, std::string>> ControllerManager::declared_controllers() const {
@@ -378,14 +364,26 @@ void ControllerManager::model_changed(const Model& model) {
   for (const auto& c : impl_->loaded) c->context.model = &model;
   impl_->limiter.model_changed(model);
 }
-int ControllerManager::steps_per_tick() const {
-  return impl_->steps_per_tick;
-}
 Duration ControllerManager::period() const {
   return impl_->period;
 }
 void ControllerManager::tick(Time now) {
   impl_->tick(now);
+}
+void ControllerManager::settle(Time now) {
+  impl_->settle(now);
+}
+void ControllerManager::stop(const std::string& by) {
+  impl_->stop(by);
+}
+Status ControllerManager::reset_stop() {
+  return impl_->reset_stop();
+}
+bool ControllerManager::is_stopped() const {
+  return impl_->stopped;
+}
+const std::vector<std::string>& ControllerManager::stopped_controllers() const {
+  return impl_->stopped_controllers;
 }
 void ControllerManager::housekeeping(Time now) {
   impl_->housekeeping(now);
@@ -404,6 +402,13 @@ std::vector<ControllerView> ControllerManager::controllers() const {
     out.push_back({c->name, c->type, c->state, c->context.update_rate,
                    holds ? c->commands : std::vector<std::string>{}, c->commands, c->states});
   }
+  return out;
+}
+
+std::vector<HardwareView> ControllerManager::hardware() const {
+  std::vector<HardwareView> out;
+  for (const auto& c : impl_->resources.components())
+    out.push_back({c->name, c->type, c->plugin, c->state, c->why});
   return out;
 }
 

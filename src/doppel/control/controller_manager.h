@@ -2,6 +2,7 @@
 // The controller manager: hardware's interfaces, exclusive claims, the controllers' life cycle, and the tick
 // read - update - enforce limits - write. Everything but tick() runs between steps on the loop's thread.
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -21,9 +22,11 @@ enum class Strictness { best_effort = 1, strict = 2 };  // controller_manager_ms
 
 struct ControllerManagerOptions {
   std::string name = "controller_manager";
-  std::string name_space;            // "/left": of its node and its controllers'; empty: none
-  double update_rate = 100;          // Hz, used where the YAML says nothing
-  Duration physics_step{1'000'000};  // update rates are rounded to whole steps, with a warning
+  std::string name_space;    // "/left": of its node and its controllers'; empty: none
+  double update_rate = 100;  // Hz, used where the YAML says nothing
+  // The period that the loop can keep for an update rate in Hz that was written at a place; what it has to
+  // round it warns of. Empty: exactly that of the rate.
+  std::function<Duration(double rate, const SourceLocation& where, Diagnostics& diagnostics)> choose_period;
   bool enforce_limits = true;
 };
 
@@ -33,6 +36,12 @@ struct ControllerView {
   double update_rate = 0;
   std::vector<std::string> claimed;  // command interfaces it holds now
   std::vector<std::string> required_commands, required_states;
+};
+
+struct HardwareView {
+  std::string name, type, plugin;
+  HardwareState state = HardwareState::unconfigured;
+  std::string fault;  // why it is not active; empty: nothing has failed
 };
 
 struct InterfaceView {
@@ -50,7 +59,11 @@ class ControllerManager {
                     Diagnostics& diagnostics);
   ~ControllerManager();
 
-  void add_hardware(std::unique_ptr<SystemInterface> hardware);
+  // Initialises the component and brings it to the state that the YAML wants it to start in: active where it
+  // says nothing. Throws InputError for what on_init refuses and for an interface that is offered already;
+  // what refuses later is logged.
+  void add_hardware(std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
+                    Diagnostics& diagnostics);
 
   // The controllers that the file declares (name and type), in its order.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared_controllers() const;
@@ -70,10 +83,11 @@ class ControllerManager {
   // first one, is active and the other inactive, with a note.
   void start_what_fits(std::span<const std::string> names);
 
-  // In the loop. One tick is due every steps_per_tick() physics steps. No allocation, no lock, no throw.
-  [[nodiscard]] int steps_per_tick() const;
+  // In the loop, once every period(). No allocation, no lock, no throw.
   [[nodiscard]] Duration period() const;
   void tick(Time now);
+  // Between ticks, after each: deals with what has failed in it. Costs one load where nothing has.
+  void settle(Time now);
   // Between steps.
   void housekeeping(Time now);
   // Between steps: reads the hardware and lets broadcasters publish it, so that who looks at a machine whose
@@ -87,7 +101,17 @@ class ControllerManager {
   // and trajectories go on, limits are the new ones.
   void model_changed(const Model& model);
 
+  // The emergency stop, latched until it is reset: hardware brings its joints to rest and holds them, whoever
+  // commands them; controllers that command are deactivated and none can be activated. A reset activates them
+  // again, without what they were doing. `by`: who stops, for the log.
+  void stop(const std::string& by);
+  Status reset_stop();
+  [[nodiscard]] bool is_stopped() const;
+  // What a reset would activate again.
+  [[nodiscard]] const std::vector<std::string>& stopped_controllers() const;
+
   [[nodiscard]] std::vector<ControllerView> controllers() const;
+  [[nodiscard]] std::vector<HardwareView> hardware() const;
   [[nodiscard]] std::vector<InterfaceView> command_interfaces() const;
   [[nodiscard]] std::vector<InterfaceView> state_interfaces() const;
   // The last command on "joint/position" and the like; NaN: none.

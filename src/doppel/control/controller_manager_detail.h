@@ -3,17 +3,19 @@
 // it.
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
+#include <functional>
 #include <map>
 
 #include "doppel/bus/node_arguments.h"
 #include "doppel/control/controller_manager.h"
 #include "doppel/control/joint_limiter.h"
+#include "doppel/control/rates.h"
 #include "doppel/control/resource_table.h"
 #include "doppel/core/thrown.h"
 #include "doppel/messages/controller_manager_msgs.h"
 #include "doppel/messages/lifecycle_msgs.h"
+#include "doppel/messages/std_msgs.h"
 
 namespace doppel {
 
@@ -28,16 +30,7 @@ Status attempt(const Transition& transition) {
   }
 }
 
-// How many steps of `step` make a rate in Hz, and which rate these are.
-inline int whole_steps(double rate, Duration step) {
-  return std::max(1, static_cast<int>(std::lround(1.0 / (rate * to_seconds(step)))));
-}
-inline double rate_of(Duration period) {
-  return 1.0 / to_seconds(period);
-}
-inline bool differs(double rate, double real) {
-  return std::abs(rate - real) > 1e-6 * rate;
-}
+inline constexpr const char* kFallback = ".fallback_controllers";  // the manager's parameter, after a name
 
 // One controller with all it was given. The controller goes first, its node last.
 struct LoadedController {
@@ -54,6 +47,7 @@ struct LoadedController {
   Duration housekeeping_period{};
   Time next_housekeeping{};
   std::vector<std::string> commands, states;  // full names it requires; valid once configured
+  std::vector<std::string> fallback;          // controllers that run where its hardware has failed
 };
 
 struct ControllerManager::Impl {
@@ -102,10 +96,14 @@ struct ControllerManager::Impl {
   // Why the interfaces it requires cannot be had at all; empty: they can.
   [[nodiscard]] std::string missing_interface(const LoadedController& loaded,
                                               std::string* full_name = nullptr) const;
+  // nothing_to_do: of a switch that is not refused, whether everything is already as it was asked for, or was
+  // left out.
   Status switch_controllers(std::span<const std::string> activate, std::span<const std::string> deactivate,
-                            Strictness strictness);
+                            Strictness strictness, bool* nothing_to_do = nullptr);
   Status carry_out(const Plan& plan, Strictness strictness);
   void deactivate(LoadedController& loaded);
+  // Deactivates them and writes what they command at last; returns the interfaces whose claims end.
+  std::vector<std::string> stop_and_write(const std::vector<LoadedController*>& controllers);
   Status activate(LoadedController& loaded, std::span<const std::string> handed_over);
   void release(LoadedController& loaded);
   void roll_back(const std::vector<LoadedController*>& stopped);
@@ -130,10 +128,35 @@ struct ControllerManager::Impl {
   void serve();
   void serve_lists();
   void serve_life_cycle();
-  void serve_hardware();
-  void make_hardware_node(const std::string& component);
   void publish_activity();
+
+  // -- manager_hardware_services.cpp
+  void serve_hardware();
+
+  // -- manager_hardware.cpp
+  void add_hardware(std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
+                    Diagnostics& diagnostics);
+  ResourceTable::Component& initialise_hardware(std::unique_ptr<HardwareComponent> hardware,
+                                                const HardwareDescription& description,
+                                                Diagnostics& diagnostics);
   Status set_hardware_state(const std::string& name, HardwareState target);
+  Status pass_towards(ResourceTable::Component& component, HardwareState target);
+  Status pass(ResourceTable::Component& component, HardwareState next, const char* participle,
+              const std::function<Status()>& transition);
+  void enter_error(ResourceTable::Component& component, const std::string& why);
+  void note_fault(ResourceTable::Component& component, const std::string& why);
+  void settle(Time now);
+  void settle(ResourceTable::Component& component, const HardwareFault& fault);
+  void deactivate_all(const std::vector<LoadedController*>& controllers);
+  void start_fallbacks(const std::vector<LoadedController*>& failed);
+  void shut_down_hardware();
+  void make_hardware_node(const std::string& component);
+
+  // -- manager_stop.cpp
+  void serve_stop();
+  void stop(const std::string& by);
+  void stop_component(ResourceTable::Component& component);
+  Status reset_stop();
 
   Bus& bus;
   const Model* model;
@@ -145,17 +168,19 @@ struct ControllerManager::Impl {
   ParameterOverrides own;                                 // overrides of the manager's node
   NameRules rules_before;                                 // of the bus, before `rules`
   std::map<std::string, std::vector<std::string>> rules;  // by controller
-  int steps_per_tick = 1;
   Duration period{};
   Time now{};
   ResourceTable resources;
-  std::vector<std::unique_ptr<Node>> hardware_nodes;
+  std::map<std::string, std::unique_ptr<Node>> hardware_nodes;  // by component
   JointLimiter limiter;
   std::vector<std::unique_ptr<LoadedController>>
       loaded;  // in order of loading, which is the order of updates
   std::vector<LoadedController*> active;
   std::vector<std::pair<std::string, Diagnostic>> left_out;  // by the start under way, and why
+  bool stopped = false;                                      // the emergency stop is latched
+  std::vector<std::string> stopped_controllers;              // by it; a reset activates them again
   Publisher<controller_manager_msgs::msg::ControllerManagerActivity> activity;
+  Publisher<std_msgs::msg::Bool> stop_topic;
 };
 
 }  // namespace doppel

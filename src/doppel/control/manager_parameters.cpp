@@ -27,18 +27,8 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
   const auto whole = declare<std::int64_t>(parameters, &own, "update_rate", std::llround(options.update_rate),
                                            {"Hz, of the loop: read, update, write", true, positive});
   const double rate = written != nullptr ? static_cast<double>(whole) : options.update_rate;
-  steps_per_tick = whole_steps(rate, options.physics_step);
-  period = options.physics_step * steps_per_tick;
-  if (differs(rate, rate_of(period))) {
-    diagnostics.warning("control.rate_rounded", written != nullptr ? written->source : SourceLocation{},
-                        fmt::format("{:g} Hz does not divide the physics rate of {:g} Hz; the controller "
-                                    "manager runs every {} step{}, at "
-                                    "{:g} Hz",
-                                    rate, rate_of(options.physics_step), steps_per_tick,
-                                    steps_per_tick == 1 ? "" : "s", rate_of(period)),
-                        fmt::format("choose a rate that divides {:g}, or another physics step",
-                                    rate_of(options.physics_step)));
-  }
+  const SourceLocation where = written != nullptr ? written->source : SourceLocation{};
+  period = options.choose_period ? options.choose_period(rate, where, diagnostics) : from_seconds(1.0 / rate);
   const bool enforce = declare<bool>(parameters, &own, "enforce_command_limits", options.enforce_limits,
                                      {"hold commands to the description's limits", true, {}});
   options.enforce_limits = options.enforce_limits && enforce;
@@ -57,6 +47,7 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
     };
     declare_written(kParamsFile, "where its parameters are");
     declare_written(kArguments, "--ros-args of its node");
+    declare_written(kFallback, "controllers that run in its place where its hardware fails");
   }
   const auto strictness = [](const ParameterValue& value) {
     const auto& text = std::get<std::string>(value);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 #include <map>
 
 #include "doppel/control/controller_manager_detail.h"
@@ -42,7 +41,7 @@ std::string ControllerManager::Impl::missing_interface(const LoadedController& c
                           const ResourceTable::Component& component) {
     if (full_name != nullptr) *full_name = name;
     return fmt::format("'{}' requires the {} interface '{}', but its hardware '{}' is {}", c.name, kind, name,
-                       component.system->name(), to_string(component.state));
+                       component.name, to_string(component.state));
   };
   for (const std::string& name : c.commands) {
     const auto command = resources.find_command(name);
@@ -96,12 +95,19 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
       plan.start.push_back(c);
     }
   }
+  const auto commanding = std::find_if(plan.start.begin(), plan.start.end(),
+                                       [](const LoadedController* c) { return !c->commands.empty(); });
+  if (stopped && commanding != plan.start.end()) {
+    plan.conflicts.push_back(
+        fmt::format("'{}' commands joints, but the emergency stop is on; call {}/reset_emergency_stop first",
+                    (*commanding)->name, node.name()));
+  }
   plan_claims(plan);
   return plan;
 }
 
 // What cannot have its interfaces once the plan's stops are done. As in ros2_control nothing is switched
-// then: the arm would be limp where the one controller has stopped and the other cannot start.
+// then: the arm would be passive where the one controller has stopped and the other cannot start.
 void ControllerManager::Impl::plan_claims(Plan& plan) const {
   std::map<std::string, std::string> holders;  // command interface -> controller
   for (const LoadedController* c : active) {
@@ -123,19 +129,19 @@ void ControllerManager::Impl::plan_claims(Plan& plan) const {
 
 Status ControllerManager::Impl::switch_controllers(std::span<const std::string> activate,
                                                    std::span<const std::string> deactivate,
-                                                   Strictness strictness) {
+                                                   Strictness strictness, bool* nothing_to_do) {
   const Plan wanted = plan(activate, deactivate, strictness);
   if (!wanted.conflicts.empty()) {
     std::vector<std::string> why = wanted.refusals;
     why.insert(why.end(), wanted.conflicts.begin(), wanted.conflicts.end());
     return Status::refused(joined(why));
   }
-  const bool nothing_left = wanted.stop.empty() && wanted.start.empty();
-  if (!wanted.refusals.empty() && (strictness == Strictness::strict || nothing_left)) {
+  if (!wanted.refusals.empty() && strictness == Strictness::strict)
     return Status::refused(joined(wanted.refusals));
-  }
   for (const std::string& refusal : wanted.refusals)
     log.warning(options.name, "left out of the switch: " + refusal);
+  const bool nothing_left = wanted.stop.empty() && wanted.start.empty();
+  if (nothing_to_do != nullptr) *nothing_to_do = nothing_left;
   if (nothing_left) return {};
   if (Status ready = resources.prepare_switch(commands_of(wanted.start), commands_of(wanted.stop)); !ready)
     return ready;
@@ -143,10 +149,9 @@ Status ControllerManager::Impl::switch_controllers(std::span<const std::string> 
 }
 
 Status ControllerManager::Impl::carry_out(const Plan& plan, Strictness strictness) {
-  const std::vector<std::string> handed_over = commands_of(plan.stop);
-  for (LoadedController* c : plan.stop) deactivate(*c);
+  const std::vector<std::string> handed_over = stop_and_write(plan.stop);
   resources.perform_switch(commands_of(plan.start), handed_over);
-  resources.read(now, period);
+  resources.read_all(now);
   std::vector<LoadedController*> started;
   std::vector<std::string> failures;
   for (LoadedController* c : plan.start) {
@@ -160,7 +165,7 @@ Status ControllerManager::Impl::carry_out(const Plan& plan, Strictness strictnes
   }
   const bool give_up = !failures.empty() && strictness == Strictness::strict;
   if (give_up) {
-    for (LoadedController* c : started) deactivate(*c);
+    stop_and_write(started);
     resources.perform_switch({}, commands_of(plan.start));
     roll_back(plan.stop);
   }
@@ -172,11 +177,11 @@ Status ControllerManager::Impl::carry_out(const Plan& plan, Strictness strictnes
   return {};
 }
 
-// A strict switch failed halfway: what ran before it runs again, so that no arm is left limp by a refusal.
-void ControllerManager::Impl::roll_back(const std::vector<LoadedController*>& stopped) {
-  resources.perform_switch(commands_of(stopped), {});
-  resources.read(now, period);
-  for (LoadedController* c : stopped) {
+// A strict switch failed halfway: what ran before it runs again, so that no arm is left passive by a refusal.
+void ControllerManager::Impl::roll_back(const std::vector<LoadedController*>& ran_before) {
+  resources.perform_switch(commands_of(ran_before), {});
+  resources.read_all(now);
+  for (LoadedController* c : ran_before) {
     if (const Status status = activate(*c, c->commands); !status) {
       resources.perform_switch({}, c->commands);
       log.error(options.name, fmt::format("'{}' cannot be activated again: {}", c->name, status.why()));
@@ -217,6 +222,14 @@ void ControllerManager::Impl::deactivate(LoadedController& c) {
   change_state(c, ControllerState::inactive);
 }
 
+std::vector<std::string> ControllerManager::Impl::stop_and_write(
+    const std::vector<LoadedController*>& controllers) {
+  for (LoadedController* c : controllers) deactivate(*c);
+  std::vector<std::string> released = commands_of(controllers);
+  resources.write_last(now, released);
+  return released;
+}
+
 void ControllerManager::Impl::release(LoadedController& c) {
   for (const std::string& name : c.commands) {
     const auto command = resources.find_command(name);
@@ -229,12 +242,13 @@ void ControllerManager::Impl::release(LoadedController& c) {
 }
 
 // `handed_over`: commands that another controller held until this moment. Their last values go on, so that a
-// servo that sags under load does not sag again at every switch; all others start without a command.
+// servo that sags under load does not sag again at every switch; all others start from what the description
+// says, which for joints is no command.
 Status ControllerManager::Impl::activate(LoadedController& c, std::span<const std::string> handed_over) {
   for (const std::string& name : c.commands) {
     const std::size_t command = *resources.find_command(name);
     if (std::find(handed_over.begin(), handed_over.end(), name) == handed_over.end()) {
-      resources.asked(command) = std::numeric_limits<double>::quiet_NaN();
+      resources.asked(command) = resources.command_description(command).initial;
     } else {
       resources.asked(command) = resources.applied(command);
     }
@@ -264,12 +278,14 @@ void ControllerManager::Impl::note_active() {
 
 void ControllerManager::Impl::restart(Time the_time) {
   const std::vector<LoadedController*> again = active;
-  for (LoadedController* c : again) deactivate(*c);
+  const std::vector<std::string> commands = stop_and_write(again);
   now = the_time;
-  const std::vector<std::string> commands = commands_of(again);
   resources.perform_switch({}, commands);
   resources.perform_switch(commands, {});
-  resources.read(now, period);
+  for (const auto& component : resources.components()) {
+    if (stopped && component->state == HardwareState::active) stop_component(*component);
+  }
+  resources.read_all(now);
   for (LoadedController* c : again) {
     if (const Status status = activate(*c, {}); !status) {
       resources.perform_switch({}, c->commands);

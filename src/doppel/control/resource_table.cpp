@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <cstring>
+#include <utility>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/thrown.h"
 
 namespace doppel {
 namespace {
@@ -26,14 +28,35 @@ std::string_view to_string(HardwareState state) {
       return "inactive";
     case HardwareState::active:
       return "active";
+    case HardwareState::finalized:
+      return "finalized";
   }
   return "unconfigured";
 }
 
-ResourceTable::Component& ResourceTable::add(std::unique_ptr<SystemInterface> system) {
+std::string_view to_string(PassiveJoint passive) {
+  switch (passive) {
+    case PassiveJoint::free:
+      return "free";
+    case PassiveJoint::hold:
+      return "held where they are";
+    case PassiveJoint::brake:
+      return "braked";
+  }
+  return "free";
+}
+
+ResourceTable::Component& ResourceTable::add(std::unique_ptr<HardwareComponent> hardware,
+                                             const HardwareDescription& description, int ticks_per_rw,
+                                             Duration tick) {
   auto component = std::make_unique<Component>();
-  component->state_descriptions = system->state_interfaces();
-  component->command_descriptions = system->command_interfaces();
+  component->name = description.name;
+  component->type = description.type.empty() ? "system" : description.type;
+  component->plugin = description.plugin;
+  component->ticks_per_rw = ticks_per_rw;
+  component->period = tick * ticks_per_rw;
+  component->state_descriptions = hardware->state_interfaces();
+  component->command_descriptions = hardware->command_interfaces();
   component->first_command = commands_.size();
   const auto enter = [&](const std::vector<InterfaceDescription>& offered, auto& index,
                          std::vector<Place>& places, std::vector<std::string>& names, const char* kind) {
@@ -42,7 +65,7 @@ ResourceTable::Component& ResourceTable::add(std::unique_ptr<SystemInterface> sy
       if (!index.emplace(names.back(), places.size()).second) {
         throw InputError("hardware.interface_twice", {},
                          fmt::format("the {} interface '{}' of hardware '{}' is offered already", kind,
-                                     names.back(), system->name()),
+                                     names.back(), component->name),
                          "offer it once, in one <ros2_control> element");
       }
       places.push_back({component.get(), i});
@@ -50,20 +73,18 @@ ResourceTable::Component& ResourceTable::add(std::unique_ptr<SystemInterface> sy
   };
   enter(component->state_descriptions, state_index_, states_, component->state_names, "state");
   enter(component->command_descriptions, command_index_, commands_, component->command_names, "command");
-  for (const auto& description : component->state_descriptions)
-    component->states.push_back(description.initial);
-  const std::size_t count = component->command_descriptions.size();
-  component->asked.assign(count, std::numeric_limits<double>::quiet_NaN());
+  for (const auto& state : component->state_descriptions) component->states.push_back(state.initial);
+  for (const auto& command : component->command_descriptions) component->asked.push_back(command.initial);
   component->applied = component->asked;
-  component->claimed_by.assign(count, "");
-  component->system = std::move(system);
+  component->claimed_by.assign(component->asked.size(), "");
+  component->hardware = std::move(hardware);
   components_.push_back(std::move(component));
   return *components_.back();
 }
 
 ResourceTable::Component* ResourceTable::find_component(std::string_view name) const {
   for (const auto& component : components_) {
-    if (component->system->name() == name) return component.get();
+    if (component->name == name) return component.get();
   }
   return nullptr;
 }
@@ -109,7 +130,7 @@ bool ResourceTable::command_available(std::size_t command) const {
   return commands_[command].component->state == HardwareState::active;
 }
 bool ResourceTable::state_available(std::size_t state) const {
-  return states_[state].component->state != HardwareState::unconfigured;
+  return states_[state].component->is_read();
 }
 const ResourceTable::Component& ResourceTable::component_of_command(std::size_t command) const {
   return *commands_[command].component;
@@ -130,16 +151,58 @@ std::string& ResourceTable::claimed_by(std::size_t command) {
   return commands_[command].component->claimed_by[commands_[command].index];
 }
 
-void ResourceTable::read(Time now, Duration period) {
+// Runs `call`, which answers a HardwareReturn; all but ok, and what is thrown, becomes the component's fault.
+template <class Call>
+void ResourceTable::guarded(Component& c, const char* during, const Call& call) noexcept {
+  HardwareReturn answer = HardwareReturn::error;
+  std::array<char, 200> thrown{};
+  try {
+    answer = call();
+  } catch (const std::exception& problem) {
+    std::strncpy(thrown.data(), problem.what(), thrown.size() - 1);
+  } catch (...) {
+    std::strncpy(thrown.data(), "it threw what is no std::exception", thrown.size() - 1);
+  }
+  if (answer == HardwareReturn::ok) return;
+  c.fault = {during, answer, thrown};
+  has_fault_ = true;
+}
+
+void ResourceTable::read(Component& c, Time now) {
+  if (!c.is_read() || c.fault.any()) return;
+  guarded(c, "read", [&] { return c.hardware->read(now, c.period, c.states); });
+}
+
+void ResourceTable::write(Component& c, Time now) {
+  if (stopped_ || c.state != HardwareState::active || c.fault.any()) return;
+  guarded(c, "write", [&] { return c.hardware->write(now, c.period, c.applied); });
+}
+
+void ResourceTable::read(Time now) {
   for (const auto& c : components_) {
-    if (c->state != HardwareState::unconfigured) c->system->read(now, period, c->states);
+    if (--c->ticks_to_rw <= 0) read(*c, now);
   }
 }
 
-void ResourceTable::write(Time now, Duration period) {
+void ResourceTable::write(Time now) {
   for (const auto& c : components_) {
-    if (c->state == HardwareState::active) c->system->write(now, period, c->applied);
+    if (c->ticks_to_rw > 0) continue;
+    c->ticks_to_rw = c->ticks_per_rw;
+    write(*c, now);
   }
+}
+
+void ResourceTable::read_all(Time now) {
+  for (const auto& c : components_) read(*c, now);
+}
+
+std::vector<std::pair<ResourceTable::Component*, HardwareFault>> ResourceTable::take_faults() {
+  std::vector<std::pair<Component*, HardwareFault>> out;
+  for (const auto& c : components_) {
+    if (c->fault.any()) out.emplace_back(c.get(), std::exchange(c->fault, {}));
+  }
+  has_fault_ = false;
+  return out;
 }
 
 Status ResourceTable::for_each_concerned(std::span<const std::string> start,
@@ -153,24 +216,40 @@ Status ResourceTable::for_each_concerned(std::span<const std::string> start,
       }
       return out;
     };
+    if (!component->is_read()) continue;
     const auto own_start = own(start), own_stop = own(stop);
     if (own_start.empty() && own_stop.empty()) continue;
-    if (Status status = action(*component->system, own_start, own_stop); !status) return status;
+    if (Status status = action(*component, own_start, own_stop); !status) return status;
   }
   return {};
 }
 
 Status ResourceTable::prepare_switch(std::span<const std::string> start, std::span<const std::string> stop) {
-  return for_each_concerned(start, stop, [](SystemInterface& system, auto begin, auto end) {
-    Status status = system.prepare_switch(begin, end);
+  return for_each_concerned(start, stop, [](Component& c, auto begin, auto end) {
+    Status status;
+    try {
+      status = c.hardware->prepare_switch(begin, end);
+    } catch (...) {
+      status = Status::refused(thrown_text());
+    }
     if (status) return status;
-    return Status::refused(fmt::format("hardware '{}' refuses the switch: {}", system.name(), status.why()));
+    return Status::refused(fmt::format("hardware '{}' refuses the switch: {}", c.name, status.why()));
   });
 }
 
 void ResourceTable::perform_switch(std::span<const std::string> start, std::span<const std::string> stop) {
-  static_cast<void>(for_each_concerned(start, stop, [](SystemInterface& system, auto begin, auto end) {
-    system.perform_switch(begin, end);
+  static_cast<void>(for_each_concerned(start, stop, [this](Component& c, auto begin, auto end) {
+    guarded(c, "the switch of controllers", [&] {
+      c.hardware->perform_switch(begin, end);
+      return HardwareReturn::ok;
+    });
+    return Status{};
+  }));
+}
+
+void ResourceTable::write_last(Time now, std::span<const std::string> commands) {
+  static_cast<void>(for_each_concerned({}, commands, [&](Component& c, auto, auto) {
+    write(c, now);
     return Status{};
   }));
 }

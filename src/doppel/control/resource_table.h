@@ -1,8 +1,9 @@
 #pragma once
 // The hardware components and their interfaces: who offers what, who holds which command. Addresses of values
 // stay valid for the table's life. Commands are kept twice: as controllers wrote them, and as they went out
-// after the limits.
+// after the limits. What a component throws ends here, as a fault of that component.
 
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -16,23 +17,38 @@
 
 namespace doppel {
 
-enum class HardwareState { unconfigured, inactive, active };
-std::string_view to_string(HardwareState state);
+// A read, write or switch of a component that was not ok, until somebody between the ticks deals with it.
+struct HardwareFault {
+  const char* during = nullptr;  // "read"; null: none
+  HardwareReturn answer = HardwareReturn::ok;
+  std::array<char, 200> thrown{};  // what was thrown, cut off; empty: nothing was
+  [[nodiscard]] bool any() const { return during != nullptr; }
+};
 
 class ResourceTable {
  public:
   struct Component {
-    std::unique_ptr<SystemInterface> system;
+    std::string name, type, plugin;  // type: "system", "actuator", "sensor"
+    std::unique_ptr<HardwareComponent> hardware;
     HardwareState state = HardwareState::unconfigured;
     std::vector<InterfaceDescription> state_descriptions, command_descriptions;
     std::vector<std::string> state_names, command_names;  // full names
     std::vector<double> states, asked, applied;           // asked: by controllers; applied: to the hardware
     std::vector<std::string> claimed_by;                  // of each command; empty: nobody
     std::size_t first_command = 0;                        // its index among all commands
+    int ticks_per_rw = 1, ticks_to_rw = 1;
+    Duration period{};  // of read and write
+    HardwareFault fault;
+    std::string why;  // it is not what it was started as, in words; empty: nothing has failed
+    [[nodiscard]] bool is_read() const {
+      return state == HardwareState::inactive || state == HardwareState::active;
+    }
   };
 
-  // Throws InputError where an interface is offered already. Returns the component, which is not active yet.
-  Component& add(std::unique_ptr<SystemInterface> system);
+  // `hardware` has been initialised; it is read and written every `ticks_per_rw` ticks of length `tick`.
+  // Throws InputError where an interface is offered already. Returns the component, unconfigured.
+  Component& add(std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
+                 int ticks_per_rw, Duration tick);
   [[nodiscard]] const std::vector<std::unique_ptr<Component>>& components() const { return components_; }
   [[nodiscard]] Component* find_component(std::string_view name) const;
 
@@ -55,13 +71,24 @@ class ResourceTable {
   [[nodiscard]] const double& state(std::size_t state) const;
   std::string& claimed_by(std::size_t command);
 
-  // In the loop.
-  void read(Time now, Duration period);
-  void write(Time now, Duration period);
+  // In the loop: those that are due. A component with a fault is left alone until it is cleared.
+  void read(Time now);
+  void write(Time now);
+  // Some component has a fault that nobody has dealt with.
+  [[nodiscard]] bool has_fault() const { return has_fault_; }
+  // Between ticks: everything, due or not.
+  void read_all(Time now);
+  // Hands out each component's fault, once.
+  [[nodiscard]] std::vector<std::pair<Component*, HardwareFault>> take_faults();
+
+  // While stopped, nothing is written.
+  void set_stopped(bool stopped) { stopped_ = stopped; }
 
   // Asks or tells each component concerned about a switch; full names of command interfaces.
   Status prepare_switch(std::span<const std::string> start, std::span<const std::string> stop);
   void perform_switch(std::span<const std::string> start, std::span<const std::string> stop);
+  // Writes the last commands of those whose claims are about to end.
+  void write_last(Time now, std::span<const std::string> commands);
 
  private:
   struct Place {
@@ -69,13 +96,18 @@ class ResourceTable {
     std::size_t index = 0;
   };
   using Action =
-      std::function<Status(SystemInterface&, std::span<const std::string>, std::span<const std::string>)>;
+      std::function<Status(Component&, std::span<const std::string>, std::span<const std::string>)>;
+  template <class Call>
+  void guarded(Component& component, const char* during, const Call& call) noexcept;
+  void read(Component& component, Time now);
+  void write(Component& component, Time now);
   Status for_each_concerned(std::span<const std::string> start, std::span<const std::string> stop,
                             const Action& action);
 
   std::vector<std::unique_ptr<Component>> components_;
   std::vector<Place> commands_, states_;
   std::map<std::string, std::size_t, std::less<>> command_index_, state_index_;
+  bool has_fault_ = false, stopped_ = false;
 };
 
 }  // namespace doppel

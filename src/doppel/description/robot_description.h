@@ -143,8 +143,12 @@ struct HardwareJointDescription {
 };
 
 struct HardwareDescription {
-  std::string name, type;  // type: "system", "actuator", "sensor"
-  std::string plugin;      // "gz_ros2_control/GazeboSimSystem"
+  std::string name, type;              // type: "system", "actuator", "sensor"
+  std::string plugin;                  // "gz_ros2_control/GazeboSimSystem"
+  std::string group;                   // components that fail together; empty: none
+  std::optional<double> rw_rate;       // Hz, of read and write; none: the controller manager's
+  bool is_async = false;               // read and written by a thread of its own
+  std::optional<int> thread_priority;  // of that thread, SCHED_FIFO
   std::vector<std::pair<std::string, std::string>> params;
   std::vector<HardwareJointDescription> joints, sensors, gpios;
   SourceLocation source, plugin_source;

@@ -123,14 +123,41 @@ bool read_bool(const XmlNode& node, Diagnostics& diagnostics) {
 
 }  // namespace
 
+namespace {
+
+// rw_rate, is_async and thread_priority; the newer form of the last is <properties><async thread_priority/>.
+void read_scheduling(const XmlNode& node, HardwareDescription& out, Diagnostics& diagnostics) {
+  UrdfReader read(diagnostics, "urdf.optional_value", "the controller manager's rate and thread are taken");
+  const XmlNode* properties = node.first("properties");
+  const XmlNode* async = properties == nullptr ? nullptr : properties->first("async");
+  out.rw_rate = read.number(node, "rw_rate");
+  if (out.rw_rate && !(*out.rw_rate > 0)) {
+    read.fault("urdf.optional_value", node.where,
+               fmt::format("the rw_rate of <ros2_control> '{}' is {:g} Hz", out.name, *out.rw_rate),
+               "give a rate above 0 Hz, or leave it out");
+    out.rw_rate.reset();
+  }
+  const std::string is_async = UrdfReader::optional(node, "is_async");
+  out.is_async = is_async == "true" || is_async == "True" || is_async == "1";
+  for (const XmlNode* from : {&node, async}) {
+    if (from == nullptr || from->find("thread_priority") == nullptr) continue;
+    if (const auto priority = read.number(*from, "thread_priority"))
+      out.thread_priority = static_cast<int>(*priority);
+  }
+}
+
+}  // namespace
+
 HardwareDescription read_hardware(const XmlNode& node, Diagnostics& diagnostics) {
   HardwareDescription out;
   out.name = UrdfReader::optional(node, "name");
   out.type = UrdfReader::optional(node, "type");
   out.source = out.plugin_source = node.where;
+  read_scheduling(node, out, diagnostics);
   for (const XmlNode& child : node.children) {
     if (child.is("hardware")) {
       out.params = read_params(child);
+      if (const XmlNode* group = child.first("group")) out.group = group->content();
       if (const XmlNode* plugin = child.first("plugin")) {
         out.plugin = plugin->content();
         out.plugin_source = plugin->where;

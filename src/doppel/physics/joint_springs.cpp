@@ -6,9 +6,18 @@
 #include <cmath>
 
 #include "doppel/kinematics/dynamics.h"
+#include "doppel/physics/limit_stop.h"
 #include "doppel/physics/step_scheme.h"
 
 namespace doppel {
+namespace {
+
+// Passes in which springs may come free of their bounds again; later ones only bind, so that they end.
+constexpr int kFreePasses = 4;
+// (step * natural frequency)^2 of a stop up to which a step resolves its rebound.
+constexpr double kResolved = 0.1;
+
+}  // namespace
 
 std::vector<Drive> make_drives(const ModelInstance& instance, const WorldSettings& settings) {
   const Model& model = *instance.model;
@@ -58,6 +67,30 @@ std::vector<JointSpring> make_stops(const Model& model) {
     if (std::isfinite(joint.upper)) out.push_back(stop);
   }
   return out;
+}
+
+bool meet_stop(JointSpring& stop, double q) {
+  const double beyond = stop.low < 0 ? q - stop.reference : stop.reference - q;
+  const bool was_on = stop.on;
+  stop.on = beyond > 0;
+  return stop.on && !was_on;
+}
+
+void hit_stop(JointSpring& stop, double restitution, double inertia, double h) {
+  const double ratio = damping_ratio_of(restitution);
+  stop.bound = 0;
+  stop.damping = 2.0 * ratio * std::sqrt(stop.stiffness * inertia);
+  // Stiffer than the step resolves: the joint has come as deep as speed times step, and the spring of the
+  // next step, which is explicit, gives back no more than stiffness * depth / damping.
+  if (stop.stiffness * h * h > kResolved * inertia)
+    stop.damping = std::max(stop.damping, stop.stiffness * h / restitution_of(ratio));
+}
+
+bool rebound(JointSpring& spring, double asked, int pass) {
+  const int bound = bound_of(spring, asked);
+  if (bound == spring.bound || (pass >= kFreePasses && spring.bound != 0)) return false;
+  spring.bound = bound;
+  return true;
 }
 
 }  // namespace doppel

@@ -19,4 +19,15 @@ JointSpring spring_of_joint(const Model& model, int joint);
 // The stops at finite limits of joints with a stop_stiffness: lower then upper, in the model's order.
 std::vector<JointSpring> make_stops(const Model& model);
 
+// Whether the joint is beyond the stop now, which turns it on or off. True: it has just come there, so that
+// hit_stop() is to follow.
+bool meet_stop(JointSpring& stop, double q);
+// The damping that gives back `restitution` to the inertia that the joint moves (its mimics with it, and what
+// drives hold stiff), kg m^2 or kg, in steps of `h` seconds.
+void hit_stop(JointSpring& stop, double restitution, double inertia, double h);
+
+// After a step in which the unbounded law asked for `asked`. True: the spring has met or left a bound, and
+// the step is to be taken again; `pass` counts how often it was.
+bool rebound(JointSpring& spring, double asked, int pass);
+
 }  // namespace doppel

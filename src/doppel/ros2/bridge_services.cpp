@@ -7,8 +7,9 @@
 namespace doppel::ros2 {
 namespace {
 
-constexpr std::size_t kMostCalls = 64;               // of one service, unanswered: more wait in DDS' history
-constexpr std::chrono::milliseconds kPatience{100};  // with them, as rmw_fastrtps has
+constexpr std::size_t kMostCalls = 64;  // of one service, unanswered: more wait in DDS' history
+// How long an answer waits for its client's reader: to be known here, and then to be in step.
+constexpr std::chrono::milliseconds kPatience{2000}, kSettling{50};
 
 }  // namespace
 
@@ -61,7 +62,7 @@ void BridgedServices::finish(const Key& key, const Served& served, const SampleI
   if (*served.calls > 0) --*served.calls;
   if (!status) return refusals_.add(key.name, to.writer, status.why());
   const auto now = std::chrono::steady_clock::now();
-  Answer answer{served.server, to, std::move(response), now + kPatience, nullptr};
+  Answer answer{served.server, to, std::move(response), now, nullptr};
   if (respond(answer, now)) return;
   if (answers_.is_full()) {
     ++status_.unanswered;
@@ -73,11 +74,13 @@ void BridgedServices::finish(const Key& key, const Served& served, const SampleI
 
 // Whether it is done with, one way or the other.
 bool BridgedServices::respond(const Answer& answer, SteadyTime now) {
+  using Sent = ServiceServer::Sent;
   const auto server = answer.server.lock();
-  const auto sent =
-      server == nullptr ? ServiceServer::Sent::client_gone : server->respond(answer.to, answer.cdr);
-  if (sent == ServiceServer::Sent::not_yet_matched && now < answer.deadline) return false;
-  if (sent != ServiceServer::Sent::yes) ++status_.unanswered;
+  const auto waited = now - answer.made;
+  const auto when = waited < kSettling ? ServiceServer::When::in_step : ServiceServer::When::matched;
+  const auto sent = server == nullptr ? Sent::client_gone : server->respond(answer.to, answer.cdr, when);
+  if (sent == Sent::not_yet_in_step || (sent == Sent::not_yet_matched && waited < kPatience)) return false;
+  if (sent != Sent::yes) ++status_.unanswered;
   return true;
 }
 

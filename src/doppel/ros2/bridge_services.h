@@ -51,7 +51,7 @@ class BridgedServices {
     std::weak_ptr<ServiceServer> server;
     SampleIdentity to;
     Bytes cdr;
-    SteadyTime deadline;
+    SteadyTime made;
     std::shared_ptr<Backlog::Share> share;
   };
   void call(const Key& key, Served& served);

@@ -9,7 +9,7 @@ namespace {
 
 // DDSI-RTPS 2.5, 8.3.3 and 9.4.5.
 constexpr std::size_t kHeaderSize = 20, kPrefixAt = 8, kPrefixSize = 12, kSubmessageHeaderSize = 4;
-constexpr std::uint8_t kPad = 0x01, kGap = 0x08, kHeartbeat = 0x07, kInfoTimestamp = 0x09, kData = 0x15,
+constexpr std::uint8_t kPad = 0x01, kAcknowledgement = 0x06, kGap = 0x08, kHeartbeat = 0x07, kInfoTimestamp = 0x09, kData = 0x15,
                        kDataFragment = 0x16;
 constexpr std::uint8_t kStatistics = 0x80;  // eProsima's own, behind each message of a Fast DDS peer
 constexpr std::uint8_t kLittleEndian = 0x01;
@@ -21,6 +21,8 @@ constexpr std::size_t kOffsetAt = 2, kOffsetFrom = 4, kDataWriterAt = 8, kDataSe
                       kLeastData = 20;
 constexpr std::size_t kWriterAt = 4, kFirstSequenceAt = 8, kSecondSequenceAt = 16, kHeartbeatCountAt = 24,
                       kLeastHeartbeat = 28, kLeastGap = 28;
+// In that of ACKNACK: the reader, the writer, and the first number that the reader may miss.
+constexpr std::size_t kAcknowledgedAt = 8, kLeastAcknowledgement = 24;
 // In that of DATA_FRAG.
 constexpr std::size_t kFirstFragmentAt = 20, kFragmentCountAt = 24, kFragmentSizeAt = 26, kSampleSizeAt = 28,
                       kLeastFragment = 32;
@@ -97,10 +99,19 @@ bool RtpsGuard::admits_gap(const Writer& writer, std::int64_t first, std::int64_
   return gaps_ <= kWidestGap && end - reached <= kLargestJump;
 }
 
+void RtpsGuard::note_acknowledgement(std::span<const std::uint8_t> body, bool little, const Writer& sender) {
+  if (body.size() < kLeastAcknowledgement || sequence(&body[kAcknowledgedAt], little) <= 0) return;
+  Acknowledgement& noted = acknowledgements_.emplace_back();
+  std::copy_n(sender.begin(), kPrefixSize, noted.reader.begin());
+  std::copy_n(body.begin(), 4, noted.reader.begin() + kPrefixSize);
+  std::copy_n(body.begin() + kWriterAt, 4, noted.writer.begin());
+}
+
 bool RtpsGuard::admits_submessage(std::uint8_t kind, std::uint8_t flags, std::span<const std::uint8_t> body,
                                   Writer& writer) {
   const bool little = (flags & kLittleEndian) != 0;
   const bool is_data = kind == kData || kind == kDataFragment;
+  if (kind == kAcknowledgement) note_acknowledgement(body, little, writer);
   if (!is_data && kind != kHeartbeat && kind != kGap) return true;
   const std::size_t least = kind == kHeartbeat ? kLeastHeartbeat : kLeastGap;
   if (is_data ? !is_possible_data(kind, flags, body) : body.size() < least) return false;
@@ -113,6 +124,7 @@ bool RtpsGuard::admits_submessage(std::uint8_t kind, std::uint8_t flags, std::sp
 }
 
 bool RtpsGuard::admits(std::span<const std::uint8_t> datagram) {
+  acknowledgements_.clear();
   if (datagram.size() < kHeaderSize || std::memcmp(datagram.data(), "RTPS", 4) != 0) return false;
   if (writers_.size() > kMostWriters) writers_.clear();
   gaps_ = 0;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <span>
+#include <vector>
 
 namespace doppel::ros2 {
 
@@ -20,6 +21,13 @@ constexpr std::int64_t kLargestLeap = std::int64_t{1} << 32;
 // which is shorter by far; of what lies before it their heartbeats tell.
 constexpr std::int64_t kWidestGap = 100'000;
 
+// What a reader has said to a writer of the participant that it was sent to: it knows how far that one is.
+struct Acknowledgement {
+  std::array<std::uint8_t, 16> reader{};
+  std::array<std::uint8_t, 4> writer{};  // its entity
+  friend bool operator==(const Acknowledgement&, const Acknowledgement&) = default;
+};
+
 // One thread at a time.
 class RtpsGuard {
  public:
@@ -29,6 +37,9 @@ class RtpsGuard {
   // sample says so, too (it has been out of reach for hours): the same once more, as of a recording, is not
   // enough.
   bool admits(std::span<const std::uint8_t> datagram);
+  // Those in the datagram that was looked at last. What a reader sends before it has heard of the writer's
+  // samples is none.
+  [[nodiscard]] std::span<const Acknowledgement> acknowledgements() const { return acknowledgements_; }
 
  private:
   using Writer = std::array<std::uint8_t, 16>;
@@ -48,7 +59,10 @@ class RtpsGuard {
   bool admits_gap(const Writer& writer, std::int64_t first, std::int64_t end);
 
   std::map<Writer, Progress> writers_;
+  void note_acknowledgement(std::span<const std::uint8_t> body, bool little, const Writer& sender);
+
   std::int64_t gaps_ = 0;  // numbers in those of the datagram that is looked at
+  std::vector<Acknowledgement> acknowledgements_;
 };
 
 }  // namespace doppel::ros2

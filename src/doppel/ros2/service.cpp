@@ -19,8 +19,9 @@ EndpointSpec reply_spec(const ServiceSpec& spec) {
 // would lose some of a burst of requests, whose clients then wait in vain.
 constexpr std::size_t kServerDepth = 1000;
 
-EndpointSpec deep(EndpointSpec spec) {
+EndpointSpec deep(EndpointSpec spec, bool answers) {
   spec.qos.depth = kServerDepth;
+  spec.answers = answers;
   return spec;
 }
 
@@ -32,8 +33,8 @@ bool is_reader(const Gid& gid) {
 }  // namespace
 
 ServiceServer::ServiceServer(Participant& participant, const ServiceSpec& spec)
-    : requests_(participant.make_reader(deep(request_spec(spec)))),
-      replies_(participant.make_writer(deep(reply_spec(spec)))) {}
+    : requests_(participant.make_reader(deep(request_spec(spec), false))),
+      replies_(participant.make_writer(deep(reply_spec(spec), true))) {}
 
 bool ServiceServer::take(Sample& request) {
   if (!requests_->take(request)) return false;
@@ -55,12 +56,15 @@ void ServiceServer::remember(const Gid& reply_reader, const Gid& request_writer)
   clients_.insert_or_assign(reply_reader, request_writer);
 }
 
-ServiceServer::Sent ServiceServer::respond(const SampleIdentity& to, std::span<const std::byte> cdr) {
+ServiceServer::Sent ServiceServer::respond(const SampleIdentity& to, std::span<const std::byte> cdr,
+                                           When when) {
   if (is_reader(to.writer) && !replies_->is_matched(to.writer)) {
     const auto client = clients_.find(to.writer);
     const bool is_there = client != clients_.end() && requests_->is_matched(client->second);
     return is_there ? Sent::not_yet_matched : Sent::client_gone;
   }
+  if (when == When::in_step && is_reader(to.writer) && !replies_->is_in_step(to.writer))
+    return Sent::not_yet_in_step;
   return replies_->write(cdr, &to) ? Sent::yes : Sent::not_yet_matched;
 }
 

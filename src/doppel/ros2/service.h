@@ -28,10 +28,12 @@ class ServiceServer {
   [[nodiscard]] const Writer& replies() const { return *replies_; }
   // `request.related` is made what respond() wants.
   bool take(Sample& request);
-  enum class Sent { yes, client_gone, not_yet_matched };
-  // not_yet_matched: the client's reader is not known yet, or the writer has no room for the moment; try
-  // again soon (rmw_fastrtps waits up to 100 ms).
-  Sent respond(const SampleIdentity& to, std::span<const std::byte> cdr);
+  enum class Sent { yes, client_gone, not_yet_matched, not_yet_in_step };
+  enum class When { matched, in_step };
+  // not_yet_matched: the client's reader is not known yet, or the writer has no room for the moment;
+  // not_yet_in_step: it is known, but may not have found this server's writer (Writer::is_in_step). Try again
+  // soon (rmw_fastrtps waits up to 100 ms for the match, and for no more than that).
+  Sent respond(const SampleIdentity& to, std::span<const std::byte> cdr, When when = When::matched);
 
  private:
   void remember(const Gid& reply_reader, const Gid& request_writer);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "doppel/control/joint_list.h"
+#include "doppel/control/rates.h"
 
 namespace doppel {
 namespace {
@@ -116,25 +117,53 @@ std::string quoted_names(const std::vector<std::string>& names) {
 
 }  // namespace
 
-ControlStack::ControlStack(Bus& bus, const RobotMachine& machine, Instance instance,
-                           const ControllerRegistry& registry, bool enforce_limits, const Log& log,
-                           Diagnostics& diagnostics)
+Duration period_in_steps(double rate, Duration step, const SourceLocation& where, Diagnostics& diagnostics) {
+  const int steps = whole_steps(rate, step);
+  const Duration period = step * steps;
+  if (differs(rate, rate_of(period))) {
+    diagnostics.warning(
+        "control.rate_rounded", where,
+        fmt::format("{:g} Hz does not divide the physics rate of {:g} Hz; the controller "
+                    "manager runs every {} step{}, at {:g} Hz",
+                    rate, rate_of(step), steps, steps == 1 ? "" : "s", rate_of(period)),
+        fmt::format("choose a rate that divides {:g}, or another physics step", rate_of(step)));
+  }
+  return period;
+}
+
+ControlStack::ControlStack(Bus& bus, const RobotMachine& machine, Instance instance, const Options& options,
+                           const Log& log, Diagnostics& diagnostics)
     : model_(machine.shared_model()),
+      first_model_(model_),
       controllers_(machine.setup().controllers),
       named_(machine.setup().controllers_named) {
-  ControllerManagerOptions options;
-  if (!machine.name_space().empty()) options.name_space = "/" + machine.name_space();
-  options.physics_step = instance.engine().world().settings().step;
-  options.enforce_limits = enforce_limits;
-  manager_ =
-      std::make_unique<ControllerManager>(bus, *model_, registry, &controllers_, options, log, diagnostics);
-  Unique unique(diagnostics);
-  for (const HardwareDescription& hardware : machine.hardware()) {
-    auto system = std::make_unique<SimulatedHardware>(unique.of(hardware), instance, diagnostics);
-    hardware_.push_back(system.get());
-    manager_->add_hardware(std::move(system));
-  }
+  ControllerManagerOptions of_manager;
+  if (!machine.name_space().empty()) of_manager.name_space = "/" + machine.name_space();
+  of_manager.choose_period = [step = instance.engine().world().settings().step](double rate, const SourceLocation& where,
+                                                               Diagnostics& findings) {
+    return period_in_steps(rate, step, where, findings);
+  };
+  of_manager.enforce_limits = options.enforce_limits;
+  manager_ = std::make_unique<ControllerManager>(bus, *model_, options.controllers, &controllers_, of_manager,
+                                                 log, diagnostics);
+  add_hardware(machine, instance, options, diagnostics);
   diagnostics.throw_if_errors();
+}
+
+void ControlStack::add_hardware(const RobotMachine& machine, Instance instance, const Options& options,
+                                Diagnostics& diagnostics) {
+  HardwareRegistry registry = options.hardware;
+  register_simulated_hardware(registry, instance);
+  Unique unique(diagnostics);
+  for (const HardwareDescription& as_written : machine.hardware()) {
+    const HardwareRegistry::Type* type = registry.find(as_written.plugin);
+    const bool real = type != nullptr && type->kind == HardwareKind::real;
+    report_plugin(as_written, real, diagnostics);
+    if (type == nullptr || (real && options.rehearsal)) type = registry.find(kSimulatedPlugin);
+    std::unique_ptr<HardwareComponent> component = type->make();
+    if (auto* simulated = dynamic_cast<SimulatedHardware*>(component.get())) simulated_.push_back(simulated);
+    manager_->add_hardware(std::move(component), unique.of(as_written), diagnostics);
+  }
 }
 
 void ControlStack::start(const ControllerWish& wish, const Log& log) {
@@ -159,6 +188,7 @@ void ControlStack::start(const ControllerWish& wish, const Log& log) {
     if (const Status configured = manager_->configure(name); !configured) log.warning(name, configured.why());
   }
   if (wish.what_fits) hold_the_rest(wish, log);
+  if (wish.stopped) manager_->stop("the machine before the edit");
 }
 
 bool ControlStack::make(const GeneratedController& controller, bool active, const Log& log) {
@@ -260,8 +290,10 @@ ControllerWish ControlStack::wish_of(const std::vector<std::string>& activate) c
 ControllerWish ControlStack::present_wish() const {
   ControllerWish wish;
   wish.what_fits = what_fits_;
+  wish.stopped = manager_->is_stopped();
   for (const ControllerView& controller : manager_->controllers()) {
-    const bool active = controller.state == ControllerState::active;
+    const bool active = controller.state == ControllerState::active ||
+                        among(manager_->stopped_controllers(), controller.name);
     const auto made = std::find_if(generated_.begin(), generated_.end(),
                                    [&](const GeneratedController& g) { return g.name == controller.name; });
     if (made == generated_.end()) {
@@ -294,7 +326,7 @@ void ControlStack::take_over(const RobotMachine& machine, const Instance& before
 }
 
 void ControlStack::rebind(Instance instance) {
-  for (SimulatedHardware* hardware : hardware_) hardware->rebind(instance);
+  for (SimulatedHardware* hardware : simulated_) hardware->rebind(instance);
 }
 
 }  // namespace doppel

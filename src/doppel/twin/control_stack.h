@@ -1,7 +1,6 @@
 #pragma once
-// The controller manager with its simulated hardware, for one robot. It shares the model and has a copy of the
-// YAML, so that another machine with the same structure can take the first one's place under running
-// controllers.
+// The controller manager with its hardware, for one robot. It shares the model and has a copy of the YAML, so
+// that another machine with the same structure can take the first one's place under running controllers.
 
 #include <memory>
 #include <string>
@@ -31,13 +30,26 @@ struct ControllerWish {
   // nothing drove. Both stay as they were.
   std::vector<GeneratedController> idle;
   std::vector<std::string> released;
+  bool stopped = false;  // the emergency stop is on
 };
+
+// The period for a rate in Hz in whole physics steps; what has to be rounded is a warning at `where`.
+Duration period_in_steps(double rate, Duration step, const SourceLocation& where, Diagnostics& diagnostics);
 
 class ControlStack {
  public:
-  // Throws InputError for what is wrong in the YAML or among the interfaces.
-  ControlStack(Bus& bus, const RobotMachine& machine, Instance instance, const ControllerRegistry& registry,
-               bool enforce_limits, const Log& log, Diagnostics& diagnostics);
+  // What plugins offer, and what of it is wanted.
+  struct Options {
+    const ControllerRegistry& controllers;
+    const HardwareRegistry& hardware;  // the simulation's own are added to them
+    bool enforce_limits = true;
+    bool rehearsal = false;  // real hardware is simulated: its ports belong to the machine that runs
+  };
+  // Throws InputError for what is wrong in the YAML or among the interfaces. Each component of the
+  // description is made by what is registered for its plugin's name, and simulated where nothing is; a note
+  // says so.
+  ControlStack(Bus& bus, const RobotMachine& machine, Instance instance, const Options& options,
+               const Log& log, Diagnostics& diagnostics);
 
   // Throws InputError; nothing is active then. Where `wish.what_fits`, nothing is refused: a
   // joint_state_broadcaster is added where none runs, and a joint_trajectory_controller over the joints that
@@ -60,6 +72,8 @@ class ControlStack {
   [[nodiscard]] const Model& model() const { return *model_; }
 
  private:
+  void add_hardware(const RobotMachine& machine, Instance instance, const Options& options,
+                    Diagnostics& diagnostics);
   void hold_the_rest(const ControllerWish& wish, const Log& log);
   void hold(GeneratedController wanted, const Log& log);
   // As it was before an edit, with those of its joints that are still there.
@@ -67,14 +81,15 @@ class ControlStack {
   // Whether it runs now, or is inactive where it is not to be active; a warning says why not.
   bool make(const GeneratedController& controller, bool active, const Log& log);
 
-  std::shared_ptr<const Model> model_;
+  // The second one is what the hardware was initialised with, which may point to it for ever.
+  std::shared_ptr<const Model> model_, first_model_;
   ParameterFile controllers_;
   bool named_;              // by the user
   bool what_fits_ = false;  // of the wish that it was started with
   std::vector<GeneratedController> generated_;
   std::vector<std::string> left_out_;  // that the file declares; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;
-  std::vector<SimulatedHardware*> hardware_;
+  std::vector<SimulatedHardware*> simulated_;
 };
 
 }  // namespace doppel

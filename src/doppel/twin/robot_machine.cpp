@@ -107,7 +107,6 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
               "simulated interfaces instead");
     return {generated_hardware(model)};
   }
-  for (const auto& hardware : robot.hardware) report_plugin(hardware, diagnostics);
   return robot.hardware;
 }
 

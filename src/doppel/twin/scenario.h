@@ -20,7 +20,7 @@ struct Scenario {
   std::optional<std::filesystem::path> world;  // a world file; none: empty, with ground
   std::string engine = kDefaultEngine;
   bool start_controllers = true;     // false: nothing is loaded, the joints are passive
-  std::vector<std::string> plugins;  // shared libraries with controllers
+  std::vector<std::string> plugins;  // shared libraries with controllers and hardware
   bool ideal = false;                // joints follow commands exactly, whatever they carry
   bool enforce_limits = true;
   RosArguments ros;                      // names, parameters: what stood behind --ros-args

@@ -19,87 +19,110 @@ constexpr std::array<std::string_view, 8> kSimulatorPlugins{"gz_ros2_control/Gaz
                                                             "mock_components/GenericSystem",
                                                             "fake_components/GenericSystem",
                                                             "topic_based_ros2_control/TopicBasedSystem",
-                                                            "doppel/SimulatedSystem"};
+                                                            kSimulatedPlugin};
 
 }  // namespace
 
-SimulatedHardware::SimulatedHardware(const HardwareDescription& description, Instance instance,
-                                     Diagnostics& diagnostics)
-    : name_(description.name), plugin_(description.plugin), instance_(instance) {
-  const Model& model = instance_.model();
-  std::vector<std::string> names;
-  for (const ModelJoint& joint : model.joints) names.push_back(joint.name);
-  const auto quantity = [](const std::string& interface) {
-    if (interface == kPosition) return Quantity::position;
-    if (interface == kVelocity) return Quantity::velocity;
-    if (interface == kEffort) return Quantity::effort;
-    return Quantity::constant;
-  };
-  for (const HardwareJointDescription& joint : description.joints) {
-    const int index = model.find_joint(joint.name);
-    if (index < 0) {
-      diagnostics.warning(
-          "ros2_control.unknown_joint", joint.source,
-          fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have; it is left "
-                      "out{}",
-                      name_, joint.name, did_you_mean(joint.name, names)),
-          "write the joint's name as its <joint> element has it, or remove the entry");
-      continue;
-    }
-    const ModelJoint& target = model.joints[static_cast<std::size_t>(index)];
-    if (!target.scalar()) {
-      diagnostics.warning(
-          "ros2_control.fixed_joint", joint.source,
-          fmt::format("<ros2_control> '{}' lists '{}', which cannot move by one number; it is left out",
-                      name_, joint.name),
-          "list revolute, continuous and prismatic joints only");
-      continue;
-    }
-    for (const HardwareInterfaceDescription& state : joint.state_interfaces) {
-      states_.push_back(
-          {{joint.name, state.name, state.initial_value.value_or(0.0)}, index, quantity(state.name)});
-    }
-    for (const HardwareInterfaceDescription& command : joint.command_interfaces) {
-      if (target.mimics()) {
-        diagnostics.warning(
-            "ros2_control.mimic_commanded", command.source,
-            fmt::format(
-                "'{}' follows '{}' (<mimic>) and takes no commands of its own; its {} command interface is "
-                "left out",
-                joint.name, model.joints[static_cast<std::size_t>(target.mimic_leader)].name, command.name),
-            "remove the <command_interface>, or the <mimic>");
-        continue;
-      }
-      if (quantity(command.name) == Quantity::constant) {
-        diagnostics.warning(
-            "ros2_control.unknown_interface", command.source,
-            fmt::format("the simulated '{}' has no command interface '{}' (position, velocity and "
-                        "effort are there); it is left out",
-                        joint.name, command.name));
-        continue;
-      }
-      commands_.push_back({{joint.name, command.name, std::nan("")}, index, quantity(command.name)});
-    }
-  }
-  for (const auto* extra : {&description.sensors, &description.gpios}) {
-    for (const HardwareJointDescription& part : *extra) {
-      for (const HardwareInterfaceDescription& state : part.state_interfaces) {
-        states_.push_back(
-            {{part.name, state.name, state.initial_value.value_or(0.0)}, -1, Quantity::constant});
-      }
-      for (const HardwareInterfaceDescription& command : part.command_interfaces) {
-        commands_.push_back(
-            {{part.name, command.name, command.initial_value.value_or(0.0)}, -1, Quantity::constant});
-      }
-    }
+void register_simulated_hardware(HardwareRegistry& registry, Instance robot) {
+  for (const std::string_view plugin : kSimulatorPlugins) {
+    registry.add(std::string(plugin), HardwareKind::simulated,
+                 [robot] { return std::make_unique<SimulatedHardware>(robot); });
   }
 }
 
-void SimulatedHardware::rebind(Instance instance) {
-  instance_ = instance;
-  for (const Interface& i : commands_) {
-    if (i.joint >= 0) choose_drive(i.joint);
+SimulatedHardware::Quantity SimulatedHardware::quantity_of(const std::string& interface) {
+  if (interface == kPosition) return Quantity::position;
+  if (interface == kVelocity) return Quantity::velocity;
+  if (interface == kEffort) return Quantity::effort;
+  return Quantity::constant;
+}
+
+Status SimulatedHardware::on_init(const HardwareInfo& info) {
+  for (const auto& [name, value] : info.description.params) {
+    if (name != "unclaimed") continue;  // the others are the plugin's that is simulated
+    const std::vector<std::string> known{"free", "hold", "brake"};
+    const auto found = std::find(known.begin(), known.end(), value);
+    if (found == known.end()) {
+      throw InputError("ros2_control.unclaimed", info.description.source,
+                       fmt::format("hardware '{}' says unclaimed: '{}'{}", info.description.name, value,
+                                   did_you_mean(value, known)),
+                       "write free, hold or brake");
+    }
+    unclaimed_ = std::array{PassiveJoint::free, PassiveJoint::hold,
+                            PassiveJoint::brake}[static_cast<std::size_t>(found - known.begin())];
   }
+  for (const HardwareJointDescription& joint : info.description.joints) add_joint(joint, info);
+  for (const auto* extra : {&info.description.sensors, &info.description.gpios}) {
+    for (const HardwareJointDescription& part : *extra) add_part(part);
+  }
+  return {};
+}
+
+void SimulatedHardware::add_joint(const HardwareJointDescription& joint, const HardwareInfo& info) {
+  const Model& model = info.model;
+  const std::string& name = info.description.name;
+  Diagnostics& diagnostics = info.diagnostics;
+  const int index = model.find_joint(joint.name);
+  if (index < 0) {
+    std::vector<std::string> names;
+    for (const ModelJoint& known : model.joints) names.push_back(known.name);
+    diagnostics.warning(
+        "ros2_control.unknown_joint", joint.source,
+        fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have; it is left "
+                    "out{}",
+                    name, joint.name, did_you_mean(joint.name, names)),
+        "write the joint's name as its <joint> element has it, or remove the entry");
+    return;
+  }
+  const ModelJoint& target = model.joints[static_cast<std::size_t>(index)];
+  if (!target.scalar()) {
+    diagnostics.warning(
+        "ros2_control.fixed_joint", joint.source,
+        fmt::format("<ros2_control> '{}' lists '{}', which cannot move by one number; it is left out", name,
+                    joint.name),
+        "list revolute, continuous and prismatic joints only");
+    return;
+  }
+  for (const HardwareInterfaceDescription& state : joint.state_interfaces) {
+    states_.push_back(
+        {{joint.name, state.name, state.initial_value.value_or(0.0)}, index, quantity_of(state.name)});
+  }
+  for (const HardwareInterfaceDescription& command : joint.command_interfaces) {
+    if (target.mimics()) {
+      diagnostics.warning(
+          "ros2_control.mimic_commanded", command.source,
+          fmt::format(
+              "'{}' follows '{}' (<mimic>) and takes no commands of its own; its {} command interface "
+              "is left out",
+              joint.name, model.joints[static_cast<std::size_t>(target.mimic_leader)].name, command.name),
+          "remove the <command_interface>, or the <mimic>");
+      continue;
+    }
+    if (quantity_of(command.name) == Quantity::constant) {
+      diagnostics.warning("ros2_control.unknown_interface", command.source,
+                          fmt::format("the simulated '{}' has no command interface '{}' (position, velocity "
+                                      "and effort are there); it is left out",
+                                      joint.name, command.name));
+      continue;
+    }
+    commands_.push_back({{joint.name, command.name, std::nan("")}, index, quantity_of(command.name)});
+    if (std::find(driven_.begin(), driven_.end(), index) == driven_.end()) driven_.push_back(index);
+  }
+}
+
+void SimulatedHardware::add_part(const HardwareJointDescription& part) {
+  for (const HardwareInterfaceDescription& state : part.state_interfaces) {
+    states_.push_back({{part.name, state.name, state.initial_value.value_or(0.0)}, -1, Quantity::constant});
+  }
+  for (const HardwareInterfaceDescription& command : part.command_interfaces) {
+    commands_.push_back(
+        {{part.name, command.name, command.initial_value.value_or(std::nan(""))}, -1, Quantity::constant});
+  }
+}
+
+void SimulatedHardware::rebind(Instance robot) {
+  robot_ = robot;
+  choose_drives();
 }
 
 std::vector<InterfaceDescription> SimulatedHardware::state_interfaces() const {
@@ -114,12 +137,29 @@ std::vector<InterfaceDescription> SimulatedHardware::command_interfaces() const 
   return out;
 }
 
-Status SimulatedHardware::deactivate() {
-  for (Interface& i : commands_) {
-    i.claimed = false;
-    if (i.joint >= 0) choose_drive(i.joint);
-  }
+Status SimulatedHardware::on_activate() {
+  active_ = true;
+  choose_drives();
   return {};
+}
+
+Status SimulatedHardware::on_deactivate() {
+  active_ = stopped_ = false;
+  for (Interface& i : commands_) i.claimed = false;
+  choose_drives();
+  return {};
+}
+
+// Each joint is held where it is now, whatever its drive was running to.
+void SimulatedHardware::on_stop() {
+  stopped_ = true;
+  for (const int joint : driven_) robot_.set_drive(joint, DriveMode::limp);
+  choose_drives();
+}
+
+void SimulatedHardware::on_stop_reset() {
+  stopped_ = false;
+  choose_drives();
 }
 
 Status SimulatedHardware::prepare_switch(std::span<const std::string> start,
@@ -145,12 +185,18 @@ void SimulatedHardware::perform_switch(std::span<const std::string> start,
     if (std::find(stop.begin(), stop.end(), full) != stop.end()) i.claimed = false;
     if (std::find(start.begin(), start.end(), full) != start.end()) i.claimed = true;
   }
-  for (const Interface& i : commands_) {
-    if (i.joint >= 0) choose_drive(i.joint);
+  choose_drives();
+}
+
+void SimulatedHardware::choose_drives() {
+  for (const int joint : driven_) {
+    const DriveMode mode = drive_of(joint);
+    if (robot_.drive(joint) != mode) robot_.set_drive(joint, mode);
   }
 }
 
-void SimulatedHardware::choose_drive(int joint) {
+DriveMode SimulatedHardware::drive_of(int joint) const {
+  if (stopped_) return DriveMode::position;
   DriveMode mode = DriveMode::limp;
   for (const Interface& i : commands_) {
     if (i.joint != joint || !i.claimed) continue;
@@ -158,23 +204,25 @@ void SimulatedHardware::choose_drive(int joint) {
     if (i.quantity == Quantity::velocity && mode != DriveMode::position) mode = DriveMode::velocity;
     if (i.quantity == Quantity::effort && mode == DriveMode::limp) mode = DriveMode::effort;
   }
-  if (instance_.drive(joint) != mode) instance_.set_drive(joint, mode);
+  if (mode != DriveMode::limp || !active_) return mode;
+  if (unclaimed_ == PassiveJoint::hold) return DriveMode::position;
+  return unclaimed_ == PassiveJoint::brake ? DriveMode::velocity : DriveMode::limp;
 }
 
-void SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
-  const auto q = instance_.q();
-  const auto v = instance_.v();
-  const auto effort = instance_.drive_effort();
+HardwareReturn SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
+  const auto q = robot_.q();
+  const auto v = robot_.v();
+  const auto effort = robot_.drive_effort();
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const Interface& s = states_[i];
     if (s.joint < 0) continue;
     const auto j = static_cast<std::size_t>(s.joint);
     switch (s.quantity) {
       case Quantity::position:
-        states[i] = q[static_cast<std::size_t>(instance_.model().joints[j].q)];
+        states[i] = q[static_cast<std::size_t>(robot_.model().joints[j].q)];
         break;
       case Quantity::velocity:
-        states[i] = v[static_cast<std::size_t>(instance_.model().joints[j].v)];
+        states[i] = v[static_cast<std::size_t>(robot_.model().joints[j].v)];
         break;
       case Quantity::effort:
         states[i] = effort[j];
@@ -183,25 +231,27 @@ void SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::span<double
         break;
     }
   }
+  return HardwareReturn::ok;
 }
 
-void SimulatedHardware::write(Time /*now*/, Duration /*period*/, std::span<const double> commands) {
+HardwareReturn SimulatedHardware::write(Time /*now*/, Duration /*period*/, std::span<const double> commands) {
   for (std::size_t i = 0; i < commands_.size(); ++i) {
     const Interface& c = commands_[i];
     if (!c.claimed || c.joint < 0 || !std::isfinite(commands[i])) continue;
-    const DriveMode mode = instance_.drive(c.joint);
+    const DriveMode mode = robot_.drive(c.joint);
     const bool drives = (c.quantity == Quantity::position && mode == DriveMode::position) ||
                         (c.quantity == Quantity::velocity && mode == DriveMode::velocity) ||
                         (c.quantity == Quantity::effort && mode == DriveMode::effort);
-    if (drives) instance_.set_target(c.joint, nearest_turn(c, commands[i]));
+    if (drives) robot_.set_target(c.joint, nearest_turn(c, commands[i]));
   }
+  return HardwareReturn::ok;
 }
 
 // A continuous joint takes the short way: whole turns are the same place.
 double SimulatedHardware::nearest_turn(const Interface& command, double value) const {
-  const ModelJoint& joint = instance_.model().joints[static_cast<std::size_t>(command.joint)];
+  const ModelJoint& joint = robot_.model().joints[static_cast<std::size_t>(command.joint)];
   if (joint.type != JointType::continuous || command.quantity != Quantity::position) return value;
-  const double q = instance_.q()[static_cast<std::size_t>(joint.q)];
+  const double q = robot_.q()[static_cast<std::size_t>(joint.q)];
   return q + std::remainder(value - q, 2.0 * std::numbers::pi);
 }
 
@@ -209,7 +259,7 @@ HardwareDescription generated_hardware(const Model& model) {
   HardwareDescription hardware;
   hardware.name = "GeneratedSystem";
   hardware.type = "system";
-  hardware.plugin = "doppel/SimulatedSystem";
+  hardware.plugin = kSimulatedPlugin;
   for (const ModelJoint& joint : model.joints) {
     if (!joint.scalar()) continue;
     HardwareJointDescription entry;
@@ -225,7 +275,12 @@ HardwareDescription generated_hardware(const Model& model) {
   return hardware;
 }
 
-void report_plugin(const HardwareDescription& hardware, Diagnostics& diagnostics) {
+void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics) {
+  if (real) {
+    diagnostics.note("ros2_control.plugin_real", hardware.plugin_source,
+                     fmt::format("'{}' drives real hardware here; it is not simulated", hardware.plugin));
+    return;
+  }
   const bool simulator = std::find(kSimulatorPlugins.begin(), kSimulatorPlugins.end(), hardware.plugin) !=
                          kSimulatorPlugins.end();
   if (simulator) {

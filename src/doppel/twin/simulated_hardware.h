@@ -1,37 +1,40 @@
 #pragma once
-// ros2_control's hardware, played by a physics engine: each <ros2_control> system of the description becomes
-// one of these. A claimed interface chooses the joint's drive (position before velocity before effort); an
-// unclaimed joint is limp.
+// ros2_control's hardware, played by a physics engine: each <ros2_control> component of the description that
+// no real hardware is registered for becomes one of these. A claimed interface chooses the joint's drive
+// (position before velocity before effort); what an unclaimed joint does, <param name="unclaimed"> says:
+// free (the default), hold or brake.
 
-#include <memory>
 #include <vector>
 
 #include "doppel/control/hardware.h"
+#include "doppel/control/hardware_registry.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
 #include "doppel/physics/engine.h"
 
 namespace doppel {
 
-class SimulatedHardware : public SystemInterface {
+class SimulatedHardware : public HardwareComponent {
  public:
-  // Joints that the model lacks are errors in `diagnostics`, fixed ones and commanded mimics warnings; they
-  // are left out.
-  SimulatedHardware(const HardwareDescription& description, Instance instance, Diagnostics& diagnostics);
+  explicit SimulatedHardware(Instance robot) : robot_(robot) {}
 
-  // Another instance of a model with the same joints takes over: what is claimed drives there, too.
-  void rebind(Instance instance);
+  // Another instance of a model with the same joints takes over: what drives here drives there, too.
+  void rebind(Instance robot);
 
-  [[nodiscard]] const std::string& name() const override { return name_; }
-  [[nodiscard]] const std::string& plugin() const override { return plugin_; }
+  // Joints that the model lacks, fixed ones and commanded mimics are warnings; they are left out. Throws
+  // InputError: an `unclaimed` that is none of the three.
+  Status on_init(const HardwareInfo& info) override;
   [[nodiscard]] std::vector<InterfaceDescription> state_interfaces() const override;
   [[nodiscard]] std::vector<InterfaceDescription> command_interfaces() const override;
-  Status activate() override { return {}; }
-  Status deactivate() override;
+  Status on_activate() override;
+  Status on_deactivate() override;
   Status prepare_switch(std::span<const std::string> start, std::span<const std::string> stop) override;
   void perform_switch(std::span<const std::string> start, std::span<const std::string> stop) override;
-  void read(Time now, Duration period, std::span<double> states) override;
-  void write(Time now, Duration period, std::span<const double> commands) override;
+  [[nodiscard]] PassiveJoint when_unclaimed() const override { return unclaimed_; }
+  void on_stop() override;
+  void on_stop_reset() override;
+  HardwareReturn read(Time now, Duration period, std::span<double> states) override;
+  HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
 
  private:
   enum class Quantity { position, velocity, effort, constant };
@@ -41,20 +44,33 @@ class SimulatedHardware : public SystemInterface {
     Quantity quantity = Quantity::constant;
     bool claimed = false;  // command interfaces only
   };
-  void choose_drive(int joint);
+  static Quantity quantity_of(const std::string& interface);
+  void add_joint(const HardwareJointDescription& joint, const HardwareInfo& info);
+  void add_part(const HardwareJointDescription& part);
+  void choose_drives();
+  [[nodiscard]] DriveMode drive_of(int joint) const;
   [[nodiscard]] double nearest_turn(const Interface& command, double value) const;
 
-  std::string name_, plugin_;
-  Instance instance_;
+  Instance robot_;
   std::vector<Interface> states_, commands_;
+  std::vector<int> driven_;  // joints with a command interface, each once
+  PassiveJoint unclaimed_ = PassiveJoint::free;
+  bool active_ = false, stopped_ = false;
 };
+
+// Registers it under the plugin names of the simulators.
+void register_simulated_hardware(HardwareRegistry& registry, Instance robot);
+
+// The plugin of a component that is made up where the description has none.
+inline constexpr const char* kSimulatedPlugin = "doppel/SimulatedSystem";
 
 // A system for a description without <ros2_control>: position commands, position, velocity and effort states
 // for every driven joint, and states of the mimics.
 HardwareDescription generated_hardware(const Model& model);
 
-// What the plugin's name means to doppel; a note or a warning for the user says so.
-void report_plugin(const HardwareDescription& hardware, Diagnostics& diagnostics);
+// What the plugin's name means to doppel; a note or a warning for the user says so. `real`: what is
+// registered under it drives real hardware.
+void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics);
 
 // q with every position state interface's initial_value written into `q`; values outside the limits are
 // warnings.

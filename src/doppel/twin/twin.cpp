@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "doppel/control/plugin_library.h"
 #include "doppel/twin/clock_publisher.h"
 #include "doppel/twin/contact_publisher.h"
 #include "doppel/twin/entity_mesh.h"
@@ -39,8 +40,9 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
            .report = [&the_log](const std::string& problem) { the_log.error("bus", problem); }}),
       machine(std::make_unique<Machine>(scenario, diagnostics)) {
   follow_wall(machine->engine->time());
-  registry = ControllerRegistry::with_builtin();
-  for (const std::string& plugin : scenario.plugins) registry.load_library(plugin);
+  controllers = ControllerRegistry::with_builtin();
+  hardware = HardwareRegistry::with_builtin();
+  for (const std::string& plugin : scenario.plugins) load_plugin_library(plugin, controllers, hardware);
   for (const auto& robot : machine->robots)
     robots.push_back(make_robot(robot, std::nullopt, diagnostics));
   renew_handles();
@@ -67,7 +69,7 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const RobotMac
                      "leave __ns away, and give each robot its namespace: --robot TARGET:NAMESPACE");
   }
   const Instance instance = instance_of(*machine->engine, *robot);
-  auto made = std::make_unique<TwinRobot>(TwinRobot::Surroundings{bus, registry, scenario, log, statics},
+  auto made = std::make_unique<TwinRobot>(TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, statics},
                                           std::move(robot), instance, std::move(past), diagnostics);
   made->control_at_once(count);
   return made;
@@ -186,6 +188,7 @@ void Twin::Impl::publish_state() {
 void Twin::Impl::between_steps() {
   bus.set_now(machine->engine->time());
   follow_wall(machine->engine->time());
+  for (const auto& robot : robots) robot->settle(machine->engine->time());
   bus.spin();
   notice_instances();
   const Time now = machine->engine->time();  // what came in may have set it back

@@ -62,7 +62,8 @@ struct Twin::Impl {
   const Scenario scenario;
   const Log& log;
   Bus bus;
-  ControllerRegistry registry;
+  ControllerRegistry controllers;
+  HardwareRegistry hardware;
   std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();
   TimeControl time_control;
   std::unique_ptr<Machine> machine;
@@ -100,7 +101,7 @@ struct Twin::Newcomer {
 // A robot on a bus and in a world of its own: its controllers and publishers refuse here what they refuse.
 // Throws InputError.
 void rehearse(const RobotMachine& machine, Instance instance, const Scenario& scenario,
-              const ControllerRegistry& registry, const std::function<void(ControlStack&, const Log&)>& start,
-              Diagnostics& diagnostics);
+              const ControllerRegistry& controllers, const HardwareRegistry& hardware,
+              const std::function<void(ControlStack&, const Log&)>& start, Diagnostics& diagnostics);
 
 }  // namespace doppel

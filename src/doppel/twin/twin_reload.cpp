@@ -71,11 +71,12 @@ void start_in_rehearsal(ControlStack& control, const Log& quiet, const Controlle
 }  // namespace
 
 void rehearse(const RobotMachine& machine, Instance instance, const Scenario& scenario,
-              const ControllerRegistry& registry, const std::function<void(ControlStack&, const Log&)>& start,
-              Diagnostics& diagnostics) {
+              const ControllerRegistry& controllers, const HardwareRegistry& hardware,
+              const std::function<void(ControlStack&, const Log&)>& start, Diagnostics& diagnostics) {
   Bus bus({.names = scenario.ros.names, .sim_time = !scenario.wall_stamps});
   const Log quiet;
-  ControlStack control(bus, machine, instance, registry, scenario.enforce_limits, quiet, diagnostics);
+  const ControlStack::Options with{controllers, hardware, scenario.enforce_limits, /*rehearsal=*/true};
+  ControlStack control(bus, machine, instance, with, quiet, diagnostics);
   start(control, quiet);
   // What publishes its state may refuse, too.
   StatePublisher::Options options;
@@ -200,7 +201,8 @@ std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Run
       wish = renewed(ran->second, control.manager().declared_controllers(), impl_->scenario, robot->asked());
       start_in_rehearsal(control, quiet, ran->second, wish);
     };
-    rehearse(*robot, instance_of(*fresh->machine->engine, *robot), impl_->scenario, impl_->registry, start,
+    rehearse(*robot, instance_of(*fresh->machine->engine, *robot), impl_->scenario, impl_->controllers,
+             impl_->hardware, start,
              diagnostics);
   }
   fresh->machine->engine->reset();

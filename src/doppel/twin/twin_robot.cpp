@@ -110,8 +110,9 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const RobotMach
   own_log_.add_sink([&log = around_.log, name_space = name_space()](const LogLine& line) {
     log.line(line.severity, name_space + "/" + line.origin, line.text);
   });
-  control_ = std::make_unique<ControlStack>(around_.bus, *machine_, instance_, around_.registry,
-                                            around_.scenario.enforce_limits, log(), diagnostics);
+  const ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits};
+  control_ = std::make_unique<ControlStack>(around.bus, *machine_, instance_, options, log(), diagnostics);
+  steps_per_tick_ = static_cast<std::uint64_t>(control_->manager().period() / step());
 }
 
 void TwinRobot::make_publishers() {

@@ -41,7 +41,8 @@ class TwinRobot {
   // Of its twin; all of it outlives the robot.
   struct Surroundings {
     Bus& bus;
-    const ControllerRegistry& registry;
+    const ControllerRegistry& controllers;
+    const HardwareRegistry& hardware;
     const Scenario& scenario;
     const Log& log;
     std::shared_ptr<StaticTransforms> statics;
@@ -68,6 +69,7 @@ class TwinRobot {
   // A machine of the same structure takes over; controllers go on. Publishers are to be made anew then.
   void take_over(std::shared_ptr<const RobotMachine> machine, Instance now);
   void rebind(Instance instance);
+  void settle(Time now) { control_->manager().settle(now); }  // before what came in runs
   void between_steps(Time now);
   void reset(Time now);    // controllers hold where the robot stands
   void restart(Time now) { control_->manager().restart(now); }  // the same, while time goes on
@@ -78,7 +80,7 @@ class TwinRobot {
   [[nodiscard]] bool control_due(std::uint64_t step) const { return step >= next_tick_; }
   void tick_control(std::uint64_t step, Time now) {
     control_->manager().tick(now);
-    next_tick_ = step + static_cast<std::uint64_t>(control_->manager().steps_per_tick());
+    next_tick_ = step + steps_per_tick_;
   }
   void control_at_once(std::uint64_t step) { next_tick_ = step; }
   void before_step(Time now) { ticks_.before_step(now); }
@@ -121,7 +123,7 @@ class TwinRobot {
   std::unique_ptr<ControlStack> control_;
   Past past_;
   TickList ticks_;
-  std::uint64_t next_tick_ = 0;
+  std::uint64_t steps_per_tick_ = 1, next_tick_ = 0;
   Time next_housekeeping_ = Time::min();
 };
 

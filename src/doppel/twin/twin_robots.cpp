@@ -62,7 +62,7 @@ std::shared_ptr<Twin::Newcomer> Twin::prepare_robot(const std::shared_ptr<const 
   const auto start = [&](ControlStack& control, const Log& quiet) {
     if (twin.scenario.start_controllers) control.start(control.wish_of(robot.activate), quiet);
   };
-  rehearse(*machine, instance, twin.scenario, twin.registry, start, diagnostics);
+  rehearse(*machine, instance, twin.scenario, twin.controllers, twin.hardware, start, diagnostics);
   auto newcomer = std::make_shared<Newcomer>();
   newcomer->machine = machine;
   return newcomer;

@@ -36,18 +36,60 @@ FakeHardware::FakeHardware(FakeHardwareOptions options) : options_(std::move(opt
   }
   for (const auto& command : commands_) command_joint_.push_back(index_of(options_.joints, command.prefix));
   last_.assign(commands_.size(), kNaN);
+  at_release_ = last_;
   claimed_.assign(commands_.size(), false);
 }
 
-Status FakeHardware::activate() {
-  if (!refuse_activation.empty()) return Status::refused(refuse_activation);
-  active = true;
+HardwareDescription FakeHardware::description() const {
+  HardwareDescription out;
+  out.name = options_.name;
+  out.type = "system";
+  out.plugin = "doppel/FakeSystem";
+  out.rw_rate = options_.rw_rate;
+  return out;
+}
+
+Status FakeHardware::called(const char* what) {
+  calls.emplace_back(what);
+  if (throw_in == what) throw std::runtime_error("lost the port");
   return {};
 }
 
-Status FakeHardware::deactivate() {
+Status FakeHardware::on_init(const HardwareInfo& /*info*/) {
+  return called("on_init");
+}
+Status FakeHardware::on_configure() {
+  return called("on_configure");
+}
+Status FakeHardware::on_cleanup() {
+  return called("on_cleanup");
+}
+Status FakeHardware::on_shutdown() {
+  return called("on_shutdown");
+}
+void FakeHardware::on_stop() {
+  static_cast<void>(called("on_stop"));
+}
+void FakeHardware::on_stop_reset() {
+  static_cast<void>(called("on_stop_reset"));
+}
+
+Status FakeHardware::on_activate() {
+  if (!refuse_activation.empty()) return Status::refused(refuse_activation);
+  Status status = called("on_activate");
+  active = true;
+  return status;
+}
+
+Status FakeHardware::on_deactivate() {
   active = false;
-  return {};
+  return called("on_deactivate");
+}
+
+Status FakeHardware::on_error() {
+  active = false;
+  static_cast<void>(called("on_error"));
+  return refuse_recovery ? Status::refused("it is burnt") : Status{};
 }
 
 Status FakeHardware::prepare_switch(std::span<const std::string> /*start*/,
@@ -56,11 +98,14 @@ Status FakeHardware::prepare_switch(std::span<const std::string> /*start*/,
 }
 
 void FakeHardware::perform_switch(std::span<const std::string> start, std::span<const std::string> stop) {
+  if (throw_in == "perform_switch") throw std::runtime_error("lost the port");
   const auto mark = [this](std::span<const std::string> names, bool claimed_now, const char* sign) {
     for (const std::string& full_name : names) {
       switches.push_back(sign + full_name);
       for (std::size_t i = 0; i < commands_.size(); ++i) {
-        if (commands_[i].full_name() == full_name) claimed_[i] = claimed_now;
+        if (commands_[i].full_name() != full_name) continue;
+        claimed_[i] = claimed_now;
+        if (!claimed_now) at_release_[i] = last_[i];
       }
     }
   };
@@ -68,8 +113,10 @@ void FakeHardware::perform_switch(std::span<const std::string> start, std::span<
   mark(start, true, "+");
 }
 
-void FakeHardware::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
+HardwareReturn FakeHardware::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
   ++reads;
+  if (throw_in == "read") throw std::runtime_error("lost the port");
+  if (read_answer != HardwareReturn::ok) return read_answer;
   for (std::size_t i = 0; i < states_.size(); ++i) {
     if (state_joint_[i] == kNone) {
       states[i] = extra_[i];
@@ -82,6 +129,7 @@ void FakeHardware::read(Time /*now*/, Duration /*period*/, std::span<double> sta
     if (what == kAcceleration) states[i] = j.acceleration;
     if (what == kEffort) states[i] = j.effort;
   }
+  return HardwareReturn::ok;
 }
 
 void FakeHardware::follow(Joint& j, const std::string& interface, double command, double dt) const {
@@ -106,8 +154,10 @@ void FakeHardware::follow(Joint& j, const std::string& interface, double command
   }
 }
 
-void FakeHardware::write(Time /*now*/, Duration period, std::span<const double> commands) {
+HardwareReturn FakeHardware::write(Time /*now*/, Duration period, std::span<const double> commands) {
   ++writes;
+  if (throw_in == "write") throw std::runtime_error("lost the port");
+  if (write_answer != HardwareReturn::ok) return write_answer;
   const double dt = to_seconds(period);
   for (std::size_t i = 0; i < commands_.size(); ++i) {
     last_[i] = commands[i];
@@ -121,6 +171,7 @@ void FakeHardware::write(Time /*now*/, Duration period, std::span<const double> 
         extra_[s] = commands[i];
     }
   }
+  return HardwareReturn::ok;
 }
 
 FakeHardware::Joint& FakeHardware::joint(const std::string& joint_name) {
@@ -155,6 +206,13 @@ double FakeHardware::velocity(const std::string& joint_name) const {
 double FakeHardware::last_command(const std::string& full_name) const {
   for (std::size_t i = 0; i < commands_.size(); ++i) {
     if (commands_[i].full_name() == full_name) return last_[i];
+  }
+  throw std::logic_error("the fake hardware has no command interface '" + full_name + "'");
+}
+
+double FakeHardware::command_at_release(const std::string& full_name) const {
+  for (std::size_t i = 0; i < commands_.size(); ++i) {
+    if (commands_[i].full_name() == full_name) return at_release_[i];
   }
   throw std::logic_error("the fake hardware has no command interface '" + full_name + "'");
 }

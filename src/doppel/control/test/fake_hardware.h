@@ -3,6 +3,7 @@
 // first order lag, or beside it by an offset. Failures can be ordered.
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,24 +19,34 @@ struct FakeHardwareOptions {
   std::vector<std::string> state_only_joints;                    // mimics, for instance
   std::vector<InterfaceDescription> more_commands, more_states;  // "speed_scaling/factor"; a state of the
                                                                  // same full name as a command mirrors it
+  std::optional<double> rw_rate = std::nullopt;                  // Hz; none: the controller manager's
   double time_constant =
       0;  // s, of a first order lag behind position or velocity commands; 0: perfect tracking
 };
 
-class FakeHardware : public SystemInterface {
+class FakeHardware : public HardwareComponent {
  public:
   explicit FakeHardware(FakeHardwareOptions options);
 
-  [[nodiscard]] const std::string& name() const override { return options_.name; }
-  [[nodiscard]] const std::string& plugin() const override { return plugin_; }
+  // What its <ros2_control> element would say.
+  [[nodiscard]] HardwareDescription description() const;
+  Status on_init(const HardwareInfo& info) override;
   [[nodiscard]] std::vector<InterfaceDescription> state_interfaces() const override { return states_; }
   [[nodiscard]] std::vector<InterfaceDescription> command_interfaces() const override { return commands_; }
-  Status activate() override;
-  Status deactivate() override;
+  Status on_configure() override;
+  Status on_activate() override;
+  Status on_deactivate() override;
+  Status on_cleanup() override;
+  Status on_shutdown() override;
+  Status on_error() override;
+  [[nodiscard]] PassiveJoint when_unclaimed() const override { return PassiveJoint::free; }
+  void on_stop() override;
+  void on_stop_reset() override;
   Status prepare_switch(std::span<const std::string> start, std::span<const std::string> stop) override;
   void perform_switch(std::span<const std::string> start, std::span<const std::string> stop) override;
-  void read(Time now, Duration period, std::span<double> states) override;
-  void write(Time now, Duration period, std::span<const double> commands) override;
+  HardwareReturn read(Time now, Duration period, std::span<double> states) override;
+  HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
+  [[nodiscard]] std::string fault() const override { return "no reply"; }
 
   // -- what tests set and see
   void set_position(const std::string& joint, double position);
@@ -46,9 +57,15 @@ class FakeHardware : public SystemInterface {
   [[nodiscard]] double velocity(const std::string& joint) const;
   [[nodiscard]] double last_command(const std::string& full_name) const;  // as write() got it
   [[nodiscard]] bool claimed(const std::string& full_name) const;
+  // What write() had got last when the claim on it ended; NaN: it has not ended yet.
+  [[nodiscard]] double command_at_release(const std::string& full_name) const;
 
   std::string refuse_switch;  // not empty: prepare_switch refuses with it
   std::string refuse_activation;
+  bool refuse_recovery = false;  // on_error refuses
+  std::string throw_in;          // "on_configure", "on_stop", "read" ...: it throws "lost the port"
+  HardwareReturn read_answer = HardwareReturn::ok, write_answer = HardwareReturn::ok;
+  std::vector<std::string> calls;  // of the life cycle, in order: "on_init" ...
   bool active = false;
   int reads = 0, writes = 0;
   std::vector<std::string> switches;  // "+a/position", "-b/position", in the order of perform_switch
@@ -60,15 +77,16 @@ class FakeHardware : public SystemInterface {
   };
   Joint& joint(const std::string& joint_name);
   [[nodiscard]] const Joint& joint(const std::string& joint_name) const;
+  Status called(const char* what);
   void follow(Joint& joint, const std::string& interface, double command, double dt) const;
 
   FakeHardwareOptions options_;
-  std::string plugin_ = "doppel/FakeSystem";
   std::vector<InterfaceDescription> states_, commands_;
   std::vector<std::size_t> state_joint_, command_joint_;  // index into joints_, or npos
   std::vector<std::string> names_;
   std::vector<Joint> joints_;
   std::vector<double> last_, extra_;  // commands as written; values of states without a joint
+  std::vector<double> at_release_;
   std::vector<bool> claimed_;
 };
 

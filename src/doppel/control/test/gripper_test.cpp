@@ -35,12 +35,18 @@ FakeHardwareOptions lagging(std::vector<std::string> commands) {
   return options;
 }
 
+ControllerManagerOptions unlimited() {
+  ControllerManagerOptions options;
+  options.enforce_limits = false;
+  return options;
+}
+
 template <Action A>
 class Rig : public ManagerRig {
  public:
   explicit Rig(const std::string& type, const std::string& more = "",
                std::vector<std::string> commands = {kPosition})
-      : ManagerRig(yaml(type, more), {{"a"}}, lagging(std::move(commands)), {.enforce_limits = false}),
+      : ManagerRig(yaml(type, more), {{"a"}}, lagging(std::move(commands)), unlimited()),
         edge_(bus.attach("client")),
         listener_(bus, "/listener") {
     manager->start(std::vector<std::string>{"grip"});

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "doppel/control/controller_manager.h"
+#include "doppel/control/hardware_registry.h"
 #include "doppel/control/test/fake_hardware.h"
 #include "doppel/control/test/fake_robot.h"
 
@@ -28,7 +29,7 @@ struct ManagerRig {
                                                   options, log, diagnostics);
     auto fake = std::make_unique<FakeHardware>(std::move(hardware_options));
     hardware = fake.get();
-    manager->add_hardware(std::move(fake));
+    manager->add_hardware(std::move(fake), hardware->description(), diagnostics);
   }
 
   // Ticks, with what happens between them.
@@ -38,6 +39,7 @@ struct ManagerRig {
       bus.spin();
       manager->housekeeping(now);
       manager->tick(now);
+      manager->settle(now);
       now += manager->period();
     }
   }
@@ -64,6 +66,7 @@ struct ManagerRig {
   Bus bus;
   Model model;
   ControllerRegistry registry;
+  HardwareRegistry hardware_types;
   Log log;
   std::vector<LogLine> lines;
   Diagnostics diagnostics;

@@ -79,6 +79,32 @@ std::string file_with(const std::string& name, const std::string& yaml) {
 
 constexpr const char* kGroup = "position_controllers/JointGroupPositionController";
 
+// As Jazzy's: best effort leaves out what cannot be switched, and says where that is all of it.
+TEST(Services, ABestEffortSwitchThatLeavesNothingToDoIsOkAndSaysSo) {
+  ServiceRig rig;
+  srv::SwitchController::Request request;
+  request.strictness = srv::SwitchController::Request::BEST_EFFORT;
+  const auto expect_nothing_to_do = [&](std::vector<std::string> activate) {
+    request.activate_controllers = std::move(activate);
+    const auto answer = rig.call<srv::SwitchController>("switch_controller", request);
+    EXPECT_TRUE(answer.ok);
+    EXPECT_EQ(answer.message,
+              "After checking the controllers, no controllers need to be activated or deactivated.");
+  };
+  ASSERT_TRUE(rig.load("group"));
+  expect_nothing_to_do({"group"});
+  EXPECT_EQ(rig.state_of("group"), ControllerState::unconfigured);
+  ASSERT_TRUE(rig.call<srv::ConfigureController>("configure_controller", {"group"}).ok);
+  request.activate_controllers = {"group"};
+  EXPECT_EQ(rig.call<srv::SwitchController>("switch_controller", request).message,
+            "Successfully switched controllers!");
+  expect_nothing_to_do({"group"});
+  expect_nothing_to_do({"group", "nobody"});
+  EXPECT_EQ(rig.state_of("group"), ControllerState::active);
+  request.activate_controllers = {"nobody"};
+  EXPECT_FALSE(rig.call<srv::SwitchController>("switch_controller", request).ok);
+}
+
 TEST(Services, LeadAControllerThroughItsLife) {
   ServiceRig rig;
   ASSERT_TRUE(rig.make_inactive("group"));
@@ -172,8 +198,15 @@ TEST(Services, HardwareIsPutToSleepOnlyWhenNobodyDrivesIt) {
   EXPECT_TRUE(components[0].state_interfaces[0].is_available);
   sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_ACTIVE, ""};
   EXPECT_TRUE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
-  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_FINALIZED, ""};
+  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_UNKNOWN, ""};
   EXPECT_FALSE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
+  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_FINALIZED, ""};
+  EXPECT_TRUE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
+  EXPECT_EQ(rig.hardware->calls.back(), "on_shutdown");
+  sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_ACTIVE, ""};
+  EXPECT_FALSE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
+  EXPECT_EQ(rig.count(Severity::error, "hardware 'FakeSystem' is finalized; it comes back when"), 1u)
+      << rig.said();
 }
 
 TEST(Services, ActivityReachesLateListeners) {

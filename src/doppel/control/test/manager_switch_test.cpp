@@ -108,6 +108,24 @@ TEST(Switch, AHandOverKeepsTheCommandAndAFreshClaimDoesNot) {
   EXPECT_TRUE(std::isnan(rig.manager->command("a/position")));
 }
 
+TEST(Switch, TheZeroThatADeactivationCommandsReachesTheHardwareBeforeTheClaimEnds) {
+  const std::string yaml =
+      "controller_manager: {ros__parameters: {g: {type: "
+      "velocity_controllers/JointGroupVelocityController}}}\n"
+      "g: {ros__parameters: {joints: [a]}}\n";
+  FakeHardwareOptions options;
+  options.joints = {"a"};
+  options.commands = {kVelocity};
+  ManagerRig rig(yaml, {{"a"}}, options);
+  rig.manager->start(Names{"g"});
+  Node node(rig.bus, "/speaker");
+  node.advertise<std_msgs::msg::Float64MultiArray>("/g/commands").publish({{}, {0.75}}, rig.now);
+  rig.run(2);
+  ASSERT_EQ(rig.hardware->last_command("a/velocity"), 0.75);
+  ASSERT_TRUE(rig.manager->switch_controllers(Names{}, Names{"g"}, Strictness::strict).ok());
+  EXPECT_EQ(rig.hardware->command_at_release("a/velocity"), 0.0);
+}
+
 TEST(Switch, HardwareThatWillNotWakeIsNotDriven) {
   ManagerRig rig("");
   const ParameterFile file = ParameterFile::parse(groups({{"g", "a"}}), "test.yaml");
@@ -118,7 +136,7 @@ TEST(Switch, HardwareThatWillNotWakeIsNotDriven) {
   auto fake = std::make_unique<FakeHardware>(options);
   fake->refuse_activation = "no power";
   FakeHardware& hardware = *fake;
-  manager.add_hardware(std::move(fake));
+  manager.add_hardware(std::move(fake), hardware.description(), rig.diagnostics);
   EXPECT_EQ(rig.count(Severity::error, "hardware 'FakeSystem' cannot be activated: no power"), 1u)
       << rig.said();
   EXPECT_THAT(input_error_of([&] { manager.start(Names{"g"}); }),
@@ -139,8 +157,11 @@ TEST(Switch, AnInterfaceIsOfferedOnce) {
   FakeHardwareOptions options;
   options.name = "Other";
   options.joints = {"a"};
-  EXPECT_THAT(input_error_of([&] { rig.manager->add_hardware(std::make_unique<FakeHardware>(options)); }),
-              HasSubstr("the state interface 'a/position' of hardware 'Other' is offered already"));
+  auto other = std::make_unique<FakeHardware>(options);
+  const HardwareDescription description = other->description();
+  EXPECT_THAT(
+      input_error_of([&] { rig.manager->add_hardware(std::move(other), description, rig.diagnostics); }),
+      HasSubstr("the state interface 'a/position' of hardware 'Other' is offered already"));
 }
 
 }  // namespace

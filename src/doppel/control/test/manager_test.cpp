@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "doppel/control/joint_list.h"
+#include "doppel/control/plugin_library.h"
 #include "doppel/control/test/manager_rig.h"
 
 namespace doppel {
@@ -295,20 +296,23 @@ gripper:
   EXPECT_THAT(rig.manager->controllers()[0].claimed, ElementsAre("a/position"));
 }
 
-TEST(Manager, RatesAreRoundedToWholeStepsWithAWarning) {
-  ManagerRig rig("controller_manager:\n  ros__parameters:\n    update_rate: 225\n");
-  EXPECT_EQ(rig.manager->steps_per_tick(), 4);
-  EXPECT_EQ(rig.manager->period(), Duration(4'000'000));
-  ASSERT_EQ(rig.diagnostics.all().size(), 1u);
-  EXPECT_THAT(rig.diagnostics.all()[0].str(),
-              HasSubstr("test.yaml:3:18: warning: 225 Hz does not divide the physics rate of "
-                        "1000 Hz; the controller manager runs every 4 steps, at 250 Hz"));
-  ManagerRig exact("controller_manager: {ros__parameters: {update_rate: 200}}");
-  EXPECT_EQ(exact.manager->steps_per_tick(), 5);
+TEST(Manager, TheLoopChoosesThePeriodOfTheRateThatTheFileAsksFor) {
+  const ManagerRig exact("controller_manager: {ros__parameters: {update_rate: 225}}");
+  EXPECT_EQ(exact.manager->period(), from_seconds(1.0 / 225));
   EXPECT_TRUE(exact.diagnostics.all().empty());
-  ManagerRig fast("controller_manager: {ros__parameters: {update_rate: 5000}}");
-  EXPECT_EQ(fast.manager->steps_per_tick(), 1);
-  EXPECT_EQ(fast.diagnostics.all().size(), 1u);
+  double asked = 0;
+  SourceLocation place;
+  ControllerManagerOptions options;
+  options.choose_period = [&](double rate, const SourceLocation& where, Diagnostics&) {
+    asked = rate;
+    place = where;
+    return Duration(4'000'000);
+  };
+  const ManagerRig rounded("controller_manager:\n  ros__parameters:\n    update_rate: 225\n", {{"a"}}, {},
+                           options);
+  EXPECT_EQ(asked, 225.0);
+  EXPECT_EQ(place.place(), "test.yaml:3:18");
+  EXPECT_EQ(rounded.manager->period(), Duration(4'000'000));
   EXPECT_THAT(input_error_of([] { ManagerRig("controller_manager: {ros__parameters: {update_rate: 0}}"); }),
               HasSubstr("more than 0 Hz"));
 }
@@ -433,7 +437,9 @@ TEST(Manager, ParamsFileIsReadBesideTheFileThatNamesIt) {
   ControllerManager manager(bus, rig.model, rig.registry, &file, {}, rig.log, rig.diagnostics);
   FakeHardwareOptions options;
   options.joints = {"a", "b"};
-  manager.add_hardware(std::make_unique<FakeHardware>(options));
+  auto fake = std::make_unique<FakeHardware>(options);
+  const HardwareDescription description = fake->description();
+  manager.add_hardware(std::move(fake), description, rig.diagnostics);
   manager.start(Names{"left"});
   EXPECT_THAT(manager.controllers()[0].claimed, ElementsAre("b/position"));
   EXPECT_TRUE(rig.diagnostics.all().empty());
@@ -472,17 +478,20 @@ TEST(Manager, ControllersFromASharedLibrary) {
   ManagerRig rig(
       "controller_manager: {ros__parameters: {c: {type: test_plugin/Constant}}}\nc: {ros__parameters: "
       "{value: 0.5}}");
-  rig.registry.load_library(DOPPEL_TEST_PLUGIN);
+  load_plugin_library(DOPPEL_TEST_PLUGIN, rig.registry, rig.hardware_types);
   EXPECT_EQ(rig.registry.find("test_plugin/Constant")->library, DOPPEL_TEST_PLUGIN);
   rig.manager->start(Names{"c"});
   rig.run(2);
   EXPECT_EQ(rig.hardware->position("a"), 0.5);
-  EXPECT_THAT(input_error_of([&] { rig.registry.load_library(DOPPEL_TEST_PLUGIN); }),
-              HasSubstr("registered already"));
-  EXPECT_THAT(input_error_of([&] { rig.registry.load_library(DOPPEL_TEST_EMPTY_PLUGIN); }),
+  EXPECT_THAT(
+      input_error_of([&] { load_plugin_library(DOPPEL_TEST_PLUGIN, rig.registry, rig.hardware_types); }),
+      HasSubstr("registered already"));
+  EXPECT_THAT(input_error_of(
+                  [&] { load_plugin_library(DOPPEL_TEST_EMPTY_PLUGIN, rig.registry, rig.hardware_types); }),
               HasSubstr("exports no controller"));
-  EXPECT_THAT(input_error_of([&] { rig.registry.load_library("/nowhere/lib.so"); }),
-              HasSubstr("check the path"));
+  EXPECT_THAT(
+      input_error_of([&] { load_plugin_library("/nowhere/lib.so", rig.registry, rig.hardware_types); }),
+      HasSubstr("check the path"));
 }
 
 }  // namespace

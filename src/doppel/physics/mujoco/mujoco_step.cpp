@@ -5,18 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/physics/limit_stop.h"
 #include "doppel/physics/mujoco/mujoco_engine_detail.h"
 
 namespace doppel {
-namespace {
-
-// Passes in which springs may come free of their bounds again; later ones only bind, so that they end.
-constexpr int kFreePasses = 4;
-// (step * natural frequency)^2 of a stop up to which a step resolves its rebound.
-constexpr double kResolved = 0.1;
-
-}  // namespace
 
 // The inertia that the joint moves, its mimics with it, with what drives hold stiff, kg m^2 or kg.
 double MujocoEngine::moved_inertia(const CompiledStop& stop) {
@@ -37,19 +28,8 @@ double MujocoEngine::inertia_at(int v) {
 void MujocoEngine::meet_stop(std::size_t index) {
   const CompiledStop& compiled = compiled_world().stops[index];
   JointSpring& stop = springs_[drives_.size() + index];
-  const double beyond =
-      stop.low < 0 ? d()->qpos[stop.q] - stop.reference : stop.reference - d()->qpos[stop.q];
-  const bool was_on = stop.on;
-  stop.on = beyond > 0;
-  if (!stop.on || was_on) return;
-  const double h = to_seconds(settings().step), inertia = moved_inertia(compiled);
-  const double ratio = damping_ratio_of(compiled.restitution);
-  stop.bound = 0;
-  stop.damping = 2.0 * ratio * std::sqrt(stop.stiffness * inertia);
-  // Stiffer than the step resolves: the joint has come as deep as speed times step, and the spring of the
-  // next step, which is explicit, gives back no more than stiffness * depth / damping.
-  if (stop.stiffness * h * h > kResolved * inertia)
-    stop.damping = std::max(stop.damping, stop.stiffness * h / restitution_of(ratio));
+  if (doppel::meet_stop(stop, d()->qpos[stop.q]))
+    hit_stop(stop, compiled.restitution, moved_inertia(compiled), to_seconds(settings().step));
 }
 
 // A loose object that lies somewhere else does not count.
@@ -211,12 +191,7 @@ double MujocoEngine::asked_effort(std::size_t k) const {
 bool MujocoEngine::settle(int pass) {
   bool settled = true;
   for (std::size_t k = 0; k < springs_.size(); ++k) {
-    JointSpring& spring = springs_[k];
-    if (!spring.on) continue;
-    const int bound = bound_of(spring, asked_effort(k));
-    if (bound == spring.bound || (pass >= kFreePasses && spring.bound != 0)) continue;
-    spring.bound = bound;
-    settled = false;
+    if (springs_[k].on && rebound(springs_[k], asked_effort(k), pass)) settled = false;
   }
   return settled;
 }

@@ -14,6 +14,7 @@ using eprosima::fastrtps::Duration_t;
 // How long a writer that keeps all waits for room; long enough for whoever else has its history at the
 // moment.
 const Duration_t kPatience{0, 10'000'000};
+constexpr std::uint32_t kHeartbeat = 500'000'000, kAnswersHeartbeat = 20'000'000;  // ns
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
 Duration_t duration_of(std::chrono::nanoseconds duration) {
@@ -56,6 +57,9 @@ void fill(const EndpointSpec& spec, Qos& qos) {
   }
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos.data_sharing().off();
+  // What is set aside at first, here and for each peer that is matched; 100 of them, by default, would be
+  // half of the memory that a twin has.
+  qos.resource_limits().allocated_samples = 1;
 }
 
 template <class Qos>
@@ -111,7 +115,9 @@ dds::DataWriterQos writer_qos(const EndpointSpec& spec) {
   qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   qos.representation().m_value = {dds::XCDR_DATA_REPRESENTATION};
   // Of what was lost last, a fragment of a large description for instance, a reader only hears by this.
-  qos.reliable_writer_qos().times.heartbeatPeriod = {0, 500'000'000};
+  auto& times = qos.reliable_writer_qos().times;
+  times.heartbeatPeriod = {0, spec.answers ? kAnswersHeartbeat : kHeartbeat};
+  if (spec.answers) times.nackResponseDelay = {0, 0};
   return qos;
 }
 

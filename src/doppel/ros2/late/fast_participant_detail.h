@@ -43,6 +43,7 @@ class FastParticipant : public Participant {
 
   [[nodiscard]] eprosima::fastdds::dds::Publisher& publisher() const { return *publisher_; }
   [[nodiscard]] eprosima::fastdds::dds::Subscriber& subscriber() const { return *subscriber_; }
+  [[nodiscard]] Acknowledgements& acknowledgements() const { return *acknowledgements_; }
   void on_activity() const { on_activity_(); }
 
  private:
@@ -53,7 +54,9 @@ class FastParticipant : public Participant {
 
   const std::function<void()> on_activity_;
   Discovery discovery_;
-  const std::shared_ptr<Intake> intake_ = std::make_shared<Intake>();
+  const std::shared_ptr<Acknowledgements> acknowledgements_ =
+      std::make_shared<Acknowledgements>(on_activity_);
+  const std::shared_ptr<Intake> intake_ = std::make_shared<Intake>(acknowledgements_);
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;

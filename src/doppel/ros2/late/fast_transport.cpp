@@ -123,6 +123,8 @@ bool Intake::admits(std::span<const std::uint8_t> datagram) {
     refused_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
+  for (const Acknowledgement& acknowledgement : guard_.acknowledgements())
+    acknowledgements_->hear(acknowledgement);
   opened_.wait_for(lock, std::chrono::seconds(1), [&] { return is_open_; });
   is_open_ = true;
   return true;

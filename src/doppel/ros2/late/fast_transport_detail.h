@@ -9,6 +9,7 @@
 #include <span>
 
 #include "doppel/ros2/environment.h"
+#include "doppel/ros2/late/fast_acknowledgements_detail.h"
 #include "doppel/ros2/rtps_guard.h"
 
 namespace doppel::ros2::fast {
@@ -19,6 +20,8 @@ namespace doppel::ros2::fast {
 // them up to three seconds, until the peer's next announcement. Until open(), datagrams stay in the sockets.
 class Intake {
  public:
+  explicit Intake(std::shared_ptr<Acknowledgements> acknowledgements)
+      : acknowledgements_(std::move(acknowledgements)) {}
   void open();
   // Whether Fast DDS shall see the datagram, after a wait for open(), though not for ever: a participant that
   // could not be made is destroyed unopened.
@@ -30,6 +33,7 @@ class Intake {
   std::condition_variable opened_;
   bool is_open_ = false;
   RtpsGuard guard_;
+  const std::shared_ptr<Acknowledgements> acknowledgements_;
   std::atomic<std::uint64_t> refused_{0};
 };
 

@@ -22,7 +22,8 @@ class FastWriter : public Writer, dds::DataWriterListener {
       : participant_(participant),
         matches_(participant.gid()),
         topic_(participant.acquire_topic(spec)),
-        keeps_all_(spec.qos.history == History::keep_all) {
+        keeps_all_(spec.qos.history == History::keep_all),
+        answers_(spec.answers) {
     writer_ = participant_.publisher().create_datawriter(topic_, writer_qos(spec), this,
                                                          dds::StatusMask::publication_matched());
     if (writer_ == nullptr) {
@@ -37,6 +38,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
     participant_.withdraw(gid_);
     writer_->set_listener(nullptr);
     participant_.publisher().delete_datawriter(writer_);
+    participant_.acknowledgements().forget(gid_);
     participant_.release_topic(topic_);
   }
   FastWriter(const FastWriter&) = delete;
@@ -65,9 +67,20 @@ class FastWriter : public Writer, dds::DataWriterListener {
 
   [[nodiscard]] std::size_t matched() const override { return matches_.count(); }
   [[nodiscard]] bool is_matched(const Gid& reader) const override { return matches_.contains(reader); }
+  [[nodiscard]] bool is_in_step(const Gid& reader) const override {
+    return matches_.contains(reader) && !participant_.acknowledgements().is_awaited(gid_, reader);
+  }
 
  private:
-  void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override {
+  void on_publication_matched(dds::DataWriter* writer,
+                              const dds::PublicationMatchedStatus& status) override {
+    if (answers_) {
+      const Gid own = gid_of(writer->guid());
+      const Gid reader = gid_of(rtps::iHandle2GUID(status.last_subscription_handle));
+      auto& acknowledgements = participant_.acknowledgements();
+      status.current_count_change > 0 ? acknowledgements.await(own, reader)
+                                      : acknowledgements.forget(own, reader);
+    }
     matches_.update(status.last_subscription_handle, status.current_count_change);
     participant_.on_activity();
   }
@@ -75,7 +88,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
   FastParticipant& participant_;
   Matches matches_;
   dds::Topic* const topic_;
-  const bool keeps_all_;
+  const bool keeps_all_, answers_;
   std::atomic<std::chrono::nanoseconds> full_until_{};
   dds::DataWriter* writer_ = nullptr;
   Gid gid_;

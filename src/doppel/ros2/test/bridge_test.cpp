@@ -263,6 +263,21 @@ TEST_F(BridgeTest, ServicesAnswerWhoAsksAndRefuseInSilence) {
   EXPECT_EQ(bridge->status().requests, 2U);
 }
 
+// What comes to a reader before it knows the writer's place waits in a history of ten, where the answers of
+// others push it out.
+TEST_F(BridgeTest, AnAnswerWaitsForAReaderThatHasNotAcknowledgedAnythingButNotForever) {
+  node.serve<Trigger>("~/go", [](const auto&, const Responder<Trigger::Response>& respond) { respond({}); });
+  start();
+  ServiceClient client(*peer, trigger_spec("/arm/go"));
+  ASSERT_TRUE(comes_true([&] { return client.is_available(); }));
+  network.acknowledges = false;
+  const auto begin = steady_clock::now();
+  client.send(to_cdr(Trigger::Request{}));
+  Sample reply;
+  EXPECT_TRUE(comes_true([&] { return client.take(reply); }));
+  EXPECT_GE(steady_clock::now() - begin, milliseconds(50));
+}
+
 TEST_F(BridgeTest, AClientThatIsGoneCostsNothing) {
   std::vector<Responder<Trigger::Response>> waiting;
   node.serve<Trigger>("~/go", [&](const auto&, const auto& respond) { waiting.push_back(respond); });

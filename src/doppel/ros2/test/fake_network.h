@@ -3,6 +3,7 @@
 // QoS, one type for each name of a member's, histories by depth, and nothing lost.
 
 #include <algorithm>
+#include <atomic>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -20,6 +21,7 @@ class FakeWriter;
 class FakeNetwork {
  public:
   std::unique_ptr<Participant> join(std::function<void()> on_activity);
+  std::atomic<bool> acknowledges{true};  // whether readers are in step with the writers that they match
 
  private:
   friend class FakeWriter;
@@ -158,6 +160,9 @@ class FakeWriter : public Writer {
     bool found = false;
     network_.each_match(network_.info(gid_), [&](const auto& end) { found |= end.info.gid == reader; });
     return found;
+  }
+  [[nodiscard]] bool is_in_step(const Gid& reader) const override {
+    return network_.acknowledges && is_matched(reader);
   }
   [[nodiscard]] const std::deque<Sample>& history() const { return history_; }
 

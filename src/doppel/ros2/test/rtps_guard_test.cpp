@@ -145,6 +145,30 @@ Datagram gap(std::int64_t first, std::int64_t end) {
   return d;
 }
 
+Datagram acknowledgement(std::uint32_t base) {
+  Datagram d = header();
+  for (std::uint8_t i = 8; i < 20; ++i) d[i] = i;
+  d.insert(d.end(), {0x06, 0x01, 24, 0});
+  d.insert(d.end(), {0, 0, 18, 4, 0, 0, 17, 3});  // the reader, the writer
+  append(d, 0, 4);
+  append(d, base, 4);
+  append(d, 0, 4);  // how many bits follow
+  append(d, 1, 4);  // the how-manieth acknowledgement
+  return d;
+}
+
+TEST(RtpsGuard, TellsWhichReadersHaveAcknowledgedWhat) {
+  RtpsGuard guard;
+  ASSERT_TRUE(guard.admits(acknowledgement(7)));
+  const Acknowledgement expected{{8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 0, 0, 18, 4}, {0, 0, 17, 3}};
+  ASSERT_EQ(guard.acknowledgements().size(), 1u);
+  EXPECT_EQ(guard.acknowledgements()[0], expected);
+  ASSERT_TRUE(guard.admits(acknowledgement(0)));
+  EXPECT_TRUE(guard.acknowledgements().empty()) << "a reader that has not heard of the writer's samples";
+  ASSERT_TRUE(guard.admits(header()));
+  EXPECT_TRUE(guard.acknowledgements().empty());
+}
+
 TEST(RtpsGuard, RefusesLeapsThatNobodyHasMade) {
   RtpsGuard guard;
   EXPECT_TRUE(guard.admits(heartbeat(1, 10)));

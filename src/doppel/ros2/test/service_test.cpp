@@ -45,6 +45,14 @@ TEST_F(Services, EachClientGetsItsOwnAnswer) {
   EXPECT_FALSE(first.take(reply));
 }
 
+TEST_F(Services, AReaderOfRepliesIsInStepOnceItHasAcknowledged) {
+  const ServiceClient client(*there_, trigger());
+  const Gid reader = client.replies().gid();
+  EXPECT_FALSE(server_.replies().is_in_step(reader));
+  EXPECT_TRUE(activity_.wait([&] { return server_.replies().is_in_step(reader); }));
+  EXPECT_TRUE(server_.replies().is_matched(reader));
+}
+
 TEST_F(Services, ABurstOfRequestsWaitsForTheServer) {
   ServiceClient client(*there_, trigger());
   // The server too must know the client: what it could not yet hear is kept for it ten deep only.

@@ -47,7 +47,13 @@ class SimulatedHardwares : public ::testing::Test {
                   ->make_engine();
     arm_ = engine_->instance(0);
   }
-  [[nodiscard]] SimulatedHardware make() { return {hardware_, arm_, diagnostics_}; }
+  [[nodiscard]] SimulatedHardware make() {
+    SimulatedHardware system(arm_);
+    EXPECT_TRUE(system.on_init({hardware_, *model_, log_, 100.0, diagnostics_}).ok());
+    EXPECT_TRUE(system.on_configure().ok());
+    EXPECT_TRUE(system.on_activate().ok());
+    return system;
+  }
   [[nodiscard]] std::vector<std::string> rules() const {
     std::vector<std::string> out;
     for (const Diagnostic& d : diagnostics_.all()) out.push_back(d.rule);
@@ -55,6 +61,7 @@ class SimulatedHardwares : public ::testing::Test {
   }
 
   Diagnostics diagnostics_;
+  Log log_;
   RobotDescription robot_;
   std::shared_ptr<const Model> model_;
   std::unique_ptr<Engine> engine_;
@@ -81,7 +88,7 @@ TEST_F(SimulatedHardwares, LeavesOutFixedJointsCommandedMimicsAndUnknownInterfac
   EXPECT_EQ(system.state_interfaces().size(), 6u);
 }
 
-TEST_F(SimulatedHardwares, ClaimsChooseTheDriveAndUnclaimedJointsAreLimp) {
+TEST_F(SimulatedHardwares, ClaimsChooseTheDriveAndUnclaimedJointsAreFree) {
   hardware_.joints = {entry("j 1", {"position", "velocity", "effort"})};
   SimulatedHardware system = make();
   const int joint = model_->find_joint("j 1");
@@ -105,14 +112,59 @@ TEST_F(SimulatedHardwares, CommandsMoveTheJointAndStatesTellSo) {
   SimulatedHardware system = make();
   system.perform_switch(std::vector<std::string>{"j 1/position"}, {});
   std::vector<double> states(3), commands{std::nan("")};
-  system.write({}, {}, commands);
+  static_cast<void>(system.write({}, {}, commands));
   commands = {0.5};
-  system.write({}, {}, commands);
+  static_cast<void>(system.write({}, {}, commands));
   for (int i = 0; i < 2000; ++i) engine_->step();
-  system.read({}, {}, states);
+  static_cast<void>(system.read({}, {}, states));
   EXPECT_NEAR(states[0], 0.5, 0.02);
   EXPECT_NEAR(states[1], 0.0, 0.01);
   EXPECT_GT(std::abs(states[2]), 0.5);  // it holds two kilograms out
+}
+
+TEST_F(SimulatedHardwares, UnclaimedJointsDoWhatTheDescriptionSays) {
+  hardware_.joints = {entry("j 1", {"position"})};
+  const int joint = model_->find_joint("j 1");
+  hardware_.params = {{"unclaimed", "hold"}};
+  SimulatedHardware holds = make();
+  EXPECT_EQ(holds.when_unclaimed(), PassiveJoint::hold);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::position);
+  for (int i = 0; i < 2000; ++i) engine_->step();
+  EXPECT_NEAR(arm_.q()[0], 0.0, 0.05);  // two kilograms out would fall
+  ASSERT_TRUE(holds.on_deactivate().ok());
+  EXPECT_EQ(arm_.drive(joint), DriveMode::limp);
+  hardware_.params = {{"unclaimed", "brake"}};
+  EXPECT_EQ(make().when_unclaimed(), PassiveJoint::brake);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::velocity);
+  hardware_.params = {{"unclaimed", "holds"}};
+  SimulatedHardware wrong(arm_);
+  try {
+    static_cast<void>(wrong.on_init({hardware_, *model_, log_, 100.0, diagnostics_}));
+    FAIL() << "'holds' is none of the three";
+  } catch (const InputError& problem) {
+    EXPECT_NE(std::string(problem.what()).find("did you mean 'hold'?"), std::string::npos) << problem.what();
+  }
+}
+
+TEST_F(SimulatedHardwares, AnEmergencyStopHoldsAMovingJointWhereItIs) {
+  hardware_.joints = {entry("j 1", {"velocity"})};
+  SimulatedHardware system = make();
+  const std::vector<std::string> velocity{"j 1/velocity"};
+  system.perform_switch(velocity, {});
+  const std::vector<double> command{-1.0};
+  for (int i = 0; i < 500; ++i) {
+    static_cast<void>(system.write({}, {}, command));
+    engine_->step();
+  }
+  ASSERT_LT(arm_.v()[0], -0.9);
+  const double q = arm_.q()[0];
+  system.on_stop();
+  system.perform_switch({}, velocity);
+  for (int i = 0; i < 2000; ++i) engine_->step();
+  EXPECT_NEAR(arm_.v()[0], 0.0, 0.01);
+  EXPECT_NEAR(arm_.q()[0], q, 0.1);
+  system.on_stop_reset();
+  EXPECT_EQ(arm_.drive(model_->find_joint("j 1")), DriveMode::limp);
 }
 
 TEST_F(SimulatedHardwares, InitialValuesAreHeldToTheLimitsAndMimicsFollow) {
@@ -135,7 +187,7 @@ TEST_F(SimulatedHardwares, ContinuousJointsTakeTheShortWay) {
   system.perform_switch(std::vector<std::string>{"j 1/position"}, {});
   const std::vector<double> command{6.0};  // -0.28 rad and a turn
   for (int i = 0; i < 2000; ++i) {
-    system.write({}, {}, command);
+    static_cast<void>(system.write({}, {}, command));
     engine_->step();
   }
   EXPECT_NEAR(arm_.q()[0], 6.0 - 2.0 * 3.14159265358979, 0.02);
@@ -143,11 +195,11 @@ TEST_F(SimulatedHardwares, ContinuousJointsTakeTheShortWay) {
 
 TEST_F(SimulatedHardwares, PluginsAreMappedAndTyposFound) {
   hardware_.plugin = "ign_ros2_control/IgnitionSystem";
-  report_plugin(hardware_, diagnostics_);
+  report_plugin(hardware_, false, diagnostics_);
   hardware_.plugin = "gz_ros2_control/GazeboSimSytem";
-  report_plugin(hardware_, diagnostics_);
+  report_plugin(hardware_, false, diagnostics_);
   hardware_.plugin = "omarm_hardware/OmArmSystem";
-  report_plugin(hardware_, diagnostics_);
+  report_plugin(hardware_, false, diagnostics_);
   EXPECT_EQ(rules(), (std::vector<std::string>{"ros2_control.plugin_mapped", "ros2_control.plugin_typo",
                                                "ros2_control.plugin_simulated"}));
 }

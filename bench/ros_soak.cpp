@@ -1,0 +1,267 @@
+// A twin among clients that come and go, on loopback: twenty nodes with four subscriptions each, of which one
+// a second is killed without a goodbye and replaced; every ten seconds five new processes that call a service
+// 1,000 times together. Once a minute it prints what memory the twin's process has, how late the latest
+// answer was and how many calls got none; at the end 40 clients call one service at once, of the twin and of
+// a peer that answers each request as it comes:
+//   build/bin/bench_ros_soak [minutes, else 60]
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <sstream>
+#include <string_view>
+
+#include "doppel/messages/control_msgs.h"
+#include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/messages/sensor_msgs.h"
+#include "doppel/messages/tf2_msgs.h"
+#include "doppel/ros2/bridge_types.h"
+#include "doppel/ros2/node.h"
+#include "doppel/ros2/service.h"
+#include "ros_peers.h"
+
+namespace {
+
+using namespace doppel;
+using controller_manager_msgs::srv::ListControllers;
+using std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr std::size_t kNodes = 20, kCallers = 5, kCallsOfCaller = 200;
+constexpr std::size_t kCrowd = 8, kClientsOfCrowd = 5, kCallsInCrowd = 200;
+constexpr auto kReplacement = 1s;  // how often a node is killed
+constexpr auto kBurst = 10s;
+constexpr auto kLost = 5s;  // longer than any repair of what was lost on the way takes
+constexpr double kLate = 100;  // ms
+constexpr const char* kTwinService = "/controller_manager/list_controllers";
+constexpr const char* kPeerService = "/bench_peer/list_controllers";
+
+// What became of a number of calls; times in ms.
+struct Calls {
+  std::size_t answered = 0, lost = 0, late = 0;
+  double worst = 0;
+  void add(double took) {
+    ++answered;
+    late += took > kLate ? 1 : 0;
+    worst = std::max(worst, took);
+  }
+  void add(const Calls& other) {
+    answered += other.answered;
+    lost += other.lost;
+    late += other.late;
+    worst = std::max(worst, other.worst);
+  }
+};
+
+// As a caller prints it.
+Calls read_calls(const std::string& text) {
+  Calls calls;
+  std::istringstream in(text);
+  if (!(in >> calls.answered >> calls.lost >> calls.late >> calls.worst))
+    throw std::runtime_error("a caller ended without a word");
+  return calls;
+}
+
+// Wakes a peer's thread when something has come.
+class Bell {
+ public:
+  void ring() {
+    const std::lock_guard lock(mutex_);
+    rung_ = true;
+    condition_.notify_one();
+  }
+  void wait() {
+    std::unique_lock lock(mutex_);
+    condition_.wait_for(lock, 20ms, [this] { return rung_; });
+    rung_ = false;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable condition_;
+  bool rung_ = false;
+};
+
+ros2::ServiceSpec service(const char* name) {
+  return ros2::service_spec(name, service_support<ListControllers>().name);
+}
+
+// A client that calls again as soon as it has its answer.
+class Caller {
+ public:
+  Caller(ros2::Participant& participant, const char* name, std::size_t calls)
+      : client_(participant, service(name)), left_(calls) {}
+  [[nodiscard]] bool is_ready() const { return client_.is_available(); }
+  [[nodiscard]] bool is_done() const { return left_ == 0 && !waited_for_; }
+
+  void turn(ros2::Sample& reply, Calls& calls) {
+    const auto now = steady_clock::now();
+    while (client_.take(reply)) {
+      if (waited_for_ != reply.related.sequence) continue;
+      calls.add(std::chrono::duration<double, std::milli>(now - sent_).count());
+      waited_for_.reset();
+    }
+    if (waited_for_ && now - sent_ > kLost) {
+      ++calls.lost;
+      waited_for_.reset();
+    }
+    if (waited_for_ || left_ == 0) return;
+    --left_;
+    sent_ = now;
+    waited_for_ = client_.send(request_);
+    if (!waited_for_) ++calls.lost;
+  }
+
+ private:
+  ros2::ServiceClient client_;
+  std::size_t left_;
+  const Bytes request_ = to_cdr(ListControllers::Request{});
+  std::optional<std::int64_t> waited_for_;
+  steady_clock::time_point sent_{};
+};
+
+// -- what the peers do
+
+int call(const char* name, std::size_t clients, std::size_t calls_of_each) {
+  bench::end_with_parent();
+  Bell bell;
+  const auto participant = ros2::make_participant(bench::own_domain(), [&bell] { bell.ring(); });
+  std::deque<Caller> callers;
+  for (std::size_t i = 0; i < clients; ++i) callers.emplace_back(*participant, name, calls_of_each);
+  while (!std::ranges::all_of(callers, &Caller::is_ready)) bell.wait();
+  Calls calls;
+  ros2::Sample reply;
+  while (!std::ranges::all_of(callers, &Caller::is_done)) {
+    for (Caller& caller : callers) caller.turn(reply, calls);
+    bell.wait();
+  }
+  fmt::print("{} {} {} {:.3f}\n", calls.answered, calls.lost, calls.late, calls.worst);
+  return 0;
+}
+
+int subscribe() {
+  bench::end_with_parent();
+  ros2::Context context(ros2::ContextOptions{.network = bench::own_domain(), .arguments = {}});
+  ros2::Node node(context, fmt::format("soak_{}", getpid()));
+  node.create_subscription<sensor_msgs::msg::JointState>("/joint_states", [](const auto&) {});
+  node.create_subscription<control_msgs::msg::DynamicJointState>("/dynamic_joint_states", [](const auto&) {});
+  node.create_subscription<control_msgs::msg::JointTrajectoryControllerState>(
+      "/omarm_arm_controller/controller_state", [](const auto&) {});
+  node.create_subscription<tf2_msgs::msg::TFMessage>("/tf", [](const auto&) {});
+  context.spin();
+  return 0;
+}
+
+// Answers with what the twin has answered once, each request as it comes, as rclcpp's servers do.
+int serve() {
+  bench::end_with_parent();
+  Bell bell;
+  const auto participant = ros2::make_participant(bench::own_domain(), [&bell] { bell.ring(); });
+  Bytes answer;
+  {
+    ros2::ServiceClient twin(*participant, service(kTwinService));
+    while (!twin.is_available()) bell.wait();
+    twin.send(to_cdr(ListControllers::Request{}));
+    ros2::Sample reply;
+    while (!twin.take(reply)) bell.wait();
+    answer = reply.cdr;
+  }
+  ros2::ServiceServer server(*participant, service(kPeerService));
+  ros2::Sample request;
+  while (true) {
+    while (server.take(request)) {
+      const auto until = steady_clock::now() + 100ms;
+      while (server.respond(request.related, answer) == ros2::ServiceServer::Sent::not_yet_matched &&
+             steady_clock::now() < until)
+        std::this_thread::sleep_for(1ms);
+    }
+    bell.wait();
+  }
+}
+
+// -- the soak
+
+// MB that the process has in memory.
+double memory_of(pid_t process) {
+  std::ifstream status(fmt::format("/proc/{}/status", process));
+  for (std::string word; status >> word;) {
+    if (word != "VmRSS:") continue;
+    double kilobytes = 0;
+    status >> kilobytes;
+    return kilobytes / 1024;
+  }
+  throw std::runtime_error("the twin has ended");
+}
+
+using Peers = std::deque<std::unique_ptr<bench::Peer>>;
+
+Peers start(const char* role, std::size_t count) {
+  Peers peers;
+  for (std::size_t i = 0; i < count; ++i) peers.push_back(std::make_unique<bench::Peer>(role));
+  return peers;
+}
+
+Calls results_of(const Peers& peers) {
+  Calls calls;
+  for (const auto& peer : peers) calls.add(read_calls(peer->output()));
+  return calls;
+}
+
+void print(std::string_view what, const Calls& calls) {
+  fmt::print("  {:<28} {:6} calls  {:4} lost  {:4} later than {:g} ms  latest {:7.1f} ms\n", what,
+             calls.answered + calls.lost, calls.lost, calls.late, kLate, calls.worst);
+  std::fflush(stdout);
+}
+
+// Nodes are replaced and calls made; the twin's memory at the end of each minute.
+std::vector<double> soak(pid_t twin, int minutes, Calls& all) {
+  Peers nodes = start("--subscribe", kNodes), callers;
+  std::vector<double> memory;
+  auto second = steady_clock::now();
+  for (int minute = 1; minute <= minutes; ++minute) {
+    Calls calls;
+    for (auto at = 0s; at < 60s; at += kReplacement) {
+      if (at % kBurst == 0s) callers = start("--call", kCallers);
+      if (at % kBurst == kBurst / 2) calls.add(results_of(std::exchange(callers, {})));
+      nodes.front()->end(SIGKILL);
+      nodes.pop_front();
+      nodes.push_back(std::make_unique<bench::Peer>("--subscribe"));
+      std::this_thread::sleep_until(second += kReplacement);
+    }
+    memory.push_back(memory_of(twin));
+    print(fmt::format("minute {:3}  {:6.1f} MB", minute, memory.back()), calls);
+    all.add(calls);
+  }
+  return memory;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string_view role = argc > 1 ? argv[1] : "";
+  if (role == "--subscribe") return subscribe();
+  if (role == "--serve") return serve();
+  if (role == "--call") return call(kTwinService, 1, kCallsOfCaller);
+  if (role == "--crowd") return call(kTwinService, kClientsOfCrowd, kCallsInCrowd);
+  if (role == "--crowd-of-peer") return call(kPeerService, kClientsOfCrowd, kCallsInCrowd);
+  const int minutes = argc > 1 ? std::max(1, std::atoi(argv[1])) : 60;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "doppel";
+  bench::Peer twin({program, "up", std::filesystem::path(DOPPEL_ROBOTS) / "omarm_one", "--headless",
+                    "--no-reload", "--domain", std::to_string(bench::own_domain().domain)});
+  fmt::print("omarm_one among {} nodes with 4 subscriptions, one killed each second, and {} calls each {} s\n",
+             kNodes, kCallers * kCallsOfCaller, kBurst.count());
+  Calls all;
+  const std::vector<double> memory = soak(twin.pid(), minutes, all);
+  print("all of it", all);
+  const std::size_t settled = std::min<std::size_t>(4, memory.size() - 1);
+  fmt::print("  memory from minute {} on: {:+.1f} MB, {:.1f} MB at most\n", settled + 1,
+             memory.back() - memory[settled], *std::max_element(memory.begin(), memory.end()));
+  fmt::print("{} clients of one service at once, {} calls each\n", kCrowd * kClientsOfCrowd, kCallsInCrowd);
+  print("of the twin", results_of(start("--crowd", kCrowd)));
+  const bench::Peer peer("--serve");
+  print("of a peer", results_of(start("--crowd-of-peer", kCrowd)));
+}

@@ -1,0 +1,236 @@
+#include "doppel/control/components/loopback.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <thread>
+
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::array kQuantities{kPosition, kVelocity, kAcceleration, kEffort};
+constexpr std::size_t kPositionIndex = 0, kVelocityIndex = 1;
+
+std::size_t quantity(const std::string& interface) {
+  const auto found = std::find(kQuantities.begin(), kQuantities.end(), interface);
+  return static_cast<std::size_t>(found - kQuantities.begin());  // the size: none of them
+}
+
+// Reads <param>s one by one and keeps every complaint, so that all are reported at once.
+class Params {
+ public:
+  Params(const HardwareDescription& description, std::vector<std::string> known)
+      : description_(description), known_(std::move(known)) {
+    for (const auto& [name, value] : description.params) {
+      if (std::find(known_.begin(), known_.end(), name) == known_.end())
+        complain(fmt::format("there is no <param> '{}'{}", name, did_you_mean(name, known_)));
+    }
+  }
+  [[nodiscard]] double number(const std::string& name, double otherwise, double least) {
+    const std::string* text = find(name);
+    if (text == nullptr) return otherwise;
+    double value = kNaN;
+    const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
+    if (error != std::errc() || end != text->data() + text->size() || !std::isfinite(value) ||
+        value < least) {
+      complain(
+          fmt::format("<param> '{}' is '{}', where a number from {:g} on is wanted", name, *text, least));
+      return otherwise;
+    }
+    return value;
+  }
+  [[nodiscard]] std::size_t choice(const std::string& name, const std::vector<std::string>& options,
+                                   std::size_t otherwise) {
+    const std::string* text = find(name);
+    if (text == nullptr) return otherwise;
+    const auto found = std::find(options.begin(), options.end(), *text);
+    if (found != options.end()) return static_cast<std::size_t>(found - options.begin());
+    complain(fmt::format("<param> '{}' is '{}'{}; it can be {}", name, *text, did_you_mean(*text, options),
+                         fmt::join(options, ", ")));
+    return otherwise;
+  }
+  void throw_if_wrong() const {
+    if (!wrong_.empty()) throw InputError(wrong_);
+  }
+
+ private:
+  [[nodiscard]] const std::string* find(const std::string& name) const {
+    for (const auto& [key, value] : description_.params) {
+      if (key == name) return &value;
+    }
+    return nullptr;
+  }
+  void complain(const std::string& why) {
+    wrong_.push_back({Severity::error, "hardware.parameter",
+                      fmt::format("hardware '{}': {}", description_.name, why), description_.plugin_source,
+                      "correct it in the <hardware> element"});
+  }
+
+  const HardwareDescription& description_;
+  std::vector<std::string> known_;
+  std::vector<Diagnostic> wrong_;
+};
+
+}  // namespace
+
+void Loopback::read_parameters(const HardwareInfo& info) {
+  Params params(info.description, {"delay", "unclaimed", "fault", "fault_at", "fault_for", "fault_in",
+                                   "fault_size", "recovers"});
+  delay_ = params.number("delay", 0.0, 0.0);
+  unclaimed_ = std::array{PassiveJoint::hold, PassiveJoint::free,
+                          PassiveJoint::brake}[params.choice("unclaimed", {"hold", "free", "brake"}, 0)];
+  fault_ = static_cast<Fault>(
+      params.choice("fault", {"none", "late", "wrong", "nan", "silent", "error", "deactivate", "throw"}, 0));
+  fault_at_ = std::llround(params.number("fault_at", 1, 1));
+  fault_for_ = std::llround(params.number("fault_for", 0, 0));
+  fault_in_write_ = params.choice("fault_in", {"read", "write"}, 0) == 1;
+  fault_size_ = params.number("fault_size", fault_ == Fault::late ? 0.02 : 1.0, 0.0);
+  recovers_ = params.choice("recovers", {"true", "false"}, 0) == 0;
+  params.throw_if_wrong();
+}
+
+void Loopback::add(const HardwareJointDescription& source) {
+  Part part;
+  part.name = source.name;
+  std::vector<std::pair<std::string, std::size_t>> others;  // commands of none of the four quantities
+  for (const HardwareInterfaceDescription& command : source.command_interfaces) {
+    const std::size_t kind = quantity(command.name);
+    (kind < kQuantities.size() ? part.commands[kind] : others.emplace_back(command.name, 0).second) =
+        commands_.size();
+    commands_.push_back({source.name, command.name, command.initial_value.value_or(kNaN)});
+  }
+  for (const HardwareInterfaceDescription& state : source.state_interfaces) {
+    const std::size_t kind = quantity(state.name);
+    const double initial = state.initial_value.value_or(0.0);
+    if (kind < kQuantities.size()) {
+      part.states[kind] = states_.size();
+      part.values[kind] = initial;
+    }
+    for (const auto& [name, command] : others) {
+      if (name == state.name) mirrors_.emplace_back(states_.size(), command);
+    }
+    states_.push_back({source.name, state.name, initial});
+  }
+  parts_.push_back(std::move(part));
+}
+
+Status Loopback::on_init(const HardwareInfo& info) {
+  name_ = info.description.name;
+  read_parameters(info);
+  for (const auto* parts : {&info.description.joints, &info.description.sensors, &info.description.gpios}) {
+    for (const HardwareJointDescription& part : *parts) add(part);
+  }
+  claimed_.assign(commands_.size(), false);
+  const auto steps = static_cast<std::size_t>(std::llround(delay_ * info.rw_rate));
+  pending_.assign(steps + 1, std::vector<double>(commands_.size(), kNaN));
+  return {};
+}
+
+Status Loopback::on_activate() {
+  reads_ = writes_ = 0;
+  for (auto& commands : pending_) std::fill(commands.begin(), commands.end(), kNaN);
+  return {};
+}
+
+Status Loopback::on_error() {
+  std::fill(claimed_.begin(), claimed_.end(), false);
+  return recovers_ ? Status{} : Status::refused("its <param> 'recovers' is false");
+}
+
+void Loopback::perform_switch(std::span<const std::string> start, std::span<const std::string> stop) {
+  const auto mark = [this](std::span<const std::string> names, bool claimed) {
+    for (std::size_t i = 0; i < commands_.size(); ++i) {
+      if (std::find(names.begin(), names.end(), commands_[i].full_name()) != names.end())
+        claimed_[i] = claimed;
+    }
+  };
+  mark(stop, false);
+  mark(start, true);
+}
+
+void Loopback::on_stop() {
+  for (auto& commands : pending_) std::fill(commands.begin(), commands.end(), kNaN);
+  for (Part& part : parts_) part.values[kVelocityIndex] = 0.0;
+}
+
+bool Loopback::faulty(std::int64_t count) const {
+  return count >= fault_at_ && (fault_for_ == 0 || count < fault_at_ + fault_for_);
+}
+
+HardwareReturn Loopback::failing(std::int64_t count) const {
+  if (!faulty(count)) return HardwareReturn::ok;
+  if (fault_ == Fault::thrown) throw std::runtime_error(fault());
+  if (fault_ == Fault::error) return HardwareReturn::error;
+  return fault_ == Fault::deactivate ? HardwareReturn::deactivate : HardwareReturn::ok;
+}
+
+std::string Loopback::fault() const {
+  return fmt::format("its <param> 'fault' says so from {} {} on", fault_in_write_ ? "write" : "read",
+                     fault_at_);
+}
+
+// Where nothing commands the joint, it stays.
+void Loopback::follow(Part& part, std::span<const double> commands, double dt) {
+  const auto command = [&](std::size_t kind) {
+    const std::size_t i = part.commands[kind];
+    return i == kNone || !claimed_[i] ? kNaN : commands[i];
+  };
+  const double before = part.values[kPositionIndex];
+  const double position = command(kPositionIndex), velocity = command(kVelocityIndex);
+  if (std::isfinite(position)) {
+    part.values[kPositionIndex] = position;
+    part.values[kVelocityIndex] = (position - before) / dt;
+  } else {
+    part.values[kVelocityIndex] = std::isfinite(velocity) ? velocity : 0.0;
+    part.values[kPositionIndex] += part.values[kVelocityIndex] * dt;
+  }
+  for (const std::size_t kind : {std::size_t{2}, std::size_t{3}}) {
+    const double value = command(kind);
+    part.values[kind] = std::isfinite(value) ? value : 0.0;
+  }
+}
+
+HardwareReturn Loopback::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
+  ++reads_;
+  if (const HardwareReturn answer = fault_in_write_ ? HardwareReturn::ok : failing(reads_);
+      answer != HardwareReturn::ok)
+    return answer;
+  const bool now_faulty = faulty(reads_);
+  if (now_faulty && fault_ == Fault::silent) return HardwareReturn::ok;
+  if (now_faulty && fault_ == Fault::late)
+    std::this_thread::sleep_for(std::chrono::duration<double>(fault_size_));
+  for (const Part& part : parts_) {
+    for (std::size_t kind = 0; kind < kQuantities.size(); ++kind) {
+      if (part.states[kind] != kNone) states[part.states[kind]] = part.values[kind];
+    }
+  }
+  for (const auto& [state, command] : mirrors_) {
+    if (std::isfinite(pending_[next_][command])) states[state] = pending_[next_][command];
+  }
+  if (now_faulty && fault_ == Fault::wrong) {
+    for (double& state : states) state += fault_size_;
+  }
+  if (now_faulty && fault_ == Fault::nan) std::fill(states.begin(), states.end(), kNaN);
+  return HardwareReturn::ok;
+}
+
+HardwareReturn Loopback::write(Time /*now*/, Duration period, std::span<const double> commands) {
+  ++writes_;
+  if (const HardwareReturn answer = fault_in_write_ ? failing(writes_) : HardwareReturn::ok;
+      answer != HardwareReturn::ok)
+    return answer;
+  std::copy(commands.begin(), commands.end(), pending_[next_].begin());
+  next_ = (next_ + 1) % pending_.size();  // now the oldest, which arrives
+  for (Part& part : parts_) follow(part, pending_[next_], to_seconds(period));
+  return HardwareReturn::ok;
+}
+
+}  // namespace doppel

@@ -1,0 +1,40 @@
+#include "doppel/control/hardware_registry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "doppel/control/components/builtin.h"
+
+namespace doppel {
+
+HardwareRegistry HardwareRegistry::with_builtin() {
+  HardwareRegistry registry;
+  register_builtin_hardware(registry);
+  return registry;
+}
+
+void HardwareRegistry::add(std::string name, HardwareKind kind, Factory make, std::string library) {
+  if (const Type* known = find(name)) {
+    throw InputError("hardware.type_twice", {},
+                     fmt::format("the hardware plugin '{}' of {} is registered already, by {}", name,
+                                 library.empty() ? "doppel" : library,
+                                 known->library.empty() ? "doppel itself" : known->library),
+                     "give it another name, or load the library once");
+  }
+  types_.push_back({std::move(name), std::move(library), kind, std::move(make)});
+}
+
+const HardwareRegistry::Type* HardwareRegistry::find(std::string_view name) const {
+  const auto found =
+      std::find_if(types_.begin(), types_.end(), [&](const Type& t) { return t.name == name; });
+  return found == types_.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> HardwareRegistry::names() const {
+  std::vector<std::string> out;
+  for (const Type& type : types_) out.push_back(type.name);
+  return out;
+}
+
+}  // namespace doppel

@@ -1,0 +1,247 @@
+// The life cycle of hardware components, and what happens where one of them fails.
+
+#include <fmt/format.h>
+
+#include <cctype>
+
+#include "doppel/bus/standard_node.h"
+#include "doppel/control/controller_manager_detail.h"
+#include "doppel/control/joint_list.h"
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kFault = "fault";
+
+std::string quoted_names(const std::vector<LoadedController*>& controllers) {
+  std::string out;
+  for (const LoadedController* c : controllers)
+    out += fmt::format("{}'{}'", out.empty() ? "" : ", ", c->name);
+  return out;
+}
+
+bool uses(const LoadedController& c, const ResourceTable::Component& component) {
+  const auto any = [](const std::vector<std::string>& wanted, const std::vector<std::string>& offered) {
+    return std::any_of(wanted.begin(), wanted.end(), [&](const std::string& name) {
+      return std::find(offered.begin(), offered.end(), name) != offered.end();
+    });
+  };
+  return any(c.commands, component.command_names) || any(c.states, component.state_names);
+}
+
+}  // namespace
+
+ResourceTable::Component& ControllerManager::Impl::initialise_hardware(
+    std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
+    Diagnostics& diagnostics) {
+  const double asked = description.rw_rate.value_or(rate_of(period));
+  const int ticks = whole_steps(asked, period);
+  const double rate = rate_of(period * ticks);
+  if (differs(asked, rate)) {
+    diagnostics.warning(
+        "hardware.rate_rounded", description.source,
+        fmt::format("an rw_rate of {:g} Hz does not divide the controller manager's {:g} Hz; "
+                    "'{}' is read and written every {} tick{}, at {:g} Hz",
+                    asked, rate_of(period), description.name, ticks, ticks == 1 ? "" : "s", rate),
+        fmt::format("choose a rate that divides {:g}", rate_of(period)));
+  }
+  std::string why;
+  try {
+    const Status status = hardware->on_init({description, *model, log, rate, diagnostics});
+    if (!status) why = status.why();
+  } catch (const InputError&) {
+    throw;
+  } catch (...) {
+    why = thrown_text();
+  }
+  if (!why.empty()) {
+    throw InputError("hardware.on_init", description.plugin_source,
+                     fmt::format("hardware '{}' ({}) cannot be initialised: {}", description.name,
+                                 description.plugin, why),
+                     "correct its <param>s, or name another plugin");
+  }
+  return resources.add(std::move(hardware), description, ticks, period);
+}
+
+void ControllerManager::Impl::add_hardware(std::unique_ptr<HardwareComponent> hardware,
+                                           const HardwareDescription& description, Diagnostics& diagnostics) {
+  ResourceTable::Component& component = initialise_hardware(std::move(hardware), description, diagnostics);
+  make_hardware_node(component.name);
+  for (std::size_t i = 0; i < component.command_names.size(); ++i) {
+    limiter.add(resources, component.first_command + i);
+  }
+  const auto starts = [&](const char* state) {
+    const auto* parameter =
+        node.parameters().find(fmt::format("hardware_components_initial_state.{}", state));
+    const auto& names = std::get<std::vector<std::string>>(parameter->value);
+    return std::find(names.begin(), names.end(), component.name) != names.end();
+  };
+  const HardwareState target = starts("unconfigured") ? HardwareState::unconfigured
+                               : starts("inactive")   ? HardwareState::inactive
+                                                      : HardwareState::active;
+  if (const Status status = set_hardware_state(component.name, target); !status)
+    log.error(options.name, status.why());
+}
+
+Status ControllerManager::Impl::set_hardware_state(const std::string& name, HardwareState target) {
+  ResourceTable::Component* component = resources.find_component(name);
+  if (component == nullptr) {
+    std::vector<std::string> names;
+    for (const auto& candidate : resources.components()) names.push_back(candidate->name);
+    return Status::refused(fmt::format("there is no hardware '{}'{}", name, did_you_mean(name, names)));
+  }
+  if (component->state == target) return {};
+  for (const std::string& holder : component->claimed_by) {
+    if (holder.empty()) continue;
+    return Status::refused(
+        fmt::format("the controller '{}' drives hardware '{}'; deactivate it first", holder, name));
+  }
+  Status status;
+  while (status && component->state != target) status = pass_towards(*component, target);
+  publish_activity();
+  return status;
+}
+
+// One transition of the life cycle.
+Status ControllerManager::Impl::pass_towards(ResourceTable::Component& c, HardwareState target) {
+  HardwareComponent& hardware = *c.hardware;
+  if (c.state == HardwareState::finalized) {
+    return Status::refused(
+        fmt::format("hardware '{}' is finalized{}; it comes back when the program starts again", c.name,
+                    c.why.empty() ? "" : " (" + c.why + ")"));
+  }
+  if (target == HardwareState::finalized)
+    return pass(c, target, "shut down", [&] { return hardware.on_shutdown(); });
+  if (c.state == HardwareState::unconfigured)
+    return pass(c, HardwareState::inactive, "configured", [&] { return hardware.on_configure(); });
+  if (c.state == HardwareState::active)
+    return pass(c, HardwareState::inactive, "deactivated", [&] { return hardware.on_deactivate(); });
+  if (target == HardwareState::unconfigured)
+    return pass(c, target, "cleaned up", [&] { return hardware.on_cleanup(); });
+  const Status status = pass(c, target, "activated", [&] { return hardware.on_activate(); });
+  if (!status) return status;
+  note_fault(c, "");
+  if (stopped) stop_component(c);
+  resources.read_all(now);
+  return {};
+}
+
+Status ControllerManager::Impl::pass(ResourceTable::Component& c, HardwareState next, const char* participle,
+                                     const std::function<Status()>& transition) {
+  try {
+    if (const Status status = transition(); !status) {
+      return Status::refused(fmt::format("hardware '{}' cannot be {}: {}", c.name, participle, status.why()));
+    }
+    c.state = next;
+    return {};
+  } catch (...) {
+    const std::string why = fmt::format("it could not be {}: {}", participle, thrown_text());
+    enter_error(c, why);
+    return Status::refused(fmt::format("hardware '{}' is {} now: {}", c.name, to_string(c.state), why));
+  }
+}
+
+// ros2_control's error processing: a component that can recover is unconfigured, one that cannot is
+// finalized.
+void ControllerManager::Impl::enter_error(ResourceTable::Component& c, const std::string& why) {
+  const Status recovered = attempt([&] { return c.hardware->on_error(); });
+  c.state = recovered ? HardwareState::unconfigured : HardwareState::finalized;
+  note_fault(c, recovered ? why : fmt::format("{}; and it cannot recover: {}", why, recovered.why()));
+}
+
+// Keeps the reason where everybody can read it: the parameter `fault` of the component's node, /diagnostics.
+void ControllerManager::Impl::note_fault(ResourceTable::Component& c, const std::string& why) {
+  if (c.why == why) return;
+  c.why = why;
+  const auto its_node = hardware_nodes.find(c.name);
+  if (its_node == hardware_nodes.end()) return;
+  Parameters& parameters = its_node->second->parameters();
+  if (parameters.find(kFault) == nullptr)
+    parameters.declare(kFault, std::string(), {"why it is not active; empty: nothing has failed", true, {}});
+  parameters.tell(kFault, why);
+}
+
+void ControllerManager::Impl::settle(Time the_time) {
+  if (!resources.has_fault()) return;
+  now = the_time;
+  for (const auto& [component, fault] : resources.take_faults()) settle(*component, fault);
+}
+
+void ControllerManager::Impl::settle(ResourceTable::Component& c, const HardwareFault& fault) {
+  const std::string reason = fault.thrown[0] != '\0' ? fault.thrown.data() : c.hardware->fault();
+  const std::string why = fmt::format(
+      "{} in {}: {}", fault.answer == HardwareReturn::error ? "error" : "deactivation", fault.during, reason);
+  std::vector<LoadedController*> users;
+  for (LoadedController* controller : active) {
+    if (uses(*controller, c)) users.push_back(controller);
+  }
+  if (fault.answer == HardwareReturn::error) enter_error(c, why);
+  deactivate_all(users);
+  if (fault.answer == HardwareReturn::deactivate) {
+    note_fault(c, why);
+    static_cast<void>(
+        pass(c, HardwareState::inactive, "deactivated", [&] { return c.hardware->on_deactivate(); }));
+  }
+  publish_activity();
+  log.error(options.name,
+            fmt::format(
+                "hardware '{}' is {}: {}; its joints are {}; {}. Once the cause is gone, bring it back with "
+                "'ros2 control set_hardware_component_state {} active'",
+                c.name, to_string(c.state), c.why, to_string(c.hardware->when_failed()),
+                users.empty() ? "no controller used it" : fmt::format("deactivated: {}", quoted_names(users)),
+                c.name));
+  start_fallbacks(users);
+}
+
+void ControllerManager::Impl::deactivate_all(const std::vector<LoadedController*>& controllers) {
+  if (controllers.empty()) return;
+  const std::vector<std::string> released = stop_and_write(controllers);
+  resources.perform_switch({}, released);
+  note_active();
+  publish_activity();
+}
+
+void ControllerManager::Impl::start_fallbacks(const std::vector<LoadedController*>& failed) {
+  for (const LoadedController* c : failed) {
+    for (const std::string& name : c->fallback) {
+      const LoadedController* fallback = find(name);
+      if (fallback != nullptr && fallback->state == ControllerState::active) continue;
+      const std::vector<std::string> one{name};
+      if (const Status status = switch_controllers(one, {}, Strictness::strict); !status) {
+        log.error(options.name, fmt::format("the fallback controller '{}' of '{}' cannot be activated: {}",
+                                            name, c->name, status.why()));
+      } else {
+        log.warning(options.name,
+                    fmt::format("'{}' runs in place of '{}', which has lost its hardware", name, c->name));
+      }
+    }
+  }
+}
+
+void ControllerManager::Impl::shut_down_hardware() {
+  for (const auto& component : resources.components()) {
+    if (component->state == HardwareState::finalized) continue;
+    if (const Status status = attempt([&] { return component->hardware->on_shutdown(); }); !status)
+      log.error(options.name,
+                fmt::format("hardware '{}' did not shut down in order: {}", component->name, status.why()));
+  }
+}
+
+// Each component has a node of its own, named after it in small letters; it offers what every node does.
+void ControllerManager::Impl::make_hardware_node(const std::string& component) {
+  std::string name;
+  for (const char c : component) {
+    const bool allowed = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+    name += allowed ? static_cast<char>(std::tolower(static_cast<unsigned char>(c))) : '_';
+  }
+  const std::string whole = expand_name(name, node.given_name());
+  const auto taken = bus.nodes();
+  if (!check_node_name(name) || std::find(taken.begin(), taken.end(), bus.names().node(whole)) != taken.end())
+    return;
+  Node& its_node = *hardware_nodes.emplace(component, std::make_unique<Node>(bus, whole)).first->second;
+  make_standard(its_node);
+  serve_logger_levels(its_node);
+}
+
+}  // namespace doppel

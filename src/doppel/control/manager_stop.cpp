@@ -1,0 +1,95 @@
+// The emergency stop: latched until it is reset, the same for every client. The hardware stops its joints by
+// itself; controllers that command are deactivated, so that no goal goes on from where it would be by then.
+
+#include <fmt/format.h>
+
+#include "doppel/control/controller_manager_detail.h"
+#include "doppel/messages/std_msgs.h"
+#include "doppel/messages/std_srvs.h"
+
+namespace doppel {
+
+void ControllerManager::Impl::serve_stop() {
+  stop_topic = node.advertise<std_msgs::msg::Bool>("~/emergency_stop_active", {.depth = 1, .latched = true});
+  stop_topic.publish({stopped}, bus.now());
+  node.subscribe<std_msgs::msg::Bool>("~/emergency_stop", [this](const auto& message) {
+    if (message.data) stop("the topic ~/emergency_stop");
+  });
+  node.serve<std_srvs::srv::Trigger>("~/emergency_stop", [this](const auto&, auto respond) {
+    const bool already = stopped;
+    stop("the service ~/emergency_stop");
+    respond(
+        {true, already ? "It is stopped already." : "Stopped; ~/reset_emergency_stop lets it move again."});
+  });
+  node.serve<std_srvs::srv::Trigger>("~/reset_emergency_stop", [this](const auto&, auto respond) {
+    const bool was = stopped;
+    const Status status = reset_stop();
+    respond({status.ok(), !status ? status.why() : was ? "It may move again." : "It is not stopped."});
+  });
+}
+
+void ControllerManager::Impl::stop_component(ResourceTable::Component& c) {
+  if (const Status status = attempt([&] {
+        c.hardware->on_stop();
+        return Status{};
+      });
+      !status) {
+    enter_error(c, fmt::format("error in the emergency stop: {}", status.why()));
+    log.error(options.name, fmt::format("hardware '{}' is {}: {}", c.name, to_string(c.state), c.why));
+  }
+}
+
+void ControllerManager::Impl::stop(const std::string& by) {
+  if (stopped) return;
+  stopped = true;
+  resources.set_stopped(true);
+  for (const auto& component : resources.components()) {
+    if (component->state == HardwareState::active) stop_component(*component);
+  }
+  std::vector<LoadedController*> commanding;
+  for (LoadedController* c : active) {
+    if (!c->commands.empty()) commanding.push_back(c);
+  }
+  stopped_controllers.clear();
+  for (const LoadedController* c : commanding) stopped_controllers.push_back(c->name);
+  deactivate_all(commanding);
+  stop_topic.publish({stopped}, bus.now());
+  log.warning(options.name,
+              fmt::format("emergency stop by {}: nothing is commanded until {}/reset_emergency_stop "
+                          "is called; {} deactivated",
+                          by, node.name(),
+                          commanding.empty()       ? "no controller had to be"
+                          : commanding.size() == 1 ? fmt::format("'{}' is", commanding.front()->name)
+                                                   : fmt::format("{} controllers are", commanding.size())));
+}
+
+Status ControllerManager::Impl::reset_stop() {
+  if (!stopped) return {};
+  stopped = false;
+  resources.set_stopped(false);
+  std::string why;
+  for (const auto& component : resources.components()) {
+    if (component->state != HardwareState::active) continue;
+    const Status status = attempt([&] {
+      component->hardware->on_stop_reset();
+      return Status{};
+    });
+    if (status) continue;
+    enter_error(*component, fmt::format("error in the reset of the emergency stop: {}", status.why()));
+    why =
+        fmt::format("hardware '{}' is {}: {}", component->name, to_string(component->state), component->why);
+    log.error(options.name, why);
+  }
+  stop_topic.publish({stopped}, bus.now());
+  log.note(options.name, "the emergency stop is reset");
+  for (const std::string& name : std::exchange(stopped_controllers, {})) {
+    const LoadedController* c = find(name);
+    if (c == nullptr || c->state != ControllerState::inactive) continue;
+    const std::vector<std::string> one{name};
+    if (const Status status = switch_controllers(one, {}, Strictness::strict); !status)
+      log.error(options.name, fmt::format("'{}' cannot be activated again: {}", name, status.why()));
+  }
+  return why.empty() ? Status{} : Status::refused(why);
+}
+
+}  // namespace doppel

@@ -1,0 +1,22 @@
+#pragma once
+// Rates that a loop of fixed steps can keep.
+
+#include <algorithm>
+#include <cmath>
+
+#include "doppel/core/time.h"
+
+namespace doppel {
+
+// How many steps of `step` make a rate in Hz, and which rate a period is.
+inline int whole_steps(double rate, Duration step) {
+  return std::max(1, static_cast<int>(std::lround(1.0 / (rate * to_seconds(step)))));
+}
+inline double rate_of(Duration period) {
+  return 1.0 / to_seconds(period);
+}
+inline bool differs(double rate, double real) {
+  return std::abs(rate - real) > 1e-6 * rate;
+}
+
+}  // namespace doppel

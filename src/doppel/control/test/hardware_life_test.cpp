@@ -1,0 +1,252 @@
+// Hardware that fails: its life cycle, the controllers that use it, and everything else, which runs on.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "doppel/control/test/manager_rig.h"
+#include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/messages/std_msgs.h"
+#include "doppel/messages/std_srvs.h"
+
+namespace doppel {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using Names = std::vector<std::string>;
+
+// Joint a on FakeSystem, joint b on Other; a group for each, a second one for b, and a broadcaster.
+constexpr const char* kTwoSystems = R"(controller_manager:
+  ros__parameters:
+    states: {type: joint_state_broadcaster/JointStateBroadcaster}
+    left: {type: position_controllers/JointGroupPositionController, fallback_controllers: [spare]}
+    right: {type: position_controllers/JointGroupPositionController}
+    spare: {type: velocity_controllers/JointGroupVelocityController}
+left: {ros__parameters: {joints: [a]}}
+right: {ros__parameters: {joints: [b]}}
+spare: {ros__parameters: {joints: [b]}}
+states: {ros__parameters: {joints: [b], interfaces: [position]}}
+)";
+
+struct TwoSystems : ManagerRig {
+  explicit TwoSystems(const std::string& yaml = kTwoSystems)
+      : ManagerRig(yaml, {{"a"}, {"b"}}, only("FakeSystem", "a", {kPosition})) {
+    auto second = std::make_unique<FakeHardware>(only("Other", "b", {kPosition, kVelocity}));
+    other = second.get();
+    manager->add_hardware(std::move(second), other->description(), diagnostics);
+  }
+  static FakeHardwareOptions only(const std::string& name, const std::string& joint, Names commands) {
+    FakeHardwareOptions options;
+    options.name = name;
+    options.joints = {joint};
+    options.commands = std::move(commands);
+    return options;
+  }
+  [[nodiscard]] HardwareView view(const std::string& name) const {
+    for (const HardwareView& v : manager->hardware()) {
+      if (v.name == name) return v;
+    }
+    throw std::logic_error("no hardware " + name);
+  }
+  FakeHardware* other = nullptr;
+};
+
+TEST(HardwareLife, AComponentIsInitialisedConfiguredAndActivatedInThisOrder) {
+  ManagerRig rig("");
+  EXPECT_THAT(rig.hardware->calls, ElementsAre("on_init", "on_configure", "on_activate"));
+  rig.manager.reset();  // takes the hardware with it
+}
+
+TEST(HardwareLife, AnErrorInReadStopsItsControllersAndNothingElse) {
+  TwoSystems rig;
+  rig.manager->start(Names{"states", "left", "right"});
+  rig.run(2);
+  rig.hardware->read_answer = HardwareReturn::error;
+  const int writes = rig.hardware->writes, others = rig.other->writes;
+  rig.run(5);
+  EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::unconfigured);
+  EXPECT_THAT(rig.view("FakeSystem").fault, HasSubstr("error in read: no reply"));
+  EXPECT_EQ(rig.hardware->calls.back(), "on_error");
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  EXPECT_EQ(rig.state_of("right"), ControllerState::active);
+  EXPECT_EQ(rig.state_of("states"), ControllerState::active);
+  EXPECT_EQ(rig.hardware->writes, writes);
+  EXPECT_EQ(rig.other->writes, others + 5);
+  EXPECT_EQ(rig.count(Severity::error,
+                      "hardware 'FakeSystem' is unconfigured: error in read: no reply; its "
+                      "joints are free; deactivated: 'left'"),
+            1u)
+      << rig.said();
+}
+
+TEST(HardwareLife, AnExceptionInWriteIsAnErrorOfThatComponent) {
+  TwoSystems rig;
+  rig.manager->start(Names{"left", "right"});
+  rig.run(2);
+  rig.hardware->throw_in = "write";
+  rig.run(2);
+  EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::unconfigured);
+  EXPECT_THAT(rig.view("FakeSystem").fault, HasSubstr("error in write: lost the port"));
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  EXPECT_EQ(rig.state_of("right"), ControllerState::active);
+}
+
+TEST(HardwareLife, AnExceptionInASwitchIsAnErrorOfThatComponent) {
+  TwoSystems rig;
+  rig.hardware->throw_in = "perform_switch";
+  rig.manager->start(Names{"left", "right"});
+  rig.run(1);
+  EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::unconfigured);
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  EXPECT_EQ(rig.state_of("right"), ControllerState::active);
+}
+
+TEST(HardwareLife, AComponentThatCannotRecoverIsFinalizedForGood) {
+  TwoSystems rig;
+  rig.manager->start(Names{"left"});
+  rig.hardware->refuse_recovery = true;
+  rig.hardware->read_answer = HardwareReturn::error;
+  rig.run(1);
+  EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::finalized);
+  EXPECT_THAT(rig.view("FakeSystem").fault, HasSubstr("it cannot recover: it is burnt"));
+  EXPECT_FALSE(rig.manager->state_interfaces()[0].available);
+}
+
+TEST(HardwareLife, AComponentThatAsksForItIsDeactivatedAndStaysReadable) {
+  TwoSystems rig;
+  rig.manager->start(Names{"left", "right"});
+  rig.run(1);
+  rig.hardware->read_answer = HardwareReturn::deactivate;
+  rig.run(1);
+  EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::inactive);
+  EXPECT_THAT(rig.view("FakeSystem").fault, HasSubstr("deactivation in read"));
+  EXPECT_EQ(rig.hardware->calls.back(), "on_deactivate");
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  rig.hardware->read_answer = HardwareReturn::ok;
+  const int reads = rig.hardware->reads;
+  rig.run(3);
+  EXPECT_EQ(rig.hardware->reads, reads + 3);
+}
+
+TEST(HardwareLife, FallbackControllersRunInPlaceOfThoseThatLostTheirHardware) {
+  TwoSystems rig;
+  rig.manager->start(Names{"left"});
+  rig.manager->load("spare");
+  ASSERT_TRUE(rig.manager->configure("spare").ok());
+  rig.run(1);
+  rig.hardware->read_answer = HardwareReturn::error;
+  rig.run(1);
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  EXPECT_EQ(rig.state_of("spare"), ControllerState::active);
+  EXPECT_EQ(rig.count(Severity::warning, "'spare' runs in place of 'left'"), 1u) << rig.said();
+}
+
+TEST(HardwareLife, AFallbackThatCannotRunIsReported) {
+  TwoSystems rig;
+  rig.manager->start(Names{"left"});
+  rig.run(1);
+  rig.hardware->read_answer = HardwareReturn::error;
+  rig.run(1);
+  EXPECT_EQ(rig.count(Severity::error,
+                      "the fallback controller 'spare' of 'left' cannot be activated: no "
+                      "controller 'spare' is loaded"),
+            1u)
+      << rig.said();
+}
+
+TEST(HardwareLife, AComponentIsBroughtBackByItsStateAndTheFaultIsForgotten) {
+  TwoSystems rig;
+  rig.manager->start(Names{"left"});
+  rig.hardware->read_answer = HardwareReturn::error;
+  rig.run(1);
+  rig.hardware->read_answer = HardwareReturn::ok;
+  rig.hardware->calls.clear();
+  const auto edge = rig.bus.attach("client");
+  namespace srv = controller_manager_msgs::srv;
+  srv::SetHardwareComponentState::Request request;
+  request.name = "FakeSystem";
+  request.target_state.label = "active";
+  bool ok = false;
+  edge->call("/controller_manager/set_hardware_component_state", to_cdr(request),
+             [&](Status status, Bytes) { ok = status.ok(); });
+  rig.run(1);
+  EXPECT_TRUE(ok);
+  EXPECT_THAT(rig.hardware->calls, ElementsAre("on_configure", "on_activate"));
+  EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::active);
+  EXPECT_THAT(rig.view("FakeSystem").fault, IsEmpty());
+  EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
+}
+
+TEST(HardwareLife, AComponentsRateIsRoundedToWholeTicksWithAWarning) {
+  FakeHardwareOptions options;
+  options.joints = {"a"};
+  options.rw_rate = 30;
+  ManagerRig rig("", {{"a"}}, options);
+  EXPECT_EQ(rig.hardware->reads, 1);  // at activation
+  rig.run(9);
+  EXPECT_EQ(rig.hardware->reads, 1 + 3);
+  EXPECT_EQ(rig.hardware->writes, 3);
+  ASSERT_EQ(rig.diagnostics.all().size(), 1u);
+  EXPECT_THAT(rig.diagnostics.all()[0].message,
+              HasSubstr("is read and written every 3 ticks, at 33.3333 Hz"));
+}
+
+TEST(EmergencyStop, IsLatchedForEveryControllerUntilItIsReset) {
+  TwoSystems rig;
+  rig.manager->start(Names{"states", "left", "right"});
+  Node node(rig.bus, "/speaker");
+  node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, rig.now);
+  rig.run(2);
+  ASSERT_EQ(rig.hardware->position("a"), 0.5);
+  node.advertise<std_msgs::msg::Bool>("/controller_manager/emergency_stop").publish({true}, rig.now);
+  EXPECT_TRUE(rig.manager->is_stopped());
+  EXPECT_EQ(rig.hardware->calls.back(), "on_stop");
+  EXPECT_EQ(rig.other->calls.back(), "on_stop");
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  EXPECT_EQ(rig.state_of("right"), ControllerState::inactive);
+  EXPECT_EQ(rig.state_of("states"), ControllerState::active);
+  const int reads = rig.hardware->reads, writes = rig.hardware->writes;
+  rig.run(3);
+  EXPECT_EQ(rig.hardware->reads, reads + 3);
+  EXPECT_EQ(rig.hardware->writes, writes);
+  EXPECT_THAT(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::best_effort).why(),
+              HasSubstr("the emergency stop is on"));
+  node.advertise<std_msgs::msg::Bool>("/controller_manager/emergency_stop").publish({false}, rig.now);
+  EXPECT_TRUE(rig.manager->is_stopped());  // latched: only the service resets it
+
+  ASSERT_TRUE(rig.manager->reset_stop().ok());
+  EXPECT_EQ(rig.hardware->calls.back(), "on_stop_reset");
+  EXPECT_EQ(rig.state_of("left"), ControllerState::active);
+  EXPECT_EQ(rig.state_of("right"), ControllerState::active);
+  rig.run(1);
+  EXPECT_TRUE(std::isnan(rig.manager->command("a/position")));  // the command from before is not resumed
+}
+
+TEST(EmergencyStop, HoldsForHardwareThatIsActivatedWhileItIsOn) {
+  ManagerRig rig(
+      "controller_manager: {ros__parameters: {hardware_components_initial_state: {inactive: "
+      "[FakeSystem]}}}");
+  rig.manager->stop("the test");
+  EXPECT_THAT(rig.hardware->calls, ElementsAre("on_init", "on_configure"));
+  const auto edge = rig.bus.attach("client");
+  controller_manager_msgs::srv::SetHardwareComponentState::Request request;
+  request.name = "FakeSystem";
+  request.target_state.label = "active";
+  edge->call("/controller_manager/set_hardware_component_state", to_cdr(request), [](Status, Bytes) {});
+  rig.run(1);
+  EXPECT_EQ(rig.hardware->calls.back(), "on_stop");
+}
+
+TEST(EmergencyStop, OfHardwareThatThrowsIsAnErrorOfThatComponentAndStopsTheOthers) {
+  TwoSystems rig;
+  rig.manager->start(Names{"left", "right"});
+  rig.hardware->throw_in = "on_stop";
+  rig.manager->stop("the test");
+  EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::unconfigured);
+  EXPECT_EQ(rig.other->calls.back(), "on_stop");
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,40 @@
+// What the module exports.
+
+#include <fmt/format.h>
+
+#include "doppel/physics/bullet/bullet_engine.h"
+#include "doppel/physics/engine_modules.h"
+
+namespace doppel {
+namespace {
+
+EngineCapabilities capabilities_of_bullet() {
+  EngineCapabilities out;
+  out.name = "bullet";
+  out.version = fmt::format("{}.{}", btGetVersion() / 100, btGetVersion() % 100);
+  out.contacts = out.rays = out.floating = out.planar = true;
+  out.mimics = out.friction = out.stops = out.ideal = true;
+  out.integrators = {Integrator::euler};
+  return out;
+}
+
+std::shared_ptr<const CompiledWorld> compile(WorldSettings settings, std::vector<ModelInstance> instances,
+                                             Diagnostics&) {
+  return std::make_shared<const BulletWorld>(std::move(settings), std::move(instances), nullptr);
+}
+
+const EngineModule kModule{capabilities_of_bullet(), &compile};
+
+}  // namespace
+
+const EngineCapabilities& BulletWorld::capabilities() const {
+  return kModule.capabilities;
+}
+
+std::unique_ptr<Engine> BulletWorld::make_engine() const {
+  return std::make_unique<BulletEngine>(std::static_pointer_cast<const BulletWorld>(shared_from_this()));
+}
+
+}  // namespace doppel
+
+DOPPEL_EXPORT_ENGINE(doppel::kModule)

@@ -1,0 +1,109 @@
+#include "doppel/physics/bullet/constraint_solver_detail.h"
+
+namespace doppel {
+namespace {
+
+constexpr int kIterations = 500;         // at most; Bullet's own 10 leave a held stack creeping
+constexpr double kResidual = 1e-11;      // rad/s or m/s that the last iteration changed at most
+constexpr double kErrorReduction = 0.2;  // of a penetration in one step
+constexpr double kSlop = 1e-5;  // m that bodies at rest lie in each other, so that they stay in touch
+
+}  // namespace
+
+ConstraintSolver::ConstraintSolver(double step) {
+  info_.m_timeStep = step;
+  info_.m_numIterations = kIterations;
+  info_.m_leastSquaresResidualThreshold = kResidual * kResidual;
+  info_.m_erp2 = kErrorReduction;
+  info_.m_linearSlop = kSlop;
+  // Two friction directions and so Coulomb's cone. No warm start, neither for contacts nor for joints: a step
+  // depends on nothing but the state that it begins with.
+  info_.m_solverMode = SOLVER_USE_2_FRICTION_DIRECTIONS;
+  info_.m_splitImpulse = 0;  // btMultiBody knows none
+}
+
+void ConstraintSolver::solve(std::vector<SolverTree>& trees, const std::vector<JointRow>& rows,
+                             std::vector<btCollisionObject*>& bodies,
+                             std::vector<btPersistentManifold*>& manifolds) {
+  trees_ = &trees;
+  rows_ = &rows;
+  for (SolverTree& tree : trees) tree.dynamics->body().setCompanionId(-1);
+  solveMultiBodyGroup(bodies.data(), static_cast<int>(bodies.size()), manifolds.data(),
+                      static_cast<int>(manifolds.size()), nullptr, 0, nullptr, 0, info_, nullptr, nullptr);
+  for (SolverTree& tree : trees) tree.dynamics->body().processDeltaVeeMultiDof2();
+}
+
+void ConstraintSolver::convertContacts(btPersistentManifold** manifolds, int count,
+                                       const btContactSolverInfo& info) {
+  btMultiBodyConstraintSolver::convertContacts(manifolds, count, info);
+  replace_responses(m_multiBodyNormalContactConstraints);
+  replace_responses(m_multiBodyFrictionContactConstraints);
+  for (const JointRow& row : *rows_) add_row(row);
+}
+
+// Bullet has computed what a unit impulse does to the bare bodies; with drives that hold them it does less.
+// Returns the response in the row's own direction.
+double ConstraintSolver::replace_response(const btMultiBody* body, int jacobian) {
+  if (body == nullptr) return 0.0;
+  const SolverTree& tree = (*trees_)[static_cast<std::size_t>(TreeDynamics::index_of(*body))];
+  const int size = tree.dynamics->size();
+  const Eigen::Map<const Eigen::VectorXd> J(&m_data.m_jacobians[jacobian], size);
+  Eigen::Map<Eigen::VectorXd> response(&m_data.m_deltaVelocitiesUnitImpulse[jacobian], size);
+  response.noalias() = tree.inverse->selfadjointView<Eigen::Lower>() * J;
+  return J.dot(response);
+}
+
+void ConstraintSolver::replace_responses(btMultiBodyConstraintArray& rows) {
+  for (int i = 0; i < rows.size(); ++i) {
+    btMultiBodySolverConstraint& row = rows[i];
+    const double before = row.m_jacDiagABInv;
+    if (!(before > 0)) continue;
+    const double response = replace_response(row.m_multiBodyA, row.m_jacAindex) +
+                            replace_response(row.m_multiBodyB, row.m_jacBindex);
+    row.m_jacDiagABInv = response > SIMD_EPSILON ? 1.0 / response : 0.0;
+    row.m_rhs *= row.m_jacDiagABInv / before;
+  }
+}
+
+void ConstraintSolver::add_row(const JointRow& row) {
+  TreeDynamics& dynamics = *(*trees_)[static_cast<std::size_t>(row.tree)].dynamics;
+  btMultiBody& body = dynamics.body();
+  const int size = dynamics.size();
+  btMultiBodySolverConstraint& out = m_multiBodyNonContactConstraints.expandNonInitializing();
+  out.m_multiBodyA = &body;
+  out.m_multiBodyB = nullptr;
+  out.m_linkA = out.m_linkB = -1;
+  out.m_solverBodyIdA = out.m_solverBodyIdB = -1;
+  out.m_orgConstraint = nullptr;
+  out.m_orgDofIndex = -1;
+  out.m_originalContactPoint = nullptr;
+  out.m_contactNormal1.setZero();
+  out.m_relpos1CrossNormal.setZero();
+  out.m_appliedImpulse = 0.0;
+  out.m_appliedPushImpulse = 0.0;
+  out.m_rhsPenetration = 0.0;
+  out.m_cfm = 0.0;
+  out.m_friction = 0.0;
+  out.m_lowerLimit = row.low;
+  out.m_upperLimit = row.high;
+  if (body.getCompanionId() < 0) {
+    body.setCompanionId(m_data.m_deltaVelocities.size());
+    m_data.m_deltaVelocities.resize(m_data.m_deltaVelocities.size() + size, 0.0);
+  }
+  out.m_deltaVelAindex = body.getCompanionId();
+  out.m_jacAindex = m_data.m_jacobians.size();
+  m_data.m_jacobians.resize(out.m_jacAindex + size, 0.0);
+  m_data.m_deltaVelocitiesUnitImpulse.resize(out.m_jacAindex + size, 0.0);
+  const btScalar* const velocity = body.getVelocityVector();
+  m_data.m_jacobians[out.m_jacAindex + row.place_a] = row.factor_a;
+  double present = row.factor_a * velocity[row.place_a];
+  if (row.place_b >= 0) {
+    m_data.m_jacobians[out.m_jacAindex + row.place_b] += row.factor_b;
+    present += row.factor_b * velocity[row.place_b];
+  }
+  const double response = replace_response(&body, out.m_jacAindex);
+  out.m_jacDiagABInv = response > 0 ? 1.0 / response : 0.0;
+  out.m_rhs = (row.target - present) * out.m_jacDiagABInv;
+}
+
+}  // namespace doppel

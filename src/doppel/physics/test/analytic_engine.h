@@ -1,0 +1,11 @@
+#pragma once
+// A small engine of the tests: doppel's own inverse dynamics and mass matrix, in many short implicit steps.
+// Mimics are no constraint but reduced coordinates. It has no contacts and no joint friction.
+
+#include "doppel/physics/engine_modules.h"
+
+namespace doppel::test {
+
+EngineModule analytic_engine();
+
+}  // namespace doppel::test

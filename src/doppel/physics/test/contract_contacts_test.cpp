@@ -1,0 +1,177 @@
+// The contract, for every engine that has contacts: what touches, with which forces, and what a ray meets.
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "contract_rig.h"
+
+namespace doppel::test {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+class ContactContract : public Contract {
+ protected:
+  void SetUp() override {
+    if (!can().contacts) GTEST_SKIP() << "no contacts";
+  }
+  static WorldSettings ground(double step = 1e-3) {
+    WorldSettings out = settings(step);
+    out.ground = true;
+    return out;
+  }
+  static Eigen::Vector3d force_on(Engine& engine, BodyId body) {
+    std::vector<Contact> contacts;
+    engine.contacts(contacts);
+    Eigen::Vector3d out = Eigen::Vector3d::Zero();
+    for (const Contact& contact : contacts) {
+      if (contact.b == body) out += contact.force_W;
+      if (contact.a == body) out -= contact.force_W;
+    }
+    return out;
+  }
+  static BodyId body_of(Engine& engine, const std::string& name) {
+    const Instance of = *engine.find(name);
+    return {of.index(), of.made_of().base_link()};
+  }
+  static double height(Engine& engine, const std::string& name) {
+    return engine.find(name)->base_pose().translation().z();
+  }
+};
+DOPPEL_FOR_EVERY_ENGINE(ContactContract);
+
+TEST_P(ContactContract, ARestingBodyPressesWithItsWeight) {
+  const std::pair<Geometry, double> bodies[] = {{Box{{0.1, 0.2, 0.1}}, 0.05},
+                                                {Sphere{0.07}, 0.07},
+                                                {Cylinder{0.05, 0.12}, 0.06},
+                                                {Capsule{0.05, 0.1}, 0.1}};
+  for (const auto& [shape, half] : bodies) {
+    const auto engine = make(ground(), {object("body", shape, at(0, 0, half + 0.001), 1.0)});
+    run(*engine, 1.0);
+    if (std::holds_alternative<Capsule>(shape)) continue;  // it stands on a point until it falls
+    EXPECT_NEAR(force_on(*engine, body_of(*engine, "body")).z(), kGravity, 0.02 * kGravity) << shape.index();
+    EXPECT_NEAR(height(*engine, "body"), half, within().penetration) << shape.index();
+    EXPECT_LT(engine->find("body")->base_velocity().linear_W.norm(), 1e-3) << shape.index();
+  }
+}
+
+TEST_P(ContactContract, AStackStandsAndTheLowestCarriesAll) {
+  const auto engine = make(ground(), {object("low", Box{{0.2, 0.2, 0.1}}, at(0, 0, 0.051), 1.0),
+                                      object("high", Box{{0.1, 0.1, 0.1}}, at(0.02, 0, 0.152), 0.5)});
+  run(*engine, 2.0);
+  EXPECT_NEAR(height(*engine, "low"), 0.05, 2 * within().penetration);
+  EXPECT_NEAR(height(*engine, "high"), 0.15, 3 * within().penetration);
+  EXPECT_NEAR(force_on(*engine, body_of(*engine, "high")).z(), 0.5 * kGravity, 0.05 * kGravity);
+  EXPECT_NEAR(force_on(*engine, body_of(*engine, "low")).z(), 1.0 * kGravity, 0.05 * kGravity);
+  EXPECT_LT(engine->find("high")->base_pose().translation().head<2>().norm(), 0.03);
+}
+
+TEST_P(ContactContract, AHullRestsOnTheGroundAndOnABox) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "contract_wedge.obj";
+  std::ofstream(file) << "v -0.05 -0.05 0\nv 0.05 -0.05 0\nv 0.05 0.05 0\nv -0.05 0.05 0\nv 0 0 0.08\n"
+                         "f 1 3 2\nf 1 4 3\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+  const MeshGeometry wedge{file.string(), Eigen::Vector3d::Ones(), file.string()};
+  const auto engine = make(ground(), {object("on_ground", wedge, at(0, 0, 0.001), 0.4),
+                                      object("table", Box{{0.4, 0.4, 0.1}}, at(1, 0, 0.05), 0.0),
+                                      object("on_table", wedge, at(1, 0, 0.101), 0.4)});
+  run(*engine, 1.0);
+  EXPECT_NEAR(height(*engine, "on_ground"), 0.0, within().penetration);
+  EXPECT_NEAR(height(*engine, "on_table"), 0.1, within().penetration);
+  double mean = 0;  // a hull's points of contact may change from step to step
+  for (int i = 0; i < 100; ++i) {
+    engine->step();
+    mean += force_on(*engine, body_of(*engine, "on_table")).z() / 100;
+  }
+  EXPECT_NEAR(mean, 0.4 * kGravity, 0.04 * kGravity);
+}
+
+TEST_P(ContactContract, FrictionHoldsBelowItsConeAndSlidesAbove) {
+  const double friction = 0.5;
+  for (const double degrees : {20.0, 35.0}) {
+    const double slope = degrees * 3.14159265358979 / 180;
+    const Pose X_WS = make_pose({0, 0, 1}, {0, slope, 0});
+    Pose X_WB = X_WS;
+    X_WB.translation() += X_WS.linear() * Eigen::Vector3d(0, 0, 0.1 + 0.0249);
+    const auto engine = make(settings(), {object("slope", Box{{20, 1, 0.2}}, X_WS, 0.0, friction),
+                                          object("box", Box{{0.1, 0.1, 0.05}}, X_WB, 1.0, friction)});
+    run(*engine, 0.2);  // it settles
+    const auto speed = [&] {
+      return X_WS.linear().col(0).dot(engine->find("box")->base_velocity().linear_W);
+    };
+    const double before = speed();
+    run(*engine, 0.5);
+    const double expected = degrees < 26 ? 0.0 : kGravity * (std::sin(slope) - friction * std::cos(slope));
+    EXPECT_NEAR((speed() - before) / 0.5, expected, 0.02 * kGravity) << degrees;
+  }
+}
+
+TEST_P(ContactContract, ContactsNameTheirBodiesAndPointFromOneToTheOther) {
+  const auto engine = make(ground(), {object("box", Box{{0.1, 0.1, 0.1}}, at(0, 0, 0.0499), 1.0)});
+  run(*engine, 0.5);
+  std::vector<Contact> contacts;
+  engine->contacts(contacts);
+  ASSERT_FALSE(contacts.empty());
+  for (const Contact& contact : contacts) {
+    EXPECT_TRUE(contact.a.is_ground() != contact.b.is_ground());
+    const double up = contact.a.is_ground() ? 1.0 : -1.0;
+    EXPECT_NEAR(contact.normal_W.z(), up, 1e-6);
+    EXPECT_GE(contact.force_W.dot(contact.normal_W), 0.0);
+    EXPECT_NEAR(contact.p_W.z(), 0.0, 1e-3);
+  }
+}
+
+TEST_P(ContactContract, ARobotAndAnObjectPushEachOther) {
+  RobotDescription pusher;
+  pusher.name = "pusher";
+  pusher.links = {make_frame("rail"), make_link("plate", 1.0, {0, 0, 0}, {0.01, 0.01, 0.01})};
+  Collision shape;
+  shape.geometry = Box{{0.02, 0.3, 0.08}};
+  pusher.links[1].collisions = {shape};
+  pusher.joints = {make_joint("slide", JointType::prismatic, "rail", "plate", {0, 0, 0.05}, {1, 0, 0})};
+  limit(pusher.joints[0], -1, 1, 100, 0.5);
+  const auto engine =
+      make(ground(), {robot(pusher), object("box", Box{{0.1, 0.1, 0.1}}, at(0.2, 0, 0.05), 1.0)});
+  hold_all(engine->instance(0));
+  engine->instance(0).set_target(0, 0.3);
+  run(*engine, 2.0);
+  EXPECT_NEAR(engine->find("box")->base_pose().translation().x(), 0.36, 0.02);
+}
+
+TEST_P(ContactContract, JoinedLinksNeverCollideAndOverlapsAtTheStartAreReported) {
+  RobotDescription arm = make_double_pendulum(1, 0.2, 1, 0.2);
+  Collision shape;
+  shape.geometry = Sphere{0.15};  // far into each other
+  arm.links[1].collisions = arm.links[2].collisions = {shape};
+  const auto engine = make(settings(), {robot(arm)});
+  std::vector<Contact> contacts;
+  engine->contacts(contacts);
+  EXPECT_EQ(contacts.size(), 0u);
+  const auto& excluded = engine->world().excluded_pairs();
+  ASSERT_EQ(excluded.size(), 1u);
+  EXPECT_EQ(excluded[0].reason, "joined by swing2");
+}
+
+TEST_P(ContactContract, RaysMeetTheNearestSurface) {
+  if (!can().rays) GTEST_SKIP() << "no rays";
+  const auto engine = make(ground(), {object("box", Box{{0.2, 0.2, 0.2}}, at(0, 0, 0.5), 0.0),
+                                      object("ball", Sphere{0.1}, at(1, 0, 0.5), 0.0),
+                                      object("can", Cylinder{0.1, 0.3}, at(2, 0, 0.5), 0.0),
+                                      object("pill", Capsule{0.1, 0.2}, at(3, 0, 0.5), 0.0)});
+  const std::pair<const char*, double> down[] = {{"box", 1.4}, {"ball", 1.4}, {"can", 1.35}, {"pill", 1.3}};
+  for (int i = 0; i < 4; ++i) {
+    const RayHit hit = engine->cast_ray({static_cast<double>(i), 0.0, 2.0}, {0, 0, -3});
+    EXPECT_NEAR(hit.distance, down[i].second, 1e-9) << down[i].first;
+    EXPECT_EQ(hit.body, body_of(*engine, down[i].first));
+    const RayHit side = engine->cast_ray({static_cast<double>(i), -2.0, 0.5}, {0, 1, 0});
+    EXPECT_NEAR(side.distance, 1.9, 1e-9) << down[i].first;
+  }
+  const RayHit floor = engine->cast_ray({0.5, 0, 2}, {0, 0, -1});
+  EXPECT_NEAR(floor.distance, 2.0, 1e-9);
+  EXPECT_TRUE(floor.body.is_ground());
+  EXPECT_LT(engine->cast_ray({0.5, 0, 2}, {0, 0, 1}).distance, 0);
+  EXPECT_LT(engine->cast_ray({0.5, 0, 2}, {0, 0, 0}).distance, 0);
+}
+
+}  // namespace
+}  // namespace doppel::test

@@ -1,0 +1,243 @@
+// The contract, for every engine: drives, limits, friction and couplings of joints.
+
+#include <cmath>
+#include <random>
+
+#include "contract_rig.h"
+#include "doppel/kinematics/dynamics.h"
+
+namespace doppel::test {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+class DrivesContract : public Contract {
+ protected:
+  // Torque of gravity in the pendulum of 1 kg at 0.5 m, stretched out.
+  static constexpr double kLoad = 1.0 * 0.5 * kGravity;
+  static RobotDescription arm(double effort, double velocity) {
+    RobotDescription out = make_pendulum(1.0, 0.5);
+    limit(out.joints[0], -3, 3, effort, velocity);
+    out.joints[0].type = JointType::revolute;
+    return out;
+  }
+  // Two sliders side by side, the second of which follows the first.
+  static RobotDescription gripper(double multiplier, double offset) {
+    RobotDescription out;
+    out.name = "gripper";
+    out.links = {make_frame("palm"), make_link("left", 0.2, {0, 0, 0}, {1e-4, 1e-4, 1e-4}),
+                 make_link("right", 0.3, {0, 0, 0}, {1e-4, 1e-4, 1e-4})};
+    out.joints = {
+        make_joint("left_slide", JointType::prismatic, "palm", "left", {0, 0.1, 0.5}, {0, 0, 1}),
+        make_joint("right_slide", JointType::prismatic, "palm", "right", {0, -0.1, 0.5}, {0, 0, 1})};
+    limit(out.joints[0], -1, 1, 100, 1);
+    limit(out.joints[1], -10, 10, 100, 10);
+    out.joints[1].mimic = Mimic{"left_slide", multiplier, offset, {}};
+    return out;
+  }
+};
+DOPPEL_FOR_EVERY_ENGINE(DrivesContract);
+
+TEST_P(DrivesContract, HoldingATakesTheEffortOfInverseDynamics) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto engine = make(settings(), {robot(make_random_chain(six_hinges(), random))});
+  Instance chain = engine->instance(0);
+  const Model& model = chain.model();
+  const Eigen::VectorXd q = Eigen::VectorXd::NullaryExpr(6, [&] { return unit(random); });
+  set(chain, copy({q.data(), 6}));
+  hold_all(chain);
+  run(*engine, 2.0);
+  Data data(model);
+  gravity_torques(model, data, vector(chain.q()), {0, 0, -kGravity});
+  for (int i = 0; i < 6; ++i)
+    EXPECT_NEAR(chain.drive_effort()[static_cast<std::size_t>(i)], data.tau[i],
+                within().holding * data.tau.cwiseAbs().maxCoeff());
+}
+
+TEST_P(DrivesContract, AHeldJointSagsByTorqueOverStiffness) {
+  const auto engine = make(settings(), {robot(arm(50, 10))});
+  Instance of = engine->instance(0);
+  set(of, {1.2});
+  of.set_drive(0, DriveMode::position);
+  run(*engine, 2.0);
+  const double sag = of.q()[0] - of.drive_reference(0);
+  const double torque = kLoad * std::sin(of.q()[0]);
+  const double expected = -torque / of.made_of().servos[0].stiffness;
+  EXPECT_NEAR(sag, expected, within().sag * std::abs(expected));
+  EXPECT_NEAR(of.v()[0], 0.0, 1e-9);
+}
+
+TEST_P(DrivesContract, ADriveNeverGivesMoreThanItsEffort) {
+  const auto engine = make(settings(1e-4), {robot(arm(2.0, 100))});
+  Instance of = engine->instance(0);
+  of.set_drive(0, DriveMode::position);
+  of.set_target(0, 2.5);
+  double most = 0;
+  for (int i = 0; i < 20000; ++i) {
+    engine->step();
+    most = std::max(most, std::abs(of.drive_effort()[0]));
+  }
+  EXPECT_LE(most, 2.0);
+  EXPECT_GT(most, 1.999);
+  EXPECT_LT(of.q()[0], 0.7);  // 2 N m of 4.9: it stalls where sin(q) = 0.41
+}
+
+TEST_P(DrivesContract, AtItsEffortLimitADriveIsAConstantTorqueWithoutADamper) {
+  WorldSettings in = settings(1e-4);
+  in.gravity.setZero();
+  const auto engine = make(in, {robot(arm(0.5, 1000))});
+  Instance of = engine->instance(0);
+  of.set_drive(0, DriveMode::position);
+  of.set_target(0, 3.0);
+  run(*engine, 0.1);
+  EXPECT_NEAR(of.v()[0], 0.5 / 0.250001 * 0.1, 1e-6);
+}
+
+TEST_P(DrivesContract, ADriveNeverMovesFasterThanItsVelocityLimit) {
+  const auto engine = make(settings(), {robot(arm(100, 0.7))});
+  Instance of = engine->instance(0);
+  of.set_drive(0, DriveMode::position);
+  of.set_target(0, 2.0);
+  double fastest = 0;
+  for (int i = 0; i < 2000; ++i) {
+    engine->step();
+    fastest = std::max(fastest, std::abs(of.v()[0]));
+  }
+  EXPECT_LE(fastest, 0.7 * 1.001);
+  EXPECT_GT(fastest, 0.65);
+}
+
+TEST_P(DrivesContract, AVelocityDriveReachesItsVelocity) {
+  WorldSettings in = settings();
+  in.gravity.setZero();
+  const auto engine = make(in, {robot(arm(100, 2))});
+  Instance of = engine->instance(0);
+  of.set_drive(0, DriveMode::velocity);
+  of.set_target(0, 0.5);
+  run(*engine, 1.0);
+  EXPECT_NEAR(of.v()[0], 0.5, 1e-6);
+}
+
+TEST_P(DrivesContract, AnEffortDriveBalancesTheLoad) {
+  const auto engine = make(settings(), {robot(arm(100, 10))});
+  Instance of = engine->instance(0);
+  set(of, {0.8});
+  of.set_drive(0, DriveMode::effort);
+  of.set_target(0, kLoad * std::sin(0.8));
+  run(*engine, 0.5);
+  EXPECT_NEAR(of.q()[0], 0.8, 1e-4);
+  EXPECT_DOUBLE_EQ(of.drive_effort()[0], kLoad * std::sin(0.8));
+}
+
+TEST_P(DrivesContract, AJointWithoutADriveFalls) {
+  const auto engine = make(settings(), {robot(arm(100, 10))});
+  Instance of = engine->instance(0);
+  set(of, {1.0});
+  of.set_drive(0, DriveMode::position);
+  of.set_drive(0, DriveMode::limp);
+  run(*engine, 0.2);
+  EXPECT_LT(of.q()[0], 0.9);
+  EXPECT_EQ(of.drive_effort()[0], 0.0);
+}
+
+TEST_P(DrivesContract, AnIdealServoLandsOnItsTarget) {
+  if (!can().ideal) GTEST_SKIP() << "no ideal servos";
+  InstanceOptions options;
+  const RobotDescription description = arm(1.0, 10);
+  Diagnostics heard;
+  ServoOptions servo;
+  servo.ideal = true;
+  options.servos =
+      choose_servos(compile_model(description, BaseKind::fixed, heard), servo, {0, 0, -kGravity});
+  const auto engine = make(settings(), {robot(description, options)});
+  Instance of = engine->instance(0);
+  of.set_drive(0, DriveMode::position);
+  of.set_target(0, 1.0);
+  run(*engine, 0.5);
+  EXPECT_NEAR(of.q()[0], 1.0, 1e-6);
+}
+
+TEST_P(DrivesContract, FrictionHoldsAJointAgainstLessThanItsEffort) {
+  if (!can().friction) GTEST_SKIP() << "no joint friction";
+  RobotDescription description = make_pendulum(1.0, 0.5);
+  description.joints[0].dynamics = JointDynamics{0.0, 1.1 * kLoad, {}};
+  const auto engine = make(settings(), {robot(description)});
+  Instance of = engine->instance(0);
+  set(of, {1.5707963});
+  run(*engine, 1.0);
+  EXPECT_LT(std::abs(of.v()[0]), within().stiction);
+  EXPECT_NEAR(of.q()[0], 1.5707963, 1e-3);
+}
+
+TEST_P(DrivesContract, FrictionTakesItsEffortFromWhatMovesTheJoint) {
+  if (!can().friction) GTEST_SKIP() << "no joint friction";
+  RobotDescription description = make_pendulum(1.0, 0.5);
+  description.joints[0].dynamics = JointDynamics{0.0, 0.3, {}};
+  WorldSettings in = settings();
+  in.gravity.setZero();
+  const auto engine = make(in, {robot(description)});
+  engine->instance(0).apply_joint_effort(0, 0.8);
+  run(*engine, 0.2);
+  EXPECT_NEAR(engine->instance(0).v()[0], 0.5 / 0.250001 * 0.2, 2e-3);
+}
+
+TEST_P(DrivesContract, AMimicFollowsItsLeaderUnderLoad) {
+  if (!can().mimics) GTEST_SKIP() << "no mimics";
+  const auto engine = make(settings(), {robot(gripper(-2.0, 0.3))});
+  Instance of = engine->instance(0);
+  hold_all(of);
+  of.set_target(0, 0.2);
+  of.apply_joint_effort(1, 15.0);
+  double strayed = 0;
+  for (int i = 0; i < 2000; ++i) {
+    engine->step();
+    strayed = std::max(strayed, std::abs(of.q()[1] - (-2.0 * of.q()[0] + 0.3)));
+  }
+  EXPECT_LT(strayed, within().mimic);
+  EXPECT_NEAR(of.q()[0], 0.2, 0.02);
+}
+
+// The coupling works both ways: who pushes the follower moves the leader.
+TEST_P(DrivesContract, ALoadOnAMimicMovesItsLeader) {
+  if (!can().mimics) GTEST_SKIP() << "no mimics";
+  WorldSettings in = settings(1e-4);
+  in.gravity.setZero();
+  const auto engine = make(in, {robot(gripper(2.0, 0.0))});
+  Instance of = engine->instance(0);
+  of.apply_joint_effort(1, 1.4);
+  run(*engine, 0.1);
+  // (m1 + 4 m2) a = 2 * 1.4
+  EXPECT_NEAR(of.v()[0], 2 * 1.4 / (0.2 + 4 * 0.3) * 0.1, 2e-3);
+  EXPECT_NEAR(of.v()[1], 2 * of.v()[0], 1e-3);
+}
+
+TEST_P(DrivesContract, AJointStopsAtItsLimit) {
+  RobotDescription description = arm(100, 10);
+  description.joints[0].limits->lower = 0.4;
+  const auto engine = make(settings(), {robot(description)});
+  Instance of = engine->instance(0);
+  set(of, {1.0});
+  run(*engine, 3.0);
+  EXPECT_NEAR(of.q()[0], 0.4, 2e-3);
+  EXPECT_NEAR(of.v()[0], 0.0, 1e-3);
+}
+
+TEST_P(DrivesContract, AStopWithAStiffnessGivesWayByLoadOverStiffness) {
+  if (!can().stops) GTEST_SKIP() << "no stops with a stiffness";
+  RobotDescription description = arm(100, 10);
+  description.joints[0].limits->lower = 0.4;
+  Diagnostics heard;
+  auto shared = std::make_shared<const RobotDescription>(description);
+  Model model = compile_model(description, BaseKind::fixed, heard);
+  model.joints[0].stop_stiffness = 500;
+  const auto engine =
+      make(settings(), {make_instance(shared, std::make_shared<const Model>(model), {}, meshes_, heard)});
+  Instance of = engine->instance(0);
+  set(of, {0.5});
+  run(*engine, 3.0);
+  EXPECT_NEAR(of.q()[0], 0.4 - kLoad * std::sin(of.q()[0]) / 500, 1e-5);
+}
+
+}  // namespace
+}  // namespace doppel::test

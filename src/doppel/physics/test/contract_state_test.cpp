@@ -1,0 +1,251 @@
+// The contract, for every engine: state that is written, read, copied, and kept while other instances come
+// and go.
+
+#include <cstring>
+#include <random>
+#include <stdexcept>
+
+#include "allocation_counter.h"
+#include "contract_rig.h"
+
+namespace doppel::test {
+namespace {
+
+class StateContract : public Contract {
+ protected:
+  // An arm with limits, damping and a mimic, held; beside it a box on the ground where the engine has
+  // contacts.
+  std::vector<ModelInstance> scene() {
+    std::mt19937 random(2);
+    RobotDescription chain = make_random_chain(six_hinges(), random);
+    chain.name = "arm";
+    for (Joint& joint : chain.joints) {
+      limit(joint, -2, 2, 3, 2);
+      joint.type = JointType::revolute;
+      joint.dynamics = JointDynamics{0.01, can().friction ? 0.02 : 0.0, {}};
+    }
+    chain.joints[5].mimic = Mimic{"joint4", 0.5, 0.1, {}};
+    std::vector<ModelInstance> out{robot(chain)};
+    if (can().contacts) out.push_back(object("box", Box{{0.1, 0.1, 0.1}}, at(0.6, 0, 0.06), 0.5));
+    return out;
+  }
+  std::unique_ptr<Engine> make_scene() {
+    WorldSettings in = settings();
+    in.ground = can().contacts;
+    return make(in, scene());
+  }
+  // Moves the targets by fixed random numbers.
+  static void drive(Engine& engine, std::mt19937& random, int steps) {
+    std::uniform_real_distribution<double> unit(-1, 1);
+    Instance arm = engine.instance(0);
+    for (int i = 0; i < steps; ++i) {
+      if (i % 20 == 0) {
+        for (int joint = 0; joint < 5; ++joint) arm.set_target(joint, unit(random));
+      }
+      engine.step();
+    }
+  }
+  static std::vector<double> bits(Engine& engine) {
+    std::vector<double> out;
+    for (int i = 0; i < static_cast<int>(engine.world().instances().size()); ++i) {
+      const Instance of = engine.instance(i);
+      for (const auto part : {of.q(), of.v(), of.drive_effort()})
+        out.insert(out.end(), part.begin(), part.end());
+    }
+    return out;
+  }
+  static bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+  }
+};
+DOPPEL_FOR_EVERY_ENGINE(StateContract);
+
+TEST_P(StateContract, TheSameCommandsGiveTheSameBits) {
+  std::vector<double> first;
+  for (int run = 0; run < 2; ++run) {
+    const auto engine = make_scene();
+    hold_all(engine->instance(0));
+    std::mt19937 random(1);
+    drive(*engine, random, 500);
+    if (run == 0) first = bits(*engine);
+    EXPECT_TRUE(same_bits(bits(*engine), first));
+  }
+}
+
+TEST_P(StateContract, AResetStateRunsAsAFreshOne) {
+  const auto engine = make_scene(), fresh = make_scene();
+  hold_all(engine->instance(0));
+  std::mt19937 random(1);
+  drive(*engine, random, 300);
+  engine->reset();
+  EXPECT_EQ(engine->time(), Time{0});
+  for (Engine* of : {engine.get(), fresh.get()}) {
+    hold_all(of->instance(0));
+    std::mt19937 same(4);
+    drive(*of, same, 300);
+  }
+  EXPECT_TRUE(same_bits(bits(*engine), bits(*fresh)));
+}
+
+TEST_P(StateContract, WhatIsWrittenIsRead) {
+  const auto engine = make_scene();
+  Instance arm = engine->instance(0);
+  std::vector<double> q{0.1, -0.2, 0.3, -0.4, 0.5, 9.0}, v{1, 2, 3, 4, 5, 9.0};
+  arm.set_state(q, v);
+  q[5] = 0.5 * 0.5 + 0.1;  // the mimic follows
+  v[5] = 2.5;
+  EXPECT_EQ(copy(arm.q()), q);
+  EXPECT_EQ(copy(arm.v()), v);
+}
+
+TEST_P(StateContract, ACloneGoesOnBitForBit) {
+  const auto engine = make_scene();
+  hold_all(engine->instance(0));
+  std::mt19937 random(1);
+  drive(*engine, random, 217);
+  const auto clone = engine->clone();
+  EXPECT_TRUE(same_bits(bits(*engine), bits(*clone)));
+  EXPECT_EQ(engine->time(), clone->time());
+  for (Engine* of : {engine.get(), clone.get()}) {
+    std::mt19937 same(9);
+    drive(*of, same, 300);
+  }
+  EXPECT_TRUE(same_bits(bits(*engine), bits(*clone)));
+}
+
+TEST_P(StateContract, ACopiedStateGoesOnBitForBit) {
+  const auto engine = make_scene();
+  const auto other = engine->compiled()->make_engine();
+  hold_all(engine->instance(0));
+  std::mt19937 random(1);
+  drive(*other, random, 30);
+  drive(*engine, random, 217);
+  other->copy_state(*engine);
+  for (Engine* of : {engine.get(), other.get()}) {
+    std::mt19937 same(9);
+    drive(*of, same, 300);
+  }
+  EXPECT_TRUE(same_bits(bits(*engine), bits(*other)));
+}
+
+TEST_P(StateContract, AStateOfAnotherCompilationIsRefused) {
+  const auto engine = make_scene(), other = make_scene();
+  EXPECT_THROW(engine->copy_state(*other), std::invalid_argument);
+}
+
+TEST_P(StateContract, LookingChangesNothing) {
+  const auto engine = make_scene(), looked_at = make_scene();
+  for (Engine* of : {engine.get(), looked_at.get()}) hold_all(of->instance(0));
+  std::vector<Contact> contacts;
+  for (int i = 0; i < 200; ++i) {
+    engine->step();
+    looked_at->step();
+    looked_at->contacts(contacts);
+    static_cast<void>(looked_at->cast_ray({0, 0, 3}, {0, 0, -1}));
+    static_cast<void>(looked_at->kinetic_energy());
+  }
+  EXPECT_TRUE(same_bits(bits(*engine), bits(*looked_at)));
+}
+
+TEST_P(StateContract, ASpawnedInstanceLeavesTheOthersAsTheyAre) {
+  const auto engine = make_scene();
+  hold_all(engine->instance(0));
+  std::mt19937 random(1);
+  drive(*engine, random, 150);
+  const std::vector<double> before = bits(*engine);
+  const Time time = engine->time();
+  InstanceOptions options;
+  options.name = "second";
+  options.X_WR.translation() << 5, 0, 0;
+  engine->spawn(robot(make_pendulum(1.0, 0.5), options));
+  const std::vector<double> after = bits(*engine);
+  ASSERT_GT(after.size(), before.size());
+  EXPECT_TRUE(same_bits({after.begin(), after.begin() + static_cast<std::ptrdiff_t>(before.size())}, before));
+  EXPECT_EQ(engine->time(), time);
+  EXPECT_EQ(engine->instance(0).drive(0), DriveMode::position);
+  ASSERT_TRUE(engine->find("second"));
+  set(*engine->find("second"), {0.7});
+  run(*engine, 0.1);
+  EXPECT_LT(engine->find("second")->q()[0], 0.7);
+}
+
+TEST_P(StateContract, ARemovedInstanceLeavesTheOthersAsTheyAre) {
+  InstanceOptions options;
+  options.name = "second";
+  options.X_WR.translation() << 5, 0, 0;
+  std::vector<ModelInstance> instances = scene();
+  instances.insert(instances.begin(), robot(make_pendulum(1.0, 0.5), options));
+  const auto engine = make(settings(), instances);
+  Instance arm = *engine->find("arm");
+  hold_all(arm);
+  run(*engine, 0.2);
+  const std::vector<double> q = copy(arm.q()), v = copy(arm.v());
+  EXPECT_FALSE(engine->remove("nobody"));
+  EXPECT_TRUE(engine->remove("second"));
+  arm = *engine->find("arm");
+  EXPECT_EQ(copy(arm.q()), q);
+  EXPECT_EQ(copy(arm.v()), v);
+  EXPECT_EQ(arm.drive(0), DriveMode::position);
+  run(*engine, 0.1);
+}
+
+TEST_P(StateContract, ANameThatIsTakenIsRefusedAndNothingHasChanged) {
+  const auto engine = make_scene();
+  const std::vector<double> before = bits(*engine);
+  InstanceOptions options;
+  options.name = "arm";
+  EXPECT_THROW(engine->spawn(robot(make_pendulum(1, 1), options)), InputError);
+  EXPECT_TRUE(same_bits(bits(*engine), before));
+}
+
+TEST_P(StateContract, TwoRobotsMoveEachByItself) {
+  InstanceOptions left, right;
+  left.name = "left";
+  right.name = "right";
+  right.X_WR = make_pose({0.8, 0, 0}, {0, 0, 3.14});
+  const auto engine =
+      make(settings(), {robot(make_pendulum(1, 0.5), left), robot(make_pendulum(1, 0.5), right)});
+  const auto alone = make(settings(), {robot(make_pendulum(1, 0.5), left)});
+  set(engine->instance(0), {0.4});
+  set(engine->instance(1), {-0.9});
+  set(alone->instance(0), {0.4});
+  run(*engine, 0.5);
+  run(*alone, 0.5);
+  EXPECT_NEAR(engine->instance(0).q()[0], alone->instance(0).q()[0], 1e-12);
+  EXPECT_NE(engine->instance(1).q()[0], engine->instance(0).q()[0]);
+  EXPECT_NEAR(engine->instance(1).link_pose(0).translation().x(), 0.8, 1e-15);
+}
+
+TEST_P(StateContract, ARootCanBeMovedWhileTheWorldRuns) {
+  const auto engine = make(settings(), {robot(make_pendulum(1, 0.5))});
+  Instance of = engine->instance(0);
+  run(*engine, 0.1);
+  of.set_root_pose(at(1, 2, 3));
+  EXPECT_NEAR((of.link_pose(0).translation() - Eigen::Vector3d(1, 2, 3)).norm(), 0.0, 1e-15);
+  run(*engine, 0.1);
+  EXPECT_NEAR((of.link_pose(0).translation() - Eigen::Vector3d(1, 2, 3)).norm(), 0.0, 1e-15);
+  engine->reset();
+  EXPECT_NEAR(of.link_pose(0).translation().norm(), 0.0, 1e-15);
+}
+
+TEST_P(StateContract, AnIndexOutOfRangeIsRefused) {
+  const auto engine = make_scene();
+  EXPECT_THROW(static_cast<void>(engine->instance(99)), std::out_of_range);
+  EXPECT_THROW(engine->instance(0).set_drive(99, DriveMode::position), std::out_of_range);
+  EXPECT_THROW(engine->instance(0).set_drive(5, DriveMode::position), std::out_of_range);  // a mimic
+  EXPECT_THROW(static_cast<void>(engine->instance(0).link_pose(-1)), std::out_of_range);
+}
+
+TEST_P(StateContract, AStepAllocatesNothing) {
+  if (GetParam() == "analytic") GTEST_SKIP() << "it is for tests";
+  const auto engine = make_scene();
+  hold_all(engine->instance(0));
+  std::mt19937 random(1);
+  drive(*engine, random, 200);
+  const std::uint64_t before = heap_allocations();
+  drive(*engine, random, 200);
+  EXPECT_EQ(heap_allocations(), before);
+}
+
+}  // namespace
+}  // namespace doppel::test
