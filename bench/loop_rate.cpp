@@ -39,7 +39,7 @@ struct Contender {
                                         fmt::format("bench_loop_rate_{}_{}.yaml", getpid(), integrator);
     std::ofstream(world) << "integrator: " << integrator << "\n";
     doppel::Scenario scenario;
-    scenario.target = target;
+    scenario.robots = {{.target = target}};
     scenario.bundled_robots = DOPPEL_ROBOTS;
     scenario.world = world;
     twin = std::make_unique<doppel::Twin>(scenario, log, diagnostics);

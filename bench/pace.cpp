@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
   doppel::Log log;
   doppel::Diagnostics diagnostics;
   doppel::Scenario scenario;
-  scenario.target = argc > 2 ? argv[2] : "omarm_one";
+  scenario.robots = {{.target = argc > 2 ? argv[2] : "omarm_one"}};
   scenario.bundled_robots = DOPPEL_ROBOTS;
   doppel::Twin twin(scenario, log, diagnostics);
   doppel::RunnerOptions options;
@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
   doppel::Runner runner(twin, options);
   const doppel::RunStatistics run = runner.run(never);
   const double wall = static_cast<double>(run.wall.count()) * 1e-9;
-  fmt::print("{}: {:.3f} s simulated in {:.4f} s, off by {:+.4f} %\n", scenario.target,
+  fmt::print("{}: {:.3f} s simulated in {:.4f} s, off by {:+.4f} %\n", scenario.robots.front().target,
              doppel::to_seconds(run.simulated), wall,
              (wall / doppel::to_seconds(run.simulated) - 1.0) * 100.0);
   fmt::print(

@@ -47,9 +47,9 @@ class FastScenario {
     yaml.replace(at, slow.size(), "update_rate: 1000 ");
     file_ = std::filesystem::temp_directory_path() / ("bench_ros_" + std::to_string(getpid()) + ".yaml");
     std::ofstream(file_) << yaml;
-    scenario.target = "omarm_one";
+    scenario.robots = {{.target = "omarm_one"}};
     scenario.bundled_robots = robots;
-    scenario.controllers = file_;
+    scenario.robots.front().controllers = file_;
   }
   ~FastScenario() { std::filesystem::remove(file_); }
   FastScenario(const FastScenario&) = delete;

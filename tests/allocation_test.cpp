@@ -48,7 +48,9 @@ TEST_F(Allocation, NoneWhereAPushOnAnObjectBeginsAndEnds) {
   ball.shape = Sphere{0.05};
   ball.X_WO.translation() << 1, 0, 10;
   ball.mass = 1;
-  twin_->engine().spawn(ball);
+  CollisionMeshes meshes;
+  twin_->engine().spawn(make_instance(ball, meshes, diagnostics_));
+  twin_->between_steps();
   const std::string said =
       call("/gazebo/apply_link_wrench", "gazebo_msgs/srv/ApplyLinkWrench",
            "{link_name: '" + ball.name + "', wrench: {force: {x: 1}}, duration: {nanosec: 50000000}}");
@@ -57,8 +59,7 @@ TEST_F(Allocation, NoneWhereAPushOnAnObjectBeginsAndEnds) {
               for (int i = 0; i < 100; ++i) twin_->step();
             }),
             0u);
-  FrameVelocity velocity;
-  twin_->engine().object_velocity(ball.name, velocity);
+  const FrameVelocity velocity = twin_->engine().find(ball.name).value().base_velocity();
   EXPECT_NEAR(velocity.linear_W.x(), 0.05, 1e-6) << "and has ended";
 }
 

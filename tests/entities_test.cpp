@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "doppel/messages/gazebo_msgs.h"
 #include "doppel/messages/tf2_msgs.h"
@@ -41,13 +42,12 @@ class Entities : public TwinFixture {
     return call("/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: '" + name + "'}");
   }
   [[nodiscard]] Eigen::Vector3d where(const std::string& name) const {
-    Pose X = Pose::Identity();
-    EXPECT_TRUE(twin_->engine().object_pose(name, X)) << name;
-    return X.translation();
+    const std::optional<const Instance> object = std::as_const(*twin_).engine().find(name);
+    EXPECT_TRUE(object) << name;
+    return object ? object->base_pose().translation() : Eigen::Vector3d(Eigen::Vector3d::Zero());
   }
   [[nodiscard]] bool is_there(const std::string& name) const {
-    Pose unused;
-    return twin_->engine().object_pose(name, unused);
+    return std::as_const(*twin_).engine().find(name).has_value();
   }
 };
 
@@ -73,7 +73,7 @@ TEST_F(Entities, ANameMayComeFromTheXmlAndTheJointsStayAsTheyAre) {
 
 TEST_F(Entities, WhatCannotBeIsRefusedAndChangesNothing) {
   bring_up("lab_arm");
-  const std::string robot = twin_->robot_name();
+  const std::string robot = twin_->robot().name();
   EXPECT_THAT(spawn("a", ball("a")), HasSubstr("success: true"));
   EXPECT_THAT(spawn("a", ball("a")), HasSubstr("there is an object 'a' already"));
   EXPECT_THAT(spawn(robot, ball("a")), HasSubstr("taken by the robot"));
@@ -95,22 +95,24 @@ TEST_F(Entities, WhatCannotBeIsRefusedAndChangesNothing) {
             "<sdf version='1.7'><model name='b'><link name='l'><collision name='c'><geometry><mesh><uri>"
             "file:///etc/passwd.stl</uri></mesh></geometry></collision></link></model></sdf>"),
       HasSubstr("lies outside of the robot"));
-  EXPECT_EQ(twin_->engine().objects().size(), 1u);
+  EXPECT_EQ(twin_->engine().world().instances().size(), 2u) << "the robot and one object";
   EXPECT_THAT(remove(robot), HasSubstr("is the robot"));
   EXPECT_THAT(remove("ground"), HasSubstr("the ground"));
 }
 
 TEST_F(Entities, AreLimitedInNumber) {
   bring_up("lab_arm");
-  std::vector<WorldObject> many;
+  std::vector<ModelInstance> many = twin_->engine().world().instances();
+  CollisionMeshes meshes;
   for (int i = 0; i < 200; ++i) {
     WorldObject object;
     object.name = "o" + std::to_string(i);
     object.shape = Sphere{0.01};
     object.X_WO.translation() << 1 + 0.1 * i, 0, 1;
-    many.push_back(object);
+    many.push_back(make_instance(object, meshes, diagnostics_));
   }
-  twin_->engine().set_objects(many);
+  twin_->engine().set_instances(many);
+  twin_->between_steps();
   EXPECT_THAT(spawn("more", ball("more")), HasSubstr("200 objects"));
 }
 
@@ -122,7 +124,8 @@ TEST_F(Entities, AProgramMayPutThemInByTheEngine) {
   post.name = "post";
   post.shape = Box{{0.1, 0.1, 1}};
   post.X_WO.translation() << 1, 0, 0.5;
-  twin_->engine().spawn(post);
+  CollisionMeshes meshes;
+  twin_->engine().spawn(make_instance(post, meshes, diagnostics_));
   run(0.1);
   const auto told = heard<MarkerArray>("/doppel/objects");
   ASSERT_FALSE(told.empty());
@@ -148,7 +151,7 @@ TEST_F(Entities, AreToldAndPlacedInFrames) {
                    "{state: {name: near, pose: {position: {x: .inf}}}}"),
               HasSubstr("success: false"));
   EXPECT_THAT(call("/gazebo/set_entity_state", "gazebo_msgs/srv/SetEntityState",
-                   "{state: {name: " + twin_->robot_name() + "}}"),
+                   "{state: {name: " + twin_->robot().name() + "}}"),
               HasSubstr("success: false"));
 }
 
@@ -357,7 +360,7 @@ class EntitiesOfAWorld : public EntityStates {
     world_ = std::filesystem::path(::testing::TempDir()) / (std::string(info->name()) + "_world.yaml");
     write_world(0.5);
     Scenario scenario;
-    scenario.target = "lab_arm";
+    scenario.robots = {{.target = "lab_arm"}};
     scenario.world = world_;
     bring_up(scenario);
   }
@@ -370,7 +373,7 @@ class EntitiesOfAWorld : public EntityStates {
   }
   void reload() {
     Diagnostics said;
-    twin_->replace(twin_->prepare(twin_->present_controllers(), said));
+    twin_->replace(twin_->prepare(twin_->running(), said));
   }
 
   std::filesystem::path world_;
@@ -390,17 +393,16 @@ TEST_F(EntitiesOfAWorld, SurviveAReload) {
     EXPECT_NEAR(where("shelf").z(), 0.7, 1e-9) << "where the file puts it now";
     EXPECT_FALSE(is_there("cup")) << "deleted by hand";
   }
-  FrameVelocity velocity;
-  twin_->engine().object_velocity("ball", velocity);
+  const FrameVelocity velocity = twin_->engine().find("ball").value().base_velocity();
   EXPECT_NEAR(velocity.linear_W.z(), -0.3 * 9.81, 0.02) << "it goes on falling";
 }
 
 TEST_F(EntitiesOfAWorld, StandInTheFrameThatTfCallsWorld) {
   listen("/tf_static");
   run(0.1);
-  Pose X_WR = twin_->engine().link_pose(0);
+  const Pose X_WR = twin_->robot().instance().link_pose(0);
   EXPECT_NEAR(X_WR.translation().z(), 0.2, 1e-9);
-  const bool root_is_world = twin_->model().links.front().name == "world";
+  const bool root_is_world = twin_->robot().model().links.front().name == "world";
   double ground = 0;
   const auto frames = heard<tf2_msgs::msg::TFMessage>("/tf_static");
   ASSERT_FALSE(frames.empty());

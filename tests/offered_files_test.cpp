@@ -31,7 +31,7 @@ class OfferedFiles : public TwinFixture {
            "  - {name: packed, mesh: {uri: 'package://omarm_one/meshes/base_ballast.stl'}, xyz: [2, 0, 0]}\n"
            "  - {name: box, box: [0.1, 0.1, 0.1], xyz: [3, 0, 0]}\n";
     Scenario scenario;
-    scenario.target = "omarm_one";
+    scenario.robots = {{.target = "omarm_one"}};
     scenario.world = folder_ / "world.yaml";
     bring_up(scenario);
     library_.offer(offered_files());
@@ -43,7 +43,7 @@ class OfferedFiles : public TwinFixture {
   }
 
   [[nodiscard]] RobotFiles offered_files() const {
-    return app::offered_files(twin_->description(), twin_->engine().objects());
+    return app::offered_files(twin_->engine().world().instances());
   }
   std::string spawn(const std::string& name, const std::string& uri) {
     return call("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
@@ -85,7 +85,7 @@ TEST_F(OfferedFiles, HoldWhatIsSpawnedAtOnceAndAfterAReload) {
               ::testing::HasSubstr("success: true"));
   expect_all_can_be_had({"beside", "packed", "p", "f"});
   Diagnostics said;
-  const auto fresh = twin_->prepare(twin_->present_controllers(), said);
+  const auto fresh = twin_->prepare(twin_->running(), said);
   library_.offer(
       app::both(app::offered_files(Twin::description(*fresh), Twin::objects(*fresh)), offered_files()));
   twin_->replace(fresh);

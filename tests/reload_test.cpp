@@ -37,18 +37,18 @@ class Reload : public TwinFixture {
 
   Twin::Reload reload() {
     Diagnostics said;
-    const auto fresh = twin_->prepare(twin_->present_controllers(), said);
+    const auto fresh = twin_->prepare(twin_->running(), said);
     return twin_->replace(fresh);
   }
 
   std::map<std::string, double> positions() {
     std::map<std::string, double> out;
-    for (const JointSnapshot& j : twin_->joints()) out[j.name] = j.q;
+    for (const JointSnapshot& j : twin_->robot().joints()) out[j.name] = j.q;
     return out;
   }
 
   void expect_state(const std::string& controller, ControllerState state) {
-    for (const ControllerView& view : twin_->controller_manager().controllers()) {
+    for (const ControllerView& view : twin_->robot().controller_manager().controllers()) {
       if (view.name == controller) {
         EXPECT_EQ(view.state, state) << controller;
         return;
@@ -75,7 +75,10 @@ TEST_F(Reload, ATrajectoryGoesOnThroughAnEditOfLimitsAndInertia) {
   EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
   EXPECT_EQ(twin_->now(), time);
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-6) << name;
-  EXPECT_EQ(twin_->model().joints[static_cast<std::size_t>(twin_->model().find_joint("Revolute 1"))].velocity,
+  EXPECT_EQ(twin_->robot()
+                .model()
+                .joints[static_cast<std::size_t>(twin_->robot().model().find_joint("Revolute 1"))]
+                .velocity,
             4.4);
   run(0.002);
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 0.01) << name << " must not jump";
@@ -123,7 +126,7 @@ TEST_F(Reload, TheControllersYamlIsReadAgain) {
   const auto before = positions();
   edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 200");
   EXPECT_EQ(reload(), Twin::Reload::controllers_made_anew);
-  EXPECT_EQ(twin_->controller_manager().period(), Duration(5'000'000));
+  EXPECT_EQ(twin_->robot().controller_manager().period(), Duration(5'000'000));
   for (const char* name : {"omarm_arm_controller", "omarm_gripper_controller", "joint_state_broadcaster"})
     expect_state(name, ControllerState::active);
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-6) << name;
@@ -162,7 +165,10 @@ TEST_F(Reload, AnOverlayThatAppearsIsApplied) {
   std::ofstream(folder_ / "urdf/omarm.overlay.yaml")
       << "- set_limit: Revolute 1\n  velocity: 2.5\n  was: {velocity: 5.2}\n";
   EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
-  EXPECT_EQ(twin_->model().joints[static_cast<std::size_t>(twin_->model().find_joint("Revolute 1"))].velocity,
+  EXPECT_EQ(twin_->robot()
+                .model()
+                .joints[static_cast<std::size_t>(twin_->robot().model().find_joint("Revolute 1"))]
+                .velocity,
             2.5);
 }
 
@@ -208,10 +214,10 @@ TEST_F(Reload, AFoundControllersFileThatIsLostIsRefusedAndPickedUpWhenItIsRestor
   const fs::path file = folder_ / "config/ros2_controllers.yaml";
   std::ifstream in(file);
   const std::string whole{std::istreambuf_iterator<char>(in), {}};
-  const auto before = twin_->controller_manager().controllers().size();
+  const auto before = twin_->robot().controller_manager().controllers().size();
   const auto expect_refused = [&](const std::string& what) {
     EXPECT_THROW(reload(), InputError) << what;
-    EXPECT_EQ(twin_->controller_manager().controllers().size(), before) << what;
+    EXPECT_EQ(twin_->robot().controller_manager().controllers().size(), before) << what;
     const auto watched = twin_->files();
     EXPECT_NE(std::find(watched.begin(), watched.end(), file), watched.end()) << what;
   };

@@ -39,22 +39,22 @@ struct Outcome {
 
 Outcome outcome_of(const fs::path& target) {
   Scenario scenario;
-  scenario.target = target.string();
+  scenario.robots = {{.target = target.string()}};
   scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
   Outcome out;
   const Log log;
   Diagnostics diagnostics;
   try {
     Twin twin(scenario, log, diagnostics);
-    while (!twin.rest() && !twin.diverged() && twin.now() < from_seconds(1.0)) {
+    while (!twin.robot().rest() && !twin.diverged() && twin.now() < from_seconds(1.0)) {
       twin.between_steps();
       twin.step();
     }
     out.diverged = twin.diverged();
-    if (!twin.rest()) {
+    if (!twin.robot().rest()) {
       out.complaints.push_back("rest was not looked at");
     } else {
-      out.complaints = twin.rest()->complaints;
+      out.complaints = twin.robot().rest()->complaints;
     }
   } catch (const InputError& error) {
     out.refusal = error.what();

@@ -182,15 +182,15 @@ TEST(Ros2Doc, ListsWhatARunningTwinOffers) {
   std::ofstream(folder / "arm.urdf") << kRobot;
   std::ofstream(folder / "controllers.yaml") << kControllers;
   Scenario scenario;
-  scenario.target = (folder / "arm.urdf").string();
-  scenario.controllers = folder / "controllers.yaml";
-  scenario.activate = {"joint_state_broadcaster", "arm_controller"};
+  scenario.robots = {{.target = (folder / "arm.urdf").string()}};
+  scenario.robots.front().controllers = folder / "controllers.yaml";
+  scenario.robots.front().activate = {"joint_state_broadcaster", "arm_controller"};
   Log log;
   Diagnostics diagnostics;
   Twin twin(scenario, log, diagnostics);
   const Rosout rosout(twin.bus());
   const Runner runner(twin, {});
-  const app::HealthPublisher health(twin.bus(), [] { return std::string(); });
+  const app::HealthPublisher health(twin.bus(), "", [] { return std::string(); });
   const std::string tables = tables_of(twin);
   fs::remove_all(folder);
 

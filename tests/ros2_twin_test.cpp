@@ -23,7 +23,7 @@ class Ros2Twin : public TwinFixture {
  protected:
   static Scenario scenario_with(std::vector<std::string> words) {
     Scenario scenario;
-    scenario.target = "omarm_zero";
+    scenario.robots = {{.target = "omarm_zero"}};
     words.insert(words.begin(), "--ros-args");
     scenario.ros = take_ros_arguments(words);
     return scenario;
@@ -58,7 +58,7 @@ TEST_F(Ros2Twin, LivesInANamespaceUnderOtherNames) {
                               Contains("/left/robot_description"),
                               Contains("/left/controller_manager/activity"), Not(Contains("/joint_states"))));
   for (const std::string& node : twin_->bus().nodes()) EXPECT_THAT(node, StartsWith("/left/"));
-  for (const ControllerView& controller : twin_->controller_manager().controllers())
+  for (const ControllerView& controller : twin_->robot().controller_manager().controllers())
     EXPECT_EQ(controller.state, ControllerState::active)
         << "the robot's own YAML holds here too: " << controller.name;
   EXPECT_FALSE(last<sensor_msgs::msg::JointState>("/left/js", 0.2).name.empty());
@@ -70,7 +70,7 @@ TEST_F(Ros2Twin, TakesParametersFromTheCommandLine) {
   const auto tf = last<tf2_msgs::msg::TFMessage>("/tf", 0.2);
   ASSERT_FALSE(tf.transforms.empty());
   EXPECT_THAT(tf.transforms.front().child_frame_id, StartsWith("left/"));
-  EXPECT_EQ(twin_->controller_manager().period(), from_seconds(0.02));
+  EXPECT_EQ(twin_->robot().controller_manager().period(), from_seconds(0.02));
   EXPECT_THAT(call("/robot_state_publisher/set_parameters", "rcl_interfaces/srv/SetParameters",
                    "{parameters: [{name: robot_description, value: {type: 4, string_value: x}}]}"),
               HasSubstr("edit and save"));
@@ -110,7 +110,7 @@ TEST_F(Ros2Twin, StampedByTheWallRunsAsBefore) {
 TEST_F(Ros2Twin, StampedByTheWallReadsStampsAsTheWalls) {
   for (const bool wall : {false, true}) {
     Scenario scenario = scenario_with({});
-    scenario.target = "omarm_one";
+    scenario.robots = {{.target = "omarm_one"}};
     scenario.wall_stamps = wall;
     bring_up(scenario);
     run(0.2);

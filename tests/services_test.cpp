@@ -113,7 +113,7 @@ TEST_F(Services, JointLoadsTellWhatGravityAsks) {
   run(1.0);
   const auto loads = heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
   EXPECT_NEAR(static_cast<double>(loads.size()), 5.0, 1.0);
-  const auto expected = twin_->gravity_sag();
+  const auto expected = twin_->robot().gravity_sag();
   ASSERT_EQ(loads.back().joint_names.size(), expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_EQ(loads.back().joint_names[i], expected[i].joint);
@@ -136,17 +136,18 @@ TEST_F(Services, JointLoadsAreTheSlopeOfThePotentialEnergy) {
     twin_->between_steps();
     const auto loads = heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
     ASSERT_EQ(loads.size(), 1u);
-    Engine& engine = twin_->engine();
-    const std::vector<double> q(engine.q().begin(), engine.q().end());
-    const std::vector<double> rest(engine.v().size(), 0.0);
+    const Engine& engine = twin_->engine();
+    Instance& instance = twin_->robot().instance();
+    const std::vector<double> q(instance.q().begin(), instance.q().end());
+    const std::vector<double> rest(instance.v().size(), 0.0);
     for (std::size_t i = 0; i < loads[0].joint_names.size(); ++i) {
-      const Model& model = twin_->model();
+      const Model& model = twin_->robot().model();
       const ModelJoint& joint =
           model.joints[static_cast<std::size_t>(model.find_joint(loads[0].joint_names[i]))];
       const auto energy_at = [&](double offset) {
         Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(q.data(), model.nq);
         moved[joint.q] += offset;
-        engine.set_state({moved.data(), q.size()}, rest);  // mimics follow
+        instance.set_state({moved.data(), q.size()}, rest);  // mimics follow
         return engine.potential_energy();
       };
       const double slope = (energy_at(1e-5) - energy_at(-1e-5)) / 2e-5;
@@ -163,20 +164,20 @@ TEST_F(Services, JointsSagAsTold) {
   listen("/doppel/joint_loads");
   run(0.3);
   const auto loads = heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads").back();
-  const Model& model = twin_->model();
+  const Instance& robot = twin_->robot().instance();
+  const Model& model = robot.model();
   for (std::size_t i = 0; i < loads.joint_names.size(); ++i) {
     const int index = model.find_joint(loads.joint_names[i]);
     const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
-    const double behind =
-        twin_->engine().drive_reference(index) - twin_->engine().q()[static_cast<std::size_t>(joint.q)];
-    const double stiffness = twin_->engine().servos()[static_cast<std::size_t>(index)].stiffness;
+    const double behind = robot.drive_reference(index) - robot.q()[static_cast<std::size_t>(joint.q)];
+    const double stiffness = robot.made_of().servos[static_cast<std::size_t>(index)].stiffness;
     EXPECT_NEAR(behind, loads.sags[i], joint.friction / stiffness + 1e-6) << joint.name;
   }
 }
 
 TEST_F(Services, JointEffortActsForItsTimeOnly) {
   Scenario scenario;
-  scenario.target = "omarm_one";
+  scenario.robots = {{.target = "omarm_one"}};
   scenario.start_controllers = false;
   bring_up(scenario);
   const double start = joint("Revolute 1").q;  // about the vertical: gravity does not turn it

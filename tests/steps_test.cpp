@@ -35,7 +35,7 @@ void PrintTo(const Arm& arm, std::ostream* out) {
 
 Scenario scenario_of(const std::string& target) {
   Scenario scenario;
-  scenario.target = target;
+  scenario.robots = {{.target = target}};
   scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
   return scenario;
 }
@@ -51,7 +51,7 @@ std::vector<Arm> listed_arms() {
     Arm arm{name, scenario_of(target)};
     for (std::string word; words >> word;) {
       const std::size_t at = word.find(":=");
-      arm.scenario.arguments.emplace_back(word.substr(0, at), word.substr(at + 2));
+      arm.scenario.robots.front().arguments.emplace_back(word.substr(0, at), word.substr(at + 2));
     }
     arms.push_back(std::move(arm));
   }
@@ -70,18 +70,31 @@ std::vector<Arm> find_arms() {
   return arms;
 }
 
+// A robot in empty space.
+std::unique_ptr<Engine> alone(const RobotDescription& robot, std::shared_ptr<const Model> model,
+                              const InstanceOptions& options, Integrator integrator, double step,
+                              Diagnostics& diagnostics) {
+  CollisionMeshes meshes;
+  const WorldSettings settings = test::empty_space(step, integrator);
+  return compile_world(kDefaultEngine, settings,
+                       {make_instance(std::make_shared<const RobotDescription>(robot), std::move(model),
+                                      options, meshes, diagnostics)},
+                       diagnostics)
+      ->make_engine();
+}
+
 // The robot of a machine in empty space, alone.
 struct Bench {
   explicit Bench(const Arm& arm) : machine(arm.scenario, diagnostics) {}
 
-  [[nodiscard]] const Model& model() const { return machine.model; }
+  [[nodiscard]] const RobotMachine& robot() const { return *machine.robots.front(); }
+  [[nodiscard]] const Model& model() const { return robot().model(); }
   [[nodiscard]] Eigen::Vector3d gravity() const { return {0, 0, -9.81}; }
   std::unique_ptr<Engine> engine(Integrator integrator, double step) {
-    EngineOptions options;
-    options.servos = machine.servos;
+    InstanceOptions options;
+    options.servos = robot().servos();
     options.self_collision = false;
-    return make_mujoco_engine(machine.setup.description.robot, model(), test::empty_space(step, integrator),
-                              options, diagnostics);
+    return alone(robot().description(), robot().shared_model(), options, integrator, step, diagnostics);
   }
   // Within the limits, mimics following, and such that the drives' efforts can hold it.
   Eigen::VectorXd pose(std::mt19937& random) {
@@ -97,7 +110,7 @@ struct Bench {
         q[joint.q] = lower + (0.05 + 0.9 * unit(random)) * (upper - lower);
       }
       model().apply_mimics(q);
-      static_sag(model(), data, machine.servos, q, gravity(), sag);
+      static_sag(model(), data, robot().servos(), q, gravity(), sag);
       if (std::all_of(sag.sags.begin(), sag.sags.end(), [](const Sag& s) { return s.margin > 0; })) return q;
     }
     ADD_FAILURE() << "no pose can be held";
@@ -109,11 +122,12 @@ struct Bench {
 };
 
 void start(Engine& engine, const Model& model, const Eigen::VectorXd& q) {
+  Instance robot = engine.instance(0);
   const std::vector<double> rest(static_cast<std::size_t>(model.nv), 0.0);
-  engine.set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
+  robot.set_state({q.data(), static_cast<std::size_t>(q.size())}, rest);
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     if (model.joints[j].scalar() && !model.joints[j].mimics())
-      engine.set_drive(static_cast<int>(j), DriveMode::position);
+      robot.set_drive(static_cast<int>(j), DriveMode::position);
   }
 }
 
@@ -125,7 +139,7 @@ void run(Engine& engine, double seconds) {
 
 double fastest(const Engine& engine) {
   double out = 0;
-  for (const double v : engine.v()) out = std::max(out, std::abs(v));
+  for (const double v : engine.instance(0).v()) out = std::max(out, std::abs(v));
   return out;
 }
 
@@ -142,19 +156,20 @@ TEST_P(Steps, EightRandomPosesAreHeldUnderEveryIntegrator) {
                    std::to_string(i));
       start(*engine, bench.model(), bench.pose(random));
       run(*engine, 0.9);
-      const std::vector<double> before(engine->q().begin(), engine->q().end());
+      const std::vector<double> before(engine->instance(0).q().begin(), engine->instance(0).q().end());
       run(*engine, 0.1);
-      for (std::size_t k = 0; k < before.size(); ++k) EXPECT_NEAR(engine->q()[k], before[k], 1e-4);
+      for (std::size_t k = 0; k < before.size(); ++k)
+        EXPECT_NEAR(engine->instance(0).q()[k], before[k], 1e-4);
       // and it is where the sag, with the friction's share, says
       Data data(bench.model());
       StaticSag sag;
-      static_sag(bench.model(), data, bench.machine.servos,
-                 Eigen::Map<const Eigen::VectorXd>(engine->q().data(), bench.model().nq), bench.gravity(),
-                 sag);
+      static_sag(bench.model(), data, bench.robot().servos(),
+                 Eigen::Map<const Eigen::VectorXd>(engine->instance(0).q().data(), bench.model().nq),
+                 bench.gravity(), sag);
       for (const Sag& s : sag.sags) {
         const auto joint = static_cast<std::size_t>(s.joint);
-        const double q = engine->q()[static_cast<std::size_t>(bench.model().joints[joint].q)];
-        const double off = engine->drive_reference(s.joint) - q;
+        const double q = engine->instance(0).q()[static_cast<std::size_t>(bench.model().joints[joint].q)];
+        const double off = engine->instance(0).drive_reference(s.joint) - q;
         EXPECT_GE(off, s.least - 1e-4) << bench.model().joints[joint].name;
         EXPECT_LE(off, s.most + 1e-4) << bench.model().joints[joint].name;
       }
@@ -193,19 +208,19 @@ TEST_P(Steps, FollowersStayWithTheirCouplingWhileAGripperCloses) {
     q[leader.q] = leader.lower;
     model.apply_mimics(q);
     start(*engine, model, q);
-    engine->set_target(static_cast<int>(j), leader.upper);
+    engine->instance(0).set_target(static_cast<int>(j), leader.upper);
     double angle = 0, way = 0;
     for (int i = 0; i < 5000; ++i) {
       engine->step();
       for (const ModelJoint& joint : model.joints) {
         if (joint.mimic_leader != static_cast<int>(j)) continue;
-        const double stray = std::abs(engine->q()[joint.q] - joint.mimic_offset -
-                                      joint.mimic_multiplier * engine->q()[leader.q]);
+        const double stray = std::abs(engine->instance(0).q()[joint.q] - joint.mimic_offset -
+                                      joint.mimic_multiplier * engine->instance(0).q()[leader.q]);
         double& worst = joint.type == JointType::prismatic ? way : angle;
         worst = std::max(worst, stray);
       }
     }
-    EXPECT_NEAR(engine->q()[leader.q], leader.upper, 0.02) << "it closed";
+    EXPECT_NEAR(engine->instance(0).q()[leader.q], leader.upper, 0.02) << "it closed";
     EXPECT_LT(angle, 1e-4) << leader.name;
     EXPECT_LT(way, 1e-5) << leader.name;
     RecordProperty(leader.name + "_rad", std::to_string(angle));
@@ -233,15 +248,17 @@ RobotDescription bare(RobotDescription robot) {
 struct Fall {
   Diagnostics diagnostics;
   RobotDescription robot;
-  Model model;
+  std::shared_ptr<const Model> shared;
+  const Model& model;
 
   explicit Fall(const Arm& arm)
-      : robot(bare(Machine(arm.scenario, diagnostics).setup.description.robot)),
-        model(compile_model(robot, BaseKind::fixed, diagnostics)) {}
+      : robot(bare(Machine(arm.scenario, diagnostics).robots.front()->description())),
+        shared(std::make_shared<const Model>(compile_model(robot, BaseKind::fixed, diagnostics))),
+        model(*shared) {}
   std::unique_ptr<Engine> engine(Integrator integrator, double step) {
-    EngineOptions options;
+    InstanceOptions options;
     options.self_collision = false;
-    return make_mujoco_engine(robot, model, test::empty_space(step, integrator), options, diagnostics);
+    return alone(robot, shared, options, integrator, step, diagnostics);
   }
   Eigen::VectorXd pose(std::mt19937& random) const {
     std::uniform_real_distribution<double> angle(-2, 2);
@@ -290,10 +307,11 @@ TEST(StepsOfAllArms, APassiveFallIsTheReferencesWithinTheErrorOfItsScheme) {
       for (const Integrator integrator : kAll) {
         const auto engine = fall.engine(integrator, 1e-3);
         const std::vector<double> rest(static_cast<std::size_t>(fall.model.nv), 0.0);
-        engine->set_state({q0.data(), static_cast<std::size_t>(q0.size())}, rest);
+        engine->instance(0).set_state({q0.data(), static_cast<std::size_t>(q0.size())}, rest);
         run(*engine, 0.5);
         for (int k = 0; k < fall.model.nq; ++k)
-          errors[integrator].push_back(std::abs(engine->q()[static_cast<std::size_t>(k)] - exact.q[k]));
+          errors[integrator].push_back(
+              std::abs(engine->instance(0).q()[static_cast<std::size_t>(k)] - exact.q[k]));
       }
     }
     std::printf("  %-18s", arm.name.c_str());
@@ -322,7 +340,7 @@ TEST(StepsOfAllArms, APassiveFallKeepsItsEnergy) {
         const auto engine = fall.engine(integrator, 1e-3);
         const Eigen::VectorXd q0 = fall.pose(random);
         const std::vector<double> rest(static_cast<std::size_t>(fall.model.nv), 0.0);
-        engine->set_state({q0.data(), static_cast<std::size_t>(q0.size())}, rest);
+        engine->instance(0).set_state({q0.data(), static_cast<std::size_t>(q0.size())}, rest);
         const double before = engine->potential_energy();
         double moving = 0, worst = 0;
         for (int k = 0; k < 2000; ++k) {
@@ -351,10 +369,11 @@ std::vector<Eigen::VectorXd> track(Engine& engine, const Model& model, const Eig
     for (std::size_t j = 0; j < model.joints.size(); ++j) {
       const ModelJoint& joint = model.joints[j];
       if (joint.scalar() && !joint.mimics())
-        engine.set_target(static_cast<int>(j), from[joint.q] + blend * (to[joint.q] - from[joint.q]));
+        engine.instance(0).set_target(static_cast<int>(j),
+                                      from[joint.q] + blend * (to[joint.q] - from[joint.q]));
     }
     for (int k = 0; k < substeps; ++k) engine.step();
-    out.emplace_back(Eigen::Map<const Eigen::VectorXd>(engine.q().data(), model.nq));
+    out.emplace_back(Eigen::Map<const Eigen::VectorXd>(engine.instance(0).q().data(), model.nq));
   }
   return out;
 }

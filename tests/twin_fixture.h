@@ -23,7 +23,7 @@ class TwinFixture : public ::testing::Test {
   }
   void bring_up(const std::string& target) {
     Scenario scenario;
-    scenario.target = target;
+    scenario.robots = {{.target = target}};
     bring_up(scenario);
   }
 
@@ -88,7 +88,7 @@ class TwinFixture : public ::testing::Test {
   }
 
   [[nodiscard]] JointSnapshot joint(const std::string& name) const {
-    for (JointSnapshot& snapshot : twin_->joints()) {
+    for (JointSnapshot& snapshot : twin_->robot().joints()) {
       if (snapshot.name == name) return snapshot;
     }
     ADD_FAILURE() << "no joint " << name;

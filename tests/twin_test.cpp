@@ -22,7 +22,7 @@ TEST_F(Twins, HoldsItselfUpAgainstGravity) {
     SCOPED_TRACE(robot);
     bring_up(robot);
     Goals start;
-    for (const JointSnapshot& j : twin_->joints()) start[j.name] = j.q;
+    for (const JointSnapshot& j : twin_->robot().joints()) start[j.name] = j.q;
     run(3.0);
     expect_at(start, 0.01);
     EXPECT_FALSE(twin_->diverged());
@@ -31,14 +31,20 @@ TEST_F(Twins, HoldsItselfUpAgainstGravity) {
 
 TEST_F(Twins, CollapsesWithNoControllerActive) {
   Scenario scenario;
-  scenario.target = "omarm_one";
+  scenario.robots = {{.target = "omarm_one"}};
   scenario.start_controllers = false;
   bring_up(scenario);
-  const double before =
-      twin_->engine().link_pose(twin_->model().find_link("gripper_base_1")).translation().z();
+  const double before = twin_->robot()
+                            .instance()
+                            .link_pose(twin_->robot().model().find_link("gripper_base_1"))
+                            .translation()
+                            .z();
   run(3.0);
-  const double after =
-      twin_->engine().link_pose(twin_->model().find_link("gripper_base_1")).translation().z();
+  const double after = twin_->robot()
+                           .instance()
+                           .link_pose(twin_->robot().model().find_link("gripper_base_1"))
+                           .translation()
+                           .z();
   EXPECT_LT(after, before - 0.05);
 }
 
@@ -131,7 +137,7 @@ TEST_F(Twins, TransformsAgreeWithThePhysics) {
     ASSERT_TRUE(from_cdr(message.cdr, tf).ok());
     for (const auto& transform : tf.transforms) latest[transform.child_frame_id] = transform;
   }
-  const Model& model = twin_->model();
+  const Model& model = twin_->robot().model();
   EXPECT_EQ(latest.size(), model.joints.size());
   Pose X = Pose::Identity();
   for (std::string frame = "gripper_finger_left_1"; frame != "world";) {
@@ -145,7 +151,7 @@ TEST_F(Twins, TransformsAgreeWithThePhysics) {
     X = X_PC * X;
     frame = t.header.frame_id;
   }
-  const Pose truth = twin_->engine().link_pose(model.find_link("gripper_finger_left_1"));
+  const Pose truth = twin_->robot().instance().link_pose(model.find_link("gripper_finger_left_1"));
   EXPECT_LT((X.matrix() - truth.matrix()).norm(),
             1e-3);  // the arm holds still, so the stamp's age does not matter
 }
@@ -157,7 +163,7 @@ TEST_F(Twins, MimicFollowsItsLeaderAndTakesNoCommands) {
   run(2.0);
   EXPECT_NEAR(joint("Revolute 8").q, 0.6, 0.01);
   EXPECT_NEAR(joint("Revolute 9").q, joint("Revolute 8").q, 0.005);
-  for (const InterfaceView& interface : twin_->controller_manager().command_interfaces()) {
+  for (const InterfaceView& interface : twin_->robot().controller_manager().command_interfaces()) {
     EXPECT_EQ(interface.full_name.find("Revolute 9"), std::string::npos);
   }
 }

@@ -8,7 +8,7 @@ int main() {
   doppel::Log log;
   doppel::Diagnostics diagnostics;
   doppel::Scenario scenario;
-  scenario.target = "omarm_one";
+  scenario.robots = {{.target = "omarm_one"}};
   scenario.bundled_robots = DOPPEL_ROBOTS;
   doppel::Twin twin(scenario, log, diagnostics);
 
@@ -16,7 +16,7 @@ int main() {
     twin.between_steps();
     twin.step();
   }
-  for (const doppel::JointSnapshot& joint : twin.joints()) {
+  for (const doppel::JointSnapshot& joint : twin.robot().joints()) {
     fmt::print("{:12} {:8.4f} rad, {:7.3f} N m\n", joint.name, joint.q, joint.tau);
   }
   return 0;

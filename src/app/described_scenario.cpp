@@ -8,16 +8,19 @@
 
 namespace doppel::app {
 
-void add_described_by(CLI::App& verb, DescribedBy& by) {
-  add_target(verb, by.words);
+void add_described_by(CLI::App& verb, DescribedBy& by, bool required) {
+  add_target(verb, by.words, required);
   verb.add_option("--set", by.set, "An argument for the description's xacro, name:=value")->take_all();
 }
 
 Scenario described_scenario(const DescribedBy& by) {
   Scenario scenario;
-  scenario.target = by.words.front();
-  for (std::size_t i = 1; i < by.words.size(); ++i) scenario.arguments.push_back(split_argument(by.words[i]));
-  for (const std::string& text : by.set) scenario.arguments.push_back(split_argument(text));
+  if (!by.words.empty()) {
+    WorldRobot& robot = scenario.robots.emplace_back();
+    robot.target = by.words.front();
+    for (std::size_t i = 1; i < by.words.size(); ++i) robot.arguments.push_back(split_argument(by.words[i]));
+    for (const std::string& text : by.set) robot.arguments.push_back(split_argument(text));
+  }
   scenario.bundled_robots = root_folder() / "robots";
   scenario.inspect = [](const ExpandedDescription& expanded, Diagnostics& said) {
     for (Finding& finding : misspellings(expanded))

@@ -14,6 +14,7 @@
 #include "doppel/core/guarded_thread.h"
 #include "doppel/core/shown_path.h"
 #include "doppel/messages/std_msgs.h"
+#include "doppel/twin/robot_names.h"
 
 namespace doppel::app {
 namespace {
@@ -70,7 +71,7 @@ std::string to_json(const SourcePlaces& places) {
 
 // What the loop publishes with; tasks that come after the end find it gone.
 struct HealthPublisher::Outlet {
-  explicit Outlet(Bus& bus) : node(bus, "/doppel") {
+  Outlet(Bus& bus, const std::string& name_space) : node(bus, in_namespace(name_space, "doppel")) {
     health = node.advertise<std_msgs::msg::String>("~/health", {.depth = 1, .latched = true});
     sources = node.advertise<std_msgs::msg::String>("~/sources", {.depth = 1, .latched = true});
   }
@@ -128,8 +129,8 @@ struct HealthPublisher::Desk {
   bool busy = false, ending = false;
 };
 
-HealthPublisher::HealthPublisher(Bus& bus, std::function<std::string()> judge)
-    : outlet_(std::make_shared<Outlet>(bus)), desk_(std::make_shared<Desk>(bus, outlet_)) {
+HealthPublisher::HealthPublisher(Bus& bus, const std::string& name_space, std::function<std::string()> judge)
+    : outlet_(std::make_shared<Outlet>(bus, name_space)), desk_(std::make_shared<Desk>(bus, outlet_)) {
   // Without memory for a text there is none for a report of it either: the topics keep their last message.
   thread_ = guarded_thread([desk = desk_, judge = std::move(judge)] { desk->run(judge); },
                            [desk = desk_](const std::string&) { desk->end(); });

@@ -23,17 +23,17 @@ namespace {
 constexpr double kFarOff = 0.05, kSlideFarOff = 0.005;  // rad, m: from the target, at the effort limit
 
 // Joints that their drives have given up, though they may stand still now.
-void find_weak(const Twin& twin, Engine& engine,
+void find_weak(const Instance& robot,
                const std::function<void(const char*, const std::string&, const std::string&)>& add) {
-  for (std::size_t j = 0; j < twin.model().joints.size(); ++j) {
-    const ModelJoint& joint = twin.model().joints[j];
+  for (std::size_t j = 0; j < robot.model().joints.size(); ++j) {
+    const ModelJoint& joint = robot.model().joints[j];
     const int index = static_cast<int>(j);
-    if (!joint.scalar() || engine.drive(index) != DriveMode::position) continue;
+    if (!joint.scalar() || robot.drive(index) != DriveMode::position) continue;
     const bool slides = joint.type == JointType::prismatic;
-    const double off = engine.drive_target(index) - engine.q()[static_cast<std::size_t>(joint.q)];
-    const double limit = engine.servos()[j].effort;
+    const double off = robot.drive_target(index) - robot.q()[static_cast<std::size_t>(joint.q)];
+    const double limit = robot.made_of().servos[j].effort;
     if (std::abs(off) < (slides ? kSlideFarOff : kFarOff)) continue;
-    if (!at_effort_limit(engine, index)) continue;
+    if (!at_effort_limit(robot, index)) continue;
     add("run.unrest", joint.name,
         fmt::format(
             "joint '{}' stands {:.3g} {} off where its drive holds it: its effort limit of {:.3g} {} does "
@@ -54,7 +54,7 @@ std::vector<Finding> judge_run(const Scenario& scenario) {
     twin.step();
   }
   twin.between_steps();
-  const RobotDescription& robot = twin.description();
+  const RobotDescription& robot = twin.robot().description();
   std::vector<Finding> out;
   const auto add = [&](const char* rule, const std::string& joint, const std::string& message) {
     const Joint* const source = robot.find_joint(joint);
@@ -71,14 +71,14 @@ std::vector<Finding> judge_run(const Scenario& scenario) {
         fmt::format("the numbers run away {:.3f} s after the start", to_seconds(twin.now())));
     return out;
   }
-  for (Unrest& unrest : find_unrest(robot, twin.model(), twin.engine())) {
+  for (Unrest& unrest : find_unrest(robot, twin.robot().instance())) {
     unrest.where = {};  // the finding's own
     const ModelJoint& joint =
-        twin.model().joints[static_cast<std::size_t>(twin.model().find_joint(unrest.joint))];
+        twin.robot().model().joints[static_cast<std::size_t>(twin.robot().model().find_joint(unrest.joint))];
     add("run.unrest", unrest.joint, to_string(unrest, joint.type == JointType::prismatic));
   }
-  if (out.empty()) find_weak(twin, twin.engine(), add);
-  for (const OscillationReport& found : twin.oscillations())
+  if (out.empty()) find_weak(twin.robot().instance(), add);
+  for (const OscillationReport& found : twin.robot().oscillations())
     add("run.oscillation", found.joint, found.message);
   return out;
 }
@@ -96,22 +96,22 @@ Judgement judge(const std::string& target, const std::function<AuditReport()>& l
   }
 }
 
-std::string health_json(const Scenario& scenario) {
-  const auto look = [&scenario] {
-    DescriptionTarget target = open_target(scenario.target, scenario.arguments);
+std::string health_json(const WorldRobot& robot) {
+  const auto look = [&robot] {
+    DescriptionTarget target = open_target(robot.target, robot.arguments);
     Diagnostics told_before;
     target.arguments = simulation_arguments(target.target.description, std::move(target.arguments),
                                             target.resolver, told_before);
     AuditOptions options;
-    options.controllers = scenario.controllers;
+    options.controllers = robot.controllers;
     return audit_target(target, options);
   };
   try {
-    return to_json(judge(scenario.target, look).report);
+    return to_json(judge(robot.target, look).report);
   } catch (const std::exception& error) {
     return to_json(refusal_report(
         InputError("health.failed", {}, std::string("the description could not be judged: ") + error.what()),
-        scenario.target));
+        robot.target));
   }
 }
 

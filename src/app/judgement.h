@@ -26,8 +26,8 @@ struct Judgement {
 // the user named it.
 Judgement judge(const std::string& target, const std::function<AuditReport()>& look);
 
-// `doppel check TARGET --json` for the description that a scenario runs with: the same arguments, those that
-// choose simulation included. Never throws: what goes wrong is a finding.
-std::string health_json(const Scenario& scenario);
+// `doppel check TARGET --json` for a robot's description: with its arguments, those that choose simulation
+// included. Never throws: what goes wrong is a finding.
+std::string health_json(const WorldRobot& robot);
 
 }  // namespace doppel::app

@@ -6,15 +6,36 @@ namespace doppel::app {
 
 namespace fs = std::filesystem;
 
-RobotFiles offered_files(const RobotDescription& robot, const std::vector<WorldObject>& objects) {
-  RobotFiles out = files_of(robot);
+namespace {
+
+// A robot's description has its URDF's text, an object's is made of the world file.
+bool is_object(const ModelInstance& instance) {
+  return instance.is_object() && instance.description->xml.empty();
+}
+
+void add_object(const RobotDescription& object, RobotFiles& out) {
   std::error_code none;
-  for (const WorldObject& object : objects) {
-    const auto* mesh = std::get_if<MeshGeometry>(&object.shape);
-    if (mesh == nullptr || mesh->path.empty()) continue;
-    const fs::path world = object.source.file ? fs::absolute(*object.source.file, none) : fs::path();
-    out.meshes.push_back(
-        {mesh_resource(*mesh), fs::absolute(mesh->path, none).lexically_normal(), world.lexically_normal()});
+  for (const Link& link : object.links) {
+    for (const Visual& visual : link.visuals) {
+      const auto* mesh = std::get_if<MeshGeometry>(&visual.geometry);
+      if (mesh == nullptr || mesh->path.empty()) continue;
+      const fs::path world = object.source.file ? fs::absolute(*object.source.file, none) : fs::path();
+      out.meshes.push_back({mesh_resource(*mesh), fs::absolute(mesh->path, none).lexically_normal(),
+                            world.lexically_normal()});
+    }
+  }
+}
+
+}  // namespace
+
+RobotFiles offered_files(const std::vector<ModelInstance>& instances) {
+  RobotFiles out;
+  for (const ModelInstance& instance : instances) {
+    if (is_object(instance)) {
+      add_object(*instance.description, out);
+    } else {
+      out = both(files_of(*instance.description), out);
+    }
   }
   return out;
 }

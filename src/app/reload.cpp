@@ -24,8 +24,8 @@ std::string names_of(const std::vector<std::filesystem::path>& files) {
 Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
                       std::function<void()> afterwards) {
   const auto begin = [&twin, before = std::move(before)]() -> Reloadable::Build {
-    return [&twin, before, wish = twin.present_controllers()](Diagnostics& said) -> Reloadable::TakeOver {
-      return [&twin, before, fresh = twin.prepare(wish, said)] {
+    return [&twin, before, running = twin.running()](Diagnostics& said) -> Reloadable::TakeOver {
+      return [&twin, before, fresh = twin.prepare(running, said)] {
         before(*fresh);
         return twin.replace(fresh) == Twin::Reload::controllers_went_on
                    ? "joints and controllers went on"

@@ -30,9 +30,35 @@ std::string_view to_string(RunEnd end) {
 
 }  // namespace
 
+namespace {
+
+Json rest_of(const std::optional<RestReport>& rest) {
+  if (!rest) return nullptr;
+  return {{"time_s", to_seconds(rest->at)},
+          {"joints_at_rest", rest->complaints.empty()},
+          {"complaints", rest->complaints},
+          {"base_linear", number(rest->base_linear)},
+          {"base_angular", number(rest->base_angular)}};
+}
+
+}  // namespace
+
 Snapshot take_snapshot(Twin& twin) {
-  const ControllerManager& manager = twin.controller_manager();
-  return {twin.now(), twin.joints(), manager.controllers(), manager.is_stopped()};
+  Snapshot out;
+  out.now = twin.now();
+  for (const auto& robot : twin.robots()) {
+    const std::string scope = twin.robots().size() > 1 ? robot->name() + "::" : "";
+    for (JointSnapshot& joint : robot->joints()) {
+      joint.name.insert(0, scope);
+      out.joints.push_back(std::move(joint));
+    }
+    for (ControllerView& controller : robot->controller_manager().controllers()) {
+      controller.name.insert(0, scope);
+      out.controllers.push_back(std::move(controller));
+    }
+    out.stopped = out.stopped || robot->controller_manager().is_stopped();
+  }
+  return out;
 }
 
 std::string to_json(const Summary& summary) {
@@ -56,13 +82,12 @@ std::string to_json(const Summary& summary) {
   out["state_hash"] = fmt::format("{:016x}", summary.state_hash);
   out["peak_rss_mb"] = peak_rss_mb();
   // Null: it ended before, no controllers were to start, or somebody commanded the robot.
-  out["rest"] = nullptr;
-  if (summary.rest) {
-    out["rest"] = {{"time_s", to_seconds(summary.rest->at)},
-                   {"joints_at_rest", summary.rest->complaints.empty()},
-                   {"complaints", summary.rest->complaints},
-                   {"base_linear", number(summary.rest->base_linear)},
-                   {"base_angular", number(summary.rest->base_angular)}};
+  out["rest"] = summary.robots.empty() ? Json(nullptr) : rest_of(summary.robots.front().rest);
+  if (summary.robots.size() > 1) {
+    for (const Summary::Robot& robot : summary.robots) {
+      out["robots"][robot.name] = {{"rest", rest_of(robot.rest)},
+                                   {"state_hash", fmt::format("{:016x}", robot.state_hash)}};
+    }
   }
   out["oscillations"] = Json::array();
   for (const OscillationReport& found : summary.oscillations)

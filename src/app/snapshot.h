@@ -11,6 +11,7 @@
 
 namespace doppel::app {
 
+// Where there are several robots, joints and controllers stand under their scope: "left::Revolute 1".
 struct Snapshot {
   Time now{};
   std::vector<JointSnapshot> joints;
@@ -21,14 +22,19 @@ struct Snapshot {
 // The loop's thread, between steps.
 Snapshot take_snapshot(Twin& twin);
 
-// The summary that --json prints: one JSON object, version 1.
+// The summary that --json prints: one JSON object, version 1. With several robots it has "robots" too.
 struct Summary {
   std::string robot, engine;
   double startup_ms = 0;
   RunStatistics run;
   std::uint64_t state_hash = 0;
   Snapshot last;
-  std::optional<RestReport> rest;
+  struct Robot {
+    std::string name;
+    std::optional<RestReport> rest;
+    std::uint64_t state_hash = 0;
+  };
+  std::vector<Robot> robots;
   std::vector<OscillationReport> oscillations;
 };
 std::string to_json(const Summary& summary);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <future>
+#include <map>
 #include <mutex>
 #include <thread>
 
@@ -26,6 +27,7 @@
 #include "app/verbs/description_target.h"
 #include "doppel/bus/rosout.h"
 #include "doppel/core/guarded_thread.h"
+#include "doppel/twin/robot_text.h"
 #include "doppel/twin/runner.h"
 #include "doppel/twin/twin.h"
 
@@ -36,8 +38,8 @@ constexpr std::size_t kPairsShown = 8;
 
 struct UpOptions {
   DescribedBy robot;
-  std::string world, controllers, base = "auto", speed = "1", stamp = "sim";
-  std::vector<std::string> activate, plugins;
+  std::string world, controllers, base = "auto", speed = "1", stamp = "sim", engine = kDefaultEngine;
+  std::vector<std::string> robots, activate, plugins;
   double duration = 0;
   bool no_reload = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
@@ -50,12 +52,16 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   scenario.ros = ros;
   scenario.wall_stamps = options.stamp == "wall";
   if (!options.world.empty()) scenario.world = options.world;
-  if (!options.controllers.empty()) scenario.controllers = options.controllers;
-  scenario.activate = options.activate;
+  scenario.engine = options.engine;
+  for (const std::string& text : options.robots) scenario.robots.push_back(parse_robot(text));
+  for (WorldRobot& robot : scenario.robots) {
+    if (!options.controllers.empty()) robot.controllers = options.controllers;
+    robot.activate = options.activate;
+    if (options.base != "auto")
+      robot.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
+  }
   scenario.start_controllers = !options.no_controllers;
   scenario.plugins = options.plugins;
-  if (options.base != "auto")
-    scenario.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
   return scenario;
@@ -136,30 +142,9 @@ std::string controllers_text(const std::vector<ControllerView>& controllers) {
   return out.empty() ? "none: the joints are passive" : out;
 }
 
-void print_banner(Twin& twin, const std::string& engine) {
-  const Model& model = twin.model();
-  tell("{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name, model.links.size(), model.joints.size(),
-       model.driven_joint_names().size(), model.total_mass * 1e3);
-  tell("  physics      {}, {:g} Hz; {}\n", engine, 1.0 / to_seconds(twin.step_size()),
-       twin.bus().sim_time() ? "simulated time on /clock stamps every message"
-                             : "the wall's time stamps every message, there is no /clock");
-  tell("  controllers  {}\n               from {}\n",
-       controllers_text(twin.controller_manager().controllers()), twin.controllers_origin());
-  const auto& excluded = twin.engine().excluded_pairs();
-  std::vector<std::string> touching;
-  for (const ExcludedPair& pair : excluded) {
-    if (pair.reason.ends_with("at the start")) touching.push_back(pair.link_a + " + " + pair.link_b);
-  }
-  tell("  contact      ground and links; {} pairs of neighbours left out\n",
-       excluded.size() - touching.size());
-  if (!touching.empty()) {
-    const std::size_t shown = std::min(touching.size(), kPairsShown);
-    tell("               and what touches at the start: {}{}\n",
-         fmt::join(touching.begin(), touching.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
-         touching.size() > shown ? fmt::format(" and {} more", touching.size() - shown) : "");
-  }
+void print_gravity(const TwinRobot& robot) {
   bool heading = false;
-  for (const SagReport& sag : twin.gravity_sag()) {
+  for (const SagReport& sag : robot.gravity_sag()) {
     if (std::abs(sag.sag) < 5e-4 && sag.margin >= 0) continue;
     tell("  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}{}\n", heading ? "" : "gravity", sag.joint,
          sag.torque, sag.sag,
@@ -169,12 +154,96 @@ void print_banner(Twin& twin, const std::string& engine) {
   }
 }
 
+void print_robot(TwinRobot& robot) {
+  const Model& model = robot.model();
+  tell("{}{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name,
+       robot.name_space().empty() ? "" : fmt::format(" in /{}", robot.name_space()), model.links.size(),
+       model.joints.size(), model.driven_joint_names().size(), model.total_mass * 1e3);
+}
+
+void print_controllers(TwinRobot& robot) {
+  tell("  controllers  {}\n               from {}\n",
+       controllers_text(robot.controller_manager().controllers()), robot.controllers_origin());
+}
+
+void print_contacts(const CompiledWorld& world) {
+  const std::vector<ExcludedPair>& excluded = world.excluded_pairs();
+  std::vector<std::string> touching;
+  for (const ExcludedPair& pair : excluded) {
+    if (pair.at_start) touching.push_back(world.name_of(pair.a) + " + " + world.name_of(pair.b));
+  }
+  tell("  contact      ground and links; {} pairs of neighbours left out\n",
+       excluded.size() - touching.size());
+  if (touching.empty()) return;
+  const std::size_t shown = std::min(touching.size(), kPairsShown);
+  tell("               and what touches at the start: {}{}\n",
+       fmt::join(touching.begin(), touching.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+       touching.size() > shown ? fmt::format(" and {} more", touching.size() - shown) : "");
+}
+
+void print_physics(Twin& twin, const std::string& engine) {
+  tell("  physics      {}, {:g} Hz; {}\n", engine, 1.0 / to_seconds(twin.step_size()),
+       twin.bus().sim_time() ? "simulated time on /clock stamps every message"
+                             : "the wall's time stamps every message, there is no /clock");
+}
+
+void print_banner(Twin& twin, const std::string& engine) {
+  if (twin.robots().size() == 1) {
+    print_robot(twin.robot());
+    print_physics(twin, engine);
+    print_controllers(twin.robot());
+    print_contacts(twin.engine().world());
+    return print_gravity(twin.robot());
+  }
+  for (const auto& robot : twin.robots()) {
+    print_robot(*robot);
+    print_controllers(*robot);
+    print_gravity(*robot);
+  }
+  tell("one world\n");
+  print_physics(twin, engine);
+  print_contacts(twin.engine().world());
+}
+
+// What is told of each robot's description, while it is there; a robot of text has no file to judge.
+class HealthPublishers {
+ public:
+  explicit HealthPublishers(Twin& twin) : twin_(twin) {}
+
+  // The loop's thread: robots may have come and gone.
+  void look() {
+    std::erase_if(of_, [this](const auto& entry) { return twin_.find_robot(entry.first) == nullptr; });
+    for (const auto& robot : twin_.robots()) {
+      const WorldRobot& asked = robot->machine().asked();
+      if (asked.target.empty()) continue;
+      auto& publisher = of_[asked.name_space];
+      if (publisher == nullptr) {
+        publisher = std::make_unique<HealthPublisher>(twin_.bus(), asked.name_space,
+                                                      [asked] { return health_json(asked); });
+      }
+      publisher->look_at(robot->description());
+    }
+  }
+  void let_go() {
+    std::erase_if(of_, [this](const auto& entry) { return twin_.find_robot(entry.first) == nullptr; });
+  }
+
+ private:
+  Twin& twin_;
+  std::map<std::string, std::unique_ptr<HealthPublisher>> of_;  // by namespace
+};
+
 // What became of the run; the exit code.
 int report(Twin& twin, Summary summary, bool json) {
   summary.state_hash = twin.state_hash();
   summary.last = take_snapshot(twin);
-  summary.rest = twin.rest();
-  summary.oscillations = twin.oscillations();
+  for (const auto& robot : twin.robots()) {
+    summary.robots.push_back({robot->name(), robot->rest(), robot->state_hash()});
+    for (OscillationReport found : robot->oscillations()) {
+      if (twin.robots().size() > 1) found.joint = robot->name() + "::" + found.joint;
+      summary.oscillations.push_back(std::move(found));
+    }
+  }
   if (json) fmt::print("{}\n", to_json(summary));
   if (summary.run.end == RunEnd::diverged) {
     tell(
@@ -197,7 +266,7 @@ RunStatistics run(Runner& runner, Twin& twin, TerminalLog& terminal, const Summa
                   const std::atomic<bool>& stop) {
   if (!table) return runner.run(stop);
   terminal.table_begins();
-  const TableThread drawing(twin, runner, terminal, twin.robot_name() + "  " + summary.engine);
+  const TableThread drawing(twin, runner, terminal, twin.name() + "  " + summary.engine);
   return runner.run(stop);
 }
 
@@ -222,28 +291,32 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   print_diagnostics(diagnostics, true);
 
   const auto assets = std::make_shared<AssetLibrary>();
-  const auto files = [&twin] { return offered_files(twin.description(), twin.engine().objects()); };
+  const auto files = [&twin] { return offered_files(twin.engine().world().instances()); };
   assets->offer(files());
-  Door door(twin.bus(), twin.robot_name(), options.door, assets, log);
+  Door door(twin.bus(), twin.name(), options.door, assets, log);
   RosDoor ros_door(twin.bus(), network, log);
   Summary summary;
-  summary.robot = twin.robot_name();
-  summary.engine = twin.engine().capabilities().name;
+  summary.robot = twin.name();
+  summary.engine = twin.engine().world().capabilities().name;
   print_banner(twin, summary.engine);
   door.print();
   ros_door.print();
   if (!options.headless && !options.json) door.open_page();
 
-  HealthPublisher health(twin.bus(), [scenario] { return health_json(scenario); });
-  const auto look = [&] { health.look_at(twin.description()); };
+  HealthPublishers health(twin);
+  const auto look = [&] { health.look(); };
   std::unique_ptr<Reloader> reloader;
   const auto offer_both = [&](const Twin::Replacement& next) {
-    assets->offer(both(offered_files(Twin::description(next), Twin::objects(next)), files()));
+    assets->offer(both(offered_files(Twin::instances(next)), files()));
   };
   const auto look_again = [&] {
     assets->offer(files());
     look();
   };
+  twin.on_robots_changed([&] {
+    assets->offer(files());
+    health.let_go();
+  });
   if (!options.no_reload)
     reloader = std::make_unique<Reloader>(reloadable(twin, offer_both, look_again), log);
   RunnerOptions runner_options;
@@ -267,7 +340,11 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
 void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   auto options = std::make_shared<UpOptions>();
   CLI::App* up = app.add_subcommand("up", "Bring a robot up: physics, controllers, topics");
-  add_described_by(*up, options->robot);
+  add_described_by(*up, options->robot, false);
+  up->add_option("--robot", options->robots,
+                 "A robot as TARGET[:NAMESPACE][@x,y,z[,roll,pitch,yaw]], m and rad; several, each in a "
+                 "namespace of its own")
+      ->take_all();
   up->add_option("--controllers", options->controllers,
                  "The controllers' YAML, in place of the description's");
   up->add_option("--activate", options->activate,
@@ -276,7 +353,9 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are passive");
   up->add_option("--plugin", options->plugins, "A shared library with controllers or hardware of your own")
       ->take_all();
-  up->add_option("--world", options->world, "A world file (YAML): gravity, step, ground, objects");
+  up->add_option("--world", options->world, "A world file (YAML): gravity, step, ground, objects, robots");
+  up->add_option("--engine", options->engine, "The physics engine; doppel engines lists what is there")
+      ->capture_default_str();
   up->add_option(
         "--base", options->base,
         "How a robot without a link 'world' stands: fixed, floating (set on the ground), or auto: floating "
@@ -300,6 +379,8 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
       "Examples:\n"
       "  doppel up omarm_one\n"
       "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
+      "  doppel up --robot omarm_one:left --robot omarm_one:right@0.8,0,0,0,0,3.14159 --world "
+      "worlds/two_arms.yaml\n"
       "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
       "  doppel up omarm_one --ros-args -r __ns:=/left -r /clock:=clock -p robot_state_publisher:"
       "frame_prefix:=left/\n"

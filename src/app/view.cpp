@@ -71,7 +71,7 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
   const auto assets = std::make_shared<AssetLibrary>();
   Door door(viewer.bus(), viewer.model().name, options.door, assets, log);
   RosDoor ros_door(viewer.bus(), network, log);
-  HealthPublisher health(viewer.bus(), [scenario] { return health_json(scenario); });
+  HealthPublisher health(viewer.bus(), "", [robot = scenario.robots.front()] { return health_json(robot); });
   const auto look = [&] {
     assets->offer(files_of(viewer.description()));
     health.look_at(viewer.description());

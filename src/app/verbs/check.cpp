@@ -102,7 +102,7 @@ void print_report(const AuditReport& report, const CheckOptions& o) {
 // What a second of simulation finds, in front: errors come first in a report.
 void add_run(const CheckOptions& o, const DescriptionTarget& target, AuditReport& report) {
   Scenario scenario = described_scenario({o.words, {}});
-  if (!o.controllers.empty()) scenario.controllers = o.controllers;
+  if (!o.controllers.empty()) scenario.robots.front().controllers = o.controllers;
   std::vector<Finding> found;
   try {
     found = judge_run(scenario);

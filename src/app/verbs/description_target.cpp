@@ -13,11 +13,11 @@
 
 namespace doppel::app {
 
-void add_target(CLI::App& verb, std::vector<std::string>& words) {
+void add_target(CLI::App& verb, std::vector<std::string>& words, bool required) {
   verb.add_option("TARGET", words,
                   "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or "
                   "workspace, and name:=value arguments for its xacro")
-      ->required();
+      ->required(required);
 }
 
 std::pair<std::string, std::string> split_argument(const std::string& text) {

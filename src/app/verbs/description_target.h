@@ -23,8 +23,8 @@ struct DescriptionTarget {
   PackageResolver resolver;  // knows the target's packages and the bundled robots
 };
 
-// Adds TARGET (required) and its arguments to a verb; `words` is what open_target takes.
-void add_target(CLI::App& verb, std::vector<std::string>& words);
+// Adds TARGET and its arguments to a verb; `words` is what open_target takes.
+void add_target(CLI::App& verb, std::vector<std::string>& words, bool required = true);
 
 // Throws InputError: no such target, an argument that is not name:=value.
 DescriptionTarget open_target(const std::vector<std::string>& words);

@@ -59,7 +59,8 @@ class CommandHandle {
   double* value_ = nullptr;
 };
 
-// What a controller is given; outlives it.
+// What a controller is given; outlives it. The model may be exchanged for another with the same joints while
+// the controller runs, so that nobody keeps the pointer.
 struct ControllerContext {
   std::string name;      // "omarm_arm_controller"
   Node* node = nullptr;  // "/omarm_arm_controller"

@@ -49,14 +49,14 @@ ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const Contro
                               const ParameterFile* the_file, ControllerManagerOptions the_options,
                               const Log& the_log, Diagnostics& diagnostics)
     : bus(the_bus),
-      model(the_model),
+      model(&the_model),
       registry(the_registry),
       file(the_file),
       options(std::move(the_options)),
       log(the_log),
-      node(bus, "/" + options.name),
+      node(bus, options.name_space + "/" + options.name),
       own(file == nullptr ? ParameterOverrides{} : file->overrides_for(node.name(), node.given_name())),
-      limiter(model) {
+      limiter(the_model) {
   make_standard(node);
   serve_logger_levels(node);
   node.parameters().allow_undeclared();  // spawners say so what a controller that no file declares is
@@ -198,7 +198,7 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   c->node->parameters().allow_undeclared();
   c->transitions = c->node->advertise<lifecycle_msgs::msg::TransitionEvent>("~/transition_event");
   c->fallback = texts_of(name + kFallback);
-  c->context = {name, c->node.get(), &model, &log, &c->overrides, 0.0};
+  c->context = {name, c->node.get(), model, &log, &c->overrides, 0.0};
   choose_rate(*c);
   declare_written_type(*c);
   c->controller = type->make();
@@ -361,8 +361,10 @@ void ControllerManager::start(std::span<const std::string> names) {
 void ControllerManager::start_what_fits(std::span<const std::string> names) {
   impl_->start_what_fits(names);
 }
-void ControllerManager::model_changed() {
-  impl_->limiter.model_changed();
+void ControllerManager::model_changed(const Model& model) {
+  impl_->model = &model;
+  for (const auto& c : impl_->loaded) c->context.model = &model;
+  impl_->limiter.model_changed(model);
 }
 Duration ControllerManager::period() const {
   return impl_->period;

@@ -22,6 +22,7 @@ enum class Strictness { best_effort = 1, strict = 2 };  // controller_manager_ms
 
 struct ControllerManagerOptions {
   std::string name = "controller_manager";
+  std::string name_space;    // "/left": of its node and its controllers'; empty: none
   double update_rate = 100;  // Hz, used where the YAML says nothing
   // The period that the loop can keep for an update rate in Hz that was written at a place; what it has to
   // round it warns of. Empty: exactly that of the rate.
@@ -68,8 +69,8 @@ struct InterfaceView {
 
 class ControllerManager {
  public:
-  // `file` may be null: no controllers are known. Throws InputError for bad values in the manager's own
-  // section.
+  // `file` may be null: no controllers are known. The model outlives the manager, or model_changed() names
+  // another one before it goes. Throws InputError for bad values in the manager's own section.
   ControllerManager(Bus& bus, const Model& model, const ControllerRegistry& registry,
                     const ParameterFile* file, ControllerManagerOptions options, const Log& log,
                     Diagnostics& diagnostics);
@@ -114,9 +115,9 @@ class ControllerManager {
   // where it is.
   void restart(Time now);
 
-  // Between steps, when the model given at construction was replaced in its place by one with the same
-  // joints: controllers, claims and trajectories go on, limits are the new ones.
-  void model_changed();
+  // Between steps: another model with the same joints takes the place of the one before; controllers, claims
+  // and trajectories go on, limits are the new ones.
+  void model_changed(const Model& model);
 
   // The emergency stop, latched until it is reset: hardware brings its joints to rest and holds them, whoever
   // commands them; controllers that command are deactivated and none can be activated. A reset activates them

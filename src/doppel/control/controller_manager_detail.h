@@ -186,7 +186,7 @@ struct ControllerManager::Impl {
   Status reset_stop();
 
   Bus& bus;
-  const Model& model;
+  const Model* model;
   const ControllerRegistry& registry;
   const ParameterFile* file;
   ControllerManagerOptions options;

@@ -24,12 +24,13 @@ bool beyond(double asked, double limit) {
 }  // namespace
 
 const ModelJoint* JointLimiter::find_joint(const std::string& name) const {
-  const int joint = model_.find_joint(name);
-  if (joint < 0 || !model_.joints[static_cast<std::size_t>(joint)].scalar()) return nullptr;
-  return &model_.joints[static_cast<std::size_t>(joint)];
+  const int joint = model_->find_joint(name);
+  if (joint < 0 || !model_->joints[static_cast<std::size_t>(joint)].scalar()) return nullptr;
+  return &model_->joints[static_cast<std::size_t>(joint)];
 }
 
-void JointLimiter::model_changed() {
+void JointLimiter::model_changed(const Model& model) {
+  model_ = &model;
   for (Entry& entry : entries_) entry.joint = find_joint(entry.joint_name);
 }
 

@@ -15,7 +15,7 @@ namespace doppel {
 
 class JointLimiter {
  public:
-  explicit JointLimiter(const Model& model) : model_(model) {}
+  explicit JointLimiter(const Model& model) : model_(&model) {}
   // false: only the rule about finite numbers remains.
   void enforce(bool yes) { enforce_ = yes; }
 
@@ -23,8 +23,8 @@ class JointLimiter {
   void add(ResourceTable& table, std::size_t command);
   // A controller that updates every `ticks` ticks takes a command; the first one is held against the state.
   void claim(std::size_t command, const std::string& controller, int ticks);
-  // The model was replaced by one with the same joints: their limits are looked up anew.
-  void model_changed();
+  // Another model with the same joints: their limits are looked up anew.
+  void model_changed(const Model& model);
   // Lets a last command through (a velocity's zero, say) and forgets the controller.
   void release(std::size_t command, Time now, Duration tick);
   // Logs what happened since; about every 50 ms of simulated time.
@@ -62,7 +62,7 @@ class JointLimiter {
   static void note(Episode& episode, double asked, Time now);
   [[nodiscard]] static std::string sentence(const Entry& entry, Kind kind);
 
-  const Model& model_;
+  const Model* model_;
   bool enforce_ = true;
   std::vector<Entry> entries_;
 };

@@ -50,7 +50,7 @@ ResourceTable::Component& ControllerManager::Impl::initialise_hardware(
   }
   std::string why;
   try {
-    const Status status = hardware->on_init({description, model, log, rate, diagnostics});
+    const Status status = hardware->on_init({description, *model, log, rate, diagnostics});
     if (!status) why = status.why();
   } catch (const InputError&) {
     throw;

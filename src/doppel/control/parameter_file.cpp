@@ -324,7 +324,9 @@ void ParameterFile::add(const std::string& node, const std::string& name, Parame
 }
 
 ParameterOverrides ParameterFile::overrides_for(std::string_view node, std::string_view given_name) const {
-  const auto wanted = tokens_of(node), given = tokens_of(given_name);
+  std::string_view at_home = given_name;
+  if (!home_.empty() && at_home.starts_with(home_ + "/")) at_home.remove_prefix(home_.size());
+  const auto wanted = tokens_of(node), given = tokens_of(given_name), local = tokens_of(at_home);
   std::vector<ParameterOverride> all;
   const auto take = [&](const Section& section) {
     for (const ParameterOverride& value : section.values) {
@@ -342,7 +344,9 @@ ParameterOverrides ParameterFile::overrides_for(std::string_view node, std::stri
       for (const auto& [section, of_layer] : sections_) {
         if (of_layer != layer || has_wildcard(section.node) != wildcards) continue;
         const auto pattern = tokens_of(section.node);
-        if (matches(pattern, wanted) || (!given.empty() && matches(pattern, given))) take(section);
+        const bool meant = matches(pattern, wanted) || (!given.empty() && matches(pattern, given)) ||
+                           (!local.empty() && matches(pattern, local));
+        if (meant) take(section);
       }
     }
   }

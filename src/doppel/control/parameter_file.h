@@ -65,6 +65,10 @@ class ParameterFile {
   // node: empty for every node. text: where it was said.
   void add(const std::string& node, const std::string& name, ParameterValue value, const std::string& text);
 
+  // The namespace ("left") in which its nodes stand: a section for "controller_manager" then counts for
+  // "/left/controller_manager" too, so that one file serves a robot in every namespace.
+  void set_home(const std::string& name_space) { home_ = name_space.empty() ? "" : "/" + name_space; }
+
   // Everything that applies to the node ("/left/controller_manager" or "controller_manager"): "/**" first,
   // then exact. given_name: what it was called before it was renamed; sections for that name count too, so
   // that a robot's own file holds in every namespace.
@@ -82,6 +86,7 @@ class ParameterFile {
   std::string name_, text_;
   std::vector<std::pair<Section, int>> sections_;  // with their layers: 0 the file, then what was added
   int layers_ = 0;
+  std::string home_;  // "/left"
 };
 
 // Adds what the command line says of nodes' parameters. Throws InputError: a file that cannot be read.

@@ -195,7 +195,7 @@ struct SpawnEntity {
   struct Request {
     std::string name;             // empty: as the xml calls it
     std::string xml;              // SDF or URDF
-    std::string robot_namespace;  // not used: an object has no ROS interfaces
+    std::string robot_namespace;  // of a robot: before its nodes; empty: its name
     geometry_msgs::msg::Pose initial_pose;
     std::string reference_frame;  // empty or "world": the world
     DOPPEL_MESSAGE("gazebo_msgs/srv/SpawnEntity_Request", name, xml, robot_namespace, initial_pose,

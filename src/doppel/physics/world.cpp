@@ -33,7 +33,8 @@ class WorldReader {
     }
     World world;
     if (root.IsNull()) return world;
-    if (fields(root, "a world", {"name", "gravity", "step", "integrator", "ground", "robot", "objects"})) {
+    if (fields(root, "a world",
+               {"name", "gravity", "step", "integrator", "ground", "robot", "robots", "objects"})) {
       read_world(root, world);
     }
     errors_.throw_if_errors();
@@ -130,6 +131,7 @@ class WorldReader {
     if (root["ground"]) read_ground(root["ground"], world);
     if (root["robot"] && fields(root["robot"], "the robot's place", {"xyz", "rpy"}))
       world.X_WR = pose(root["robot"]);
+    if (root["robots"]) read_robots(root["robots"], world);
     if (root["objects"]) read_objects(root["objects"], world);
   }
 
@@ -159,6 +161,69 @@ class WorldReader {
     } else if (fields(node, "the ground", {"friction"}) && node["friction"]) {
       world.ground_friction = not_negative(node["friction"], "friction");
     }
+  }
+
+  void read_robots(const YAML::Node& node, World& world) {
+    if (!node.IsSequence()) return error(node, "robots is a list");
+    for (const auto& item : node) {
+      if (fields(item, "a robot",
+                 {"robot", "namespace", "xyz", "rpy", "controllers", "arguments", "base", "tf"}))
+        world.robots.push_back(read_robot(item));
+    }
+  }
+
+  WorldRobot read_robot(const YAML::Node& node) {
+    WorldRobot robot;
+    robot.source = at(node.Mark());
+    if (node["robot"]) {
+      robot.target = file_or_name(text(node["robot"], "robot"));
+    } else {
+      error(node, "a robot needs the key 'robot'", "name a bundled robot, a file or a package's folder");
+    }
+    if (node["namespace"]) {
+      robot.name_space = text(node["namespace"], "namespace");
+      if (robot.name_space.starts_with('/')) robot.name_space.erase(0, 1);
+    }
+    if (node["xyz"] || node["rpy"]) robot.X_WR = pose(node);
+    if (node["controllers"]) robot.controllers = file_or_name(text(node["controllers"], "controllers"));
+    if (node["arguments"]) read_arguments(node["arguments"], robot);
+    if (node["base"]) {
+      const std::vector<std::string> kinds{"fixed", "floating"};
+      robot.base = choice(node["base"], "base", kinds) == 1 ? BaseKind::floating : BaseKind::fixed;
+    }
+    if (node["tf"]) {
+      const std::vector<std::string> kinds(std::begin(kTfTopicsNames), std::end(kTfTopicsNames));
+      robot.tf = static_cast<TfTopics>(choice(node["tf"], "tf", kinds));
+    }
+    return robot;
+  }
+
+  void read_arguments(const YAML::Node& node, WorldRobot& robot) {
+    if (!node.IsMap()) return error(node, "arguments is a map of names and values");
+    for (const auto& argument : node) {
+      if (argument.first.IsScalar() && argument.second.IsScalar()) {
+        robot.arguments.emplace_back(argument.first.Scalar(), argument.second.Scalar());
+      } else {
+        error(argument.first, "an argument is a name and one value");
+      }
+    }
+  }
+
+  // The index of the text among `known`; 0 and an error where it is none of them.
+  std::size_t choice(const YAML::Node& node, const std::string& what, const std::vector<std::string>& known) {
+    const std::string value = text(node, what);
+    const auto found = std::find(known.begin(), known.end(), value);
+    if (found != known.end()) return static_cast<std::size_t>(found - known.begin());
+    error(node, fmt::format("{} is '{}'; it has to be one of {}{}", what, value, fmt::join(known, ", "),
+                            did_you_mean(value, known)));
+    return 0;
+  }
+
+  // What stands beside the world file is meant before what bears the name elsewhere.
+  [[nodiscard]] std::string file_or_name(const std::string& written) const {
+    std::error_code none;
+    const std::filesystem::path beside = folder_ / written;
+    return std::filesystem::exists(beside, none) ? beside.string() : written;
   }
 
   void read_objects(const YAML::Node& node, World& world) {

@@ -1,5 +1,5 @@
 #pragma once
-// The world a robot stands in: gravity, ground, step, and loose or fixed objects. Written as YAML
+// The world robots stand in: gravity, ground, step, loose or fixed objects, and robots. Written as YAML
 // (docs/worlds.md).
 
 #include <Eigen/Core>
@@ -12,6 +12,7 @@
 #include "doppel/core/time.h"
 #include "doppel/description/package_resolver.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/physics/world_robot.h"
 
 namespace doppel {
 
@@ -56,6 +57,7 @@ struct WorldSettings {
 struct World : WorldSettings {
   Pose X_WR = Pose::Identity();  // the root link of a robot that nothing else places
   std::vector<WorldObject> objects;
+  std::vector<WorldRobot> robots;
 };
 
 // Reads and checks a world file; unknown keys, wrong types and impossible values are InputErrors with line

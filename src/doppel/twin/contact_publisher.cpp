@@ -5,29 +5,30 @@
 #include <algorithm>
 
 #include "doppel/twin/pose_messages.h"
-#include "doppel/twin/world_frame.h"
 
 namespace doppel {
 
-ContactPublisher::ContactPublisher(Bus& bus, const Model& model) : model_(model), node_(bus, "/gazebo") {
+ContactPublisher::ContactPublisher(Bus& bus, const Scene& scene) : scene_(scene), node_(bus, "/gazebo") {
   topic_ = node_.advertise<gazebo_msgs::msg::ContactsState>("~/contacts");
 }
 
-std::string ContactPublisher::shape_name(int link, std::string_view object) const {
-  if (link < 0) return fmt::format("{}::link::collision", object);
-  const std::string& name = model_.links[static_cast<std::size_t>(link)].name;
-  return fmt::format("{}::{}::{}_collision", model_.name, name, name);
+std::string ContactPublisher::shape_name(BodyId body) const {
+  if (body.is_ground()) return "ground::link::collision";
+  const Instance instance = scene_.instance(body.instance);
+  if (!scene_.is_robot(body.instance)) return fmt::format("{}::link::collision", instance.name());
+  const std::string& name = instance.model().links[static_cast<std::size_t>(body.link)].name;
+  return fmt::format("{}::{}::{}_collision", instance.name(), name, name);
 }
 
-void ContactPublisher::publish(const Engine& engine, Time now) {
-  engine.contacts(contacts_);
-  const Pose X_TW = world_in_tf(model_, engine);
+void ContactPublisher::publish_contacts(Time now) {
+  scene_.engine().contacts(contacts_);
+  const Pose X_TW = scene_.world_in_tf();
   gazebo_msgs::msg::ContactsState message;
   message.header.stamp = to_time_msg(node_.bus().stamp(now));
   message.header.frame_id = "world";
   for (const Contact& contact : contacts_) {
-    const std::string first = shape_name(contact.link_a, contact.object_a);
-    const std::string second = shape_name(contact.link_b, contact.object_b);
+    const std::string first = shape_name(contact.a);
+    const std::string second = shape_name(contact.b);
     auto state = std::ranges::find_if(message.states, [&](const auto& s) {
       return s.collision1_name == first && s.collision2_name == second;
     });

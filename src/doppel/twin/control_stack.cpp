@@ -131,28 +131,31 @@ Duration period_in_steps(double rate, Duration step, const SourceLocation& where
   return period;
 }
 
-ControlStack::ControlStack(Bus& bus, const Machine& machine, const Options& options, const Log& log,
-                           Diagnostics& diagnostics)
-    : model_(machine.model),
-      controllers_(machine.setup.controllers),
-      named_(machine.setup.controllers_named) {
+ControlStack::ControlStack(Bus& bus, const RobotMachine& machine, Instance instance, const Options& options,
+                           const Log& log, Diagnostics& diagnostics)
+    : model_(machine.shared_model()),
+      first_model_(model_),
+      controllers_(machine.setup().controllers),
+      named_(machine.setup().controllers_named) {
   ControllerManagerOptions of_manager;
-  of_manager.choose_period = [step = machine.setup.world.step](double rate, const SourceLocation& where,
-                                                               Diagnostics& findings) {
+  if (!machine.name_space().empty()) of_manager.name_space = "/" + machine.name_space();
+  of_manager.choose_period = [step = instance.engine().world().settings().step](
+                                 double rate, const SourceLocation& where, Diagnostics& findings) {
     return period_in_steps(rate, step, where, findings);
   };
   of_manager.enforce_limits = options.enforce_limits;
-  manager_ = std::make_unique<ControllerManager>(bus, model_, options.controllers, &controllers_, of_manager,
+  manager_ = std::make_unique<ControllerManager>(bus, *model_, options.controllers, &controllers_, of_manager,
                                                  log, diagnostics);
-  add_hardware(machine, options, diagnostics);
+  add_hardware(machine, instance, options, diagnostics);
   diagnostics.throw_if_errors();
 }
 
-void ControlStack::add_hardware(const Machine& machine, const Options& options, Diagnostics& diagnostics) {
+void ControlStack::add_hardware(const RobotMachine& machine, Instance instance, const Options& options,
+                                Diagnostics& diagnostics) {
   HardwareRegistry registry = options.hardware;
-  register_simulated_hardware(registry, *machine.engine);
+  register_simulated_hardware(registry, instance);
   Unique unique(diagnostics);
-  for (const HardwareDescription& as_written : machine.hardware) {
+  for (const HardwareDescription& as_written : machine.hardware()) {
     const HardwareRegistry::Type* type = registry.find(as_written.plugin);
     const bool real = type != nullptr && type->kind == HardwareKind::real;
     report_plugin(as_written, real, diagnostics);
@@ -235,7 +238,7 @@ void ControlStack::hold_the_rest(const ControllerWish& wish, const Log& log) {
   const Offer offer = offer_of(*manager_);
   std::vector<std::string> held, stopped, passive;
   bool velocities = true;
-  for (const ModelJoint& joint : model_.joints) {
+  for (const ModelJoint& joint : model_->joints) {
     if (!joint.scalar() || joint.mimics() || !offer.commands.contains(joint.name) ||
         offer.driven.contains(joint.name) || among(wish.released, joint.name))
       continue;
@@ -316,16 +319,23 @@ ControllerWish ControlStack::present_wish() const {
   return wish;
 }
 
-void ControlStack::take_over(const Machine& before, const Machine& machine) {
-  model_ = machine.model;
-  manager_->model_changed();
-  for (SimulatedHardware* hardware : simulated_) hardware->rebind(*machine.engine);
-  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+void ControlStack::take_over(const RobotMachine& machine, Instance now) {
+  manager_->model_changed(machine.model());
+  model_ = machine.shared_model();  // the one before is let go when nobody looks at it any more
+  rebind(now);
+}
+
+void ControlStack::carry_references(const Instance& before, Instance now) const {
+  for (std::size_t j = 0; j < model_->joints.size(); ++j) {
     const int joint = static_cast<int>(j);
-    if (machine.engine->drive(joint) == DriveMode::position) {
-      machine.engine->set_drive_reference(joint, before.engine->drive_reference(joint));
-    }
+    if (!model_->joints[j].scalar() || model_->joints[j].mimics()) continue;
+    if (now.drive(joint) == DriveMode::position)
+      now.set_drive_reference(joint, before.drive_reference(joint));
   }
+}
+
+void ControlStack::rebind(Instance instance) {
+  for (SimulatedHardware* hardware : simulated_) hardware->rebind(instance);
 }
 
 }  // namespace doppel

@@ -1,6 +1,6 @@
 #pragma once
-// The controller manager with its simulated hardware, for one machine. Model and YAML are copies of its own,
-// so that another machine with the same structure can take the first one's place under running controllers.
+// The controller manager with its hardware, for one robot. It shares the model and has a copy of the YAML, so
+// that another machine with the same structure can take the first one's place under running controllers.
 
 #include <memory>
 #include <string>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "doppel/control/controller_manager.h"
-#include "doppel/twin/machine.h"
+#include "doppel/twin/robot_machine.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {
@@ -48,8 +48,8 @@ class ControlStack {
   // Throws InputError for what is wrong in the YAML or among the interfaces. Each component of the
   // description is made by what is registered for its plugin's name, and simulated where nothing is; a note
   // says so.
-  ControlStack(Bus& bus, const Machine& machine, const Options& options, const Log& log,
-               Diagnostics& diagnostics);
+  ControlStack(Bus& bus, const RobotMachine& machine, Instance instance, const Options& options,
+               const Log& log, Diagnostics& diagnostics);
 
   // Throws InputError; nothing is active then. Where `wish.what_fits`, nothing is refused: a
   // joint_state_broadcaster is added where none runs, and a joint_trajectory_controller over the joints that
@@ -64,15 +64,20 @@ class ControlStack {
   [[nodiscard]] bool has_real_hardware() const { return real_; }
   [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
-  // The machine has the same structure as the one before. Drives, claims and references go on.
-  void take_over(const Machine& before, const Machine& machine);
+  // The machine has the same structure as the one before; drives and claims go on in its instance.
+  void take_over(const RobotMachine& machine, Instance now);
+  // References of drives that hold a position, on their way to their targets.
+  void carry_references(const Instance& before, Instance now) const;
+  // The same instance under another handle.
+  void rebind(Instance instance);
 
   [[nodiscard]] ControllerManager& manager() { return *manager_; }
   [[nodiscard]] const ControllerManager& manager() const { return *manager_; }
-  [[nodiscard]] const Model& model() const { return model_; }
+  [[nodiscard]] const Model& model() const { return *model_; }
 
  private:
-  void add_hardware(const Machine& machine, const Options& options, Diagnostics& diagnostics);
+  void add_hardware(const RobotMachine& machine, Instance instance, const Options& options,
+                    Diagnostics& diagnostics);
   void hold_the_rest(const ControllerWish& wish, const Log& log);
   void hold(GeneratedController wanted, const Log& log);
   // As it was before an edit, with those of its joints that are still there.
@@ -80,7 +85,8 @@ class ControlStack {
   // Whether it runs now, or is inactive where it is not to be active; a warning says why not.
   bool make(const GeneratedController& controller, bool active, const Log& log);
 
-  Model model_;
+  // The second one is what the hardware was initialised with, which may point to it for ever.
+  std::shared_ptr<const Model> model_, first_model_;
   ParameterFile controllers_;
   bool named_;              // by the user
   bool what_fits_ = false;  // of the wish that it was started with

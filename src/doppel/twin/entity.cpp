@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "doppel/core/names.h"
-#include "doppel/twin/world_frame.h"
 
 namespace doppel {
 namespace {
@@ -20,80 +19,174 @@ std::vector<std::string> parts_of(const std::string& name) {
   return parts;
 }
 
-Status refusal(const Model& model, const Engine& engine, const std::string& name,
-               const std::vector<std::string>& parts) {
-  const bool wrong_link = parts.size() > 1 && parts.front() == model.name;
+std::vector<std::string> instance_names(const Scene& scene) {
+  std::vector<std::string> out;
+  for (const std::vector<int>* some : {&scene.robots(), &scene.objects()}) {
+    for (const int index : *some) out.push_back(scene.instance(index).name());
+  }
+  return out;
+}
+
+std::vector<std::string> link_names(const Scene& scene, int robot) {
+  std::vector<std::string> out;
+  for (const ModelLink& link : scene.instance(robot).model().links) out.push_back(link.name);
+  return out;
+}
+
+// The robot with this name; -1: none.
+int robot_named(const Scene& scene, std::string_view name) {
+  const int index = scene.find(name);
+  return index >= 0 && scene.is_robot(index) ? index : -1;
+}
+
+// The one robot in which `find` finds something, that in `part`. Refused: in none (empty), or in several.
+template <class Find>
+Status find_in_robots(const Scene& scene, const std::string& name, const Find& find, int& robot, int& part) {
+  robot = part = -1;
+  for (const int index : scene.robots()) {
+    const int found = find(scene.instance(index).model());
+    if (found < 0) continue;
+    if (robot >= 0) {
+      return Status::refused(fmt::format("'{}' is of several robots; write for instance '{}::{}'",
+                                         name.substr(0, kLongestName), scene.instance(robot).name(),
+                                         name.substr(0, kLongestName)));
+    }
+    robot = index;
+    part = found;
+  }
+  return {};
+}
+
+Status refusal(const Scene& scene, const std::string& name, const std::vector<std::string>& parts) {
+  const int scope = parts.size() > 1 ? robot_named(scene, parts.front()) : -1;
   std::vector<std::string> names;
-  if (!wrong_link) {
-    names.push_back(model.name);
-    for (const WorldObject& object : engine.objects()) names.push_back(object.name);
+  if (scope >= 0) {
+    names = link_names(scene, scope);
+  } else {
+    names = instance_names(scene);
+    if (parts.size() == 1) {
+      for (const int robot : scene.robots()) {
+        for (std::string& link : link_names(scene, robot)) names.push_back(std::move(link));
+      }
+    }
   }
-  if (wrong_link || parts.size() == 1) {
-    for (const ModelLink& link : model.links) names.push_back(link.name);
-  }
-  const std::string& wrong = wrong_link ? parts[1] : parts.front();
+  const std::string& wrong = scope >= 0 ? parts[1] : parts.front();
   return Status::refused(fmt::format("there is no entity '{}'{}", name.substr(0, kLongestName),
                                      did_you_mean(wrong.substr(0, kLongestName), names)));
 }
 
 }  // namespace
 
-const WorldObject* find_named(const std::vector<WorldObject>& objects, std::string_view name) {
-  const auto found = std::ranges::find(objects, name, &WorldObject::name);
-  return found == objects.end() ? nullptr : &*found;
-}
-
 bool is_world(const std::string& frame) {
   return frame.empty() || frame == "world" || frame == "map";
 }
 
-bool find_object(const Engine& engine, const std::string& name, Entity& entity) {
+bool find_object(const Scene& scene, const std::string& name, Entity& entity) {
   const std::vector<std::string> parts = parts_of(name);
-  if (parts.size() > 3 || find_named(engine.objects(), parts.front()) == nullptr) return false;
-  entity = {-1, parts.front(), parts.size() == 3};
+  const int index = parts.size() > 3 ? -1 : scene.find(parts.front());
+  if (index < 0 || !scene.is_object(index)) return false;
+  entity = {{index, scene.instance(index).made_of().base_link()}, false, parts.size() == 3};
   return true;
 }
 
-Status find_entity(const Model& model, const Engine& engine, const std::string& name, Entity& entity) {
-  if (find_object(engine, name, entity)) return {};
-  const std::vector<std::string> parts = parts_of(name);
-  const bool of_robot = parts.size() == 1 || (parts.size() == 2 && parts.front() == model.name);
-  entity = {of_robot ? model.find_link(parts.back()) : -1, "", false};
-  if (name == model.name) entity.link = 0;
-  return entity.link >= 0 ? Status() : refusal(model, engine, name, parts);
+Status find_scalar_joint(const Scene& scene, const std::string& name, int& robot, int& joint) {
+  const auto find = [](const std::string& plain) {
+    return [&plain](const Model& model) {
+      const int index = model.find_joint(plain);
+      return index >= 0 && model.joints[static_cast<std::size_t>(index)].scalar() ? index : -1;
+    };
+  };
+  if (const Status one = find_in_robots(scene, name, find(name), robot, joint); !one || robot >= 0)
+    return one;
+  const std::size_t scope = name.find("::");
+  if (scope != std::string::npos) {
+    robot = robot_named(scene, name.substr(0, scope));
+    const std::string plain = name.substr(scope + 2);
+    if (robot >= 0) joint = find(plain)(scene.instance(robot).model());
+    if (joint >= 0) return {};
+  }
+  std::vector<std::string> names;
+  for (const int index : scene.robots()) {
+    for (const std::string& known : scene.instance(index).model().scalar_joint_names())
+      names.push_back(scene.robots().size() > 1 ? scene.scoped(index, known) : known);
+  }
+  return Status::refused(fmt::format("there is no moving joint '{}'{}", name, did_you_mean(name, names)));
 }
 
-EntityMotion motion_of(const Engine& engine, const Entity& entity) {
-  EntityMotion out;
-  if (entity.object.empty()) {
-    out.X_WE = engine.link_pose(entity.link);
-    out.velocity = engine.link_velocity(entity.link);
-    return out;
+Status find_link(const Scene& scene, const std::string& name, BodyId& body) {
+  const std::size_t scope = name.rfind("::");
+  const std::string plain = scope == std::string::npos ? name : name.substr(scope + 2);
+  const int named = scope == std::string::npos ? -1 : robot_named(scene, name.substr(0, scope));
+  if (named >= 0) {
+    body = {named, scene.instance(named).model().find_link(plain)};
+  } else if (const Status one = find_in_robots(
+                 scene, plain, [&](const Model& model) { return model.find_link(plain); }, body.instance,
+                 body.link);
+             !one) {
+    return one;
   }
-  engine.object_pose(entity.object, out.X_WE);
-  engine.object_velocity(entity.object, out.velocity);
+  if (body.link >= 0) return {};
+  std::vector<std::string> names;
+  for (const int robot : scene.robots()) {
+    for (std::string& link : link_names(scene, robot)) names.push_back(std::move(link));
+  }
+  for (const int object : scene.objects()) names.push_back(scene.instance(object).name());
+  return Status::refused(
+      fmt::format("there is no link and no object '{}'{}", plain, did_you_mean(plain, names)));
+}
+
+Status find_entity(const Scene& scene, const std::string& name, Entity& entity) {
+  if (find_object(scene, name, entity)) return {};
+  entity = {{}, true, false};
+  const std::vector<std::string> parts = parts_of(name);
+  if (const int robot = robot_named(scene, name); robot >= 0) {
+    entity.body = {robot, 0};
+    return {};
+  }
+  if (parts.size() == 2) {
+    entity.body.instance = robot_named(scene, parts.front());
+    entity.body.link =
+        entity.body.instance < 0 ? -1 : scene.instance(entity.body.instance).model().find_link(parts.back());
+  } else if (parts.size() == 1) {
+    const auto find = [&name](const Model& model) { return model.find_link(name); };
+    if (const Status one = find_in_robots(scene, name, find, entity.body.instance, entity.body.link); !one)
+      return one;
+  } else {
+    entity.body.link = -1;
+  }
+  return entity.body.instance >= 0 && entity.body.link >= 0 ? Status() : refusal(scene, name, parts);
+}
+
+EntityMotion motion_of(const Scene& scene, const Entity& entity) {
+  const Instance instance = scene.instance(entity.body.instance);
+  EntityMotion out;
+  out.X_WE = instance.link_pose(entity.body.link);
+  out.velocity = instance.link_velocity(entity.body.link);
   if (!entity.shape) return out;
-  const Pose X_WS = out.X_WE * shape_in_object(engine, entity.object);
+  const Pose X_WS = out.X_WE * shape_in_object(instance.made_of());
   out.velocity.linear_W += out.velocity.angular_W.cross(X_WS.translation() - out.X_WE.translation());
   out.X_WE = X_WS;
   return out;
 }
 
-Status find_frame(const Model& model, const Engine& engine, const std::string& name, EntityMotion& frame) {
+Status find_frame(const Scene& scene, const std::string& name, EntityMotion& frame) {
   if (is_world(name)) {
-    frame = {world_in_tf(model, engine).inverse(), {}};
+    frame = {scene.world_in_tf().inverse(), {}};
     return {};
   }
   Entity entity;
-  if (const Status found = find_entity(model, engine, name, entity); !found)
+  if (const Status found = find_entity(scene, name, entity); !found)
     return Status::refused("the frame of reference is unknown: " + found.why());
-  frame = motion_of(engine, entity);
+  frame = motion_of(scene, entity);
   return {};
 }
 
-Pose shape_in_object(const Engine& engine, const std::string& object) {
-  const WorldObject* found = find_named(engine.objects(), object);
-  return found == nullptr ? Pose(Pose::Identity()) : found->X_OS;
+const Visual& visual_of(const ModelInstance& object) {
+  return object.description->links.front().visuals.front();
+}
+
+Pose shape_in_object(const ModelInstance& object) {
+  return visual_of(object).origin.pose();
 }
 
 }  // namespace doppel

@@ -38,9 +38,8 @@ std::string joined(const std::vector<Diagnostic>& diagnostics) {
 
 }  // namespace
 
-EntityServices::EntityServices(Bus& bus, const Model& model, Engine& engine, const Log& log,
-                               Callbacks callbacks)
-    : model_(model), engine_(&engine), log_(log), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
+EntityServices::EntityServices(Bus& bus, const Scene& scene, const Log& log, Callbacks callbacks)
+    : scene_(scene), log_(log), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
   offer_coming_and_going();
   offer_entity_state();
   offer_model_state();
@@ -53,32 +52,41 @@ Status EntityServices::check_name(const std::string& name) const {
         "a name has at most {} bytes of UTF-8, all of it printable and not only blanks, and no '::'",
         kLongestName));
   }
-  if (is_world(name) || name == "ground" || name == model_.name || model_.find_link(name) >= 0)
+  const int taken = scene_.find(name);
+  const bool link = std::ranges::any_of(
+      scene_.robots(), [&](int robot) { return scene_.instance(robot).model().find_link(name) >= 0; });
+  if (is_world(name) || name == "ground" || link || (taken >= 0 && scene_.is_robot(taken)))
     return Status::refused(fmt::format("the name '{}' is taken by the robot or its world", name));
-  if (find_named(engine_->objects(), name) != nullptr)
+  if (taken >= 0)
     return Status::refused(
         fmt::format("there is an object '{}' already; choose another name, or delete it", name));
-  if (engine_->objects().size() >= kMostObjects)
+  if (scene_.objects().size() >= kMostObjects)
     return Status::refused(fmt::format("the world has {} objects, which is the most it takes", kMostObjects));
   return {};
 }
 
-Status EntityServices::spawn(const gazebo_msgs::srv::SpawnEntity::Request& request, std::string& good) {
+Status EntityServices::place_of(const Spawn::Request& request, Pose& X_WE) const {
   EntityMotion frame;
-  if (const Status found = find_frame(model_, *engine_, request.reference_frame, frame); !found) return found;
+  if (const Status found = find_frame(scene_, request.reference_frame, frame); !found) return found;
   const std::optional<Pose> X_FE = from_msg(request.initial_pose);
   if (!X_FE)
     return Status::refused(
         "initial_pose is no pose: a position of finite numbers and a quaternion of length 1");
+  X_WE = frame.X_WE * *X_FE;
+  return {};
+}
+
+Status EntityServices::spawn_object(const Spawn::Request& request, const Pose& X_WE, std::string& good) {
   try {
     Diagnostics notes;
     WorldObject object = read_entity_xml(request.xml, callbacks_.find_mesh, notes);
     if (!request.name.empty()) object.name = request.name;
     if (const Status free = check_name(object.name); !free) return free;
-    object.X_WO = frame.X_WE * *X_FE * object.X_WO;
+    object.X_WO = X_WE * object.X_WO;
     if (object.X_WO.translation().cwiseAbs().maxCoeff() > kFarthest)
       return Status::refused(fmt::format("the pose is further away than {:g} m", kFarthest));
-    engine_->spawn(object);
+    CollisionMeshes meshes;
+    scene_.engine().spawn(make_instance(object, meshes, notes));
     callbacks_.changed();
     good = fmt::format("'{}' is in the world{}{}", object.name, notes.all().empty() ? "" : "; ",
                        joined(notes.all()));
@@ -88,17 +96,41 @@ Status EntityServices::spawn(const gazebo_msgs::srv::SpawnEntity::Request& reque
   }
 }
 
+void EntityServices::spawn(const Spawn::Request& request, const Responder<Spawn::Response>& respond) {
+  Pose X_WE = Pose::Identity();
+  std::string good;
+  Status status = place_of(request, X_WE);
+  const std::string robot = status ? robot_in_xml(request.xml) : "";
+  if (status && robot.empty()) status = spawn_object(request, X_WE, good);
+  if (!status || robot.empty()) return respond(answer<Spawn::Response>(status, good));
+  WorldRobot wanted;
+  wanted.X_WR = X_WE;
+  for (const std::string* name : {&request.robot_namespace, &request.name, &robot}) {
+    if (wanted.name_space.empty()) wanted.name_space = *name;
+  }
+  if (wanted.name_space.starts_with('/')) wanted.name_space.erase(0, 1);
+  if (X_WE.translation().cwiseAbs().maxCoeff() > kFarthest)
+    status = Status::refused(fmt::format("the pose is further away than {:g} m", kFarthest));
+  if (status) status = check_name(wanted.name_space);
+  if (!status) return respond(answer<Spawn::Response>(status, ""));
+  const std::string name = wanted.name_space;
+  callbacks_.spawn_robot(std::move(wanted), request.xml, [respond, name](const Status& done) {
+    respond(answer<Spawn::Response>(done, fmt::format("the robot '{}' is in the world", name)));
+  });
+}
+
 Status EntityServices::remove(const std::string& name) {
-  if (engine_->remove(name)) {
+  const int index = scene_.find(name);
+  if (index >= 0 && scene_.is_robot(index)) return callbacks_.remove_robot(index);
+  if (index >= 0) {
+    scene_.engine().remove(name);
     callbacks_.changed();
     return {};
   }
-  if (name == model_.name)
-    return Status::refused(fmt::format("'{}' is the robot, which stays as long as the twin runs", name));
   if (name == "ground")
     return Status::refused("the ground is the world's own; `ground: false` in a world file");
   Entity entity;
-  const Status found = find_entity(model_, *engine_, name, entity);
+  const Status found = find_entity(scene_, name, entity);
   return found ? Status::refused(fmt::format("'{}' is a part, and cannot be deleted alone", name)) : found;
 }
 
@@ -106,9 +138,9 @@ Status EntityServices::get_state(const std::string& name, const std::string& ref
                                  geometry_msgs::msg::Pose& pose, geometry_msgs::msg::Twist& twist) const {
   Entity entity;
   EntityMotion frame;
-  if (const Status found = find_entity(model_, *engine_, name, entity); !found) return found;
-  if (const Status found = find_frame(model_, *engine_, reference, frame); !found) return found;
-  const EntityMotion motion = motion_of(*engine_, entity);
+  if (const Status found = find_entity(scene_, name, entity); !found) return found;
+  if (const Status found = find_frame(scene_, reference, frame); !found) return found;
+  const EntityMotion motion = motion_of(scene_, entity);
   const Eigen::Matrix3d R_FW = frame.X_WE.linear().transpose();
   pose = to_pose_msg(frame.X_WE.inverse() * motion.X_WE);
   twist.linear = to_vector_msg(R_FW * (motion.velocity.linear_W - frame.velocity.linear_W));
@@ -121,9 +153,9 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
                                  const geometry_msgs::msg::Twist& twist) {
   Entity entity;
   EntityMotion frame;
-  if (const Status found = find_entity(model_, *engine_, name, entity); !found) return found;
-  if (const Status found = find_frame(model_, *engine_, reference, frame); !found) return found;
-  if (entity.object.empty()) {
+  if (const Status found = find_entity(scene_, name, entity); !found) return found;
+  if (const Status found = find_frame(scene_, reference, frame); !found) return found;
+  if (entity.robot) {
     return Status::refused(
         fmt::format("'{}' is the robot or a link of it; its joints are set with "
                     "/gazebo/set_state",
@@ -140,21 +172,22 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
   if (!(velocity.linear_W.norm() <= kFastest) || !(velocity.angular_W.norm() <= kFastest))
     return Status::refused(
         fmt::format("the twist is not finite, or faster than {:g} m/s or rad/s", kFastest));
-  place(entity, {X_WE, velocity});
+  move(entity, {X_WE, velocity});
   return {};
 }
 
 // Puts an object where it, or its shape, is to move so.
-void EntityServices::place(const Entity& entity, EntityMotion motion) {
+void EntityServices::move(const Entity& entity, EntityMotion motion) {
+  Instance object = scene_.instance(entity.body.instance);
   if (entity.shape) {
-    const Pose X_WO = motion.X_WE * shape_in_object(*engine_, entity.object).inverse();
+    const Pose X_WO = motion.X_WE * shape_in_object(object.made_of()).inverse();
     motion.velocity.linear_W +=
         motion.velocity.angular_W.cross(X_WO.translation() - motion.X_WE.translation());
     motion.X_WE = X_WO;
   }
-  engine_->set_object_pose(entity.object, motion.X_WE);
+  object.place(motion.X_WE);
   if (!motion.velocity.linear_W.isZero(0) || !motion.velocity.angular_W.isZero(0))
-    engine_->set_object_velocity(entity.object, motion.velocity);
+    object.set_base_velocity(motion.velocity);
   callbacks_.changed();
 }
 
@@ -167,13 +200,9 @@ void EntityServices::tell_refusal(const char* service, const Status& status) {
 
 void EntityServices::offer_coming_and_going() {
   using gazebo_msgs::srv::DeleteEntity;
-  using gazebo_msgs::srv::SpawnEntity;
-  node_.serve<SpawnEntity>("spawn_entity",
-                           [this](const SpawnEntity::Request& r, Responder<SpawnEntity::Response> respond) {
-                             std::string good;
-                             const Status status = spawn(r, good);
-                             respond(answer<SpawnEntity::Response>(status, good));
-                           });
+  node_.serve<Spawn>("spawn_entity", [this](const Spawn::Request& r, Responder<Spawn::Response> respond) {
+    spawn(r, respond);
+  });
   node_.serve<DeleteEntity>(
       "delete_entity", [this](const DeleteEntity::Request& r, Responder<DeleteEntity::Response> respond) {
         const Status status = remove(r.name);
@@ -189,7 +218,7 @@ void EntityServices::offer_entity_state() {
     GetEntityState::Response response;
     const Status status = get_state(r.name, r.reference_frame, response.state.pose, response.state.twist);
     response.success = status.ok();
-    response.header.stamp = to_time_msg(node_.bus().stamp(engine_->time()));
+    response.header.stamp = to_time_msg(node_.bus().stamp(scene_.now()));
     response.header.frame_id = is_world(r.reference_frame) ? "world" : r.reference_frame;
     response.state.name = r.name;
     response.state.reference_frame = response.header.frame_id;
@@ -210,10 +239,11 @@ void EntityServices::offer_model_state() {
   node_.serve<GetModelState>("~/get_model_state", [this](const GetModelState::Request& r,
                                                          Responder<GetModelState::Response> respond) {
     GetModelState::Response found;
-    const Status status = get_state(r.model_name.empty() ? model_.name : r.model_name, r.relative_entity_name,
+    const std::string first = scene_.instance(scene_.robots().front()).name();
+    const Status status = get_state(r.model_name.empty() ? first : r.model_name, r.relative_entity_name,
                                     found.pose, found.twist);
     auto response = answer<GetModelState::Response>(status, "");
-    response.header.stamp = to_time_msg(node_.bus().stamp(engine_->time()));
+    response.header.stamp = to_time_msg(node_.bus().stamp(scene_.now()));
     response.header.frame_id = is_world(r.relative_entity_name) ? "world" : r.relative_entity_name;
     response.pose = found.pose;
     response.twist = found.twist;

@@ -454,4 +454,18 @@ WorldObject read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, D
                    "send SDF with one <model>, or a URDF with one <link>");
 }
 
+std::string robot_in_xml(std::string_view xml) {
+  if (xml.size() > kLargestText) return "";
+  try {
+    const XmlNode root = parse_xml(xml, "xml");
+    const auto links =
+        std::ranges::count_if(root.children, [](const XmlNode& child) { return child.is("link"); });
+    if (!root.is("robot") || (links < 2 && root.first("ros2_control") == nullptr)) return "";
+    const std::string name = UrdfReader::optional(root, "name");
+    return name.empty() ? "robot" : name;
+  } catch (const InputError&) {
+    return "";  // read_entity_xml() says why
+  }
+}
+
 }  // namespace doppel

@@ -21,4 +21,8 @@ using MeshFinder = std::function<std::filesystem::path(const std::string& uri)>;
 // thing has.
 WorldObject read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Diagnostics& notes);
 
+// The name of the robot that the text describes: a URDF of several links, or with a <ros2_control>. Empty: it
+// describes an object, or nothing that can be read.
+std::string robot_in_xml(std::string_view xml);
+
 }  // namespace doppel

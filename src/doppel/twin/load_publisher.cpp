@@ -1,31 +1,32 @@
 #include "doppel/twin/load_publisher.h"
 
+#include "doppel/twin/robot_names.h"
+
 namespace doppel {
 
-LoadPublisher::LoadPublisher(Bus& bus, const Model& model, const std::vector<ServoParameters>& servos,
-                             const Eigen::Vector3d& gravity_R)
-    : model_(model), servos_(servos), gravity_R_(gravity_R), node_(bus, "/doppel") {
+LoadPublisher::LoadPublisher(Bus& bus, std::shared_ptr<const RobotMachine> machine)
+    : machine_(std::move(machine)), node_(bus, in_namespace(machine_->name_space(), "doppel")) {
   topic_ = node_.advertise<doppel_msgs::msg::JointLoads>("~/joint_loads");
 }
 
-void LoadPublisher::publish(const Engine& engine, Time now) {
+void LoadPublisher::publish(const Instance& robot, Time now) {
+  const Model& model = machine_->model();
   if (!data_) {
-    data_.emplace(model_);
-    message_.joint_names = model_.driven_joint_names();
+    data_.emplace(model);
+    message_.joint_names = model.driven_joint_names();
   }
-  const auto q = engine.q();
-  static_sag(model_, *data_, servos_, Eigen::Map<const Eigen::VectorXd>(q.data(), model_.nq), gravity_R_,
-             static_);
+  const Eigen::Map<const Eigen::VectorXd> q(robot.q().data(), model.nq);
+  static_sag(model, *data_, machine_->servos(), q, machine_->gravity_R(), static_);
   for (auto* list : {&message_.efforts, &message_.gravity_torques, &message_.sags, &message_.margins,
                      &message_.effort_limits, &message_.frictions, &message_.least_sags, &message_.most_sags})
     list->clear();
   for (const Sag& sag : static_.sags) {
     const auto joint = static_cast<std::size_t>(sag.joint);
-    message_.efforts.push_back(engine.drive_effort()[joint]);
+    message_.efforts.push_back(robot.drive_effort()[joint]);
     message_.gravity_torques.push_back(sag.torque);
     message_.sags.push_back(sag.sag);
     message_.margins.push_back(sag.margin);
-    message_.effort_limits.push_back(servos_[joint].effort);
+    message_.effort_limits.push_back(machine_->servos()[joint].effort);
     message_.frictions.push_back(sag.friction);
     message_.least_sags.push_back(sag.least);
     message_.most_sags.push_back(sag.most);

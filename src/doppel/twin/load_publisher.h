@@ -1,34 +1,31 @@
 #pragma once
 // /doppel/joint_loads (doppel_msgs/msg/JointLoads, 5 Hz of simulated time, only while somebody listens): what
-// each driven joint bears, and how far gravity pulls it off its target.
+// each driven joint bears, and how far gravity pulls it off its target. Below the robot's namespace.
 
+#include <memory>
 #include <optional>
 
 #include "doppel/bus/bus.h"
 #include "doppel/messages/doppel_msgs.h"
-#include "doppel/physics/engine.h"
 #include "doppel/twin/due.h"
+#include "doppel/twin/robot_machine.h"
 
 namespace doppel {
 
 class LoadPublisher {
  public:
-  // Model and servos [joints] outlive it. gravity_R: in the root link's axes, m/s^2.
-  LoadPublisher(Bus& bus, const Model& model, const std::vector<ServoParameters>& servos,
-                const Eigen::Vector3d& gravity_R);
+  LoadPublisher(Bus& bus, std::shared_ptr<const RobotMachine> machine);
 
-  // Between steps.
-  void publish_due(const Engine& engine, Time now) {
-    if (due_(now, topic_.has_listeners())) publish(engine, now);
+  // Between steps. `robot`: the machine's instance.
+  void publish_due(const Instance& robot, Time now) {
+    if (due_(now, topic_.has_listeners())) publish(robot, now);
   }
   void at_once() { due_.at_once(); }
 
  private:
-  void publish(const Engine& engine, Time now);
+  void publish(const Instance& robot, Time now);
 
-  const Model& model_;
-  const std::vector<ServoParameters>& servos_;
-  const Eigen::Vector3d gravity_R_;
+  const std::shared_ptr<const RobotMachine> machine_;
   Node node_;
   Publisher<doppel_msgs::msg::JointLoads> topic_;
   Due due_{Duration{200'000'000}};

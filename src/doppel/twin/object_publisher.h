@@ -11,41 +11,42 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/messages/visualization_msgs.h"
-#include "doppel/physics/engine.h"
 #include "doppel/twin/due.h"
+#include "doppel/twin/scene.h"
+#include "doppel/twin/ticking.h"
 
 namespace doppel {
 
 // The URI under which listeners are told of an object's mesh; one without a scheme is its file's.
 std::string mesh_resource(const MeshGeometry& mesh);
 
-class ObjectPublisher {
+class ObjectPublisher : public Ticking {
  public:
-  explicit ObjectPublisher(Bus& bus);
+  // The scene outlives it.
+  ObjectPublisher(Bus& bus, const Scene& scene);
 
-  // Between steps.
-  void publish_due(const Model& model, const Engine& engine, Time now) {
-    if (due_(now, true)) publish_changes(model, engine, now);
+  void between_steps(Time now) override {
+    if (due_(now, true)) publish_changes(now);
   }
-  // After objects were moved, or others came under the same names.
+  void show(Time /*now*/) override { at_once(); }
+  void instances_changed() override { at_once(); }
+
+ private:
   void at_once() {
     listed_ = false;
     due_.at_once();
   }
+  void publish_changes(Time now);
+  void list();
+  bool update_poses();
 
- private:
-  void publish_changes(const Model& model, const Engine& engine, Time now);
-  [[nodiscard]] bool names_are(const std::vector<WorldObject>& objects) const;
-  void list(const std::vector<WorldObject>& objects);
-  bool update_poses(const std::vector<WorldObject>& objects, const Engine& engine, const Pose& X_TW);
-
+  const Scene& scene_;
   Node node_;
   Publisher<visualization_msgs::msg::MarkerArray> topic_;
   Due due_{Duration{40'000'000}};
-  visualization_msgs::msg::MarkerArray
-      message_;                            // first the objects, in the engine's order, then the deleted
-  std::vector<std::optional<Pose>> told_;  // [objects] as published last
-  std::deque<std::int32_t> gone_;          // the last that went
+  visualization_msgs::msg::MarkerArray message_;  // first the objects, in the scene's order, then the deleted
+  std::vector<std::optional<Pose>> told_;         // [objects] as published last
+  std::deque<std::int32_t> gone_;                 // the last that went
   std::int32_t next_id_ = 0;
   bool listed_ = false;
 };

@@ -17,8 +17,11 @@ constexpr double kArrived = 1e-9;    // rad or m between reference and target
 constexpr double kNearStep = 0.2;    // of the step's rate: a frequency above is the step's doing
 
 // Whether the link, or what it carries, is one of the two.
-bool carries(const Model& model, int link, const Contact& contact) {
-  for (int at : {contact.link_a, contact.link_b}) {
+bool carries(const Instance& robot, int link, const Contact& contact) {
+  const Model& model = robot.model();
+  for (const BodyId& body : {contact.a, contact.b}) {
+    if (body.instance != robot.index()) continue;
+    int at = body.link;
     while (at > 0 && at != link)
       at =
           model.joints[static_cast<std::size_t>(model.links[static_cast<std::size_t>(at)].joint)].parent_link;
@@ -40,26 +43,27 @@ void OscillationWatch::restart(Watched& watched, Time now) {
   open_window(watched, now);
 }
 
-void OscillationWatch::look(const Engine& engine, Time now) {
-  for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-    const ModelJoint& joint = model_.joints[j];
+void OscillationWatch::look(const Instance& robot, Time now) {
+  const auto q_now = robot.q(), v_now = robot.v();
+  for (std::size_t j = 0; j < model_->joints.size(); ++j) {
+    const ModelJoint& joint = model_->joints[j];
     const int index = static_cast<int>(j);
     Watched& watched = joints_[j];
     if (watched.reported || !joint.scalar() || joint.mimics()) continue;
-    const double target = engine.drive_target(index);
-    const bool held = engine.drive(index) == DriveMode::position && target == watched.target;
+    const double target = robot.drive_target(index);
+    const bool held = robot.drive(index) == DriveMode::position && target == watched.target;
     if (!held || !watched.arrived || now < watched.since) {
       // A reference that has arrived may be dragged along later, by a load beyond the effort limit.
-      watched.arrived = held && std::abs(engine.drive_reference(index) - target) < kArrived;
+      watched.arrived = held && std::abs(robot.drive_reference(index) - target) < kArrived;
       watched.target = target;
       restart(watched, now);
       continue;
     }
-    const double q = engine.q()[static_cast<std::size_t>(joint.q)];
+    const double q = q_now[static_cast<std::size_t>(joint.q)];
     Extent& half = now - watched.since <= kOscillationTime / 2 ? watched.early : watched.late;
     half.low = std::min(half.low, q);
     half.high = std::max(half.high, q);
-    const bool rising = engine.v()[static_cast<std::size_t>(joint.v)] > 0;
+    const bool rising = v_now[static_cast<std::size_t>(joint.v)] > 0;
     if (watched.steps > 0 && rising != watched.rising) ++watched.turns;
     watched.rising = rising;
     watched.sum += q;
@@ -69,7 +73,7 @@ void OscillationWatch::look(const Engine& engine, Time now) {
 }
 
 void OscillationWatch::judge(Watched& watched, int joint, Time now) {
-  const bool slides = model_.joints[static_cast<std::size_t>(joint)].type == JointType::prismatic;
+  const bool slides = model_->joints[static_cast<std::size_t>(joint)].type == JointType::prismatic;
   const Extent whole{std::min(watched.early.low, watched.late.low),
                      std::max(watched.early.high, watched.late.high)};
   const double amplitude = whole.amplitude();
@@ -98,19 +102,20 @@ std::vector<Oscillation> OscillationWatch::take() {
   return out;
 }
 
-std::string to_string(const Oscillation& oscillation, const Model& model, const Engine& engine,
-                      Duration step) {
+std::string to_string(const Oscillation& oscillation, const Instance& robot) {
+  const Model& model = robot.model();
+  const Duration step = robot.engine().world().settings().step;
   const ModelJoint& joint = model.joints[static_cast<std::size_t>(oscillation.joint)];
   const bool slides = joint.type == JointType::prismatic;
   std::vector<Contact> contacts;
-  engine.contacts(contacts);
+  robot.engine().contacts(contacts);
   const bool touches = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& contact) {
-    return carries(model, joint.child_link, contact);
+    return carries(robot, joint.child_link, contact);
   });
   const bool leads = std::any_of(model.joints.begin(), model.joints.end(), [&](const ModelJoint& other) {
     return other.mimic_leader == oscillation.joint;
   });
-  const ServoParameters& servo = engine.servos()[static_cast<std::size_t>(oscillation.joint)];
+  const ServoParameters& servo = robot.made_of().servos[static_cast<std::size_t>(oscillation.joint)];
   std::string cause;
   if (oscillation.frequency * to_seconds(step) > kNearStep) {
     cause = fmt::format(
@@ -121,7 +126,7 @@ std::string to_string(const Oscillation& oscillation, const Model& model, const 
     cause = "its link, or one that it carries, touches something that pushes back";
   } else if (leads) {
     cause = "joints are coupled to it by <mimic>; their inertias or limits may not fit each other";
-  } else if (at_effort_limit(engine, oscillation.joint)) {
+  } else if (at_effort_limit(robot, oscillation.joint)) {
     cause = fmt::format("its effort limit of {:.3g} {} is too weak for what it carries", servo.effort,
                         slides ? "N" : "N m");
   } else {

@@ -2,7 +2,9 @@
 // Whether a joint that a drive holds oscillates: a numerical or physical loop that shakes makes everything
 // that is measured at it worthless, and is easily taken for rest. One warning a joint.
 
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "doppel/core/source_location.h"
@@ -23,10 +25,11 @@ struct Oscillation {
 
 class OscillationWatch {
  public:
-  explicit OscillationWatch(const Model& model) : model_(model), joints_(model.joints.size()) {}
+  explicit OscillationWatch(std::shared_ptr<const Model> model)
+      : model_(std::move(model)), joints_(model_->joints.size()) {}
 
   // After every step. Nothing is allocated.
-  void look(const Engine& engine, Time now);
+  void look(const Instance& robot, Time now);
   // Whether take() has something.
   [[nodiscard]] bool found() const { return found_; }
   // The joints found since the last call; each is found once.
@@ -54,14 +57,13 @@ class OscillationWatch {
   static void open_window(Watched& watched, Time now);
   void judge(Watched& watched, int joint, Time now);
 
-  const Model& model_;
+  std::shared_ptr<const Model> model_;
   std::vector<Watched> joints_;  // [joints]
   bool found_ = false;
 };
 
 // "joint 'elbow' oscillates by 0.012 rad at 250 Hz while it is held, 40 times its sag: ..." with the likely
 // cause: the step, a coupling, a contact, an effort limit, the servo.
-std::string to_string(const Oscillation& oscillation, const Model& model, const Engine& engine,
-                      Duration step);
+std::string to_string(const Oscillation& oscillation, const Instance& robot);
 
 }  // namespace doppel

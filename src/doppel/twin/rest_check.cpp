@@ -11,31 +11,29 @@ namespace {
 constexpr double kSameTarget = 1e-6;  // rad or m: where the drive holds, give or take a rounded turn
 constexpr double kAtLimit = 0.98;     // of the effort limit: the drive gives all it has
 
-std::string contact_of(int link, const Model& model, const std::vector<Contact>& contacts) {
+std::string contact_of(BodyId body, const CompiledWorld& world, const std::vector<Contact>& contacts) {
   for (const Contact& contact : contacts) {
-    if (contact.link_a != link && contact.link_b != link) continue;
-    const int other = contact.link_a == link ? contact.link_b : contact.link_a;
-    const std::string_view object = contact.link_a == link ? contact.object_b : contact.object_a;
-    return other >= 0 ? model.links[static_cast<std::size_t>(other)].name : std::string(object);
+    if (contact.a == body || contact.b == body)
+      return world.name_of(contact.a == body ? contact.b : contact.a);
   }
   return "";
 }
 
-std::string cause_of(int index, const Model& model, const Engine& engine,
-                     const std::vector<Contact>& contacts) {
+std::string cause_of(int index, const Instance& robot, const std::vector<Contact>& contacts) {
+  const Model& model = robot.model();
   const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
   if (joint.mimics()) {
     return fmt::format("it follows '{}'", model.joints[static_cast<std::size_t>(joint.mimic_leader)].name);
   }
-  const DriveMode mode = engine.drive(index);
+  const DriveMode mode = robot.drive(index);
   if (mode == DriveMode::limp) return "no active controller commands it";
   if (mode == DriveMode::effort) return "its controller commands no effort";
-  const double limit = engine.servos()[static_cast<std::size_t>(index)].effort;
-  if (at_effort_limit(engine, index)) {
+  const double limit = robot.made_of().servos[static_cast<std::size_t>(index)].effort;
+  if (at_effort_limit(robot, index)) {
     return fmt::format("its effort limit of {:.3g} {} does not hold it", limit,
                        joint.type == JointType::prismatic ? "N" : "N m");
   }
-  const std::string touched = contact_of(joint.child_link, model, contacts);
+  const std::string touched = contact_of({robot.index(), joint.child_link}, robot.engine().world(), contacts);
   if (!touched.empty()) return fmt::format("its link touches '{}'", touched);
   return "what it is joined to moves; doppel check looks for the reason in the description";
 }
@@ -53,59 +51,66 @@ std::string to_string(const Unrest& unrest, bool slides) {
   return out + ": " + unrest.cause;
 }
 
-bool at_effort_limit(const Engine& engine, int joint) {
+bool at_effort_limit(const Instance& robot, int joint) {
   const auto at = static_cast<std::size_t>(joint);
-  return std::abs(engine.drive_effort()[at]) >= kAtLimit * engine.servos()[at].effort;
+  return std::abs(robot.drive_effort()[at]) >= kAtLimit * robot.made_of().servos[at].effort;
 }
 
-std::vector<Unrest> find_unrest(const RobotDescription& robot, const Model& model, const Engine& engine) {
+std::vector<Unrest> find_unrest(const RobotDescription& robot, const Instance& instance) {
+  const Model& model = instance.model();
   std::vector<Unrest> out;
   std::vector<Contact> contacts;
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];
     if (!joint.scalar()) continue;
-    const double q = engine.q()[static_cast<std::size_t>(joint.q)];
-    const double v = engine.v()[static_cast<std::size_t>(joint.v)];
+    const double q = instance.q()[static_cast<std::size_t>(joint.q)];
+    const double v = instance.v()[static_cast<std::size_t>(joint.v)];
     const double beyond = std::max({joint.lower - q, q - joint.upper, 0.0});
     if (std::abs(v) <= kRestSpeed && beyond <= kBeyondLimit) continue;
-    if (out.empty()) engine.contacts(contacts);  // costs a solution of all constraints
+    if (out.empty()) instance.engine().contacts(contacts);  // costs a solution of all constraints
     const Joint* source = robot.find_joint(joint.name);
     out.push_back({joint.name, model.links[static_cast<std::size_t>(joint.child_link)].name, q, v, beyond,
-                   cause_of(static_cast<int>(j), model, engine, contacts),
+                   cause_of(static_cast<int>(j), instance, contacts),
                    source != nullptr ? source->source : SourceLocation{}});
   }
   return out;
 }
 
-bool RestCheck::commanded(const Model& model, const Engine& engine) const {
+bool RestCheck::commanded(const Instance& instance) const {
+  const Model& model = instance.model();
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];
-    const DriveMode mode = engine.drive(static_cast<int>(j));
-    if (!joint.scalar() || mode == DriveMode::limp) continue;
+    if (!joint.scalar()) continue;
+    const DriveMode mode = instance.drive(static_cast<int>(j));
+    if (mode == DriveMode::limp) continue;
     const double held = mode == DriveMode::position ? q0_[static_cast<std::size_t>(joint.q)] : 0.0;
-    if (!(std::abs(engine.drive_target(static_cast<int>(j)) - held) <= kSameTarget)) return true;
+    if (!(std::abs(instance.drive_target(static_cast<int>(j)) - held) <= kSameTarget)) return true;
   }
   return false;
 }
 
-bool RestCheck::look(const RobotDescription& robot, const Model& model, const Engine& engine) {
-  if (looked_ || engine.time() < Time(kRestTime)) return false;
+bool RestCheck::look(const RobotDescription& robot, const Instance& instance) {
+  const Engine& engine = instance.engine();
+  if (looked_ || engine.time() < begin_ + kRestTime) return false;
   looked_ = true;
-  if (engine.q().size() != q0_.size() || commanded(model, engine)) return true;
+  if (instance.q().size() != q0_.size() || commanded(instance)) return true;
+  const Model& model = instance.model();
   RestReport& report = report_.emplace();
   report.at = engine.time();
-  for (const Unrest& unrest : find_unrest(robot, model, engine)) {
+  for (const Unrest& unrest : find_unrest(robot, instance)) {
     const ModelJoint& joint = model.joints[static_cast<std::size_t>(model.find_joint(unrest.joint))];
     report.complaints.push_back(to_string(unrest, joint.type == JointType::prismatic));
   }
   if (!model.joints.empty() && model.joints.front().type == JointType::floating) {
-    const FrameVelocity base = engine.link_velocity(model.joints.front().child_link);
+    const FrameVelocity base = instance.link_velocity(model.joints.front().child_link);
     report.base_linear = base.linear_W.norm();
     report.base_angular = base.angular_W.norm();
     std::vector<Contact> contacts;
     engine.contacts(contacts);
-    report.base_touches = std::any_of(contacts.begin(), contacts.end(),
-                                      [](const Contact& c) { return c.link_a < 0 || c.link_b < 0; });
+    report.base_touches =
+        std::any_of(contacts.begin(), contacts.end(), [here = instance.index()](const Contact& c) {
+          return (c.a.instance == here) != (c.b.instance == here);
+        });
   }
   return true;
 }

@@ -38,25 +38,27 @@ struct RestReport {
 };
 
 // The joint's drive gives all that its effort limit lets it.
-bool at_effort_limit(const Engine& engine, int joint);
+bool at_effort_limit(const Instance& robot, int joint);
 
 // What is not at rest now. Allocates only where something is not.
-std::vector<Unrest> find_unrest(const RobotDescription& robot, const Model& model, const Engine& engine);
+std::vector<Unrest> find_unrest(const RobotDescription& robot, const Instance& instance);
 
 class RestCheck {
  public:
-  // From the engine's present state on.
-  explicit RestCheck(const Engine& engine) : q0_(engine.q().begin(), engine.q().end()) {}
+  // From the robot's present state on.
+  explicit RestCheck(const Instance& robot)
+      : begin_(robot.engine().time()), q0_(robot.q().begin(), robot.q().end()) {}
 
   // Between steps. True once: kRestTime has passed, and report() tells what was found; where a drive was
   // commanded before, there is nothing to tell.
-  bool look(const RobotDescription& robot, const Model& model, const Engine& engine);
+  bool look(const RobotDescription& robot, const Instance& instance);
   // None: not yet, or somebody commanded the robot.
   [[nodiscard]] const std::optional<RestReport>& report() const { return report_; }
 
  private:
-  [[nodiscard]] bool commanded(const Model& model, const Engine& engine) const;
+  [[nodiscard]] bool commanded(const Instance& instance) const;
 
+  Time begin_;
   std::vector<double> q0_;
   bool looked_ = false;
   std::optional<RestReport> report_;

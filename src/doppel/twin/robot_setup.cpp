@@ -9,6 +9,7 @@
 #include "doppel/core/names.h"
 #include "doppel/overlay/overlay.h"
 #include "doppel/twin/controllers_choice.h"
+#include "doppel/twin/robot_names.h"
 
 namespace doppel {
 namespace {
@@ -63,11 +64,12 @@ std::string quoted(const std::string& text) {
   return out + '"';
 }
 
-void choose_controllers(const Scenario& scenario, RobotSetup& setup, Diagnostics& diagnostics) {
+void choose_controllers(const Scenario& scenario, const WorldRobot& robot, RobotSetup& setup,
+                        Diagnostics& diagnostics) {
   Diagnostics said;
-  if (scenario.controllers) {
+  if (robot.controllers) {
     setup.controllers_named = true;
-    setup.controllers_files = {*scenario.controllers};
+    setup.controllers_files = {*robot.controllers};
   } else {
     setup.controllers_files = find_controllers_files(setup.description.robot, setup.target, said);
   }
@@ -87,7 +89,8 @@ void choose_controllers(const Scenario& scenario, RobotSetup& setup, Diagnostics
     for (std::size_t i = 1; i < setup.controllers_files.size(); ++i)
       setup.controllers.add(ParameterFile::load(setup.controllers_files[i]));
     NameRules names = scenario.ros.names;
-    report_other_managers(setup.controllers, names.node("/controller_manager"), diagnostics);
+    const std::string manager = names.node(in_namespace(robot.name_space, "controller_manager"));
+    report_other_managers(setup.controllers, manager, diagnostics);
     return;
   }
   const auto joints = joints_to_drive(setup.description.robot);
@@ -169,12 +172,13 @@ ExpandedDescription expand_for_simulation(const fs::path& description, const Xac
 
 }  // namespace
 
-ExpandedTarget expand_target(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics) {
+ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
+                             Diagnostics& diagnostics) {
   ExpandedTarget out;
   resolver.add_bundled(scenario.bundled_robots);
-  out.target = resolve_target(scenario.target, scenario.bundled_robots);
+  out.target = resolve_target(robot.target, scenario.bundled_robots);
   resolver.add_context(out.target.description);
-  out.description = expand_for_simulation(out.target.description, scenario.arguments, resolver, diagnostics);
+  out.description = expand_for_simulation(out.target.description, robot.arguments, resolver, diagnostics);
   if (scenario.inspect) scenario.inspect(out.description, diagnostics);
   return out;
 }
@@ -193,16 +197,35 @@ std::vector<fs::path> files_of(const Target& target, const LoadedDescription& de
   return out;
 }
 
-RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics) {
+namespace {
+
+// What follows from the description alone.
+void complete(const Scenario& scenario, const WorldRobot& robot, RobotSetup& setup,
+              Diagnostics& diagnostics) {
+  choose_controllers(scenario, robot, setup, diagnostics);
+  add_ros_parameters(scenario.ros, setup.controllers);
+  setup.controllers.set_home(robot.name_space);
+}
+
+}  // namespace
+
+RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
+                        Diagnostics& diagnostics) {
   RobotSetup setup;
-  ExpandedTarget expanded = expand_target(scenario, resolver, diagnostics);
+  ExpandedTarget expanded = expand_target(scenario, robot, resolver, diagnostics);
   setup.target = std::move(expanded.target);
-  if (scenario.world) setup.world = load_world(*scenario.world, resolver);
   setup.description.robot = read_description(expanded.description, resolver, diagnostics);
   diagnostics.throw_if_errors();
   setup.description.files = std::move(expanded.description.files);
-  choose_controllers(scenario, setup, diagnostics);
-  add_ros_parameters(scenario.ros, setup.controllers);
+  complete(scenario, robot, setup, diagnostics);
+  return setup;
+}
+
+RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, RobotDescription description,
+                        Diagnostics& diagnostics) {
+  RobotSetup setup;
+  setup.description.robot = std::move(description);
+  complete(scenario, robot, setup, diagnostics);
   return setup;
 }
 

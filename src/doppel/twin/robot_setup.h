@@ -10,7 +10,6 @@
 #include "doppel/control/parameter_file.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/load.h"
-#include "doppel/physics/world.h"
 #include "doppel/twin/scenario.h"
 
 namespace doppel {
@@ -23,7 +22,6 @@ struct RobotSetup {
   std::vector<std::filesystem::path> controllers_files;  // that it was read from; empty: generated
   std::vector<std::filesystem::path> declaring_files;    // those of them that declare controllers
   bool controllers_named = false;                        // the user named the file
-  World world;
 };
 
 // The arguments that a scenario's description is expanded with: the given ones and, where it declares one by
@@ -31,20 +29,25 @@ struct RobotSetup {
 XacroArguments simulation_arguments(const std::filesystem::path& description, XacroArguments given,
                                     const PackageResolver& resolver, Diagnostics& diagnostics);
 
-// The scenario's target, found and expanded with its overlay. Throws InputError: nothing of that name, or
-// what expand_description refuses.
+// A robot's target, found and expanded with its overlay. Throws InputError: nothing of that name, or what
+// expand_description refuses.
 struct ExpandedTarget {
   Target target;
   ExpandedDescription description;
 };
-ExpandedTarget expand_target(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics);
+ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
+                             Diagnostics& diagnostics);
 
 // Every file that a description was made of: its sources, its overlay (which may come later), its meshes.
 std::vector<std::filesystem::path> files_of(const Target& target, const LoadedDescription& description);
 
 // Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are
 // notes.
-RobotSetup set_up_robot(const Scenario& scenario, PackageResolver& resolver, Diagnostics& diagnostics);
+RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
+                        Diagnostics& diagnostics);
+// The same of a description that was read already, with no files of its own.
+RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, RobotDescription description,
+                        Diagnostics& diagnostics);
 
 // The YAML that makes any robot move: a broadcaster, and a trajectory controller over `joints`.
 // `velocity_states`: the hardware offers them.

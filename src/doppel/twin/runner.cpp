@@ -50,7 +50,7 @@ double RunStatistics::real_time_factor() const {
 }
 
 Runner::Runner(Twin& twin, RunnerOptions options)
-    : twin_(twin), options_(options), status_(twin.bus(), twin.robot_name(), Clock::now()) {
+    : twin_(twin), options_(options), status_(twin.bus(), twin.name(), Clock::now()) {
   twin_.time_control().speed = options_.speed;
 }
 

@@ -10,25 +10,24 @@
 #include "doppel/bus/ros_arguments.h"
 #include "doppel/core/time.h"
 #include "doppel/description/load.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/world_robot.h"
 
 namespace doppel {
 
 struct Scenario {
-  std::string target;        // bundled name, .urdf, .xacro, or folder of a package or workspace
-  XacroArguments arguments;  // name := value, in order
-  std::optional<std::filesystem::path> world;        // a world file; none: empty, with ground
-  std::optional<std::filesystem::path> controllers;  // a YAML file in place of what the description names
-  std::vector<std::string> activate;  // controllers to start; empty: all that the files declare
-  bool start_controllers = true;      // false: nothing is loaded, the joints are limp
-  std::vector<std::string> plugins;   // shared libraries with controllers and hardware
-  std::optional<BaseKind> base;       // how a root link other than "world" stands; none: choose_base()
-  bool ideal = false;                 // joints follow commands exactly, whatever they carry
+  std::vector<WorldRobot> robots;              // beside those that the world file names
+  std::optional<std::filesystem::path> world;  // a world file; none: empty, with ground
+  std::string engine = kDefaultEngine;
+  bool start_controllers = true;     // false: nothing is loaded, the joints are passive
+  std::vector<std::string> plugins;  // shared libraries with controllers and hardware
+  bool ideal = false;                // joints follow commands exactly, whatever they carry
   bool enforce_limits = true;
   RosArguments ros;                      // names, parameters: what stood behind --ros-args
   bool wall_stamps = false;              // messages are stamped with the wall's time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
-  // Looks at the expanded description whenever it is read, also anew: what it finds is said with the rest.
+  // Looks at each expanded description whenever it is read, also anew: its findings are reported with the
+  // rest.
   std::function<void(const ExpandedDescription&, Diagnostics&)> inspect;
 };
 

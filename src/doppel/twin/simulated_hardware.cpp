@@ -23,10 +23,10 @@ constexpr std::array<std::string_view, 8> kSimulatorPlugins{"gz_ros2_control/Gaz
 
 }  // namespace
 
-void register_simulated_hardware(HardwareRegistry& registry, Engine& engine) {
+void register_simulated_hardware(HardwareRegistry& registry, Instance robot) {
   for (const std::string_view plugin : kSimulatorPlugins) {
     registry.add(std::string(plugin), HardwareKind::simulated,
-                 [&engine] { return std::make_unique<SimulatedHardware>(engine); });
+                 [robot] { return std::make_unique<SimulatedHardware>(robot); });
   }
 }
 
@@ -38,7 +38,6 @@ SimulatedHardware::Quantity SimulatedHardware::quantity_of(const std::string& in
 }
 
 Status SimulatedHardware::on_init(const HardwareInfo& info) {
-  model_ = &info.model;
   for (const auto& [name, value] : info.description.params) {
     if (name != "unclaimed") continue;  // the others are the plugin's that is simulated
     const std::vector<std::string> known{"free", "hold", "brake"};
@@ -121,8 +120,8 @@ void SimulatedHardware::add_part(const HardwareJointDescription& part) {
   }
 }
 
-void SimulatedHardware::rebind(Engine& engine) {
-  engine_ = &engine;
+void SimulatedHardware::rebind(Instance robot) {
+  robot_ = robot;
   choose_drives();
 }
 
@@ -154,7 +153,7 @@ Status SimulatedHardware::on_deactivate() {
 // Each joint is held where it is now, whatever its drive was running to.
 void SimulatedHardware::on_stop() {
   stopped_ = true;
-  for (const int joint : driven_) engine_->set_drive(joint, DriveMode::limp);
+  for (const int joint : driven_) robot_.set_drive(joint, DriveMode::limp);
   choose_drives();
 }
 
@@ -192,7 +191,7 @@ void SimulatedHardware::perform_switch(std::span<const std::string> start,
 void SimulatedHardware::choose_drives() {
   for (const int joint : driven_) {
     const DriveMode mode = drive_of(joint);
-    if (engine_->drive(joint) != mode) engine_->set_drive(joint, mode);
+    if (robot_.drive(joint) != mode) robot_.set_drive(joint, mode);
   }
 }
 
@@ -211,19 +210,19 @@ DriveMode SimulatedHardware::drive_of(int joint) const {
 }
 
 HardwareReturn SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
-  const auto q = engine_->q();
-  const auto v = engine_->v();
-  const auto effort = engine_->drive_effort();
+  const auto q = robot_.q();
+  const auto v = robot_.v();
+  const auto effort = robot_.drive_effort();
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const Interface& s = states_[i];
     if (s.joint < 0) continue;
     const auto j = static_cast<std::size_t>(s.joint);
     switch (s.quantity) {
       case Quantity::position:
-        states[i] = q[static_cast<std::size_t>(model_->joints[j].q)];
+        states[i] = q[static_cast<std::size_t>(robot_.model().joints[j].q)];
         break;
       case Quantity::velocity:
-        states[i] = v[static_cast<std::size_t>(model_->joints[j].v)];
+        states[i] = v[static_cast<std::size_t>(robot_.model().joints[j].v)];
         break;
       case Quantity::effort:
         states[i] = effort[j];
@@ -239,20 +238,20 @@ HardwareReturn SimulatedHardware::write(Time /*now*/, Duration /*period*/, std::
   for (std::size_t i = 0; i < commands_.size(); ++i) {
     const Interface& c = commands_[i];
     if (!c.claimed || c.joint < 0 || !std::isfinite(commands[i])) continue;
-    const DriveMode mode = engine_->drive(c.joint);
+    const DriveMode mode = robot_.drive(c.joint);
     const bool drives = (c.quantity == Quantity::position && mode == DriveMode::position) ||
                         (c.quantity == Quantity::velocity && mode == DriveMode::velocity) ||
                         (c.quantity == Quantity::effort && mode == DriveMode::effort);
-    if (drives) engine_->set_target(c.joint, nearest_turn(c, commands[i]));
+    if (drives) robot_.set_target(c.joint, nearest_turn(c, commands[i]));
   }
   return HardwareReturn::ok;
 }
 
 // A continuous joint takes the short way: whole turns are the same place.
 double SimulatedHardware::nearest_turn(const Interface& command, double value) const {
-  const ModelJoint& joint = model_->joints[static_cast<std::size_t>(command.joint)];
+  const ModelJoint& joint = robot_.model().joints[static_cast<std::size_t>(command.joint)];
   if (joint.type != JointType::continuous || command.quantity != Quantity::position) return value;
-  const double q = engine_->q()[static_cast<std::size_t>(joint.q)];
+  const double q = robot_.q()[static_cast<std::size_t>(joint.q)];
   return q + std::remainder(value - q, 2.0 * std::numbers::pi);
 }
 

@@ -16,10 +16,10 @@ namespace doppel {
 
 class SimulatedHardware : public HardwareComponent {
  public:
-  explicit SimulatedHardware(Engine& engine) : engine_(&engine) {}
+  explicit SimulatedHardware(Instance robot) : robot_(robot) {}
 
-  // Another engine for a model with the same joints takes over: what drives here drives there, too.
-  void rebind(Engine& engine);
+  // Another instance of a model with the same joints takes over: what drives here drives there, too.
+  void rebind(Instance robot);
 
   // Joints that the model lacks, fixed ones and commanded mimics are warnings; they are left out. Throws
   // InputError: an `unclaimed` that is none of the three.
@@ -51,8 +51,7 @@ class SimulatedHardware : public HardwareComponent {
   [[nodiscard]] DriveMode drive_of(int joint) const;
   [[nodiscard]] double nearest_turn(const Interface& command, double value) const;
 
-  const Model* model_ = nullptr;
-  Engine* engine_;
+  Instance robot_;
   std::vector<Interface> states_, commands_;
   std::vector<int> driven_;  // joints with a command interface, each once
   PassiveJoint unclaimed_ = PassiveJoint::free;
@@ -60,7 +59,7 @@ class SimulatedHardware : public HardwareComponent {
 };
 
 // Registers it under the plugin names of the simulators.
-void register_simulated_hardware(HardwareRegistry& registry, Engine& engine);
+void register_simulated_hardware(HardwareRegistry& registry, Instance robot);
 
 // The plugin of a component that is made up where the description has none.
 inline constexpr const char* kSimulatedPlugin = "doppel/SimulatedSystem";

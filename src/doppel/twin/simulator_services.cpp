@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "doppel/bus/standard_node.h"
@@ -21,8 +22,9 @@ constexpr double kFastest = 1e6;
 
 }  // namespace
 
-SimulatorServices::SimulatorServices(Bus& bus, const Model& model, Engine& engine, Callbacks callbacks)
-    : model_(model), engine_(&engine), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
+SimulatorServices::SimulatorServices(Bus& bus, const Scene& scene, TimeControl& time_control,
+                                     Callbacks callbacks)
+    : scene_(scene), time_control_(time_control), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
   loads_.reserve(kMostLoads);
   make_standard(node_);
   offer_time_services();
@@ -32,62 +34,54 @@ SimulatorServices::SimulatorServices(Bus& bus, const Model& model, Engine& engin
   offer_joint_state();
 }
 
-void SimulatorServices::forget_loads() {
+void SimulatorServices::reset(Time /*now*/) {
   loads_.clear();
-  engine_->clear_applied();
+  scene_.engine().clear_applied();
   next_change_ = Time::max();
 }
 
-void SimulatorServices::forget_loads_of_gone_objects() {
-  const auto forgotten = std::erase_if(loads_, [this](const Load& load) {
-    return !load.object.empty() && find_named(engine_->objects(), load.object) == nullptr;
+void SimulatorServices::instances_changed() {
+  std::erase_if(loads_, [this](Load& load) {
+    load.body.instance = scene_.find(load.name);
+    if (load.body.instance < 0) return true;
+    const Instance now = scene_.instance(load.body.instance);
+    if (now.made_of().model == load.model) return false;
+    // An edit exchanges a robot's model for one that has the joint or link under another index, or no more.
+    if (!scene_.is_robot(load.body.instance)) return true;
+    const Model& model = now.model();
+    if (load.joint >= 0)
+      load.joint = model.find_joint(load.model->joints[static_cast<std::size_t>(load.joint)].name);
+    else
+      load.body.link = model.find_link(load.model->links[static_cast<std::size_t>(load.body.link)].name);
+    load.model = now.made_of().model;
+    return load.joint < 0 && load.body.link < 0;
   });
-  if (forgotten > 0) next_change_ = Time::zero();
-}
-
-void SimulatorServices::rebind(Engine& engine) {
-  engine_ = &engine;
-  forget_loads_of_gone_objects();
   next_change_ = Time::zero();
 }
 
-Status SimulatorServices::find_scalar_joint(const std::string& name, int& joint) const {
-  joint = model_.find_joint(name);
-  if (joint >= 0 && model_.joints[static_cast<std::size_t>(joint)].scalar()) return {};
-  return Status::refused(
-      fmt::format("there is no moving joint '{}'{}", name, did_you_mean(name, model_.scalar_joint_names())));
-}
-
-// The robot's scope is not looked at: in Gazebo it is called whatever it was spawned as.
 Status SimulatorServices::find_body(const std::string& name, Load& load) const {
   Entity entity;
-  if (find_object(*engine_, name, entity)) {
-    load.object = entity.object;
-    if (entity.shape) load.p_BoP_B = shape_in_object(*engine_, entity.object) * load.p_BoP_B;
+  if (find_object(scene_, name, entity)) {
+    load.body = entity.body;
+    if (entity.shape)
+      load.p_BoP_B = shape_in_object(scene_.instance(entity.body.instance).made_of()) * load.p_BoP_B;
     return {};
   }
-  const std::size_t scope = name.rfind("::");
-  const std::string plain = scope == std::string::npos ? name : name.substr(scope + 2);
-  load.link = model_.find_link(plain);
-  if (load.link >= 0) return {};
-  std::vector<std::string> names;
-  for (const ModelLink& l : model_.links) names.push_back(l.name);
-  for (const WorldObject& object : engine_->objects()) names.push_back(object.name);
-  return Status::refused(
-      fmt::format("there is no link and no object '{}'{}", plain, did_you_mean(plain, names)));
+  return find_link(scene_, name, load.body);
 }
 
 // Efforts on one joint add up.
-double SimulatorServices::effort_on(int joint, Time now) const {
+double SimulatorServices::effort_on(int instance, int joint, Time now) const {
   double sum = 0.0;
   for (const Load& load : loads_) {
-    if (load.joint == joint && load.start <= now && now < load.end) sum += load.effort;
+    const bool here = load.body.instance == instance && load.joint == joint;
+    if (here && load.start <= now && now < load.end) sum += load.effort;
   }
   return sum;
 }
 
 void SimulatorServices::apply_due(Time now) {
-  engine_->clear_applied();
+  scene_.engine().clear_applied();
   next_change_ = Time::max();
   for (const Load& load : loads_) {
     if (load.end <= now) continue;  // forgotten between steps, where memory may be given back
@@ -96,19 +90,21 @@ void SimulatorServices::apply_due(Time now) {
       continue;
     }
     next_change_ = std::min(next_change_, load.end);
+    Instance instance = scene_.instance(load.body.instance);
     if (load.joint >= 0) {
-      engine_->apply_joint_effort(load.joint, effort_on(load.joint, now));
-    } else if (load.link >= 0) {
-      engine_->apply_wrench(load.link, load.p_BoP_B, load.force_W, load.torque_W);
+      instance.apply_joint_effort(load.joint, effort_on(load.body.instance, load.joint, now));
     } else {
-      engine_->apply_object_wrench(load.object, load.p_BoP_B, load.force_W, load.torque_W);
+      instance.apply_wrench(load.body.link, load.p_BoP_B, load.force_W, load.torque_W);
     }
   }
 }
 
 Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Time& start,
                                    const builtin_interfaces::msg::Duration& duration) {
-  std::erase_if(loads_, [this](const Load& old) { return old.end <= engine_->time(); });
+  const Instance instance = scene_.instance(load.body.instance);
+  load.name = instance.name();
+  load.model = instance.made_of().model;
+  std::erase_if(loads_, [this](const Load& old) { return old.end <= scene_.now(); });
   if (loads_.size() >= kMostLoads)
     return Status::refused("too many efforts and wrenches act at once; clear some");
   const Duration acts = from_msg(duration);
@@ -117,7 +113,7 @@ Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Tim
         "the duration is zero, so nothing would act; give for instance duration: {sec: 1}, or "
         "{sec: -1} for as long as it is not cleared");
   }
-  load.start = std::max(node_.bus().from_stamp(from_msg(start)), engine_->time());
+  load.start = std::max(node_.bus().from_stamp(from_msg(start)), scene_.now());
   load.end = acts < Duration::zero() ? Time::max() : load.start + acts;
   std::erase_if(loads_, [&load](const Load& old) { return load.on_same_body(old); });
   loads_.push_back(std::move(load));
@@ -140,7 +136,7 @@ void SimulatorServices::offer_time_services() {
     time_control_.steps_owed = 0;
     for (const Stepping& call : std::exchange(stepping_, {})) {
       call.respond(
-          {false, "time runs again; not all of the steps were made one by one", to_seconds(engine_->time())});
+          {false, "time runs again; not all of the steps were made one by one", to_seconds(scene_.now())});
     }
   });
   offer("~/reset_simulation", [this] { callbacks_.reset(); });
@@ -164,7 +160,7 @@ void SimulatorServices::offer_step() {
   using doppel_msgs::srv::Step;
   node_.serve<Step>("~/step", [this](const Step::Request& request, Responder<Step::Response> respond) {
     if (!time_control_.paused) {
-      respond({false, "time is running; call /gazebo/pause_physics first", to_seconds(engine_->time())});
+      respond({false, "time is running; call /gazebo/pause_physics first", to_seconds(scene_.now())});
       return;
     }
     if (stepping_.empty()) steps_asked_ = time_control_.steps_owed;
@@ -181,7 +177,7 @@ void SimulatorServices::answer_finished_steps() {
   const std::vector<Stepping> finished(stepping_.begin(), first_unfinished);
   stepping_.erase(stepping_.begin(), first_unfinished);
   for (const Stepping& call : finished) {
-    call.respond({true, fmt::format("{} steps", call.steps), to_seconds(engine_->time())});
+    call.respond({true, fmt::format("{} steps", call.steps), to_seconds(scene_.now())});
   }
 }
 
@@ -191,7 +187,7 @@ void SimulatorServices::offer_joint_efforts() {
       "~/apply_joint_effort",
       [this](const ApplyJointEffort::Request& request, Responder<ApplyJointEffort::Response> respond) {
         Load load;
-        Status status = find_scalar_joint(request.joint_name, load.joint);
+        Status status = find_scalar_joint(scene_, request.joint_name, load.body.instance, load.joint);
         if (status && !std::isfinite(request.effort))
           status = Status::refused("the effort is not a finite number");
         load.effort = request.effort;
@@ -201,9 +197,12 @@ void SimulatorServices::offer_joint_efforts() {
       });
   using gazebo_msgs::srv::JointRequest;
   const auto clear = [this](const JointRequest::Request& request, Responder<JointRequest::Response> respond) {
-    const int joint = model_.find_joint(request.joint_name);
-    std::erase_if(loads_, [joint](const Load& load) { return load.joint >= 0 && load.joint == joint; });
-    next_change_ = Time::zero();
+    int robot = -1, joint = -1;
+    if (find_scalar_joint(scene_, request.joint_name, robot, joint)) {
+      std::erase_if(loads_,
+                    [&](const Load& load) { return load.joint == joint && load.body.instance == robot; });
+      next_change_ = Time::zero();
+    }
     respond({});
   };
   node_.serve<JointRequest>("~/clear_joint_efforts", clear);
@@ -218,10 +217,11 @@ Status SimulatorServices::add_wrench(const std::string& body, const std::string&
   Load load;
   load.p_BoP_B = {point.x, point.y, point.z};
   if (const Status found = find_body(body, load); !found) return found;
-  if (const auto* object = find_named(engine_->objects(), load.object); object && !(object->mass > 0))
-    return Status::refused(fmt::format("'{}' is fixed to the world, so no force moves it", load.object));
+  const Instance instance = scene_.instance(load.body.instance);
+  if (scene_.is_object(load.body.instance) && !instance.made_of().floating())
+    return Status::refused(fmt::format("'{}' is fixed to the world, so no force moves it", instance.name()));
   EntityMotion reference;
-  if (const Status found = find_frame(model_, *engine_, frame, reference); !found) return found;
+  if (const Status found = find_frame(scene_, frame, reference); !found) return found;
   const Eigen::Matrix3d R_WF = reference.X_WE.linear();
   load.force_W = R_WF * from_msg(wrench.force);
   load.torque_W = R_WF * from_msg(wrench.torque);
@@ -273,13 +273,23 @@ Status SimulatorServices::write_state(const std::vector<std::string>& names,
     return Status::refused(fmt::format("{} names, {} positions and {} velocities do not match", names.size(),
                                        positions.size(), velocities.size()));
   }
-  const auto now_q = engine_->q();
-  Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(now_q.data(), model_.nq);
-  Eigen::VectorXd v = Eigen::VectorXd::Zero(model_.nv);
+  struct State {
+    Eigen::VectorXd q, v;
+  };
+  std::map<int, State> robots;  // those that are named; without names, every robot stands still where it is
+  const auto state_of = [&](int robot) -> State& {
+    const Instance instance = scene_.instance(robot);
+    const auto [at, fresh] = robots.try_emplace(robot);
+    if (fresh) {
+      at->second.q = Eigen::Map<const Eigen::VectorXd>(instance.q().data(), instance.model().nq);
+      at->second.v = Eigen::VectorXd::Zero(instance.model().nv);
+    }
+    return at->second;
+  };
   for (std::size_t i = 0; i < names.size(); ++i) {
-    int index = -1;
-    if (const Status found = find_scalar_joint(names[i], index); !found) return found;
-    const ModelJoint& joint = model_.joints[static_cast<std::size_t>(index)];
+    int robot = -1, index = -1;
+    if (const Status found = find_scalar_joint(scene_, names[i], robot, index); !found) return found;
+    const ModelJoint& joint = scene_.instance(robot).model().joints[static_cast<std::size_t>(index)];
     const double velocity = velocities.empty() ? 0.0 : velocities[i];
     if (!std::isfinite(positions[i]) || !std::isfinite(velocity)) {
       return Status::refused(fmt::format("the state of '{}' is not a finite number", names[i]));
@@ -288,14 +298,37 @@ Status SimulatorServices::write_state(const std::vector<std::string>& names,
       return Status::refused(fmt::format("{} is outside the limits of '{}', [{}, {}]", positions[i], names[i],
                                          joint.lower, joint.upper));
     }
-    q[joint.q] = positions[i];
-    v[joint.v] = velocity;
+    State& state = state_of(robot);
+    state.q[joint.q] = positions[i];
+    state.v[joint.v] = velocity;
   }
-  model_.apply_mimics(q);
-  engine_->set_state({q.data(), static_cast<std::size_t>(q.size())},
-                     {v.data(), static_cast<std::size_t>(v.size())});
+  if (names.empty()) {
+    for (const int robot : scene_.robots()) static_cast<void>(state_of(robot));
+  }
+  for (auto& [robot, state] : robots) {
+    Instance instance = scene_.instance(robot);
+    instance.model().apply_mimics(state.q);
+    instance.set_state({state.q.data(), static_cast<std::size_t>(state.q.size())},
+                       {state.v.data(), static_cast<std::size_t>(state.v.size())});
+  }
   callbacks_.state_written();
   return {};
+}
+
+void SimulatorServices::fill_state(doppel_msgs::srv::GetState::Response& response) const {
+  response.sim_time = to_seconds(scene_.now());
+  for (const int robot : scene_.robots()) {
+    const Instance instance = scene_.instance(robot);
+    const Model& model = instance.model();
+    for (std::size_t j = 0; j < model.joints.size(); ++j) {
+      const ModelJoint& joint = model.joints[j];
+      if (!joint.scalar()) continue;
+      response.names.push_back(scene_.scoped(robot, joint.name));
+      response.positions.push_back(instance.q()[static_cast<std::size_t>(joint.q)]);
+      response.velocities.push_back(instance.v()[static_cast<std::size_t>(joint.v)]);
+      response.efforts.push_back(instance.drive_effort()[j]);
+    }
+  }
 }
 
 void SimulatorServices::offer_joint_state() {
@@ -303,15 +336,7 @@ void SimulatorServices::offer_joint_state() {
   node_.serve<GetState>("~/get_state",
                         [this](const GetState::Request&, Responder<GetState::Response> respond) {
                           GetState::Response response;
-                          response.sim_time = to_seconds(engine_->time());
-                          for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-                            const ModelJoint& joint = model_.joints[j];
-                            if (!joint.scalar()) continue;
-                            response.names.push_back(joint.name);
-                            response.positions.push_back(engine_->q()[static_cast<std::size_t>(joint.q)]);
-                            response.velocities.push_back(engine_->v()[static_cast<std::size_t>(joint.v)]);
-                            response.efforts.push_back(engine_->drive_effort()[j]);
-                          }
+                          fill_state(response);
                           respond(response);
                         });
   using doppel_msgs::srv::SetState;
@@ -323,24 +348,30 @@ void SimulatorServices::offer_joint_state() {
   node_.serve<SetModelConfiguration>(
       "~/set_model_configuration",
       [this](const SetModelConfiguration::Request& r, Responder<SetModelConfiguration::Response> respond) {
-        respond(answer<SetModelConfiguration::Response>(write_state(r.joint_names, r.joint_positions, {}),
-                                                        "set"));
+        std::vector<std::string> names = r.joint_names;
+        const int robot = scene_.find(r.model_name);
+        if (robot >= 0 && scene_.is_robot(robot)) {
+          for (std::string& name : names) name = r.model_name + "::" + name;
+        }
+        respond(answer<SetModelConfiguration::Response>(write_state(names, r.joint_positions, {}), "set"));
       });
   using gazebo_msgs::srv::GetJointProperties;
   node_.serve<GetJointProperties>(
       "~/get_joint_properties",
       [this](const GetJointProperties::Request& r, Responder<GetJointProperties::Response> respond) {
-        int index = -1;
-        auto response = answer<GetJointProperties::Response>(find_scalar_joint(r.joint_name, index), "");
-        if (index >= 0 && response.success) {
-          const ModelJoint& joint = model_.joints[static_cast<std::size_t>(index)];
+        int robot = -1, index = -1;
+        auto response =
+            answer<GetJointProperties::Response>(find_scalar_joint(scene_, r.joint_name, robot, index), "");
+        if (response.success) {
+          const Instance instance = scene_.instance(robot);
+          const ModelJoint& joint = instance.model().joints[static_cast<std::size_t>(index)];
           using Response = GetJointProperties::Response;
           response.type = joint.type == JointType::prismatic    ? Response::PRISMATIC
                           : joint.type == JointType::continuous ? Response::CONTINUOUS
                                                                 : Response::REVOLUTE;
           response.damping = {joint.damping};
-          response.position = {engine_->q()[static_cast<std::size_t>(joint.q)]};
-          response.rate = {engine_->v()[static_cast<std::size_t>(joint.v)]};
+          response.position = {instance.q()[static_cast<std::size_t>(joint.q)]};
+          response.rate = {instance.v()[static_cast<std::size_t>(joint.v)]};
         }
         respond(response);
       });

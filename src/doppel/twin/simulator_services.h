@@ -1,16 +1,18 @@
 #pragma once
 // The simulator as a node, /gazebo, by the names and types that its users know: pause, step, reset, speed,
-// efforts and wrenches on the machine, and its joints' state (entity_services.h: where its objects are).
-// Everything runs on the loop's thread, between steps.
+// efforts and wrenches on robots and objects, and joints' state (entity_services.h: where objects are).
+// Everything runs on the loop's thread, between steps. Joints and links are named as entity.h says.
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "doppel/bus/bus.h"
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/gazebo_msgs.h"
-#include "doppel/physics/engine.h"
+#include "doppel/twin/scene.h"
+#include "doppel/twin/ticking.h"
 
 namespace doppel {
 
@@ -21,41 +23,42 @@ struct TimeControl {
   double speed = 1.0;            // simulated per wall second; 0: as fast as possible
 };
 
-class SimulatorServices {
+class SimulatorServices : public Ticking {
  public:
   struct Callbacks {
     std::function<void()> reset;          // back to the start
-    std::function<void()> state_written;  // the pose was set from outside: controllers hold there
+    std::function<void()> state_written;  // a pose was set from outside: controllers hold there
   };
-  SimulatorServices(Bus& bus, const Model& model, Engine& engine, Callbacks callbacks);
+  // Scene and time control outlive it.
+  SimulatorServices(Bus& bus, const Scene& scene, TimeControl& time_control, Callbacks callbacks);
 
-  // In the loop: starts and ends the timed efforts and wrenches that are due.
-  void before_step(Time now) {
+  [[nodiscard]] bool at_every_step() const override { return true; }
+  // Starts and ends the timed efforts and wrenches that are due.
+  void before_step(Time now) override {
     if (now >= next_change_) apply_due(now);
   }
-  // Between steps: answers calls of ~/step whose steps have run since.
-  void answer_steps() {
+  // Answers calls of ~/step whose steps have run since.
+  void between_steps(Time /*now*/) override {
     if (!stepping_.empty()) answer_finished_steps();
   }
-  void forget_loads();
-  // After objects came or went: who has the name of one that is gone is not pushed in its place.
-  void forget_loads_of_gone_objects();
-  // Another engine for a model with the same links and joints takes over, with the loads that act.
-  void rebind(Engine& engine);
-
-  [[nodiscard]] TimeControl& time_control() { return time_control_; }
+  // No load acts any more.
+  void reset(Time now) override;
+  // Loads go on with who has kept its name; who has the name of one that is gone is not pushed in its place.
+  void instances_changed() override;
 
  private:
-  // An effort on a joint, or a wrench on a link or an object, and the time in which it acts.
+  // An effort on a joint, or a wrench on a link, and the time in which it acts.
   struct Load {
-    int joint = -1, link = -1;
-    std::string object;
+    BodyId body;                         // its instance, for a joint too
+    int joint = -1;                      // of the instance
+    std::shared_ptr<const Model> model;  // of the instance: one of the same name may be another
+    std::string name;                    // of the instance
     double effort = 0;
     Eigen::Vector3d p_BoP_B = Eigen::Vector3d::Zero(), force_W = Eigen::Vector3d::Zero(),
                     torque_W = Eigen::Vector3d::Zero();
     Time start{}, end{};
     [[nodiscard]] bool on_same_body(const Load& other) const {
-      return joint < 0 && other.joint < 0 && link == other.link && object == other.object;
+      return joint < 0 && other.joint < 0 && body == other.body;
     }
   };
   // A call of ~/step, answered once so many of the steps that were asked for have run.
@@ -72,7 +75,7 @@ class SimulatorServices {
   void offer_joint_state();
 
   void apply_due(Time now);
-  [[nodiscard]] double effort_on(int joint, Time now) const;
+  [[nodiscard]] double effort_on(int instance, int joint, Time now) const;
   // Efforts add up; a wrench replaces the one that acts on the same link or object.
   Status add_load(Load load, const builtin_interfaces::msg::Time& start,
                   const builtin_interfaces::msg::Duration& duration);
@@ -81,14 +84,13 @@ class SimulatorServices {
                     const builtin_interfaces::msg::Duration& duration);
   Status write_state(const std::vector<std::string>& names, const std::vector<double>& positions,
                      const std::vector<double>& velocities);
-  [[nodiscard]] Status find_scalar_joint(const std::string& name, int& joint) const;
+  void fill_state(doppel_msgs::srv::GetState::Response& response) const;
   [[nodiscard]] Status find_body(const std::string& name, Load& load) const;
 
-  const Model& model_;
-  Engine* engine_;
+  const Scene& scene_;
+  TimeControl& time_control_;
   Callbacks callbacks_;
   Node node_;
-  TimeControl time_control_;
   std::vector<Stepping> stepping_;  // in the order of asking
   std::uint64_t steps_asked_ = 0;   // since time stands
   std::vector<Load> loads_;

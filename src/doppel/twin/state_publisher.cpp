@@ -6,6 +6,7 @@
 #include "doppel/kinematics/kinematics.h"
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/twin/pose_messages.h"
+#include "doppel/twin/robot_names.h"
 
 namespace doppel {
 namespace {
@@ -30,31 +31,67 @@ geometry_msgs::msg::TransformStamped transform_of(const std::string& parent, con
 
 }  // namespace
 
-StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR,
-                               const ParameterFile* file)
-    : model_(model), node_(bus, "/robot_state_publisher") {
-  const Qos latched{.depth = 1, .latched = true}, tf{.depth = 100};
+StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, std::shared_ptr<const Model> model,
+                               const Options& options)
+    : model_(std::move(model)),
+      name_space_(options.name_space),
+      statics_(options.statics),
+      node_(bus, in_namespace(name_space_, "robot_state_publisher")) {
+  const Qos latched{.depth = 1, .latched = true};
   make_standard(node_);
   description_message_.data = robot.xml;
   description_ = node_.advertise<std_msgs::msg::String>("robot_description", latched);
-  tf_ = node_.advertise<tf2_msgs::msg::TFMessage>("/tf", tf);
-  tf_static_ = node_.advertise<tf2_msgs::msg::TFMessage>("/tf_static", latched);
+  for (std::size_t j = 0; j < model_->joints.size(); ++j) {
+    if (model_->joints[j].nq > 0) moving_joints_.push_back(j);
+  }
+  const bool alone = name_space_.empty();
+  if (alone || options.tf != TfTopics::separate)
+    add_tree({.shared = !alone}, "/tf", "/tf_static", options.X_WR);
+  if (!alone && options.tf != TfTopics::prefixed) {
+    add_tree({.separate = true}, in_namespace(name_space_, "tf"), in_namespace(name_space_, "tf_static"),
+             options.X_WR);
+  }
   // Only to be seen in the graph: the states of all joints are known.
   node_.subscribe<sensor_msgs::msg::JointState>(
       "joint_states", [](const auto&) {}, Qos::sensor_data());
-  if (bus.sim_time()) {
-    clock_node_.emplace(bus, "/gazebo");
-    clock_ = clock_node_->advertise<rosgraph_msgs::msg::Clock>("/clock");
-  }
-  declare_qos_overrides(node_, "/tf", QosOverrideOf::publisher, tf);
-  declare_qos_overrides(node_, "/tf_static", QosOverrideOf::publisher, latched,
-                        QosOverridePolicies::without_durability);
   declare_qos_overrides(node_, "joint_states", QosOverrideOf::subscription, Qos::sensor_data(),
                         QosOverridePolicies::without_durability);
-  collect_transforms(X_WR);
   ParameterOverrides written;
-  if (file != nullptr) written = file->overrides_for(node_.name(), node_.given_name());
+  if (options.file != nullptr) written = options.file->overrides_for(node_.name(), node_.given_name());
   declare_parameters(robot, written);
+}
+
+StatePublisher::~StatePublisher() {
+  const auto own = statics_->find(name_space_);
+  if (own != statics_->end() && own->second.publisher == this) statics_->erase(own);
+}
+
+void StatePublisher::add_tree(Tree tree, const std::string& tf, const std::string& tf_static,
+                              const Pose& X_WR) {
+  const Qos latched{.depth = 1, .latched = true}, depth{.depth = 100};
+  tree.tf = node_.advertise<tf2_msgs::msg::TFMessage>(tf, depth);
+  tree.tf_static = node_.advertise<tf2_msgs::msg::TFMessage>(tf_static, latched);
+  declare_qos_overrides(node_, tf, QosOverrideOf::publisher, depth);
+  declare_qos_overrides(node_, tf_static, QosOverrideOf::publisher, latched,
+                        QosOverridePolicies::without_durability);
+  collect_root(tree, *model_, X_WR);
+  const Eigen::VectorXd q = model_->neutral();
+  for (const ModelJoint& joint : model_->joints) {
+    (joint.nq > 0 ? tree.moving : tree.fixed)
+        .transforms.push_back(transform_of(model_->links[static_cast<std::size_t>(joint.parent_link)].name,
+                                           model_->links[static_cast<std::size_t>(joint.child_link)].name,
+                                           parent_to_child(joint, q)));
+  }
+  trees_.push_back(std::move(tree));
+}
+
+void StatePublisher::collect_root(Tree& tree, const Model& model, const Pose& X_WR) {
+  const std::string& root = model.links.front().name;
+  if (tree.shared || model.find_link(kWorld) < 0) {
+    tree.fixed.transforms.push_back(transform_of(kWorld, root, X_WR));
+  } else if (!X_WR.isApprox(Pose::Identity()) && model.find_link(kGround) < 0) {
+    tree.fixed.transforms.push_back(transform_of(root, kGround, X_WR.inverse()));
+  }
 }
 
 void StatePublisher::declare_parameters(const RobotDescription& robot, ParameterOverrides& written) {
@@ -72,8 +109,9 @@ void StatePublisher::declare_parameters(const RobotDescription& robot, Parameter
   take_frequency(
       declare<double>(parameters, &written, "publish_frequency", 50.0,
                       {.description = "Hz, of /tf; 0: at every step", .range = ParameterRange{0, 1000}}));
-  set_frame_prefix(
-      declare<std::string>(parameters, &written, "frame_prefix", "", {.description = "before every frame"}));
+  set_frame_prefix(declare<std::string>(parameters, &written, "frame_prefix",
+                                        name_space_.empty() ? "" : name_space_ + "/",
+                                        {.description = "before every frame"}));
   declare<bool>(parameters, &written, "ignore_timestamp", false,
                 {.description = "of joint_states, which are not what /tf is made of here"});
   parameters.on_change([this, take_frequency](const std::string& name, const ParameterValue& value) {
@@ -86,56 +124,48 @@ void StatePublisher::declare_parameters(const RobotDescription& robot, Parameter
 }
 
 void StatePublisher::set_frame_prefix(const std::string& prefix) {
-  for (auto* message : {&moving_, &fixed_}) {
-    for (auto& transform : message->transforms) {
-      for (std::string* frame : {&transform.header.frame_id, &transform.child_frame_id})
-        *frame = prefix + frame->substr(frame_prefix_.size());
+  for (Tree& tree : trees_) {
+    if (tree.separate) continue;  // its frames stand as the description has them
+    // The first transform of a shared tree comes from the world that all robots stand in.
+    const auto* const from_world = tree.shared ? &tree.fixed.transforms.front() : nullptr;
+    for (auto* message : {&tree.moving, &tree.fixed}) {
+      for (auto& transform : message->transforms) {
+        for (std::string* frame : {&transform.header.frame_id, &transform.child_frame_id}) {
+          if (&transform == from_world && frame == &transform.header.frame_id) continue;
+          *frame = prefix + frame->substr(tree.prefix.size());
+        }
+      }
     }
-  }
-  frame_prefix_ = prefix;
-}
-
-void StatePublisher::collect_transforms(const Pose& X_WR) {
-  const Model& model = model_;
-  if (model.find_link(kWorld) < 0) {
-    fixed_.transforms.push_back(transform_of(kWorld, model.links.front().name, X_WR));
-  } else if (!X_WR.isApprox(Pose::Identity()) && model.find_link(kGround) < 0) {
-    fixed_.transforms.push_back(transform_of(model.links.front().name, kGround, X_WR.inverse()));
-  }
-  const Eigen::VectorXd q = model.neutral();
-  for (std::size_t j = 0; j < model.joints.size(); ++j) {
-    const ModelJoint& joint = model.joints[j];
-    auto transform =
-        transform_of(model.links[static_cast<std::size_t>(joint.parent_link)].name,
-                     model.links[static_cast<std::size_t>(joint.child_link)].name, parent_to_child(joint, q));
-    if (joint.nq > 0) {
-      moving_joints_.push_back(j);
-      moving_.transforms.push_back(std::move(transform));
-    } else {
-      fixed_.transforms.push_back(std::move(transform));
-    }
+    tree.prefix = prefix;
   }
 }
 
 void StatePublisher::publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q) {
-  if (!tf_.has_listeners()) return;
-  for (std::size_t i = 0; i < moving_joints_.size(); ++i) {
-    moving_.transforms[i].header.stamp = to_time_msg(node_.bus().stamp(now));
-    write_transform(parent_to_child(model_.joints[moving_joints_[i]], q), moving_.transforms[i].transform);
+  for (Tree& tree : trees_) {
+    if (!tree.tf.has_listeners()) continue;
+    for (std::size_t i = 0; i < moving_joints_.size(); ++i) {
+      auto& transform = tree.moving.transforms[i];
+      transform.header.stamp = to_time_msg(node_.bus().stamp(now));
+      write_transform(parent_to_child(model_->joints[moving_joints_[i]], q), transform.transform);
+    }
+    tree.tf.publish(tree.moving, now);
   }
-  tf_.publish(moving_, now);
-}
-
-void StatePublisher::publish_clock(Time now) {
-  if (!clock_.has_listeners()) return;
-  rosgraph_msgs::msg::Clock message;
-  message.clock = to_time_msg(now);
-  clock_.publish(message, now);
 }
 
 void StatePublisher::publish_latched(Time now) {
-  for (auto& transform : fixed_.transforms) transform.header.stamp = to_time_msg(node_.bus().stamp(now));
-  tf_static_.publish(fixed_, now);
+  for (Tree& tree : trees_) {
+    for (auto& transform : tree.fixed.transforms)
+      transform.header.stamp = to_time_msg(node_.bus().stamp(now));
+    if (tree.separate) {
+      tree.tf_static.publish(tree.fixed, now);
+      continue;
+    }
+    (*statics_)[name_space_] = {this, tree.fixed.transforms};
+    tf2_msgs::msg::TFMessage all;
+    for (const auto& [name_space, of] : *statics_)
+      all.transforms.insert(all.transforms.end(), of.transforms.begin(), of.transforms.end());
+    tree.tf_static.publish(all, now);
+  }
   description_.publish(description_message_, now);
 }
 

@@ -1,52 +1,80 @@
 #pragma once
-// robot_state_publisher and the clock: robot_description and /tf_static (latched), /tf, /clock. TF is
-// computed from the true state of every joint, mimics included, and not from joint_states. Without simulated
-// time on the bus there is no clock.
+// robot_state_publisher: robot_description and /tf_static (latched), and /tf. TF is computed from the true
+// state of every joint, mimics included, and not from joint_states.
+//
+// A robot with a namespace NS has its node and robot_description below it. Its transforms are on /tf, where
+// all robots share one tree and its frames stand below "NS/", and on /NS/tf and /NS/tf_static as the
+// description names them (TfTopics).
 
+#include <map>
 #include <memory>
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "doppel/bus/bus.h"
 #include "doppel/control/parameter_file.h"
 #include "doppel/description/robot_description.h"
 #include "doppel/kinematics/model.h"
-#include "doppel/messages/rosgraph_msgs.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/tf2_msgs.h"
+#include "doppel/physics/world_robot.h"
 
 namespace doppel {
 
+// What each robot of a bus has on /tf_static, by namespace: a latched topic keeps one message, so that each
+// has those of all. Of two publishers with one namespace the one that published last counts.
+struct StaticTransformsOf {
+  const void* publisher = nullptr;
+  std::vector<geometry_msgs::msg::TransformStamped> transforms;
+};
+using StaticTransforms = std::map<std::string, StaticTransformsOf>;
+
 class StatePublisher {
  public:
-  // `model` has to outlive it. X_WR: the root link in the world. Where no link is called "world", /tf_static
-  // has the root link in a frame of that name; where one is, and the world file moves it, the engine's world
-  // is the frame "ground". `file`: what is written of the node's parameters; may be null. Throws InputError
-  // where one of them cannot be used.
-  StatePublisher(Bus& bus, const RobotDescription& robot, const Model& model, const Pose& X_WR,
-                 const ParameterFile* file = nullptr);
+  struct Options {
+    std::string name_space = {};          // "left"; empty: none
+    TfTopics tf = TfTopics::both;         // where there is a namespace
+    Pose X_WR = Pose::Identity();         // the root link in the world
+    const ParameterFile* file = nullptr;  // what is written of the node's parameters
+    std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();  // of the bus
+  };
+  // Where no link is called "world", /tf_static has the root link in a frame of that name; where one is, and
+  // the world file moves it, the engine's world is the frame "ground". In a tree with other robots "world" is
+  // always the engine's world. Throws InputError where a parameter cannot be used.
+  StatePublisher(Bus& bus, const RobotDescription& robot, std::shared_ptr<const Model> model,
+                 const Options& options);
+  ~StatePublisher();
+  StatePublisher(const StatePublisher&) = delete;
+  StatePublisher& operator=(const StatePublisher&) = delete;
 
   // In the loop: no allocation, no lock, no throw. q: [model.nq].
   void publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q);
-  void publish_clock(Time now);  // with simulated time only
   // Between steps, at the start and after a reset of time.
   void publish_latched(Time now);
   // Between two publications of /tf; zero: at every step.
   [[nodiscard]] Duration period() const { return period_; }
 
  private:
+  // One topic of transforms, with its latched one.
+  struct Tree {
+    Publisher<tf2_msgs::msg::TFMessage> tf = {}, tf_static = {};
+    tf2_msgs::msg::TFMessage moving = {}, fixed = {};
+    bool shared = false;    // with other robots, below "NS/"
+    bool separate = false;  // /NS/tf
+    std::string prefix = {};
+  };
+  void add_tree(Tree tree, const std::string& tf, const std::string& tf_static, const Pose& X_WR);
   void declare_parameters(const RobotDescription& robot, ParameterOverrides& parameters);
-  void collect_transforms(const Pose& X_WR);
+  static void collect_root(Tree& tree, const Model& model, const Pose& X_WR);
   void set_frame_prefix(const std::string& prefix);
 
-  const Model& model_;
+  const std::shared_ptr<const Model> model_;
+  const std::string name_space_;
+  const std::shared_ptr<StaticTransforms> statics_;
   Node node_;
-  std::optional<Node> clock_node_;
   Publisher<std_msgs::msg::String> description_;
-  Publisher<tf2_msgs::msg::TFMessage> tf_, tf_static_;
-  Publisher<rosgraph_msgs::msg::Clock> clock_;
   std_msgs::msg::String description_message_;
-  tf2_msgs::msg::TFMessage moving_, fixed_;
-  std::string frame_prefix_;
+  std::vector<Tree> trees_;
   Duration period_{20'000'000};
   std::vector<std::size_t> moving_joints_;
 };

@@ -35,23 +35,23 @@ double allowed(const ModelJoint& joint, double position) {
 struct Picture {
   Picture(const Scenario& scenario, Diagnostics& diagnostics) {
     PackageResolver resolver;
-    ExpandedTarget expanded = expand_target(scenario, resolver, diagnostics);
+    ExpandedTarget expanded = expand_target(scenario, scenario.robots.front(), resolver, diagnostics);
     Diagnostics found;
     target = std::move(expanded.target);
     description.robot = read_description(expanded.description, resolver, found);
     make_drawable(found, diagnostics);
     description.files = std::move(expanded.description.files);
-    model = compile_model(description.robot, BaseKind::fixed, diagnostics);
+    model = std::make_shared<const Model>(compile_model(description.robot, BaseKind::fixed, diagnostics));
     add_ros_parameters(scenario.ros, parameters);
-    start = model.neutral();
-    apply_initial_values(description.robot, model, start, diagnostics);
+    start = model->neutral();
+    apply_initial_values(description.robot, *model, start, diagnostics);
   }
 
   Target target;
   LoadedDescription description;
-  Model model;
+  std::shared_ptr<const Model> model;
   ParameterFile parameters;  // of the command line
-  Eigen::VectorXd start;     // [model.nq]
+  Eigen::VectorXd start;     // [model->nq]
 };
 
 }  // namespace
@@ -71,12 +71,12 @@ struct Viewer::Impl {
   }
 
   void show(std::unique_ptr<Picture> fresh) {
-    publisher.reset();  // it reads the model from before
+    publisher.reset();
     picture = std::move(fresh);
-    const Model& model = picture->model;
+    const Model& model = *picture->model;
     q = picture->start;
-    publisher = std::make_unique<StatePublisher>(bus, picture->description.robot, model, Pose::Identity(),
-                                                 &picture->parameters);
+    publisher = std::make_unique<StatePublisher>(bus, picture->description.robot, picture->model,
+                                                 StatePublisher::Options{.file = &picture->parameters});
     shown.name = model.scalar_joint_names();
     shown.position.assign(shown.name.size(), 0.0);
     joints.clear();
@@ -90,14 +90,14 @@ struct Viewer::Impl {
     const std::unique_ptr<Picture> old = std::move(picture);
     const Eigen::VectorXd stood = q;
     show(std::move(fresh));
-    for (const ModelJoint& joint : picture->model.joints) {
-      const int index = old->model.find_joint(joint.name);
+    for (const ModelJoint& joint : picture->model->joints) {
+      const int index = old->model->find_joint(joint.name);
       if (index < 0 || !joint.scalar()) continue;
-      const ModelJoint& before = old->model.joints[static_cast<std::size_t>(index)];
+      const ModelJoint& before = old->model->joints[static_cast<std::size_t>(index)];
       if (before.scalar() && (before.type == JointType::prismatic) == (joint.type == JointType::prismatic))
         q[joint.q] = allowed(joint, stood[before.q]);
     }
-    picture->model.apply_mimics(q);
+    picture->model->apply_mimics(q);
   }
 
   void complain(const std::string& key, const std::string& text) {
@@ -112,16 +112,16 @@ struct Viewer::Impl {
     const auto found = joints.find(name);
     if (found == joints.end()) {
       complain(name, fmt::format("the robot has no joint '{}'{}", name,
-                                 did_you_mean(name, picture->model.driven_joint_names())));
+                                 did_you_mean(name, picture->model->driven_joint_names())));
       return nullptr;
     }
-    const ModelJoint& joint = picture->model.joints[static_cast<std::size_t>(found->second)];
+    const ModelJoint& joint = picture->model->joints[static_cast<std::size_t>(found->second)];
     if (!joint.scalar()) {
       complain(name, fmt::format("the joint '{}' has no single position that could be set", name));
       return nullptr;
     }
     if (joint.mimics()) {
-      const auto& leader = picture->model.joints[static_cast<std::size_t>(joint.mimic_leader)];
+      const auto& leader = picture->model->joints[static_cast<std::size_t>(joint.mimic_leader)];
       complain(name, fmt::format("the joint '{}' follows '{}'; set that one", name, leader.name));
       return nullptr;
     }
@@ -148,13 +148,13 @@ struct Viewer::Impl {
       changed = changed || q[joint->q] != position;
       q[joint->q] = position;
     }
-    if (changed) picture->model.apply_mimics(q);
+    if (changed) picture->model->apply_mimics(q);
   }
 
   void publish(Time now) {
     shown.header.stamp = to_time_msg(now);
     std::size_t row = 0;
-    for (const ModelJoint& joint : picture->model.joints) {
+    for (const ModelJoint& joint : picture->model->joints) {
       if (joint.scalar()) shown.position[row++] = q[joint.q];
     }
     states.publish(shown, now);
@@ -214,7 +214,7 @@ std::vector<std::filesystem::path> Viewer::files() const {
 }
 
 const Model& Viewer::model() const {
-  return impl_->picture->model;
+  return *impl_->picture->model;
 }
 const RobotDescription& Viewer::description() const {
   return impl_->picture->description.robot;

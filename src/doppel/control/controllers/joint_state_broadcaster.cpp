@@ -26,7 +26,7 @@ void JointStateBroadcaster::on_init(ControllerContext& context) {
   using Names = std::vector<std::string>;
   Parameters& parameters = context.node->parameters();
   ParameterOverrides* written = context.overrides;
-  model_ = context.model;
+  context_ = &context;
   joints_ =
       declare<Names>(parameters, written, "joints", {}, {"whose states are published; empty: all", true, {}});
   interfaces_ =
@@ -73,7 +73,7 @@ InterfaceConfiguration JointStateBroadcaster::state_interfaces() const {
 }
 
 bool JointStateBroadcaster::belongs_in_joint_states(const std::string& prefix) const {
-  return !only_model_joints_ || model_->find_joint(prefix) >= 0;
+  return !only_model_joints_ || context_->model->find_joint(prefix) >= 0;
 }
 
 void JointStateBroadcaster::lay_out_joint_states() {

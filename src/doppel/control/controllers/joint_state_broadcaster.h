@@ -31,7 +31,7 @@ class JointStateBroadcaster : public Controller {
   void lay_out_dynamic_joint_states();
   [[nodiscard]] bool belongs_in_joint_states(const std::string& prefix) const;
 
-  const Model* model_ = nullptr;
+  const ControllerContext* context_ = nullptr;
   std::vector<std::string> joints_, interfaces_, extra_joints_;
   std::map<std::string, int> field_of_;  // interface name -> 0 position, 1 velocity, 2 effort
   bool only_model_joints_ = true;

@@ -92,7 +92,7 @@ TEST_P(ComesUp, AndSaysWhatIsOdd) {
                              "<child link=\"l\"/>" +
                              odd.of_joint + "</joint>" + odd.more + "</robot>";
   Scenario scenario;
-  scenario.target = file.string();
+  scenario.robots = {{.target = file.string()}};
   Log log;
   Diagnostics said;
   Twin twin(scenario, log, said);
@@ -101,7 +101,7 @@ TEST_P(ComesUp, AndSaysWhatIsOdd) {
     twin.between_steps();
     twin.step();
   }
-  for (const double q : twin.engine().q()) EXPECT_LT(std::abs(q), 0.1);
+  for (const double q : twin.robot().instance().q()) EXPECT_LT(std::abs(q), 0.1);
   EXPECT_FALSE(said.has_errors());
   bool warned = *odd.rule == '\0';
   for (const Diagnostic& d : said.all())

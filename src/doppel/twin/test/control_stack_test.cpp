@@ -67,19 +67,19 @@ class FoundControllers : public ::testing::Test {
     std::ofstream(folder_ / "arm.urdf") << kArm + more + "</robot>";
     std::ofstream(folder_ / "config/controllers.yaml") << yaml;
     Scenario scenario;
-    scenario.target = (folder_ / "arm.urdf").string();
-    if (named) scenario.controllers = folder_ / "config/controllers.yaml";
+    scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
+    if (named) scenario.robots.front().controllers = folder_ / "config/controllers.yaml";
     said_.clear();
     Diagnostics diagnostics;
     Twin twin(scenario, log_, diagnostics);
     for (const Diagnostic& d : diagnostics.all()) said_ += d.rule + ": " + d.message + '\n';
-    origin_ = twin.controllers_origin();
+    origin_ = twin.robot().controllers_origin();
     std::map<std::string, std::vector<std::string>> out;
-    for (const ControllerView& c : twin.controller_manager().controllers()) out[c.name] = c.claimed;
+    for (const ControllerView& c : twin.robot().controller_manager().controllers()) out[c.name] = c.claimed;
     // What was made is made again after an edit, too.
-    const auto replacement = twin.prepare(twin.present_controllers(), diagnostics);
+    const auto replacement = twin.prepare(twin.running(), diagnostics);
     static_cast<void>(twin.replace(replacement));
-    EXPECT_EQ(twin.controller_manager().controllers().size(), out.size());
+    EXPECT_EQ(twin.robot().controller_manager().controllers().size(), out.size());
     return out;
   }
 
@@ -89,21 +89,21 @@ class FoundControllers : public ::testing::Test {
     std::ofstream(folder_ / "arm.urdf") << kArm + "</robot>";
     std::ofstream(folder_ / "config/controllers.yaml") << yaml;
     Scenario scenario;
-    scenario.target = (folder_ / "arm.urdf").string();
+    scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
     Diagnostics diagnostics;
     Twin twin(scenario, log_, diagnostics);
     const std::vector<std::string> off{name};
-    EXPECT_TRUE(twin.controller_manager().switch_controllers({}, off, Strictness::strict));
-    const std::size_t before = twin.controller_manager().controllers().size();
+    EXPECT_TRUE(twin.robot().controller_manager().switch_controllers({}, off, Strictness::strict));
+    const std::size_t before = twin.robot().controller_manager().controllers().size();
     std::ofstream(folder_ / "config/controllers.yaml") << edited;
     for (int i = 0; i < 2; ++i) {  // what an edit keeps, the next one keeps, too
-      const auto replacement = twin.prepare(twin.present_controllers(), diagnostics);
+      const auto replacement = twin.prepare(twin.running(), diagnostics);
       static_cast<void>(twin.replace(replacement));
       std::ofstream(folder_ / "config/controllers.yaml") << edited + "# once more\n";
     }
-    EXPECT_EQ(twin.controller_manager().controllers().size(), before);
+    EXPECT_EQ(twin.robot().controller_manager().controllers().size(), before);
     std::vector<std::string> out;
-    for (const ControllerView& c : twin.controller_manager().controllers()) {
+    for (const ControllerView& c : twin.robot().controller_manager().controllers()) {
       if (c.state == ControllerState::active) out.push_back(c.name);
     }
     return out;

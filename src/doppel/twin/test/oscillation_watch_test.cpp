@@ -24,11 +24,11 @@ RobotDescription pendulum() {
 // A held joint that `shake` [N m] of time turns to and fro.
 template <typename Shake>
 std::vector<Oscillation> watched(Rig& rig, double seconds, const Shake& shake) {
-  OscillationWatch watch(rig.model);
+  OscillationWatch watch(rig.shared);
   for (int i = 0; i < seconds * 1000; ++i) {
-    rig.engine->apply_joint_effort(0, shake(1e-3 * i));
+    rig.robot.apply_joint_effort(0, shake(1e-3 * i));
     rig.engine->step();
-    watch.look(*rig.engine, rig.engine->time());
+    watch.look(rig.robot, rig.engine->time());
   }
   return watch.take();
 }
@@ -41,7 +41,7 @@ TEST(OscillationWatch, AShakenJointIsReportedOnceWithItsFrequency) {
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR(found[0].frequency, 25, 2.6);
   EXPECT_GT(found[0].amplitude, kLeastOscillation);
-  const std::string text = to_string(found[0], rig.model, *rig.engine, rig.world.step);
+  const std::string text = to_string(found[0], rig.robot);
   EXPECT_THAT(text, HasSubstr("joint 'swing' oscillates by"));
   EXPECT_THAT(text, HasSubstr("Hz while its drive holds it"));
 }
@@ -83,18 +83,18 @@ TEST(OscillationWatch, APushThatDecaysIsNotReported) {
 TEST(OscillationWatch, AMovingTargetIsNotReported) {
   Rig rig(pendulum());
   rig.hold_all();
-  OscillationWatch watch(rig.model);
+  OscillationWatch watch(rig.shared);
   for (int i = 0; i < 2000; ++i) {
-    rig.engine->set_target(0, 0.3 * std::sin(0.05 * i));
+    rig.robot.set_target(0, 0.3 * std::sin(0.05 * i));
     rig.engine->step();
-    watch.look(*rig.engine, rig.engine->time());
+    watch.look(rig.robot, rig.engine->time());
   }
   EXPECT_FALSE(watch.found());
 }
 
 TEST(OscillationWatch, ShakingAtTheRateOfTheStepIsBlamedOnTheStep) {
   Rig rig(pendulum());
-  const std::string text = to_string({0, 0.01, 250, 0.0001}, rig.model, *rig.engine, rig.world.step);
+  const std::string text = to_string(Oscillation{0, 0.01, 250, 0.0001}, rig.robot);
   EXPECT_THAT(text, HasSubstr("the step of 1 ms"));
   EXPECT_THAT(text, HasSubstr("100 times its sag"));
 }

@@ -23,9 +23,9 @@ RobotDescription bar(double effort) {
 }
 
 std::optional<RestReport> rest_of(const RobotDescription& robot, Rig& rig, double seconds = 0.5) {
-  RestCheck check(*rig.engine);
+  RestCheck check(rig.robot);
   rig.run(seconds);
-  EXPECT_EQ(check.look(robot, rig.model, *rig.engine), seconds >= 0.5);
+  EXPECT_EQ(check.look(robot, rig.robot), seconds >= 0.5);
   return check.report();
 }
 
@@ -70,7 +70,7 @@ TEST(RestCheck, CommandedRobotIsNotJudged) {
   const RobotDescription robot = bar(100);
   Rig rig(robot);
   rig.hold_all();
-  rig.engine->set_target(rig.joint("hinge"), 0.5);
+  rig.robot.set_target(rig.joint("hinge"), 0.5);
   EXPECT_FALSE(rest_of(robot, rig));
 }
 
@@ -78,7 +78,7 @@ TEST(RestCheck, JointBeyondItsLimitIsReported) {
   const RobotDescription robot = bar(100);
   Rig rig(robot);
   rig.set_state({1.2});
-  const std::vector<Unrest> found = find_unrest(robot, rig.model, *rig.engine);
+  const std::vector<Unrest> found = find_unrest(robot, rig.robot);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].beyond, 0.2, 1e-9);
   EXPECT_THAT(to_string(found[0], false), HasSubstr("stands 0.2 rad beyond its limit"));

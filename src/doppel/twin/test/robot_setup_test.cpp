@@ -37,10 +37,10 @@ class RobotSetups : public ::testing::Test {
   }
   RobotSetup set_up(XacroArguments arguments = {}) {
     Scenario scenario;
-    scenario.target = folder_.string();
-    scenario.arguments = std::move(arguments);
+    scenario.robots = {{.target = folder_.string()}};
+    scenario.robots.front().arguments = std::move(arguments);
     PackageResolver resolver;
-    return set_up_robot(scenario, resolver, diagnostics_);
+    return set_up_robot(scenario, scenario.robots.front(), resolver, diagnostics_);
   }
   [[nodiscard]] bool told(const std::string& rule) const {
     for (const Diagnostic& d : diagnostics_.all()) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "doppel/description/load.h"
+#include "doppel/physics/engine_modules.h"
 
 namespace doppel {
 namespace {
@@ -30,16 +31,25 @@ HardwareJointDescription entry(const std::string& name, std::vector<std::string>
 class SimulatedHardwares : public ::testing::Test {
  protected:
   SimulatedHardwares() {
-    PackageResolver resolver;
-    robot_ = parse_urdf(kArm, "arm.urdf", resolver, diagnostics_);
-    model_ = compile_model(robot_, BaseKind::fixed, diagnostics_);
-    engine_ = make_mujoco_engine(robot_, model_, World{}, EngineOptions{}, diagnostics_);
+    use(kArm);
     diagnostics_ = {};
     hardware_.name = "system";
   }
+  void use(const std::string& urdf) {
+    PackageResolver resolver;
+    robot_ = parse_urdf(urdf, "arm.urdf", resolver, diagnostics_);
+    model_ = std::make_shared<const Model>(compile_model(robot_, BaseKind::fixed, diagnostics_));
+    CollisionMeshes meshes;
+    engine_ = compile_world(kDefaultEngine, {},
+                            {make_instance(std::make_shared<const RobotDescription>(robot_), model_, {},
+                                           meshes, diagnostics_)},
+                            diagnostics_)
+                  ->make_engine();
+    arm_ = engine_->instance(0);
+  }
   [[nodiscard]] SimulatedHardware make() {
-    SimulatedHardware system(*engine_);
-    EXPECT_TRUE(system.on_init({hardware_, model_, log_, 100.0, diagnostics_}).ok());
+    SimulatedHardware system(arm_);
+    EXPECT_TRUE(system.on_init({hardware_, *model_, log_, 100.0, diagnostics_}).ok());
     EXPECT_TRUE(system.on_configure().ok());
     EXPECT_TRUE(system.on_activate().ok());
     return system;
@@ -53,8 +63,9 @@ class SimulatedHardwares : public ::testing::Test {
   Diagnostics diagnostics_;
   Log log_;
   RobotDescription robot_;
-  Model model_;
+  std::shared_ptr<const Model> model_;
   std::unique_ptr<Engine> engine_;
+  Instance arm_;
   HardwareDescription hardware_;
 };
 
@@ -80,18 +91,18 @@ TEST_F(SimulatedHardwares, LeavesOutFixedJointsCommandedMimicsAndUnknownInterfac
 TEST_F(SimulatedHardwares, ClaimsChooseTheDriveAndUnclaimedJointsAreFree) {
   hardware_.joints = {entry("j 1", {"position", "velocity", "effort"})};
   SimulatedHardware system = make();
-  const int joint = model_.find_joint("j 1");
-  EXPECT_EQ(engine_->drive(joint), DriveMode::limp);
+  const int joint = model_->find_joint("j 1");
+  EXPECT_EQ(arm_.drive(joint), DriveMode::limp);
   const std::vector<std::string> position{"j 1/position"}, velocity{"j 1/velocity"}, effort{"j 1/effort"},
       none;
   system.perform_switch(velocity, none);
-  EXPECT_EQ(engine_->drive(joint), DriveMode::velocity);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::velocity);
   system.perform_switch(position, none);
-  EXPECT_EQ(engine_->drive(joint), DriveMode::position);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::position);
   system.perform_switch(effort, std::vector<std::string>{"j 1/position", "j 1/velocity"});
-  EXPECT_EQ(engine_->drive(joint), DriveMode::effort);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::effort);
   system.perform_switch(none, effort);
-  EXPECT_EQ(engine_->drive(joint), DriveMode::limp);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::limp);
   const std::vector<std::string> both{"j 1/velocity", "j 1/effort"};
   EXPECT_FALSE(system.prepare_switch(both, none).ok());
 }
@@ -113,22 +124,22 @@ TEST_F(SimulatedHardwares, CommandsMoveTheJointAndStatesTellSo) {
 
 TEST_F(SimulatedHardwares, UnclaimedJointsDoWhatTheDescriptionSays) {
   hardware_.joints = {entry("j 1", {"position"})};
-  const int joint = model_.find_joint("j 1");
+  const int joint = model_->find_joint("j 1");
   hardware_.params = {{"unclaimed", "hold"}};
   SimulatedHardware holds = make();
   EXPECT_EQ(holds.when_unclaimed(), PassiveJoint::hold);
-  EXPECT_EQ(engine_->drive(joint), DriveMode::position);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::position);
   for (int i = 0; i < 2000; ++i) engine_->step();
-  EXPECT_NEAR(engine_->q()[0], 0.0, 0.05);  // two kilograms out would fall
+  EXPECT_NEAR(arm_.q()[0], 0.0, 0.05);  // two kilograms out would fall
   ASSERT_TRUE(holds.on_deactivate().ok());
-  EXPECT_EQ(engine_->drive(joint), DriveMode::limp);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::limp);
   hardware_.params = {{"unclaimed", "brake"}};
   EXPECT_EQ(make().when_unclaimed(), PassiveJoint::brake);
-  EXPECT_EQ(engine_->drive(joint), DriveMode::velocity);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::velocity);
   hardware_.params = {{"unclaimed", "holds"}};
-  SimulatedHardware wrong(*engine_);
+  SimulatedHardware wrong(arm_);
   try {
-    static_cast<void>(wrong.on_init({hardware_, model_, log_, 100.0, diagnostics_}));
+    static_cast<void>(wrong.on_init({hardware_, *model_, log_, 100.0, diagnostics_}));
     FAIL() << "'holds' is none of the three";
   } catch (const InputError& problem) {
     EXPECT_NE(std::string(problem.what()).find("did you mean 'hold'?"), std::string::npos) << problem.what();
@@ -145,23 +156,23 @@ TEST_F(SimulatedHardwares, AnEmergencyStopHoldsAMovingJointWhereItIs) {
     static_cast<void>(system.write({}, {}, command));
     engine_->step();
   }
-  ASSERT_LT(engine_->v()[0], -0.9);
-  const double q = engine_->q()[0];
+  ASSERT_LT(arm_.v()[0], -0.9);
+  const double q = arm_.q()[0];
   system.on_stop();
   system.perform_switch({}, velocity);
   for (int i = 0; i < 2000; ++i) engine_->step();
-  EXPECT_NEAR(engine_->v()[0], 0.0, 0.01);
-  EXPECT_NEAR(engine_->q()[0], q, 0.1);
+  EXPECT_NEAR(arm_.v()[0], 0.0, 0.01);
+  EXPECT_NEAR(arm_.q()[0], q, 0.1);
   system.on_stop_reset();
-  EXPECT_EQ(engine_->drive(model_.find_joint("j 1")), DriveMode::limp);
+  EXPECT_EQ(arm_.drive(model_->find_joint("j 1")), DriveMode::limp);
 }
 
 TEST_F(SimulatedHardwares, InitialValuesAreHeldToTheLimitsAndMimicsFollow) {
   hardware_.joints = {entry("j 1", {"position"})};
   hardware_.joints[0].state_interfaces[0].initial_value = 3.0;
   robot_.hardware = {hardware_};
-  Eigen::VectorXd q = model_.neutral();
-  apply_initial_values(robot_, model_, q, diagnostics_);
+  Eigen::VectorXd q = model_->neutral();
+  apply_initial_values(robot_, *model_, q, diagnostics_);
   EXPECT_EQ(rules(), std::vector<std::string>{"ros2_control.initial_value_outside"});
   EXPECT_EQ(q[0], 2.0);
   EXPECT_EQ(q[1], 2.0);
@@ -170,10 +181,7 @@ TEST_F(SimulatedHardwares, InitialValuesAreHeldToTheLimitsAndMimicsFollow) {
 TEST_F(SimulatedHardwares, ContinuousJointsTakeTheShortWay) {
   std::string wheel = kArm;
   wheel.replace(wheel.find("revolute"), 8, "continuous");
-  PackageResolver resolver;
-  robot_ = parse_urdf(wheel, "wheel.urdf", resolver, diagnostics_);
-  model_ = compile_model(robot_, BaseKind::fixed, diagnostics_);
-  engine_ = make_mujoco_engine(robot_, model_, World{}, EngineOptions{}, diagnostics_);
+  use(wheel);
   hardware_.joints = {entry("j 1", {"position"})};
   SimulatedHardware system = make();
   system.perform_switch(std::vector<std::string>{"j 1/position"}, {});
@@ -182,7 +190,7 @@ TEST_F(SimulatedHardwares, ContinuousJointsTakeTheShortWay) {
     static_cast<void>(system.write({}, {}, command));
     engine_->step();
   }
-  EXPECT_NEAR(engine_->q()[0], 6.0 - 2.0 * 3.14159265358979, 0.02);
+  EXPECT_NEAR(arm_.q()[0], 6.0 - 2.0 * 3.14159265358979, 0.02);
 }
 
 TEST_F(SimulatedHardwares, PluginsAreMappedAndTyposFound) {

@@ -132,7 +132,7 @@ TEST(Runner, TellsWhereItsTimeGoes) {
   Log log;
   Diagnostics diagnostics;
   Scenario scenario;
-  scenario.target = "lab_arm";
+  scenario.robots = {{.target = "lab_arm"}};
   scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
   Twin twin(scenario, log, diagnostics);
   ::doppel::Runner runner(twin, {.speed = 1.0, .duration = from_seconds(0.8)});
@@ -164,7 +164,7 @@ TEST(Runner, StopsInTheMiddleOfStepsThatAreOwed) {
   Log log;
   Diagnostics diagnostics;
   Scenario scenario;
-  scenario.target = "lab_arm";
+  scenario.robots = {{.target = "lab_arm"}};
   scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
   Twin twin(scenario, log, diagnostics);
   ::doppel::Runner runner(twin, {.speed = 1.0, .duration = {}});

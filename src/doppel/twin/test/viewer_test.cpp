@@ -61,7 +61,7 @@ class Viewers : public ::testing::Test {
   void view(const std::string& text) {
     write(text);
     Scenario scenario;
-    scenario.target = (folder_ / "arm.urdf").string();
+    scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
     edge_.reset();
     viewer_ = std::make_unique<Viewer>(scenario, log_, diagnostics_);
     edge_ = viewer_->bus().attach("test");

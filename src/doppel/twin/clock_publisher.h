@@ -1,0 +1,31 @@
+#pragma once
+// /clock at 100 Hz of simulated time, on the node /gazebo; nothing where the wall's time stamps messages.
+
+#include <optional>
+
+#include "doppel/bus/bus.h"
+#include "doppel/messages/rosgraph_msgs.h"
+#include "doppel/twin/scene.h"
+#include "doppel/twin/ticking.h"
+
+namespace doppel {
+
+class ClockPublisher : public Ticking {
+ public:
+  // The scene outlives it; the rate is rounded to whole steps of its engine.
+  ClockPublisher(Bus& bus, const Scene& scene);
+
+  Time publish(Time now) override;
+  void show(Time now) override { publish_clock(now); }
+  void reset(Time now) override { pace_.restart(now); }
+
+ private:
+  void publish_clock(Time now);
+
+  std::optional<Node> node_;
+  Publisher<rosgraph_msgs::msg::Clock> clock_;
+  const Scene& scene_;
+  Pace pace_;
+};
+
+}  // namespace doppel

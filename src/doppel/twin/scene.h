@@ -1,0 +1,44 @@
+#pragma once
+// The engine with the names that clients know its instances by: which of them are robots, and which frame
+// messages call "world".
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/physics/engine.h"
+
+namespace doppel {
+
+class Scene {
+ public:
+  // `robots`: the instances that are robots, in the twin's order. `root`: the one without a namespace, whose
+  // frames stand in TF as they are; empty: none.
+  void show(Engine& engine, std::vector<std::string> robots, std::string root);
+
+  [[nodiscard]] Engine& engine() const { return *engine_; }
+  [[nodiscard]] Time now() const { return engine_->time(); }
+  [[nodiscard]] const std::vector<int>& robots() const { return robots_; }  // instances
+  // Instances of one body with a look, that are no robots.
+  [[nodiscard]] const std::vector<int>& objects() const { return objects_; }
+  [[nodiscard]] bool is_robot(int instance) const;
+  [[nodiscard]] bool is_object(int instance) const;
+  [[nodiscard]] Instance instance(int index) const { return engine_->instance(index); }
+  // A robot or an object; -1: none.
+  [[nodiscard]] int find(std::string_view name) const { return engine_->world().find(name); }
+
+  // X_TW: the engine's world in TF's "world". Where the robot without a namespace has a link of that name,
+  // it is that link, wherever the world file puts it; else it is the engine's world.
+  [[nodiscard]] Pose world_in_tf() const;
+
+  // What a robot's joint or link is called among all robots: "left::Revolute 1", or the name alone where the
+  // robot has no namespace.
+  [[nodiscard]] std::string scoped(int robot, const std::string& name) const;
+
+ private:
+  Engine* engine_ = nullptr;
+  std::vector<int> robots_, objects_;
+  int root_ = -1;
+};
+
+}  // namespace doppel

@@ -1,0 +1,297 @@
+// What replaces a machine that runs.
+
+#include <fmt/format.h>
+
+#include "doppel/bus/stage.h"
+#include "doppel/core/thrown.h"
+#include "doppel/twin/controllers_choice.h"
+#include "doppel/twin/twin_detail.h"
+
+namespace doppel {
+namespace {
+
+// What ran goes on where it is still declared; what the YAML declares newly is treated as at the start.
+ControllerWish renewed(const ControllerWish& before,
+                       const std::vector<std::pair<std::string, std::string>>& declared,
+                       const Scenario& scenario, const WorldRobot& robot) {
+  ControllerWish wish = before;
+  const auto gone = [&declared](const std::string& name) {
+    return std::none_of(declared.begin(), declared.end(), [&name](const auto& d) { return d.first == name; });
+  };
+  std::erase_if(wish.active, gone);
+  std::erase_if(wish.inactive, gone);
+  for (const auto& [name, type] : declared) {
+    const bool known =
+        std::find(before.declared.begin(), before.declared.end(), name) != before.declared.end();
+    if (known || !scenario.start_controllers) continue;
+    (robot.activate.empty() ? wish.active : wish.inactive).push_back(name);
+  }
+  return wish;
+}
+
+// A file that was found, and that an edit has broken, emptied or deleted, is waited for: what it declares
+// runs on. Throws InputError.
+void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, const Diagnostics& said) {
+  if (before.controllers_named) return;
+  const auto ours = [&before](const std::filesystem::path& file) {
+    return std::ranges::find(before.controllers_files, file) != before.controllers_files.end();
+  };
+  for (const Diagnostic& d : said.all()) {
+    if (d.rule == "up.controllers_unreadable" && d.where.known() && ours(*d.where.file))
+      throw InputError(d.rule, d.where, d.message, d.mend);
+  }
+  for (const std::filesystem::path& file : before.declaring_files) {
+    if (is_controllers_file(file)) continue;
+    std::error_code none;
+    const bool there = std::filesystem::exists(file, none);
+    throw InputError("reload.controllers_lost", make_location(file.string()),
+                     there ? "this file, which the running controllers come from, declares none any more"
+                           : "this file, which the running controllers come from, does not exist any more",
+                     "restore it; to run without it, start again");
+  }
+  if (!before.declaring_files.empty() && after.controllers_files.empty()) {
+    throw InputError("reload.controllers_lost", make_location(before.declaring_files.front().string()),
+                     "the controllers of this file, which run, would name no joint of this robot any more",
+                     "correct the joints' names in it or in the description; to run without it, start again");
+  }
+}
+
+// What runs must run on, whoever chose it; what comes new may be left out where nobody chose it.
+void start_in_rehearsal(ControlStack& control, const Log& quiet, const ControllerWish& ran_before,
+                        const ControllerWish& wish) {
+  ControllerWish ran = wish;
+  ran.what_fits = false;
+  std::erase_if(ran.active, [&](const std::string& name) {
+    return std::find(ran_before.active.begin(), ran_before.active.end(), name) == ran_before.active.end();
+  });
+  control.start(ran, quiet);
+  if (wish.what_fits) control.start(wish, quiet);
+}
+
+}  // namespace
+
+void rehearse(const RobotMachine& machine, Instance instance, const Scenario& scenario,
+              const ControllerRegistry& controllers, const HardwareRegistry& hardware,
+              const std::function<void(ControlStack&, const Log&)>& start, Diagnostics& diagnostics) {
+  Bus bus({.names = scenario.ros.names, .sim_time = !scenario.wall_stamps});
+  const Log quiet;
+  const ControlStack::Options with{controllers, hardware, scenario.enforce_limits, /*rehearsal=*/true};
+  ControlStack control(bus, machine, instance, with, quiet, diagnostics);
+  start(control, quiet);
+  // What publishes its state may refuse, too.
+  StatePublisher::Options options;
+  options.name_space = machine.name_space();
+  options.tf = machine.asked().tf;
+  options.X_WR = machine.instance().X_WR;
+  options.file = &machine.setup().controllers;
+  const StatePublisher state(bus, machine.description(), machine.shared_model(), options);
+}
+
+std::map<std::string, ControllerWish> Twin::Impl::present_wishes() const {
+  std::map<std::string, ControllerWish> out;
+  for (const auto& robot : robots) out[robot->name_space()] = robot->present_wish();
+  return out;
+}
+
+namespace {
+
+// Puts the robots of a new machine in the place of those that run. All of it is built beside them, and until
+// it is complete nothing of theirs is let go: what throws on the way leaves them as they were.
+class Succession {
+ public:
+  Succession(Twin::Impl& twin, std::unique_ptr<Machine>& machine)
+      : twin_(twin), machine_(machine), stage_(twin.bus) {
+    refuse_real_hardware();
+    goes_on_.reserve(machine->robots.size());
+    std::swap(twin_.machine, machine_);
+    former_ = std::exchange(twin_.robots, {});
+  }
+  ~Succession() {
+    if (done_) return;
+    try {
+      undo();
+    } catch (...) {
+      twin_.log.error("reload", "the machine that runs could not be put back whole: " + thrown_text());
+    }
+  }
+  Succession(const Succession&) = delete;
+  Succession& operator=(const Succession&) = delete;
+
+  // True: every robot's controllers go on.
+  bool run(const std::map<std::string, ControllerWish>& wishes) {
+    twin_.robots.reserve(twin_.machine->robots.size());
+    bool same = twin_.machine->robots.size() == former_.size();
+    for (const auto& machine : twin_.machine->robots) {
+      const std::size_t before = index_of(*machine);
+      if (before < former_.size() && goes_on(*former_[before], *machine)) {
+        hand_over(before, machine);
+      } else {
+        same = false;
+        make(before, machine, wishes);
+      }
+    }
+    twin_.renew_handles();
+    twin_.publish_state();
+    stage_->commit();
+    done_ = true;
+    return same;
+  }
+
+ private:
+  struct GoesOn {
+    std::size_t index = 0;  // in former_
+    std::shared_ptr<const RobotMachine> machine;
+    Instance instance;
+    TickList publishers;  // that were there before, once new ones are made
+    bool has_publishers = false;
+  };
+
+  // former_.size(): none had its namespace.
+  [[nodiscard]] std::size_t index_of(const RobotMachine& machine) const {
+    const auto found = std::ranges::find_if(former_, [&](const auto& robot) {
+      return robot != nullptr && robot->name_space() == machine.name_space();
+    });
+    return static_cast<std::size_t>(found - former_.begin());
+  }
+
+  [[nodiscard]] bool goes_on(const TwinRobot& robot, const RobotMachine& machine) const {
+    return same_structure(robot.machine(), machine) &&
+           machine_->engine->world().settings().step == twin_.machine->world.step;
+  }
+
+  // A device cannot be opened a second time, for what may fail.
+  void refuse_real_hardware() const {
+    for (const auto& robot : twin_.robots) {
+      const auto next = std::ranges::find_if(machine_->robots, [&](const auto& machine) {
+        return machine->name_space() == robot->name_space();
+      });
+      if (!robot->has_loop() || (next != machine_->robots.end() && same_structure(robot->machine(), **next)))
+        continue;
+      throw InputError(
+          "reload.real_hardware", robot->description().source,
+          fmt::format("'{}' drives real hardware: other joints, interfaces or controllers are not "
+                      "taken while it runs",
+                      robot->name()),
+          "start again to take them");
+    }
+  }
+
+  void hand_over(std::size_t before, const std::shared_ptr<const RobotMachine>& machine) {
+    TwinRobot& robot = *former_[before];
+    GoesOn& entry = goes_on_.emplace_back();
+    entry.index = before;
+    entry.machine = robot.shared_machine();
+    entry.instance = robot.instance();
+    twin_.robots.push_back(std::move(former_[before]));
+    robot.take_over(machine, instance_of(*twin_.machine->engine, *machine));
+    robot.carry_references(entry.instance);
+    entry.publishers = robot.make_publishers();
+    entry.has_publishers = true;
+  }
+
+  void make(std::size_t before, const std::shared_ptr<const RobotMachine>& machine,
+            const std::map<std::string, ControllerWish>& wishes) {
+    std::optional<TwinRobot::Past> past;
+    if (before < former_.size()) past = former_[before]->past();
+    Diagnostics reported_before;
+    twin_.robots.push_back(twin_.make_robot(machine, std::move(past), reported_before));
+    TwinRobot& made = *twin_.robots.back();
+    const auto wish = wishes.find(made.name_space());
+    if (wish != wishes.end()) {
+      made.start(wish->second);
+    } else if (twin_.scenario.start_controllers) {
+      made.start(made.first_wish());
+    }
+    made.make_publishers();
+    made.start_loop();
+  }
+
+  void undo() {
+    for (auto& robot : twin_.robots) {
+      const auto entry = std::ranges::find_if(goes_on_, [&](const GoesOn& e) {
+        return former_[e.index] == nullptr && e.machine->name_space() == robot->name_space();
+      });
+      if (entry != goes_on_.end()) former_[entry->index] = std::move(robot);
+    }
+    twin_.robots.clear();  // those that were made, with their nodes
+    std::swap(twin_.machine, machine_);
+    twin_.robots = std::move(former_);
+    for (GoesOn& entry : goes_on_) {
+      TwinRobot& robot = *twin_.robots[entry.index];
+      robot.take_over(entry.machine, entry.instance);
+      if (entry.has_publishers) robot.restore_publishers(std::move(entry.publishers));
+    }
+    stage_.reset();  // their nodes are there again
+    twin_.renew_handles();
+    for (const auto& robot : twin_.robots) robot->robots_changed(twin_.machine->engine->time());
+  }
+
+  Twin::Impl& twin_;
+  std::unique_ptr<Machine>& machine_;  // the one that does not run
+  std::optional<BusStage> stage_;
+  std::vector<std::unique_ptr<TwinRobot>> former_;
+  std::vector<GoesOn> goes_on_;
+  bool done_ = false;
+};
+
+}  // namespace
+
+Twin::Reload Twin::Impl::replace(Replacement& fresh) {
+  const auto held = hold();
+  if (!std::ranges::equal(
+          fresh.running->robots.now, machine->robots, {}, [](const auto& robot) { return robot->name(); },
+          [](const auto& robot) { return robot->name(); })) {
+    throw InputError("reload.robots_changed", {}, "a robot came or went while the edit was read",
+                     "save the file again");
+  }
+  refuse_lost_range(*machine, *fresh.machine);
+  carry_over_state(*machine, *fresh.machine);
+  Succession succession(*this, fresh.machine);
+  return succession.run(fresh.wishes) ? Reload::controllers_went_on : Reload::controllers_made_anew;
+}
+
+std::shared_ptr<const Twin::Running> Twin::running() const {
+  auto out = std::make_shared<Running>();
+  out->robots = {impl_->machine->robots, impl_->machine->world.robots};
+  out->wishes = impl_->present_wishes();
+  out->settings = impl_->machine->world;
+  return out;
+}
+
+std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Running>& running,
+                                                 Diagnostics& diagnostics) const {
+  auto fresh = std::make_shared<Replacement>();
+  fresh->running = running;
+  fresh->machine = std::make_unique<Machine>(impl_->scenario, diagnostics, &running->robots);
+  for (const auto& robot : fresh->machine->robots) {
+    const auto ran = running->wishes.find(robot->name_space());
+    const bool is_new = ran == running->wishes.end();
+    for (const auto& before : running->robots.now) {
+      if (before->name_space() == robot->name_space())
+        refuse_lost_controllers(before->setup(), robot->setup(), diagnostics);
+    }
+    const auto start = [&](ControlStack& control, const Log& quiet) {
+      if (is_new) {
+        if (impl_->scenario.start_controllers) control.start(control.wish_of(robot->asked().activate), quiet);
+        return;
+      }
+      ControllerWish& wish = fresh->wishes[robot->name_space()];
+      wish = renewed(ran->second, control.manager().declared_controllers(), impl_->scenario, robot->asked());
+      start_in_rehearsal(control, quiet, ran->second, wish);
+    };
+    rehearse(*robot, instance_of(*fresh->machine->engine, *robot), impl_->scenario, impl_->controllers,
+             impl_->hardware, start, diagnostics);
+  }
+  fresh->machine->engine->reset();
+  return fresh;
+}
+
+Twin::Reload Twin::replace(const std::shared_ptr<Replacement>& replacement) {
+  return impl_->replace(*replacement);
+}
+
+std::vector<ModelInstance> Twin::instances(const Replacement& replacement) {
+  return replacement.machine->engine->world().instances();
+}
+
+}  // namespace doppel

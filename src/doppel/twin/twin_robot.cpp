@@ -1,0 +1,259 @@
+#include "doppel/twin/twin_robot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "doppel/twin/load_publisher.h"
+#include "doppel/twin/oscillation_watch.h"
+#include "doppel/twin/state_hash.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kRestOrigin = "physics";
+constexpr std::size_t kUnrestShown = 5;
+constexpr Duration kHousekeepingPeriod{5'000'000};  // controllers choose slower rates of their own
+
+class Transforms : public Ticking {
+ public:
+  Transforms(const TwinRobot& robot, std::unique_ptr<StatePublisher> publisher, Time now)
+      : robot_(robot), publisher_(std::move(publisher)) {
+    reset(now);
+  }
+
+  Time publish(Time now) override {
+    show(now);
+    return pace_.next(now, period());
+  }
+  [[nodiscard]] Time next_after(Time now) const override { return now + period(); }
+  void show(Time now) override {
+    const auto q = robot_.instance().q();
+    publisher_->publish_transforms(now, Eigen::Map<const Eigen::VectorXd>(q.data(), robot_.model().nq));
+  }
+  void reset(Time now) override {
+    pace_.restart(now);
+    publisher_->publish_latched(now);
+  }
+  void robots_changed(Time now) override { publisher_->publish_latched(now); }
+
+ private:
+  [[nodiscard]] Duration period() const {
+    return whole_steps(publisher_->period(), robot_.instance().engine().world().settings().step);
+  }
+
+  const TwinRobot& robot_;
+  std::unique_ptr<StatePublisher> publisher_;
+  Pace pace_;
+};
+
+class Loads : public Ticking {
+ public:
+  Loads(const TwinRobot& robot, Bus& bus) : robot_(robot), publisher_(bus, robot.shared_machine()) {}
+
+  void between_steps(Time now) override { publisher_.publish_due(robot_.instance(), now); }
+  void show(Time /*now*/) override { publisher_.at_once(); }
+
+ private:
+  const TwinRobot& robot_;
+  LoadPublisher publisher_;
+};
+
+// Reports each joint once, by its name and a message.
+class Oscillations : public Ticking {
+ public:
+  using Report = std::function<void(const std::string&, std::string)>;
+  Oscillations(const TwinRobot& robot, Report report)
+      : robot_(robot), watch_(robot.machine().shared_model()), report_(std::move(report)) {}
+
+  [[nodiscard]] bool at_every_step() const override { return true; }
+  void after_step(Time now) override { watch_.look(robot_.instance(), now); }
+  void between_steps(Time /*now*/) override {
+    if (!watch_.found()) return;
+    for (const Oscillation& found : watch_.take()) {
+      report_(robot_.model().joints[static_cast<std::size_t>(found.joint)].name,
+              to_string(found, robot_.instance()));
+    }
+  }
+
+ private:
+  const TwinRobot& robot_;
+  OscillationWatch watch_;
+  const Report report_;
+};
+
+class Rest : public Ticking {
+ public:
+  Rest(const TwinRobot& robot, RestCheck& check, std::function<void()> report)
+      : robot_(robot), check_(check), report_(std::move(report)) {}
+
+  void between_steps(Time /*now*/) override {
+    if (check_.look(robot_.description(), robot_.instance())) report_();
+  }
+
+ private:
+  const TwinRobot& robot_;
+  RestCheck& check_;
+  const std::function<void()> report_;
+};
+
+}  // namespace
+
+TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const RobotMachine> machine,
+                     Instance instance, std::optional<Past> past, Diagnostics& diagnostics)
+    : around_(around),
+      machine_(std::move(machine)),
+      instance_(instance),
+      past_(past ? std::move(*past) : Past{RestCheck(instance), {}, kEmptyHash}) {
+  own_log_.add_sink([&log = around_.log, name_space = name_space()](const LogLine& line) {
+    log.line(line.severity, name_space + "/" + line.origin, line.text);
+  });
+  const ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits};
+  control_ = std::make_unique<ControlStack>(around.bus, *machine_, instance_, options, log(), diagnostics);
+  steps_per_tick_ = static_cast<std::uint64_t>(control_->manager().period() / step());
+}
+
+TickList TwinRobot::make_publishers() {
+  StatePublisher::Options options;
+  options.name_space = name_space();
+  options.tf = machine_->asked().tf;
+  options.X_WR = machine_->instance().X_WR;
+  options.file = &machine_->setup().controllers;
+  options.statics = around_.statics;
+  TickList fresh;
+  fresh.add(std::make_unique<Transforms>(
+      *this, std::make_unique<StatePublisher>(around_.bus, description(), machine_->shared_model(), options),
+      instance_.engine().time()));
+  fresh.add(std::make_unique<Oscillations>(*this, [this](const std::string& joint, std::string message) {
+    report_oscillation(joint, std::move(message));
+  }));
+  if (around_.scenario.start_controllers)
+    fresh.add(std::make_unique<Rest>(*this, past_.rest, [this] { report_rest(); }));
+  fresh.add(std::make_unique<Loads>(*this, around_.bus));
+  return std::exchange(ticks_, std::move(fresh));
+}
+
+void TwinRobot::start_loop() {
+  if (!control_->has_real_hardware()) return;
+  const LoopWish wish = control_->manager().loop_wish();
+  loop_ = std::make_unique<ControlLoop>(
+      control_->manager(), around_.gate, instance_.engine().time(),
+      ControlLoopOptions{wish.thread_priority, wish.lock_memory, Duration{}}, log());
+}
+
+void TwinRobot::take_over(std::shared_ptr<const RobotMachine> machine, Instance now) {
+  control_->take_over(*machine, now);
+  machine_ = std::move(machine);
+  instance_ = now;
+}
+
+void TwinRobot::rebind(Instance instance) {
+  instance_ = instance;
+  control_->rebind(instance);
+  ticks_.instances_changed();
+}
+
+void TwinRobot::between_steps(Time now) {
+  if (now >= next_housekeeping_) {
+    control_->manager().housekeeping(control_time(now));
+    next_housekeeping_ = now + kHousekeepingPeriod;
+    ticks_.hasten(now);  // who asks for more transforms need not wait as long as they were rare
+  }
+  ticks_.between_steps(now);
+}
+
+void TwinRobot::reset(Time now) {
+  restart(now);
+  ticks_.reset(now);
+  next_housekeeping_ = now;
+}
+
+void TwinRobot::show(Time now) {
+  ticks_.show(now);
+  control_->manager().publish_state(control_time(now));
+}
+
+void TwinRobot::after_step(Time now) {
+  ticks_.after_step(now);
+  past_.hash = mixed(mixed(mixed(past_.hash, instance_.q()), instance_.v()), instance_.drive_effort());
+}
+
+std::string TwinRobot::controllers_origin() const {
+  const RobotSetup& setup = machine_->setup();
+  const bool beside = !setup.controllers_files.empty() && control_->has_generated();
+  return setup.controllers_origin + (beside ? " and generated" : "");
+}
+
+std::vector<JointSnapshot> TwinRobot::joints() const {
+  const ControllerManager& manager = control_->manager();
+  // What its position is to be: a command, or what a controller with another command follows.
+  const auto target_of = [&manager](const ModelJoint& of) {
+    const std::string position = of.name + "/" + kPosition;
+    const double command = manager.command(position);
+    return std::isfinite(command) ? command : manager.reference(position);
+  };
+  std::vector<JointSnapshot> out;
+  for (std::size_t j = 0; j < model().joints.size(); ++j) {
+    const ModelJoint& joint = model().joints[j];
+    if (!joint.scalar()) continue;
+    JointSnapshot snapshot;
+    snapshot.name = joint.name;
+    snapshot.q = instance_.q()[static_cast<std::size_t>(joint.q)];
+    snapshot.v = instance_.v()[static_cast<std::size_t>(joint.v)];
+    snapshot.tau = instance_.drive_effort()[j];
+    snapshot.target = joint.mimics()
+                          ? joint.mimic_multiplier *
+                                    target_of(model().joints[static_cast<std::size_t>(joint.mimic_leader)]) +
+                                joint.mimic_offset
+                          : target_of(joint);
+    snapshot.lower = joint.lower;
+    snapshot.upper = joint.upper;
+    snapshot.effort = joint.effort;
+    snapshot.mimics = joint.mimics();
+    out.push_back(std::move(snapshot));
+  }
+  return out;
+}
+
+std::vector<SagReport> TwinRobot::gravity_sag() const {
+  Data data(model());
+  const Eigen::Map<const Eigen::VectorXd> q(instance_.q().data(), model().nq);
+  StaticSag found;
+  static_sag(model(), data, machine_->servos(), q, machine_->gravity_R(), found);
+  std::vector<SagReport> out;
+  for (const Sag& sag : found.sags) {
+    out.push_back({model().joints[static_cast<std::size_t>(sag.joint)].name, sag.torque, sag.sag, sag.least,
+                   sag.most, sag.margin});
+  }
+  return out;
+}
+
+void TwinRobot::report_rest() {
+  if (!rest()) return;
+  const RestReport& report = *rest();
+  for (std::size_t i = 0; i < std::min(report.complaints.size(), kUnrestShown); ++i) {
+    log().warning(kRestOrigin, fmt::format("not at rest {:g} s after the start, without a command: {}",
+                                           to_seconds(kRestTime), report.complaints[i]));
+  }
+  if (report.complaints.size() > kUnrestShown)
+    log().warning(kRestOrigin,
+                  fmt::format("... and {} more joints", report.complaints.size() - kUnrestShown));
+  const double speed = std::max(report.base_linear, report.base_angular);
+  if (speed > kRestSpeed && report.complaints.empty()) {
+    log().note(
+        kRestOrigin,
+        fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: {} (--base fixed holds it)",
+                    report.base_linear, report.base_angular,
+                    report.base_touches ? "it tips over or slides, nothing balances it"
+                                        : "it falls, for it touches nothing"));
+  }
+}
+
+void TwinRobot::report_oscillation(const std::string& joint, std::string message) {
+  past_.oscillations.push_back({joint, std::move(message)});
+  log().warning(kRestOrigin, past_.oscillations.back().message);
+}
+
+}  // namespace doppel
