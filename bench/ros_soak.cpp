@@ -35,7 +35,7 @@ constexpr std::size_t kNodes = 20, kCallers = 5, kCallsOfCaller = 200;
 constexpr std::size_t kCrowd = 8, kClientsOfCrowd = 5, kCallsInCrowd = 200;
 constexpr auto kReplacement = 1s;  // how often a node is killed
 constexpr auto kBurst = 10s;
-constexpr auto kLost = 5s;  // longer than any repair of what was lost on the way takes
+constexpr auto kLost = 5s;     // longer than any repair of what was lost on the way takes
 constexpr double kLate = 100;  // ms
 constexpr const char* kTwinService = "/controller_manager/list_controllers";
 constexpr const char* kPeerService = "/bench_peer/list_controllers";
@@ -86,22 +86,27 @@ class Bell {
   bool rung_ = false;
 };
 
-ros2::ServiceSpec service(const char* name) {
-  return ros2::service_spec(name, service_support<ListControllers>().name);
+// As rmw_fastrtps makes them.
+ros2::EndpointSpec endpoint(ros2::NameKind kind, const char* service) {
+  const char* const part = kind == ros2::NameKind::request ? "_Request" : "_Response";
+  return {ros2::dds_name(kind, service), ros2::dds_type(service_support<ListControllers>().name + part), "",
+          ros2::services_qos()};
 }
 
-// A client that calls again as soon as it has its answer.
+// Calls again as soon as it has its answer.
 class Caller {
  public:
   Caller(ros2::Participant& participant, const char* name, std::size_t calls)
-      : client_(participant, service(name)), left_(calls) {}
-  [[nodiscard]] bool is_ready() const { return client_.is_available(); }
+      : requests_(participant.make_writer(endpoint(ros2::NameKind::request, name))),
+        replies_(participant.make_reader(endpoint(ros2::NameKind::reply, name))),
+        left_(calls) {}
+  [[nodiscard]] bool is_ready() const { return requests_->matched() == 1 && replies_->matched() == 1; }
   [[nodiscard]] bool is_done() const { return left_ == 0 && !waited_for_; }
 
   void turn(ros2::Sample& reply, Calls& calls) {
     const auto now = steady_clock::now();
-    while (client_.take(reply)) {
-      if (waited_for_ != reply.related.sequence) continue;
+    while (replies_->take(reply)) {
+      if (reply.related.writer != replies_->gid() || waited_for_ != reply.related.sequence) continue;
       calls.add(std::chrono::duration<double, std::milli>(now - sent_).count());
       waited_for_.reset();
     }
@@ -112,12 +117,17 @@ class Caller {
     if (waited_for_ || left_ == 0) return;
     --left_;
     sent_ = now;
-    waited_for_ = client_.send(request_);
-    if (!waited_for_) ++calls.lost;
+    const ros2::SampleIdentity answer_to{replies_->gid(), 0};
+    const auto sent = requests_->write(request_, &answer_to);
+    if (sent)
+      waited_for_ = sent->sequence;
+    else
+      ++calls.lost;
   }
 
  private:
-  ros2::ServiceClient client_;
+  std::unique_ptr<ros2::Writer> requests_;
+  std::unique_ptr<ros2::Reader> replies_;
   std::size_t left_;
   const Bytes request_ = to_cdr(ListControllers::Request{});
   std::optional<std::int64_t> waited_for_;
@@ -156,28 +166,30 @@ int subscribe() {
   return 0;
 }
 
-// Answers with what the twin has answered once, each request as it comes, as rclcpp's servers do.
+// Answers with what the twin has answered once, each request as it comes, as a server of rmw_fastrtps does.
 int serve() {
   bench::end_with_parent();
   Bell bell;
   const auto participant = ros2::make_participant(bench::own_domain(), [&bell] { bell.ring(); });
   Bytes answer;
   {
-    ros2::ServiceClient twin(*participant, service(kTwinService));
+    ros2::ServiceClient twin(*participant,
+                             ros2::service_spec(kTwinService, service_support<ListControllers>().name));
     while (!twin.is_available()) bell.wait();
     twin.send(to_cdr(ListControllers::Request{}));
     ros2::Sample reply;
     while (!twin.take(reply)) bell.wait();
     answer = reply.cdr;
   }
-  ros2::ServiceServer server(*participant, service(kPeerService));
+  const auto requests = participant->make_reader(endpoint(ros2::NameKind::request, kPeerService));
+  const auto replies = participant->make_writer(endpoint(ros2::NameKind::reply, kPeerService));
   ros2::Sample request;
   while (true) {
-    while (server.take(request)) {
+    while (requests->take(request)) {
+      const ros2::SampleIdentity to{request.related.writer, request.identity.sequence};
       const auto until = steady_clock::now() + 100ms;
-      while (server.respond(request.related, answer) == ros2::ServiceServer::Sent::not_yet_matched &&
-             steady_clock::now() < until)
-        std::this_thread::sleep_for(1ms);
+      while (!replies->is_matched(to.writer) && steady_clock::now() < until) std::this_thread::sleep_for(1ms);
+      replies->write(answer, &to);
     }
     bell.wait();
   }
@@ -219,7 +231,11 @@ void print(std::string_view what, const Calls& calls) {
 
 // Nodes are replaced and calls made; the twin's memory at the end of each minute.
 std::vector<double> soak(pid_t twin, int minutes, Calls& all) {
-  Peers nodes = start("--subscribe", kNodes), callers;
+  Peers nodes, callers;
+  for (std::size_t i = 0; i < kNodes; ++i) {
+    nodes.push_back(std::make_unique<bench::Peer>("--subscribe"));
+    std::this_thread::sleep_for(kReplacement / 2);
+  }
   std::vector<double> memory;
   auto second = steady_clock::now();
   for (int minute = 1; minute <= minutes; ++minute) {
@@ -252,8 +268,9 @@ int main(int argc, char** argv) {
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "doppel";
   bench::Peer twin({program, "up", std::filesystem::path(DOPPEL_ROBOTS) / "omarm_one", "--headless",
                     "--no-reload", "--domain", std::to_string(bench::own_domain().domain)});
-  fmt::print("omarm_one among {} nodes with 4 subscriptions, one killed each second, and {} calls each {} s\n",
-             kNodes, kCallers * kCallsOfCaller, kBurst.count());
+  fmt::print(
+      "omarm_one among {} nodes with 4 subscriptions, one killed each second, and {} calls each {} s\n",
+      kNodes, kCallers * kCallsOfCaller, kBurst.count());
   Calls all;
   const std::vector<double> memory = soak(twin.pid(), minutes, all);
   print("all of it", all);

@@ -14,7 +14,7 @@
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int kSteps = 2000;   // of each state in a round
+constexpr int kSteps = 2000;  // of each state in a round
 constexpr int kRounds = 9;
 constexpr int kRepetitions = 50;
 
@@ -74,8 +74,8 @@ int main(int argc, char** argv) {
   std::vector<std::unique_ptr<doppel::Engine>> kept;
   fmt::print("{} in {} {}\n", scenario.target, world->capabilities().name, world->capabilities().version);
   fmt::print("  a further state   make_engine {:6.1f} us   clone {:6.1f} us   copy_state {:6.1f} us\n",
-             cost([&] { kept.push_back(world->make_engine()); }), cost([&] { kept.push_back(engine.clone()); }),
-             cost([&] { kept.front()->copy_state(engine); }));
+             cost([&] { kept.push_back(world->make_engine()); }),
+             cost([&] { kept.push_back(engine.clone()); }), cost([&] { kept.front()->copy_state(engine); }));
   kept.clear();
 
   std::vector<std::unique_ptr<doppel::Engine>> states;
@@ -87,6 +87,6 @@ int main(int argc, char** argv) {
     all.push_back(rate(states, cores));
   }
   fmt::print("  {} states, {} rounds of {} steps each, medians\n", count, kRounds, kSteps);
-  fmt::print("  on 1 core   {:10.0f} steps/s\n  on {} cores  {:10.0f} steps/s  {:.2f} times\n", median(one), cores,
-             median(all), median(all) / median(one));
+  fmt::print("  on 1 core   {:10.0f} steps/s\n  on {} cores  {:10.0f} steps/s  {:.2f} times\n", median(one),
+             cores, median(all), median(all) / median(one));
 }

@@ -35,6 +35,16 @@ if(DOPPEL_FUZZ)
   add_custom_target(fuzz)
 endif()
 
+if(DOPPEL_SANITIZE)
+  set(kinds ${DOPPEL_SANITIZE})
+  if(DOPPEL_SANITIZE STREQUAL "address")
+    set(kinds address,undefined)
+  endif()
+  target_compile_options(doppel_flags INTERFACE -g -O1 -fno-omit-frame-pointer -fsanitize=${kinds}
+    -fno-sanitize-recover=undefined -Wno-tsan)
+  target_link_options(doppel_flags INTERFACE -fsanitize=${kinds})
+endif()
+
 function(doppel_room)
   cmake_parse_arguments(ROOM "" "NAME;ABOUT" "SOURCES;USES;PUBLIC;PRIVATE" ${ARGN})
   add_library(doppel_${ROOM_NAME} STATIC ${ROOM_SOURCES})

@@ -161,6 +161,21 @@ std::string read(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+TEST(Health, WhatTheJudgementThrowsIsReportedOnTheTopic) {
+  Bus bus;
+  Node reader(bus, "/reader");
+  std::string heard;
+  reader.subscribe<std_msgs::msg::String>("/doppel/health",
+                                          [&](const auto& message) { heard = message.data; });
+  app::HealthPublisher health(bus, []() -> std::string { throw 42; });
+  health.look_at(RobotDescription());
+  for (int i = 0; i < 1000 && heard.empty(); ++i) {
+    bus.wait(std::chrono::milliseconds(10));
+    bus.spin();
+  }
+  EXPECT_NE(heard.find("health.failed"), std::string::npos) << heard;
+}
+
 TEST(Ros2Doc, ListsWhatARunningTwinOffers) {
   const fs::path folder = fs::temp_directory_path() / fmt::format("ros2_tables_{}", getpid());
   fs::create_directories(folder);

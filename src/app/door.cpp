@@ -13,6 +13,7 @@
 
 #include "app/process.h"
 #include "app/tell.h"
+#include "doppel/core/guarded_thread.h"
 #include "doppel/server/admission.h"
 
 namespace doppel::app {
@@ -98,7 +99,8 @@ void add_door_options(CLI::App& verb, DoorOptions& options) {
 
 Door::Door(Bus& bus, const std::string& robot, const DoorOptions& options,
            std::shared_ptr<AssetLibrary> assets, const Log& log)
-    : open_(!options.no_open && somebody_sits_here()),
+    : log_(log),
+      open_(!options.no_open && somebody_sits_here()),
       server_(bus, server_options(robot, options, std::move(assets)), log),
       announcement_(robot, server_.port(), server_.own_address(), server_.token()) {
   if (announcement_.problem().empty()) return;
@@ -120,7 +122,10 @@ void Door::print() const {
 
 void Door::open_page() {
   if (!std::exchange(open_, false)) return;
-  opener_ = std::thread([url = server_.page_url()] { spawn_browser(url); });
+  opener_ = guarded_thread([url = server_.page_url()] { spawn_browser(url); },
+                           [&log = log_](const std::string& what) {
+                             log.warning("server", fmt::format("the browser cannot be started: {}", what));
+                           });
 }
 
 }  // namespace doppel::app

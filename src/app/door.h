@@ -35,6 +35,7 @@ class Door {
   void open_page();
 
  private:
+  const Log& log_;
   bool open_;
   Server server_;
   Announcement announcement_;

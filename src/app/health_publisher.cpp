@@ -11,6 +11,7 @@
 
 #include "app/process.h"
 #include "doppel/audit/report_places.h"
+#include "doppel/core/guarded_thread.h"
 #include "doppel/core/shown_path.h"
 #include "doppel/messages/std_msgs.h"
 
@@ -45,6 +46,12 @@ Json places_of(const std::vector<SourcePlaces::Named>& named) {
     out[name] = std::move(place);
   }
   return out;
+}
+
+// As a report of `doppel check --json` with one finding, which the page shows.
+std::string failure_json(const std::string& what) {
+  return to_json(refusal_report(
+      InputError("health.failed", {}, "the description could not be judged: " + what), "the running twin"));
 }
 
 }  // namespace
@@ -86,8 +93,12 @@ struct HealthPublisher::Desk {
       const SourcePlaces places = *std::exchange(wanted, std::nullopt);
       busy = true;
       lock.unlock();
-      publish(&Outlet::sources, to_json(places));
-      publish(&Outlet::health, judge());
+      try {
+        publish(&Outlet::sources, to_json(places));
+        publish(&Outlet::health, judge());
+      } catch (...) {
+        publish(&Outlet::health, failure_json(thrown_text()));
+      }
       lock.lock();
     }
   }
@@ -103,6 +114,12 @@ struct HealthPublisher::Desk {
     });
   }
 
+  void end() {
+    const std::lock_guard lock(mutex);
+    busy = false;
+    change.notify_all();
+  }
+
   Bus& bus;  // until `ending`
   std::weak_ptr<Outlet> outlet;
   std::mutex mutex;
@@ -113,7 +130,9 @@ struct HealthPublisher::Desk {
 
 HealthPublisher::HealthPublisher(Bus& bus, std::function<std::string()> judge)
     : outlet_(std::make_shared<Outlet>(bus)), desk_(std::make_shared<Desk>(bus, outlet_)) {
-  thread_ = std::thread([desk = desk_, judge = std::move(judge)] { desk->run(judge); });
+  // Without memory for a text there is none for a report of it either: the topics keep their last message.
+  thread_ = guarded_thread([desk = desk_, judge = std::move(judge)] { desk->run(judge); },
+                           [desk = desk_](const std::string&) { desk->end(); });
 }
 
 HealthPublisher::~HealthPublisher() {

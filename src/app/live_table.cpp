@@ -125,8 +125,9 @@ std::vector<std::string> render(const TableView& view, const TableStyle& style) 
   std::vector<std::string> lines;
   const std::string pace =
       view.paused ? paint.paint("33", "paused") : fmt::format("{:.2f} x real time", view.real_time_factor);
-  lines.push_back(fmt::format(" {}  {}  {}", paint.bold(view.title),
-                              fmt::format("t = {:.2f} s", to_seconds(view.snapshot.now)), pace));
+  lines.push_back(fmt::format(" {}  {}  {}{}", paint.bold(view.title),
+                              fmt::format("t = {:.2f} s", to_seconds(view.snapshot.now)), pace,
+                              view.snapshot.stopped ? "  " + paint.paint("31", "STOP") : ""));
   lines.emplace_back();
 
   std::size_t name_width = 5;

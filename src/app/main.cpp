@@ -15,6 +15,7 @@
 #include "doppel/bus/ros_arguments.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
+#include "doppel/ros2/environment.h"
 
 namespace {
 
@@ -174,6 +175,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   doppel::app::fill_standard_files();
+  doppel::ros2::forget_statistics();
   const int exit_code = run(argc, argv);
   if (doppel::app::work_left_behind()) {
     std::fflush(nullptr);

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <future>
 
-#include "doppel/core/thrown.h"
+#include "doppel/core/guarded_thread.h"
 
 namespace doppel::app {
 namespace {
@@ -56,7 +56,11 @@ Reloader::Reloader(Reloadable what, const Log& log) : what_(std::move(what)), lo
     return;
   }
   watcher_.watch(what_.files());
-  thread_ = std::thread([this] { run(); });
+  thread_ =
+      guarded_thread([this] { run(); },
+                     [this](const std::string& thrown) {
+                       log_.error(kOrigin, fmt::format("edits are not picked up any longer: {}", thrown));
+                     });
 }
 
 Reloader::~Reloader() {

@@ -31,7 +31,8 @@ std::string_view to_string(RunEnd end) {
 }  // namespace
 
 Snapshot take_snapshot(Twin& twin) {
-  return {twin.now(), twin.joints(), twin.controller_manager().controllers()};
+  const ControllerManager& manager = twin.controller_manager();
+  return {twin.now(), twin.joints(), manager.controllers(), manager.is_stopped()};
 }
 
 std::string to_json(const Summary& summary) {

@@ -15,6 +15,7 @@ struct Snapshot {
   Time now{};
   std::vector<JointSnapshot> joints;
   std::vector<ControllerView> controllers;
+  bool stopped = false;  // the emergency stop is on
 };
 
 // The loop's thread, between steps.

@@ -25,6 +25,7 @@
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
 #include "doppel/bus/rosout.h"
+#include "doppel/core/guarded_thread.h"
 #include "doppel/twin/runner.h"
 #include "doppel/twin/twin.h"
 
@@ -81,7 +82,13 @@ double parse_speed(const std::string& text) {
 class TableThread {
  public:
   TableThread(Twin& twin, const Runner& runner, TerminalLog& log, std::string title)
-      : twin_(twin), runner_(runner), log_(log), title_(std::move(title)), thread_([this] { run(); }) {}
+      : twin_(twin), runner_(runner), log_(log), title_(std::move(title)) {
+    thread_ = guarded_thread(
+        [this] { run(); },
+        [this](const std::string& what) {
+          log_.add({Severity::error, "terminal", fmt::format("the table is not drawn any longer: {}", what)});
+        });
+  }
 
   ~TableThread() {
     {
@@ -267,7 +274,8 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
                  "Start only these controllers; the others are loaded, inactive")
       ->delimiter(',');
   up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are passive");
-  up->add_option("--plugin", options->plugins, "A shared library with controllers of your own")->take_all();
+  up->add_option("--plugin", options->plugins, "A shared library with controllers or hardware of your own")
+      ->take_all();
   up->add_option("--world", options->world, "A world file (YAML): gravity, step, ground, objects");
   up->add_option(
         "--base", options->base,
@@ -293,7 +301,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
       "  doppel up omarm_one\n"
       "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
       "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
-      "  doppel up omarm_one --ros-args -r __ns:=/left -r joint_states:=js -p robot_state_publisher:"
+      "  doppel up omarm_one --ros-args -r __ns:=/left -r /clock:=clock -p robot_state_publisher:"
       "frame_prefix:=left/\n"
       "  doppel up omarm_one --host 0.0.0.0      # for a tablet beside the robot: open the printed address\n"
       "  doppel up omarm_zero --headless --duration 10 --speed max --json");

@@ -14,7 +14,7 @@ await build({
   entryPoints: tests.map((name) => join(here, name)),
   outdir: out,
   bundle: true,
-  packages: 'external',
+  external: ['ws'],
   platform: 'node',
   format: 'esm',
   outExtension: { '.js': '.mjs' },

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cctype>
 
 #include "app/verbs/controllers.h"
 #include "app/verbs/verbs.h"
@@ -15,8 +16,7 @@ constexpr std::string_view kListControllers = "/list_controllers";
 
 }  // namespace
 
-std::string find_manager(Client& twin, const std::string& asked) {
-  if (!asked.empty()) return absolute(asked);
+std::vector<std::string> find_managers(Client& twin) {
   std::vector<std::string> managers;
   for (const auto& [name, service] : twin.services()) {
     const bool only_wanted = service.providers.empty() && !service.clients.empty();
@@ -24,6 +24,12 @@ std::string find_manager(Client& twin, const std::string& asked) {
         !only_wanted)
       managers.push_back(name.substr(0, name.size() - kListControllers.size()));
   }
+  return managers;
+}
+
+std::string find_manager(Client& twin, const std::string& asked) {
+  if (!asked.empty()) return absolute(asked);
+  const std::vector<std::string> managers = find_managers(twin);
   if (managers.size() > 1)
     wrong_use(fmt::format("there are {} controller managers: {}", managers.size(), fmt::join(managers, ", ")),
               fmt::format("say which is meant: --controller-manager {}", managers.front()));
@@ -101,13 +107,34 @@ int hardware_interfaces(Shell& shell, const ControlOptions& options) {
   return 0;
 }
 
+// Why a component is not active, as its own node says; "" where nothing has failed.
+std::string fault_of(const std::vector<NamedParameter>& parameters, const ControlOptions& options,
+                     std::string component) {
+  for (char& c : component) {
+    const auto byte = static_cast<unsigned char>(c);
+    c = std::isalnum(byte) != 0 ? static_cast<char>(std::tolower(byte)) : '_';
+  }
+  const std::string node = options.manager.substr(0, options.manager.rfind('/') + 1) + component;
+  for (const NamedParameter& parameter : parameters) {
+    const auto* fault = std::get_if<std::string>(&parameter.value);
+    if (parameter.node == node && parameter.name == "fault" && fault != nullptr) return *fault;
+  }
+  return "";
+}
+
 int hardware_components(Shell& shell, const ControlOptions& options) {
   const auto all =
       call<srv::ListHardwareComponents>(shell.twin(), service(options, "list_hardware_components"));
+  const bool failed = std::ranges::any_of(all.component, [](const auto& c) {
+    return c.state.id != lifecycle_msgs::msg::State::PRIMARY_STATE_ACTIVE;
+  });
+  const auto parameters = failed ? shell.twin().parameters() : std::vector<NamedParameter>{};
   int number = 0;
   for (const auto& c : all.component) {
     say("Hardware Component {}\n\tname: {}\n\ttype: {}\n\tplugin name: {}\n\tstate: id={} label={}\n",
         ++number, c.name, c.type, c.plugin_name, c.state.id, c.state.label);
+    if (const std::string fault = fault_of(parameters, options, c.name); !fault.empty())
+      say("\tfault: {}\n", fault);
     say("\tread/write rate: {} Hz\n\tis_async: {}\n\tcommand interfaces\n", c.rw_rate, c.is_async);
     for (const auto& interface : c.command_interfaces)
       say("\t\t{} {}\n", interface.name, availability(interface));

@@ -9,6 +9,8 @@
 
 namespace doppel::app {
 
+// Every controller manager that there is.
+std::vector<std::string> find_managers(Client& twin);
 // The controller manager that is meant: `asked`, or the only one that there is, in whatever namespace. Throws
 // InputError where nobody said which of several.
 std::string find_manager(Client& twin, const std::string& asked);

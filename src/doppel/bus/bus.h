@@ -244,6 +244,7 @@ class Bus {
 
  private:
   friend class Node;
+  friend class BusStage;
   NameRules names_;
   const bool sim_time_;
   std::map<std::string, std::uint32_t> logger_levels_;

@@ -124,6 +124,7 @@ struct Bus::Impl {
   // The part of the node that has the parameter; without one, any part; nullptr: no such node.
   Node* find_node(std::string_view name, std::string_view parameter) const;
   void graph_changed() { bus.graph_version_.fetch_add(1, std::memory_order_acq_rel); }
+  static void update_wanted(Topic& topic);
 
  private:
   Topic& make_topic(const std::string& name, const TypeSupport& support);
@@ -132,7 +133,6 @@ struct Bus::Impl {
   static bool is_listed(const Topic& topic) {
     return !topic.publishers.empty() || !topic.subscribers.empty();
   }
-  static void update_wanted(Topic& topic);
 };
 
 std::unique_ptr<Edge> make_edge(Bus& bus, Bus::Impl& impl, std::string name, const EdgeOptions& options);

@@ -121,11 +121,12 @@ std::string expand_name(std::string_view name, std::string_view node) {
   return fmt::format("{}{}{}", space, space == "/" ? "" : "/", name);
 }
 
-void NameRules::add(std::string_view text) {
+void NameRules::add(std::string_view text, Owner owner) {
   const std::size_t arrow = text.find(":=");
   if (arrow == std::string_view::npos || arrow == 0)
     refuse_rule(text, "is not of the form FROM:=TO", "write for instance -r joint_states:=arm/joint_states");
-  Rule rule{std::string(text), "", Target::topic_and_service, "", std::string(text.substr(arrow + 2))};
+  Rule rule{std::string(text), "", Target::topic_and_service, "", std::string(text.substr(arrow + 2)),
+            std::move(owner)};
   std::string_view match = text.substr(0, arrow);
   rule.node = take_node(match);
   if (match == "__node" || match == "__name") {
@@ -151,6 +152,14 @@ void NameRules::add(std::string_view text) {
   }
   if (!rule.node.empty()) require(check_node_name(rule.node), text, "write NODE:FROM:=TO");
   rules_.push_back(std::move(rule));
+}
+
+void NameRules::remove(const Owner& owner) {
+  std::erase_if(rules_, [&owner](const Rule& rule) { return rule.owner == owner; });
+}
+
+void NameRules::remove_all_of(const void* whose) {
+  std::erase_if(rules_, [whose](const Rule& rule) { return rule.owner.whose == whose; });
 }
 
 std::string NameRules::node(std::string_view full_name) {

@@ -39,7 +39,16 @@ class NameRules {
 
   // "from:=to", "node:from:=to", "__ns:=/left", "node:__node:=name" and so on. Throws InputError. A rule that
   // would give many nodes one name is refused.
-  void add(std::string_view rule);
+  void add(std::string_view rule) { add(rule, {}); }
+  // Rules of a part of the process, after those before it, until it takes them back.
+  struct Owner {
+    const void* whose = nullptr;
+    std::string part;
+    bool operator==(const Owner&) const = default;
+  };
+  void add(std::string_view rule, Owner owner);
+  void remove(const Owner& owner);
+  void remove_all_of(const void* whose);
   [[nodiscard]] bool empty() const { return rules_.empty(); }
 
   // The whole name of a node that calls itself `full_name`.
@@ -56,6 +65,7 @@ class NameRules {
     std::string text, node;  // node: whose alone it is; empty: everybody's
     Target target = Target::topic_and_service;
     std::string from, to;
+    Owner owner;
     bool used = false;
   };
   static bool fits(const Rule& rule, NameKind kind);

@@ -3,7 +3,6 @@
 #include <mutex>
 
 #include "doppel/bus/standard_node.h"
-#include "doppel/messages/rcl_interfaces.h"
 
 namespace doppel {
 namespace {
@@ -22,7 +21,21 @@ std::uint8_t level_of(Severity severity) {
   return Line::INFO;
 }
 
+// "leave" of "void doppel::Bridge::Impl::leave(const std::string&)".
+std::string bare_name(std::string_view function) {
+  if (function.find("<lambda") != std::string_view::npos) return "operator()";
+  function = function.substr(0, function.find('('));
+  const std::size_t before = function.find_last_of(": ");
+  return std::string(before == std::string_view::npos ? function : function.substr(before + 1));
+}
+
 }  // namespace
+
+void fill_place(rcl_interfaces::msg::Log& line, const std::source_location& where) {
+  line.file = where.file_name();
+  line.function = bare_name(where.function_name());
+  line.line = where.line();
+}
 
 // What the sinks hold: the log may outlive the bus.
 struct Rosout::Door {
@@ -48,6 +61,7 @@ struct Rosout::Impl {
     const auto least = bus.logger_levels().find(line.name);
     if (least != bus.logger_levels().end() && line.level < least->second) return;
     line.msg = said.text;
+    fill_place(line, said.where);
     topic.publish(line, bus.now());
   }
 

@@ -2,11 +2,17 @@
 // The program's log on /rosout, as the lines of the nodes that they are about.
 
 #include <memory>
+#include <source_location>
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
+#include "doppel/messages/rcl_interfaces.h"
 
 namespace doppel {
+
+// Where a line was said in the sources, as rclcpp's macros fill it in: the file, the function's bare name,
+// the line.
+void fill_place(rcl_interfaces::msg::Log& line, const std::source_location& where);
 
 // The loop's thread. Its node is /doppel, in whose name also stands what is about no node.
 class Rosout {

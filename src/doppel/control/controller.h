@@ -92,13 +92,19 @@ class Controller {
   // How often housekeeping runs, Hz of simulated time.
   [[nodiscard]] virtual double housekeeping_rate() const { return 20.0; }
 
-  // Joints whose present target the controller knows, for the live table: appends (joint, target). No
-  // allocation beyond the vector's growth.
-  virtual void targets(std::vector<std::pair<std::string_view, double>>& /*out*/) const {}
+  // A chainable controller takes commands from other controllers: its reference interfaces, "joint/position",
+  // which they command as "<controller>/joint/position". Valid once configured; empty: it is not chainable.
+  [[nodiscard]] virtual std::vector<std::string> reference_interfaces() const { return {}; }
+  // Between ticks, while active: from now on another controller commands the references, earlier in the same
+  // tick, and what else it could be commanded by is ignored; or nobody does so any more.
+  virtual void set_chained_mode(bool /*chained*/) {}
 
   // Filled by the controller manager before on_activate, emptied after on_deactivate.
   std::vector<CommandHandle> command_handles;
   std::vector<StateHandle> state_handles;
+  // In the order of reference_interfaces(), from on_configure to on_cleanup. In chained mode NaN is no
+  // command yet; else the controller writes there what it follows, so that everybody can see it.
+  std::vector<CommandHandle> reference_handles;
 };
 
 // Controller types by their ROS names; each library registers its own.

@@ -67,7 +67,7 @@ ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const Contro
 
 ControllerManager::Impl::~Impl() {
   shut_down_hardware();
-  if (!rules.empty()) bus.names() = rules_before;
+  bus.names().remove_all_of(this);
 }
 
 LoadedController* ControllerManager::Impl::find(std::string_view name) const {
@@ -209,18 +209,11 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   return c;
 }
 
-void ControllerManager::Impl::use_rules(const std::string& controller, std::vector<std::string> its_rules) {
-  if (its_rules.empty() && !rules.contains(controller)) return;
-  if (rules.empty()) rules_before = bus.names();
-  if (its_rules.empty()) {
-    rules.erase(controller);
-  } else {
-    rules[controller] = std::move(its_rules);
-  }
-  bus.names() = rules_before;
-  for (const auto& [name, all] : rules) {
-    for (const std::string& rule : all) bus.names().add(rule);
-  }
+void ControllerManager::Impl::use_rules(const std::string& controller,
+                                        const std::vector<std::string>& rules) {
+  const NameRules::Owner owner{this, controller};
+  bus.names().remove(owner);
+  for (const std::string& rule : rules) bus.names().add(rule, owner);
 }
 
 void ControllerManager::Impl::configure(LoadedController& c) {
@@ -233,6 +226,7 @@ void ControllerManager::Impl::configure(LoadedController& c) {
       throw InputError("control.configure", {},
                        fmt::format("'{}' cannot be cleaned up: {}", c.name, cleaned.why()));
     }
+    withdraw_references(c);
     change_state(c, ControllerState::unconfigured);
   }
   Status configured;
@@ -254,6 +248,7 @@ void ControllerManager::Impl::configure(LoadedController& c) {
   };
   c.commands = expanded(c.controller->command_interfaces(), resources.command_names());
   c.states = expanded(c.controller->state_interfaces(), resources.state_names());
+  offer_references(c);
   c.housekeeping_period = from_seconds(1.0 / std::max(c.controller->housekeeping_rate(), 1e-3));
   change_state(c, ControllerState::inactive);
   publish_activity();
@@ -275,6 +270,7 @@ Status ControllerManager::Impl::cleanup(const std::string& name) {
   if (c->state == ControllerState::active) return Status::refused(fmt::format("'{}' is active", name));
   if (c->state == ControllerState::unconfigured) return {};
   if (Status status = attempt([&] { return c->controller->on_cleanup(); }); !status) return status;
+  withdraw_references(*c);
   change_state(*c, ControllerState::unconfigured);
   c->commands.clear();
   c->states.clear();
@@ -301,7 +297,12 @@ void ControllerManager::Impl::tick(Time the_time) {
   for (LoadedController* c : active) {
     if (--c->ticks_to_update > 0) continue;
     c->ticks_to_update = c->ticks_per_update;
-    c->controller->update(now, c->period);
+    try {
+      c->controller->update(now, c->period);
+    } catch (...) {
+      note_thrown(c->thrown);
+      controller_failed = true;
+    }
   }
   limiter.apply(now, period);
   resources.write(now);
@@ -315,6 +316,7 @@ void ControllerManager::Impl::housekeeping(Time the_time) {
     c->next_housekeeping = std::max(c->next_housekeeping + c->housekeeping_period, now);
   }
   limiter.tell(now, log);
+  publish_diagnostics();
 }
 
 void ControllerManager::Impl::publish_state(Time the_time) {
@@ -398,7 +400,8 @@ std::vector<ControllerView> ControllerManager::controllers() const {
   for (const auto& c : impl_->loaded) {
     const bool holds = c->state == ControllerState::active;
     out.push_back({c->name, c->type, c->state, c->context.update_rate,
-                   holds ? c->commands : std::vector<std::string>{}, c->commands, c->states});
+                   holds ? c->commands : std::vector<std::string>{}, c->commands, c->states,
+                   c->controller->reference_interfaces(), c->chained});
   }
   return out;
 }
@@ -412,7 +415,7 @@ std::vector<HardwareView> ControllerManager::hardware() const {
 
 std::vector<InterfaceView> ControllerManager::command_interfaces() const {
   std::vector<InterfaceView> out;
-  for (std::size_t i = 0; i < impl_->resources.command_count(); ++i) {
+  for (const std::size_t i : impl_->resources.commands()) {
     out.push_back({impl_->resources.command_name(i), impl_->resources.command_available(i),
                    impl_->resources.claimed_by(i)});
   }
@@ -438,8 +441,34 @@ double ControllerManager::state(std::string_view full_name) const {
   return state ? impl_->resources.state(*state) : std::numeric_limits<double>::quiet_NaN();
 }
 
-void ControllerManager::targets(std::vector<std::pair<std::string_view, double>>& out) const {
-  for (const LoadedController* c : impl_->active) c->controller->targets(out);
+double ControllerManager::reference(std::string_view interface) const {
+  for (const LoadedController* c : impl_->active) {
+    for (std::size_t i = 0; i < c->references.size(); ++i) {
+      if (std::string_view(c->references[i]).substr(c->name.size() + 1) == interface)
+        return c->controller->reference_handles[i].get();
+    }
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+void ControllerManager::stall_hardware() noexcept {
+  for (const auto& component : impl_->resources.components()) component->hardware->on_stall();
+}
+
+LoopWish ControllerManager::loop_wish() const {
+  LoopWish wish;
+  if (const ParameterOverride* priority = impl_->own.find("thread_priority")) {
+    if (const auto* value = std::get_if<std::int64_t>(&priority->value))
+      wish.thread_priority = static_cast<int>(*value);
+  }
+  if (const ParameterOverride* lock = impl_->own.find("lock_memory")) {
+    if (const auto* value = std::get_if<bool>(&lock->value)) wish.lock_memory = *value;
+  }
+  return wish;
+}
+
+void ControllerManager::report_loop(const LoopStatistics& statistics) {
+  impl_->loop = statistics;
 }
 
 }  // namespace doppel

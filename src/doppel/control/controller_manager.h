@@ -25,8 +25,23 @@ struct ControllerManagerOptions {
   double update_rate = 100;  // Hz, used where the YAML says nothing
   // The period that the loop can keep for an update rate in Hz that was written at a place; what it has to
   // round it warns of. Empty: exactly that of the rate.
-  std::function<Duration(double rate, const SourceLocation& where, Diagnostics& diagnostics)> choose_period;
+  std::function<Duration(double rate, const SourceLocation& where, Diagnostics& diagnostics)> choose_period =
+      {};
   bool enforce_limits = true;
+};
+
+// What the YAML says of a loop with a thread of its own, by ros2_control's names.
+struct LoopWish {
+  int thread_priority = 50;  // SCHED_FIFO
+  bool lock_memory = true;
+};
+
+// Of a loop with a thread of its own (control_loop.h), since it began.
+struct LoopStatistics {
+  std::uint64_t ticks = 0, overruns = 0;  // overruns: ticks that ended after the next one was due
+  double rate = 0;                        // Hz, mean of the last second
+  double rate_deviation = 0;              // Hz, standard deviation of the same
+  double execution = 0, longest = 0;      // s, of a tick: mean of the last second; longest of all
 };
 
 struct ControllerView {
@@ -35,6 +50,8 @@ struct ControllerView {
   double update_rate = 0;
   std::vector<std::string> claimed;  // command interfaces it holds now
   std::vector<std::string> required_commands, required_states;
+  std::vector<std::string> references;  // that it offers to others, "joint/position"; empty: not chainable
+  bool chained = false;                 // another controller commands them
 };
 
 struct HardwareView {
@@ -84,6 +101,7 @@ class ControllerManager {
 
   // In the loop, once every period(). No allocation, no lock, no throw.
   [[nodiscard]] Duration period() const;
+  [[nodiscard]] LoopWish loop_wish() const;
   void tick(Time now);
   // Between ticks, after each: deals with what has failed in it. Costs one load where nothing has.
   void settle(Time now);
@@ -116,8 +134,13 @@ class ControllerManager {
   // The last command on "joint/position" and the like; NaN: none.
   [[nodiscard]] double command(std::string_view full_name) const;
   [[nodiscard]] double state(std::string_view full_name) const;
-  // (joint, target) of everything that active controllers drive.
-  void targets(std::vector<std::pair<std::string_view, double>>& out) const;
+  // What an active chainable controller follows for "joint/position"; NaN: none does.
+  [[nodiscard]] double reference(std::string_view interface) const;
+
+  // Any thread: on_stall() of every component.
+  void stall_hardware() noexcept;
+  // How a loop of its own keeps its time, for /diagnostics; between ticks.
+  void report_loop(const LoopStatistics& statistics);
 
  private:
   struct Impl;

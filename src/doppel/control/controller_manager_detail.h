@@ -14,6 +14,7 @@
 #include "doppel/control/resource_table.h"
 #include "doppel/core/thrown.h"
 #include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/lifecycle_msgs.h"
 #include "doppel/messages/std_msgs.h"
 
@@ -48,6 +49,9 @@ struct LoadedController {
   Time next_housekeeping{};
   std::vector<std::string> commands, states;  // full names it requires; valid once configured
   std::vector<std::string> fallback;          // controllers that run where its hardware has failed
+  std::vector<std::string> references;        // full names that it offers to other controllers
+  bool chained = false;                       // an active one commands them
+  ThrownInLoop thrown{};  // by its update(), until somebody between the ticks deals with it
 };
 
 struct ControllerManager::Impl {
@@ -70,8 +74,8 @@ struct ControllerManager::Impl {
   void load(const std::string& name, const std::string& type);
   std::unique_ptr<LoadedController> make(const std::string& name, const std::string& type,
                                          const NodeArguments& arguments);
-  // What the bus is told to rename: what it was before, and the rules of each controller.
-  void use_rules(const std::string& controller, std::vector<std::string> rules);
+  // Of the bus, in place of those that the controller had.
+  void use_rules(const std::string& controller, const std::vector<std::string>& rules);
   void declare_written_type(LoadedController& loaded);
   [[nodiscard]] std::string type_of(const std::string& name);
   void choose_rate(LoadedController& loaded);
@@ -93,8 +97,8 @@ struct ControllerManager::Impl {
   [[nodiscard]] Plan plan(std::span<const std::string> activate, std::span<const std::string> deactivate,
                           Strictness strictness) const;
   void plan_claims(Plan& plan) const;
-  // Why the interfaces it requires cannot be had at all; empty: they can.
-  [[nodiscard]] std::string missing_interface(const LoadedController& loaded,
+  // Why the interfaces it requires cannot be had at all, once the plan is carried out; empty: they can.
+  [[nodiscard]] std::string missing_interface(const LoadedController& loaded, const Plan& plan,
                                               std::string* full_name = nullptr) const;
   // nothing_to_do: of a switch that is not refused, whether everything is already as it was asked for, or was
   // left out.
@@ -106,9 +110,31 @@ struct ControllerManager::Impl {
   std::vector<std::string> stop_and_write(const std::vector<LoadedController*>& controllers);
   Status activate(LoadedController& loaded, std::span<const std::string> handed_over);
   void release(LoadedController& loaded);
-  void roll_back(const std::vector<LoadedController*>& stopped);
+  void roll_back(const std::vector<LoadedController*>& ran_before);
   void note_active();
   void restart(Time now);
+
+  // -- manager_chain.cpp
+  void offer_references(LoadedController& loaded);
+  void withdraw_references(LoadedController& loaded);
+  // Whether `leader` commands a reference interface of `follower`.
+  [[nodiscard]] static bool commands_reference(const LoadedController& leader,
+                                               const LoadedController& follower);
+  enum class ChainOrder { leaders_first, followers_first };
+  // The same controllers, in their order but for chains.
+  [[nodiscard]] static std::vector<LoadedController*> ordered(const std::vector<LoadedController*>& all,
+                                                              ChainOrder order);
+  // Who commands, over whatever chain, a reference of one of them, and they themselves.
+  [[nodiscard]] std::vector<LoadedController*> with_leaders(std::vector<LoadedController*> followers) const;
+  // Why `follower` cannot stop; empty: it can.
+  [[nodiscard]] std::string running_leader(const LoadedController& follower, const Plan& plan) const;
+  void set_chained_modes();
+  [[nodiscard]] std::vector<controller_manager_msgs::msg::ChainConnection> chain_connections(
+      const LoadedController& leader) const;
+
+  // -- manager_diagnostics.cpp
+  void serve_diagnostics();
+  void publish_diagnostics();
 
   // -- manager_start.cpp
   void start(std::span<const std::string> names);
@@ -147,6 +173,7 @@ struct ControllerManager::Impl {
   void note_fault(ResourceTable::Component& component, const std::string& why);
   void settle(Time now);
   void settle(ResourceTable::Component& component, const HardwareFault& fault);
+  void settle_controllers();
   void deactivate_all(const std::vector<LoadedController*>& controllers);
   void start_fallbacks(const std::vector<LoadedController*>& failed);
   void shut_down_hardware();
@@ -165,9 +192,7 @@ struct ControllerManager::Impl {
   ControllerManagerOptions options;
   const Log& log;
   Node node;
-  ParameterOverrides own;                                 // overrides of the manager's node
-  NameRules rules_before;                                 // of the bus, before `rules`
-  std::map<std::string, std::vector<std::string>> rules;  // by controller
+  ParameterOverrides own;  // overrides of the manager's node
   Duration period{};
   Time now{};
   ResourceTable resources;
@@ -176,11 +201,15 @@ struct ControllerManager::Impl {
   std::vector<std::unique_ptr<LoadedController>>
       loaded;  // in order of loading, which is the order of updates
   std::vector<LoadedController*> active;
+  bool controller_failed = false;                            // some update() has thrown
   std::vector<std::pair<std::string, Diagnostic>> left_out;  // by the start under way, and why
   bool stopped = false;                                      // the emergency stop is latched
   std::vector<std::string> stopped_controllers;              // by it; a reset activates them again
   Publisher<controller_manager_msgs::msg::ControllerManagerActivity> activity;
   Publisher<std_msgs::msg::Bool> stop_topic;
+  Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_topic;
+  Time next_diagnostics{};
+  std::optional<LoopStatistics> loop;  // of a loop with a thread of its own
 };
 
 }  // namespace doppel

@@ -22,6 +22,12 @@ std::string unfit_for_commands(const ModelJoint& joint) {
   }
 }
 
+// "CONTROLLER/JOINT": a chainable controller's reference, which the switch looks for when both are there.
+bool is_reference(const Model& model, const std::string& name) {
+  const std::size_t slash = name.find('/');
+  return slash != std::string::npos && slash > 0 && model.find_joint(name.substr(slash + 1)) >= 0;
+}
+
 }  // namespace
 
 SourceLocation place_of(const ControllerContext& context, std::string_view parameter, std::size_t index) {
@@ -57,6 +63,10 @@ std::vector<std::string> check_joints(const ControllerContext& context, const st
       continue;
     }
     const int index = model.find_joint(name);
+    if (index < 0 && use == JointUse::commanded && is_reference(model, name)) {
+      remaining.push_back(name);
+      continue;
+    }
     if (index < 0) {
       const auto candidates = model.scalar_joint_names();
       refuse(i, "control.unknown_joint",

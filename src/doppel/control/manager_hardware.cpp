@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "doppel/bus/standard_node.h"
+#include "doppel/control/async_hardware.h"
 #include "doppel/control/controller_manager_detail.h"
 #include "doppel/control/joint_list.h"
 #include "doppel/core/names.h"
@@ -36,8 +37,9 @@ ResourceTable::Component& ControllerManager::Impl::initialise_hardware(
     std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
     Diagnostics& diagnostics) {
   const double asked = description.rw_rate.value_or(rate_of(period));
-  const int ticks = whole_steps(asked, period);
-  const double rate = rate_of(period * ticks);
+  if (description.is_async) hardware = std::make_unique<AsyncHardware>(std::move(hardware), asked);
+  const int ticks = description.is_async ? 1 : whole_steps(asked, period);
+  const double rate = description.is_async ? asked : rate_of(period * ticks);
   if (differs(asked, rate)) {
     diagnostics.warning(
         "hardware.rate_rounded", description.source,
@@ -61,7 +63,9 @@ ResourceTable::Component& ControllerManager::Impl::initialise_hardware(
                                  description.plugin, why),
                      "correct its <param>s, or name another plugin");
   }
-  return resources.add(std::move(hardware), description, ticks, period);
+  ResourceTable::Component& component = resources.add(std::move(hardware), description, ticks, period);
+  component.rw_rate = rate;
+  return component;
 }
 
 void ControllerManager::Impl::add_hardware(std::unique_ptr<HardwareComponent> hardware,
@@ -163,19 +167,28 @@ void ControllerManager::Impl::note_fault(ResourceTable::Component& c, const std:
 }
 
 void ControllerManager::Impl::settle(Time the_time) {
-  if (!resources.has_fault()) return;
+  if (!resources.has_fault() && !controller_failed) return;
   now = the_time;
+  settle_controllers();
   for (const auto& [component, fault] : resources.take_faults()) settle(*component, fault);
 }
 
 void ControllerManager::Impl::settle(ResourceTable::Component& c, const HardwareFault& fault) {
-  const std::string reason = fault.thrown[0] != '\0' ? fault.thrown.data() : c.hardware->fault();
+  std::string reason = fault.thrown.data();
+  PassiveJoint joints = PassiveJoint::free;
+  try {
+    if (reason.empty()) reason = c.hardware->fault();
+    joints = c.hardware->when_failed();
+  } catch (...) {
+    reason += thrown_text();
+  }
   const std::string why = fmt::format(
       "{} in {}: {}", fault.answer == HardwareReturn::error ? "error" : "deactivation", fault.during, reason);
   std::vector<LoadedController*> users;
   for (LoadedController* controller : active) {
     if (uses(*controller, c)) users.push_back(controller);
   }
+  users = with_leaders(std::move(users));
   if (fault.answer == HardwareReturn::error) enter_error(c, why);
   deactivate_all(users);
   if (fault.answer == HardwareReturn::deactivate) {
@@ -188,10 +201,25 @@ void ControllerManager::Impl::settle(ResourceTable::Component& c, const Hardware
             fmt::format(
                 "hardware '{}' is {}: {}; its joints are {}; {}. Once the cause is gone, bring it back with "
                 "'ros2 control set_hardware_component_state {} active'",
-                c.name, to_string(c.state), c.why, to_string(c.hardware->when_failed()),
+                c.name, to_string(c.state), c.why, to_string(joints),
                 users.empty() ? "no controller used it" : fmt::format("deactivated: {}", quoted_names(users)),
                 c.name));
   start_fallbacks(users);
+}
+
+// A controller whose update throws is stopped as one that has lost its hardware.
+void ControllerManager::Impl::settle_controllers() {
+  if (!std::exchange(controller_failed, false)) return;
+  std::vector<LoadedController*> failed;
+  for (LoadedController* c : active) {
+    if (c->thrown[0] == '\0') continue;
+    failed.push_back(c);
+    log.error(options.name, fmt::format("'{}' is deactivated: its update threw: {}", c->name,
+                                        std::exchange(c->thrown, {}).data()));
+  }
+  failed = with_leaders(std::move(failed));
+  deactivate_all(failed);
+  start_fallbacks(failed);
 }
 
 void ControllerManager::Impl::deactivate_all(const std::vector<LoadedController*>& controllers) {
@@ -212,8 +240,7 @@ void ControllerManager::Impl::start_fallbacks(const std::vector<LoadedController
         log.error(options.name, fmt::format("the fallback controller '{}' of '{}' cannot be activated: {}",
                                             name, c->name, status.why()));
       } else {
-        log.warning(options.name,
-                    fmt::format("'{}' runs in place of '{}', which has lost its hardware", name, c->name));
+        log.warning(options.name, fmt::format("'{}' runs in place of '{}'", name, c->name));
       }
     }
   }

@@ -18,7 +18,8 @@ void ControllerManager::Impl::serve_hardware() {
       state.name = component->name;
       state.type = state.class_type = component->type;
       state.plugin_name = component->plugin;
-      state.rw_rate = whole_hertz(1.0 / to_seconds(component->period));
+      state.rw_rate = whole_hertz(component->rw_rate);
+      state.is_async = component->is_async;
       state.state = lifecycle(component->state);
       const bool available = is_listed_available(component->state);
       for (std::size_t i = 0; i < component->command_names.size(); ++i) {

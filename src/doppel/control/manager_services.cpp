@@ -21,6 +21,7 @@ void ControllerManager::Impl::serve() {
   serve_life_cycle();
   serve_hardware();
   serve_stop();
+  serve_diagnostics();
   publish_activity();
 }
 
@@ -35,6 +36,10 @@ void ControllerManager::Impl::serve_lists() {
       state.update_rate = whole_hertz(c->context.update_rate);
       if (c->state == ControllerState::active) state.claimed_interfaces = c->commands;
       state.required_command_interfaces = c->commands;
+      state.reference_interfaces = c->controller->reference_interfaces();
+      state.is_chainable = !state.reference_interfaces.empty();
+      state.is_chained = c->chained;
+      state.chain_connections = chain_connections(*c);
       state.required_state_interfaces = c->states;
       response.controller.push_back(std::move(state));
     }
@@ -50,7 +55,7 @@ void ControllerManager::Impl::serve_lists() {
   });
   node.serve<srv::ListHardwareInterfaces>("~/list_hardware_interfaces", [this](const auto&, auto respond) {
     srv::ListHardwareInterfaces::Response response;
-    for (std::size_t i = 0; i < resources.command_count(); ++i) {
+    for (const std::size_t i : resources.commands()) {
       response.command_interfaces.push_back(interface_message(
           resources.command_name(i), is_listed_available(resources.component_of_command(i).state),
           !resources.claimed_by(i).empty()));
@@ -119,9 +124,8 @@ void ControllerManager::Impl::serve_life_cycle() {
     }
     if (!status) log.error(options.name, fmt::format("cannot switch controllers: {}", status.why()));
     const std::string done =
-        nothing_to_do
-            ? "After checking the controllers, no controllers need to be activated or deactivated."
-            : "Successfully switched controllers!";
+        nothing_to_do ? "After checking the controllers, no controllers need to be activated or deactivated."
+                      : "Successfully switched controllers!";
     respond({status.ok(), status.ok() ? done : status.why()});
   });
 }

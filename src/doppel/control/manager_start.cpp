@@ -31,9 +31,11 @@ void ControllerManager::Impl::check_start(const std::vector<LoadedController*>& 
   for (const LoadedController* c : active) {
     for (const std::string& command : c->commands) holders[command] = c;
   }
+  Plan together;
+  together.start = wanted;
   for (const LoadedController* c : wanted) {
     std::string name;
-    if (const std::string why = missing_interface(*c, &name); !why.empty()) {
+    if (const std::string why = missing_interface(*c, together, &name); !why.empty()) {
       errors.push_back({Severity::error, "control.no_interface", why, place_of_interface(*c, name),
                         "offer it in the description's <ros2_control>, or ask for another one"});
       continue;
@@ -133,9 +135,10 @@ std::vector<std::string> ControllerManager::Impl::that_fit(std::vector<LoadedCon
   for (const LoadedController* c : active) {
     for (const std::string& command : c->commands) holders[command] = c->name;
   }
-  for (const LoadedController* c : wanted) {
+  Plan fitting;  // followers come before their leaders
+  for (LoadedController* c : ordered(wanted, ChainOrder::followers_first)) {
     std::string missing;
-    if (const std::string why = missing_interface(*c, &missing); !why.empty()) {
+    if (const std::string why = missing_interface(*c, fitting, &missing); !why.empty()) {
       const std::string name = c->name;
       leave_out(name, {{Severity::warning, "control.no_interface", why, place_of_interface(*c, missing),
                         "offer it in the description's <ros2_control>, or ask for another one"}});
@@ -152,6 +155,7 @@ std::vector<std::string> ControllerManager::Impl::that_fit(std::vector<LoadedCon
       continue;
     }
     for (const std::string& command : c->commands) holders[command] = c->name;
+    fitting.start.push_back(c);
     out.push_back(c->name);
   }
   return out;

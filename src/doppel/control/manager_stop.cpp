@@ -29,14 +29,7 @@ void ControllerManager::Impl::serve_stop() {
 }
 
 void ControllerManager::Impl::stop_component(ResourceTable::Component& c) {
-  if (const Status status = attempt([&] {
-        c.hardware->on_stop();
-        return Status{};
-      });
-      !status) {
-    enter_error(c, fmt::format("error in the emergency stop: {}", status.why()));
-    log.error(options.name, fmt::format("hardware '{}' is {}: {}", c.name, to_string(c.state), c.why));
-  }
+  resources.call(c, "the emergency stop", [](HardwareComponent& hardware) { hardware.on_stop(); });
 }
 
 void ControllerManager::Impl::stop(const std::string& by) {
@@ -53,6 +46,7 @@ void ControllerManager::Impl::stop(const std::string& by) {
   stopped_controllers.clear();
   for (const LoadedController* c : commanding) stopped_controllers.push_back(c->name);
   deactivate_all(commanding);
+  settle(now);
   stop_topic.publish({stopped}, bus.now());
   log.warning(options.name,
               fmt::format("emergency stop by {}: nothing is commanded until {}/reset_emergency_stop "
@@ -67,29 +61,27 @@ Status ControllerManager::Impl::reset_stop() {
   if (!stopped) return {};
   stopped = false;
   resources.set_stopped(false);
-  std::string why;
   for (const auto& component : resources.components()) {
     if (component->state != HardwareState::active) continue;
-    const Status status = attempt([&] {
-      component->hardware->on_stop_reset();
-      return Status{};
-    });
-    if (status) continue;
-    enter_error(*component, fmt::format("error in the reset of the emergency stop: {}", status.why()));
-    why =
-        fmt::format("hardware '{}' is {}: {}", component->name, to_string(component->state), component->why);
-    log.error(options.name, why);
+    resources.call(*component, "the reset of the emergency stop",
+                   [](HardwareComponent& hardware) { hardware.on_stop_reset(); });
   }
+  const bool failed = resources.has_fault();
+  settle(now);
   stop_topic.publish({stopped}, bus.now());
   log.note(options.name, "the emergency stop is reset");
+  std::vector<LoadedController*> again;
   for (const std::string& name : std::exchange(stopped_controllers, {})) {
-    const LoadedController* c = find(name);
-    if (c == nullptr || c->state != ControllerState::inactive) continue;
-    const std::vector<std::string> one{name};
-    if (const Status status = switch_controllers(one, {}, Strictness::strict); !status)
-      log.error(options.name, fmt::format("'{}' cannot be activated again: {}", name, status.why()));
+    LoadedController* c = find(name);
+    if (c != nullptr && c->state == ControllerState::inactive) again.push_back(c);
   }
-  return why.empty() ? Status{} : Status::refused(why);
+  for (const LoadedController* c : ordered(again, ChainOrder::followers_first)) {
+    const std::vector<std::string> one{c->name};
+    if (const Status status = switch_controllers(one, {}, Strictness::strict); !status)
+      log.error(options.name, fmt::format("'{}' cannot be activated again: {}", c->name, status.why()));
+  }
+  return failed ? Status::refused("hardware has failed in the reset; the log and /diagnostics say why")
+                : Status{};
 }
 
 }  // namespace doppel

@@ -29,7 +29,7 @@ std::string joined(const std::vector<std::string>& sentences) {
 
 }  // namespace
 
-std::string ControllerManager::Impl::missing_interface(const LoadedController& c,
+std::string ControllerManager::Impl::missing_interface(const LoadedController& c, const Plan& plan,
                                                        std::string* full_name) const {
   const auto missing = [&](const char* kind, const std::string& name,
                            const std::vector<std::string>& offered) {
@@ -46,6 +46,16 @@ std::string ControllerManager::Impl::missing_interface(const LoadedController& c
   for (const std::string& name : c.commands) {
     const auto command = resources.find_command(name);
     if (!command) return missing("command", name, resources.command_names());
+    if (const std::string* owner = resources.controller_of(*command)) {
+      LoadedController* follower = find(*owner);
+      const bool runs = follower->state == ControllerState::active && !contains(plan.stop, follower);
+      if (runs || contains(plan.start, follower)) continue;
+      if (full_name != nullptr) *full_name = name;
+      return fmt::format(
+          "'{}' commands '{}', a reference interface of '{}', which is not active; activate '{}' "
+          "before it or with it",
+          c.name, name, *owner, *owner);
+    }
     if (!resources.command_available(*command)) {
       return asleep("command", name, resources.component_of_command(*command));
     }
@@ -115,7 +125,7 @@ void ControllerManager::Impl::plan_claims(Plan& plan) const {
     for (const std::string& command : c->commands) holders[command] = c->name;
   }
   for (LoadedController* c : plan.start) {
-    std::string why = missing_interface(*c);
+    std::string why = missing_interface(*c, plan);
     for (const std::string& command : c->commands) {
       const auto holder = holders.find(command);
       if (!why.empty() || holder == holders.end()) continue;
@@ -125,6 +135,13 @@ void ControllerManager::Impl::plan_claims(Plan& plan) const {
     for (const std::string& command : c->commands) holders.emplace(command, c->name);
     if (!why.empty()) plan.conflicts.push_back(std::move(why));
   }
+  for (const LoadedController* c : plan.stop) {
+    const bool starts_again = contains(plan.start, const_cast<LoadedController*>(c));
+    if (std::string why = starts_again ? "" : running_leader(*c, plan); !why.empty())
+      plan.conflicts.push_back(std::move(why));
+  }
+  plan.stop = ordered(plan.stop, ChainOrder::leaders_first);
+  plan.start = ordered(plan.start, ChainOrder::followers_first);
 }
 
 Status ControllerManager::Impl::switch_controllers(std::span<const std::string> activate,
@@ -181,7 +198,7 @@ Status ControllerManager::Impl::carry_out(const Plan& plan, Strictness strictnes
 void ControllerManager::Impl::roll_back(const std::vector<LoadedController*>& ran_before) {
   resources.perform_switch(commands_of(ran_before), {});
   resources.read_all(now);
-  for (LoadedController* c : ran_before) {
+  for (LoadedController* c : ordered(ran_before, ChainOrder::followers_first)) {
     if (const Status status = activate(*c, c->commands); !status) {
       resources.perform_switch({}, c->commands);
       log.error(options.name, fmt::format("'{}' cannot be activated again: {}", c->name, status.why()));
@@ -219,6 +236,8 @@ void ControllerManager::Impl::deactivate(LoadedController& c) {
     log.error(options.name, fmt::format("'{}' did not deactivate in order: {}", c.name, status.why()));
   }
   release(c);
+  resources.set_references(c.name, false);
+  c.chained = false;
   change_state(c, ControllerState::inactive);
 }
 
@@ -264,6 +283,7 @@ Status ControllerManager::Impl::activate(LoadedController& c, std::span<const st
     return status;
   }
   change_state(c, ControllerState::active);
+  resources.set_references(c.name, true);
   c.ticks_to_update = 1;
   c.next_housekeeping = now;
   return {};
@@ -274,6 +294,8 @@ void ControllerManager::Impl::note_active() {
   for (const auto& c : loaded) {
     if (c->state == ControllerState::active) active.push_back(c.get());
   }
+  active = ordered(active, ChainOrder::leaders_first);
+  set_chained_modes();
 }
 
 void ControllerManager::Impl::restart(Time the_time) {
@@ -286,7 +308,7 @@ void ControllerManager::Impl::restart(Time the_time) {
     if (stopped && component->state == HardwareState::active) stop_component(*component);
   }
   resources.read_all(now);
-  for (LoadedController* c : again) {
+  for (LoadedController* c : ordered(again, ChainOrder::followers_first)) {
     if (const Status status = activate(*c, {}); !status) {
       resources.perform_switch({}, c->commands);
       log.error(options.name, fmt::format("'{}' cannot be activated again: {}", c->name, status.why()));

@@ -53,6 +53,7 @@ ResourceTable::Component& ResourceTable::add(std::unique_ptr<HardwareComponent> 
   component->name = description.name;
   component->type = description.type.empty() ? "system" : description.type;
   component->plugin = description.plugin;
+  component->is_async = description.is_async;
   component->ticks_per_rw = ticks_per_rw;
   component->period = tick * ticks_per_rw;
   component->state_descriptions = hardware->state_interfaces();
@@ -96,10 +97,59 @@ std::optional<std::size_t> ResourceTable::find_state(std::string_view full_name)
   return lookup(state_index_, full_name);
 }
 
+std::vector<std::size_t> ResourceTable::commands() const {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < commands_.size(); ++i) {
+    if (command_index_.contains(command_name(i))) out.push_back(i);
+  }
+  return out;
+}
+
 std::vector<std::string> ResourceTable::command_names() const {
   std::vector<std::string> names;
-  for (const Place& place : commands_) names.push_back(place.component->command_names[place.index]);
+  for (const std::size_t i : commands()) names.push_back(command_name(i));
   return names;
+}
+
+std::size_t ResourceTable::offer_reference(const std::string& controller, InterfaceDescription description,
+                                           bool& added) {
+  const std::string full_name = description.full_name();
+  if (command_index_.contains(full_name)) {
+    throw InputError("control.reference_twice", {},
+                     fmt::format("the reference interface '{}' is offered already", full_name));
+  }
+  const auto before = std::find_if(commands_.begin(), commands_.end(), [&](const Place& place) {
+    return place.component->hardware == nullptr && place.component->command_names.front() == full_name;
+  });
+  added = before == commands_.end();
+  const auto index = static_cast<std::size_t>(before - commands_.begin());
+  command_index_.emplace(full_name, index);
+  if (!added) return index;
+  auto component = std::make_unique<Component>();
+  component->name = controller;
+  component->asked = component->applied = {description.initial};
+  component->claimed_by.emplace_back();
+  component->command_names = {full_name};
+  component->command_descriptions = {std::move(description)};
+  commands_.push_back({component.get(), 0});
+  references_.push_back(std::move(component));
+  return index;
+}
+
+void ResourceTable::withdraw_reference(const std::string& full_name) {
+  command_index_.erase(full_name);
+}
+
+void ResourceTable::set_references(const std::string& controller, bool available) {
+  for (const auto& reference : references_) {
+    if (reference->name == controller)
+      reference->state = available ? HardwareState::active : HardwareState::inactive;
+  }
+}
+
+const std::string* ResourceTable::controller_of(std::size_t command) const {
+  const Component& component = *commands_[command].component;
+  return component.hardware == nullptr ? &component.name : nullptr;
 }
 
 std::vector<std::string> ResourceTable::state_names() const {
@@ -151,17 +201,26 @@ std::string& ResourceTable::claimed_by(std::size_t command) {
   return commands_[command].component->claimed_by[commands_[command].index];
 }
 
+void note_thrown(ThrownInLoop& text) noexcept {
+  try {
+    throw;
+  } catch (const std::exception& problem) {
+    std::strncpy(text.data(), problem.what(), text.size() - 1);
+  } catch (...) {
+    std::strncpy(text.data(), "it threw what is no std::exception", text.size() - 1);
+  }
+  if (text[0] == '\0') std::strncpy(text.data(), "it gives no reason", text.size() - 1);
+}
+
 // Runs `call`, which answers a HardwareReturn; all but ok, and what is thrown, becomes the component's fault.
 template <class Call>
 void ResourceTable::guarded(Component& c, const char* during, const Call& call) noexcept {
   HardwareReturn answer = HardwareReturn::error;
-  std::array<char, 200> thrown{};
+  ThrownInLoop thrown{};
   try {
     answer = call();
-  } catch (const std::exception& problem) {
-    std::strncpy(thrown.data(), problem.what(), thrown.size() - 1);
   } catch (...) {
-    std::strncpy(thrown.data(), "it threw what is no std::exception", thrown.size() - 1);
+    note_thrown(thrown);
   }
   if (answer == HardwareReturn::ok) return;
   c.fault = {during, answer, thrown};
@@ -194,6 +253,14 @@ void ResourceTable::write(Time now) {
 
 void ResourceTable::read_all(Time now) {
   for (const auto& c : components_) read(*c, now);
+}
+
+void ResourceTable::call(Component& c, const char* during,
+                         const std::function<void(HardwareComponent&)>& call) {
+  guarded(c, during, [&] {
+    call(*c.hardware);
+    return HardwareReturn::ok;
+  });
 }
 
 std::vector<std::pair<ResourceTable::Component*, HardwareFault>> ResourceTable::take_faults() {
@@ -239,10 +306,8 @@ Status ResourceTable::prepare_switch(std::span<const std::string> start, std::sp
 
 void ResourceTable::perform_switch(std::span<const std::string> start, std::span<const std::string> stop) {
   static_cast<void>(for_each_concerned(start, stop, [this](Component& c, auto begin, auto end) {
-    guarded(c, "the switch of controllers", [&] {
-      c.hardware->perform_switch(begin, end);
-      return HardwareReturn::ok;
-    });
+    call(c, "the switch of controllers",
+         [&](HardwareComponent& hardware) { hardware.perform_switch(begin, end); });
     return Status{};
   }));
 }

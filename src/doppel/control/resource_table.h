@@ -17,11 +17,16 @@
 
 namespace doppel {
 
+// What was thrown in the loop, as text that is cut off where it is too long; empty: nothing was.
+using ThrownInLoop = std::array<char, 200>;
+// Of the exception that is being handled. Without allocation.
+void note_thrown(ThrownInLoop& text) noexcept;
+
 // A read, write or switch of a component that was not ok, until somebody between the ticks deals with it.
 struct HardwareFault {
   const char* during = nullptr;  // "read"; null: none
   HardwareReturn answer = HardwareReturn::ok;
-  std::array<char, 200> thrown{};  // what was thrown, cut off; empty: nothing was
+  ThrownInLoop thrown{};
   [[nodiscard]] bool any() const { return during != nullptr; }
 };
 
@@ -29,6 +34,7 @@ class ResourceTable {
  public:
   struct Component {
     std::string name, type, plugin;  // type: "system", "actuator", "sensor"
+    bool is_async = false;
     std::unique_ptr<HardwareComponent> hardware;
     HardwareState state = HardwareState::unconfigured;
     std::vector<InterfaceDescription> state_descriptions, command_descriptions;
@@ -37,7 +43,8 @@ class ResourceTable {
     std::vector<std::string> claimed_by;                  // of each command; empty: nobody
     std::size_t first_command = 0;                        // its index among all commands
     int ticks_per_rw = 1, ticks_to_rw = 1;
-    Duration period{};  // of read and write
+    Duration period{};   // of read and write
+    double rw_rate = 0;  // Hz; of an asynchronous one, that of its own thread
     HardwareFault fault;
     std::string why;  // it is not what it was started as, in words; empty: nothing has failed
     [[nodiscard]] bool is_read() const {
@@ -52,7 +59,17 @@ class ResourceTable {
   [[nodiscard]] const std::vector<std::unique_ptr<Component>>& components() const { return components_; }
   [[nodiscard]] Component* find_component(std::string_view name) const;
 
-  [[nodiscard]] std::size_t command_count() const { return commands_.size(); }
+  // The reference interface of a chainable controller, by its full name: a command of no hardware, whose
+  // component is named after the controller. Returns its index, which it keeps when it is offered again;
+  // `added`: it was not there before. Available while set_references() says so.
+  std::size_t offer_reference(const std::string& controller, InterfaceDescription description, bool& added);
+  void withdraw_reference(const std::string& full_name);
+  void set_references(const std::string& controller, bool available);
+  // Of a reference; null: hardware offers this command.
+  [[nodiscard]] const std::string* controller_of(std::size_t command) const;
+
+  // Of what is offered now, in the order of offering.
+  [[nodiscard]] std::vector<std::size_t> commands() const;
   [[nodiscard]] std::optional<std::size_t> find_command(std::string_view full_name) const;
   [[nodiscard]] std::optional<std::size_t> find_state(std::string_view full_name) const;
   [[nodiscard]] std::vector<std::string> command_names() const;
@@ -78,6 +95,8 @@ class ResourceTable {
   [[nodiscard]] bool has_fault() const { return has_fault_; }
   // Between ticks: everything, due or not.
   void read_all(Time now);
+  // Between ticks: a call of a component; what it throws is its fault.
+  void call(Component& component, const char* during, const std::function<void(HardwareComponent&)>& call);
   // Hands out each component's fault, once.
   [[nodiscard]] std::vector<std::pair<Component*, HardwareFault>> take_faults();
 
@@ -105,6 +124,7 @@ class ResourceTable {
                             const Action& action);
 
   std::vector<std::unique_ptr<Component>> components_;
+  std::vector<std::unique_ptr<Component>> references_;  // one interface each, without hardware
   std::vector<Place> commands_, states_;
   std::map<std::string, std::size_t, std::less<>> command_index_, state_index_;
   bool has_fault_ = false, stopped_ = false;

@@ -1,12 +1,16 @@
 #include "doppel/core/byte_ring.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
 namespace doppel {
 namespace {
 
-constexpr std::uint64_t kSkip = ~std::uint64_t{0};  // header of the unused tail before the ring wraps
+constexpr std::uint64_t kSkip =
+    ~std::uint64_t{0};  // header of the unused tail before the ring begins at its front again
+
+constexpr std::size_t kInUse = std::size_t{4} << 20;  // bytes, while nothing waits
 
 constexpr std::size_t padded(std::size_t size) {
   return (size + 7) & ~std::size_t{7};
@@ -23,8 +27,12 @@ std::span<std::byte> ByteRing::begin_write(std::size_t size) {
   const std::size_t capacity = mask_ + 1;
   const std::size_t written = written_.load(std::memory_order_relaxed);
   const std::size_t used = written - read_.load(std::memory_order_acquire);
-  const std::size_t to_end = capacity - (written & mask_);
-  const std::size_t skip = to_end < need ? to_end : 0;
+  const std::size_t at = written & mask_;
+  const std::size_t to_end = capacity - at;
+  // Where nothing waits it begins anew at the front: else a large ring whose reader keeps up would sooner or
+  // later have all of its memory in use. Until the reader has passed the skip there is room for `at` bytes.
+  const bool begins_anew = used == 0 && at >= std::max(need, kInUse);
+  const std::size_t skip = to_end < need || begins_anew ? to_end : 0;
   if (need > capacity || used + skip + need > capacity) {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     return {};

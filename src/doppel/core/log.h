@@ -3,6 +3,7 @@
 // test). Not for the step itself: whoever has something to say there notes it and says it between steps.
 
 #include <functional>
+#include <source_location>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct LogLine {
   Severity severity = Severity::note;
   std::string origin;  // node or room: "omarm_arm_controller"
   std::string text;
+  std::source_location where = std::source_location::current();  // in the sources
 };
 
 class Log {
@@ -21,18 +23,19 @@ class Log {
   using Sink = std::function<void(const LogLine&)>;
 
   void add_sink(Sink sink) { sinks_.push_back(std::move(sink)); }
-  void line(Severity severity, std::string origin, std::string text) const {
-    const LogLine l{severity, std::move(origin), std::move(text)};
+  using Where = std::source_location;
+  void line(Severity severity, std::string origin, std::string text, Where where = Where::current()) const {
+    const LogLine l{severity, std::move(origin), std::move(text), where};
     for (const Sink& sink : sinks_) sink(l);
   }
-  void note(std::string origin, std::string text) const {
-    line(Severity::note, std::move(origin), std::move(text));
+  void note(std::string origin, std::string text, Where where = Where::current()) const {
+    line(Severity::note, std::move(origin), std::move(text), where);
   }
-  void warning(std::string origin, std::string text) const {
-    line(Severity::warning, std::move(origin), std::move(text));
+  void warning(std::string origin, std::string text, Where where = Where::current()) const {
+    line(Severity::warning, std::move(origin), std::move(text), where);
   }
-  void error(std::string origin, std::string text) const {
-    line(Severity::error, std::move(origin), std::move(text));
+  void error(std::string origin, std::string text, Where where = Where::current()) const {
+    line(Severity::error, std::move(origin), std::move(text), where);
   }
 
  private:

@@ -209,15 +209,19 @@ std::optional<const Instance> Engine::find(std::string_view name) const {
 }
 
 void Engine::set_instances(std::vector<ModelInstance> instances) {
+  Diagnostics notes;  // of what was read before, with the instances
+  go_on_with(world_->with(std::move(instances), notes));
+}
+
+void Engine::go_on_with(std::shared_ptr<const CompiledWorld> world) {
   std::vector<int> kept;
-  for (const ModelInstance& instance : instances) {
+  for (const ModelInstance& instance : world->instances()) {
     const int before = world_->find(instance.name);
     const bool same =
-        before >= 0 && (world_->instances()[static_cast<std::size_t>(before)].model == instance.model);
+        before >= 0 && world_->instances()[static_cast<std::size_t>(before)].model == instance.model;
     kept.push_back(same ? before : -1);
   }
-  Diagnostics notes;  // of what was read before, with the instances
-  become(world_->with(std::move(instances), notes), kept);
+  become(std::move(world), kept);
 }
 
 void Engine::spawn(ModelInstance instance) {

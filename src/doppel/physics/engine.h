@@ -232,6 +232,8 @@ class Engine {
   // Compiles (it allocates) and goes on with other instances: what keeps its name and its model keeps its
   // state, drives and loads. Throw InputError (a name taken); nothing has changed then.
   void set_instances(std::vector<ModelInstance> instances);
+  // The same with a compilation that was made beforehand, on any thread, by world().with().
+  void go_on_with(std::shared_ptr<const CompiledWorld> world);
   void spawn(ModelInstance instance);
   bool remove(std::string_view name);  // false: no such instance
 

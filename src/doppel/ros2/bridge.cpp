@@ -6,12 +6,14 @@
 #include <optional>
 #include <thread>
 
+#include "doppel/core/guarded_thread.h"
 #include "doppel/messages/printable.h"
 #include "doppel/ros2/bridge_diagnostics.h"
 #include "doppel/ros2/bridge_mailbox.h"
 #include "doppel/ros2/bridge_services.h"
 #include "doppel/ros2/bridge_topics.h"
 #include "doppel/ros2/bridge_types.h"
+#include "doppel/ros2/bridge_warnings.h"
 
 namespace doppel::ros2 {
 namespace {
@@ -107,7 +109,11 @@ struct Bridge::Impl {
   Impl(Bus& of, BridgeOptions with, const Log& to, MakeParticipant make)
       : bus(of), options(std::move(with)), log(to), make_participant(std::move(make)) {
     if (!options.diagnostics_node.empty()) diagnostics.emplace(bus, options);
-    thread = std::thread([this] { run(); });
+    thread = guarded_thread(
+        [this] { run(); },
+        [this](const std::string& what) {
+          log.error("ros2", fmt::format("the ROS 2 network has ended with an exception: {}", what));
+        });
   }
   ~Impl() {
     stop = true;
@@ -142,6 +148,7 @@ struct Bridge::Impl {
   NetworkStatus now_so_far;
   Refusals refusals{log, now_so_far};
   Unoffered unoffered{log};
+  NetworkWarnings warnings{log};
   std::unique_ptr<Network> network;
   BridgedClients clients{bus, *edge, now_so_far, unoffered};
   Paced follow{milliseconds(10)}, match{milliseconds(5)}, graph_update{milliseconds(20)},
@@ -165,8 +172,8 @@ void Bridge::Impl::run() {
     try {
       const auto now = steady_clock::now();
       if (!work(now)) wait(now);
-    } catch (const std::exception& e) {
-      leave(e.what());
+    } catch (...) {
+      leave(thrown_text());
     }
   }
   clients.set_participant(nullptr);
@@ -183,8 +190,8 @@ void Bridge::Impl::join() {
                                         [box = mailbox](auto task) { box->post(std::move(task)); });
     clients.set_participant(network->participant.get());
     now_so_far.state = NetworkStatus::State::joined;
-  } catch (const std::exception& e) {
-    if (!stop) leave(e.what());
+  } catch (...) {
+    if (!stop) leave(thrown_text());
   }
 }
 
@@ -278,6 +285,7 @@ void Bridge::Impl::take_snapshot() {
   next->topics = network->graph.topics();
   next->services = network->graph.services();
   const Gid own = network->participant->gid();
+  warnings.look_at(next->topics, own);
   now_so_far.nodes = static_cast<std::size_t>(
       std::ranges::count_if(next->nodes, [&own](const GraphNode& node) { return node.participant != own; }));
   const auto participants = network->participant->participants();

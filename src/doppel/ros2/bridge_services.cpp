@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kMostCalls = 64;  // of one service, unanswered: more wait in DDS' history
 // How long an answer waits for its client's reader: to be known here, and then to be in step.
-constexpr std::chrono::milliseconds kPatience{2000}, kSettling{50};
+constexpr std::chrono::milliseconds kPatience{2000}, kSettling{20};
 
 }  // namespace
 

@@ -107,6 +107,7 @@ std::chrono::nanoseconds Timer::left(Time ros_now) const {
 struct Context::Impl {
   explicit Impl(ContextOptions chosen)
       : options(std::move(chosen)), bus(BusOptions{.names = options.arguments.names}) {
+    forget_statistics();
     add_ros_parameters(options.arguments, parameters);
     if (options.log_to_stderr) {
       lines.add_sink([](const LogLine& line) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <charconv>
+#include <cstdlib>
 #include <utility>
 
 #include "doppel/core/names.h"
@@ -89,6 +90,10 @@ ParticipantOptions from_environment(const std::function<const char*(const char*)
                         "unset it, or use LOCALHOST or SUBNET");
   }
   return options;
+}
+
+void forget_statistics() {
+  ::unsetenv("FASTDDS_STATISTICS");
 }
 
 std::string_view to_string(DiscoveryRange range) {

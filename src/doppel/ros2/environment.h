@@ -32,6 +32,11 @@ struct ParticipantOptions {
 ParticipantOptions from_environment(const std::function<const char*(const char*)>& lookup,
                                     Diagnostics& diagnostics);
 
+// Fast DDS reads FASTDDS_STATISTICS itself, and would count what peers say that they have sent and end the
+// process where it finds that impossible: unsets it. Before the first thread is started, for other threads
+// may read the environment; a participant is refused while the variable is set.
+void forget_statistics();
+
 // "localhost", "subnet": for banners.
 std::string_view to_string(DiscoveryRange range);
 

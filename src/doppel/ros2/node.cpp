@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "doppel/bus/name_rules.h"
+#include "doppel/bus/rosout.h"
 #include "doppel/bus/standard_node.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/rosgraph_msgs.h"
@@ -104,13 +105,14 @@ void Node::on_parameter_change(
       });
 }
 
-void Node::log(Severity severity, const std::string& text) const {
+void Node::log(Severity severity, const std::string& text, const Where& where) const {
   if (!context_.is_logged(severity)) return;
   rcl_interfaces::msg::Log line;
   line.stamp = to_time_msg(now());
   line.level = log_level(severity);
   line.name = logger_name(name());
   line.msg = text;
+  fill_place(line, where);
   rosout_.publish(line, context_.bus().now());
   context_.log(severity, line.name, text);
 }

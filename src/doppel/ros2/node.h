@@ -9,6 +9,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <source_location>
 #include <string>
 #include <string_view>
 
@@ -184,9 +185,16 @@ class Node {
       std::function<void(const std::string& name, const ParameterValue& value)> listener);
 
   // -- log: to stderr and on /rosout
-  void info(const std::string& text) const { log(Severity::note, text); }
-  void warn(const std::string& text) const { log(Severity::warning, text); }
-  void error(const std::string& text) const { log(Severity::error, text); }
+  using Where = std::source_location;
+  void info(const std::string& text, Where where = Where::current()) const {
+    log(Severity::note, text, where);
+  }
+  void warn(const std::string& text, Where where = Where::current()) const {
+    log(Severity::warning, text, where);
+  }
+  void error(const std::string& text, Where where = Where::current()) const {
+    log(Severity::error, text, where);
+  }
 
   // What it is made of.
   [[nodiscard]] doppel::Node& on_bus() { return *node_; }
@@ -202,7 +210,7 @@ class Node {
   ParameterValue declare(const std::string& name, ParameterValue initial, const std::string& description);
   [[nodiscard]] const ParameterValue& value_of(std::string_view parameter) const;
   std::shared_ptr<RemoteService> make_client(const std::string& service, const ServiceSupport& support);
-  void log(Severity severity, const std::string& text) const;
+  void log(Severity severity, const std::string& text, const Where& where) const;
   void follow_clock(bool use_sim_time);
 
   Context& context_;

@@ -74,9 +74,9 @@ struct EndpointSpec {
   std::string topic, type;  // DDS names
   std::string type_hash;    // goes into the user data as "typehash=...;"; "": left out
   QosProfile qos;
-  // Carries a service's replies: somebody waits for each of them, so that what was lost on the way is told of
-  // sooner, and is_in_step() is kept.
-  bool answers = false;
+  // Carries a service's requests or replies: somebody waits for each of them, so that what was lost on the
+  // way is asked for sooner, and a writer keeps is_in_step().
+  bool of_service = false;
 };
 
 class Writer {
@@ -92,7 +92,7 @@ class Writer {
   virtual void forget() = 0;
   [[nodiscard]] virtual std::size_t matched() const = 0;  // readers
   [[nodiscard]] virtual bool is_matched(const Gid& reader) const = 0;
-  // Of a writer that answers: whether the reader, which is matched here, has acknowledged anything since. One
+  // Of a writer of_service: whether the reader, which is matched here, has acknowledged anything since. One
   // that has not may not have found this writer yet, and keeps what comes meanwhile undelivered, as deep as
   // its history is.
   [[nodiscard]] virtual bool is_in_step(const Gid& reader) const = 0;

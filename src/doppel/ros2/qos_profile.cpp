@@ -5,6 +5,9 @@
 namespace doppel::ros2 {
 namespace {
 
+constexpr std::string_view kReliability = "RELIABILITY_QOS_POLICY", kDurability = "DURABILITY_QOS_POLICY",
+                           kDeadline = "DEADLINE_QOS_POLICY", kLiveliness = "LIVELINESS_QOS_POLICY";
+
 std::string seconds(std::chrono::nanoseconds duration) {
   if (duration == QosProfile::kInfinite) return "infinite";
   return fmt::format("{} s", std::chrono::duration<double>(duration).count());
@@ -13,20 +16,29 @@ std::string seconds(std::chrono::nanoseconds duration) {
 }  // namespace
 
 // DDS 1.4, table 2.2.3: what is offered must be at least what is wanted.
-std::string incompatibility(const QosProfile& offered, const QosProfile& wanted) {
+std::string_view incompatible_policy(const QosProfile& offered, const QosProfile& wanted) {
   if (offered.reliability == Reliability::best_effort && wanted.reliability == Reliability::reliable)
-    return "reliability: best effort is offered, reliable is wanted";
+    return kReliability;
+  if (offered.liveliness == Liveliness::automatic && wanted.liveliness == Liveliness::manual_by_topic)
+    return kLiveliness;
+  if (offered.lease > wanted.lease) return kLiveliness;
+  if (offered.deadline > wanted.deadline) return kDeadline;
   if (offered.durability == Durability::volatile_ && wanted.durability == Durability::transient_local)
-    return "durability: volatile is offered, transient local is wanted";
-  if (offered.deadline > wanted.deadline)
+    return kDurability;
+  return "";
+}
+
+std::string incompatibility(const QosProfile& offered, const QosProfile& wanted) {
+  const std::string_view policy = incompatible_policy(offered, wanted);
+  if (policy == kReliability) return "reliability: best effort is offered, reliable is wanted";
+  if (policy == kDurability) return "durability: volatile is offered, transient local is wanted";
+  if (policy == kDeadline)
     return fmt::format("deadline: {} is offered, {} is wanted", seconds(offered.deadline),
                        seconds(wanted.deadline));
-  if (offered.liveliness == Liveliness::automatic && wanted.liveliness == Liveliness::manual_by_topic)
-    return "liveliness: automatic is offered, manual by topic is wanted";
-  if (offered.lease > wanted.lease)
-    return fmt::format("liveliness lease: {} is offered, {} is wanted", seconds(offered.lease),
-                       seconds(wanted.lease));
-  return "";
+  if (policy != kLiveliness) return "";
+  if (offered.lease <= wanted.lease) return "liveliness: automatic is offered, manual by topic is wanted";
+  return fmt::format("liveliness lease: {} is offered, {} is wanted", seconds(offered.lease),
+                     seconds(wanted.lease));
 }
 
 }  // namespace doppel::ros2

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace doppel::ros2 {
 
@@ -42,6 +43,10 @@ constexpr QosProfile parameter_events_qos() {
 constexpr QosProfile latched_qos(std::size_t depth = 1) {
   return {.durability = Durability::transient_local, .depth = depth};
 }
+
+// The policy for which they cannot meet, as rclcpp names it ("RELIABILITY_QOS_POLICY"); of several the one
+// that DDS numbers last, as it tells rclcpp. "": they can.
+std::string_view incompatible_policy(const QosProfile& offered, const QosProfile& wanted);
 
 // Why a reader that asks for `wanted` gets nothing from a writer that offers `offered`; "": they match.
 std::string incompatibility(const QosProfile& offered, const QosProfile& wanted);

@@ -7,21 +7,20 @@ namespace {
 
 EndpointSpec request_spec(const ServiceSpec& spec) {
   return {dds_name(NameKind::request, spec.name), dds_type(spec.type + "_Request"), spec.request_hash,
-          spec.qos};
+          spec.qos, true};
 }
 
 EndpointSpec reply_spec(const ServiceSpec& spec) {
   return {dds_name(NameKind::reply, spec.name), dds_type(spec.type + "_Response"), spec.response_hash,
-          spec.qos};
+          spec.qos, true};
 }
 
 // What a server keeps, as rclcpp's parameter services do (rmw_qos_profile_parameters): the default of ten
 // would lose some of a burst of requests, whose clients then wait in vain.
 constexpr std::size_t kServerDepth = 1000;
 
-EndpointSpec deep(EndpointSpec spec, bool answers) {
+EndpointSpec deep(EndpointSpec spec) {
   spec.qos.depth = kServerDepth;
-  spec.answers = answers;
   return spec;
 }
 
@@ -33,8 +32,8 @@ bool is_reader(const Gid& gid) {
 }  // namespace
 
 ServiceServer::ServiceServer(Participant& participant, const ServiceSpec& spec)
-    : requests_(participant.make_reader(deep(request_spec(spec), false))),
-      replies_(participant.make_writer(deep(reply_spec(spec), true))) {}
+    : requests_(participant.make_reader(deep(request_spec(spec)))),
+      replies_(participant.make_writer(deep(reply_spec(spec)))) {}
 
 bool ServiceServer::take(Sample& request) {
   if (!requests_->take(request)) return false;

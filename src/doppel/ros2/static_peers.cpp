@@ -10,8 +10,8 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
-#include <thread>
 
+#include "doppel/core/guarded_thread.h"
 #include "doppel/ros2/participant.h"
 
 namespace doppel::ros2 {
@@ -30,10 +30,15 @@ struct Search {
   std::mutex mutex;
   std::condition_variable ended;
   bool is_done = false;
+  std::string failure;  // what the look-up threw; "": nothing
 
   void run(const std::vector<std::string>& names, const Lookup& lookup) {
     for (const std::string& name : names) addresses.push_back(is_address(name) ? name : lookup(name));
+    end("");
+  }
+  void end(const std::string& with_failure) {
     const std::lock_guard lock(mutex);
+    failure = with_failure;
     is_done = true;
     ended.notify_all();
   }
@@ -58,11 +63,15 @@ std::vector<std::string> addresses_of(const std::vector<std::string>& peers,
                                       const std::function<bool()>& is_cancelled, Lookup lookup) {
   if (std::ranges::all_of(peers, is_address)) return peers;
   const auto search = std::make_shared<Search>();
-  std::thread([search, peers, lookup = std::move(lookup)] { search->run(peers, lookup); }).detach();
+  guarded_thread([search, peers, lookup = std::move(lookup)] { search->run(peers, lookup); },
+                 [search](const std::string& what) { search->end(what); })
+      .detach();
   std::unique_lock lock(search->mutex);
   while (!search->ended.wait_for(lock, kCancelCheck, [&] { return search->is_done; }))
     if (is_cancelled && is_cancelled())
       throw NetworkError("the hosts of ROS_STATIC_PEERS were still looked up when it was given up");
+  if (!search->failure.empty())
+    throw NetworkError("the hosts of ROS_STATIC_PEERS could not be looked up: " + search->failure);
   for (std::size_t i = 0; i < peers.size(); ++i) {
     if (search->addresses[i].empty())
       throw NetworkError("ROS_STATIC_PEERS names '" + peers[i] +

@@ -1,5 +1,7 @@
 #include "doppel/server/asset_reader.h"
 
+#include "doppel/core/thrown.h"
+
 namespace doppel {
 
 AssetReader::~AssetReader() {
@@ -31,10 +33,13 @@ void AssetReader::run() {
     AssetLibrary::Answer answer;
     try {
       answer = library_->read(wish.uri);
-    } catch (const std::exception& problem) {
-      answer.why = problem.what();  // out of memory, or a file system that answers nonsense
+    } catch (...) {
+      answer.why = thrown_text();  // out of memory, or a file system that answers nonsense
     }
-    wish.done(std::move(answer));
+    try {
+      wish.done(std::move(answer));
+    } catch (...) {  // no memory to hand it on: this request stays unanswered, the next ones do not
+    }
     lock.lock();
   }
 }

@@ -6,9 +6,11 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
+#include <set>
 #include <thread>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/guarded_thread.h"
 #include "doppel/server/http_session_detail.h"
 #include "doppel/server/listening_detail.h"
 #include "doppel/server/websocket_session_detail.h"
@@ -21,6 +23,7 @@ namespace {
 
 constexpr std::size_t kMostVisitors = 64;         // connections that are no clients (yet); a page opens six
 constexpr std::size_t kMostMessagesAtOnce = 256;  // from the bus, before clients are heard again
+constexpr std::size_t kMostReported = 20;         // different exceptions
 constexpr auto kTick = std::chrono::milliseconds(50);
 constexpr auto kFarewell = std::chrono::milliseconds(100);
 
@@ -36,8 +39,9 @@ std::string checked_token(const ServerOptions& options, bool loopback) {
 }  // namespace
 
 struct Server::Impl {
-  Impl(Bus& bus, ServerOptions wanted)
+  Impl(Bus& bus, ServerOptions wanted, const Log& to)
       : options(std::move(wanted)),
+        log(to),
         page(options.page_folder),
         context{.options = options, .bus = bus, .hub = hub, .admission = admission, .page = page, .url = ""},
         acceptor(listen(io, options)),
@@ -53,7 +57,11 @@ struct Server::Impl {
     context.joined = [this] { start_ticking(); };
     accept();
     follow_bus();
-    thread = std::thread([this] { io.run(); });
+    thread = guarded_thread(
+        [this] { run(); },
+        [this](const std::string& what) {
+          log.error("server", fmt::format("the server has ended, nobody can connect any longer: {}", what));
+        });
   }
 
   ~Impl() {
@@ -61,12 +69,35 @@ struct Server::Impl {
     thread.join();
   }
 
+  // What a client's handler throws drops that client's connection and nothing else.
+  void run() {
+    while (!go_on_after([this] { io.run(); })) {
+    }
+  }
+
+  // False: it threw, which is reported, the first time in these words.
+  template <class Work>
+  bool go_on_after(const Work& work) {
+    try {
+      work();
+      return true;
+    } catch (...) {
+      const std::string what = thrown_text();
+      if (reported.size() < kMostReported && reported.insert(what).second)
+        log.error("server",
+                  fmt::format("the server goes on after: {}; the same again is not reported", what));
+      return false;
+    }
+  }
+
   void accept() {
     acceptor.async_accept([this](error_code failed, tcp::socket socket) {
       if (failed == asio::error::operation_aborted || stopping) return;
       if (!failed) {
-        if (context.visitors.size() >= kMostVisitors) make_room();
-        std::make_shared<HttpSession>(std::move(socket), context)->read();
+        go_on_after([&] {
+          if (context.visitors.size() >= kMostVisitors) make_room();
+          std::make_shared<HttpSession>(std::move(socket), context)->read();
+        });
         return accept();
       }
       // Out of file descriptors, most likely: try again when some have been given back.
@@ -91,7 +122,9 @@ struct Server::Impl {
 
   void drain_bus() {
     if (stopping) return;
-    if (!hub.pump(kMostMessagesAtOnce)) return follow_bus();
+    bool more = false;
+    go_on_after([&] { more = hub.pump(kMostMessagesAtOnce); });
+    if (!more) return follow_bus();
     asio::post(io, [this] { drain_bus(); });
   }
 
@@ -105,7 +138,7 @@ struct Server::Impl {
     tick_timer.async_wait([this](error_code failed) {
       ticking = !failed && !stopping && hub.clients() > 0;
       if (!ticking) return;
-      hub.tick();
+      go_on_after([this] { hub.tick(); });
       tick();
     });
   }
@@ -133,6 +166,8 @@ struct Server::Impl {
   [[nodiscard]] std::string token_query() const { return token.empty() ? "" : "/?token=" + token; }
 
   ServerOptions options;
+  const Log& log;
+  std::set<std::string> reported;  // the server's thread
   PageFiles page;
   Context
       context;  // before io, which ends the connections that are left: they tell it, and send from the page
@@ -151,7 +186,7 @@ struct Server::Impl {
 
 Server::Server(Bus& bus, ServerOptions options, const Log& log) {
   const std::uint16_t wanted = options.port;
-  impl_ = std::make_unique<Impl>(bus, std::move(options));
+  impl_ = std::make_unique<Impl>(bus, std::move(options), log);
   if (wanted != 0 && port() != wanted) {
     log.note("server",
              fmt::format("port {} is in use by {}; listening on {}", wanted, port_holder(wanted), port()));

@@ -157,9 +157,14 @@ void ControlStack::add_hardware(const Machine& machine, const Options& options, 
     const bool real = type != nullptr && type->kind == HardwareKind::real;
     report_plugin(as_written, real, diagnostics);
     if (type == nullptr || (real && options.rehearsal)) type = registry.find(kSimulatedPlugin);
+    HardwareDescription description = unique.of(as_written);
     std::unique_ptr<HardwareComponent> component = type->make();
-    if (auto* simulated = dynamic_cast<SimulatedHardware*>(component.get())) simulated_.push_back(simulated);
-    manager_->add_hardware(std::move(component), unique.of(as_written), diagnostics);
+    if (auto* simulated = dynamic_cast<SimulatedHardware*>(component.get())) {
+      simulated_.push_back(simulated);
+      description.is_async = false;  // the simulation has one clock
+    }
+    real_ = real_ || type->kind == HardwareKind::real;
+    manager_->add_hardware(std::move(component), description, diagnostics);
   }
 }
 

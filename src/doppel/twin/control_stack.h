@@ -60,6 +60,8 @@ class ControlStack {
   // What runs now.
   [[nodiscard]] ControllerWish present_wish() const;
 
+  // Some component is no simulation: it wants a loop by the wall's clock.
+  [[nodiscard]] bool has_real_hardware() const { return real_; }
   [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
   // The machine has the same structure as the one before. Drives, claims and references go on.
@@ -86,6 +88,7 @@ class ControlStack {
   std::vector<std::string> left_out_;  // that the file declares; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;
   std::vector<SimulatedHardware*> simulated_;
+  bool real_ = false;
 };
 
 }  // namespace doppel

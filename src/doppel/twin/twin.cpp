@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "doppel/control/control_loop.h"
 #include "doppel/control/plugin_library.h"
 #include "doppel/messages/rcl_interfaces.h"
 #include "doppel/twin/contact_publisher.h"
@@ -71,6 +72,7 @@ struct Twin::Impl {
     build_control(diagnostics);
     make_publishers();
     if (scenario.start_controllers) control->start(control->wish_of(scenario.activate), log);
+    start_loop();
   }
 
   // What is on the bus for the machine, but for what publishes its state.
@@ -81,7 +83,7 @@ struct Twin::Impl {
         bus, control->model(), *machine->engine,
         SimulatorServices::Callbacks{[this] { reset(); },
                                      [this] {
-                                       control->manager().restart(machine->engine->time());
+                                       control->manager().restart(control_time());
                                        publish_state();
                                      }});
     entities = std::make_unique<EntityServices>(
@@ -122,22 +124,42 @@ struct Twin::Impl {
     const TimeControl time = services->time_control();
     entities.reset();
     services.reset();
+    loop.reset();
     control.reset();
     Diagnostics told_before;
     build_control(told_before);
     services->time_control() = time;
     control->start(wish, log);
+    start_loop();
   }
 
   Reload replace(Replacement& fresh);
 
+  // A loop of its own is kept out; without one nothing is waited for.
+  [[nodiscard]] std::unique_lock<LoopGate> hold() {
+    return loop ? std::unique_lock(gate) : std::unique_lock<LoopGate>();
+  }
+
+  // What the controllers call now: a loop of its own goes on where the simulation is paused.
+  [[nodiscard]] Time control_time() const { return loop ? loop->now() : machine->engine->time(); }
+
+  // Real hardware is served by the wall's clock, beside the simulation.
+  void start_loop() {
+    if (!control->has_real_hardware()) return;
+    const LoopWish wish = control->manager().loop_wish();
+    loop = std::make_unique<ControlLoop>(
+        control->manager(), gate, machine->engine->time(),
+        ControlLoopOptions{wish.thread_priority, wish.lock_memory, Duration{}}, log);
+  }
+
   void step() {
+    const auto held = hold();
     Engine* const engine = machine->engine.get();
     const Time now = engine->time();
     follow_wall(now);
     if (count == next_tick) {
       const Stopwatch watch(phases.control);
-      control->manager().tick(now);
+      if (!loop) control->manager().tick(now);
       next_tick += steps_per_tick;
     }
     services->before_step(now);
@@ -180,26 +202,32 @@ struct Twin::Impl {
   }
 
   void publish_state() {
+    const auto held = hold();
     const Time now = machine->engine->time();
     bus.set_now(now);
     follow_wall(now);
     publisher->publish_clock(now);
     publish_transforms(now);
-    control->manager().publish_state(now);
+    control->manager().publish_state(control_time());
     loads->at_once();
     contacts->at_once();
     objects.at_once();
   }
 
   void between_steps() {
-    bus.set_now(machine->engine->time());
+    const auto held = hold();
+    bus.set_now(control_time());
     follow_wall(machine->engine->time());
-    control->manager().settle(machine->engine->time());
+    if (loop) {
+      loop->attend();
+    } else {
+      control->manager().settle(machine->engine->time());
+    }
     bus.spin();
     services->answer_steps();
     const Time now = machine->engine->time();  // what came in may have set it back
     if (count >= next_housekeeping) {
-      control->manager().housekeeping(now);
+      control->manager().housekeeping(control_time());
       next_housekeeping = count + steps_per_housekeeping;
       // Who asks for more transforms need not wait as long as they were rare.
       next_transforms =
@@ -244,12 +272,13 @@ struct Twin::Impl {
   }
 
   void reset() {
+    const auto held = hold();
     Engine& engine = *machine->engine;
     engine.reset();
     services->forget_loads();
     bus.set_now(engine.time());
     follow_wall(engine.time());
-    control->manager().restart(engine.time());
+    control->manager().restart(control_time());
     publisher->publish_latched(engine.time());
     publish_state();
     all_due_now();
@@ -262,6 +291,8 @@ struct Twin::Impl {
   HardwareRegistry hardware_registry;
   std::unique_ptr<Machine> machine;
   std::unique_ptr<ControlStack> control;
+  LoopGate gate;
+  std::unique_ptr<ControlLoop> loop;  // null: no hardware is real, step() ticks the manager
   std::unique_ptr<StatePublisher> publisher;
   std::unique_ptr<LoadPublisher> loads;
   std::unique_ptr<ContactPublisher> contacts;
@@ -285,6 +316,7 @@ struct Twin::Replacement {
 };
 
 Twin::Reload Twin::Impl::replace(Replacement& fresh) {
+  const auto held = hold();
   refuse_lost_range(*machine, *fresh.machine);
   carry_over_state(*machine, *fresh.machine);
   std::swap(machine, fresh.machine);  // the old one waits there, to run on if controllers refuse the new one
@@ -479,8 +511,14 @@ Duration Twin::step_size() const {
 }
 
 std::vector<JointSnapshot> Twin::joints() const {
-  std::vector<std::pair<std::string_view, double>> targets;
-  impl_->control->manager().targets(targets);
+  const auto held = impl_->hold();
+  const ControllerManager& manager = impl_->control->manager();
+  // What its position is to be: a command, or what a controller with another command follows.
+  const auto target_of = [&manager](const ModelJoint& of) {
+    const std::string position = of.name + "/" + kPosition;
+    const double command = manager.command(position);
+    return std::isfinite(command) ? command : manager.reference(position);
+  };
   std::vector<JointSnapshot> out;
   const Engine& engine = *impl_->machine->engine;
   for (std::size_t j = 0; j < impl_->control->model().joints.size(); ++j) {
@@ -491,14 +529,13 @@ std::vector<JointSnapshot> Twin::joints() const {
     snapshot.q = engine.q()[static_cast<std::size_t>(joint.q)];
     snapshot.v = engine.v()[static_cast<std::size_t>(joint.v)];
     snapshot.tau = engine.drive_effort()[j];
-    snapshot.target = std::nan("");
-    for (const auto& [name, target] : targets) {
-      if (name == joint.name) snapshot.target = target;
-      if (joint.mimics() &&
-          name == impl_->control->model().joints[static_cast<std::size_t>(joint.mimic_leader)].name) {
-        snapshot.target = joint.mimic_multiplier * target + joint.mimic_offset;
-      }
-    }
+    snapshot.target =
+        joint.mimics()
+            ? joint.mimic_multiplier *
+                      target_of(
+                          impl_->control->model().joints[static_cast<std::size_t>(joint.mimic_leader)]) +
+                  joint.mimic_offset
+            : target_of(joint);
     snapshot.lower = joint.lower;
     snapshot.upper = joint.upper;
     snapshot.effort = joint.effort;

@@ -1,5 +1,7 @@
 // Panels of curves over time as SVG, and a verification drawn in them.
 
+#include "doppel/verification/detail/plot.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include <iterator>
 
 #include "doppel/description/xml.h"
-#include "doppel/verification/detail/plot.h"
 #include "doppel/verification/verify.h"
 
 namespace doppel {

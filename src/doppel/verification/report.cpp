@@ -1,5 +1,7 @@
 // A verification as text and as JSON.
 
+#include "doppel/verification/detail/report.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "doppel/physics/step_scheme.h"
-#include "doppel/verification/detail/report.h"
 #include "doppel/verification/verify.h"
 
 namespace doppel {

@@ -1,11 +1,11 @@
 // A form for a message of any type: editors write into the message that is given.
-import { blank, zero, type Message, type Value } from '../protocol/cdr';
+import { blank, isNumbers, type Message, type Value } from '../protocol/cdr';
 import type { Constant, Field, MessageType } from '../protocol/schema';
 import { button, fill, h } from './dom';
 import { elements } from './parameters';
 
 const RANGES: Record<string, [number, number]> = {
-  int8: [-128, 127], uint8: [0, 255], byte: [0, 255], char: [0, 255], int16: [-32768, 32767], uint16: [0, 65535], int32: [-2147483648, 2147483647], uint32: [0, 4294967295],
+  int8: [-128, 127], uint8: [0, 255], int16: [-32768, 32767], uint16: [0, 65535], int32: [-2147483648, 2147483647], uint32: [0, 4294967295],
 };
 
 // What the text means for a field of that type; throws what is wrong with it.
@@ -30,20 +30,20 @@ export function valueOf(text: string, type: string): Value {
 }
 
 export function listOf(text: string, field: Field): Value[] {
-  const list = elements(text).map((one) => valueOf(one, field.typeName));
-  if (field.count >= 0 && list.length !== field.count) throw new Error(`${field.count} elements are wanted, these are ${list.length}`);
+  const list = elements(text).map((one) => valueOf(one, field.type));
+  if (field.arrayLength !== undefined && list.length !== field.arrayLength) throw new Error(`${field.arrayLength} elements are wanted, these are ${list.length}`);
   return list;
 }
 
 export function listText(value: Value | undefined): string {
-  const list = value instanceof Uint8Array ? [...value] : Array.isArray(value) ? value : [];
+  const list: Value[] = isNumbers(value) ? [...value] : Array.isArray(value) ? value : [];
   return list.map((one) => (typeof one === 'string' ? JSON.stringify(one) : String(one))).join(', ');
 }
 
 // Constants that a field may mean: those of its type, of its own name first ("LEVEL_WARN" for level).
 export function choicesOf(field: Field, constants: Constant[]): Constant[] {
-  if (field.list || !field.type || /^(bool|string|wstring|float)/.test(field.type)) return [];
-  const same = constants.filter((one) => one.type === field.typeName);
+  if (field.isArray || field.message || /^(bool|string|wstring|float)/.test(field.type)) return [];
+  const same = constants.filter((one) => one.type === field.type);
   const own = same.filter((one) => one.name.toLowerCase().startsWith(`${field.name}_`));
   return own.length > 0 ? own : same;
 }
@@ -69,14 +69,14 @@ function single(field: Field, type: MessageType, value: Message): HTMLElement {
     const box = h('input', { type: 'checkbox', checked: value[field.name] === true, onchange: () => (value[field.name] = box.checked) });
     return box;
   }
-  const input = textInput(field.name, String(value[field.name]), (text) => (value[field.name] = valueOf(text, field.typeName)));
+  const input = textInput(field.name, String(value[field.name]), (text) => (value[field.name] = valueOf(text, field.type)));
   const choices = choicesOf(field, type.constants);
   if (choices.length === 0) return input;
   const select = h('select', { 'aria-label': `Constants for ${field.name}`, onchange: () => {
     if (select.value === '') return;
     input.value = select.value;
     input.dispatchEvent(new Event('input'));
-  } }, h('option', { value: '' }, 'constants'), choices.map((one) => h('option', { value: one.value.trim(), selected: Number(one.value) === value[field.name] }, `${one.name} ${one.value}`)));
+  } }, h('option', { value: '' }, 'constants'), choices.map((one) => h('option', { value: one.value.trim(), selected: Number(one.value) === Number(value[field.name]) }, `${one.name} ${one.value}`)));
   input.addEventListener('input', () => (select.value = choices.some((one) => one.value.trim() === input.value.trim()) ? input.value.trim() : ''));
   return h('span', { class: 'with-constants' }, input, select);
 }
@@ -87,15 +87,15 @@ function messageList(field: Field, value: Message): HTMLElement {
   const list = (): Message[] => value[field.name] as Message[];
   const build = (): void => {
     fill(items, list().map((one, i) => h('fieldset', {},
-      h('legend', {}, `${field.name}[${i}]`, field.count < 0 ? button('×', `Take away ${field.name}[${i}]`, () => {
+      h('legend', {}, `${field.name}[${i}]`, field.arrayLength === undefined ? button('×', `Take away ${field.name}[${i}]`, () => {
         list().splice(i, 1);
         build();
       }, { class: 'icon small' }) : null),
       formFields(field.message!, one))));
   };
   build();
-  return h('div', { class: 'form-list' }, h('div', { class: 'row' }, h('span', {}, field.name, h('small', { class: 'muted' }, ` ${field.typeName}[]`)), h('span', { class: 'spacer' }),
-    field.count < 0 ? button('Add', `Add an element to ${field.name}`, () => {
+  return h('div', { class: 'form-list' }, h('div', { class: 'row' }, h('span', {}, field.name, h('small', { class: 'muted' }, ` ${field.type}[]`)), h('span', { class: 'spacer' }),
+    field.arrayLength === undefined ? button('Add', `Add an element to ${field.name}`, () => {
       list().push(blank(field.message!));
       build();
     }) : null), items);
@@ -104,15 +104,14 @@ function messageList(field: Field, value: Message): HTMLElement {
 export function formFields(type: MessageType, value: Message): HTMLElement[] {
   if (type.fields.length === 0) return [h('p', { class: 'muted' }, 'It has no fields.')];
   return type.fields.map((field) => {
-    if (field.message && field.list) return messageList(field, value);
+    if (field.message && field.isArray) return messageList(field, value);
     if (field.message) {
-      const nested = h('details', { class: 'form-nested', open: !/^(header|stamp|layout)$/.test(field.name) }, h('summary', {}, field.name, h('small', { class: 'muted' }, ` ${field.typeName}`)));
+      const nested = h('details', { class: 'form-nested', open: !/^(header|stamp|layout)$/.test(field.name) }, h('summary', {}, field.name, h('small', { class: 'muted' }, ` ${field.type}`)));
       nested.append(...formFields(field.message, value[field.name] as Message));
       return nested;
     }
-    const title = h('span', {}, field.name, h('small', { class: 'muted' }, ` ${field.typeName}${field.list ? `[${field.count < 0 ? '' : field.count}]` : ''}`));
-    if (!field.list) return h('label', {}, title, single(field, type, value));
-    if (field.count > 0 && (value[field.name] as Value[]).length === 0) value[field.name] = Array.from({ length: field.count }, () => zero(field));
+    const title = h('span', {}, field.name, h('small', { class: 'muted' }, ` ${field.type}${field.isArray ? `[${field.arrayLength ?? ''}]` : ''}`));
+    if (!field.isArray) return h('label', {}, title, single(field, type, value));
     return h('label', {}, title, textInput(field.name, listText(value[field.name]), (text) => (value[field.name] = listOf(text, field)), true));
   });
 }

@@ -1,7 +1,7 @@
 // Parameters of the twin's nodes: values as they are now, what a text that somebody types means for one of them.
+import type { Parameter, ParameterValue } from '@foxglove/ws-protocol';
 import type { Client } from '../protocol/client';
 import type { Message } from '../protocol/cdr';
-import type { Parameter, ParameterValue } from '../protocol/frames';
 import { Signal } from './signal';
 
 export type Kind = 'bool' | 'int' | 'double' | 'string' | 'bool[]' | 'int[]' | 'double[]' | 'string[]' | 'not set';
@@ -57,7 +57,7 @@ export function elements(text: string): string[] {
 }
 
 // Throws what is wrong with the text.
-export function valueFrom(text: string, kind: Kind): { value: ParameterValue; type?: string } {
+export function valueFrom(text: string, kind: Kind): { value: ParameterValue; type?: Parameter['type'] } {
   switch (kind) {
     case 'bool': return { value: truth(text) };
     case 'int': return { value: number(text, true) };

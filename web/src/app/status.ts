@@ -40,7 +40,7 @@ export function readStatus(m: Message): Status {
 }
 
 export function readLoads(m: Message): Load[] {
-  const column = (name: string): number[] => (m[name] ?? []) as number[];
+  const column = (name: string): ArrayLike<number> => (m[name] ?? []) as ArrayLike<number>;
   const [efforts, gravity, sags, margins, limits, most] = ['efforts', 'gravity_torques', 'sags', 'margins', 'effort_limits', 'most_sags'].map(column);
   return (m['joint_names'] as string[]).map((joint, i) => ({
     joint,

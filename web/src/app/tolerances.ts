@@ -38,7 +38,7 @@ export class Tolerances {
   take(controller: string, message: Message): void {
     const names = message['joint_names'] as string[];
     const reference = message['reference'] as Message;
-    const positions = reference['positions'] as number[], velocities = reference['velocities'] as number[];
+    const positions = reference['positions'] as ArrayLike<number>, velocities = reference['velocities'] as ArrayLike<number>;
     const now = stampOf((message['header'] as Message)['stamp']);
     const moves = names.some((name, i) => {
       const before = this.joints.get(name)?.reference;

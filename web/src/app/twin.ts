@@ -128,9 +128,9 @@ export class Twin {
     const { tree } = this;
     if (!tree) return;
     const names = message['name'] as string[];
-    const position = message['position'] as number[];
-    const velocity = message['velocity'] as number[];
-    const effort = message['effort'] as number[];
+    const position = message['position'] as ArrayLike<number>;
+    const velocity = message['velocity'] as ArrayLike<number>;
+    const effort = message['effort'] as ArrayLike<number>;
     const now = performance.now();
     for (let i = 0; i < names.length; i += 1) {
       const joint = tree.jointByName.get(names[i]!);
@@ -300,7 +300,7 @@ export class Twin {
 
   private takeReference(topic: string, m: Message): void {
     const names = m['joint_names'] as string[];
-    const positions = (m['reference'] as Message)['positions'] as number[];
+    const positions = (m['reference'] as Message)['positions'] as ArrayLike<number>;
     const now = performance.now();
     for (let i = 0; i < names.length; i += 1) {
       const joint = this.tree?.jointByName.get(names[i]!);

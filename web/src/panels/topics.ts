@@ -3,7 +3,7 @@ import type { App, Panel } from '../app/app';
 import { button, fill, h, say, toast } from '../app/dom';
 import { drawImage, isImage } from '../app/image';
 import { formFields, invalid } from '../app/form';
-import { blank, type Message, type Value } from '../protocol/cdr';
+import { blank, isNumbers, type Message, type Value } from '../protocol/cdr';
 import type { MessageType } from '../protocol/schema';
 import { plotWanted } from './plots';
 
@@ -104,6 +104,7 @@ export function topicsPanel(app: App): Panel {
   // Numbers, texts and lists as nested lists; made anew only when their shape changes.
   function shapeOf(value: Value): string {
     if (value instanceof Uint8Array) return 'u';
+    if (isNumbers(value)) return `[${value.length}]`;
     if (Array.isArray(value)) return `[${value.length}${value.length > 0 && typeof value[0] === 'object' ? shapeOf(value[0]!) : ''}]`;
     if (typeof value === 'object') return `{${Object.entries(value).map(([k, v]) => k + shapeOf(v)).join()}}`;
     return '.';
@@ -118,15 +119,16 @@ export function topicsPanel(app: App): Panel {
 
   function node(name: string, value: Value, path: Path, plots = true): HTMLElement {
     if (typeof value === 'object' && !(value instanceof Uint8Array)) {
-      const entries: [string | number, Value][] = Array.isArray(value) ? value.slice(0, MOST_ELEMENTS).map((v, i) => [i, v]) : Object.entries(value);
-      const more = Array.isArray(value) && value.length > MOST_ELEMENTS ? h('div', { class: 'muted' }, `… ${value.length - MOST_ELEMENTS} more`) : null;
-      return h('details', { open: path.length < 3 && entries.length <= 30 }, h('summary', {}, name, Array.isArray(value) ? h('span', { class: 'muted' }, ` [${value.length}]`) : null),
+      const list: ArrayLike<Value> | null = Array.isArray(value) || isNumbers(value) ? value : null;
+      const entries: [string | number, Value][] = list ? Array.from({ length: Math.min(list.length, MOST_ELEMENTS) }, (_, i) => [i, list[i]!]) : Object.entries(value);
+      const more = list && list.length > MOST_ELEMENTS ? h('div', { class: 'muted' }, `… ${list.length - MOST_ELEMENTS} more`) : null;
+      return h('details', { open: path.length < 3 && entries.length <= 30 }, h('summary', {}, name, list ? h('span', { class: 'muted' }, ` [${list.length}]`) : null),
         entries.map(([key, v]) => node(String(key), v, [...path, key], plots)), more);
     }
     const out = h('span', { class: 'num leaf' }, textOf(value));
     leaves.push({ node: out, path });
     return h('div', { class: 'leaf-row' }, h('span', { class: 'muted' }, name), out,
-      typeof value === 'number' && plots ? button('plot', `Plot ${path.join('.')}`, () => {
+      (typeof value === 'number' || typeof value === 'bigint') && plots ? button('plot', `Plot ${path.join('.')}`, () => {
         plotWanted.emit({ topic: chosen, path });
         toast('It is among the plots now.');
       }, { class: 'plot-it' }) : null);

@@ -1,9 +1,11 @@
-// A twin seen over the Foxglove WebSocket protocol: topics, services, assets. Connects by itself, again and again;
-// subscriptions and advertisements survive a restart of the twin.
+// A twin seen over the Foxglove WebSocket protocol: topics, services, assets. The Foxglove client speaks the frames of one
+// connection; what it does not do is here: connecting again and again, subscriptions and advertisements that survive a
+// restart of the twin, names of a namespace, answers to their questions.
 
+import type { Channel, IWebSocket, Parameter, ServerInfo, Service } from '@foxglove/ws-protocol';
+// By its file: the package's index brings the server and its log along, 2.4 KiB compressed that nobody calls.
+import FoxgloveClient from '@foxglove/ws-protocol/dist/esm/src/FoxgloveClient';
 import { readCdr, writeCdr, type Message } from './cdr';
-import { callFrame, FrameError, messageFrame, readServerBinary, readServerText, SUBPROTOCOL } from './frames';
-import type { ChannelOffer, Parameter, ServerText, ServiceOffer } from './frames';
 import { parseSchema, shortName, type MessageType } from './schema';
 import { BUILTIN } from './builtin';
 
@@ -11,7 +13,7 @@ export type Phase = 'connecting' | 'open' | 'lost';
 export type Handler = (message: Message, stamp: bigint) => void;
 
 interface Subscription {
-  id: number;
+  id: number; // while there is a channel
   topic: string;
   channel: number | null;
   type: MessageType | null;
@@ -20,23 +22,13 @@ interface Subscription {
 }
 
 interface Pending {
-  service: ServiceOffer;
+  service: Service;
   done: (value: Message) => void;
   failed: (reason: Error) => void;
   timer: ReturnType<typeof setTimeout>;
 }
 
-export interface SocketLike {
-  binaryType: string;
-  readyState: number;
-  bufferedAmount: number;
-  onopen: (() => void) | null;
-  onclose: ((event: { code: number; reason: string }) => void) | null;
-  onmessage: ((event: { data: unknown }) => void) | null;
-  onerror: (() => void) | null;
-  send(data: string | Uint8Array): void;
-  close(): void;
-}
+export type SocketLike = IWebSocket & { bufferedAmount: number };
 
 export interface ClientOptions {
   url: string;
@@ -44,14 +36,20 @@ export interface ClientOptions {
 }
 
 // By name; what the page calls '/gazebo/step' is '/left/gazebo/step' where the twin stands in the namespace '/left'.
-class Offers extends Map<string, ServiceOffer> {
+class Offers extends Map<string, Service> {
   space = '';
-  override get(name: string): ServiceOffer | undefined {
+  override get(name: string): Service | undefined {
     return super.get(name) ?? (this.space ? super.get(this.space + name) : undefined);
   }
   override has(name: string): boolean {
     return this.get(name) !== undefined;
   }
+}
+
+// Name and text of a service's schema. Servers of older versions of the protocol give the text alone.
+function schemaOf(service: Service, part: 'request' | 'response'): [name: string, text: string] {
+  const told = service[part];
+  return [told?.schemaName || `${service.type}_${part === 'request' ? 'Request' : 'Response'}`, told?.schema ?? service[`${part}Schema`] ?? ''];
 }
 
 export class Client {
@@ -60,26 +58,28 @@ export class Client {
   sessionId = '';
   capabilities = new Set<string>();
   reason = '';
-  readonly channels = new Map<number, ChannelOffer>();
+  readonly channels = new Map<number, Channel>();
   readonly services = new Offers();
   readonly received = new Map<string, { count: number; bytes: number; at: number }>();
   onphase: (phase: Phase) => void = () => {};
   ongraph: () => void = () => {};
   onstatus: (level: number, message: string) => void = () => {};
   onparameters: (values: Parameter[]) => void = () => {};
-  bytes = 0;
+  bytes = 0; // of messages, answers and assets
 
   private socket: SocketLike | null = null;
+  private wire: FoxgloveClient | null = null; // null until the server has said who it is
   private nextId = 1;
   private wait = 250;
   private closed = false;
   private readonly subscriptions = new Map<string, Subscription>();
   private readonly byId = new Map<number, Subscription>();
-  private readonly advertised = new Map<string, { id: number; topic: string; type: string }>();
+  private readonly advertised = new Map<string, { id: number; type: string }>();
   private readonly calls = new Map<number, Pending>();
   private readonly assets = new Map<number, { done: (data: Uint8Array) => void; failed: (e: Error) => void }>();
   private readonly types = new Map<string, MessageType>();
   private readonly asked = new Map<string, { done: (values: Parameter[]) => void; failed: (e: Error) => void; about: string; errors: string[] }>();
+  private readonly reported = new Set<string>(); // what this connection has complained of
   private watching = false;
 
   constructor(private readonly options: ClientOptions) {
@@ -88,18 +88,22 @@ export class Client {
 
   start(): void {
     this.closed = false;
-    const connect = this.options.connect ?? ((url, protocol) => new WebSocket(url, protocol) as unknown as SocketLike);
-    const socket = connect(this.options.url, SUBPROTOCOL);
+    const connect = this.options.connect ?? ((url, protocol) => new WebSocket(url, protocol));
+    const socket = connect(this.options.url, FoxgloveClient.SUPPORTED_SUBPROTOCOL);
     this.socket = socket;
-    socket.binaryType = 'arraybuffer';
-    socket.onmessage = ({ data }) => this.receive(data);
-    socket.onerror = () => {};
-    socket.onopen = () => {
+    const wire = new FoxgloveClient({ ws: socket });
+    wire.on('open', () => {
       this.wait = 250;
-    };
-    socket.onclose = ({ reason }) => {
+    });
+    wire.on('close', ({ reason }) => {
       if (this.socket === socket) this.lose(reason);
-    };
+    });
+    wire.on('error', ({ message }) => {
+      if (this.phase === 'open') this.report(message, `the connection: ${message}`);
+    });
+    wire.on('serverInfo', (info) => this.greet(wire, info));
+    this.listenToOffers(wire);
+    this.listenToAnswers(wire);
   }
 
   stop(): void {
@@ -109,7 +113,10 @@ export class Client {
 
   private lose(reason: string): void {
     this.socket = null;
+    this.wire = null;
     this.reason = reason;
+    this.reported.clear();
+    this.byId.clear();
     for (const [id, call] of this.calls) {
       clearTimeout(call.timer);
       call.failed(new Error('the connection was lost'));
@@ -136,90 +143,94 @@ export class Client {
     this.onphase(phase);
   }
 
-  private receive(data: unknown): void {
-    try {
-      if (typeof data === 'string') this.receiveText(readServerText(data));
-      else this.receiveBinary(data as ArrayBuffer);
-    } catch (problem) {
-      if (!(problem instanceof FrameError)) throw problem;
-      this.onstatus(2, `a frame that cannot be read: ${problem.message}`);
-    }
+  private greet(wire: FoxgloveClient, info: ServerInfo): void {
+    this.wire = wire;
+    this.serverName = info.name;
+    this.sessionId = info.sessionId ?? '';
+    this.capabilities = new Set(info.capabilities);
+    for (const subscription of this.subscriptions.values()) subscription.last = null;
+    for (const [topic, mine] of this.advertised) mine.id = wire.advertise({ topic, encoding: 'cdr', schemaName: mine.type });
+    if (this.watching) wire.subscribeParameterUpdates([]);
+    this.setPhase('open');
   }
 
-  private receiveText(frame: ServerText): void {
-    switch (frame.op) {
-      case 'serverInfo':
-        this.serverName = frame.name;
-        this.sessionId = frame.sessionId ?? '';
-        this.capabilities = new Set(frame.capabilities);
-        for (const subscription of this.subscriptions.values()) subscription.last = null;
-        if (this.advertised.size > 0) this.advertiseNow([...this.advertised.values()]);
-        if (this.watching) this.send({ op: 'subscribeParameterUpdates', parameterNames: [] });
-        this.setPhase('open');
-        break;
-      case 'parameterValues': {
-        const request = this.asked.get(frame.id ?? '');
-        this.asked.delete(frame.id ?? '');
-        if (request && request.errors.length > 0) request.failed(new Error(request.errors.join('; ')));
-        else request?.done(frame.parameters);
-        this.onparameters(frame.parameters);
-        break;
+  private listenToOffers(wire: FoxgloveClient): void {
+    wire.on('advertise', (channels) => {
+      for (const channel of channels) this.addChannel(channel);
+      this.ongraph();
+    });
+    wire.on('unadvertise', (ids) => {
+      for (const id of ids) this.removeChannel(id);
+      this.ongraph();
+    });
+    wire.on('advertiseServices', (services) => {
+      for (const service of services) this.services.set(service.name, service);
+      this.ongraph();
+    });
+    wire.on('unadvertiseServices', (ids) => {
+      for (const [name, service] of this.services) if (ids.includes(service.id)) this.services.delete(name);
+      this.ongraph();
+    });
+  }
+
+  private listenToAnswers(wire: FoxgloveClient): void {
+    wire.on('message', ({ subscriptionId, timestamp, data }) => this.take(subscriptionId, timestamp, data));
+    wire.on('serviceCallResponse', ({ callId, data }) => {
+      this.bytes += data.byteLength;
+      this.settle(callId, (call) => call.done(readCdr(this.typeOf(...schemaOf(call.service, 'response')), data)));
+    });
+    wire.on('serviceCallFailure', ({ callId, message }) => this.settle(callId, (call) => call.failed(new Error(message))));
+    wire.on('fetchAssetResponse', (answer) => {
+      const waiting = this.assets.get(answer.requestId);
+      this.assets.delete(answer.requestId);
+      if (!('data' in answer)) {
+        waiting?.failed(new Error(answer.error || 'refused'));
+        return;
       }
-      case 'status':
-        // What a node has against a value comes as a status that begins with the parameter's name.
-        for (const { about, errors } of this.asked.values()) if (about && frame.message.startsWith(`${about}: `)) errors.push(frame.message.slice(about.length + 2));
-        this.onstatus(frame.level, frame.message);
-        break;
-      case 'advertise':
-        for (const channel of frame.channels) this.addChannel(channel);
-        this.ongraph();
-        break;
-      case 'unadvertise':
-        for (const id of frame.channelIds) this.removeChannel(id);
-        this.ongraph();
-        break;
-      case 'advertiseServices':
-        for (const service of frame.services) this.services.set(service.name, service);
-        this.ongraph();
-        break;
-      case 'unadvertiseServices':
-        for (const [name, service] of this.services) {
-          if (frame.serviceIds.includes(service.id)) this.services.delete(name);
-        }
-        this.ongraph();
-        break;
-      case 'serviceCallFailure':
-        this.settle(frame.callId, (call) => call.failed(new Error(frame.message)));
-        break;
-      default:
-    }
+      const { buffer, byteOffset, byteLength } = answer.data;
+      this.bytes += byteLength;
+      waiting?.done(new Uint8Array(buffer, byteOffset, byteLength));
+    });
+    wire.on('parameterValues', ({ id = '', parameters }) => {
+      const request = this.asked.get(id);
+      this.asked.delete(id);
+      if (request && request.errors.length > 0) request.failed(new Error(request.errors.join('; ')));
+      else request?.done(parameters);
+      this.onparameters(parameters);
+    });
+    wire.on('status', ({ level, message }) => {
+      // What a node has against a value comes as a status that begins with the parameter's name.
+      for (const { about, errors } of this.asked.values()) if (about && message.startsWith(`${about}: `)) errors.push(message.slice(about.length + 2));
+      this.onstatus(level, message);
+    });
   }
 
-  private receiveBinary(data: ArrayBuffer): void {
-    const frame = readServerBinary(data);
+  private take(id: number, stamp: bigint, data: ArrayBufferView): void {
     this.bytes += data.byteLength;
-    if (frame.kind === 'message') {
-      const subscription = this.byId.get(frame.subscription);
-      if (!subscription || !subscription.type) return;
-      const counted = this.received.get(subscription.topic) ?? { count: 0, bytes: 0, at: 0 };
-      counted.count += 1;
-      counted.bytes += frame.payload.byteLength;
-      counted.at = performance.now();
-      this.received.set(subscription.topic, counted);
-      const message = readCdr(subscription.type, frame.payload);
-      subscription.last = { message, stamp: frame.stamp };
-      for (const handler of subscription.handlers) handler(message, frame.stamp);
-    } else if (frame.kind === 'response') {
-      this.settle(frame.call, (call) => {
-        const type = this.typeOf(call.service.responseName || `${call.service.type}_Response`, call.service.responseSchema);
-        call.done(readCdr(type, frame.payload));
-      });
-    } else if (frame.kind === 'asset') {
-      const waiting = this.assets.get(frame.request);
-      this.assets.delete(frame.request);
-      if (frame.error !== null) waiting?.failed(new Error(frame.error));
-      else waiting?.done(frame.data);
+    const subscription = this.byId.get(id);
+    if (!subscription || !subscription.type) return;
+    const { topic } = subscription;
+    const counted = this.received.get(topic) ?? { count: 0, bytes: 0, at: 0 };
+    counted.count += 1;
+    counted.bytes += data.byteLength;
+    counted.at = performance.now();
+    this.received.set(topic, counted);
+    let message: Message;
+    try {
+      message = readCdr(subscription.type, data);
+    } catch (problem) {
+      this.report(topic, `${topic}: ${(problem as Error).message}`);
+      return;
     }
+    subscription.last = { message, stamp };
+    for (const handler of subscription.handlers) handler(message, stamp);
+  }
+
+  // Once in a connection: what is wrong with a message is wrong with the hundred of the next second.
+  private report(about: string, text: string): void {
+    if (this.reported.has(about)) return;
+    this.reported.add(about);
+    this.onstatus(2, text);
   }
 
   private settle(id: number, use: (call: Pending) => void): void {
@@ -252,7 +263,7 @@ export class Client {
 
   // -- topics
 
-  private addChannel(channel: ChannelOffer): void {
+  private addChannel(channel: Channel): void {
     this.channels.set(channel.id, channel);
     // What the program tells of itself says in which namespace it stands.
     const own = /^(.*)\/doppel\/(health|status)$/.exec(channel.topic);
@@ -271,33 +282,35 @@ export class Client {
   }
 
   // To the subscriptions that waited for it.
-  private bind(channel: ChannelOffer): void {
+  private bind(channel: Channel): void {
     for (const subscription of this.subscriptions.values()) {
       if (subscription.channel === null && this.means(subscription.topic, channel)) this.subscribeNow(subscription, channel);
     }
   }
 
-  private means(topic: string, channel: ChannelOffer): boolean {
+  private means(topic: string, channel: Channel): boolean {
     return channel.topic === topic || (this.services.space !== '' && channel.topic === this.services.space + topic);
   }
 
   private removeChannel(id: number): void {
     this.channels.delete(id);
-    for (const subscription of this.subscriptions.values()) if (subscription.channel === id) subscription.channel = null;
+    for (const subscription of this.subscriptions.values()) {
+      if (subscription.channel !== id) continue;
+      subscription.channel = null;
+      this.byId.delete(subscription.id);
+    }
   }
 
-  private subscribeNow(subscription: Subscription, channel: ChannelOffer): void {
-    if (channel.encoding !== 'cdr') return;
+  private subscribeNow(subscription: Subscription, channel: Channel): void {
+    if (channel.encoding !== 'cdr' || !this.wire) return;
     subscription.channel = channel.id;
     subscription.type = this.type(channel.schemaName);
-    this.byId.delete(subscription.id);
-    subscription.id = this.nextId++;
+    subscription.id = this.wire.subscribe(channel.id);
     this.byId.set(subscription.id, subscription);
-    this.send({ op: 'subscribe', subscriptions: [{ id: subscription.id, channelId: channel.id }] });
   }
 
-  channel(topic: string): ChannelOffer | null {
-    let found: ChannelOffer | null = null;
+  channel(topic: string): Channel | null {
+    let found: Channel | null = null;
     for (const channel of this.channels.values()) {
       if (channel.topic === topic) return channel;
       if (this.means(topic, channel)) found = channel;
@@ -309,7 +322,7 @@ export class Client {
   subscribe(topic: string, handler: Handler): () => void {
     let subscription = this.subscriptions.get(topic);
     if (!subscription) {
-      subscription = { id: this.nextId++, topic, channel: null, type: null, handlers: new Set(), last: null };
+      subscription = { id: -1, topic, channel: null, type: null, handlers: new Set(), last: null };
       this.subscriptions.set(topic, subscription);
       const channel = this.channel(topic);
       if (channel) this.subscribeNow(subscription, channel);
@@ -323,16 +336,10 @@ export class Client {
       mine.handlers.delete(handler);
       if (mine.handlers.size > 0 || this.subscriptions.get(topic) !== mine) return;
       this.subscriptions.delete(topic);
+      if (mine.channel === null) return; // its id may be another's by now
       this.byId.delete(mine.id);
-      if (mine.channel !== null) this.send({ op: 'unsubscribe', subscriptionIds: [mine.id] });
+      this.wire?.unsubscribe(mine.id);
     };
-  }
-
-  private advertiseNow(list: { id: number; topic: string; type: string }[]): void {
-    this.send({
-      op: 'advertise',
-      channels: list.map(({ id, topic, type }) => ({ id, topic, encoding: 'cdr', schemaName: type })),
-    });
   }
 
   publish(name: string, typeName: string, message: Message): void {
@@ -340,14 +347,13 @@ export class Client {
     const type = this.type(typeName);
     if (!type) throw new Error(`the type ${typeName} is not known here`);
     const payload = writeCdr(type, message);
-    if (this.phase !== 'open') return;
+    if (!this.wire) return;
     let mine = this.advertised.get(topic);
-    if (!mine || mine.type !== typeName) {
-      mine = { id: this.nextId++, topic, type: typeName };
+    if (mine?.type !== typeName) {
+      mine = { id: this.wire.advertise({ topic, encoding: 'cdr', schemaName: typeName }), type: typeName };
       this.advertised.set(topic, mine);
-      this.advertiseNow([mine]);
     }
-    this.socket?.send(messageFrame(mine.id, payload));
+    this.wire.sendMessage(mine.id, payload);
   }
 
   // Bytes that the browser has not sent yet.
@@ -359,31 +365,32 @@ export class Client {
 
   requestType(name: string): MessageType | null {
     const service = this.services.get(name);
-    return service ? this.typeOf(service.requestName || `${service.type}_Request`, service.requestSchema) : null;
+    return service ? this.typeOf(...schemaOf(service, 'request')) : null;
   }
 
   call(name: string, request: Message = {}, patience = 5000): Promise<Message> {
     const service = this.services.get(name);
     const type = this.requestType(name);
     if (!service || !type) return Promise.reject(new Error(`there is no service ${name}`));
-    const payload = writeCdr(type, request);
+    const data = writeCdr(type, request);
     return new Promise((done, failed) => {
-      const id = this.nextId++;
+      const callId = this.nextId++;
       const timer = setTimeout(() => {
-        this.calls.delete(id);
+        this.calls.delete(callId);
         failed(new Error(`${name} did not answer within ${patience / 1000} s`));
       }, patience);
-      this.calls.set(id, { service, done, failed, timer });
-      this.socket?.send(callFrame(service.id, id, payload));
+      this.calls.set(callId, { service, done, failed, timer });
+      this.wire?.sendServiceCallRequest({ serviceId: service.id, callId, encoding: 'cdr', data });
     });
   }
 
   fetchAsset(uri: string): Promise<Uint8Array> {
-    if (this.phase !== 'open') return Promise.reject(new Error('not connected'));
+    const { wire } = this;
+    if (!wire) return Promise.reject(new Error('not connected'));
     return new Promise((done, failed) => {
       const requestId = this.nextId++;
       this.assets.set(requestId, { done, failed });
-      this.send({ op: 'fetchAsset', requestId, uri });
+      wire.fetchAsset(uri, requestId);
     });
   }
 
@@ -393,29 +400,27 @@ export class Client {
   watchParameters(on: boolean): void {
     if (on === this.watching) return;
     this.watching = on;
-    this.send({ op: on ? 'subscribeParameterUpdates' : 'unsubscribeParameterUpdates', parameterNames: [] });
+    if (on) this.wire?.subscribeParameterUpdates([]);
+    else this.wire?.unsubscribeParameterUpdates([]);
   }
 
   getParameters(names: string[] = []): Promise<Parameter[]> {
-    return this.askParameters('', { op: 'getParameters', parameterNames: names });
+    return this.askParameters('', (wire, id) => wire.getParameters(names, id));
   }
 
   // Fails with the reason of the node that refuses.
   setParameter(parameter: Parameter): Promise<Parameter[]> {
-    return this.askParameters(parameter.name, { op: 'setParameters', parameters: [parameter] });
+    return this.askParameters(parameter.name, (wire, id) => wire.setParameters([parameter], id));
   }
 
-  private askParameters(about: string, frame: object): Promise<Parameter[]> {
+  private askParameters(about: string, ask: (wire: FoxgloveClient, id: string) => void): Promise<Parameter[]> {
+    const { wire } = this;
+    if (!wire) return Promise.reject(new Error('not connected'));
     const id = `page${this.nextId++}`;
-    if (this.phase !== 'open') return Promise.reject(new Error('not connected'));
     return new Promise((done, failed) => {
       this.asked.set(id, { done, failed, about, errors: [] });
       setTimeout(() => this.asked.delete(id) && failed(new Error('no answer within 5 s')), 5000);
-      this.send({ ...frame, id });
+      ask(wire, id);
     });
-  }
-
-  private send(frame: object): void {
-    if (this.socket && this.socket.readyState === 1) this.socket.send(JSON.stringify(frame));
   }
 }

@@ -1,9 +1,10 @@
-// The running program against the protocol's own client library, and the page's reader of CDR against another's.
+// The running program against the protocol's own client library, and the page's parser of schemas against another's.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { MessageReader } from '@foxglove/rosmsg2-serialization';
 import { readCdr } from '../../src/protocol/cdr';
 import { parseSchema, shortName } from '../../src/protocol/schema';
+import { sameTypes } from '../same_types';
 import { bytesOf, definitions, encode, Peer, Program, sleep, until } from './harness';
 
 const program = new Program();
@@ -22,29 +23,21 @@ after(() => {
 
 const has = (capability: string): boolean => (peer.info!['capabilities'] as string[]).includes(capability);
 
-// Values as both readers give them: lists plain, whole numbers plain where they are exact, times by ROS 2's names.
+// Lists plain, whole numbers plain where they are exact.
 function plain(value: unknown): unknown {
   if (typeof value === 'bigint') return value >= -9007199254740991n && value <= 9007199254740991n ? Number(value) : value;
   if (ArrayBuffer.isView(value)) return Array.from(value as unknown as ArrayLike<unknown>, plain);
   if (Array.isArray(value)) return value.map(plain);
   if (typeof value !== 'object' || value === null) return value;
-  const entries = Object.entries(value).map(([name, part]) => [name, plain(part)] as const);
-  const time = entries.length === 2 && 'sec' in value && 'nsec' in value;
-  return Object.fromEntries(time ? entries.map(([name, part]) => [name === 'nsec' ? 'nanosec' : name, part]) : entries);
+  return Object.fromEntries(Object.entries(value).map(([name, part]) => [name, plain(part)]));
 }
 
-// The page's reader says of the bytes what the independent one says.
+// The bytes hold by the page's schema what they hold by the other parser's.
 function agree(name: string, schema: string, bytes: Uint8Array): unknown {
   const theirs = plain(new MessageReader(definitions(schema)).readMessage(bytes));
   const type = parseSchema(name, schema).get(shortName(name))!;
   assert.deepEqual(plain(readCdr(type, new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength))), theirs, name);
   return theirs;
-}
-
-function sameFields(name: string, schema: string): void {
-  const theirs = definitions(schema)[0]!.definitions.filter((field) => !field.isConstant);
-  const ours = parseSchema(name, schema).get(shortName(name))!.fields;
-  assert.deepEqual(ours.map((field) => [field.name, field.list]), theirs.map((field) => [field.name, field.isArray ?? false]), name);
 }
 
 test('the server says who it is and what it can do', () => {
@@ -55,22 +48,22 @@ test('the server says who it is and what it can do', () => {
   assert.ok(String(peer.info!['sessionId']).length > 0);
 });
 
-test('every channel and service has a schema that others can parse, and the page reads the same in it', () => {
+test('every channel and service has a schema that others can parse, in which the page finds the same types', () => {
   assert.ok(peer.channels.size > 10);
   for (const channel of peer.channels.values()) {
     assert.equal(channel.encoding, 'cdr');
     assert.equal(channel.schemaEncoding, 'ros2msg');
-    sameFields(channel.schemaName, channel.schema);
+    sameTypes(channel.schemaName, channel.schema, definitions(channel.schema));
   }
   for (const service of peer.services.values()) {
     for (const part of [service.request!, service.response!]) {
       assert.equal(part.encoding, 'cdr');
-      if (part.schema.trim() !== '') sameFields(part.schemaName, part.schema);
+      sameTypes(part.schemaName, part.schema, definitions(part.schema));
     }
   }
 });
 
-test('one message of each type is decoded by another reader, with the same values as the page\'s', { timeout: 60_000 }, async (t) => {
+test('one message of each type has the same values by both parsers', { timeout: 60_000 }, async (t) => {
   const wanted = new Map([...peer.channels.values()].map((channel) => [channel.schemaName, channel.schema]));
   const got = new Map<string, Uint8Array>();
   const topics = new Map<number, { schemaName: string }>();
@@ -100,7 +93,7 @@ test('one message of each type is decoded by another reader, with the same value
   const { names, positions } = plain(now.message) as { names: string[]; positions: number[] };
   const controllers = plain((await peer.call('/controller_manager/list_controllers', {})).message) as { controller: { name: string; claimed_interfaces: string[] }[] };
   const arm = controllers.controller.find((c) => c.name === 'omarm_arm_controller')!.claimed_interfaces.map((claim) => claim.slice(0, claim.lastIndexOf('/')));
-  const trajectory = { joint_names: arm, points: [{ positions: arm.map((name) => positions[names.indexOf(name)]!), time_from_start: { sec: 0, nsec: 300_000_000 } }] };
+  const trajectory = { joint_names: arm, points: [{ positions: arm.map((name) => positions[names.indexOf(name)]!), time_from_start: { sec: 0, nanosec: 300_000_000 } }] };
   const goal = '/omarm_arm_controller/follow_joint_trajectory/_action/send_goal';
   if (peer.services.has(goal)) {
     const answer = await peer.call(goal, { goal_id: { uuid: Uint8Array.from({ length: 16 }, (_, i) => i) }, goal: { trajectory } });
@@ -108,7 +101,7 @@ test('one message of each type is decoded by another reader, with the same value
   }
   send('/omarm_arm_controller/joint_trajectory', trajectory);
   send('/omarm_arm_controller/speed_scaling_input', { factor: 1 });
-  send('/rosout', { stamp: { sec: 1, nsec: 2 }, level: 20, name: 'peer', msg: 'ünïcode', file: 'a.cpp', function: 'f', line: 7 });
+  send('/rosout', { stamp: { sec: 1, nanosec: 2 }, level: 20, name: 'peer', msg: 'ünïcode', file: 'a.cpp', function: 'f', line: 7 });
   const gripper = ['omarm_gripper_controller'];
   await peer.call('/controller_manager/switch_controller', { deactivate_controllers: gripper, strictness: 2 });
   await peer.call('/controller_manager/switch_controller', { activate_controllers: gripper, strictness: 2 });
@@ -120,7 +113,7 @@ test('one message of each type is decoded by another reader, with the same value
   for (const [name, schema] of wanted) agree(name, schema, got.get(name)!);
 });
 
-test('services answer, with the same values for both readers; failures name the call', async () => {
+test('services answer, with the same values by both parsers; failures name the call', async () => {
   for (const [name, service] of peer.services) {
     if (!/\/(list_|get_state$|get_model_state$|query_state$|describe_parameters$|get_parameters$)/.test(name)) continue;
     const { bytes } = await peer.call(name, {});
@@ -156,7 +149,7 @@ test('a client publishes as CDR and as JSON, and the arm follows both', async ()
     const id = peer.client.advertise({ topic, encoding, schemaName: channel.schemaName });
     const nanoseconds = 300_000_000;
     const message = (time: object): object => ({ joint_names: [joint], points: [{ positions: [goal], time_from_start: time }] });
-    peer.client.sendMessage(id, encoding === 'cdr' ? encode(channel.schema, message({ sec: 0, nsec: nanoseconds }))
+    peer.client.sendMessage(id, encoding === 'cdr' ? encode(channel.schema, message({ sec: 0, nanosec: nanoseconds }))
       : new TextEncoder().encode(JSON.stringify(message({ sec: 0, nanosec: nanoseconds }))));
     await until(`the goal sent as ${encoding} (${goal}, is ${at.get(joint)})`, () => Math.abs(at.get(joint)! - goal) < 0.03);
     peer.client.unadvertise(id);

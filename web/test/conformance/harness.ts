@@ -1,6 +1,6 @@
 // A running program and a connection to it made with the protocol's own client library.
-import protocol from '@foxglove/ws-protocol';
 import type { Channel, Service } from '@foxglove/ws-protocol';
+import FoxgloveClient from '@foxglove/ws-protocol/dist/esm/src/FoxgloveClient';
 import { parse } from '@foxglove/rosmsg';
 import { MessageReader, MessageWriter } from '@foxglove/rosmsg2-serialization';
 import { spawn, type ChildProcess } from 'node:child_process';
@@ -26,29 +26,21 @@ export async function until<T>(what: string, look: () => T | undefined | false |
 
 export const definitions = (schema: string): ReturnType<typeof parse> => parse(schema, { ros2: true });
 
-// Bytes of a message, fields that are left out empty; the library writes a list that is left out twice.
+// Bytes of a message, fields that are left out empty.
 export function encode(schema: string, message: object): Uint8Array {
-  const all = definitions(schema);
-  const complete = (fields: (typeof all)[number]['definitions'], given: Record<string, unknown>): object => Object.fromEntries(
-    fields.filter((field) => !field.isConstant).map((field) => {
-      const value = given[field.name];
-      const nested = field.isComplex ? all.find((one) => one.name === field.type)!.definitions : null;
-      if (field.isArray && field.arrayLength === undefined) return [field.name, nested ? ((value ?? []) as Record<string, unknown>[]).map((one) => complete(nested, one)) : value ?? []];
-      return [field.name, nested && !field.isArray ? complete(nested, (value ?? {}) as Record<string, unknown>) : value];
-    }));
-  return new MessageWriter(all).writeMessage(complete(all.find((one) => one.name === undefined)?.definitions ?? [], message as Record<string, unknown>));
+  return new MessageWriter(definitions(schema)).writeMessage(message);
 }
 
 export class Peer {
-  readonly client: InstanceType<typeof protocol.FoxgloveClient>;
+  readonly client: FoxgloveClient;
   readonly channels = new Map<string, Channel>();
   readonly services = new Map<string, Service>();
   info: Record<string, unknown> | null = null;
   private nextCall = 1;
 
   constructor(port: number) {
-    const ws = new WebSocket(`ws://127.0.0.1:${port}/`, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
-    this.client = new protocol.FoxgloveClient({ ws: ws as never });
+    const ws = new WebSocket(`ws://127.0.0.1:${port}/`, [FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
+    this.client = new FoxgloveClient({ ws: ws as never });
     this.client.on('serverInfo', (info) => (this.info = info as never));
     this.client.on('advertise', (list) => list.forEach((channel) => this.channels.set(channel.topic, channel)));
     this.client.on('advertiseServices', (list) => list.forEach((service) => this.services.set(service.name, service)));

@@ -3,7 +3,7 @@ import { chromium } from 'playwright-core';
 import { spawn } from 'node:child_process';
 import { mkdirSync } from 'node:fs';
 import { createServer } from 'node:net';
-import { dirname, join } from 'node:path';
+import { dirname, join, resolve } from 'node:path';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
@@ -46,6 +46,12 @@ export async function waitFor(page, condition, arg, ms = patience / 2) {
 export class Lab {
   #children = new Set();
   #page = null;
+  #root;
+
+  // `other`: a checkout whose page is served instead of this one's.
+  constructor(other) {
+    this.#root = other ? { DOPPEL_ROOT: resolve(other) } : {};
+  }
 
   async start() {
     this.twinPort = await freePort();
@@ -75,7 +81,7 @@ export class Lab {
   #spawn(command, args) {
     const child = spawn(command, args.map(String), {
       stdio: process.env.VERBOSE ? 'inherit' : 'ignore',
-      env: { DOPPEL_ROOT: root, ...process.env }, // this page, not that of where the program was built
+      env: { DOPPEL_ROOT: root, ...process.env, ...this.#root }, // this page, not that of where the program was built
     });
     if (this.#children.size === 0) process.once('exit', () => this.#end()); // also where starting has failed
     this.#children.add(child);
@@ -83,13 +89,14 @@ export class Lab {
     return child;
   }
 
-  // A page whose picture, panels and tools stand; what the console complains of is in its `problems`.
-  async page(options = {}, url = this.url) {
+  // A page whose picture, panels and tools stand; what the console complains of is in its `problems`. `prepare` gets it empty.
+  async page(options = {}, url = this.url, prepare = async () => {}) {
     const page = await this.browser.newPage({ viewport: { width: 900, height: 600 }, ...options });
     page.problems = [];
     page.on('console', (m) => m.type() === 'error' && page.problems.push(m.text()));
     page.on('pageerror', (e) => page.problems.push(e.stack));
     await page.addInitScript(() => addEventListener('securitypolicyviolation', (e) => console.error(`refused by the policy: ${e.violatedDirective} ${e.blockedURI}`)));
+    await prepare(page);
     await page.goto(url, { timeout: patience });
     await waitFor(page, () => window.doppel?.ready && doppel.world.firstPicture > 0, undefined, patience);
     return page;

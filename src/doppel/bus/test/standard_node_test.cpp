@@ -158,5 +158,30 @@ TEST(Rosout, TellsLinesInTheNameOfTheirNodes) {
   EXPECT_EQ(lines[2].level, 20);
 }
 
+void speak(const Log& log) {
+  log.warning("arm", "from a function");
+}
+
+TEST(Rosout, LinesTellWhereTheyWereSaidAsRclcppsDo) {
+  Bus bus;
+  Node arm(bus, "/arm");
+  std::vector<rcl_interfaces::msg::Log> lines;
+  arm.subscribe<rcl_interfaces::msg::Log>("/rosout", [&](const auto& line) { lines.push_back(line); });
+  Log log;
+  const Rosout rosout(bus);
+  log.add_sink(rosout.sink());
+  const auto before = std::source_location::current();
+  log.note("arm", "from the test");
+  speak(log);
+  [&log] { log.error("arm", "from a lambda"); }();
+  bus.spin();
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0].file, before.file_name());
+  EXPECT_EQ(lines[0].function, "TestBody");
+  EXPECT_EQ(lines[0].line, before.line() + 1);
+  EXPECT_EQ(lines[1].function, "speak");
+  EXPECT_EQ(lines[2].function, "operator()");
+}
+
 }  // namespace
 }  // namespace doppel

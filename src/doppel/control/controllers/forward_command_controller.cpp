@@ -54,10 +54,17 @@ void CommandForwarder::forward(ControllerContext& context, Names listed, Names d
   for (const std::string& full_name : driven_) {
     source_.push_back(
         static_cast<std::size_t>(std::find(listed_.begin(), listed_.end(), full_name) - listed_.begin()));
-    const std::size_t slash = full_name.find_last_of('/');
-    const bool position = full_name.substr(slash + 1) == kPosition;
-    position_joints_.push_back(position ? full_name.substr(0, slash) : "");
   }
+  for (const std::string& full_name : driven_)
+    stops_.push_back(full_name.substr(full_name.find_last_of('/') + 1) != kPosition);
+  const double timeout = declare<double>(
+      context.node->parameters(), context.overrides, "command_timeout", 0.0,
+      {"s without a message, after which velocities, accelerations and efforts are zero; 0: never", true,
+       [](const ParameterValue& value) {
+         const double s = std::get<double>(value);
+         return s >= 0 && std::isfinite(s) ? Status{} : Status::refused("it has to be 0 or more seconds");
+       }});
+  timeout_ = from_seconds(timeout);
   values_.assign(driven_.size(), 0.0);
   context.node->subscribe<std_msgs::msg::Float64MultiArray>(
       "~/commands", [this](const auto& m) { receive(m); }, Qos::system_default_subscription());
@@ -85,13 +92,13 @@ void CommandForwarder::receive(const std_msgs::msg::Float64MultiArray& message) 
     return;
   }
   complained_ = false;
-  commanded_ = true;
+  commanded_ = message_came_ = true;
   for (std::size_t i = 0; i < values_.size(); ++i) values_[i] = message.data[source_[i]];
 }
 
 Status CommandForwarder::on_activate() {
   active_ = true;
-  commanded_ = complained_ = false;
+  commanded_ = complained_ = message_came_ = timed_out_ = timeout_logged_ = false;
   return {};
 }
 
@@ -103,16 +110,26 @@ Status CommandForwarder::on_deactivate() {
   return {};
 }
 
-void CommandForwarder::update(Time /*now*/, Duration /*period*/) {
+void CommandForwarder::update(Time now, Duration /*period*/) {
   if (!commanded_) return;
+  if (message_came_) {
+    last_message_ = now;
+    message_came_ = timed_out_ = false;
+  } else if (timeout_ > Duration{} && !timed_out_ && now - last_message_ > timeout_) {
+    timed_out_ = true;
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      if (stops_[i]) values_[i] = 0.0;
+    }
+  }
   for (std::size_t i = 0; i < command_handles.size(); ++i) command_handles[i].set(values_[i]);
 }
 
-void CommandForwarder::targets(std::vector<std::pair<std::string_view, double>>& out) const {
-  if (!commanded_) return;
-  for (std::size_t i = 0; i < position_joints_.size(); ++i) {
-    if (!position_joints_[i].empty()) out.emplace_back(position_joints_[i], values_[i]);
-  }
+void CommandForwarder::housekeeping(Time /*now*/) {
+  if (timed_out_ && !timeout_logged_)
+    log_->warning(name_,
+                  fmt::format("no command for {:g} s: what is no position is set to zero until the next one",
+                              to_seconds(timeout_)));
+  timeout_logged_ = timed_out_;
 }
 
 void ForwardCommandController::on_init(ControllerContext& context) {

@@ -1,7 +1,8 @@
 #pragma once
 // Controllers that pass numbers on: ~/commands (std_msgs/msg/Float64MultiArray) to command interfaces, one
-// number each. They send nothing until the first message. After ros2_controllers' forward_command_controller
-// and its groups.
+// number each. They send nothing until the first message, and with the parameter command_timeout (s; 0:
+// never) zero to everything but positions where no message has come for so long. After ros2_controllers'
+// forward_command_controller and its groups.
 
 #include <optional>
 #include <string>
@@ -22,7 +23,7 @@ class CommandForwarder : public Controller {
   Status on_activate() override;
   Status on_deactivate() override;
   void update(Time now, Duration period) override;
-  void targets(std::vector<std::pair<std::string_view, double>>& out) const override;
+  void housekeeping(Time now) override;
 
  protected:
   // `listed`: what a message commands, in order; `driven`: the part of it that is claimed. on_stop: written
@@ -36,10 +37,13 @@ class CommandForwarder : public Controller {
   std::string name_;
   const Log* log_ = nullptr;
   std::vector<std::string> listed_, driven_;
-  std::vector<std::size_t> source_;           // of each driven interface: its index in a message
-  std::vector<std::string> position_joints_;  // of each driven interface; empty: it is no position
+  std::vector<std::size_t> source_;  // of each driven interface: its index in a message
   std::optional<double> on_stop_;
   std::vector<double> values_;  // of the last message, one for each driven interface
+  std::vector<bool> stops_;     // of each driven interface: zero is no motion
+  Duration timeout_{};          // zero: commands hold for ever
+  Time last_message_{};
+  bool message_came_ = false, timed_out_ = false, timeout_logged_ = false;
   bool active_ = false, commanded_ = false, complained_ = false;
 };
 

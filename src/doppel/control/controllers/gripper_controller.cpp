@@ -225,10 +225,6 @@ void GripperController::housekeeping(Time /*now*/) {
   finish(id, fine ? GoalStatus::succeeded : GoalStatus::aborted, outcome);
 }
 
-void GripperController::targets(std::vector<std::pair<std::string_view, double>>& out) const {
-  if (active_) out.emplace_back(settings_.joint, target_);
-}
-
 namespace {
 
 std::optional<double> first_of(const std::vector<double>& values) {

@@ -33,7 +33,6 @@ class GripperController : public Controller {
   void update(Time now, Duration period) override;
   void housekeeping(Time now) override;
   [[nodiscard]] double housekeeping_rate() const override { return settings_.action_monitor_rate; }
-  void targets(std::vector<std::pair<std::string_view, double>>& out) const override;
 
  protected:
   struct Command {

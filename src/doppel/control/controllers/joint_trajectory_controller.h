@@ -38,7 +38,6 @@ class JointTrajectoryController : public Controller {
   void update(Time now, Duration period) override;
   void housekeeping(Time now) override;
   [[nodiscard]] double housekeeping_rate() const override { return settings_.action_monitor_rate; }
-  void targets(std::vector<std::pair<std::string_view, double>>& out) const override;
 
  private:
   using FollowJointTrajectory = control_msgs::action::FollowJointTrajectory;

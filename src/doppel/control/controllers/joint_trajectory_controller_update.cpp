@@ -169,10 +169,4 @@ void JointTrajectoryController::stop() {
   next_ = stop_.get();
 }
 
-void JointTrajectoryController::targets(std::vector<std::pair<std::string_view, double>>& out) const {
-  if (!active_) return;
-  for (const std::size_t j : joint_of_command_)
-    out.emplace_back(settings_.joints[j], last_commanded_.positions[j]);
-}
-
 }  // namespace doppel

@@ -193,8 +193,26 @@ std::string PidController::fault_of(const control_msgs::msg::MultiDOFCommand& me
   return bad ? "a reference holds an infinite value" : "";
 }
 
+std::vector<std::string> PidController::reference_interfaces() const {
+  return state_interfaces().names;
+}
+
+// What a leader has left is no reference to go on with: the joints stay where they are.
+void PidController::set_chained_mode(bool chained) {
+  chained_ = chained;
+  for (std::size_t i = 0; i < dofs_.size(); ++i)
+    follow(i, chained ? kNaN : state_handles[i * interfaces_.size()].get(), 0.0);
+}
+
+// The references are where a leader writes them, too.
+void PidController::follow(std::size_t index, double reference, double reference_dot) {
+  const std::size_t first = index * interfaces_.size();
+  reference_handles[first].set(reference);
+  if (interfaces_.size() == 2) reference_handles[first + 1].set(reference_dot);
+}
+
 void PidController::receive(const control_msgs::msg::MultiDOFCommand& message) {
-  if (!active_) return;
+  if (!active_ || chained_) return;
   if (const std::string why = fault_of(message); !why.empty()) {
     if (!complained_) log_->error(name_, why + "; refused, the last good one holds");
     complained_ = true;
@@ -207,19 +225,19 @@ void PidController::receive(const control_msgs::msg::MultiDOFCommand& message) {
                                                    return d.measured == message.dof_names[i];
                                                  });
     if (std::isnan(message.values[i])) continue;
-    dof->reference = message.values[i];
     const bool has_dot = !message.values_dot.empty() && !std::isnan(message.values_dot[i]);
-    dof->reference_dot = has_dot ? message.values_dot[i] : 0.0;
+    follow(static_cast<std::size_t>(dof - dofs_.begin()), message.values[i],
+           has_dot ? message.values_dot[i] : 0.0);
   }
 }
 
 Status PidController::on_activate() {
   active_ = true;
-  complained_ = false;
-  for (Dof& dof : dofs_) {
-    dof.reference = dof.last_error = kNaN;
-    dof.reference_dot = 0;
-    dof.pid.reset();
+  complained_ = chained_ = false;
+  for (std::size_t i = 0; i < dofs_.size(); ++i) {
+    follow(i, kNaN, 0.0);
+    dofs_[i].last_error = kNaN;
+    dofs_[i].pid.reset();
   }
   return {};
 }
@@ -238,21 +256,23 @@ void PidController::step(std::size_t index, double dt) {
   const std::size_t first = index * interfaces_.size();
   const double measured = state_handles[first].get();
   auto& told = state_.dof_states[index];
-  told.reference = dof.reference;
+  const double reference = reference_handles[first].get();
+  told.reference = reference;
   told.feedback = measured;
   told.time_step = dt;
-  if (!std::isfinite(dof.reference) || !std::isfinite(measured)) return;
-  const double error = dof.wraps ? short_way(dof.reference - measured) : dof.reference - measured;
+  if (!std::isfinite(reference) || !std::isfinite(measured)) return;
+  const double error = dof.wraps ? short_way(reference - measured) : reference - measured;
   double error_dot = 0;
   if (interfaces_.size() == 2) {
     told.feedback_dot = state_handles[first + 1].get();
-    error_dot = dof.reference_dot - told.feedback_dot;
+    const double reference_dot = reference_handles[first + 1].get();
+    error_dot = (std::isfinite(reference_dot) ? reference_dot : 0.0) - told.feedback_dot;
   } else if (std::isfinite(dof.last_error)) {
     const double change = error - dof.last_error;
     error_dot = (dof.wraps ? short_way(change) : change) / dt;
   }
   dof.last_error = error;
-  const double feedforward = use_feedforward_ ? dof.feedforward * dof.reference : 0.0;
+  const double feedforward = use_feedforward_ ? dof.feedforward * reference : 0.0;
   told.error = error;
   told.error_dot = error_dot;
   told.output = feedforward + dof.pid.compute(error, error_dot, dt);
@@ -265,13 +285,6 @@ void PidController::update(Time now, Duration period) {
   if (!state_topic_.has_listeners()) return;
   state_.header.stamp = to_time_msg(bus_->stamp(now));
   state_topic_.publish(state_, now);
-}
-
-void PidController::targets(std::vector<std::pair<std::string_view, double>>& out) const {
-  if (interfaces_.front() != kPosition) return;
-  for (const Dof& dof : dofs_) {
-    if (std::isfinite(dof.reference)) out.emplace_back(dof.name, dof.reference);
-  }
 }
 
 }  // namespace doppel

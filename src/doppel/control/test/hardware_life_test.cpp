@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "doppel/control/plugin_library.h"
 #include "doppel/control/test/manager_rig.h"
 #include "doppel/messages/controller_manager_msgs.h"
 #include "doppel/messages/std_msgs.h"
@@ -155,6 +156,42 @@ TEST(HardwareLife, AFallbackThatCannotRunIsReported) {
       << rig.said();
 }
 
+class Throwing : public Controller {
+ public:
+  void on_init(ControllerContext&) override {}
+  [[nodiscard]] InterfaceConfiguration command_interfaces() const override {
+    return {InterfaceConfiguration::Kind::individual, {"a/position"}};
+  }
+  [[nodiscard]] InterfaceConfiguration state_interfaces() const override { return {}; }
+  void update(Time, Duration) override {
+    if (++updates == 3) throw std::runtime_error("no solution");
+  }
+  int updates = 0;
+};
+
+TEST(HardwareLife, AControllerWhoseUpdateThrowsIsStoppedAndItsFallbackRuns) {
+  ManagerRig rig(R"(controller_manager:
+  ros__parameters:
+    left: {type: test/Throwing, fallback_controllers: [spare]}
+    right: {type: position_controllers/JointGroupPositionController}
+    spare: {type: position_controllers/JointGroupPositionController}
+right: {ros__parameters: {joints: [b]}}
+spare: {ros__parameters: {joints: [a]}}
+)");
+  rig.registry.add("test/Throwing", [] { return std::make_unique<Throwing>(); });
+  rig.manager->start(Names{"left", "right"});
+  rig.manager->load("spare");
+  ASSERT_TRUE(rig.manager->configure("spare").ok());
+  rig.run(2);
+  EXPECT_EQ(rig.state_of("left"), ControllerState::active);
+  rig.run(1);
+  EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
+  EXPECT_EQ(rig.state_of("right"), ControllerState::active);
+  EXPECT_EQ(rig.state_of("spare"), ControllerState::active);
+  EXPECT_EQ(rig.count(Severity::error, "'left' is deactivated: its update threw: no solution"), 1u)
+      << rig.said();
+}
+
 TEST(HardwareLife, AComponentIsBroughtBackByItsStateAndTheFaultIsForgotten) {
   TwoSystems rig;
   rig.manager->start(Names{"left"});
@@ -190,6 +227,25 @@ TEST(HardwareLife, AComponentsRateIsRoundedToWholeTicksWithAWarning) {
   ASSERT_EQ(rig.diagnostics.all().size(), 1u);
   EXPECT_THAT(rig.diagnostics.all()[0].message,
               HasSubstr("is read and written every 3 ticks, at 33.3333 Hz"));
+}
+
+TEST(HardwareLife, AComponentFromASharedLibraryIsMadeByItsPluginName) {
+  ManagerRig rig("");
+  load_plugin_library(DOPPEL_TEST_HARDWARE_PLUGIN, rig.registry, rig.hardware_types);
+  const HardwareRegistry::Type* type = rig.hardware_types.find("test_plugin/Still");
+  ASSERT_NE(type, nullptr);
+  EXPECT_EQ(type->library, DOPPEL_TEST_HARDWARE_PLUGIN);
+  EXPECT_EQ(type->kind, HardwareKind::real);
+  HardwareDescription description;
+  description.name = "Outside";
+  description.plugin = "test_plugin/Still";
+  description.joints.emplace_back().name = "c";
+  rig.manager->add_hardware(type->make(), description, rig.diagnostics);
+  EXPECT_EQ(rig.manager->state("c/position"), 0.125);
+  EXPECT_THAT(input_error_of([&] {
+                load_plugin_library(DOPPEL_TEST_HARDWARE_PLUGIN, rig.registry, rig.hardware_types);
+              }),
+              HasSubstr("the hardware plugin 'test_plugin/Still' of"));
 }
 
 TEST(EmergencyStop, IsLatchedForEveryControllerUntilItIsReset) {

@@ -539,16 +539,5 @@ TEST(JtcExecution, B65_FallsBackToAPlainHoldAndSaysWhy) {
   EXPECT_NEAR(held, 1, 0.02);
 }
 
-TEST(JtcExecution, TargetsAreTheCommandedPositions) {
-  JtcRig rig;
-  rig.say(trajectory(kJoints, {point(0.1, {1, 2, 3})}));
-  rig.run_for(0.2);
-  std::vector<std::pair<std::string_view, double>> targets;
-  rig.manager->targets(targets);
-  ASSERT_EQ(targets.size(), 3u);
-  EXPECT_EQ(targets[1].first, "b");
-  EXPECT_DOUBLE_EQ(targets[1].second, 2);
-}
-
 }  // namespace
 }  // namespace doppel

@@ -120,9 +120,7 @@ TEST(ForwardCommand, PassesNumbersOnAndHoldsThem) {
   rig.run(2);
   EXPECT_EQ(rig.hardware->position("b"), 1.5);
   EXPECT_EQ(rig.hardware->position("a"), -0.5);
-  std::vector<std::pair<std::string_view, double>> targets;
-  rig.manager->targets(targets);
-  EXPECT_THAT(targets, ElementsAre(std::pair("b", 1.5), std::pair("a", -0.5)));
+  EXPECT_EQ(rig.manager->command("b/position"), 1.5);
 
   for (int i = 0; i < 5; ++i) speaker.say({{}, {1.0}});
   speaker.say({{}, {std::nan(""), 0.0}});
@@ -188,6 +186,26 @@ TEST(JointGroups, VelocityAndEffortStopWhenDeactivated) {
     rig.run(1);
     EXPECT_EQ(rig.hardware->last_command("a/" + kind), kind == kPosition ? 0.5 : 0.0);
   }
+}
+
+TEST(JointGroups, ASpeedWithoutFurtherCommandsEndsAfterTheCommandTimeout) {
+  FakeHardwareOptions options;
+  options.joints = {"a", "b"};
+  options.commands = {kVelocity};
+  ManagerRig rig(
+      declared("velocity_controllers/JointGroupVelocityController", "joints: [a], command_timeout: 0.2"),
+      {{"a"}, {"b"}}, options);
+  rig.manager->start(Names{"c"});
+  Speaker<Float64MultiArray> speaker(rig, "/c/commands");
+  speaker.say({{}, {0.5}});
+  rig.run(20);
+  EXPECT_EQ(rig.hardware->last_command("a/velocity"), 0.5);
+  rig.run(20);
+  EXPECT_EQ(rig.hardware->last_command("a/velocity"), 0.0);
+  EXPECT_EQ(rig.count(Severity::warning, "no command for 0.2 s"), 1u) << rig.said();
+  speaker.say({{}, {0.5}});
+  rig.run(1);
+  EXPECT_EQ(rig.hardware->last_command("a/velocity"), 0.5);
 }
 
 TEST(JointGroups, TheirInterfaceIsFixed) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <string>
@@ -127,6 +128,26 @@ TEST(ByteRing, KeepsRecordsWholeAcrossTheWrapAndDropsWhenFull) {
   EXPECT_EQ(ring.dropped(), 0u);
   EXPECT_EQ(ring.begin_write(1000).data(), nullptr);
   EXPECT_EQ(ring.dropped(), 1u);
+}
+
+TEST(ByteRing, AReaderThatKeepsUpHasAnEighthOfALargeRingInUse) {
+  ByteRing ring(std::size_t{32} << 20);
+  constexpr std::size_t kSize = 10'000;
+  const std::byte* const front = ring.begin_write(0).data();
+  std::ptrdiff_t furthest = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const auto record = ring.begin_write(kSize);
+    ASSERT_EQ(record.size(), kSize);
+    record[0] = static_cast<std::byte>(i);
+    ring.commit(kSize);
+    const auto read = ring.front();
+    ASSERT_EQ(read.size(), kSize);
+    EXPECT_EQ(read[0], static_cast<std::byte>(i));
+    furthest = std::max(furthest, read.data() - front);
+    ring.pop();
+  }
+  EXPECT_LE(furthest, (4 << 20) + 2 * static_cast<std::ptrdiff_t>(kSize));
+  EXPECT_EQ(ring.dropped(), 0u);
 }
 
 TEST(ByteRing, OneWriterOneReader) {

@@ -14,7 +14,9 @@ using eprosima::fastrtps::Duration_t;
 // How long a writer that keeps all waits for room; long enough for whoever else has its history at the
 // moment.
 const Duration_t kPatience{0, 10'000'000};
-constexpr std::uint32_t kHeartbeat = 500'000'000, kAnswersHeartbeat = 20'000'000;  // ns
+// When a reader that has found a writer asks what it has missed before; Fast DDS waits for 70 ms.
+constexpr std::uint32_t kServicesFirstQuestion = 2'000'000;                         // ns
+constexpr std::uint32_t kHeartbeat = 500'000'000, kServicesHeartbeat = 20'000'000;  // ns
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
 Duration_t duration_of(std::chrono::nanoseconds duration) {
@@ -116,14 +118,15 @@ dds::DataWriterQos writer_qos(const EndpointSpec& spec) {
   qos.representation().m_value = {dds::XCDR_DATA_REPRESENTATION};
   // Of what was lost last, a fragment of a large description for instance, a reader only hears by this.
   auto& times = qos.reliable_writer_qos().times;
-  times.heartbeatPeriod = {0, spec.answers ? kAnswersHeartbeat : kHeartbeat};
-  if (spec.answers) times.nackResponseDelay = {0, 0};
+  times.heartbeatPeriod = {0, spec.of_service ? kServicesHeartbeat : kHeartbeat};
+  if (spec.of_service) times.nackResponseDelay = {0, 0};
   return qos;
 }
 
 dds::DataReaderQos reader_qos(const EndpointSpec& spec) {
   dds::DataReaderQos qos;
   fill(spec, qos);
+  if (spec.of_service) qos.reliable_reader_qos().times.initialAcknackDelay = {0, kServicesFirstQuestion};
   qos.type_consistency().representation.m_value = {dds::XCDR_DATA_REPRESENTATION};
   return qos;
 }

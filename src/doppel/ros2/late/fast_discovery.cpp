@@ -9,6 +9,8 @@ namespace {
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
+constexpr const char* kReplies = "rr/";  // what the topics of services' replies begin with
+
 std::string text_of(const std::vector<rtps::octet>& bytes) {
   return {bytes.begin(), bytes.end()};
 }
@@ -67,6 +69,7 @@ void Discovery::remove(const Gid& endpoint) {
 }
 
 void Discovery::remove_participant(const Gid& gid) {
+  reply_readers_.remove_participant(gid);
   {
     const std::lock_guard lock(mutex_);
     participants_.erase(gid);
@@ -110,8 +113,17 @@ void Discovery::on_participant_discovery(dds::DomainParticipant*, rtps::Particip
 }
 
 void Discovery::on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) {
-  if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) return remove(gid_of(info.info.guid()));
-  add(endpoint_of(info.info, false));
+  const Gid gid = gid_of(info.info.guid());
+  if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) {
+    reply_readers_.remove(gid);
+    return remove(gid);
+  }
+  EndpointInfo reader = endpoint_of(info.info, false);
+  if (reader.topic.starts_with(kReplies)) {
+    const auto& places = info.info.remote_locators().unicast;
+    reply_readers_.put(gid, {places.begin(), places.end()});
+  }
+  add(std::move(reader));
 }
 
 void Discovery::on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 
+#include "doppel/ros2/late/fast_addressing_detail.h"
 #include "doppel/ros2/participant.h"
 
 namespace doppel::ros2::fast {
@@ -20,6 +21,7 @@ class Discovery : public eprosima::fastdds::dds::DomainParticipantListener {
   void add(EndpointInfo endpoint);
   void remove(const Gid& endpoint);
 
+  [[nodiscard]] const ReaderPlaces& reply_readers() const { return reply_readers_; }
   [[nodiscard]] std::uint64_t version() const { return version_.load(std::memory_order_acquire); }
   [[nodiscard]] std::vector<EndpointInfo> endpoints() const;
   [[nodiscard]] std::vector<ParticipantInfo> participants() const;
@@ -41,6 +43,7 @@ class Discovery : public eprosima::fastdds::dds::DomainParticipantListener {
   std::map<Gid, EndpointInfo> endpoints_;
   std::size_t writers_ = 0;  // among those
   std::map<Gid, ParticipantInfo> participants_;
+  ReaderPlaces reply_readers_;
 };
 
 }  // namespace doppel::ros2::fast

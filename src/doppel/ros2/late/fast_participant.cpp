@@ -19,9 +19,10 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 // Participants of one process meet by the network like all others, so that tests try what users get.
 void prepare_library() {
-  // Fast DDS would count what peers say that they have sent, and ends the process where it finds that
-  // impossible.
-  if (std::getenv("FASTDDS_STATISTICS") != nullptr) unsetenv("FASTDDS_STATISTICS");
+  if (std::getenv("FASTDDS_STATISTICS") != nullptr)
+    throw NetworkError(
+        "FASTDDS_STATISTICS is set, with which peers can end this process; unset it, or call "
+        "ros2::forget_statistics() before threads are started");
   eprosima::fastrtps::LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);

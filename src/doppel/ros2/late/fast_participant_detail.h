@@ -43,6 +43,7 @@ class FastParticipant : public Participant {
 
   [[nodiscard]] eprosima::fastdds::dds::Publisher& publisher() const { return *publisher_; }
   [[nodiscard]] eprosima::fastdds::dds::Subscriber& subscriber() const { return *subscriber_; }
+  [[nodiscard]] const ReaderPlaces& reply_readers() const { return discovery_.reply_readers(); }
   [[nodiscard]] Acknowledgements& acknowledgements() const { return *acknowledgements_; }
   void on_activity() const { on_activity_(); }
 

@@ -3,11 +3,15 @@
 #include <fastrtps/utils/IPLocator.h>
 
 #include <algorithm>
+#include <fastdds/rtps/common/LocatorList.hpp>
 #include <memory>
 
+#include "doppel/ros2/late/fast_addressing_detail.h"
+#include "doppel/ros2/late/fast_log_detail.h"
 #include "doppel/ros2/late/fast_ports_detail.h"
 #include "doppel/ros2/late/fast_transport_detail.h"
 #include "doppel/ros2/participant.h"
+#include "doppel/ros2/rtps_gap.h"
 
 namespace doppel::ros2::fast {
 namespace {
@@ -58,16 +62,35 @@ class GuardedTransport : public udp::ChainingTransport {
   bool send(rtps::SenderResource* below, const rtps::octet* data, std::uint32_t size,
             rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& timeout) override {
-    return reach_ == Reach::nobody || below->send(data, size, begin, end, timeout);
+    if (reach_ == Reach::nobody) return true;
+    const Addressee* const addressee = Addressee::present();
+    if (addressee == nullptr) return below->send(data, size, begin, end, timeout);
+    Places to, others;
+    for (; *begin != *end; ++*begin) (addressee->is_at(**begin) ? to : others).push_back(**begin);
+    const auto without = without_samples({data, size}, addressee->writer());
+    const bool told_apart = !to.empty() && !without.empty();
+    if (!told_apart) to.insert(to.end(), others.begin(), others.end());
+    bool sent = send_to(to, below, {data, size}, timeout);
+    if (told_apart) sent = send_to(others, below, without, timeout) && sent;
+    return sent;
   }
 
   void receive(udp::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
-    if (reach_ != Reach::nobody && intake_->admits({data, size}))
-      above->OnDataReceived(data, size, local, remote);
+    with_complaints([&] {
+      if (reach_ != Reach::nobody && intake_->admits({data, size}))
+        above->OnDataReceived(data, size, local, remote);
+    });
   }
 
  private:
+  static bool send_to(const Places& places, rtps::SenderResource* below, std::span<const rtps::octet> data,
+                      const std::chrono::steady_clock::time_point& timeout) {
+    udp::Locators begin(places.begin()), end(places.end());
+    return places.empty() ||
+           below->send(data.data(), static_cast<std::uint32_t>(data.size()), &begin, &end, timeout);
+  }
+
   Reach reach_;
   std::shared_ptr<Intake> intake_;
 };

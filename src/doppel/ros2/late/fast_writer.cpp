@@ -23,7 +23,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
         matches_(participant.gid()),
         topic_(participant.acquire_topic(spec)),
         keeps_all_(spec.qos.history == History::keep_all),
-        answers_(spec.answers) {
+        of_service_(spec.of_service) {
     writer_ = participant_.publisher().create_datawriter(topic_, writer_qos(spec), this,
                                                          dds::StatusMask::publication_matched());
     if (writer_ == nullptr) {
@@ -52,6 +52,8 @@ class FastWriter : public Writer, dds::DataWriterListener {
     if (cdr.size() > kLargestSample || now < full_until_.load()) return std::nullopt;
     rtps::WriteParams params;
     if (related != nullptr) params.related_sample_identity(identity_of(*related));
+    const bool is_answer = related != nullptr && of_service_;
+    const Addressee addressee(gid_, is_answer ? participant_.reply_readers().of(related->writer) : Places());
     if (!writer_->write(&cdr, params)) {
       if (keeps_all_) full_until_ = now + kPause;
       return std::nullopt;
@@ -72,9 +74,8 @@ class FastWriter : public Writer, dds::DataWriterListener {
   }
 
  private:
-  void on_publication_matched(dds::DataWriter* writer,
-                              const dds::PublicationMatchedStatus& status) override {
-    if (answers_) {
+  void on_publication_matched(dds::DataWriter* writer, const dds::PublicationMatchedStatus& status) override {
+    if (of_service_) {
       const Gid own = gid_of(writer->guid());
       const Gid reader = gid_of(rtps::iHandle2GUID(status.last_subscription_handle));
       auto& acknowledgements = participant_.acknowledgements();
@@ -88,7 +89,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
   FastParticipant& participant_;
   Matches matches_;
   dds::Topic* const topic_;
-  const bool keeps_all_, answers_;
+  const bool keeps_all_, of_service_;
   std::atomic<std::chrono::nanoseconds> full_until_{};
   dds::DataWriter* writer_ = nullptr;
   Gid gid_;

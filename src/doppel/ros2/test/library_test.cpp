@@ -286,10 +286,16 @@ TEST_F(LibraryTest, TheLogIsHeardOnRosout) {
   });
   Context context(options());
   Node node(context, "reader");
-  std::string heard;
+  std::string heard, file;
   node.create_subscription<rcl_interfaces::msg::Log>(
-      "/rosout", [&](const auto& line) { heard = line.name + ": " + line.msg; }, Qos::rosout());
+      "/rosout",
+      [&](const auto& line) {
+        heard = line.name + ": " + line.msg;
+        file = line.file;
+      },
+      Qos::rosout());
   EXPECT_TRUE(context.spin_until([&] { return heard == "lab.teller: mind the gap"; }, kPatience)) << heard;
+  EXPECT_TRUE(file.ends_with("library_test.cpp")) << file;
 }
 
 }  // namespace

@@ -50,5 +50,16 @@ TEST(Qos, WhatIsOfferedMustBeEnough) {
   EXPECT_EQ(incompatibility(every_second, default_qos()), "");
 }
 
+TEST(Qos, OfSeveralIncompatiblePoliciesTheOneThatDdsNumbersLastIsNamed) {
+  EXPECT_EQ(incompatible_policy(default_qos(), default_qos()), "");
+  QosProfile strict = latched_qos();
+  EXPECT_EQ(incompatible_policy(default_qos(), strict), "DURABILITY_QOS_POLICY");
+  strict.deadline = std::chrono::seconds(1);
+  EXPECT_EQ(incompatible_policy(default_qos(), strict), "DEADLINE_QOS_POLICY");
+  strict.lease = std::chrono::seconds(1);
+  EXPECT_EQ(incompatible_policy(default_qos(), strict), "LIVELINESS_QOS_POLICY");
+  EXPECT_EQ(incompatible_policy(sensor_data_qos(), strict), "RELIABILITY_QOS_POLICY");
+}
+
 }  // namespace
 }  // namespace doppel::ros2

@@ -53,6 +53,27 @@ TEST_F(Services, AReaderOfRepliesIsInStepOnceItHasAcknowledged) {
   EXPECT_TRUE(server_.replies().is_matched(reader));
 }
 
+// Else each of forty clients gets the answers of all, and its own is lost among them.
+TEST_F(Services, AnAnswerGoesToItsClientsParticipantAlone) {
+  const auto elsewhere = make_participant(on_domain(domain_), activity_.signal());
+  const ServiceClient other(*elsewhere, trigger());
+  ServiceClient client(*there_, trigger());
+  const auto are_in_step = [&] {
+    return server_.replies().is_in_step(other.replies().gid()) &&
+           server_.replies().is_in_step(client.replies().gid());
+  };
+  ASSERT_TRUE(activity_.wait([&] { return client.is_available() && other.is_available() && are_in_step(); }));
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(client.send(cdr_text("x")));
+    Sample request, reply;
+    ASSERT_TRUE(await_request(request));
+    ASSERT_TRUE(await_answer(request, request.cdr));
+    ASSERT_TRUE(activity_.wait([&] { return client.take(reply); }));
+    EXPECT_EQ(reply.related.sequence, i + 1);
+  }
+  EXPECT_FALSE(other.replies().is_ready());
+}
+
 TEST_F(Services, ABurstOfRequestsWaitsForTheServer) {
   ServiceClient client(*there_, trigger());
   // The server too must know the client: what it could not yet hear is kept for it ten deep only.

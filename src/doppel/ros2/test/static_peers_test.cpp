@@ -34,6 +34,16 @@ TEST(StaticPeers, NamesAre) {
   }
 }
 
+TEST(StaticPeers, WhatALookUpThrowsIsReportedAsANetworkThatCannotBeUsed) {
+  const auto lookup = [](const std::string&) -> std::string { throw 42; };
+  try {
+    addresses_of({"robot"}, {}, lookup);
+    FAIL() << "no NetworkError";
+  } catch (const NetworkError& error) {
+    EXPECT_NE(std::string(error.what()).find("could not be looked up"), std::string::npos) << error.what();
+  }
+}
+
 TEST(StaticPeers, NobodyWaitsForAResolverThatDoesNotAnswer) {
   std::promise<void> answer;
   const auto lookup = [wait = std::shared_future<void>(answer.get_future())](const std::string&) {

@@ -108,6 +108,42 @@ TEST_F(ServerTest, PublishesIntoTheTwin) {
   EXPECT_EQ(twin_.received(), 1);
 }
 
+// A type of a plugin's, whose code throws when it reads a message.
+class ThrowingType : public TypeSupport {
+ public:
+  ThrowingType() : TypeSupport("test_msgs/msg/Throwing") {}
+  [[nodiscard]] const TypeDescription* description() const override {
+    return type_support<std_msgs::msg::Float64>().description();
+  }
+  Status recode(std::span<const std::byte>, Bytes&) const override { throw 42; }
+};
+
+TEST_F(ServerTest, WhatTypesOfOthersThrowIsReportedAndTheServerGoesOn) {
+  static const ThrowingType type;
+  register_type(type);
+  std::mutex mutex;
+  std::string said;
+  log_.add_sink([&](const LogLine& line) {
+    const std::lock_guard lock(mutex);
+    said = line.text;
+  });
+  start();
+  WebSocketClient client(client_options());
+  client.publish("/thrown", type.name, to_cdr(std_msgs::msg::Float64{}));
+  for (const auto end = soon(); steady_clock::now() < end; std::this_thread::yield()) {
+    const std::lock_guard lock(mutex);
+    if (!said.empty()) break;
+  }
+  {
+    const std::lock_guard lock(mutex);
+    EXPECT_THAT(said, HasSubstr("the server goes on after: it threw what is no std::exception"));
+  }
+  WebSocketClient other(client_options());
+  other.subscribe("/joint_states");
+  Client::Received received;
+  EXPECT_TRUE(other.next(received, soon()));
+}
+
 TEST_F(ServerTest, SubscribersAndPublishersOfOneTopicSeeEachOther) {
   start();
   WebSocketClient listener(client_options()), speaker(client_options());

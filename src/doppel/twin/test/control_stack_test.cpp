@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <thread>
 
+#include "doppel/messages/std_msgs.h"
 #include "doppel/twin/twin.h"
 
 namespace doppel {
@@ -268,6 +270,87 @@ TEST_F(FoundControllers, ANamedFileIsTakenAsItIs) {
   const auto there =
       up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder]"), "", true);
   EXPECT_THAT(there, ElementsAre(Pair("arm", ElementsAre("shoulder/position")), Pair("jsb", IsEmpty())));
+}
+
+std::string system_of(const std::string& name, const std::string& plugin, const std::string& of_joint) {
+  return "<ros2_control name=\"" + name + "\" type=\"system\"><hardware><plugin>" + plugin +
+         "</plugin></hardware><joint name=\"" + of_joint +
+         "\"><command_interface name=\"position\"/><state_interface "
+         "name=\"position\"/></joint></ros2_control>";
+}
+
+TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
+  std::ofstream(folder_ / "arm.urdf") << kArm + system_of("Real", "doppel/Loopback", "shoulder") +
+                                             system_of("Unknown", "my_arm/MyArmSystem", "elbow") + "</robot>";
+  std::ofstream(folder_ / "config/controllers.yaml")
+      << manager(kBroadcaster + declared("group", "position_controllers/JointGroupPositionController")) +
+             "group:\n  ros__parameters:\n    joints: [shoulder, elbow]\n";
+  Scenario scenario;
+  scenario.target = (folder_ / "arm.urdf").string();
+  Diagnostics diagnostics;
+  Twin twin(scenario, log_, diagnostics);
+  std::vector<std::string> rules;
+  for (const Diagnostic& d : diagnostics.all()) rules.push_back(d.rule);
+  EXPECT_THAT(rules, ::testing::IsSupersetOf({"ros2_control.plugin_real", "ros2_control.plugin_simulated"}));
+  Node speaker(twin.bus(), "/speaker");
+  const auto commands = speaker.advertise<std_msgs::msg::Float64MultiArray>("/group/commands");
+  // Its loop runs by the wall's clock, beside the simulation and its reloads.
+  const auto reaches = [&twin](double shoulder, double elbow) {
+    bool there = false;
+    for (int i = 0; i < 5000 && !there; ++i) {
+      twin.bus().post([&] {
+        const ControllerManager& control = twin.controller_manager();
+        there = std::abs(control.state("shoulder/position") - shoulder) < 0.02 &&
+                std::abs(control.state("elbow/position") - elbow) < 0.02;
+      });
+      twin.between_steps();
+      twin.step();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return there;
+  };
+  twin.bus().post([&] { commands.publish({{}, {0.5, 0.25}}, twin.now()); });
+  EXPECT_TRUE(reaches(0.5, 0.25));
+  twin.bus().post([&] {
+    const auto replacement = twin.prepare(twin.present_controllers(), diagnostics);
+    EXPECT_EQ(twin.replace(replacement), Twin::Reload::controllers_went_on);
+  });
+  twin.bus().post([&] { commands.publish({{}, {-0.5, -0.25}}, twin.now()); });
+  EXPECT_TRUE(reaches(-0.5, -0.25));
+}
+
+TEST_F(FoundControllers, AnEmergencyStopOutlivesAnEditThatMakesTheControllersAnew) {
+  const std::string yaml =
+      manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
+  std::ofstream(folder_ / "arm.urdf") << kArm + "</robot>";
+  std::ofstream(folder_ / "config/controllers.yaml") << yaml;
+  Scenario scenario;
+  scenario.target = (folder_ / "arm.urdf").string();
+  Diagnostics diagnostics;
+  Twin twin(scenario, log_, diagnostics);
+  twin.controller_manager().stop("the test");
+  std::ofstream(folder_ / "config/controllers.yaml") << yaml + "# edited\n";
+  const auto replacement = twin.prepare(twin.present_controllers(), diagnostics);
+  ASSERT_EQ(twin.replace(replacement), Twin::Reload::controllers_made_anew);
+  EXPECT_TRUE(twin.controller_manager().is_stopped());
+  ASSERT_TRUE(twin.controller_manager().reset_stop().ok());
+  for (const ControllerView& c : twin.controller_manager().controllers())
+    EXPECT_EQ(c.state, ControllerState::active) << c.name;
+}
+
+TEST(PeriodInSteps, ARateThatDoesNotDivideTheStepsIsRoundedWithAWarning) {
+  Diagnostics diagnostics;
+  const Duration step(1'000'000);
+  EXPECT_EQ(period_in_steps(200, step, {}, diagnostics), Duration(5'000'000));
+  EXPECT_TRUE(diagnostics.all().empty());
+  EXPECT_EQ(period_in_steps(225, step, {}, diagnostics), Duration(4'000'000));
+  ASSERT_EQ(diagnostics.all().size(), 1u);
+  EXPECT_THAT(
+      diagnostics.all()[0].message,
+      HasSubstr("225 Hz does not divide the physics rate of 1000 Hz; the controller manager runs every 4 "
+                "steps, at 250 Hz"));
+  EXPECT_EQ(period_in_steps(5000, step, {}, diagnostics), step);
+  EXPECT_EQ(diagnostics.all().size(), 2u);
 }
 
 }  // namespace

@@ -69,7 +69,8 @@ TEST_F(BundledRobotPaths, OmarmOneFollowsASampleTrajectoryAlikeInEveryEngine) {
       const auto at = std::ranges::find(path.joints, motion.coordinates()[j].name);
       if (at == path.joints.end()) continue;
       const double wanted = path.positions.back()[static_cast<std::size_t>(at - path.joints.begin())];
-      EXPECT_NEAR(record.x.back()[static_cast<Eigen::Index>(j)], wanted, 0.006) << engine.label << ", " << *at;
+      EXPECT_NEAR(record.x.back()[static_cast<Eigen::Index>(j)], wanted, 0.006)
+          << engine.label << ", " << *at;
     }
   }
 }

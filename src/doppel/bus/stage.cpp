@@ -1,0 +1,130 @@
+#include "doppel/bus/stage.h"
+
+#include <algorithm>
+
+#include "doppel/bus/bus_impl.h"
+
+namespace doppel {
+namespace {
+
+using bus_detail::Endpoint;
+using bus_detail::LocalSubscriber;
+using bus_detail::Topic;
+
+// What a topic has of nodes and edges, but for its links.
+struct NodesOfTopic {
+  std::vector<Endpoint> publishers, subscribers;
+  std::vector<LocalSubscriber> locals;
+  const bus_detail::TopicOps* ops = nullptr;
+  bool latched = false;
+  Bytes last;
+  Time last_stamp{};
+  const bus_detail::EdgeLink* last_from = nullptr;
+};
+
+std::vector<Endpoint> of_nodes(const std::vector<Endpoint>& endpoints) {
+  std::vector<Endpoint> out;
+  std::ranges::copy_if(endpoints, std::back_inserter(out), &Endpoint::is_node);
+  return out;
+}
+
+NodesOfTopic nodes_of(const Topic& topic) {
+  return {topic.publishers, topic.subscribers, topic.locals,     topic.ops,
+          topic.latched,    topic.last,        topic.last_stamp, topic.last_from};
+}
+
+template <typename T>
+std::vector<T> joined(const std::vector<T>& a, const std::vector<T>& b) {
+  std::vector<T> out = a;
+  out.insert(out.end(), b.begin(), b.end());
+  return out;
+}
+
+// With what came since; the newer last message counts.
+NodesOfTopic joined(const NodesOfTopic& before, const Topic& topic) {
+  NodesOfTopic out = before;
+  out.publishers = joined(before.publishers, of_nodes(topic.publishers));
+  out.subscribers = joined(before.subscribers, of_nodes(topic.subscribers));
+  out.locals = joined(before.locals, topic.locals);
+  out.ops = topic.ops;
+  out.latched = before.latched || topic.latched;
+  if (topic.last.empty()) return out;
+  out.last = topic.last;
+  out.last_stamp = topic.last_stamp;
+  out.last_from = topic.last_from;
+  return out;
+}
+
+// Does not throw.
+void put(NodesOfTopic& nodes, Topic& topic) {
+  std::swap(topic.publishers, nodes.publishers);
+  std::swap(topic.subscribers, nodes.subscribers);
+  std::swap(topic.locals, nodes.locals);
+  std::swap(topic.last, nodes.last);
+  topic.ops = nodes.ops;
+  topic.latched = nodes.latched;
+  topic.last_stamp = nodes.last_stamp;
+  topic.last_from = nodes.last_from;
+  Bus::Impl::update_wanted(topic);
+}
+
+}  // namespace
+
+struct BusStage::Saved {
+  std::vector<NodesOfTopic> topics;  // by id - 1
+  decltype(Bus::Impl::by_name) by_name;
+  decltype(Bus::Impl::services) services;
+  std::vector<Node*> nodes;
+};
+
+BusStage::BusStage(Bus& bus) : bus_(bus), saved_(std::make_unique<Saved>()) {
+  Bus::Impl& impl = *bus.impl_;
+  const std::lock_guard lock(impl.mutex);
+  std::vector<NodesOfTopic> only_edges;
+  for (const auto& topic : impl.topics) {
+    saved_->topics.push_back(nodes_of(*topic));
+    NodesOfTopic& rest = only_edges.emplace_back();
+    rest.ops = topic->ops;
+    std::ranges::remove_copy_if(topic->publishers, std::back_inserter(rest.publishers), &Endpoint::is_node);
+    std::ranges::remove_copy_if(topic->subscribers, std::back_inserter(rest.subscribers), &Endpoint::is_node);
+  }
+  saved_->by_name = impl.by_name;
+  saved_->services = impl.services;
+  saved_->nodes = impl.nodes;
+  for (std::size_t i = 0; i < only_edges.size(); ++i) put(only_edges[i], *impl.topics[i]);
+  impl.services.clear();
+  impl.nodes.clear();
+  impl.graph_changed();
+}
+
+BusStage::~BusStage() {
+  if (saved_ == nullptr) return;
+  Bus::Impl& impl = *bus_.impl_;
+  const std::lock_guard lock(impl.mutex);
+  for (std::size_t i = 0; i < saved_->topics.size(); ++i) {
+    // Edges have neither come nor gone meanwhile: their requests run in spin().
+    put(saved_->topics[i], *impl.topics[i]);
+  }
+  impl.by_name.swap(saved_->by_name);
+  impl.services.swap(saved_->services);
+  impl.nodes.swap(saved_->nodes);
+  impl.graph_changed();
+}
+
+void BusStage::commit() {
+  Bus::Impl& impl = *bus_.impl_;
+  std::unique_ptr<Saved> replaced = std::make_unique<Saved>();  // freed outside the lock
+  const std::lock_guard lock(impl.mutex);
+  for (std::size_t i = 0; i < saved_->topics.size(); ++i)
+    replaced->topics.push_back(joined(saved_->topics[i], *impl.topics[i]));
+  replaced->services = impl.services;
+  for (const auto& [name, entry] : saved_->services) replaced->services.try_emplace(name, entry);
+  replaced->nodes = joined(saved_->nodes, impl.nodes);
+  for (std::size_t i = 0; i < replaced->topics.size(); ++i) put(replaced->topics[i], *impl.topics[i]);
+  impl.services.swap(replaced->services);
+  impl.nodes.swap(replaced->nodes);
+  impl.graph_changed();
+  saved_.reset();
+}
+
+}  // namespace doppel

@@ -1,0 +1,165 @@
+#include "doppel/control/async_hardware.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "doppel/core/thrown.h"
+
+namespace doppel {
+
+AsyncHardware::AsyncHardware(std::unique_ptr<HardwareComponent> device, double rate)
+    : device_(std::move(device)), period_(from_seconds(1.0 / rate)) {}
+
+AsyncHardware::~AsyncHardware() {
+  {
+    const std::lock_guard lock(mutex_);
+    ends_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+Status AsyncHardware::on_init(const HardwareInfo& info) {
+  Status status = device_->on_init(info);
+  if (!status) return status;
+  const auto initial = [](const std::vector<InterfaceDescription>& interfaces) {
+    std::vector<double> out;
+    for (const InterfaceDescription& i : interfaces) out.push_back(i.initial);
+    return out;
+  };
+  states_ = std::make_unique<LatestCopy>(initial(device_->state_interfaces()));
+  commands_ = std::make_unique<LatestCopy>(initial(device_->command_interfaces()));
+  thread_ = std::thread([this] { run(); });
+  return status;
+}
+
+std::vector<InterfaceDescription> AsyncHardware::state_interfaces() const {
+  return device_->state_interfaces();
+}
+std::vector<InterfaceDescription> AsyncHardware::command_interfaces() const {
+  return device_->command_interfaces();
+}
+
+void AsyncHardware::set_work(Work work) {
+  work_ = work;
+  answer_.store(HardwareReturn::ok);
+  changed_.notify_all();
+}
+
+Status AsyncHardware::on_configure() {
+  const std::lock_guard lock(mutex_);
+  Status status = device_->on_configure();
+  if (status) set_work(Work::read);
+  return status;
+}
+
+Status AsyncHardware::on_activate() {
+  const std::lock_guard lock(mutex_);
+  Status status = device_->on_activate();
+  if (status) set_work(Work::read_and_write);
+  return status;
+}
+
+Status AsyncHardware::on_deactivate() {
+  const std::lock_guard lock(mutex_);
+  // What the loop has left last is still to be written: it may be a zero.
+  if (work_ == Work::read_and_write && answer_.load() == HardwareReturn::ok)
+    static_cast<void>(device_->write(Time(now_.load()), period_, commands_->newest()));
+  Status status = device_->on_deactivate();
+  if (status) set_work(Work::read);
+  return status;
+}
+
+Status AsyncHardware::on_cleanup() {
+  const std::lock_guard lock(mutex_);
+  Status status = device_->on_cleanup();
+  if (status) set_work(Work::none);
+  return status;
+}
+
+Status AsyncHardware::on_shutdown() {
+  const std::lock_guard lock(mutex_);
+  set_work(Work::none);
+  return device_->on_shutdown();
+}
+
+Status AsyncHardware::on_error() {
+  const std::lock_guard lock(mutex_);
+  set_work(Work::none);
+  return device_->on_error();
+}
+
+Status AsyncHardware::prepare_switch(std::span<const std::string> start, std::span<const std::string> stop) {
+  const std::lock_guard lock(mutex_);
+  return device_->prepare_switch(start, stop);
+}
+
+void AsyncHardware::perform_switch(std::span<const std::string> start, std::span<const std::string> stop) {
+  const std::lock_guard lock(mutex_);
+  if (work_ == Work::read_and_write && answer_.load() == HardwareReturn::ok && !stop.empty())
+    static_cast<void>(device_->write(Time(now_.load()), period_, commands_->newest()));
+  device_->perform_switch(start, stop);
+}
+
+void AsyncHardware::on_stop() {
+  const std::lock_guard lock(mutex_);
+  device_->on_stop();
+  if (work_ == Work::read_and_write) set_work(Work::read);
+}
+
+void AsyncHardware::on_stop_reset() {
+  const std::lock_guard lock(mutex_);
+  device_->on_stop_reset();
+  if (work_ == Work::read) set_work(Work::read_and_write);
+}
+
+HardwareReturn AsyncHardware::read(Time now, Duration /*period*/, std::span<double> states) {
+  now_.store(now.count(), std::memory_order_relaxed);
+  std::ranges::copy(states_->newest(), states.begin());
+  return answer_.load(std::memory_order_acquire);
+}
+
+HardwareReturn AsyncHardware::write(Time /*now*/, Duration /*period*/, std::span<const double> commands) {
+  std::ranges::copy(commands, commands_->row().begin());
+  commands_->leave();
+  return answer_.load(std::memory_order_acquire);
+}
+
+std::string AsyncHardware::fault() const {
+  const std::lock_guard lock(mutex_);
+  return fault_;
+}
+
+// With whatever the device throws as an error.
+HardwareReturn AsyncHardware::exchange() {
+  try {
+    const Time now(now_.load(std::memory_order_relaxed));
+    HardwareReturn answer = device_->read(now, period_, states_->row());
+    if (answer == HardwareReturn::ok) {
+      states_->leave();
+      if (work_ == Work::read_and_write) answer = device_->write(now, period_, commands_->newest());
+    }
+    if (answer != HardwareReturn::ok) fault_ = device_->fault();
+    return answer;
+  } catch (...) {
+    fault_ = thrown_text();
+    return HardwareReturn::error;
+  }
+}
+
+void AsyncHardware::run() {
+  std::unique_lock lock(mutex_);
+  auto due = std::chrono::steady_clock::now();
+  while (!ends_) {
+    if (work_ == Work::none || answer_.load() != HardwareReturn::ok) {
+      changed_.wait(lock);
+      due = std::chrono::steady_clock::now();
+      continue;
+    }
+    answer_.store(exchange(), std::memory_order_release);
+    due = std::max(due + period_, std::chrono::steady_clock::now());
+    changed_.wait_until(lock, due, [this] { return ends_; });
+  }
+}
+
+}  // namespace doppel

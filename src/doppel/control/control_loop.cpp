@@ -1,0 +1,182 @@
+#include "doppel/control/control_loop.h"
+
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "doppel/control/rates.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kOrigin = "control_loop";
+constexpr Duration kGatePatience = std::chrono::milliseconds(5);  // between looks whether the loop ends
+constexpr Duration kLeastStall = std::chrono::milliseconds(100);
+constexpr int kStallPeriods = 10;
+constexpr Duration kSecond = std::chrono::seconds(1);
+
+void sleep_until(std::chrono::steady_clock::time_point due) {
+  const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(due.time_since_epoch()).count();
+  const timespec when{ns / kSecond.count(), ns % kSecond.count()};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, nullptr) == EINTR) {
+  }
+}
+
+}  // namespace
+
+LoopGate::LoopGate() {
+  pthread_mutexattr_t attributes;
+  pthread_mutexattr_init(&attributes);
+  pthread_mutexattr_setprotocol(&attributes, PTHREAD_PRIO_INHERIT);
+  pthread_mutexattr_settype(&attributes, PTHREAD_MUTEX_RECURSIVE);
+  pthread_mutex_init(&mutex_, &attributes);
+  pthread_mutexattr_destroy(&attributes);
+}
+
+LoopGate::~LoopGate() {
+  pthread_mutex_destroy(&mutex_);
+}
+
+void LoopGate::lock() {
+  pthread_mutex_lock(&mutex_);
+}
+
+void LoopGate::unlock() {
+  pthread_mutex_unlock(&mutex_);
+}
+
+bool LoopGate::try_lock_for(Duration at_most) {
+  timespec until{};
+  clock_gettime(CLOCK_REALTIME, &until);
+  const std::int64_t ns = until.tv_nsec + at_most.count();
+  until.tv_sec += ns / kSecond.count();
+  until.tv_nsec = ns % kSecond.count();
+  return pthread_mutex_timedlock(&mutex_, &until) == 0;
+}
+
+ControlLoop::ControlLoop(ControllerManager& manager, LoopGate& gate, Time begin,
+                         const ControlLoopOptions& options, const Log& log)
+    : manager_(manager),
+      gate_(gate),
+      log_(log),
+      period_(manager.period()),
+      stall_(options.stall > Duration{} ? options.stall : std::max(kLeastStall, kStallPeriods * period_)),
+      now_(begin),
+      last_tick_(Clock::now().time_since_epoch().count()),
+      second_(Clock::now()),
+      last_begun_(second_),
+      next_log_(second_) {
+  loop_ = std::thread([this] { run(); });
+  prepare_thread(options);
+  watchdog_ = std::thread([this] { watch(); });
+}
+
+ControlLoop::~ControlLoop() {
+  {
+    const std::lock_guard lock(watch_mutex_);
+    ends_ = true;
+  }
+  watch_ends_.notify_all();
+  loop_.join();
+  watchdog_.join();
+}
+
+void ControlLoop::prepare_thread(const ControlLoopOptions& options) {
+  if (options.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+    log_.note(kOrigin,
+              fmt::format("memory is not locked ({}): a page that is swapped out may delay a tick; raise "
+                          "'memlock' in /etc/security/limits.conf",
+                          std::strerror(errno)));
+  }
+  if (options.priority <= 0) return;
+  const sched_param parameters{.sched_priority = options.priority};
+  if (const int error = pthread_setschedparam(loop_.native_handle(), SCHED_FIFO, &parameters); error != 0) {
+    log_.note(kOrigin,
+              fmt::format("the loop runs without real-time priority ({}): other programs may delay a tick; "
+                          "raise 'rtprio' in /etc/security/limits.conf to {}",
+                          std::strerror(error), options.priority));
+  }
+}
+
+void ControlLoop::run() {
+  Clock::time_point due = Clock::now();
+  while (!ends_) {
+    sleep_until(due);
+    while (!gate_.try_lock_for(kGatePatience)) {
+      if (ends_) return;
+    }
+    const auto begun = Clock::now();
+    manager_.tick(now_);
+    const auto ended = Clock::now();
+    count(begun, ended);
+    last_tick_.store(ended.time_since_epoch().count(), std::memory_order_relaxed);
+    // Ticks that are due already are left out: hardware is not served twice in a row to catch up.
+    const auto late = std::max(Duration{}, Duration(ended - due));
+    const auto missed = late.count() / period_.count();
+    if (missed > 0) ++statistics_.overruns;
+    due += (missed + 1) * period_;
+    now_ += (missed + 1) * period_;
+    gate_.unlock();
+  }
+}
+
+void ControlLoop::count(Clock::time_point begun, Clock::time_point ended) {
+  const double execution = to_seconds(ended - begun);
+  const double rate = 1.0 / std::max(1e-9, to_seconds(begun - last_begun_));
+  last_begun_ = begun;
+  ++statistics_.ticks;
+  statistics_.longest = std::max(statistics_.longest, execution);
+  ++sums_.ticks;
+  sums_.rate += rate;
+  sums_.squares += rate * rate;
+  sums_.execution += execution;
+  if (begun - second_ < kSecond) return;
+  const auto n = static_cast<double>(sums_.ticks);
+  statistics_.rate = n / to_seconds(begun - second_);
+  statistics_.rate_deviation = std::sqrt(std::max(0.0, sums_.squares / n - std::pow(sums_.rate / n, 2)));
+  statistics_.execution = sums_.execution / n;
+  sums_ = {};
+  second_ = begun;
+}
+
+void ControlLoop::attend() {
+  manager_.settle(now_);
+  if (const std::int64_t still = stood_still_.exchange(0); still != 0) {
+    manager_.stop(fmt::format("the watchdog: the control loop stood still for {:.0f} ms",
+                              static_cast<double>(still) * 1e-6));
+  }
+  manager_.report_loop(statistics_);
+  const auto wall = Clock::now();
+  if (statistics_.overruns == overruns_logged_ || wall < next_log_) return;
+  log_.warning(
+      kOrigin,
+      fmt::format("Overrun detected! The controller manager missed its desired rate of {:g} Hz "
+                  "{} time{}; the longest loop took {:.3f} ms",
+                  rate_of(period_), statistics_.overruns - overruns_logged_,
+                  statistics_.overruns - overruns_logged_ == 1 ? "" : "s", statistics_.longest * 1e3));
+  overruns_logged_ = statistics_.overruns;
+  next_log_ = wall + kSecond;
+}
+
+void ControlLoop::watch() {
+  std::unique_lock lock(watch_mutex_);
+  bool still = false;
+  while (!watch_ends_.wait_for(lock, stall_ / 4, [this] { return ends_.load(); })) {
+    const std::int64_t since =
+        Clock::now().time_since_epoch().count() - last_tick_.load(std::memory_order_relaxed);
+    if (since <= stall_.count()) {
+      still = false;
+    } else {
+      if (!still) manager_.stall_hardware();
+      still = true;
+      stood_still_.store(since);
+    }
+  }
+}
+
+}  // namespace doppel

@@ -1,0 +1,36 @@
+#pragma once
+// The newest row of numbers that one thread leaves and another takes. Neither waits, neither sees half a row.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace doppel {
+
+class LatestCopy {
+ public:
+  explicit LatestCopy(std::span<const double> initial) {
+    for (auto& buffer : buffers_) buffer.assign(initial.begin(), initial.end());
+  }
+
+  // The one thread that writes: fill the row, then leave it.
+  [[nodiscard]] std::span<double> row() { return buffers_[writing_]; }
+  void leave() { writing_ = between_.exchange(writing_ | kFresh, std::memory_order_acq_rel) & kIndex; }
+
+  // The one thread that reads: the newest row that was left; the initial one before the first.
+  [[nodiscard]] std::span<const double> newest() {
+    if ((between_.load(std::memory_order_relaxed) & kFresh) != 0)
+      reading_ = between_.exchange(reading_, std::memory_order_acq_rel) & kIndex;
+    return buffers_[reading_];
+  }
+
+ private:
+  static constexpr std::uint32_t kFresh = 4, kIndex = 3;
+  std::array<std::vector<double>, 3> buffers_;
+  std::uint32_t writing_ = 0, reading_ = 2;
+  std::atomic<std::uint32_t> between_{1};
+};
+
+}  // namespace doppel

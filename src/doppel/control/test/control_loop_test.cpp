@@ -1,0 +1,182 @@
+// A loop of its own, by the wall's clock: it keeps its period beside work that takes long, counts what it
+// misses, and is watched. Asynchronous hardware keeps the loop from waiting for the device.
+
+#include "doppel/control/control_loop.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "doppel/control/test/manager_rig.h"
+#include "doppel/messages/diagnostic_msgs.h"
+#include "doppel/messages/std_msgs.h"
+
+namespace doppel {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::HasSubstr;
+using Names = std::vector<std::string>;
+
+constexpr const char* kGroup = R"(controller_manager:
+  ros__parameters:
+    update_rate: 200
+    g: {type: velocity_controllers/JointGroupVelocityController}
+g: {ros__parameters: {joints: [a]}}
+)";
+
+HardwareDescription loopback(const std::vector<std::pair<std::string, std::string>>& params) {
+  HardwareDescription out;
+  out.name = "Loop";
+  out.type = "system";
+  out.plugin = "doppel/Loopback";
+  out.params = params;
+  HardwareJointDescription joint;
+  joint.name = "a";
+  joint.command_interfaces.resize(1);
+  joint.command_interfaces[0].name = kVelocity;
+  joint.state_interfaces.resize(2);
+  joint.state_interfaces[0].name = kPosition;
+  joint.state_interfaces[1].name = kVelocity;
+  out.joints = {joint};
+  return out;
+}
+
+struct LoopRig {
+  explicit LoopRig(const HardwareDescription& description, ControlLoopOptions options = {})
+      : model(fake_robot({{"a"}})), file(ParameterFile::parse(kGroup, "test.yaml")) {
+    log.add_sink([this](const LogLine& line) {
+      const std::lock_guard lock(mutex);
+      said += line.text + "\n";
+    });
+    manager = std::make_unique<ControllerManager>(bus, model, registry, &file, ControllerManagerOptions{},
+                                                  log, diagnostics);
+    manager->add_hardware(HardwareRegistry::with_builtin().find(description.plugin)->make(), description,
+                          diagnostics);
+    manager->start(Names{"g"});
+    options.lock_memory = false;
+    loop = std::make_unique<ControlLoop>(*manager, gate, Time{}, options, log);
+  }
+  // What the other thread does meanwhile.
+  void attend_for(milliseconds wall) {
+    const auto end = std::chrono::steady_clock::now() + wall;
+    while (std::chrono::steady_clock::now() < end) {
+      {
+        const std::lock_guard held(gate);
+        bus.spin();
+        loop->attend();
+        manager->housekeeping(Time(std::chrono::steady_clock::now() - begin));
+      }
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+  }
+  // Until `done` (asked with the gate), which a busy machine may take its time for.
+  template <class Done>
+  bool attend_until(const Done& done) {
+    for (int i = 0; i < 2000; ++i) {
+      attend_for(milliseconds(10));
+      if (look(done)) return true;
+    }
+    return false;
+  }
+  template <class Look>
+  auto look(const Look& at) {
+    const std::lock_guard held(gate);
+    return at();
+  }
+  Bus bus;
+  Model model;
+  ControllerRegistry registry = ControllerRegistry::with_builtin();
+  std::mutex mutex;
+  std::string said;
+  Log log;
+  Diagnostics diagnostics;
+  ParameterFile file;
+  LoopGate gate;
+  std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+  std::unique_ptr<ControllerManager> manager;
+  std::unique_ptr<ControlLoop> loop;
+};
+
+TEST(ControlLoopTest, TicksAtItsRateWhileMessagesComeInAndControllersAreSwitched) {
+  LoopRig rig(loopback({}));
+  Node speaker(rig.bus, "/speaker");
+  const auto commands = speaker.advertise<std_msgs::msg::Float64MultiArray>("/g/commands");
+  for (int i = 0; i < 10; ++i) {
+    rig.look([&] {
+      commands.publish({{}, {0.5}}, Time{});
+      EXPECT_TRUE(rig.manager->switch_controllers({}, Names{"g"}, Strictness::strict).ok());
+      EXPECT_TRUE(rig.manager->switch_controllers(Names{"g"}, {}, Strictness::strict).ok());
+      commands.publish({{}, {0.5}}, Time{});
+    });
+    rig.attend_for(milliseconds(50));
+  }
+  EXPECT_TRUE(rig.attend_until([&] { return rig.loop->statistics().ticks > 100; }));
+  const auto most = (std::chrono::steady_clock::now() - rig.begin) / rig.manager->period();
+  EXPECT_LE(rig.look([&] { return rig.loop->statistics().ticks; }), static_cast<std::uint64_t>(most) + 1);
+  EXPECT_TRUE(rig.attend_until([&] { return rig.manager->state("a/position") > 0.05; }));
+}
+
+TEST(ControlLoopTest, AReadThatTakesTooLongIsAnOverrunThatIsCountedAndReported) {
+  LoopRig rig(loopback({{"fault", "late"}, {"fault_size", "0.012"}}));
+  diagnostic_msgs::msg::DiagnosticStatus manager_status;
+  Node listener(rig.bus, "/listener");
+  listener.subscribe<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", [&](const auto& message) {
+    for (const auto& status : message.status) {
+      if (status.name == "controller_manager: Controller Manager Activity") manager_status = status;
+    }
+  });
+  EXPECT_TRUE(rig.attend_until([&] {
+    return rig.loop->statistics().overruns > 20 &&
+           manager_status.message == "Controller Manager has bad periodicity";
+  })) << manager_status.message;
+  const LoopStatistics statistics = rig.look([&] { return rig.loop->statistics(); });
+  EXPECT_GE(statistics.longest, 0.012);
+  const std::lock_guard lock(rig.mutex);
+  EXPECT_THAT(rig.said,
+              HasSubstr("Overrun detected! The controller manager missed its desired rate of 200 Hz"));
+}
+
+TEST(ControlLoopTest, ALoopThatStandsStillStopsTheHardware) {
+  ControlLoopOptions options;
+  options.stall = milliseconds(60);
+  LoopRig rig(loopback({{"fault", "late"}, {"fault_size", "0.3"}, {"fault_at", "20"}, {"fault_for", "1"}}),
+              options);
+  EXPECT_TRUE(rig.attend_until([&] { return rig.manager->is_stopped(); }));
+  const std::lock_guard lock(rig.mutex);
+  EXPECT_THAT(rig.said, HasSubstr("emergency stop by the watchdog: the control loop stood still for"));
+}
+
+TEST(ControlLoopTest, AnErrorInTheLoopIsDealtWithOnTheOtherThread) {
+  LoopRig rig(loopback({{"fault", "throw"}, {"fault_at", "10"}}));
+  EXPECT_TRUE(
+      rig.attend_until([&] { return rig.manager->hardware().front().state == HardwareState::unconfigured; }));
+  EXPECT_EQ(rig.look([&] { return rig.manager->controllers().front().state; }), ControllerState::inactive);
+}
+
+TEST(AsyncHardwareTest, TheLoopDoesNotWaitForASlowDeviceAndCommandsArrive) {
+  HardwareDescription slow = loopback({{"fault", "late"}, {"fault_size", "0.02"}});
+  slow.is_async = true;
+  slow.rw_rate = 40;
+  LoopRig rig(slow);
+  Node speaker(rig.bus, "/speaker");
+  const auto commands = speaker.advertise<std_msgs::msg::Float64MultiArray>("/g/commands");
+  rig.look([&] { commands.publish({{}, {1.0}}, Time{}); });
+  EXPECT_TRUE(rig.attend_until(
+      [&] { return rig.manager->state("a/position") > 0.1 && rig.loop->statistics().execution > 0; }));
+  EXPECT_LT(rig.look([&] { return rig.loop->statistics().execution; }), 0.01);  // in the mean: half of a read
+}
+
+TEST(AsyncHardwareTest, AnErrorOfTheDeviceIsTheComponents) {
+  HardwareDescription failing = loopback({{"fault", "throw"}, {"fault_at", "5"}});
+  failing.is_async = true;
+  LoopRig rig(failing);
+  EXPECT_TRUE(rig.attend_until([&] { return !rig.manager->hardware().front().fault.empty(); }));
+  const HardwareView view = rig.look([&] { return rig.manager->hardware().front(); });
+  EXPECT_EQ(view.state, HardwareState::unconfigured);
+  EXPECT_THAT(view.fault, HasSubstr("its <param> 'fault' says so"));
+}
+
+}  // namespace
+}  // namespace doppel

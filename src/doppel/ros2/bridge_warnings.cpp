@@ -1,0 +1,98 @@
+#include "doppel/ros2/bridge_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "doppel/bus/name_rules.h"
+#include "doppel/messages/rosgraph_msgs.h"
+
+namespace doppel::ros2 {
+namespace {
+
+constexpr std::size_t kMostSaid = 1000;  // pairs at a time: a crowd of strangers must not fill the memory
+constexpr std::size_t kMachineSize = 4;  // bytes of the vendor and the machine
+constexpr int kProcesses = 1 << 16;      // that the two bytes after them tell apart
+
+// The one process of this machine whose id ends in those two bytes; 0: none, or several.
+int process_of(const Gid& gid) {
+  constexpr int kMostProcesses = 1 << 22;  // of Linux
+  int found = 0;
+  for (int id = gid.bytes[kMachineSize] | gid.bytes[kMachineSize + 1] << 8; id < kMostProcesses;
+       id += kProcesses) {
+    std::error_code none;
+    if (id == 0 || !std::filesystem::exists(fmt::format("/proc/{}", id), none)) continue;
+    if (found != 0) return 0;
+    found = id;
+  }
+  return found;
+}
+
+}  // namespace
+
+std::string place_of(const Gid& other, const Gid& own) {
+  constexpr std::array<std::uint8_t, 2> kFastDds{1, 15};
+  if (!std::ranges::equal(other.prefix().first<2>(), kFastDds)) return "another process";
+  if (!std::ranges::equal(other.prefix().first<kMachineSize>(), own.prefix().first<kMachineSize>()))
+    return "another machine";
+  const int process = process_of(other);
+  return process == 0 ? "another process on this machine"
+                      : fmt::format("process {} on this machine", process);
+}
+
+bool NetworkWarnings::is_new(const GraphEndpoint& own_end, const GraphEndpoint& other_end) {
+  const std::pair pair(own_end.gid, other_end.gid);
+  if (lasting_.size() < kMostSaid) lasting_.insert(pair);
+  return lasting_.contains(pair) && !said_.contains(pair);
+}
+
+void NetworkWarnings::say(const GraphEndpoint& own_end, const GraphEndpoint& other_end,
+                          const std::string& text) {
+  if (is_new(own_end, other_end)) log_.warning(node_base_name(own_end.node), text);
+}
+
+// The sentences are rclcpp's (publisher_base.cpp, subscription_base.cpp).
+void NetworkWarnings::compare(const std::string& topic, const GraphEndpoint& publisher,
+                              const GraphEndpoint& subscription, const Gid& own) {
+  const bool publishes = is_same_participant(publisher.gid, own);
+  if (publishes == is_same_participant(subscription.gid, own) || publisher.type != subscription.type) return;
+  const std::string_view policy = incompatible_policy(publisher.qos, subscription.qos);
+  if (policy.empty()) return;
+  if (publishes) {
+    say(publisher, subscription,
+        fmt::format(
+            "New subscription discovered on topic '{}', requesting incompatible QoS. No messages will "
+            "be sent to it. Last incompatible policy: {}",
+            topic, policy));
+  } else {
+    say(subscription, publisher,
+        fmt::format("New publisher discovered on topic '{}', offering incompatible QoS. No messages will be "
+                    "sent to it. Last incompatible policy: {}",
+                    topic, policy));
+  }
+}
+
+void NetworkWarnings::look_at(const std::vector<GraphTopic>& topics, const Gid& own) {
+  lasting_.clear();
+  for (const GraphTopic& topic : topics) {
+    for (const GraphEndpoint& publisher : topic.publishers) {
+      for (const GraphEndpoint& subscription : topic.subscriptions)
+        compare(topic.name, publisher, subscription, own);
+      if (publisher.type != rosgraph_msgs::msg::Clock::kType || !is_same_participant(publisher.gid, own))
+        continue;
+      for (const GraphEndpoint& other : topic.publishers) {
+        if (is_same_participant(other.gid, own)) continue;
+        say(publisher, other,
+            fmt::format(
+                "{} is published by node {}, too, in {}: nodes that use simulated time jump between "
+                "the two clocks; give one of them a domain of its own (--domain), or a namespace with "
+                "its own clock (--ros-args -r __ns:=/left -r /clock:=clock)",
+                topic.name, other.node, place_of(other.gid, own)));
+      }
+    }
+  }
+  said_ = lasting_;
+}
+
+}  // namespace doppel::ros2

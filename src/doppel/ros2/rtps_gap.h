@@ -1,0 +1,17 @@
+#pragma once
+// A sample left out of a datagram.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace doppel::ros2 {
+
+// The datagram with each sample of `writer` (its entity), whole or a fragment, replaced by RTPS's word for
+// one that is not for the reader (GAP), so that nobody asks for it. Empty where there is no such sample, or
+// the datagram cannot be read.
+std::vector<std::uint8_t> without_samples(std::span<const std::uint8_t> datagram,
+                                          const std::array<std::uint8_t, 4>& writer);
+
+}  // namespace doppel::ros2
