@@ -39,7 +39,7 @@ constexpr Tolerance kTolerances[] = {
     {"sag", "sag of a held joint", "relative", &EngineTolerances::sag},
     {"stiction", "speed of a joint that friction holds", "rad/s", &EngineTolerances::stiction},
     {"mimic", "stray of a mimic under load", "rad or m", &EngineTolerances::mimic},
-    {"penetration", "depth of a resting box of 1 kg", "m", &EngineTolerances::penetration},
+    {"penetration", "depth of a resting body of 1 kg", "m", &EngineTolerances::penetration},
 };
 
 std::string integrators_of(const EngineCapabilities& engine) {

@@ -4,7 +4,7 @@ namespace doppel {
 namespace {
 
 constexpr int kIterations = 500;         // at most; Bullet's own 10 leave a held stack creeping
-constexpr double kResidual = 1e-11;      // rad/s or m/s that the last iteration changed at most
+constexpr double kResidual = 1e-10;      // rad/s or m/s that the last iteration changed at most
 constexpr double kErrorReduction = 0.2;  // of a penetration in one step
 constexpr double kSlop = 1e-5;  // m that bodies at rest lie in each other, so that they stay in touch
 
