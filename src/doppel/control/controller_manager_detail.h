@@ -135,6 +135,9 @@ struct ControllerManager::Impl {
   // -- manager_diagnostics.cpp
   void serve_diagnostics();
   void publish_diagnostics();
+  void describe_controllers(diagnostic_msgs::msg::DiagnosticStatus& status) const;
+  void describe_hardware(diagnostic_msgs::msg::DiagnosticStatus& status) const;
+  void describe_manager(diagnostic_msgs::msg::DiagnosticStatus& status) const;
 
   // -- manager_start.cpp
   void start(std::span<const std::string> names);
@@ -208,6 +211,8 @@ struct ControllerManager::Impl {
   Publisher<controller_manager_msgs::msg::ControllerManagerActivity> activity;
   Publisher<std_msgs::msg::Bool> stop_topic;
   Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_topic;
+  diagnostic_msgs::msg::DiagnosticArray
+      diagnostics_message;  // as it was published last: its memory is used again
   Time next_diagnostics{};
   std::optional<LoopStatistics> loop;  // of a loop with a thread of its own
 };

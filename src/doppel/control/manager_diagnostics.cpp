@@ -1,4 +1,5 @@
-// What the controller manager says on /diagnostics, under ros2_control's names.
+// What the controller manager says on /diagnostics, under ros2_control's names. Written over and over into
+// one message, so that a listener costs no memory.
 
 #include <fmt/format.h>
 
@@ -11,74 +12,96 @@ using diagnostic_msgs::msg::DiagnosticStatus;
 constexpr Duration kPeriod = std::chrono::seconds(1);
 constexpr double kPoorRate = 0.9;  // of the wanted one: below it the loop does not keep its time
 
-DiagnosticStatus status_of(const std::string& manager, const char* what) {
-  DiagnosticStatus out;
-  out.name = fmt::format("{}: {}", manager, what);
-  out.hardware_id = "ros2_control";
-  return out;
-}
+// Fills a status' values from the first on; what was there before and is no more goes.
+class Values {
+ public:
+  explicit Values(DiagnosticStatus& status) : values_(status.values) {}
+  ~Values() { values_.resize(count_); }
+  Values(const Values&) = delete;
+  Values& operator=(const Values&) = delete;
+
+  void add(std::string_view key, std::string_view value) {
+    if (count_ == values_.size()) values_.emplace_back();
+    values_[count_].key.assign(key);
+    values_[count_++].value.assign(value);
+  }
+
+ private:
+  std::vector<diagnostic_msgs::msg::KeyValue>& values_;
+  std::size_t count_ = 0;
+};
 
 }  // namespace
 
 void ControllerManager::Impl::serve_diagnostics() {
   diagnostics_topic = node.advertise<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", {.depth = 1});
+  for (const char* what :
+       {"Controllers Activity", "Hardware Components Activity", "Controller Manager Activity"}) {
+    DiagnosticStatus& status = diagnostics_message.status.emplace_back();
+    status.name = fmt::format("{}: {}", options.name, what);
+    status.hardware_id = "ros2_control";
+  }
+}
+
+void ControllerManager::Impl::describe_controllers(DiagnosticStatus& status) const {
+  Values values(status);
+  bool all = true;
+  for (const auto& c : loaded) {
+    values.add(c->name, to_string(c->state));
+    all = all && c->state == ControllerState::active;
+  }
+  status.level = all ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
+  status.message = loaded.empty() ? "No controllers are currently loaded!"
+                   : all          ? "All controllers are active"
+                                  : "Not all controllers are active";
+}
+
+void ControllerManager::Impl::describe_hardware(DiagnosticStatus& status) const {
+  Values values(status);
+  bool all = true, failed = false;
+  for (const auto& c : resources.components()) {
+    values.add(c->name, to_string(c->state));
+    if (!c->why.empty()) values.add(c->name + " fault", c->why);
+    all = all && c->state == HardwareState::active;
+    failed = failed || !c->why.empty();
+  }
+  const bool none = resources.components().empty();
+  status.level = none || failed ? DiagnosticStatus::ERROR
+                 : all          ? DiagnosticStatus::OK
+                                : DiagnosticStatus::WARN;
+  status.message = none  ? "No hardware components are loaded!"
+                   : all ? "All hardware components are active"
+                         : "Not all hardware components are active";
+}
+
+void ControllerManager::Impl::describe_manager(DiagnosticStatus& status) const {
+  Values values(status);
+  values.add("update_rate", fmt::format("{:g}", rate_of(period)));
+  values.add("emergency stop", stopped ? "on" : "off");
+  bool poor = false;
+  if (loop) {
+    values.add("periodicity.average", fmt::format("{:.3f}", loop->rate));
+    values.add("periodicity.standard_deviation", fmt::format("{:.3f}", loop->rate_deviation));
+    values.add("execution_time.average", fmt::format("{:.1f}", loop->execution * 1e6));
+    values.add("execution_time.max", fmt::format("{:.1f}", loop->longest * 1e6));
+    values.add("overruns", fmt::format("{}", loop->overruns));
+    poor = loop->rate < kPoorRate * rate_of(period);
+  }
+  status.level = stopped || poor ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
+  status.message = stopped ? "The emergency stop is on"
+                   : poor  ? "Controller Manager has bad periodicity"
+                           : "Controller Manager has good periodicity";
 }
 
 void ControllerManager::Impl::publish_diagnostics() {
   if (now < next_diagnostics && next_diagnostics - now <= kPeriod) return;  // further: time was set back
   next_diagnostics = now + kPeriod;
   if (!diagnostics_topic.has_listeners()) return;
-  DiagnosticStatus controllers = status_of(options.name, "Controllers Activity");
-  bool all = true;
-  for (const auto& c : loaded) {
-    controllers.values.push_back({c->name, std::string(to_string(c->state))});
-    all = all && c->state == ControllerState::active;
-  }
-  controllers.level = all ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
-  controllers.message = loaded.empty() ? "No controllers are currently loaded!"
-                        : all          ? "All controllers are active"
-                                       : "Not all controllers are active";
-
-  DiagnosticStatus hardware = status_of(options.name, "Hardware Components Activity");
-  bool failed = false;
-  all = true;
-  for (const auto& c : resources.components()) {
-    hardware.values.push_back({c->name, std::string(to_string(c->state))});
-    if (!c->why.empty()) hardware.values.push_back({c->name + " fault", c->why});
-    all = all && c->state == HardwareState::active;
-    failed = failed || !c->why.empty();
-  }
-  const bool none = resources.components().empty();
-  hardware.level = none || failed ? DiagnosticStatus::ERROR
-                   : all          ? DiagnosticStatus::OK
-                                  : DiagnosticStatus::WARN;
-  hardware.message = none  ? "No hardware components are loaded!"
-                     : all ? "All hardware components are active"
-                           : "Not all hardware components are active";
-
-  DiagnosticStatus manager = status_of(options.name, "Controller Manager Activity");
-  manager.values.push_back({"update_rate", fmt::format("{:g}", rate_of(period))});
-  manager.values.push_back({"emergency stop", stopped ? "on" : "off"});
-  manager.message = "Controller Manager has good periodicity";
-  if (loop) {
-    manager.values.push_back({"periodicity.average", fmt::format("{:.3f}", loop->rate)});
-    manager.values.push_back({"periodicity.standard_deviation", fmt::format("{:.3f}", loop->rate_deviation)});
-    manager.values.push_back({"execution_time.average", fmt::format("{:.1f}", loop->execution * 1e6)});
-    manager.values.push_back({"execution_time.max", fmt::format("{:.1f}", loop->longest * 1e6)});
-    manager.values.push_back({"overruns", fmt::format("{}", loop->overruns)});
-    if (loop->rate < kPoorRate * rate_of(period)) {
-      manager.level = DiagnosticStatus::WARN;
-      manager.message = "Controller Manager has bad periodicity";
-    }
-  }
-  if (stopped) {
-    manager.level = DiagnosticStatus::WARN;
-    manager.message = "The emergency stop is on";
-  }
-  diagnostic_msgs::msg::DiagnosticArray message;
-  message.header.stamp = to_time_msg(bus.ros_now());
-  message.status = {std::move(controllers), std::move(hardware), std::move(manager)};
-  diagnostics_topic.publish(message, bus.now());
+  describe_controllers(diagnostics_message.status[0]);
+  describe_hardware(diagnostics_message.status[1]);
+  describe_manager(diagnostics_message.status[2]);
+  diagnostics_message.header.stamp = to_time_msg(bus.ros_now());
+  diagnostics_topic.publish(diagnostics_message, bus.now());
 }
 
 }  // namespace doppel

@@ -6,6 +6,7 @@
 #include "doppel/control/plugin_library.h"
 #include "doppel/control/test/manager_rig.h"
 #include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"
 
@@ -141,6 +142,32 @@ TEST(HardwareLife, FallbackControllersRunInPlaceOfThoseThatLostTheirHardware) {
   EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
   EXPECT_EQ(rig.state_of("spare"), ControllerState::active);
   EXPECT_EQ(rig.count(Severity::warning, "'spare' runs in place of 'left'"), 1u) << rig.said();
+}
+
+TEST(HardwareLife, WhyAComponentIsNotActiveIsOnDiagnosticsAndInItsNodesParameter) {
+  TwoSystems rig;
+  rig.manager->start(Names{"left", "right"});
+  diagnostic_msgs::msg::DiagnosticArray last;
+  Node listener(rig.bus, "/listener");
+  listener.subscribe<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", [&](const auto& m) { last = m; });
+  rig.run(101);
+  ASSERT_EQ(last.status.size(), 3u);
+  EXPECT_EQ(last.status[0].message, "All controllers are active");
+  EXPECT_EQ(last.status[1].name, "controller_manager: Hardware Components Activity");
+  EXPECT_EQ(last.status[1].message, "All hardware components are active");
+  rig.hardware->read_answer = HardwareReturn::error;
+  rig.run(101);
+  EXPECT_EQ(last.status[1].level, diagnostic_msgs::msg::DiagnosticStatus::ERROR);
+  ASSERT_EQ(last.status[1].values.size(), 3u);
+  EXPECT_EQ(last.status[1].values[0].value, "unconfigured");
+  EXPECT_EQ(last.status[1].values[1].key, "FakeSystem fault");
+  EXPECT_THAT(last.status[1].values[1].value, HasSubstr("error in read: no reply"));
+  std::string fault;
+  rig.bus.each_node([&](Node& node) {
+    if (node.name() != "/fakesystem") return;
+    if (const auto* told = node.parameters().find("fault")) fault = std::get<std::string>(told->value);
+  });
+  EXPECT_THAT(fault, HasSubstr("error in read: no reply"));
 }
 
 TEST(HardwareLife, AFallbackThatCannotRunIsReported) {
