@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/description/xacro.h"
+#include "doppel/xacro/xacro.h"
 
 extern char** environ;
 

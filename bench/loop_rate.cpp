@@ -11,7 +11,7 @@
 #include <fstream>
 #include <vector>
 
-#include "doppel/physics/mujoco/mujoco_extras.h"
+#include "doppel/physics/mujoco_extras.h"
 #include "doppel/twin/twin.h"
 
 namespace {

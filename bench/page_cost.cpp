@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include "doppel/client/websocket_client.h"
 #include "doppel/server/server.h"
-#include "doppel/server/websocket_client.h"
 #include "doppel/twin/twin.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // What clients are told of the world's meshes can be had: each marker's resource, at the start and after a
 // reload.
-#include "app/offered_files.h"
+#include "doppel/session/offered_files.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -11,8 +11,8 @@
 #include <map>
 #include <set>
 
-#include "app/health_publisher.h"
 #include "doppel/bus/rosout.h"
+#include "doppel/session/health_publisher.h"
 #include "doppel/twin/runner.h"
 #include "doppel/twin/twin.h"
 

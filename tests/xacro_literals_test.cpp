@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "doppel/description/xacro.h"
+#include "doppel/xacro/xacro.h"
 
 namespace doppel {
 namespace {

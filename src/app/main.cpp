@@ -16,6 +16,7 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
 #include "doppel/ros2/environment.h"
+#include "doppel/session/left_work.h"
 
 namespace {
 
@@ -177,7 +178,7 @@ int main(int argc, char** argv) {
   doppel::app::fill_standard_files();
   doppel::ros2::forget_statistics();
   const int exit_code = run(argc, argv);
-  if (doppel::app::work_left_behind()) {
+  if (doppel::work_left_behind()) {
     std::fflush(nullptr);
     std::_Exit(exit_code);
   }

@@ -51,18 +51,6 @@ const std::atomic<bool>& stop_on_signals() {
   return requested;
 }
 
-namespace {
-std::atomic<bool> left_behind{false};
-}
-
-void leave_work_behind() {
-  left_behind = true;
-}
-
-bool work_left_behind() {
-  return left_behind;
-}
-
 std::filesystem::path root_folder() {
   if (const char* root = std::getenv("DOPPEL_ROOT"); root != nullptr && *root != '\0') return root;
   return DOPPEL_BUILT_FROM;

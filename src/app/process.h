@@ -19,10 +19,6 @@ void fill_standard_files();
 // From now on SIGINT and SIGTERM do not end the process; they set the flag that is returned.
 const std::atomic<bool>& stop_on_signals();
 
-// A thread runs on that may not be waited for: the process is to end without cleaning up behind main.
-void leave_work_behind();
-bool work_left_behind();
-
 // The folder that holds robots/ and worlds/: DOPPEL_ROOT, else where this program was built from.
 std::filesystem::path root_folder();
 

@@ -9,16 +9,16 @@
 
 #include "app/described_scenario.h"
 #include "app/door.h"
-#include "app/health_publisher.h"
 #include "app/judgement.h"
-#include "app/offered_files.h"
 #include "app/process.h"
-#include "app/reload.h"
 #include "app/ros_door.h"
 #include "app/tell.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
 #include "doppel/bus/rosout.h"
+#include "doppel/session/health_publisher.h"
+#include "doppel/session/offered_files.h"
+#include "doppel/session/reload.h"
 #include "doppel/twin/viewer.h"
 
 namespace doppel::app {

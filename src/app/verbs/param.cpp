@@ -3,7 +3,7 @@
 
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
-#include "doppel/control/parameter_file.h"
+#include "doppel/bus/parameter_file.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/rcl_interfaces.h"
 

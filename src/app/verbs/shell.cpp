@@ -8,11 +8,11 @@
 #include <cstdio>
 
 #include "app/tell.h"
+#include "doppel/client/websocket_client.h"
 #include "doppel/core/names.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/graph_client.h"
 #include "doppel/server/announcement.h"
-#include "doppel/server/websocket_client.h"
 
 namespace doppel::app {
 namespace {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/bus/client.h"
+#include "doppel/client/client.h"
 #include "doppel/core/diagnostic.h"
 
 namespace doppel::app {

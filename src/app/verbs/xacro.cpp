@@ -1,5 +1,5 @@
 // doppel xacro: expands a xacro file to the text that ros/xacro writes.
-#include "doppel/description/xacro.h"
+#include "doppel/xacro/xacro.h"
 
 #include <fmt/format.h>
 

@@ -4,8 +4,8 @@
 #include <cassert>
 #include <tuple>
 
-#include "doppel/audit/description_facts.h"
-#include "doppel/audit/rules_detail.h"
+#include "doppel/audit/detail/description_facts.h"
+#include "doppel/audit/detail/rules.h"
 #include "doppel/overlay/overlay.h"
 
 namespace doppel {

@@ -1,8 +1,8 @@
 #include <algorithm>
 
-#include "doppel/audit/controllers_detail.h"
-#include "doppel/audit/ros_rules_detail.h"
-#include "doppel/audit/side_files.h"
+#include "doppel/audit/detail/controllers.h"
+#include "doppel/audit/detail/ros_rules.h"
+#include "doppel/audit/detail/side_files.h"
 #include "doppel/control/hardware.h"
 #include "doppel/core/names.h"
 

@@ -1,4 +1,4 @@
-#include "doppel/audit/datasheet.h"
+#include "doppel/audit/detail/datasheet.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -7,7 +7,7 @@
 #include <charconv>
 #include <numbers>
 
-#include "doppel/audit/side_files.h"
+#include "doppel/audit/detail/side_files.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"

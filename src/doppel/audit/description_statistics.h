@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/description/xml.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 

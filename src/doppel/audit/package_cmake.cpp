@@ -6,9 +6,9 @@
 #include <map>
 #include <span>
 
-#include "doppel/audit/package_files.h"
-#include "doppel/audit/package_files_detail.h"
-#include "doppel/audit/side_files.h"
+#include "doppel/audit/detail/package_files.h"
+#include "doppel/audit/detail/package_files_detail.h"
+#include "doppel/audit/detail/side_files.h"
 #include "doppel/core/text.h"
 
 namespace doppel {

@@ -1,13 +1,13 @@
-#include "doppel/audit/package_files.h"
+#include "doppel/audit/detail/package_files.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/audit/package_files_detail.h"
-#include "doppel/audit/side_files.h"
+#include "doppel/audit/detail/package_files_detail.h"
+#include "doppel/audit/detail/side_files.h"
 #include "doppel/core/diagnostic.h"
-#include "doppel/description/xml.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

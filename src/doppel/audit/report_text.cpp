@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "doppel/audit/audit.h"
-#include "doppel/audit/text_layout.h"
+#include "doppel/audit/detail/text_layout.h"
 
 namespace doppel {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/detail/ros_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

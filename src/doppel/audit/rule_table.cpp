@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "doppel/audit/rules_detail.h"
+#include "doppel/audit/detail/rules.h"
 
 namespace doppel {
 namespace audit_rules {

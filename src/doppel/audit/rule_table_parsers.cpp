@@ -2,7 +2,7 @@
 // says then carries the same ids.
 #include <array>
 
-#include "doppel/audit/rules_detail.h"
+#include "doppel/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -2,7 +2,7 @@
 // contact, datasheets. Sorted by id.
 #include <array>
 
-#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/detail/ros_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

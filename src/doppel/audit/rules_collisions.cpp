@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/detail/ros_rules.h"
 #include "doppel/geometry/collision.h"
 #include "doppel/kinematics/kinematics.h"
 

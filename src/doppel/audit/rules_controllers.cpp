@@ -5,8 +5,9 @@
 #include <map>
 #include <set>
 
-#include "doppel/audit/controllers_detail.h"
-#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/detail/controllers.h"
+#include "doppel/audit/detail/ros_rules.h"
+#include "doppel/controllers/builtin.h"
 #include "doppel/core/names.h"
 
 namespace doppel::audit_rules {
@@ -309,7 +310,7 @@ void check_uncontrolled(const AuditInput& in, const ControllersFile& file, Findi
 }  // namespace
 
 void check_controllers(const AuditInput& in, Findings& out) {
-  const ControllerRegistry registry = ControllerRegistry::with_builtin();
+  const ControllerRegistry registry = builtin_controllers();
   const Offer offer = offer_of(in.robot);
   for (ControllersFile& file : read_controllers(in, out)) {
     check_types(file, registry, out);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/audit/datasheet.h"
-#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/detail/datasheet.h"
+#include "doppel/audit/detail/ros_rules.h"
 #include "doppel/core/names.h"
 
 namespace doppel::audit_rules {

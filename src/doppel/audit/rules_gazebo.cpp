@@ -1,7 +1,7 @@
 // <gazebo> and <transmission>: what they refer to, and the names of plugins and materials.
 #include <algorithm>
 
-#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/detail/ros_rules.h"
 #include "doppel/core/names.h"
 
 namespace doppel::audit_rules {

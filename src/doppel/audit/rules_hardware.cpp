@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <set>
 
-#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/detail/ros_rules.h"
 #include "doppel/core/names.h"
 
 namespace doppel::audit_rules {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/audit/inertia_rules.h"
+#include "doppel/audit/detail/inertia_rules.h"
 #include "doppel/geometry/convex_hull.h"
 
 namespace doppel::audit_rules {

@@ -4,9 +4,9 @@
 #include <numbers>
 #include <set>
 
-#include "doppel/audit/description_facts.h"
-#include "doppel/audit/rules_detail.h"
-#include "doppel/audit/vocabulary.h"
+#include "doppel/audit/detail/description_facts.h"
+#include "doppel/audit/detail/rules.h"
+#include "doppel/audit/detail/vocabulary.h"
 #include "doppel/core/names.h"
 #include "doppel/description/urdf_reader.h"
 

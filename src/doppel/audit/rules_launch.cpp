@@ -3,9 +3,9 @@
 #include <charconv>
 #include <cmath>
 
-#include "doppel/audit/package_files.h"
-#include "doppel/audit/ros_rules_detail.h"
-#include "doppel/audit/side_files.h"
+#include "doppel/audit/detail/package_files.h"
+#include "doppel/audit/detail/ros_rules.h"
+#include "doppel/audit/detail/side_files.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <set>
 
-#include "doppel/audit/inertia_rules.h"
-#include "doppel/audit/rules_detail.h"
+#include "doppel/audit/detail/inertia_rules.h"
+#include "doppel/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -3,8 +3,8 @@
 #include <cctype>
 #include <map>
 
-#include "doppel/audit/description_facts.h"
-#include "doppel/audit/rules_detail.h"
+#include "doppel/audit/detail/description_facts.h"
+#include "doppel/audit/detail/rules.h"
 #include "doppel/core/text.h"
 
 namespace doppel::audit_rules {

@@ -1,8 +1,8 @@
 // Joint origins against the links that they join: millimetres taken for metres.
 #include <algorithm>
 
-#include "doppel/audit/description_facts.h"
-#include "doppel/audit/rules_detail.h"
+#include "doppel/audit/detail/description_facts.h"
+#include "doppel/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 namespace {

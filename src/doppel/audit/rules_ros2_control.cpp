@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/detail/ros_rules.h"
 #include "doppel/core/names.h"
 
 namespace doppel::audit_rules {

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/audit/description_facts.h"
-#include "doppel/audit/rules_detail.h"
-#include "doppel/audit/vocabulary.h"
+#include "doppel/audit/detail/description_facts.h"
+#include "doppel/audit/detail/rules.h"
+#include "doppel/audit/detail/vocabulary.h"
 #include "doppel/core/names.h"
 #include "doppel/description/urdf_reader.h"
 

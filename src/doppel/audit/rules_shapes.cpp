@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 
-#include "doppel/audit/description_facts.h"
-#include "doppel/audit/rules_detail.h"
+#include "doppel/audit/detail/description_facts.h"
+#include "doppel/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 namespace {

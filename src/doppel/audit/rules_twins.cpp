@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "doppel/audit/inertia_rules.h"
+#include "doppel/audit/detail/inertia_rules.h"
 #include "doppel/core/text.h"
 
 namespace doppel::audit_rules {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include "doppel/audit/ros_rules_detail.h"
+#include "doppel/audit/detail/ros_rules.h"
 #include "doppel/core/text.h"
 #include "doppel/geometry/mesh_report.h"
 #include "doppel/kinematics/kinematics.h"

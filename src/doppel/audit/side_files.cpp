@@ -1,10 +1,10 @@
-#include "doppel/audit/side_files.h"
+#include "doppel/audit/detail/side_files.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/description/xml.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 

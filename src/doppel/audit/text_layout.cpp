@@ -1,4 +1,4 @@
-#include "doppel/audit/text_layout.h"
+#include "doppel/audit/detail/text_layout.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/audit/vocabulary.h"
+#include "doppel/audit/detail/vocabulary.h"
 
 #include <fmt/format.h>
 

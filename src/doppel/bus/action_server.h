@@ -44,4 +44,4 @@ class ActionServer {
 
 }  // namespace doppel
 
-#include "doppel/bus/action_server_detail.h"
+#include "doppel/bus/detail/action_server.h"

@@ -258,4 +258,4 @@ class Bus {
 
 }  // namespace doppel
 
-#include "doppel/bus/bus_detail.h"
+#include "doppel/bus/detail/bus.h"

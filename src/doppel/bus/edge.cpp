@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 
-#include "doppel/bus/bus_impl.h"
+#include "doppel/bus/detail/bus_impl.h"
 #include "doppel/core/names.h"
 #include "doppel/core/thrown.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "doppel/bus/ros_arguments_detail.h"
+#include "doppel/bus/detail/ros_arguments.h"
 
 namespace doppel {
 namespace {

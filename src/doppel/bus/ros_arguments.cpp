@@ -6,7 +6,7 @@
 #include <map>
 
 #include "doppel/bus/bus.h"
-#include "doppel/bus/ros_arguments_detail.h"
+#include "doppel/bus/detail/ros_arguments.h"
 #include "doppel/core/names.h"
 
 namespace doppel {

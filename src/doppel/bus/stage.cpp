@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "doppel/bus/bus_impl.h"
+#include "doppel/bus/detail/bus_impl.h"
 
 namespace doppel {
 namespace {

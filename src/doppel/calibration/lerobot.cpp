@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "doppel/core/diagnostic.h"
-#include "doppel/description/xml.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

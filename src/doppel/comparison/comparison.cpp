@@ -4,7 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "doppel/comparison/comparison_detail.h"
+#include "doppel/comparison/detail/comparison.h"
 
 namespace doppel {
 namespace {

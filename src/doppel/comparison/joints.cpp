@@ -1,7 +1,7 @@
 #include <Eigen/Geometry>
 #include <array>
 
-#include "doppel/comparison/comparison_detail.h"
+#include "doppel/comparison/detail/comparison.h"
 
 namespace doppel::comparison {
 namespace {

@@ -1,8 +1,8 @@
 #include <Eigen/Geometry>
 
-#include "doppel/comparison/comparison_detail.h"
+#include "doppel/comparison/detail/comparison.h"
 #include "doppel/core/diagnostic.h"
-#include "doppel/description/xml.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel::comparison {
 namespace {

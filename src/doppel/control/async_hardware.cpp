@@ -1,4 +1,4 @@
-#include "doppel/control/async_hardware.h"
+#include "doppel/control/detail/async_hardware.h"
 
 #include <algorithm>
 #include <chrono>

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "doppel/bus/bus.h"
-#include "doppel/control/parameter_file.h"
+#include "doppel/bus/parameter_file.h"
 #include "doppel/core/log.h"
 #include "doppel/core/status.h"
 #include "doppel/core/time.h"
@@ -116,9 +116,6 @@ class ControllerRegistry {
     std::string name, base_class, library;  // library: empty for those built in
     Factory make;
   };
-
-  // With every controller that doppel has built in.
-  static ControllerRegistry with_builtin();
 
   void add(std::string name, Factory make, std::string library = "");
   [[nodiscard]] const Type* find(std::string_view name) const;

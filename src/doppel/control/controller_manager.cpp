@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "doppel/bus/standard_node.h"
-#include "doppel/control/controller_manager_detail.h"
-#include "doppel/control/jazzy_types.h"
+#include "doppel/control/detail/controller_manager.h"
+#include "doppel/control/detail/jazzy_types.h"
 #include "doppel/control/joint_list.h"
 #include "doppel/core/names.h"
 

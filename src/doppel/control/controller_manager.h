@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "doppel/bus/parameter_file.h"
 #include "doppel/control/controller.h"
 #include "doppel/control/hardware.h"
-#include "doppel/control/parameter_file.h"
 
 namespace doppel {
 

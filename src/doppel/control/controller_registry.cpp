@@ -3,15 +3,8 @@
 #include <algorithm>
 
 #include "doppel/control/controller.h"
-#include "doppel/control/controllers/builtin.h"
 
 namespace doppel {
-
-ControllerRegistry ControllerRegistry::with_builtin() {
-  ControllerRegistry registry;
-  register_builtin_controllers(registry);
-  return registry;
-}
 
 void ControllerRegistry::add(std::string name, Factory make, std::string library) {
   if (const Type* known = find(name)) {

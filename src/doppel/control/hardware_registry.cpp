@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "doppel/control/components/builtin.h"
+#include "doppel/control/detail/components/builtin.h"
 
 namespace doppel {
 

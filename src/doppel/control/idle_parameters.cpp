@@ -1,4 +1,4 @@
-#include "doppel/control/idle_parameters.h"
+#include "doppel/control/detail/idle_parameters.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/control/joint_limiter.h"
+#include "doppel/control/detail/joint_limiter.h"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "doppel/control/controller_manager_detail.h"
+#include "doppel/control/detail/controller_manager.h"
 
 namespace doppel {
 namespace {

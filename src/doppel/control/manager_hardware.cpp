@@ -5,8 +5,8 @@
 #include <cctype>
 
 #include "doppel/bus/standard_node.h"
-#include "doppel/control/async_hardware.h"
-#include "doppel/control/controller_manager_detail.h"
+#include "doppel/control/detail/async_hardware.h"
+#include "doppel/control/detail/controller_manager.h"
 #include "doppel/control/joint_list.h"
 #include "doppel/core/names.h"
 

@@ -1,4 +1,4 @@
-#include "doppel/control/manager_messages.h"
+#include "doppel/control/detail/manager_messages.h"
 
 #include <algorithm>
 #include <cmath>

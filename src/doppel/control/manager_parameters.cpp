@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "doppel/bus/node_arguments.h"
-#include "doppel/control/controller_manager_detail.h"
-#include "doppel/control/idle_parameters.h"
+#include "doppel/control/detail/controller_manager.h"
+#include "doppel/control/detail/idle_parameters.h"
 #include "doppel/core/names.h"
 
 namespace doppel {

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "doppel/control/controller_manager_detail.h"
-#include "doppel/control/manager_messages.h"
+#include "doppel/control/detail/controller_manager.h"
+#include "doppel/control/detail/manager_messages.h"
 #include "doppel/messages/std_msgs.h"
 
 namespace doppel {

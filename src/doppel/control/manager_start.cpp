@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/control/controller_manager_detail.h"
+#include "doppel/control/detail/controller_manager.h"
 #include "doppel/control/joint_list.h"
 
 namespace doppel {

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "doppel/control/controller_manager_detail.h"
+#include "doppel/control/detail/controller_manager.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"
 

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <map>
 
-#include "doppel/control/controller_manager_detail.h"
+#include "doppel/control/detail/controller_manager.h"
 #include "doppel/core/names.h"
 
 namespace doppel {

@@ -1,4 +1,4 @@
-#include "doppel/control/resource_table.h"
+#include "doppel/control/detail/resource_table.h"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <set>
 
-#include "doppel/description/xml.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/conversion/document.h"
+#include "doppel/conversion/detail/document.h"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "doppel/conversion/drawing_detail.h"
+#include "doppel/conversion/detail/drawing.h"
 
 namespace doppel {
 namespace {

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <vector>
 
+#include "doppel/conversion/detail/drawing.h"
 #include "doppel/conversion/drawing.h"
-#include "doppel/conversion/drawing_detail.h"
 
 namespace doppel {
 namespace {

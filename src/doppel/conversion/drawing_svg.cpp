@@ -3,7 +3,7 @@
 #include <iterator>
 
 #include "doppel/conversion/drawing.h"
-#include "doppel/description/xml.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

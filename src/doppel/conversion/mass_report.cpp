@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/conversion/detail/table.h"
 #include "doppel/conversion/self_collision.h"
-#include "doppel/conversion/table.h"
 #include "doppel/conversion/tree_labels.h"
 #include "doppel/kinematics/dynamics.h"
 

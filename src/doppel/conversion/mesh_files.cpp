@@ -9,7 +9,7 @@
 #include "doppel/core/output_file.h"
 #include "doppel/core/text.h"
 #include "doppel/description/mesh.h"
-#include "doppel/description/xml.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

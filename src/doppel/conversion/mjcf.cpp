@@ -6,11 +6,11 @@
 #include <map>
 #include <set>
 
-#include "doppel/conversion/document.h"
+#include "doppel/conversion/detail/document.h"
 #include "doppel/geometry/collision.h"
 #include "doppel/physics/collision_shape.h"
 #include "doppel/physics/exclusions.h"
-#include "doppel/physics/mujoco/convert.h"
+#include "doppel/physics/mjcf_convert.h"
 #include "doppel/physics/servo.h"
 
 namespace doppel {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/parameter_file.h"
+#include "doppel/bus/parameter_file.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/conversion/document.h"
-#include "doppel/conversion/sdf_gazebo.h"
+#include "doppel/conversion/detail/document.h"
+#include "doppel/conversion/detail/sdf_gazebo.h"
 #include "doppel/kinematics/link_inertia.h"
 
 namespace doppel {

@@ -1,11 +1,11 @@
-#include "doppel/conversion/sdf_gazebo.h"
+#include "doppel/conversion/detail/sdf_gazebo.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
 
-#include "doppel/conversion/document.h"
+#include "doppel/conversion/detail/document.h"
 
 namespace doppel {
 namespace {

@@ -1,6 +1,6 @@
 #include "doppel/conversion/srdf.h"
 
-#include "doppel/conversion/document.h"
+#include "doppel/conversion/detail/document.h"
 
 namespace doppel {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <set>
 
+#include "doppel/conversion/detail/table.h"
 #include "doppel/conversion/self_collision.h"
-#include "doppel/conversion/table.h"
 #include "doppel/conversion/tree_labels.h"
 #include "doppel/geometry/mesh_report.h"
 #include "doppel/kinematics/kinematics.h"

@@ -1,8 +1,8 @@
-#include "doppel/conversion/table.h"
+#include "doppel/conversion/detail/table.h"
 
 #include <algorithm>
 
-#include "doppel/conversion/drawing_detail.h"
+#include "doppel/conversion/detail/drawing.h"
 
 namespace doppel {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/conversion/table.h"
+#include "doppel/conversion/detail/table.h"
 #include "doppel/conversion/tree_labels.h"
 
 namespace doppel {

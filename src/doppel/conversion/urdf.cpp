@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "doppel/conversion/document.h"
+#include "doppel/conversion/detail/document.h"
 
 namespace doppel {
 namespace {

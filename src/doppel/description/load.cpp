@@ -7,7 +7,7 @@
 
 #include "doppel/core/names.h"
 #include "doppel/description/urdf_parser.h"
-#include "doppel/description/xacro.h"
+#include "doppel/xacro/xacro.h"
 
 namespace doppel {
 namespace {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "doppel/core/diagnostic.h"
-#include "doppel/description/package_resolver.h"
 #include "doppel/description/robot_description.h"
-#include "doppel/description/xml.h"
+#include "doppel/packages/package_resolver.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 

@@ -8,8 +8,8 @@
 #include <unordered_map>
 
 #include "doppel/core/late_library.h"
-#include "doppel/description/mesh_detail.h"
-#include "doppel/description/xml.h"
+#include "doppel/description/detail/mesh.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

@@ -9,9 +9,9 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "doppel/description/mesh_detail.h"
-#include "doppel/description/text_scanner.h"
-#include "doppel/description/xml.h"
+#include "doppel/description/detail/mesh.h"
+#include "doppel/description/detail/text_scanner.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel::mesh {
 namespace {

@@ -1,6 +1,6 @@
 #include <Eigen/Geometry>
 
-#include "doppel/description/mesh_detail.h"
+#include "doppel/description/detail/mesh.h"
 
 namespace doppel::mesh {
 namespace {

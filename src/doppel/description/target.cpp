@@ -5,8 +5,8 @@
 
 #include "doppel/core/names.h"
 #include "doppel/description/load.h"
-#include "doppel/description/package_folder.h"
-#include "doppel/description/xml.h"
+#include "doppel/packages/package_folder.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

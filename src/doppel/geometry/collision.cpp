@@ -5,9 +5,9 @@
 
 #include "doppel/core/late_library.h"
 #include "doppel/description/mesh.h"
-#include "doppel/geometry/convex.h"
+#include "doppel/geometry/detail/convex.h"
+#include "doppel/geometry/detail/surface.h"
 #include "doppel/geometry/mesh_report.h"
-#include "doppel/geometry/surface_detail.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/geometry/convex.h"
+#include "doppel/geometry/detail/convex.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

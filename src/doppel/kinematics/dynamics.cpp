@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/kinematics/joint_subspace.h"
+#include "doppel/kinematics/detail/joint_subspace.h"
 
 namespace doppel {
 namespace {

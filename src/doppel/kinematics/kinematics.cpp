@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <cassert>
 
-#include "doppel/kinematics/joint_subspace.h"
+#include "doppel/kinematics/detail/joint_subspace.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/kinematics/link_solid.h"
+#include "doppel/kinematics/detail/link_solid.h"
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/kinematics/assumed_masses.h"
+#include "doppel/kinematics/detail/assumed_masses.h"
 #include "doppel/kinematics/link_inertia.h"
 
 namespace doppel {

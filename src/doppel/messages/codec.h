@@ -121,4 +121,4 @@ const ActionSupport& action_support();
 
 }  // namespace doppel
 
-#include "doppel/messages/codec_detail.h"
+#include "doppel/messages/detail/codec.h"

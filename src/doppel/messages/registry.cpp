@@ -1,8 +1,8 @@
+#include "doppel/messages/detail/registry.h"
+
 #include <map>
 #include <mutex>
 #include <shared_mutex>
-
-#include "doppel/messages/registry_detail.h"
 
 namespace doppel {
 namespace {

@@ -1,5 +1,5 @@
 #include "doppel/messages/control_msgs.h"
-#include "doppel/messages/registry_detail.h"
+#include "doppel/messages/detail/registry.h"
 
 namespace doppel::messages_detail {
 

@@ -1,7 +1,7 @@
 #include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/messages/detail/pal_statistics_msgs.h"
+#include "doppel/messages/detail/registry.h"
 #include "doppel/messages/lifecycle_msgs.h"
-#include "doppel/messages/pal_statistics_msgs.h"
-#include "doppel/messages/registry_detail.h"
 
 namespace doppel::messages_detail {
 

@@ -1,12 +1,12 @@
 // What every ROS 2 node speaks.
 
 #include "doppel/messages/action_msgs.h"
-#include "doppel/messages/composition_interfaces.h"
+#include "doppel/messages/detail/composition_interfaces.h"
+#include "doppel/messages/detail/registry.h"
+#include "doppel/messages/detail/service_msgs.h"
+#include "doppel/messages/detail/statistics_msgs.h"
 #include "doppel/messages/rcl_interfaces.h"
-#include "doppel/messages/registry_detail.h"
 #include "doppel/messages/rmw_dds_common.h"
-#include "doppel/messages/service_msgs.h"
-#include "doppel/messages/statistics_msgs.h"
 #include "doppel/messages/type_description_interfaces.h"
 
 namespace doppel::messages_detail {

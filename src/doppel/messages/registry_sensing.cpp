@@ -1,7 +1,7 @@
 // What sensors say, and what is drawn of it.
 
+#include "doppel/messages/detail/registry.h"
 #include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/registry_detail.h"
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/messages/visualization_msgs.h"
 

@@ -1,6 +1,6 @@
+#include "doppel/messages/detail/registry.h"
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/gazebo_msgs.h"
-#include "doppel/messages/registry_detail.h"
 
 namespace doppel::messages_detail {
 

@@ -1,11 +1,11 @@
 // Plain values, geometry and what is made of it.
 
 #include "doppel/messages/builtin_interfaces.h"
+#include "doppel/messages/detail/nav_msgs.h"
+#include "doppel/messages/detail/registry.h"
+#include "doppel/messages/detail/shape_msgs.h"
 #include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/messages/registry_detail.h"
 #include "doppel/messages/rosgraph_msgs.h"
-#include "doppel/messages/shape_msgs.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"
 #include "doppel/messages/tf2_msgs.h"

@@ -109,4 +109,4 @@ std::string shortest_decimal(double value);
 
 }  // namespace doppel
 
-#include "doppel/messages/type_description_detail.h"
+#include "doppel/messages/detail/type_description.h"

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "doppel/messages/action_msgs.h"
-#include "doppel/messages/service_msgs.h"
+#include "doppel/messages/detail/service_msgs.h"
 
 namespace doppel {
 namespace {

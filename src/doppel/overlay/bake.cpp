@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "doppel/core/output_file.h"
-#include "doppel/overlay/overlay_detail.h"
-#include "doppel/overlay/source_text_detail.h"
-#include "doppel/overlay/tree_edits_detail.h"
+#include "doppel/overlay/detail/overlay.h"
+#include "doppel/overlay/detail/source_text.h"
+#include "doppel/overlay/detail/tree_edits.h"
 
 namespace doppel {
 namespace {

@@ -1,3 +1,5 @@
+#include "doppel/overlay/detail/convex_parts.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -5,7 +7,6 @@
 #include <map>
 
 #include "doppel/geometry/convex_hull.h"
-#include "doppel/overlay/convex_parts_detail.h"
 
 namespace doppel::overlay_detail {
 namespace {

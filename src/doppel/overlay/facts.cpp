@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "doppel/overlay/overlay_detail.h"
+#include "doppel/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "doppel/core/output_file.h"
-#include "doppel/overlay/overlay_detail.h"
+#include "doppel/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

@@ -1,3 +1,5 @@
+#include "doppel/overlay/detail/hull_mesh.h"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -8,8 +10,7 @@
 
 #include "doppel/core/output_file.h"
 #include "doppel/geometry/convex_hull.h"
-#include "doppel/overlay/hull_mesh_detail.h"
-#include "doppel/overlay/overlay_detail.h"
+#include "doppel/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "doppel/overlay/overlay_detail.h"
+#include "doppel/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

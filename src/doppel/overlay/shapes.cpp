@@ -8,9 +8,9 @@
 #include "doppel/description/urdf_parser.h"
 #include "doppel/geometry/convex_hull.h"
 #include "doppel/geometry/mesh_report.h"
-#include "doppel/overlay/convex_parts_detail.h"
-#include "doppel/overlay/hull_mesh_detail.h"
-#include "doppel/overlay/overlay_detail.h"
+#include "doppel/overlay/detail/convex_parts.h"
+#include "doppel/overlay/detail/hull_mesh.h"
+#include "doppel/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
 namespace {

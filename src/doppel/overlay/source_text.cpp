@@ -1,7 +1,8 @@
+#include "doppel/overlay/detail/source_text.h"
+
 #include <algorithm>
 
-#include "doppel/description/xml.h"
-#include "doppel/overlay/source_text_detail.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -1,7 +1,7 @@
+#include "doppel/overlay/detail/tree_edits.h"
+
 #include <algorithm>
 #include <map>
-
-#include "doppel/overlay/tree_edits_detail.h"
 
 namespace doppel::overlay_detail {
 namespace {

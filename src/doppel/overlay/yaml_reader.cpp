@@ -8,7 +8,7 @@
 #include <set>
 
 #include "doppel/core/names.h"
-#include "doppel/overlay/overlay_detail.h"
+#include "doppel/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/overlay/overlay_detail.h"
+#include "doppel/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/physics/joint_springs.h"
+#include "doppel/physics/detail/joint_springs.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "doppel/kinematics/dynamics.h"
-#include "doppel/physics/limit_stop.h"
+#include "doppel/physics/detail/limit_stop.h"
 #include "doppel/physics/step_scheme.h"
 
 namespace doppel {

@@ -10,8 +10,8 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/time.h"
-#include "doppel/description/package_resolver.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/packages/package_resolver.h"
 #include "doppel/physics/world_robot.h"
 
 namespace doppel {

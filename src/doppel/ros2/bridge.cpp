@@ -8,12 +8,12 @@
 
 #include "doppel/core/guarded_thread.h"
 #include "doppel/messages/printable.h"
-#include "doppel/ros2/bridge_diagnostics.h"
-#include "doppel/ros2/bridge_mailbox.h"
-#include "doppel/ros2/bridge_services.h"
-#include "doppel/ros2/bridge_topics.h"
 #include "doppel/ros2/bridge_types.h"
-#include "doppel/ros2/bridge_warnings.h"
+#include "doppel/ros2/detail/bridge_diagnostics.h"
+#include "doppel/ros2/detail/bridge_mailbox.h"
+#include "doppel/ros2/detail/bridge_services.h"
+#include "doppel/ros2/detail/bridge_topics.h"
+#include "doppel/ros2/detail/bridge_warnings.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/ros2/bridge_diagnostics.h"
+#include "doppel/ros2/detail/bridge_diagnostics.h"
 
 #include <fmt/format.h>
 

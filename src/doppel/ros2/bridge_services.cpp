@@ -1,4 +1,4 @@
-#include "doppel/ros2/bridge_services.h"
+#include "doppel/ros2/detail/bridge_services.h"
 
 #include <algorithm>
 

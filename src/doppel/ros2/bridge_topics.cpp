@@ -1,4 +1,4 @@
-#include "doppel/ros2/bridge_topics.h"
+#include "doppel/ros2/detail/bridge_topics.h"
 
 #include <fmt/format.h>
 

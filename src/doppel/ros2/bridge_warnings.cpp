@@ -1,4 +1,4 @@
-#include "doppel/ros2/bridge_warnings.h"
+#include "doppel/ros2/detail/bridge_warnings.h"
 
 #include <fmt/format.h>
 

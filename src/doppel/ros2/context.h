@@ -20,8 +20,8 @@
 #include <vector>
 
 #include "doppel/bus/bus.h"
+#include "doppel/bus/parameter_file.h"
 #include "doppel/bus/ros_arguments.h"
-#include "doppel/control/parameter_file.h"
 #include "doppel/core/log.h"
 #include "doppel/ros2/bridge.h"
 #include "doppel/ros2/environment.h"

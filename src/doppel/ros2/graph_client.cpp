@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "doppel/ros2/graph_client_detail.h"
+#include "doppel/ros2/detail/graph_client.h"
 
 namespace doppel::ros2 {
 namespace {

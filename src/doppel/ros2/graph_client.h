@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/client.h"
+#include "doppel/client/client.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/participant.h"
 

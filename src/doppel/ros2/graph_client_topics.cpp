@@ -4,7 +4,7 @@
 
 #include "doppel/messages/described_type.h"
 #include "doppel/messages/type_description_interfaces.h"
-#include "doppel/ros2/graph_client_detail.h"
+#include "doppel/ros2/detail/graph_client.h"
 #include "doppel/ros2/names.h"
 
 namespace doppel::ros2 {

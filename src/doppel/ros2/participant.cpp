@@ -1,9 +1,9 @@
 #include "doppel/ros2/participant.h"
 
 #include "doppel/core/late_library.h"
+#include "doppel/ros2/detail/participant.h"
+#include "doppel/ros2/detail/static_peers.h"
 #include "doppel/ros2/environment.h"
-#include "doppel/ros2/participant_detail.h"
-#include "doppel/ros2/static_peers.h"
 
 namespace doppel::ros2 {
 

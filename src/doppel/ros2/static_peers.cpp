@@ -1,4 +1,4 @@
-#include "doppel/ros2/static_peers.h"
+#include "doppel/ros2/detail/static_peers.h"
 
 #include <arpa/inet.h>
 #include <netdb.h>

@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "doppel/core/text.h"
-#include "doppel/server/header_text.h"
+#include "doppel/server/detail/header_text.h"
 
 namespace doppel {
 namespace {

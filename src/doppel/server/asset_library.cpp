@@ -14,7 +14,7 @@
 #include "doppel/core/file_descriptor.h"
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
-#include "doppel/description/package_folder.h"
+#include "doppel/packages/package_folder.h"
 
 namespace doppel {
 namespace {

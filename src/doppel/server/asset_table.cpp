@@ -4,8 +4,8 @@
 #include <array>
 #include <set>
 
-#include "doppel/description/package_folder.h"
-#include "doppel/description/package_resolver.h"
+#include "doppel/packages/package_folder.h"
+#include "doppel/packages/package_resolver.h"
 #include "doppel/server/asset_library.h"
 
 namespace doppel {

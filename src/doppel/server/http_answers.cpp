@@ -1,9 +1,9 @@
-#include "doppel/server/http_answers.h"
+#include "doppel/server/detail/http_answers.h"
 
 #include <fmt/format.h>
 
-#include "doppel/server/foxglove_protocol.h"
-#include "doppel/server/header_text.h"
+#include "doppel/foxglove/foxglove_protocol.h"
+#include "doppel/server/detail/header_text.h"
 
 namespace doppel {
 namespace {

@@ -1,7 +1,8 @@
+#include "doppel/server/detail/http_session.h"
+
 #include <fmt/format.h>
 
-#include "doppel/server/http_session_detail.h"
-#include "doppel/server/websocket_session_detail.h"
+#include "doppel/server/detail/websocket_session.h"
 
 namespace doppel::net {
 namespace {

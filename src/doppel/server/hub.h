@@ -10,8 +10,8 @@
 #include <string>
 
 #include "doppel/bus/bus.h"
+#include "doppel/foxglove/foxglove_protocol.h"
 #include "doppel/server/asset_reader.h"
-#include "doppel/server/foxglove_protocol.h"
 
 namespace doppel {
 

@@ -1,3 +1,5 @@
+#include "doppel/server/detail/listening.h"
+
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <ifaddrs.h>
@@ -7,7 +9,6 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/server/announcement.h"
-#include "doppel/server/listening_detail.h"
 
 namespace doppel::net {
 namespace {

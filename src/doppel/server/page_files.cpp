@@ -1,4 +1,4 @@
-#include "doppel/server/page_files.h"
+#include "doppel/server/detail/page_files.h"
 
 #include <fmt/format.h>
 

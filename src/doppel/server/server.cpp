@@ -11,9 +11,9 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/guarded_thread.h"
-#include "doppel/server/http_session_detail.h"
-#include "doppel/server/listening_detail.h"
-#include "doppel/server/websocket_session_detail.h"
+#include "doppel/server/detail/http_session.h"
+#include "doppel/server/detail/listening.h"
+#include "doppel/server/detail/websocket_session.h"
 
 namespace doppel {
 

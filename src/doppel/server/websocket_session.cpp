@@ -1,8 +1,8 @@
+#include "doppel/server/detail/websocket_session.h"
+
 #include <fmt/format.h>
 
 #include <boost/asio/post.hpp>
-
-#include "doppel/server/websocket_session_detail.h"
 
 namespace doppel::net {
 namespace {

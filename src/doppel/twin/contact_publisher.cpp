@@ -1,10 +1,10 @@
-#include "doppel/twin/contact_publisher.h"
+#include "doppel/twin/detail/contact_publisher.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/twin/pose_messages.h"
+#include "doppel/twin/detail/pose_messages.h"
 
 namespace doppel {
 

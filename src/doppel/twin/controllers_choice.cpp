@@ -16,7 +16,7 @@
 #include "doppel/bus/bus.h"
 #include "doppel/bus/name_rules.h"
 #include "doppel/control/controller_manager.h"
-#include "doppel/description/package_folder.h"
+#include "doppel/packages/package_folder.h"
 
 namespace doppel {
 namespace {

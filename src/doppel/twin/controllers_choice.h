@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/control/parameter_file.h"
+#include "doppel/bus/parameter_file.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/load.h"
 

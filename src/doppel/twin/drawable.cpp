@@ -1,4 +1,4 @@
-#include "doppel/twin/drawable.h"
+#include "doppel/twin/detail/drawable.h"
 
 #include <fmt/format.h>
 

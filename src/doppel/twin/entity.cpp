@@ -1,4 +1,4 @@
-#include "doppel/twin/entity.h"
+#include "doppel/twin/detail/entity.h"
 
 #include <fmt/format.h>
 

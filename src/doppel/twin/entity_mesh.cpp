@@ -1,4 +1,4 @@
-#include "doppel/twin/entity_mesh.h"
+#include "doppel/twin/detail/entity_mesh.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <array>
 
 #include "doppel/core/text.h"
-#include "doppel/description/package_folder.h"
+#include "doppel/packages/package_folder.h"
 
 namespace doppel {
 namespace {

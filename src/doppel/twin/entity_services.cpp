@@ -1,12 +1,12 @@
-#include "doppel/twin/entity_services.h"
+#include "doppel/twin/detail/entity_services.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "doppel/messages/utf8.h"
-#include "doppel/twin/pose_messages.h"
-#include "doppel/twin/service_answer.h"
+#include "doppel/twin/detail/pose_messages.h"
+#include "doppel/twin/detail/service_answer.h"
 
 namespace doppel {
 namespace {

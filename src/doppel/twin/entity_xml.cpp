@@ -1,4 +1,4 @@
-#include "doppel/twin/entity_xml.h"
+#include "doppel/twin/detail/entity_xml.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 
 #include "doppel/core/names.h"
 #include "doppel/description/urdf_reader.h"
-#include "doppel/description/xml.h"
 #include "doppel/math/pose.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/twin/load_publisher.h"
+#include "doppel/twin/detail/load_publisher.h"
 
 #include "doppel/twin/robot_names.h"
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "doppel/twin/entity.h"
-#include "doppel/twin/pose_messages.h"
+#include "doppel/twin/detail/entity.h"
+#include "doppel/twin/detail/pose_messages.h"
 
 namespace doppel {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/control/parameter_file.h"
+#include "doppel/bus/parameter_file.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/load.h"
 #include "doppel/twin/scenario.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "doppel/bus/bus.h"
-#include "doppel/control/parameter_file.h"
+#include "doppel/bus/parameter_file.h"
 #include "doppel/description/robot_description.h"
 #include "doppel/kinematics/model.h"
 #include "doppel/messages/std_msgs.h"

@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include "doppel/control/plugin_library.h"
-#include "doppel/twin/clock_publisher.h"
-#include "doppel/twin/contact_publisher.h"
-#include "doppel/twin/entity_mesh.h"
-#include "doppel/twin/entity_services.h"
+#include "doppel/controllers/builtin.h"
+#include "doppel/twin/detail/clock_publisher.h"
+#include "doppel/twin/detail/contact_publisher.h"
+#include "doppel/twin/detail/entity_mesh.h"
+#include "doppel/twin/detail/entity_services.h"
+#include "doppel/twin/detail/twin.h"
 #include "doppel/twin/object_publisher.h"
 #include "doppel/twin/robot_names.h"
-#include "doppel/twin/twin_detail.h"
 
 namespace doppel {
 namespace {
@@ -40,7 +41,7 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
            .report = [&the_log](const std::string& problem) { the_log.error("bus", problem); }}),
       machine(std::make_unique<Machine>(scenario, diagnostics)) {
   follow_wall(machine->engine->time());
-  controllers = ControllerRegistry::with_builtin();
+  controllers = builtin_controllers();
   hardware = HardwareRegistry::with_builtin();
   for (const std::string& plugin : scenario.plugins) load_plugin_library(plugin, controllers, hardware);
   for (const auto& robot : machine->robots) robots.push_back(make_robot(robot, std::nullopt, diagnostics));

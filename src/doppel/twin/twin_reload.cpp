@@ -5,7 +5,7 @@
 #include "doppel/bus/stage.h"
 #include "doppel/core/thrown.h"
 #include "doppel/twin/controllers_choice.h"
-#include "doppel/twin/twin_detail.h"
+#include "doppel/twin/detail/twin.h"
 
 namespace doppel {
 namespace {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "doppel/twin/load_publisher.h"
-#include "doppel/twin/oscillation_watch.h"
-#include "doppel/twin/state_hash.h"
+#include "doppel/twin/detail/load_publisher.h"
+#include "doppel/twin/detail/oscillation_watch.h"
+#include "doppel/twin/detail/state_hash.h"
 
 namespace doppel {
 namespace {

@@ -5,8 +5,8 @@
 #include "doppel/bus/name_rules.h"
 #include "doppel/core/thrown.h"
 #include "doppel/physics/engine_modules.h"
-#include "doppel/twin/entity_mesh.h"
-#include "doppel/twin/twin_detail.h"
+#include "doppel/twin/detail/entity_mesh.h"
+#include "doppel/twin/detail/twin.h"
 
 namespace doppel {
 namespace {

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "doppel/description/xml.h"
 #include "doppel/verification/verify.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

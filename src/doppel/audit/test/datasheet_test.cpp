@@ -1,5 +1,5 @@
 // Datasheets: units, interpolation, the library that ships, and what the audit makes of them.
-#include "doppel/audit/datasheet.h"
+#include "doppel/audit/detail/datasheet.h"
 
 #include <numbers>
 

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "doppel/audit/inertia_facts.h"
+#include "doppel/audit/detail/inertia_facts.h"
 #include "doppel/audit/test/audit_fixture.h"
 
 namespace doppel::audit_test {

@@ -1,11 +1,11 @@
 // Whatever stands beside a description, the audit ends, and says what it has not looked at.
-#include "doppel/audit/side_files.h"
+#include "doppel/audit/detail/side_files.h"
 
 #include <sys/stat.h>
 
 #include <random>
 
-#include "doppel/audit/package_files.h"
+#include "doppel/audit/detail/package_files.h"
 #include "doppel/audit/test/audit_rig.h"
 
 namespace doppel {

@@ -1,6 +1,6 @@
-#include "doppel/control/components/builtin.h"
+#include "doppel/control/detail/components/builtin.h"
 
-#include "doppel/control/components/loopback.h"
+#include "doppel/control/detail/components/loopback.h"
 #include "doppel/control/hardware_registry.h"
 
 namespace doppel {

@@ -1,4 +1,4 @@
-#include "doppel/control/components/loopback.h"
+#include "doppel/control/detail/components/loopback.h"
 
 #include <fmt/format.h>
 

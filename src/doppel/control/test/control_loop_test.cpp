@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "doppel/control/test/manager_rig.h"
+#include "doppel/controllers/builtin.h"
 #include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/std_msgs.h"
 
@@ -87,7 +88,7 @@ struct LoopRig {
   }
   Bus bus;
   Model model;
-  ControllerRegistry registry = ControllerRegistry::with_builtin();
+  ControllerRegistry registry = builtin_controllers();
   std::mutex mutex;
   std::string said;
   Log log;

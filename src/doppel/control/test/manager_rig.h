@@ -10,13 +10,14 @@
 #include "doppel/control/hardware_registry.h"
 #include "doppel/control/test/fake_hardware.h"
 #include "doppel/control/test/fake_robot.h"
+#include "doppel/controllers/builtin.h"
 
 namespace doppel {
 
 struct ManagerRig {
   explicit ManagerRig(const std::string& yaml, std::vector<FakeJoint> joints = {{"a"}, {"b"}},
                       FakeHardwareOptions hardware_options = {}, ControllerManagerOptions options = {})
-      : model(fake_robot(joints)), registry(ControllerRegistry::with_builtin()) {
+      : model(fake_robot(joints)), registry(builtin_controllers()) {
     log.add_sink([this](const LogLine& line) { lines.push_back(line); });
     if (!yaml.empty()) file = ParameterFile::parse(yaml, "test.yaml");
     if (hardware_options.joints.empty()) {

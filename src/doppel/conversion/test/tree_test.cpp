@@ -1,7 +1,7 @@
 #include "doppel/conversion/tree.h"
 
 #include "conversion_fixture.h"
-#include "doppel/conversion/drawing_detail.h"
+#include "doppel/conversion/detail/drawing.h"
 #include "doppel/conversion/mass_report.h"
 #include "doppel/conversion/tree_labels.h"
 

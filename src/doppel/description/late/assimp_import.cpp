@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 
-#include "doppel/description/mesh_detail.h"
+#include "doppel/description/detail/mesh.h"
 
 namespace doppel::mesh {
 namespace {

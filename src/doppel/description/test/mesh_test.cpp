@@ -8,7 +8,7 @@
 #include <random>
 
 #include "doppel/core/diagnostic.h"
-#include "doppel/description/mesh_detail.h"
+#include "doppel/description/detail/mesh.h"
 #include "doppel/math/mass_properties.h"
 
 namespace doppel {

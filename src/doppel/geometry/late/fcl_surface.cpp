@@ -1,7 +1,7 @@
 // Surfaces as FCL's bounding volume trees and primitives.
 #include <fcl/fcl.h>
 
-#include "doppel/geometry/surface_detail.h"
+#include "doppel/geometry/detail/surface.h"
 
 namespace doppel {
 namespace {

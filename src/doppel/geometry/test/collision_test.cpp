@@ -9,7 +9,7 @@
 
 #include "doppel/description/load.h"
 #include "doppel/description/mesh.h"
-#include "doppel/geometry/convex.h"
+#include "doppel/geometry/detail/convex.h"
 
 namespace doppel {
 namespace {

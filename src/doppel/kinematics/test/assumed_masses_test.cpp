@@ -1,4 +1,4 @@
-#include "doppel/kinematics/assumed_masses.h"
+#include "doppel/kinematics/detail/assumed_masses.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

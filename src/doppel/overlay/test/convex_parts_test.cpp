@@ -1,7 +1,8 @@
+#include "doppel/overlay/detail/convex_parts.h"
+
 #include <gtest/gtest.h>
 
 #include "doppel/geometry/convex_hull.h"
-#include "doppel/overlay/convex_parts_detail.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "doppel/physics/bullet/articulation.h"
 #include "doppel/physics/bullet/contact_finder_detail.h"
-#include "doppel/physics/drive.h"
+#include "doppel/physics/detail/drive.h"
+#include "doppel/physics/detail/joint_springs.h"
 #include "doppel/physics/exclusions.h"
-#include "doppel/physics/joint_springs.h"
 
 namespace doppel {
 

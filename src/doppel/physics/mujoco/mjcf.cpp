@@ -10,7 +10,7 @@
 
 #include "doppel/kinematics/kinematics.h"
 #include "doppel/math/mass_properties.h"
-#include "doppel/physics/mujoco/convert.h"
+#include "doppel/physics/mjcf_convert.h"
 
 namespace doppel {
 namespace {

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "doppel/physics/mujoco/convert.h"
+#include "doppel/physics/mjcf_convert.h"
 #include "doppel/physics/mujoco/mujoco_engine_detail.h"
 
 namespace doppel {

@@ -8,7 +8,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "doppel/physics/mujoco/convert.h"
+#include "doppel/physics/mjcf_convert.h"
 #include "doppel/physics/mujoco/mujoco_world_detail.h"
 
 namespace doppel {

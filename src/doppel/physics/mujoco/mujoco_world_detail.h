@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/physics/detail/joint_springs.h"
 #include "doppel/physics/engine_modules.h"
-#include "doppel/physics/joint_springs.h"
 #include "doppel/physics/mujoco/compiled_detail.h"
 #include "doppel/physics/mujoco/mjcf.h"
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "doppel/kinematics/dynamics.h"
-#include "doppel/physics/joint_springs.h"
+#include "doppel/physics/detail/joint_springs.h"
 
 namespace doppel::test {
 namespace {

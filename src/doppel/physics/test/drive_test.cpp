@@ -1,4 +1,4 @@
-#include "doppel/physics/drive.h"
+#include "doppel/physics/detail/drive.h"
 
 #include <gtest/gtest.h>
 

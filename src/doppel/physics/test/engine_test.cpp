@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "doppel/kinematics/test/integrate.h"
-#include "doppel/physics/mujoco/mujoco_extras.h"
+#include "doppel/physics/mujoco_extras.h"
 #include "doppel/physics/test/allocation_counter.h"
 #include "doppel/physics/test/engine_fixture.h"
 

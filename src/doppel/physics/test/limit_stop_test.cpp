@@ -1,4 +1,4 @@
-#include "doppel/physics/limit_stop.h"
+#include "doppel/physics/detail/limit_stop.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "doppel/kinematics/test/integrate.h"
-#include "doppel/physics/mujoco/mujoco_extras.h"
+#include "doppel/physics/mujoco_extras.h"
 #include "doppel/physics/test/engine_fixture.h"
 
 namespace doppel {

@@ -11,8 +11,8 @@
 #include <set>
 #include <utility>
 
+#include "doppel/ros2/detail/rtps_guard.h"
 #include "doppel/ros2/participant.h"
-#include "doppel/ros2/rtps_guard.h"
 
 namespace doppel::ros2::fast {
 

@@ -3,13 +3,13 @@
 #include <cstdlib>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 
+#include "doppel/ros2/detail/participant.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/late/fast_convert_detail.h"
 #include "doppel/ros2/late/fast_endpoint_detail.h"
 #include "doppel/ros2/late/fast_log_detail.h"
 #include "doppel/ros2/late/fast_participant_detail.h"
 #include "doppel/ros2/late/fast_transport_detail.h"
-#include "doppel/ros2/participant_detail.h"
 
 namespace doppel::ros2::fast {
 namespace {

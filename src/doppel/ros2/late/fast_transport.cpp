@@ -6,12 +6,12 @@
 #include <fastdds/rtps/common/LocatorList.hpp>
 #include <memory>
 
+#include "doppel/ros2/detail/rtps_gap.h"
 #include "doppel/ros2/late/fast_addressing_detail.h"
 #include "doppel/ros2/late/fast_log_detail.h"
 #include "doppel/ros2/late/fast_ports_detail.h"
 #include "doppel/ros2/late/fast_transport_detail.h"
 #include "doppel/ros2/participant.h"
-#include "doppel/ros2/rtps_gap.h"
 
 namespace doppel::ros2::fast {
 namespace {

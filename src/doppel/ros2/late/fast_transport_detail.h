@@ -8,9 +8,9 @@
 #include <mutex>
 #include <span>
 
+#include "doppel/ros2/detail/rtps_guard.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/late/fast_acknowledgements_detail.h"
-#include "doppel/ros2/rtps_guard.h"
 
 namespace doppel::ros2::fast {
 

@@ -1,4 +1,4 @@
-#include "doppel/ros2/rtps_gap.h"
+#include "doppel/ros2/detail/rtps_gap.h"
 
 #include <gtest/gtest.h>
 

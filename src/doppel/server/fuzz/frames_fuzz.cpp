@@ -1,8 +1,8 @@
 // Whatever bytes come in: read or refused, never more. The first byte chooses the reader.
 
+#include "doppel/foxglove/foxglove_protocol.h"
 #include "doppel/server/admission.h"
-#include "doppel/server/foxglove_protocol.h"
-#include "doppel/server/http_answers.h"
+#include "doppel/server/detail/http_answers.h"
 
 namespace {
 

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "doppel/server/http_answers.h"
+#include "doppel/server/detail/http_answers.h"
 
 namespace doppel {
 namespace {

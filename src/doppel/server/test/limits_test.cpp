@@ -5,7 +5,7 @@
 #include <fstream>
 #include <thread>
 
-#include "doppel/server/rate_limit.h"
+#include "doppel/server/detail/rate_limit.h"
 #include "doppel/server/server.h"
 #include "doppel/server/test/fake_twin.h"
 #include "doppel/server/test/raw_client.h"

@@ -3,8 +3,8 @@
 #include <fstream>
 #include <map>
 
-#include "doppel/server/http_answers.h"
-#include "doppel/server/page_files.h"
+#include "doppel/server/detail/http_answers.h"
+#include "doppel/server/detail/page_files.h"
 
 namespace doppel {
 namespace {

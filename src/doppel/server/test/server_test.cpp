@@ -6,10 +6,10 @@
 #include <cstring>
 #include <fstream>
 
+#include "doppel/client/websocket_client.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/server/test/fake_twin.h"
 #include "doppel/server/test/raw_client.h"
-#include "doppel/server/websocket_client.h"
 
 namespace doppel {
 namespace {

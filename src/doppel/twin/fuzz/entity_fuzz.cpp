@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "doppel/twin/entity_mesh.h"
-#include "doppel/twin/entity_xml.h"
+#include "doppel/twin/detail/entity_mesh.h"
+#include "doppel/twin/detail/entity_xml.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const doppel::PackageResolver resolver;

@@ -10,6 +10,7 @@
 
 #include "doppel/control/controller_manager.h"
 #include "doppel/control/hardware_registry.h"
+#include "doppel/controllers/builtin.h"
 #include "doppel/description/load.h"
 #include "doppel/messages/controller_manager_msgs.h"
 #include "doppel/messages/sensor_msgs.h"
@@ -125,7 +126,7 @@ class HardwareContract : public ::testing::TestWithParam<Component> {
   RobotDescription robot_;
   HardwareDescription description_;
   Model model_;
-  ControllerRegistry controllers_ = ControllerRegistry::with_builtin();
+  ControllerRegistry controllers_ = builtin_controllers();
   Log log_;
   std::string said_;
   std::unique_ptr<Engine> engine_;

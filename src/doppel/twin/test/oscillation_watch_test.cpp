@@ -1,4 +1,4 @@
-#include "doppel/twin/oscillation_watch.h"
+#include "doppel/twin/detail/oscillation_watch.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

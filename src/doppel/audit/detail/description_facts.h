@@ -1,0 +1,46 @@
+#pragma once
+// Small questions to a description that several rules ask.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/description/robot_description.h"
+#include "doppel/geometry/mesh_report.h"
+#include "doppel/math/mass_properties.h"
+#include "doppel/xml/xml.h"
+
+namespace doppel::audit_rules {
+
+std::string subject(const Joint& joint);  // "joint 'Revolute 1'"
+std::string subject(const Link& link);
+bool same_place(const SourceLocation& a, const SourceLocation& b);
+// The place is the node's, one of its attributes' or below it.
+bool holds(const XmlNode& node, const SourceLocation& where);
+// The element that begins at this place; null: none.
+const XmlNode* element_at(const XmlNode& root, const SourceLocation& where);
+std::string names_of(const std::vector<std::string>& names,
+                     std::size_t at_most = 4);  // "'a', 'b' and 3 more"
+
+// Links that fixed joints make one: what physics moves as a whole.
+struct Body {
+  std::vector<const Link*> links;  // from the one nearest to the root
+  const Joint* joint = nullptr;    // carries it; null: the root's body
+  MassProperties mass;             // of all its <inertial>s, in the first link's frame
+  bool weighed = false;            // one of its links has an <inertial>
+};
+// In a faulty tree, those that can be reached from a root.
+std::vector<Body> bodies(const RobotDescription& robot);
+
+// All that a link shows or collides with, in the link's frame. Nothing where a shape is unknown (a mesh that
+// is not found) or there is none.
+struct LinkShape {
+  Eigen::AlignedBox3d bounds;
+  std::vector<Eigen::Vector3d> hull;
+  SolidProperties solid;   // of the visuals, else of the collisions; volume 0: one of them is not closed
+  double hull_volume = 0;  // m^3, the hulls' sum: no more than this is filled
+  [[nodiscard]] double size() const { return bounds.diagonal().norm(); }
+};
+std::optional<LinkShape> link_shape(const Link& link);
+
+}  // namespace doppel::audit_rules

@@ -1,0 +1,48 @@
+#pragma once
+// The parts of check_inertia.
+
+#include <array>
+
+#include "doppel/audit/detail/inertia_facts.h"
+#include "doppel/audit/detail/rules.h"
+
+namespace doppel::audit_rules {
+
+// The shape is closed, and the mass is one that a part of its size has: a tensor can be computed.
+bool computable(const Link& link, const std::optional<LinkShape>& shape);
+
+// What is off by a power of a thousand in one link: a wrong unit, a placeholder, or a shape that stands for
+// something else. Only several links that agree tell which.
+enum class UnitOf { mass, centre, tensor };
+struct UnitDoubt {
+  UnitOf of;
+  int power;  // it is 10^power too large
+  const Link* link;
+  std::string said;   // the numbers
+  std::string meant;  // "in grams"
+};
+struct UnitDoubts {
+  std::vector<UnitDoubt> all;
+  std::size_t judged = 0;  // links whose shape, mass and tensor could be compared
+};
+void report_units(const UnitDoubts& doubts, Findings& out);  // rules_units.cpp
+
+// Mass, centre of mass and tensor against what the link looks like. `sound`: the tensor is one that a body
+// can have. rules_inertia_shape.cpp
+void check_against_shape(const Link& link, const LinkShape& shape, bool sound, UnitDoubts& doubts,
+                         Findings& out);
+
+// How far the centre of mass is outside of the link's shape, where that is further than a guess may be off;
+// 0: inside. rules_inertia_shape.cpp
+double centre_outside(const Link& link, const LinkShape& shape);
+
+// What its <inertial> says are numbers; what is none was told by the parser, and 0 stands for it.
+bool readable(const AuditInput& in, const Link& link, const Findings& out);
+
+// True where the moments fit the shape only about other axes. rules_inertia_axes.cpp
+bool check_axes(const Link& link, const LinkShape& shape, Findings& out);
+
+// Left and right, and parts of one mesh, that weigh differently. rules_twins.cpp
+void check_twins(const AuditInput& in, Findings& out);
+
+}  // namespace doppel::audit_rules

@@ -1,0 +1,58 @@
+#pragma once
+// What the rules about ROS have in common: which plugins and controllers there are, and small questions to a
+// description. Lists: ros2_controllers, gz_ros2_control (Jazzy), and the names that earlier releases used.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/audit/detail/package_files.h"
+#include "doppel/audit/detail/rules.h"
+
+namespace doppel::audit_rules {
+
+using Names = std::vector<std::string>;
+
+struct HardwarePlugin {
+  std::string_view name;
+  std::string_view present;   // empty: the name is of today
+  std::string_view whose;     // what it belonged to, for people
+  bool needs_gazebo = false;  // lives inside a simulator and needs its <gazebo> plugin
+};
+std::span<const HardwarePlugin> simulator_plugins();
+const HardwarePlugin* find_simulator_plugin(std::string_view name);
+
+// <gazebo><plugin filename="..."> of ros2_control, with its class.
+struct GazeboControlPlugin {
+  std::string_view file, class_name, present_file, present_class;
+};
+std::span<const GazeboControlPlugin> gazebo_control_plugins();
+// By file name, with or without "lib" and ".so".
+const GazeboControlPlugin* find_gazebo_control_plugin(std::string_view file);
+std::string library_name(std::string_view file);  // "libgz_x-system.so" -> "gz_x-system"
+
+// Controllers of ros2_controllers that doppel does not have itself.
+const Names& other_controller_types();
+
+// xacro arguments by which descriptions choose between simulator and hardware.
+bool switches_simulation(std::string_view argument);
+
+bool moves(const Joint& joint);        // not fixed
+bool driven_kind(const Joint& joint);  // revolute, continuous or prismatic
+Names joint_names(const RobotDescription& robot);
+Names link_names(const RobotDescription& robot);
+std::string quoted_list(const Names& names, std::size_t at_most = 6);  // "'a', 'b' and 3 more"
+bool contains(const Names& names, std::string_view name);
+// The <ros2_control> elements below <robot>, in the order of RobotDescription::hardware.
+std::vector<const XmlNode*> hardware_nodes(const AuditInput& in);
+bool offers_commands(const HardwareJointDescription& joint);
+
+void check_hardware(const AuditInput& in, Findings& out);   // rules_hardware.cpp
+void check_gazebo(const AuditInput& in, Findings& out);     // rules_gazebo.cpp
+void check_arguments(const AuditInput& in, Findings& out);  // rules_arguments.cpp
+// rules_launch.cpp
+void check_launch(const AuditInput& in, const PackageManifest& manifest, Findings& out);
+
+}  // namespace doppel::audit_rules

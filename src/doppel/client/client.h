@@ -1,0 +1,99 @@
+#pragma once
+// A graph of nodes seen from another process: what the command line's verbs need, synchronously. Fulfilled by
+// client/websocket_client.h (a twin, over its server's protocol) and ros2/graph_client.h (any ROS 2 graph, by
+// DDS). Every function may throw ClientError (it has ended, did not answer in time, refused) and Interrupted.
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "doppel/bus/parameters.h"
+#include "doppel/core/time.h"
+#include "doppel/messages/codec.h"
+
+namespace doppel {
+
+struct ClientError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+// Whoever was asked has said so while something was waited for (Ctrl-C).
+struct Interrupted {};
+
+class Client {
+ public:
+  // One node's end of a topic. Empty: the connection does not tell.
+  struct Endpoint {
+    std::string node, type, type_hash, gid;
+    // As `ros2 topic info -v` lists them: {"Reliability", "RELIABLE"}, ...
+    std::vector<std::pair<std::string, std::string>> qos;
+  };
+  struct Topic {
+    std::string type, schema;  // "": nobody knows yet
+    std::vector<std::string> publishers, subscribers;
+    std::vector<Endpoint> publisher_ends, subscriber_ends;
+  };
+  struct Service {
+    std::string type;
+    std::vector<std::string> providers, clients;  // clients: where the connection tells of them
+  };
+  struct Received {
+    std::string topic, type;
+    Time stamp{};
+    Bytes cdr;
+  };
+  struct Answer {
+    bool ok = false;
+    std::string why;
+    Bytes response;
+  };
+
+  virtual ~Client() = default;
+
+  // As last heard; kept up to date while something is waited for.
+  [[nodiscard]] virtual const std::map<std::string, Topic>& topics() const = 0;
+  [[nodiscard]] virtual const std::map<std::string, Service>& services() const = 0;
+  // Full names, sorted; each as often as it is there.
+  [[nodiscard]] virtual std::vector<std::string> nodes() = 0;
+  // How the topic's messages are read; throws ClientError if nobody can tell, or there is no such topic.
+  [[nodiscard]] virtual const TypeSupport& message_type(const std::string& topic) = 0;
+
+  // Throws ClientError if there is no such topic.
+  virtual void subscribe(const std::string& topic) = 0;
+  virtual void unsubscribe(const std::string& topic) = 0;
+  // Whether a message came in time.
+  virtual bool next(Received& message, std::chrono::steady_clock::time_point until) = 0;
+  [[nodiscard]] virtual bool wait_until(const std::function<bool()>& condition,
+                                        std::chrono::steady_clock::time_point until) = 0;
+
+  // Sent when it returns, not yet taken: sync() returns when it is known to have been, and throws what was
+  // refused.
+  virtual void publish(const std::string& topic, const std::string& type, std::span<const std::byte> cdr) = 0;
+  virtual void sync() = 0;
+
+  // Asks a service; the answer, or its refusal, is taken later.
+  virtual std::uint32_t begin_call(const std::string& service, std::span<const std::byte> request) = 0;
+  virtual bool take_answer(std::uint32_t call, Answer& answer) = 0;
+  // Both at once. No time limit: negative.
+  Answer call(const std::string& service, std::span<const std::byte> request,
+              std::chrono::milliseconds at_most = std::chrono::seconds(10));
+
+  virtual std::vector<NamedParameter> parameters() = 0;  // of all nodes
+  virtual std::vector<NamedParameter> parameters(const std::string& node) = 0;
+  virtual Status set_parameter(const std::string& node, const std::string& name,
+                               const ParameterValue& value) = 0;
+
+  // Throws ClientError with the nearest name if there is none.
+  const Topic& find_topic(const std::string& name) const;
+  const Service& find_service(const std::string& name) const;
+
+ protected:
+  Client() = default;
+  Client(const Client&) = default;
+  Client& operator=(const Client&) = default;
+};
+
+}  // namespace doppel

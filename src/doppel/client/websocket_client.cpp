@@ -1,0 +1,390 @@
+#include "doppel/client/websocket_client.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket.hpp>
+#include <deque>
+#include <set>
+
+#include "doppel/core/names.h"
+#include "doppel/foxglove/foxglove_protocol.h"
+
+namespace doppel {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kInterruptCheck = std::chrono::milliseconds(20);
+constexpr std::size_t kLargestMessage = std::size_t{256} << 20;
+constexpr std::size_t kMostUnread = 100'000;  // messages that nobody has taken yet
+
+}  // namespace
+
+struct WebSocketClient::Impl {
+  explicit Impl(ClientOptions chosen) : options(std::move(chosen)) {
+    connect();
+    read();
+    send(foxglove::to_frame(foxglove::WatchGraph{true}));
+    // The server answers in order: with the graph, all that it sends to a newcomer is here.
+    if (!wait([this] { return graph_known; }, Clock::now() + options.patience)) {
+      throw ClientError(fmt::format("the twin on port {} did not answer in time", options.port));
+    }
+  }
+
+  ~Impl() {
+    if (!open) return;
+    try {
+      socket.async_close(websocket::close_code::normal, [this](error_code) { open = false; });
+      io.restart();
+      io.run_for(std::chrono::milliseconds(500));
+    } catch (const std::exception&) {
+      open = false;  // it is over either way
+    }
+  }
+
+  void connect() {
+    error_code failed;
+    const auto address = asio::ip::make_address(options.host, failed);
+    if (failed) throw ClientError(fmt::format("'{}' is no address", options.host));
+    auto& stream = beast::get_lowest_layer(socket);
+    stream.socket().connect(tcp::endpoint(address, options.port), failed);
+    if (failed) {
+      throw ClientError(
+          fmt::format("no twin answers on {} port {}: {}", options.host, options.port, failed.message()));
+    }
+    stream.socket().set_option(tcp::no_delay(true), failed);
+    socket.set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
+      request.set(beast::http::field::sec_websocket_protocol,
+                  beast::string_view(foxglove::kSubprotocol.data(), foxglove::kSubprotocol.size()));
+      request.set(beast::http::field::user_agent, "doppel");
+    }));
+    socket.read_message_max(kLargestMessage);
+    websocket::response_type response;
+    bool done = false;
+    const std::string target = options.token.empty() ? "/" : "/?token=" + options.token;
+    socket.async_handshake(response, fmt::format("localhost:{}", options.port), target,
+                           [&](error_code outcome) {
+                             failed = outcome;
+                             done = true;
+                           });
+    io.run_for(options.patience);
+    if (!done)
+      throw ClientError(fmt::format("port {} is open, but nothing there speaks WebSocket", options.port));
+    if (failed) {
+      const std::string said = response.body().empty() ? failed.message() : response.body();
+      throw ClientError(fmt::format("port {} does not take this client: {}", options.port, said));
+    }
+    open = true;
+    io.restart();
+  }
+
+  void read() {
+    socket.async_read(buffer, [this](error_code failed, std::size_t) {
+      if (failed) {
+        open = false;
+        const auto reason = socket.reason();
+        why_closed = reason.reason.empty() ? "the twin has ended" : std::string(reason.reason.c_str());
+        return;
+      }
+      const auto data = buffer.cdata();
+      const auto* bytes = static_cast<const std::byte*>(data.data());
+      foxglove::ServerMessage message;
+      const Status status =
+          socket.got_text()
+              ? foxglove::read_server_text({reinterpret_cast<const char*>(bytes), data.size()}, message)
+              : foxglove::read_server_binary({bytes, data.size()}, message);
+      if (status) std::visit([this](const auto& m) { handle(m); }, message);
+      buffer.consume(buffer.size());
+      read();
+    });
+  }
+
+  // Runs what comes in until the condition holds, or the time is over (false).
+  bool wait(const std::function<bool()>& condition, Clock::time_point until) {
+    while (!condition()) {
+      if (!open) throw ClientError(why_closed);
+      if (options.interrupted && options.interrupted()) throw Interrupted();
+      const auto now = Clock::now();
+      if (now >= until) return false;
+      const auto slice = options.interrupted ? std::min(until, now + kInterruptCheck) : until;
+      io.restart();
+      io.run_one_until(slice);
+    }
+    return true;
+  }
+
+  void write(bool text, asio::const_buffer data) {
+    if (!open) throw ClientError(why_closed);
+    bool done = false;
+    error_code failed;
+    socket.text(text);
+    socket.async_write(data, [&](error_code outcome, std::size_t) {
+      failed = outcome;
+      done = true;
+    });
+    // What arrives meanwhile is read, so that neither side waits for the other.
+    while (!done) {
+      io.restart();
+      io.run_one();
+    }
+    if (failed)
+      throw ClientError(open ? fmt::format("cannot send to the twin: {}", failed.message()) : why_closed);
+  }
+  void send(const std::string& text) { write(true, asio::buffer(text)); }
+  void send(const foxglove::FrameBytes& bytes) { write(false, asio::buffer(bytes)); }
+
+  void handle(std::monostate) {}
+  void handle(const foxglove::ServerInfo& info) { name = info.name; }
+  void handle(const foxglove::TimeMessage&) {}
+  void handle(const foxglove::AssetFailure&) {}
+  void handle(const foxglove::AssetData&) {}
+  void handle(const foxglove::StatusMessage& status) {
+    if (status.level == foxglove::StatusLevel::error) errors.push_back(status.message);
+    if (status.level == foxglove::StatusLevel::warning && options.on_status)
+      options.on_status(status.message);
+  }
+  void handle(const foxglove::Channels& channels) {
+    for (const foxglove::Channel& channel : channels.channels) {
+      offers[channel.id] = channel;
+      Topic& topic = topics[channel.topic];
+      topic.type = channel.schema_name;
+      topic.schema = channel.schema;
+      if (wanted.contains(channel.topic) && !wanted[channel.topic]) ask_for(channel.topic);
+    }
+  }
+  void handle(const foxglove::RemovedChannels& removed) {
+    for (const std::uint32_t id : removed.ids) {
+      const auto found = offers.find(id);
+      if (found == offers.end()) continue;
+      if (wanted.contains(found->second.topic)) wanted[found->second.topic] = false;  // it may come back
+      topics.erase(found->second.topic);
+      offers.erase(found);
+    }
+  }
+  void handle(const foxglove::Services& list) {
+    for (const foxglove::ServiceOffer& service : list.services) {
+      service_ids[service.name] = service.id;
+      services[service.name].type = service.type;
+    }
+  }
+  void handle(const foxglove::RemovedServices& removed) {
+    std::erase_if(service_ids, [&](const auto& entry) {
+      const bool gone = std::ranges::find(removed.ids, entry.second) != removed.ids.end();
+      if (gone) services.erase(entry.first);
+      return gone;
+    });
+  }
+  void handle(const foxglove::GraphUpdate& update) {
+    const auto enter = [this](const std::string& of, const std::vector<std::string>& nodes,
+                              std::vector<std::string> Topic::*names, std::vector<Endpoint> Topic::*ends) {
+      Topic& topic = topics[of];
+      topic.*names = nodes;
+      (topic.*ends).clear();
+      for (const std::string& node : nodes) (topic.*ends).push_back({node, topic.type, {}, {}, {}});
+    };
+    for (const auto& [topic, ids] : update.published)
+      enter(topic, ids, &Topic::publishers, &Topic::publisher_ends);
+    for (const auto& [topic, ids] : update.subscribed)
+      enter(topic, ids, &Topic::subscribers, &Topic::subscriber_ends);
+    for (const auto& [service, ids] : update.services) services[service].providers = ids;
+    graph_known = true;
+  }
+  void handle(const foxglove::ParameterValues& values) {
+    if (values.id.empty()) return;
+    answered_request = values.id;
+    parameters = values.parameters;
+  }
+  void handle(const foxglove::ServiceFailure& failure) {
+    answers[failure.call] = {false, failure.message, {}};
+  }
+  void handle(const foxglove::ServiceResponse& response) {
+    answers[response.call] = {true, "", Bytes(response.payload.begin(), response.payload.end())};
+  }
+  void handle(const foxglove::MessageData& data) {
+    const auto offer = offers.find(data.subscription);  // a subscription has its channel's id
+    if (offer == offers.end() || inbox.size() >= kMostUnread) return;
+    inbox.push_back({offer->second.topic, offer->second.schema_name, data.stamp,
+                     Bytes(data.payload.begin(), data.payload.end())});
+  }
+
+  // Queued for the next write from outside a handler.
+  void ask_for(const std::string& topic) {
+    wanted[topic] = true;
+    late_subscriptions.push_back(topic);
+  }
+
+  void subscribe_now(const std::string& topic) {
+    for (const auto& [id, offer] : offers) {
+      if (offer.topic == topic) return send(foxglove::to_frame(foxglove::Subscribe{{{id, id}}}));
+    }
+  }
+
+  // The answer to a request with an id; what the server refused on the way is in `errors`.
+  void await_request(const std::string& id) {
+    if (!wait([&] { return answered_request == id; }, Clock::now() + options.patience)) {
+      throw ClientError("the twin did not answer in time; is its loop running?");
+    }
+  }
+  std::string next_request() { return fmt::format("request-{}", ++requests); }
+
+  ClientOptions options;
+  asio::io_context io{1};
+  websocket::stream<beast::tcp_stream> socket{io};
+  beast::flat_buffer buffer;
+  bool open = false, graph_known = false;
+  std::string why_closed = "the twin has ended", name;
+
+  std::map<std::uint32_t, foxglove::Channel> offers;
+  std::map<std::string, Topic> topics;
+  std::map<std::string, Service> services;
+  std::map<std::string, std::uint32_t> service_ids;
+  std::map<std::string, bool> wanted;  // topics subscribed to, and whether the server has been asked
+  std::vector<std::string> late_subscriptions;
+  std::map<std::pair<std::string, std::string>, std::uint32_t> advertised;
+  std::deque<Received> inbox;
+  std::map<std::uint32_t, Answer> answers;
+  std::vector<std::string> errors;
+  std::vector<foxglove::Parameter> parameters;
+  std::string answered_request;
+  std::uint32_t calls = 0, requests = 0;
+};
+
+WebSocketClient::WebSocketClient(ClientOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+WebSocketClient::~WebSocketClient() = default;
+
+const std::string& WebSocketClient::server_name() const {
+  return impl_->name;
+}
+const std::map<std::string, Client::Topic>& WebSocketClient::topics() const {
+  return impl_->topics;
+}
+const std::map<std::string, Client::Service>& WebSocketClient::services() const {
+  return impl_->services;
+}
+
+std::vector<std::string> WebSocketClient::nodes() {
+  std::set<std::string> names;
+  for (const auto& [name, topic] : impl_->topics) {
+    names.insert(topic.publishers.begin(), topic.publishers.end());
+    names.insert(topic.subscribers.begin(), topic.subscribers.end());
+  }
+  for (const auto& [name, service] : impl_->services)
+    names.insert(service.providers.begin(), service.providers.end());
+  for (const NamedParameter& parameter : parameters()) names.insert(parameter.node);
+  return {names.begin(), names.end()};
+}
+
+const TypeSupport& WebSocketClient::message_type(const std::string& topic) {
+  const std::string& type = find_topic(topic).type;
+  if (type.empty()) throw ClientError(fmt::format("nothing has been published on {} yet", topic));
+  if (const TypeSupport* known = find_type(type)) return *known;
+  throw ClientError(fmt::format("{} is a {}, a type that this program does not know", topic, type));
+}
+
+void WebSocketClient::subscribe(const std::string& topic) {
+  static_cast<void>(find_topic(topic));
+  impl_->wanted[topic] = true;
+  impl_->subscribe_now(topic);
+}
+
+void WebSocketClient::unsubscribe(const std::string& topic) {
+  if (impl_->wanted.erase(topic) == 0) return;
+  for (const auto& [id, offer] : impl_->offers) {
+    if (offer.topic == topic) return impl_->send(foxglove::to_frame(foxglove::Unsubscribe{{id}}));
+  }
+}
+
+bool WebSocketClient::next(Received& message, Clock::time_point until) {
+  if (!wait_until([this] { return !impl_->inbox.empty(); }, until)) return false;
+  message = std::move(impl_->inbox.front());
+  impl_->inbox.pop_front();
+  return true;
+}
+
+bool WebSocketClient::wait_until(const std::function<bool()>& condition, Clock::time_point until) {
+  while (true) {
+    const bool held = impl_->wait([&] { return condition() || !impl_->late_subscriptions.empty(); }, until);
+    for (const std::string& topic : std::exchange(impl_->late_subscriptions, {})) impl_->subscribe_now(topic);
+    if (!held || condition()) return held;
+  }
+}
+
+void WebSocketClient::publish(const std::string& topic, const std::string& type,
+                              std::span<const std::byte> cdr) {
+  const auto next = static_cast<std::uint32_t>(impl_->advertised.size() + 1);
+  const auto [entry, is_new] = impl_->advertised.try_emplace({topic, type}, next);
+  if (is_new) {
+    impl_->send(foxglove::to_frame(
+        foxglove::Advertise{{{.id = next, .topic = topic, .encoding = "cdr", .schema_name = type}}}));
+  }
+  impl_->send(foxglove::to_frame(foxglove::ClientData{entry->second, cdr}));
+}
+
+void WebSocketClient::sync() {
+  const std::string id = impl_->next_request();
+  impl_->send(
+      foxglove::to_frame(foxglove::GetParameters{{""}, id}));  // the loop answers, after all that came before
+  impl_->await_request(id);
+  if (impl_->errors.empty()) return;
+  throw ClientError(std::exchange(impl_->errors, {}).front());
+}
+
+std::uint32_t WebSocketClient::begin_call(const std::string& service, std::span<const std::byte> request) {
+  const auto found = impl_->service_ids.find(service);
+  if (found == impl_->service_ids.end()) {
+    std::vector<std::string> names;
+    for (const auto& [name, id] : impl_->service_ids) names.push_back(name);
+    throw ClientError(fmt::format("there is no service {}{}", service, did_you_mean(service, names)));
+  }
+  const std::uint32_t call = ++impl_->calls;
+  impl_->send(foxglove::to_frame(foxglove::ServiceCall{found->second, call, "cdr", request}));
+  return call;
+}
+
+bool WebSocketClient::take_answer(std::uint32_t call, Answer& answer) {
+  const auto found = impl_->answers.find(call);
+  if (found == impl_->answers.end()) return false;
+  answer = std::move(found->second);
+  impl_->answers.erase(found);
+  return true;
+}
+
+std::vector<NamedParameter> WebSocketClient::parameters() {
+  const std::string id = impl_->next_request();
+  impl_->send(foxglove::to_frame(foxglove::GetParameters{{}, id}));
+  impl_->await_request(id);
+  std::vector<NamedParameter> out;
+  for (foxglove::Parameter& parameter : impl_->parameters) {
+    NamedParameter named{.node = "", .name = "", .value = std::move(parameter.value)};
+    if (split_parameter_name(parameter.name, named.node, named.name)) out.push_back(std::move(named));
+  }
+  return out;
+}
+
+std::vector<NamedParameter> WebSocketClient::parameters(const std::string& node) {
+  std::vector<NamedParameter> all = parameters();
+  std::erase_if(all, [&](const NamedParameter& parameter) { return parameter.node != node; });
+  return all;
+}
+
+Status WebSocketClient::set_parameter(const std::string& node, const std::string& name,
+                                      const ParameterValue& value) {
+  impl_->errors.clear();
+  const std::string id = impl_->next_request();
+  impl_->send(foxglove::to_frame(foxglove::SetParameters{{{parameter_name(node, name), value}}, id}));
+  impl_->await_request(id);
+  if (impl_->errors.empty()) return {};
+  return Status::refused(std::exchange(impl_->errors, {}).front());
+}
+
+}  // namespace doppel

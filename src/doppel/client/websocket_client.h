@@ -1,0 +1,56 @@
+#pragma once
+// A twin seen from another process, over the server's protocol.
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "doppel/client/client.h"
+
+namespace doppel {
+
+struct ClientOptions {
+  std::string host = "127.0.0.1";
+  std::uint16_t port = 8700;
+  std::string token;                                  // where the twin asks for one
+  std::chrono::milliseconds patience{5000};           // for what should come at once
+  std::function<bool()> interrupted;                  // asked every 20 ms or so; may be empty
+  std::function<void(const std::string&)> on_status;  // warnings that belong to no request
+};
+
+class WebSocketClient : public Client {
+ public:
+  // Returns when it knows all topics, services and nodes that there are.
+  explicit WebSocketClient(ClientOptions options);
+  ~WebSocketClient() override;
+  WebSocketClient(const WebSocketClient&) = delete;
+  WebSocketClient& operator=(const WebSocketClient&) = delete;
+
+  [[nodiscard]] const std::string& server_name() const;
+
+  [[nodiscard]] const std::map<std::string, Topic>& topics() const override;
+  [[nodiscard]] const std::map<std::string, Service>& services() const override;
+  [[nodiscard]] std::vector<std::string> nodes() override;
+  [[nodiscard]] const TypeSupport& message_type(const std::string& topic) override;
+  void subscribe(const std::string& topic) override;
+  void unsubscribe(const std::string& topic) override;
+  bool next(Received& message, std::chrono::steady_clock::time_point until) override;
+  [[nodiscard]] bool wait_until(const std::function<bool()>& condition,
+                                std::chrono::steady_clock::time_point until) override;
+  void publish(const std::string& topic, const std::string& type, std::span<const std::byte> cdr) override;
+  void sync() override;
+  std::uint32_t begin_call(const std::string& service, std::span<const std::byte> request) override;
+  bool take_answer(std::uint32_t call, Answer& answer) override;
+  std::vector<NamedParameter> parameters() override;
+  std::vector<NamedParameter> parameters(const std::string& node) override;
+  Status set_parameter(const std::string& node, const std::string& name,
+                       const ParameterValue& value) override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel

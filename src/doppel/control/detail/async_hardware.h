@@ -1,0 +1,64 @@
+#pragma once
+// A component that is read and written by a thread of its own (<ros2_control is_async="true">): the loop
+// takes its newest states and leaves the newest commands, and never waits for the device.
+
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "doppel/control/detail/latest_copy.h"
+#include "doppel/control/hardware.h"
+
+namespace doppel {
+
+class AsyncHardware : public HardwareComponent {
+ public:
+  // `device` is read and written at `rate` Hz; its life cycle runs on the caller's thread, between two of its
+  // reads and writes.
+  AsyncHardware(std::unique_ptr<HardwareComponent> device, double rate);
+  ~AsyncHardware() override;
+
+  Status on_init(const HardwareInfo& info) override;
+  [[nodiscard]] std::vector<InterfaceDescription> state_interfaces() const override;
+  [[nodiscard]] std::vector<InterfaceDescription> command_interfaces() const override;
+  Status on_configure() override;
+  Status on_activate() override;
+  Status on_deactivate() override;
+  Status on_cleanup() override;
+  Status on_shutdown() override;
+  Status on_error() override;
+  Status prepare_switch(std::span<const std::string> start, std::span<const std::string> stop) override;
+  void perform_switch(std::span<const std::string> start, std::span<const std::string> stop) override;
+  [[nodiscard]] PassiveJoint when_unclaimed() const override { return device_->when_unclaimed(); }
+  [[nodiscard]] PassiveJoint when_failed() const override { return device_->when_failed(); }
+  void on_stop() override;
+  void on_stop_reset() override;
+  HardwareReturn read(Time now, Duration period, std::span<double> states) override;
+  HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
+  void on_stall() noexcept override { device_->on_stall(); }
+  [[nodiscard]] std::string fault() const override;
+
+ private:
+  enum class Work { none, read, read_and_write };
+  void set_work(Work work);  // mutex_ is held
+  void run();
+  HardwareReturn exchange();  // mutex_ is held
+
+  const std::unique_ptr<HardwareComponent> device_;
+  const Duration period_;
+  std::unique_ptr<LatestCopy> states_, commands_;
+  std::atomic<HardwareReturn> answer_{HardwareReturn::ok};
+  std::atomic<std::int64_t> now_{0};  // ns, the loop's time
+
+  mutable std::mutex mutex_;  // whoever has it may call the device
+  std::condition_variable changed_;
+  Work work_ = Work::none;
+  bool ends_ = false;
+  std::string fault_;
+  std::thread thread_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,220 @@
+#pragma once
+// The controller manager's inside, shared by its source files: what is loaded, and what each file does with
+// it.
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <map>
+
+#include "doppel/bus/node_arguments.h"
+#include "doppel/control/controller_manager.h"
+#include "doppel/control/detail/joint_limiter.h"
+#include "doppel/control/detail/resource_table.h"
+#include "doppel/control/rates.h"
+#include "doppel/core/thrown.h"
+#include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/messages/diagnostic_msgs.h"
+#include "doppel/messages/lifecycle_msgs.h"
+#include "doppel/messages/std_msgs.h"
+
+namespace doppel {
+
+// What a controller answers in its life cycle. One from outside may throw anything; for everybody it is one
+// that refuses.
+template <typename Transition>
+Status attempt(const Transition& transition) {
+  try {
+    return transition();
+  } catch (...) {
+    return Status::refused(thrown_text());
+  }
+}
+
+inline constexpr const char* kFallback = ".fallback_controllers";  // the manager's parameter, after a name
+
+// One controller with all it was given. The controller goes first, its node last.
+struct LoadedController {
+  std::string name, type;
+  std::unique_ptr<Node> node;
+  ParameterOverrides overrides;
+  ControllerContext context;
+  std::unique_ptr<Controller> controller;
+  ControllerState state = ControllerState::unconfigured;
+  Publisher<lifecycle_msgs::msg::TransitionEvent> transitions;
+  int ticks_per_update = 1;
+  int ticks_to_update = 1;
+  Duration period{};
+  Duration housekeeping_period{};
+  Time next_housekeeping{};
+  std::vector<std::string> commands, states;  // full names it requires; valid once configured
+  std::vector<std::string> fallback;          // controllers that run where its hardware has failed
+  std::vector<std::string> references;        // full names that it offers to other controllers
+  bool chained = false;                       // an active one commands them
+  ThrownInLoop thrown{};  // by its update(), until somebody between the ticks deals with it
+};
+
+struct ControllerManager::Impl {
+  Impl(Bus& bus, const Model& model, const ControllerRegistry& registry, const ParameterFile* file,
+       ControllerManagerOptions options, const Log& log, Diagnostics& diagnostics);
+  ~Impl();
+
+  // -- manager_parameters.cpp
+  void read_own_parameters(Diagnostics& diagnostics);
+  void report_sections_of_nobody(Diagnostics& diagnostics) const;
+  [[nodiscard]] std::vector<std::string> texts_of(const std::string& parameter);
+  [[nodiscard]] NodeArguments arguments_of(const std::string& name, const std::string& full_name);
+  [[nodiscard]] ParameterOverrides overrides_of(const LoadedController& c, const NodeArguments& arguments);
+  [[nodiscard]] std::filesystem::path params_file(const std::string& name, const std::string& text) const;
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared() const;
+
+  // -- controller_manager.cpp
+  [[nodiscard]] LoadedController* find(std::string_view name) const;
+  LoadedController& at(std::string_view name) const;  // throws InputError with the nearest name
+  void load(const std::string& name, const std::string& type);
+  std::unique_ptr<LoadedController> make(const std::string& name, const std::string& type,
+                                         const NodeArguments& arguments);
+  // Of the bus, in place of those that the controller had.
+  void use_rules(const std::string& controller, const std::vector<std::string>& rules);
+  void declare_written_type(LoadedController& loaded);
+  [[nodiscard]] std::string type_of(const std::string& name);
+  void choose_rate(LoadedController& loaded);
+  void configure(LoadedController& loaded);  // throws InputError
+  Status configure(const std::string& name);
+  Status cleanup(const std::string& name);
+  Status unload(const std::string& name);
+  void tick(Time now);
+  void housekeeping(Time now);
+  void publish_state(Time now);
+
+  // -- manager_switch.cpp
+  void change_state(LoadedController& c, ControllerState to);
+  struct Plan {
+    std::vector<LoadedController*> stop, start;
+    std::vector<std::string> refusals;   // sentences: what is left out of a switch that is no strict one
+    std::vector<std::string> conflicts;  // sentences: why there is no switch at all, strict or not
+  };
+  [[nodiscard]] Plan plan(std::span<const std::string> activate, std::span<const std::string> deactivate,
+                          Strictness strictness) const;
+  void plan_claims(Plan& plan) const;
+  // Why the interfaces it requires cannot be had at all, once the plan is carried out; empty: they can.
+  [[nodiscard]] std::string missing_interface(const LoadedController& loaded, const Plan& plan,
+                                              std::string* full_name = nullptr) const;
+  // nothing_to_do: of a switch that is not refused, whether everything is already as it was asked for, or was
+  // left out.
+  Status switch_controllers(std::span<const std::string> activate, std::span<const std::string> deactivate,
+                            Strictness strictness, bool* nothing_to_do = nullptr);
+  Status carry_out(const Plan& plan, Strictness strictness);
+  void deactivate(LoadedController& loaded);
+  // Deactivates them and writes what they command at last; returns the interfaces whose claims end.
+  std::vector<std::string> stop_and_write(const std::vector<LoadedController*>& controllers);
+  Status activate(LoadedController& loaded, std::span<const std::string> handed_over);
+  void release(LoadedController& loaded);
+  void roll_back(const std::vector<LoadedController*>& ran_before);
+  void note_active();
+  void restart(Time now);
+
+  // -- manager_chain.cpp
+  void offer_references(LoadedController& loaded);
+  void withdraw_references(LoadedController& loaded);
+  // Whether `leader` commands a reference interface of `follower`.
+  [[nodiscard]] static bool commands_reference(const LoadedController& leader,
+                                               const LoadedController& follower);
+  enum class ChainOrder { leaders_first, followers_first };
+  // The same controllers, in their order but for chains.
+  [[nodiscard]] static std::vector<LoadedController*> ordered(const std::vector<LoadedController*>& all,
+                                                              ChainOrder order);
+  // Who commands, over whatever chain, a reference of one of them, and they themselves.
+  [[nodiscard]] std::vector<LoadedController*> with_leaders(std::vector<LoadedController*> followers) const;
+  // Why `follower` cannot stop; empty: it can.
+  [[nodiscard]] std::string running_leader(const LoadedController& follower, const Plan& plan) const;
+  void set_chained_modes();
+  [[nodiscard]] std::vector<controller_manager_msgs::msg::ChainConnection> chain_connections(
+      const LoadedController& leader) const;
+
+  // -- manager_diagnostics.cpp
+  void serve_diagnostics();
+  void publish_diagnostics();
+  void describe_controllers(diagnostic_msgs::msg::DiagnosticStatus& status) const;
+  void describe_hardware(diagnostic_msgs::msg::DiagnosticStatus& status) const;
+  void describe_manager(diagnostic_msgs::msg::DiagnosticStatus& status) const;
+
+  // -- manager_start.cpp
+  void start(std::span<const std::string> names);
+  void start_what_fits(std::span<const std::string> names);
+  // Loaded and configured, or null and a warning.
+  LoadedController* try_to_load(const std::string& name);
+  void leave_out(const std::string& name, const std::vector<Diagnostic>& why);
+  void report_left_out(std::span<const std::string> names);
+  // Of those that were loaded the ones that can be active together; leaves the others out, or inactive.
+  std::vector<std::string> that_fit(std::vector<LoadedController*> wanted);
+  void check_start(const std::vector<LoadedController*>& wanted) const;  // throws InputError
+  // Where the controller's YAML wrote the interface's joint; else the file.
+  [[nodiscard]] SourceLocation place_of_interface(const LoadedController& loaded,
+                                                  const std::string& full_name) const;
+
+  // -- manager_services.cpp
+  void serve();
+  void serve_lists();
+  void serve_life_cycle();
+  void publish_activity();
+
+  // -- manager_hardware_services.cpp
+  void serve_hardware();
+
+  // -- manager_hardware.cpp
+  void add_hardware(std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
+                    Diagnostics& diagnostics);
+  ResourceTable::Component& initialise_hardware(std::unique_ptr<HardwareComponent> hardware,
+                                                const HardwareDescription& description,
+                                                Diagnostics& diagnostics);
+  Status set_hardware_state(const std::string& name, HardwareState target);
+  Status pass_towards(ResourceTable::Component& component, HardwareState target);
+  Status pass(ResourceTable::Component& component, HardwareState next, const char* participle,
+              const std::function<Status()>& transition);
+  void enter_error(ResourceTable::Component& component, const std::string& why);
+  void note_fault(ResourceTable::Component& component, const std::string& why);
+  void settle(Time now);
+  void settle(ResourceTable::Component& component, const HardwareFault& fault);
+  void settle_controllers();
+  void deactivate_all(const std::vector<LoadedController*>& controllers);
+  void start_fallbacks(const std::vector<LoadedController*>& failed);
+  void shut_down_hardware();
+  void make_hardware_node(const std::string& component);
+
+  // -- manager_stop.cpp
+  void serve_stop();
+  void stop(const std::string& by);
+  void stop_component(ResourceTable::Component& component);
+  Status reset_stop();
+
+  Bus& bus;
+  const Model* model;
+  const ControllerRegistry& registry;
+  const ParameterFile* file;
+  ControllerManagerOptions options;
+  const Log& log;
+  Node node;
+  ParameterOverrides own;  // overrides of the manager's node
+  Duration period{};
+  Time now{};
+  ResourceTable resources;
+  std::map<std::string, std::unique_ptr<Node>> hardware_nodes;  // by component
+  JointLimiter limiter;
+  std::vector<std::unique_ptr<LoadedController>>
+      loaded;  // in order of loading, which is the order of updates
+  std::vector<LoadedController*> active;
+  bool controller_failed = false;                            // some update() has thrown
+  std::vector<std::pair<std::string, Diagnostic>> left_out;  // by the start under way, and why
+  bool stopped = false;                                      // the emergency stop is latched
+  std::vector<std::string> stopped_controllers;              // by it; a reset activates them again
+  Publisher<controller_manager_msgs::msg::ControllerManagerActivity> activity;
+  Publisher<std_msgs::msg::Bool> stop_topic;
+  Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_topic;
+  diagnostic_msgs::msg::DiagnosticArray
+      diagnostics_message;  // as it was published last: its memory is used again
+  Time next_diagnostics{};
+  std::optional<LoopStatistics> loop;  // of a loop with a thread of its own
+};
+
+}  // namespace doppel

@@ -1,0 +1,47 @@
+#include "doppel/controllers/builtin.h"
+
+#include <string>
+
+#include "doppel/controllers/detail/forward_command_controller.h"
+#include "doppel/controllers/detail/gripper_controller.h"
+#include "doppel/controllers/detail/joint_state_broadcaster.h"
+#include "doppel/controllers/detail/joint_trajectory_controller.h"
+#include "doppel/controllers/detail/pid_controller.h"
+
+namespace doppel {
+namespace {
+
+template <class T, class... Arguments>
+ControllerRegistry::Factory make(Arguments... arguments) {
+  return [arguments...] { return std::make_unique<T>(arguments...); };
+}
+
+}  // namespace
+
+ControllerRegistry builtin_controllers() {
+  ControllerRegistry registry;
+  registry.add("joint_state_broadcaster/JointStateBroadcaster", make<JointStateBroadcaster>());
+  registry.add("joint_trajectory_controller/JointTrajectoryController", make<JointTrajectoryController>());
+  registry.add("forward_command_controller/ForwardCommandController", make<ForwardCommandController>());
+  registry.add("forward_command_controller/MultiInterfaceForwardCommandController",
+               make<MultiInterfaceForwardCommandController>());
+  registry.add("position_controllers/JointGroupPositionController",
+               make<JointGroupController>(std::string(kPosition)));
+  registry.add("velocity_controllers/JointGroupVelocityController",
+               make<JointGroupController>(std::string(kVelocity)));
+  registry.add("effort_controllers/JointGroupEffortController",
+               make<JointGroupController>(std::string(kEffort)));
+  registry.add("pid_controller/PidController", make<PidController>());
+  using control_msgs::action::GripperCommand;
+  using control_msgs::action::ParallelGripperCommand;
+  using Kind = GripperController::Kind;
+  registry.add("position_controllers/GripperActionController",
+               make<GripperActionController<GripperCommand>>(Kind::position));
+  registry.add("effort_controllers/GripperActionController",
+               make<GripperActionController<GripperCommand>>(Kind::effort));
+  registry.add("parallel_gripper_action_controller/GripperActionController",
+               make<GripperActionController<ParallelGripperCommand>>(Kind::parallel));
+  return registry;
+}
+
+}  // namespace doppel

@@ -1,0 +1,134 @@
+#pragma once
+// Follows joint trajectories from ~/joint_trajectory and the action ~/follow_joint_trajectory, judges them by
+// tolerances and reports in ~/controller_state. Behaves as ros2_controllers' joint_trajectory_controller
+// (Jazzy); what there happens silently to the user's harm is said in the log.
+//
+// Messages are judged and brought into order between steps; update() only swaps pointers, samples and writes.
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/bus/action_server.h"
+#include "doppel/control/controller.h"
+#include "doppel/controllers/detail/jtc_interfaces.h"
+#include "doppel/controllers/detail/jtc_settings.h"
+#include "doppel/controllers/detail/pid.h"
+#include "doppel/controllers/detail/tolerances.h"
+#include "doppel/controllers/detail/trajectory.h"
+#include "doppel/controllers/detail/trajectory_message.h"
+#include "doppel/messages/control_msgs.h"
+
+namespace doppel {
+
+class JointTrajectoryController : public Controller {
+ public:
+  JointTrajectoryController();
+  ~JointTrajectoryController() override;
+
+  void on_init(ControllerContext& context) override;
+  [[nodiscard]] InterfaceConfiguration command_interfaces() const override;
+  [[nodiscard]] InterfaceConfiguration state_interfaces() const override;
+  Status on_configure() override;
+  Status on_activate() override;
+  Status on_deactivate() override;
+  Status on_cleanup() override;
+  void update(Time now, Duration period) override;
+  void housekeeping(Time now) override;
+  [[nodiscard]] double housekeeping_rate() const override { return settings_.action_monitor_rate; }
+
+ private:
+  using FollowJointTrajectory = control_msgs::action::FollowJointTrajectory;
+  using TrajectoryMessage = trajectory_msgs::msg::JointTrajectory;
+  using QueryState = control_msgs::srv::QueryTrajectoryState;
+
+  // How following a trajectory ended: noted in the loop, told between steps.
+  struct Ending {
+    enum class Kind { none, reached, canceled, path_violated, goal_missed, timed_out } kind = Kind::none;
+    std::optional<GoalId> goal;  // none: the trajectory came by the topic
+    jtc::Violation worst;
+    double trajectory_time = 0;  // s since the trajectory's start
+    double late = 0;             // s since its last point
+  };
+
+  // -- life cycle (joint_trajectory_controller.cpp)
+  void configure_deceleration();
+  void seed_states();
+  void take_tuning(const std::string& changed);
+
+  // -- in the loop (joint_trajectory_controller_update.cpp)
+  void take_next();
+  void exchange_scaling();
+  void follow(Time now, Duration period);
+  void begin_trajectory(Time now);
+  void compute_errors();
+  [[nodiscard]] Ending judge(bool first) const;
+  void write_commands(Time now, Duration period);
+  void end_with(const Ending& ending);
+  void hold_at(std::span<const double> positions);
+  void stop();
+  jtc::Trajectory& free_hold() { return current_ == holds_[0].get() ? *holds_[1] : *holds_[0]; }
+
+  // -- between steps, with the world outside (joint_trajectory_controller_io.cpp)
+  void open_topics();
+  void size_state_message();
+  void tell_state(Time now);
+  void fill_output();
+  void receive(const TrajectoryMessage& received);
+  [[nodiscard]] TrajectoryMessage in_own_time(TrajectoryMessage message) const;
+  void set_scaling(double factor);
+  Status accept_goal(const GoalId& id, const FollowJointTrajectory::Goal& goal);
+  Status cancel_goal(const GoalId& id);
+  Status check(const TrajectoryMessage& message) const;
+  void adopt(const TrajectoryMessage& message);
+  void warn_of_stamp(const TrajectoryMessage& message);
+  void send_feedback(Time now);
+  void tell_endings();
+  void finish(const GoalId& id, GoalStatus status, std::int32_t code, std::string text);
+  [[nodiscard]] std::string describe(const Ending& ending) const;
+  void answer_query(const QueryState::Request& request, QueryState::Response& response);
+  [[nodiscard]] Time now() const { return context_->node->bus().now(); }
+  void warn(const char* rule, std::string message, std::string mend) const;
+
+  ControllerContext* context_ = nullptr;
+  jtc::Settings settings_;
+  jtc::Tuning tuning_;
+  std::vector<std::size_t> joint_of_command_;
+  std::vector<bool> wraps_;   // [joints] continuous
+  std::vector<Pid> pids_;     // [command joints]; empty: none run
+  bool decelerates_ = false;  // on cancel and abort, instead of holding at once
+  double cmd_timeout_ = 0;    // s; 0: none
+  bool active_ = false;
+
+  jtc::Interfaces interfaces_;
+  jtc::Tolerances tolerances_;  // of the present trajectory
+  double scaling_ = 1, scaling_command_ = 1;
+  bool scaling_unusable_ = false, scaling_told_ = false;
+
+  // `current_` is followed; `next_` is from the next update on. Each is one of the others, or null.
+  jtc::Trajectory* current_ = nullptr;
+  jtc::Trajectory* next_ = nullptr;
+  std::unique_ptr<jtc::Trajectory> received_,
+      followed_;  // of messages; the one not in use is freed between steps
+  std::array<std::unique_ptr<jtc::Trajectory>, 2> holds_;
+  std::unique_ptr<jtc::Trajectory> stop_;
+  bool holding_ = true;  // nothing is judged
+
+  Time trajectory_time_{};  // advances with the speed scaling
+  std::optional<Time> last_commanded_time_;
+  jtc::JointStates state_, desired_, command_, last_commanded_, error_;
+  std::vector<double> pid_command_;
+  Duration reference_time_{}, feedback_time_{};
+
+  std::unique_ptr<ActionServer<FollowJointTrajectory>> action_;
+  std::optional<GoalId> goal_;
+  bool followed_goal_ = false;  // at least one update since it was accepted
+  std::optional<Ending> goal_ended_, topic_ended_;
+
+  Publisher<control_msgs::msg::JointTrajectoryControllerState> state_topic_;
+  control_msgs::msg::JointTrajectoryControllerState state_message_;
+};
+
+}  // namespace doppel

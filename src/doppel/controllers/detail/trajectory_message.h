@@ -1,0 +1,37 @@
+#pragma once
+// trajectory_msgs/msg/JointTrajectory from outside: judged by joint_trajectory_controller's rules, then
+// brought into the controller's own joint order. Between steps.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "doppel/controllers/detail/trajectory.h"
+#include "doppel/core/status.h"
+#include "doppel/messages/trajectory_msgs.h"
+
+namespace doppel::jtc {
+
+struct MessageRules {
+  std::vector<std::string> joints;  // of the controller, in its order
+  std::vector<std::string>
+      ignored;  // names that a message may have besides them, whose values nobody uses (mimics)
+  bool allow_partial_joints = false;
+  bool allow_integration = false;
+  bool allow_nonzero_velocity_at_end = false;
+  bool effort_commanded = false;
+};
+
+// A refusal is one sentence for the sender, with joint, point (counted from 1) and mend.
+Status check_message(const trajectory_msgs::msg::JointTrajectory& message, const MessageRules& rules,
+                     Time now);
+
+// Joints that an accepted message names more than once; the last values count.
+std::vector<std::string> repeated_joints(const trajectory_msgs::msg::JointTrajectory& message);
+
+// Precondition: check_message() is ok. Joints that the message leaves out stay at `hold`, without velocity.
+std::unique_ptr<Trajectory> make_trajectory(const trajectory_msgs::msg::JointTrajectory& message,
+                                            const MessageRules& rules, std::span<const double> hold);
+
+}  // namespace doppel::jtc

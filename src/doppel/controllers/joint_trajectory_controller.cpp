@@ -1,0 +1,191 @@
+#include "doppel/controllers/detail/joint_trajectory_controller.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "doppel/control/joint_list.h"
+#include "doppel/controllers/detail/jtc_stop.h"
+
+namespace doppel {
+
+using jtc::Kind;
+
+JointTrajectoryController::JointTrajectoryController() = default;
+JointTrajectoryController::~JointTrajectoryController() = default;
+
+void JointTrajectoryController::on_init(ControllerContext& context) {
+  context_ = &context;
+  settings_ = jtc::declare_settings(context);
+  if (const Status fits = jtc::read_tuning(context.node->parameters(), settings_, tuning_); !fits) {
+    throw InputError("control.jtc_parameter", place_of(context, "joints"),
+                     fmt::format("controller '{}': {}", context.name, fits.why()));
+  }
+  for (const std::string& joint : settings_.joints) {
+    const int found = context.model->find_joint(joint);
+    wraps_.push_back(found >= 0 &&
+                     context.model->joints[static_cast<std::size_t>(found)].type == JointType::continuous);
+  }
+  context.node->parameters().on_change(
+      [this](const std::string& name, const ParameterValue&) { take_tuning(name); });
+  open_topics();
+}
+
+InterfaceConfiguration JointTrajectoryController::command_interfaces() const {
+  InterfaceConfiguration wanted{InterfaceConfiguration::Kind::individual, {}};
+  for (const std::string& joint : settings_.command_joints) {
+    for (const std::string& interface : settings_.command_interfaces)
+      wanted.names.push_back(joint + "/" + interface);
+  }
+  if (!settings_.scaling_command.empty()) wanted.names.push_back(settings_.scaling_command);
+  return wanted;
+}
+
+InterfaceConfiguration JointTrajectoryController::state_interfaces() const {
+  InterfaceConfiguration wanted{InterfaceConfiguration::Kind::individual, {}};
+  for (const std::string& joint : settings_.joints) {
+    for (const std::string& interface : settings_.state_interfaces)
+      wanted.names.push_back(joint + "/" + interface);
+  }
+  if (!settings_.scaling_state.empty()) wanted.names.push_back(settings_.scaling_state);
+  return wanted;
+}
+
+Status JointTrajectoryController::on_configure() {
+  if (Status fits = jtc::check_configuration(settings_, joint_of_command_); !fits) return fits;
+  if (Status fits = jtc::read_tuning(context_->node->parameters(), settings_, tuning_); !fits) return fits;
+  jtc::warn_of_idle_settings(*context_, settings_, tuning_);
+  tolerances_ = tuning_.tolerances;
+  const std::size_t joints = settings_.joints.size();
+  for (jtc::JointStates* states : {&state_, &desired_, &command_, &last_commanded_, &error_}) {
+    *states = jtc::JointStates(joints);
+  }
+  for (auto& hold : holds_) hold = std::make_unique<jtc::Trajectory>(joints, 1);
+  stop_ = std::make_unique<jtc::Trajectory>(joints, joints + 1);
+  pid_command_.assign(joints, 0.0);
+  pids_.assign(settings_.runs_pid() ? joint_of_command_.size() : 0, Pid{});
+  for (std::size_t i = 0; i < pids_.size(); ++i) pids_[i].set_gains(tuning_.gains[joint_of_command_[i]]);
+  scaling_ = scaling_command_ = settings_.commands_only(Kind::position) ? settings_.initial_scaling : 1.0;
+  configure_deceleration();
+  size_state_message();
+  return {};
+}
+
+// Whatever is missing for braking makes the controller hold at once instead, and says so.
+void JointTrajectoryController::configure_deceleration() {
+  decelerates_ = settings_.decelerate_on_cancel;
+  if (!decelerates_) return;
+  const auto fall_back = [this](std::string message, std::string mend) {
+    decelerates_ = false;
+    warn("control.jtc_no_deceleration",
+         "decelerate_on_cancel has no effect, the controller will hold at once: " + message, std::move(mend));
+  };
+  if (!settings_.measures(Kind::velocity)) {
+    fall_back("no velocity is measured", "add velocity to state_interfaces");
+  }
+  for (std::size_t j = 0; j < settings_.joints.size(); ++j) {
+    const std::string& joint = settings_.joints[j];
+    if (settings_.max_deceleration[j] <= 0) {
+      fall_back(fmt::format("joint '{}' has no deceleration", joint),
+                fmt::format("write constraints.{}.max_deceleration_on_cancel", joint));
+    }
+    const int found = context_->model->find_joint(joint);
+    const double limit = found < 0 ? 0.0 : context_->model->joints[static_cast<std::size_t>(found)].velocity;
+    if (!(limit > 0) || !std::isfinite(limit)) {
+      fall_back(fmt::format("joint '{}' has no velocity limit in the description", joint),
+                "write <limit velocity> in the description");
+    }
+  }
+}
+
+Status JointTrajectoryController::on_activate() {
+  if (Status bound = interfaces_.bind(settings_, joint_of_command_, command_handles, state_handles); !bound) {
+    interfaces_.release();
+    return bound;
+  }
+  seed_states();
+  for (std::size_t j = 0; j < settings_.joints.size(); ++j) {
+    if (std::isfinite(state_.positions[j])) continue;
+    interfaces_.release();
+    return Status::refused(fmt::format(
+        "joint '{}' has no measured position yet, so it cannot be held where it is", settings_.joints[j]));
+  }
+  for (Pid& pid : pids_) pid.reset();
+  last_commanded_time_.reset();
+  received_.reset();
+  followed_.reset();
+  current_ = next_ = nullptr;
+  hold_at(state_.positions);
+  cmd_timeout_ = tuning_.cmd_timeout > tuning_.tolerances.goal_time ? tuning_.cmd_timeout : 0.0;
+  if (tuning_.cmd_timeout > 0 && cmd_timeout_ == 0) {
+    warn("control.jtc_idle_timeout",
+         fmt::format(
+             "cmd_timeout of {:g} s has no effect: it must be longer than constraints.goal_time, {:g} s",
+             tuning_.cmd_timeout, tuning_.tolerances.goal_time),
+         "lengthen cmd_timeout");
+  }
+  active_ = true;
+  return {};
+}
+
+// Where another controller has left commands, these count, so that a servo that sags is not told to stay
+// sagged.
+void JointTrajectoryController::seed_states() {
+  interfaces_.read(state_);
+  if (settings_.seed_from_commands && settings_.command_joints.size() == settings_.joints.size()) {
+    interfaces_.read_commands(state_);
+  }
+  last_commanded_ = state_;
+  desired_ = command_ = jtc::JointStates(settings_.joints.size());
+  desired_.positions = state_.positions;
+  error_ = jtc::JointStates(settings_.joints.size());
+  reference_time_ = feedback_time_ = Duration{};
+}
+
+Status JointTrajectoryController::on_deactivate() {
+  active_ = false;
+  tell_endings();
+  if (goal_) {
+    finish(*goal_, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,
+           "Current goal cancelled during deactivate transition.");
+    goal_.reset();
+  }
+  std::fill(pid_command_.begin(), pid_command_.end(), 0.0);
+  for (const Kind kind : {Kind::velocity, Kind::acceleration, Kind::effort})
+    interfaces_.write(kind, pid_command_);
+  current_ = next_ = nullptr;
+  received_.reset();
+  followed_.reset();
+  interfaces_.release();
+  return {};
+}
+
+Status JointTrajectoryController::on_cleanup() {
+  pids_.clear();
+  tuning_ = {};
+  return {};
+}
+
+void JointTrajectoryController::take_tuning(const std::string& changed) {
+  if (const Status fits = jtc::read_tuning(context_->node->parameters(), settings_, tuning_); !fits) {
+    context_->log->error(context_->name, fits.why() + "; the values before remain in force");
+    return;
+  }
+  for (std::size_t i = 0; i < pids_.size(); ++i) pids_[i].set_gains(tuning_.gains[joint_of_command_[i]]);
+  if (changed.starts_with("constraints.")) {
+    warn("control.jtc_tolerances_later",
+         fmt::format("'{}' counts from the next action goal on; what runs now, and trajectories from the "
+                     "topic, keep the "
+                     "tolerances they have",
+                     changed),
+         "send the trajectory as an action goal, or configure the controller again");
+  }
+  if (changed.starts_with("gains.")) jtc::warn_of_idle_settings(*context_, settings_, tuning_);
+}
+
+void JointTrajectoryController::warn(const char* rule, std::string message, std::string mend) const {
+  tell(*context_->log, context_->name, {Severity::warning, rule, std::move(message), {}, std::move(mend)});
+}
+
+}  // namespace doppel

@@ -1,0 +1,380 @@
+// joint_trajectory_controller.h's dealings with the world outside, between steps: messages, goals, reports.
+// Only tell_state() runs in the loop.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "doppel/control/joint_list.h"
+#include "doppel/controllers/detail/joint_trajectory_controller.h"
+
+namespace doppel {
+
+using jtc::Kind;
+
+namespace {
+
+jtc::MessageRules rules_of(const jtc::Settings& settings, const jtc::Tuning& tuning) {
+  return {settings.joints,
+          settings.ignored,
+          tuning.allow_partial_joints,
+          tuning.allow_integration,
+          tuning.allow_nonzero_velocity_at_end,
+          settings.commands(Kind::effort)};
+}
+
+}  // namespace
+
+void JointTrajectoryController::open_topics() {
+  Node& node = *context_->node;
+  node.subscribe<TrajectoryMessage>(
+      "~/joint_trajectory", [this](const TrajectoryMessage& message) { receive(message); },
+      Qos::system_default_subscription());
+  state_topic_ = node.advertise<control_msgs::msg::JointTrajectoryControllerState>(
+      "~/controller_state", Qos::system_default_publisher());
+  node.serve<QueryState>("~/query_state", [this](const QueryState::Request& request,
+                                                 const Responder<QueryState::Response>& respond) {
+    QueryState::Response response;
+    answer_query(request, response);
+    respond(response);
+  });
+  action_ = std::make_unique<ActionServer<FollowJointTrajectory>>(
+      node, "~/follow_joint_trajectory",
+      ActionServer<FollowJointTrajectory>::Callbacks{
+          [this](const GoalId& id, const FollowJointTrajectory::Goal& goal) { return accept_goal(id, goal); },
+          [this](const GoalId& id) { return cancel_goal(id); }});
+  if (settings_.commands_only(Kind::position)) {
+    node.subscribe<control_msgs::msg::SpeedScalingFactor>(
+        "~/speed_scaling_input", [this](const auto& message) { set_scaling(message.factor); },
+        Qos{.depth = 1, .latched = true, .best_effort = true});
+  }
+}
+
+// -- ~/controller_state
+
+void JointTrajectoryController::size_state_message() {
+  const std::size_t joints = settings_.joints.size();
+  auto& m = state_message_;
+  m = {};
+  m.joint_names = settings_.joints;
+  for (auto* values : {&m.reference.positions, &m.reference.velocities, &m.reference.accelerations,
+                       &m.feedback.positions, &m.error.positions}) {
+    values->resize(joints);
+  }
+  for (auto* point : {&m.feedback, &m.error}) {
+    if (settings_.measures(Kind::velocity)) point->velocities.resize(joints);
+    if (settings_.measures(Kind::acceleration)) point->accelerations.resize(joints);
+  }
+  for (auto* values :
+       {&m.output.positions, &m.output.velocities, &m.output.accelerations, &m.output.effort}) {
+    values->reserve(joints);
+  }
+}
+
+void JointTrajectoryController::tell_state(Time now) {
+  if (!state_topic_.has_listeners()) return;
+  auto& m = state_message_;
+  m.header.stamp = to_time_msg(context_->node->bus().stamp(now));
+  m.reference.time_from_start = to_duration_msg(reference_time_);
+  m.reference.positions = desired_.positions;
+  m.reference.velocities = desired_.velocities;
+  m.reference.accelerations = desired_.accelerations;
+  m.feedback.time_from_start = to_duration_msg(feedback_time_);
+  m.feedback.positions = state_.positions;
+  m.error.positions = error_.positions;
+  if (settings_.measures(Kind::velocity)) {
+    m.feedback.velocities = state_.velocities;
+    m.error.velocities = error_.velocities;
+  }
+  if (settings_.measures(Kind::acceleration)) {
+    m.feedback.accelerations = state_.accelerations;
+    m.error.accelerations = error_.accelerations;
+  }
+  fill_output();
+  m.speed_scaling_factor = scaling_;
+  state_topic_.publish(m, now);
+}
+
+// The commands as they are, once all of them are numbers; nothing before.
+void JointTrajectoryController::fill_output() {
+  auto& output = state_message_.output;
+  std::vector<double>* const fields[] = {&output.positions, &output.velocities, &output.accelerations,
+                                         &output.effort};
+  const Kind kinds[] = {Kind::position, Kind::velocity, Kind::acceleration, Kind::effort};
+  const bool complete = std::all_of(std::begin(kinds), std::end(kinds), [this](Kind kind) {
+    return !settings_.commands(kind) || interfaces_.all_commanded(kind);
+  });
+  for (const Kind kind : kinds) {
+    std::vector<double>& values = *fields[index(kind)];
+    values.resize(complete && settings_.commands(kind) ? settings_.joints.size() : 0);
+    for (std::size_t j = 0; j < values.size(); ++j) values[j] = interfaces_.command(kind, j);
+  }
+}
+
+// -- what comes in
+
+Status JointTrajectoryController::check(const TrajectoryMessage& message) const {
+  return jtc::check_message(message, rules_of(settings_, tuning_), now());
+}
+
+// The message with its stamp, where it has one, as a time of this side of the bus.
+JointTrajectoryController::TrajectoryMessage JointTrajectoryController::in_own_time(
+    TrajectoryMessage message) const {
+  auto& stamp = message.header.stamp;
+  if (from_msg(stamp) != Time{}) stamp = to_time_msg(context_->node->bus().from_stamp(from_msg(stamp)));
+  return message;
+}
+
+void JointTrajectoryController::receive(const TrajectoryMessage& received) {
+  if (!active_) {
+    warn("control.jtc_inactive", "a trajectory came while the controller is not active; ignored",
+         "activate it first");
+    return;
+  }
+  const TrajectoryMessage message = in_own_time(received);
+  if (const Status fine = check(message); !fine) {
+    context_->log->error(context_->name, fine.why() + "; the trajectory is ignored");
+    return;
+  }
+  if (goal_) {
+    warn("control.jtc_goal_redirected",
+         fmt::format("a trajectory from the topic replaces that of the active goal for {}; the goal goes on "
+                     "and is judged "
+                     "by the new one",
+                     fmt::join(settings_.joints, ", ")),
+         "cancel the goal before sending to the topic");
+  }
+  adopt(message);
+}
+
+// From the next update on.
+void JointTrajectoryController::adopt(const TrajectoryMessage& message) {
+  for (const std::string& joint : jtc::repeated_joints(message)) {
+    warn("control.jtc_repeated_joint",
+         fmt::format("the trajectory names joint '{}' more than once; its last values count", joint),
+         "name it once");
+  }
+  std::vector<double> hold = state_.positions;
+  for (std::size_t j = 0; j < hold.size(); ++j) {
+    const double commanded = interfaces_.command(Kind::position, j);
+    if (std::isfinite(commanded)) hold[j] = commanded;
+  }
+  received_ = jtc::make_trajectory(message, rules_of(settings_, tuning_), hold);
+  warn_of_stamp(message);
+  next_ = received_.get();
+  holding_ = false;
+}
+
+// ROS 2 enters a late trajectory in the middle and an early one at once; neither is what a stamp seems to
+// promise.
+void JointTrajectoryController::warn_of_stamp(const TrajectoryMessage& message) {
+  const Time stamp = from_msg(message.header.stamp);
+  const Duration grace = from_seconds(2.0 / context_->update_rate);
+  const Duration late = now() - stamp;
+  if (stamp == Time{} || (late >= -grace && late <= grace)) return;
+  jtc::JointStates there(settings_.joints.size());
+  const Time entry = std::max(now(), stamp + from_msg(message.points.front().time_from_start));
+  jtc::Trajectory preview = *received_;
+  preview.begin(now(), now(), state_, wraps_);
+  if (!preview.sample(entry, jtc::Interpolation::splines, there)) return;
+  std::size_t farthest = 0;
+  const auto distance = [&](std::size_t j) { return std::abs(there.positions[j] - state_.positions[j]); };
+  for (std::size_t j = 1; j < settings_.joints.size(); ++j) {
+    if (distance(j) > distance(farthest)) farthest = j;
+  }
+  const std::string& joint = settings_.joints[farthest];
+  if (late < Duration{}) {
+    warn("control.jtc_early_stamp",
+         fmt::format("the trajectory's stamp is {:.3f} s ahead, but what runs is dropped now and joint '{}' "
+                     "sets out for "
+                     "its first point, {:.3f} away, at once",
+                     -to_seconds(late), joint, distance(farthest)),
+         "send the trajectory when it is due, or leave the stamp 0");
+  } else if (entry == now()) {
+    warn("control.jtc_late_stamp",
+         fmt::format("the trajectory's stamp is {:.3f} s past, so it is entered in the middle, where joint "
+                     "'{}' jumps by "
+                     "{:.3f}",
+                     to_seconds(late), joint, distance(farthest)),
+         "send the trajectory in time, or leave the stamp 0 to start at its beginning");
+  }
+}
+
+void JointTrajectoryController::set_scaling(double factor) {
+  if (!(factor >= 0) || !std::isfinite(factor)) {
+    warn("control.jtc_bad_scaling", fmt::format("a speed scaling factor of {:g} is ignored", factor),
+         "send 0 or more");
+    return;
+  }
+  scaling_ = factor;
+  if (settings_.scaling_state.empty() || !settings_.scaling_command.empty()) {
+    scaling_command_ = factor;
+  } else if (!scaling_told_) {
+    scaling_told_ = true;
+    warn("control.jtc_scaling_overwritten",
+         fmt::format("the hardware's '{}' will overwrite the speed scaling factor", settings_.scaling_state),
+         "name speed_scaling.command_interface too, so that the hardware learns of it");
+  }
+}
+
+// -- the action
+
+Status JointTrajectoryController::accept_goal(const GoalId& id, const FollowJointTrajectory::Goal& goal) {
+  const auto refuse = [this](const std::string& why) {
+    context_->log->error(context_->name, why + "; the goal is rejected");
+    return Status::refused(why);
+  };
+  if (!active_) return refuse(fmt::format("'{}' is not active; activate it first", context_->name));
+  const TrajectoryMessage trajectory = in_own_time(goal.trajectory);
+  if (Status fine = check(trajectory); !fine) return refuse(fine.why());
+  tell_endings();
+  if (goal_) {
+    finish(*goal_, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,
+           "Current goal preempted by new incoming action.");
+  }
+  adopt(trajectory);
+  std::string complaint;
+  tolerances_ = jtc::tolerances_of(goal, tuning_.tolerances, settings_.joints, settings_.ignored, complaint);
+  if (!complaint.empty()) {
+    context_->log->error(context_->name, complaint + "; the goal is judged by the default tolerances");
+  }
+  goal_ = id;
+  followed_goal_ = false;
+  action_->set_executing(id);
+  return {};
+}
+
+Status JointTrajectoryController::cancel_goal(const GoalId& id) {
+  if (goal_ == id) {
+    goal_ended_ = Ending{Ending::Kind::canceled, id, {}, 0, 0};
+    goal_.reset();
+    stop();
+  }
+  return {};
+}
+
+void JointTrajectoryController::finish(const GoalId& id, GoalStatus status, std::int32_t code,
+                                       std::string text) {
+  if (!text.empty()) {
+    context_->log->line(status == GoalStatus::aborted ? Severity::warning : Severity::note, context_->name,
+                        text);
+  }
+  FollowJointTrajectory::Result result;
+  result.error_code = code;
+  result.error_string = std::move(text);
+  action_->finish(id, status, result);
+}
+
+// -- what goes out at action_monitor_rate
+
+void JointTrajectoryController::housekeeping(Time now) {
+  tell_endings();
+  if (scaling_unusable_) {
+    warn(
+        "control.jtc_bad_scaling",
+        fmt::format("'{}' holds no usable speed scaling factor; the last one stays", settings_.scaling_state),
+        "mend the hardware's state");
+    scaling_unusable_ = false;
+  }
+  if (goal_ && followed_goal_) send_feedback(now);
+}
+
+void JointTrajectoryController::send_feedback(Time now) {
+  FollowJointTrajectory::Feedback feedback;
+  feedback.header.stamp = to_time_msg(context_->node->bus().stamp(now));
+  feedback.joint_names = settings_.joints;
+  feedback.desired.positions = desired_.positions;
+  feedback.actual.positions = state_.positions;
+  feedback.error.positions = error_.positions;
+  if (settings_.measures(Kind::velocity)) {
+    feedback.desired.velocities = desired_.velocities;
+    feedback.actual.velocities = state_.velocities;
+    feedback.error.velocities = error_.velocities;
+  }
+  if (settings_.measures(Kind::acceleration)) {
+    feedback.desired.accelerations = desired_.accelerations;
+    feedback.actual.accelerations = state_.accelerations;
+    feedback.error.accelerations = error_.accelerations;
+  }
+  feedback.desired.time_from_start = to_duration_msg(reference_time_);
+  feedback.actual.time_from_start = to_duration_msg(feedback_time_);
+  action_->publish_feedback(*goal_, feedback);
+}
+
+void JointTrajectoryController::tell_endings() {
+  using Result = FollowJointTrajectory::Result;
+  if (goal_ended_) {
+    const Ending ending = *goal_ended_;
+    goal_ended_.reset();
+    if (ending.kind == Ending::Kind::canceled) {
+      finish(*ending.goal, GoalStatus::canceled, Result::SUCCESSFUL, "");
+    } else if (ending.kind == Ending::Kind::reached) {
+      finish(*ending.goal, GoalStatus::succeeded, Result::SUCCESSFUL, "Goal successfully reached!");
+    } else {
+      const bool path = ending.kind == Ending::Kind::path_violated;
+      finish(*ending.goal, GoalStatus::aborted,
+             path ? Result::PATH_TOLERANCE_VIOLATED : Result::GOAL_TOLERANCE_VIOLATED,
+             "Aborted due to " + describe(ending));
+    }
+  }
+  if (topic_ended_) {
+    context_->log->error(context_->name, "Holding position due to " + describe(*topic_ended_));
+    topic_ended_.reset();
+  }
+}
+
+std::string JointTrajectoryController::describe(const Ending& ending) const {
+  std::string joint;
+  if (ending.worst.any()) {
+    joint = fmt::format(": joint '{}' has a {} error of {:.4g}, the tolerance is {:.4g}",
+                        settings_.joints[ending.worst.joint], to_string(ending.worst.quantity),
+                        ending.worst.error, ending.worst.tolerance);
+  }
+  const std::string time = fmt::format(", {:.3f} s after the start", ending.trajectory_time);
+  switch (ending.kind) {
+    case Ending::Kind::path_violated:
+      return "path tolerance violation" + joint + time;
+    case Ending::Kind::goal_missed:
+      return fmt::format("goal_time_tolerance exceeding by {:.6f} seconds{}{}",
+                         ending.late - tolerances_.goal_time, joint, time);
+    default:
+      return fmt::format("command timeout, {:.3f} s after the last point{}{}", ending.late, joint, time);
+  }
+}
+
+// -- ~/query_state
+
+void JointTrajectoryController::answer_query(const QueryState::Request& request,
+                                             QueryState::Response& response) {
+  const Time time = context_->node->bus().from_stamp(from_msg(request.time));
+  if (!active_) {
+    response.message =
+        fmt::format("'{}' is not active, so it follows no trajectory; activate it first", context_->name);
+  } else {
+    response.name = settings_.joints;
+    jtc::JointStates there = state_;
+    const bool known = current_ != nullptr && current_->sample(time, settings_.interpolation, there);
+    if (!known) {
+      there = state_;
+      response.message =
+          current_ == nullptr || !current_->begun()
+              ? "no trajectory has begun yet; ask after the next update"
+              : fmt::format(
+                    "{:.3f} s is before the start of the trajectory at {:.3f} s; ask for a later time",
+                    to_seconds(time), to_seconds(current_->start_time()));
+    } else if (time >= current_->end_time()) {
+      response.message = fmt::format(
+          "{:.3f} s is at or after the end of the trajectory at {:.3f} s, from where on it "
+          "only repeats its last point; ask for an earlier time",
+          to_seconds(time), to_seconds(current_->end_time()));
+    }
+    response.success = response.message.empty();
+    response.position = there.positions;
+    response.velocity = there.velocities;
+    response.acceleration = there.accelerations;
+  }
+  if (!response.success) warn("control.jtc_no_state", "query_state: " + response.message, "");
+}
+
+}  // namespace doppel

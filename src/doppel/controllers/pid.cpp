@@ -1,0 +1,95 @@
+#include "doppel/controllers/detail/pid.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "doppel/core/names.h"
+
+namespace doppel {
+namespace {
+
+// In the order of Pid::AntiWindup.
+const std::vector<std::string>& strategies() {
+  static const std::vector<std::string> names = {"legacy", "back_calculation", "conditional_integration",
+                                                 "none"};
+  return names;
+}
+
+}  // namespace
+
+Status check_gains(const PidGains& gains) {
+  const std::pair<const char*, double> finite[] = {{"p", gains.p},
+                                                   {"i", gains.i},
+                                                   {"d", gains.d},
+                                                   {"tracking_time_constant", gains.tracking_time_constant},
+                                                   {"error_deadband", gains.error_deadband}};
+  for (const auto& [name, value] : finite) {
+    if (!std::isfinite(value))
+      return Status::refused(fmt::format("{} is {}; give a finite number", name, value));
+  }
+  if (gains.tracking_time_constant < 0 || gains.error_deadband < 0) {
+    return Status::refused("tracking_time_constant and error_deadband must not be negative");
+  }
+  // Written so that NaN is refused as well.
+  if (!(gains.i_clamp_min <= gains.i_clamp_max)) {
+    return Status::refused(fmt::format("i_clamp_min {} is above i_clamp_max {}; exchange them",
+                                       gains.i_clamp_min, gains.i_clamp_max));
+  }
+  if (!(gains.u_clamp_min <= gains.u_clamp_max)) {
+    return Status::refused(fmt::format("u_clamp_min {} is above u_clamp_max {}; exchange them",
+                                       gains.u_clamp_min, gains.u_clamp_max));
+  }
+  if (std::find(strategies().begin(), strategies().end(), gains.antiwindup_strategy) == strategies().end()) {
+    return Status::refused(fmt::format("there is no antiwindup_strategy '{}'{}", gains.antiwindup_strategy,
+                                       did_you_mean(gains.antiwindup_strategy, strategies())));
+  }
+  return {};
+}
+
+void Pid::set_gains(const PidGains& gains) {
+  gains_ = gains;
+  const auto found = std::find(strategies().begin(), strategies().end(), gains.antiwindup_strategy);
+  antiwindup_ = static_cast<AntiWindup>(found - strategies().begin());
+  tracking_time_ = gains.tracking_time_constant;
+  if (tracking_time_ == 0 && gains.i != 0) {
+    tracking_time_ = gains.d != 0 ? std::sqrt(std::abs(gains.d / gains.i)) : std::abs(gains.p / gains.i);
+  }
+}
+
+void Pid::reset() {
+  integral_ = output_ = 0;
+}
+
+double Pid::integral_rate(double error, double free, double put_out) const {
+  const double plain = gains_.i * error;
+  switch (antiwindup_) {
+    case AntiWindup::back_calculation:
+      if (gains_.i == 0 || tracking_time_ == 0) return plain;
+      return plain + (put_out - free) / tracking_time_;
+    case AntiWindup::conditional_integration:
+      return free != put_out && error * free > 0 ? 0.0 : plain;
+    default:
+      return plain;
+  }
+}
+
+double Pid::compute(double error, double error_dot, double dt_s) {
+  if (!(dt_s > 0)) return output_;
+  if (!std::isfinite(error) || !std::isfinite(error_dot)) return std::numeric_limits<double>::quiet_NaN();
+  const bool integrates = std::abs(error) > gains_.error_deadband;
+  const auto integrate = [this, dt_s](double rate) {
+    integral_ = std::clamp(integral_ + rate * dt_s, gains_.i_clamp_min, gains_.i_clamp_max);
+  };
+  if (integrates && antiwindup_ == AntiWindup::legacy) integrate(gains_.i * error);
+  const double free = gains_.p * error + integral_ + gains_.d * error_dot;
+  output_ = std::clamp(free, gains_.u_clamp_min, gains_.u_clamp_max);
+  if (integrates && antiwindup_ != AntiWindup::legacy) integrate(integral_rate(error, free, output_));
+  return output_;
+}
+
+}  // namespace doppel

@@ -1,0 +1,238 @@
+// Grippers by their action: success, stalling, preemption and cancelling, against a joint that follows its
+// command with a lag of first order, p(t) = goal (1 - exp(-t / T)).
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "doppel/bus/action_server.h"
+#include "doppel/control/test/manager_rig.h"
+#include "doppel/controllers/builtin.h"
+#include "doppel/messages/control_msgs.h"
+
+namespace doppel {
+namespace {
+
+using control_msgs::action::GripperCommand;
+using control_msgs::action::ParallelGripperCommand;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kLag = 0.1;  // T, s
+
+std::string yaml(const std::string& type, const std::string& more) {
+  return "controller_manager: {ros__parameters: {update_rate: 100, grip: {type: " + type +
+         "/GripperActionController}}}\ngrip: {ros__parameters: {joint: a" +
+         (more.empty() ? "" : ", " + more) + "}}\n";
+}
+
+FakeHardwareOptions lagging(std::vector<std::string> commands) {
+  FakeHardwareOptions options;
+  options.joints = {"a"};
+  options.commands = std::move(commands);
+  options.time_constant = kLag;
+  options.more_commands = {{"hand", "max_effort", 0}, {"hand", "max_velocity", 0}};
+  return options;
+}
+
+ControllerManagerOptions unlimited() {
+  ControllerManagerOptions options;
+  options.enforce_limits = false;
+  return options;
+}
+
+template <Action A>
+class Rig : public ManagerRig {
+ public:
+  explicit Rig(const std::string& type, const std::string& more = "",
+               std::vector<std::string> commands = {kPosition})
+      : ManagerRig(yaml(type, more), {{"a"}}, lagging(std::move(commands)), unlimited()),
+        edge_(bus.attach("client")),
+        listener_(bus, "/listener") {
+    manager->start(std::vector<std::string>{"grip"});
+    listener_.subscribe<FeedbackMessage<A>>("/grip/gripper_cmd/_action/feedback",
+                                            [this](const auto&) { ++feedbacks; });
+  }
+  ~Rig() { edge_.reset(); }
+
+  struct Answer {
+    bool accepted = false;
+    GoalStatus status = GoalStatus::unknown;
+    double at = -1;  // s
+    typename A::Result result;
+  };
+  std::size_t send(const typename A::Goal& goal) {
+    const std::size_t index = answers.size();
+    answers.emplace_back();
+    const GoalId id = id_of(index);
+    call<SendGoal<A>>("send_goal", {{id}, goal},
+                      [this, index](const auto& r) { answers[index].accepted = r.accepted; });
+    call<GetResult<A>>("get_result", {{id}}, [this, index](const auto& r) {
+      answers[index].status = static_cast<GoalStatus>(r.status);
+      answers[index].at = to_seconds(now);
+      answers[index].result = r.result;
+    });
+    return index;
+  }
+  void cancel(std::size_t index) {
+    call<action_msgs::srv::CancelGoal>("cancel_goal", {{{id_of(index)}, {}}}, [](const auto&) {});
+  }
+  void run_for(double seconds) { run(static_cast<int>(std::lround(seconds * 100))); }
+
+  std::vector<Answer> answers;
+  int feedbacks = 0;
+
+ private:
+  static GoalId id_of(std::size_t index) { return {static_cast<std::uint8_t>(index + 1)}; }
+  template <class S, class Reply>
+  void call(const std::string& service, const typename S::Request& request, Reply reply) {
+    edge_->call("/grip/gripper_cmd/_action/" + service, to_cdr(request),
+                [reply](const Status& status, const Bytes& b) {
+                  typename S::Response response;
+                  EXPECT_TRUE(status) << status.why();
+                  if (status && from_cdr(b, response)) reply(response);
+                });
+    bus.set_now(now);
+    bus.spin();
+  }
+  std::unique_ptr<Edge> edge_;
+  Node listener_;
+};
+
+TEST(Gripper, ReachesItsGoalWithinTheTolerance) {
+  Rig<GripperCommand> rig("position_controllers", "goal_tolerance: 0.01");
+  rig.run(1);
+  const double begin = to_seconds(rig.now);
+  const auto goal = rig.send({{1.0, 7.5}});
+  rig.run_for(1);
+  const auto& answer = rig.answers[goal];
+  EXPECT_TRUE(answer.accepted);
+  EXPECT_EQ(answer.status, GoalStatus::succeeded);
+  // |1 - p| < 0.01 from t = T ln 100 = 0.4605 s on, told within a period of 50 ms.
+  EXPECT_GE(answer.at - begin, kLag * std::log(100.0));
+  EXPECT_LE(answer.at - begin, kLag * std::log(100.0) + 0.08);
+  EXPECT_NEAR(answer.result.position, 1.0, 0.01);
+  EXPECT_TRUE(answer.result.reached_goal);
+  EXPECT_FALSE(answer.result.stalled);
+  EXPECT_EQ(answer.result.effort, 7.5) << "ros2_controllers tells the effort that was allowed";
+  EXPECT_GE(rig.feedbacks, 7);
+  EXPECT_EQ(rig.hardware->last_command("a/position"), 1.0) << "it goes on holding";
+}
+
+TEST(Gripper, ThatStallsFailsOrHolds) {
+  for (const bool allowed : {false, true}) {
+    Rig<GripperCommand> rig("position_controllers", std::string("stall_timeout: 0.3, allow_stalling: ") +
+                                                        (allowed ? "true" : "false"));
+    rig.run(1);
+    rig.send({{1.0, 1.0}});
+    rig.run_for(0.1);
+    rig.hardware->block("a");
+    rig.hardware->set_velocity("a", 0);
+    const double stood = to_seconds(rig.now), where = rig.hardware->position("a");
+    rig.run_for(1);
+    EXPECT_EQ(rig.answers[0].status, allowed ? GoalStatus::succeeded : GoalStatus::aborted);
+    EXPECT_NEAR(rig.answers[0].at - stood, 0.35, 0.06);
+    EXPECT_TRUE(rig.answers[0].result.stalled);
+    EXPECT_FALSE(rig.answers[0].result.reached_goal);
+    EXPECT_EQ(rig.answers[0].result.position, where);
+  }
+}
+
+TEST(Gripper, ANewGoalPreemptsAndACancelHolds) {
+  Rig<GripperCommand> rig("position_controllers");
+  rig.run(1);
+  rig.send({{1.0, 1.0}});
+  rig.run_for(0.05);
+  rig.send({{-1.0, 1.0}});
+  EXPECT_EQ(rig.answers[0].status, GoalStatus::canceled) << "as ros2_controllers' preempted goals end";
+  EXPECT_TRUE(rig.answers[1].accepted);
+  rig.run_for(0.05);
+  const double where = rig.hardware->position("a");
+  rig.cancel(1);
+  EXPECT_EQ(rig.answers[1].status, GoalStatus::canceled);
+  rig.run_for(0.5);
+  EXPECT_NEAR(rig.hardware->position("a"), where, 0.2);
+  EXPECT_NE(rig.hardware->last_command("a/position"), -1.0);
+}
+
+TEST(Gripper, RefusesWhatItCannotDo) {
+  Rig<GripperCommand> rig("position_controllers");
+  rig.run(1);
+  rig.send({{std::nan(""), 1.0}});
+  EXPECT_FALSE(rig.answers[0].accepted);
+  rig.send({{1.0, std::nan("")}});
+  EXPECT_FALSE(rig.answers[1].accepted) << "no limit at all";
+  const auto open = rig.send({{1.0, 1.0}});
+  ASSERT_TRUE(rig.manager->switch_controllers({}, std::vector<std::string>{"grip"}, Strictness::strict));
+  EXPECT_EQ(rig.answers[open].status, GoalStatus::aborted);
+  rig.send({{1.0, 1.0}});
+  EXPECT_FALSE(rig.answers.back().accepted) << "it is not active";
+  ManagerRig nothing("");
+  EXPECT_THAT(
+      input_error_of([&] { nothing.manager->load("g", "position_controllers/GripperActionController"); }),
+      HasSubstr("joint: NAME"));
+}
+
+TEST(Gripper, OfEffortPushesNoHarderThanAllowed) {
+  Rig<GripperCommand> rig("effort_controllers", "gains: {a: {p: 4.0, d: 0.5}}", {kEffort});
+  rig.run(1);
+  rig.send({{0.25, 1.5}});
+  rig.run(2);
+  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.0) << "4 x 0.25";
+  rig.hardware->set_velocity("a", 1.0);
+  rig.run(2);
+  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 0.5) << "4 x 0.25 - 0.5 x 1";
+  rig.hardware->set_velocity("a", 0.0);
+  rig.send({{2.0, 1.5}});
+  rig.run(2);
+  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.5) << "4 x 2 is too much";
+  ASSERT_TRUE(rig.manager->switch_controllers({}, std::vector<std::string>{"grip"}, Strictness::strict));
+  rig.run(1);
+  EXPECT_FALSE(std::abs(rig.hardware->last_command("a/effort")) > 0) << "no force is left behind";
+}
+
+TEST(ParallelGripper, TakesPositionEffortAndVelocity) {
+  Rig<ParallelGripperCommand> rig(
+      "parallel_gripper_action_controller",
+      "max_effort_interface: hand/max_effort, max_velocity_interface: hand/max_velocity, max_effort: 3.0");
+  rig.run(1);
+  ParallelGripperCommand::Goal goal;
+  rig.send(goal);
+  EXPECT_FALSE(rig.answers[0].accepted) << "no position";
+  goal.command.position = {0.5};
+  goal.command.velocity = {0.25};
+  rig.send(goal);
+  EXPECT_TRUE(rig.answers[1].accepted);
+  rig.run_for(1);
+  EXPECT_EQ(rig.answers[1].status, GoalStatus::succeeded);
+  EXPECT_THAT(rig.answers[1].result.state.name, ElementsAre("a"));
+  EXPECT_NEAR(rig.answers[1].result.state.position.at(0), 0.5, 0.01);
+  EXPECT_EQ(rig.hardware->last_command("hand/max_effort"), 3.0) << "where the goal does not say";
+  EXPECT_EQ(rig.hardware->last_command("hand/max_velocity"), 0.25);
+}
+
+TEST(ParallelGripper, ThatIsPreemptedTellsNoPosition) {
+  Rig<ParallelGripperCommand> rig("parallel_gripper_action_controller");
+  rig.run(1);
+  ParallelGripperCommand::Goal goal;
+  goal.command.position = {0.5};
+  rig.send(goal);
+  rig.run_for(0.05);
+  rig.send(goal);
+  EXPECT_EQ(rig.answers[0].status, GoalStatus::canceled);
+  EXPECT_TRUE(rig.answers[0].result.state.name.empty());
+  EXPECT_TRUE(rig.answers[0].result.state.position.empty());
+}
+
+TEST(Gripper, TypesAreListed) {
+  const auto names = builtin_controllers().names();
+  for (const char* type :
+       {"position_controllers/GripperActionController", "effort_controllers/GripperActionController",
+        "parallel_gripper_action_controller/GripperActionController"}) {
+    EXPECT_THAT(names, Contains(type));
+  }
+}
+
+}  // namespace
+}  // namespace doppel

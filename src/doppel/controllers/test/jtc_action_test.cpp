@@ -1,0 +1,334 @@
+// joint_trajectory_controller as an action server, over the bus.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "doppel/controllers/test/jtc_rig.h"
+
+namespace doppel {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::SizeIs;
+using Names = std::vector<std::string>;
+using Result = FollowJointTrajectory::Result;
+using Feedback = FeedbackMessage<FollowJointTrajectory>;
+const Names kJoints = {"a", "b", "c"};
+constexpr const char* kFeedback = "/arm/follow_joint_trajectory/_action/feedback";
+
+JtcOptions options_of(std::string more, Names commands = {kPosition}) {
+  JtcOptions options;
+  options.commands = std::move(commands);
+  options.more = std::move(more);
+  return options;
+}
+
+FollowJointTrajectory::Goal goal_of(JointTrajectory message) {
+  FollowJointTrajectory::Goal goal;
+  goal.trajectory = std::move(message);
+  return goal;
+}
+
+class JtcActionCombinations : public testing::TestWithParam<Names> {};
+
+TEST_P(JtcActionCombinations, B52_B54_SucceedsAndKeepsTheLastCommandedPoint) {
+  JtcRig rig(
+      options_of("gains: {a: {p: 5.0, ff_velocity_scale: 1.0}, b: {p: 5.0, ff_velocity_scale: 1.0}, "
+                 "c: {p: 5.0, ff_velocity_scale: 1.0}}, "
+                 "constraints: {a: {goal: 0.05}, b: {goal: 0.05}, c: {goal: 0.05}}",
+                 GetParam()));
+  const auto goal = rig.send(
+      trajectory(kJoints, {point(0.5, {0.5, 0.2, 0}, {1, 0, 0}), point(1, {1, 0.5, -0.5}, {0, 0, 0})}));
+  ASSERT_TRUE(rig.answers[goal].accepted.value_or(false)) << rig.said();
+  rig.run_for(1.5);
+  ASSERT_TRUE(rig.answers[goal].finished_at);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::succeeded) << rig.answers[goal].result.error_string;
+  EXPECT_EQ(rig.answers[goal].result.error_code, Result::SUCCESSFUL);
+  EXPECT_NEAR(rig.hardware->position("a"), 1, 0.02);
+  EXPECT_NEAR(rig.hardware->position("c"), -0.5, 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, JtcActionCombinations,
+                         testing::Values(Names{kPosition}, Names{kPosition, kVelocity},
+                                         Names{kPosition, kVelocity, kAcceleration}, Names{kVelocity},
+                                         Names{kPosition, kEffort}));
+
+TEST(JtcAction, B52_SucceedsAtTheLastPointAndNotBefore) {
+  JtcRig rig;
+  const double start = rig.time();
+  const auto goal = rig.send(trajectory(kJoints, {point(1.0, {1, 0.5, -0.5})}));
+  rig.run_for(0.99);
+  EXPECT_FALSE(rig.answers[goal].finished_at);
+  rig.run_for(0.2);
+  ASSERT_TRUE(rig.answers[goal].finished_at);
+  EXPECT_GE(*rig.answers[goal].finished_at, start + 1.0);
+  EXPECT_EQ(rig.answers[goal].result.error_string, "Goal successfully reached!");
+}
+
+TEST(JtcAction, B52_EveryJointMustBeInsideItsGoalTolerance) {
+  JtcRig rig(options_of("constraints: {c: {goal: 0.01}}"));
+  rig.hardware->set_offset("c", 0.1);
+  rig.run(1);
+  const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
+  rig.run_for(3);
+  EXPECT_FALSE(rig.answers[goal].finished_at);
+  rig.hardware->set_offset("c", 0.005);
+  rig.run_for(0.1);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::succeeded);
+}
+
+TEST(JtcAction, B54_ANonzeroEndVelocityStaysCommandedAfterSuccess) {
+  JtcRig rig(options_of("allow_nonzero_velocity_at_trajectory_end: true", {kPosition, kVelocity}));
+  const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1}, {2, 2, 2})}));
+  rig.hardware->set_offset("a", 0.2);
+  rig.run_for(2);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::succeeded);
+  EXPECT_DOUBLE_EQ(rig.command("a/position"), 1);  // commanded, not the measured 1.2
+  EXPECT_DOUBLE_EQ(rig.command("a/velocity"), 2);
+}
+
+TEST(JtcAction, B16_B17_B23_BadGoalsAreRejected) {
+  JtcRig rig;
+  const std::vector<JointTrajectory> bad = {
+      trajectory({"a", "b"}, {point(1, {1, 1})}), trajectory({"a", "b", "d"}, {point(1, {1, 1, 1})}),
+      trajectory(kJoints, {point(1, {1, 1, 1}, {0, 1, 0})}), trajectory(kJoints, {}),
+      trajectory(kJoints, {point(1, {1, std::nan(""), 1})})};
+  for (const JointTrajectory& message : bad) {
+    const auto goal = rig.send(message);
+    EXPECT_EQ(rig.answers[goal].accepted, false);
+  }
+  EXPECT_EQ(rig.count(Severity::error, "; the goal is rejected"), bad.size());
+  EXPECT_EQ(rig.count(Severity::error, "names joint 'd', which this controller does not have"), 1u);
+  // A rejected goal disturbs nothing.
+  const auto good = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
+  rig.send(bad[0]);
+  rig.run_for(1);
+  EXPECT_EQ(rig.answers[good].status, GoalStatus::succeeded);
+}
+
+TEST(JtcAction, B27_AnInactiveControllerRejects) {
+  JtcRig rig;
+  ASSERT_TRUE(rig.deactivate().ok());
+  const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
+  EXPECT_EQ(rig.answers[goal].accepted, false);
+  EXPECT_EQ(rig.count(Severity::error, "'arm' is not active; activate it first"), 1u);
+}
+
+TEST(JtcAction, B50_PathViolationAbortsAndNamesJointErrorToleranceAndTime) {
+  JtcRig rig(options_of("constraints: {b: {trajectory: 0.1}, c: {trajectory: 0.1}}"));
+  rig.hardware->block("b");
+  const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
+  rig.run_for(0.5);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::aborted);
+  EXPECT_EQ(rig.answers[goal].result.error_code, Result::PATH_TOLERANCE_VIOLATED);
+  EXPECT_EQ(rig.answers[goal].result.error_string,
+            "Aborted due to path tolerance violation: joint 'b' has a position error of 0.11, the tolerance "
+            "is 0.1, 0.110 s "
+            "after the start");
+  EXPECT_DOUBLE_EQ(rig.command("b/position"), 0);  // held where it was measured
+  EXPECT_NEAR(rig.command("a/position"), 0.11, 0.011);
+}
+
+TEST(JtcAction, B53_GoalViolationAborts) {
+  JtcRig rig(options_of("constraints: {goal_time: 0.3, a: {goal: 0.01}}"));
+  rig.hardware->set_offset("a", -0.2);
+  rig.run(1);
+  const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
+  rig.run_for(0.75);
+  EXPECT_FALSE(rig.answers[goal].finished_at);
+  rig.run_for(0.2);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::aborted);
+  EXPECT_EQ(rig.answers[goal].result.error_code, Result::GOAL_TOLERANCE_VIOLATED);
+  EXPECT_THAT(rig.answers[goal].result.error_string,
+              AllOf(HasSubstr("Aborted due to goal_time_tolerance exceeding by 0.01"), HasSubstr("joint 'a'"),
+                    HasSubstr("error of 0.2, the tolerance is 0.01"), HasSubstr("0.810 s after the start")));
+  EXPECT_NEAR(rig.command("a/position"), 0.8, 1e-9);
+}
+
+TEST(JtcAction, B57_AGoalsOwnTolerancesCountForItAlone) {
+  JtcRig rig(options_of("constraints: {a: {trajectory: 0.1}}"));
+  rig.hardware->block("a");
+  auto lenient = goal_of(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
+  lenient.path_tolerance = {{"c", 0.1, 0, 0}, {"a", -1, 0, 0}};
+  const auto first = rig.send(lenient);
+  rig.run_for(1);
+  EXPECT_EQ(rig.answers[first].status, GoalStatus::succeeded);
+  auto strict = goal_of(trajectory(kJoints, {point(0.5, {0.06, 0, 0})}));
+  strict.path_tolerance = {{"a", 0.03, 0, 0}};
+  const auto second = rig.send(strict);
+  rig.run_for(1);
+  EXPECT_EQ(rig.answers[second].result.error_code, Result::PATH_TOLERANCE_VIOLATED);
+  const auto third = rig.send(trajectory(kJoints, {point(0.5, {0.06, 0, 0})}));
+  rig.run_for(1);
+  EXPECT_EQ(rig.answers[third].status, GoalStatus::succeeded);
+  auto nonsense = goal_of(trajectory(kJoints, {point(0.5, {0.06, 0, 0})}));
+  nonsense.path_tolerance = {{"a", 0.03, 0, 0}, {"d", 0.03, 0, 0}};
+  const auto fourth = rig.send(nonsense);
+  rig.run_for(1);
+  EXPECT_EQ(rig.answers[fourth].status, GoalStatus::succeeded);
+  EXPECT_EQ(rig.count(Severity::error, "judged by the default tolerances"), 1u);
+}
+
+TEST(JtcAction, B57_AGoalsOwnGoalTime) {
+  JtcRig rig(options_of("constraints: {a: {goal: 0.01}}"));
+  rig.hardware->set_offset("a", -0.2);
+  rig.run(1);
+  auto goal = goal_of(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
+  goal.goal_time_tolerance = to_duration_msg(from_seconds(0.1));
+  const auto index = rig.send(goal);
+  rig.run_for(1);
+  EXPECT_EQ(rig.answers[index].result.error_code, Result::GOAL_TOLERANCE_VIOLATED);
+}
+
+TEST(JtcAction, B58_ATimeoutOfAWaitingGoalIsNoSuccess) {
+  JtcRig rig(options_of("cmd_timeout: 0.3, constraints: {a: {goal: 0.01}}"));
+  rig.hardware->set_offset("a", -0.2);
+  rig.run(1);
+  const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
+  rig.run_for(1);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::aborted);
+  EXPECT_THAT(rig.answers[goal].result.error_string,
+              AllOf(HasSubstr("command timeout"), HasSubstr("joint 'a'")));
+}
+
+TEST(JtcAction, B60_FeedbackComesAtTheMonitorRate) {
+  JtcRig rig(options_of("action_monitor_rate: 10.0"));
+  Listener<Feedback> feedback(rig.bus, kFeedback);
+  const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
+  rig.run_for(2);
+  EXPECT_THAT(feedback.messages, SizeIs(testing::AllOf(testing::Ge(9u), testing::Le(11u))));
+  const auto& middle = feedback.messages[5];
+  EXPECT_EQ(middle.goal_id.uuid, JtcRig::id_of(goal));
+  EXPECT_THAT(middle.feedback.joint_names, ElementsAre("a", "b", "c"));
+  EXPECT_NEAR(middle.feedback.desired.positions[0],
+              to_seconds(from_msg(middle.feedback.desired.time_from_start)), 1e-9);
+  EXPECT_THAT(middle.feedback.actual.velocities, SizeIs(3));
+  EXPECT_THAT(middle.feedback.error.positions, SizeIs(3));
+}
+
+TEST(JtcAction, B60_ResultsComeAtTheMonitorRate) {
+  JtcRig rig(options_of("action_monitor_rate: 2.0"));
+  const auto goal = rig.send(trajectory(kJoints, {point(0.1, {1, 1, 1})}));
+  rig.run_for(0.3);
+  EXPECT_FALSE(rig.answers[goal].finished_at);
+  rig.run_for(0.4);
+  EXPECT_TRUE(rig.answers[goal].finished_at);
+}
+
+TEST(JtcAction, B60_TheGoalIsExecutingOnceAccepted) {
+  JtcRig rig;
+  Listener<action_msgs::msg::GoalStatusArray> status(rig.bus, "/arm/follow_joint_trajectory/_action/status");
+  rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
+  ASSERT_FALSE(status.messages.empty());
+  ASSERT_THAT(status.messages.back().status_list, SizeIs(1));
+  EXPECT_EQ(status.messages.back().status_list[0].status, action_msgs::msg::GoalStatus::STATUS_EXECUTING);
+}
+
+TEST(JtcAction, B61_ANewGoalPreemptsTheOldOneFirst) {
+  JtcRig rig;
+  const auto first = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
+  rig.run_for(0.5);
+  const auto second = rig.send(trajectory(kJoints, {point(0.5, {0, 0, 0})}));
+  // At once, before the next update.
+  EXPECT_EQ(rig.answers[first].status, GoalStatus::aborted);
+  EXPECT_EQ(rig.answers[first].result.error_code, Result::INVALID_GOAL);
+  EXPECT_EQ(rig.answers[first].result.error_string, "Current goal preempted by new incoming action.");
+  rig.run_for(1);
+  EXPECT_EQ(rig.answers[second].status, GoalStatus::succeeded);
+  EXPECT_DOUBLE_EQ(rig.command("a/position"), 0);
+}
+
+TEST(JtcAction, AResultIsNotLostWhereTheNextTrajectoryComesAtOnce) {
+  JtcRig rig(options_of("action_monitor_rate: 1.0, constraints: {a: {trajectory: 0.05}}"));
+  rig.hardware->block("a");
+  const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
+  rig.run(12);  // violated, not yet told
+  rig.say(trajectory(kJoints, {point(0.1, {1, 1, 1})}));
+  rig.run(12);  // violated again
+  rig.run_for(2);
+  EXPECT_EQ(rig.answers[goal].result.error_code, Result::PATH_TOLERANCE_VIOLATED);
+  EXPECT_EQ(rig.count(Severity::error, "Holding position"), 1u);
+}
+
+TEST(JtcAction, B62_ATopicTrajectoryReplacesThatOfTheGoalAndIsSaidSo) {
+  JtcRig rig;
+  const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
+  rig.run_for(0.2);
+  rig.say(trajectory(kJoints, {point(1, {-1, -1, -1})}));
+  rig.run_for(0.5);
+  EXPECT_FALSE(rig.answers[goal].finished_at);
+  rig.run_for(0.7);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::succeeded);
+  EXPECT_DOUBLE_EQ(rig.command("a/position"), -1);
+  EXPECT_EQ(rig.count(Severity::warning, "replaces that of the active goal for a, b, c"), 1u);
+  EXPECT_EQ(rig.count(Severity::warning, "cancel the goal before sending to the topic"), 1u);
+}
+
+TEST(JtcAction, B63_CancelHoldsWhereTheRobotIs) {
+  JtcRig rig;
+  rig.hardware->set_offset("b", 0.05);
+  const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
+  rig.run_for(0.5);
+  rig.cancel(goal);
+  rig.run(6);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::canceled);
+  EXPECT_EQ(rig.answers[goal].result.error_code, Result::SUCCESSFUL);
+  const double held = rig.command("b/position");
+  EXPECT_NEAR(held, 0.55, 0.03);
+  rig.run_for(1);
+  EXPECT_DOUBLE_EQ(rig.command("b/position"), held);
+}
+
+TEST(JtcAction, B63_AGoalMayBeCancelledBeforeItBegins) {
+  JtcRig rig;
+  const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
+  rig.cancel(goal);
+  rig.run_for(1.5);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::canceled);
+  EXPECT_DOUBLE_EQ(rig.command("a/position"), 0);
+  const auto next = rig.send(trajectory(kJoints, {point(0.2, {1, 1, 1})}));
+  rig.run_for(0.5);
+  EXPECT_EQ(rig.answers[next].status, GoalStatus::succeeded);
+}
+
+TEST(JtcAction, B64_CancelBrakesWhereAsked) {
+  JtcOptions options = options_of(
+      "constraints: {decelerate_on_cancel: true, a: {max_deceleration_on_cancel: 2.0}, b: "
+      "{max_deceleration_on_cancel: 8.0}}");
+  options.joints = {{.name = "a", .velocity = 5}, {.name = "b", .velocity = 5}};
+  JtcRig rig(options);
+  const auto goal = rig.send(trajectory({"a", "b"}, {point(1, {2, -2})}));
+  rig.run_for(0.5);
+  const double a = rig.hardware->position("a"), b = rig.hardware->position("b");
+  rig.cancel(goal);
+  rig.run_for(0.5);
+  EXPECT_NEAR(rig.command("b/position"), b - 0.25, 0.03);  // v = 2: v^2 / 2d = 1/4 after v / d = 1/4 s
+  EXPECT_GT(std::abs(rig.hardware->velocity("a")), 0.5);   // 1 s to stand, of which half is over
+  rig.run_for(1);
+  EXPECT_NEAR(rig.command("a/position"), a + 1.0, 0.03);
+  EXPECT_EQ(rig.answers[goal].status, GoalStatus::canceled);
+  rig.run_for(0.1);
+  EXPECT_DOUBLE_EQ(rig.hardware->velocity("a"), 0);
+}
+
+class JtcScaling : public testing::TestWithParam<double> {};
+
+TEST_P(JtcScaling, B71_DurationIsScaledAndTolerancesUseScaledTime) {
+  const double factor = GetParam();
+  JtcRig rig(options_of("constraints: {goal_time: 0.01, a: {trajectory: 0.02, goal: 0.001}}"));
+  rig.say("/arm/speed_scaling_input", control_msgs::msg::SpeedScalingFactor{factor});
+  const double start = rig.time();
+  const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
+  rig.run_for(1 / factor + 0.2);
+  ASSERT_EQ(rig.answers[goal].status, GoalStatus::succeeded) << rig.answers[goal].result.error_string;
+  EXPECT_NEAR(*rig.answers[goal].finished_at - start, 1 / factor, 0.08);
+}
+
+INSTANTIATE_TEST_SUITE_P(Factors, JtcScaling, testing::Values(0.25, 0.5, 0.87, 1.0, 2.0));
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,37 @@
+#include "doppel/packages/package_folder.h"
+
+#include <cctype>
+#include <fstream>
+#include <sstream>
+
+namespace doppel {
+
+namespace fs = std::filesystem;
+
+bool is_package(const fs::path& folder) {
+  std::error_code none;
+  return fs::is_regular_file(folder / "package.xml", none);
+}
+
+std::string package_name(const fs::path& folder) {
+  std::ifstream in(folder / "package.xml");
+  std::ostringstream text;
+  text << in.rdbuf();
+  const std::string xml = text.str();
+  const std::size_t open = xml.find("<name>");
+  const std::size_t close = xml.find("</name>");
+  if (open == std::string::npos || close == std::string::npos || close < open)
+    return folder.filename().string();
+  std::string name = xml.substr(open + 6, close - open - 6);
+  std::erase_if(name, [](unsigned char c) { return std::isspace(c) != 0; });
+  return name;
+}
+
+fs::path package_around(const fs::path& file) {
+  for (fs::path at = file.parent_path(); at.has_relative_path(); at = at.parent_path()) {
+    if (is_package(at)) return at;
+  }
+  return {};
+}
+
+}  // namespace doppel

@@ -1,0 +1,48 @@
+#pragma once
+// The drive of one joint: from a target to the spring and damper of each step (servo.h has the rules).
+
+#include "doppel/core/time.h"
+#include "doppel/physics/detail/joint_spring.h"
+#include "doppel/physics/engine.h"
+
+namespace doppel {
+
+class Drive {
+ public:
+  // `carried` is the inertia that the joint carries; only an ideal servo needs it.
+  Drive(int joint, const ServoParameters& servo, double carried, Duration step);
+
+  [[nodiscard]] int joint() const { return joint_; }
+  [[nodiscard]] DriveMode mode() const { return mode_; }
+  [[nodiscard]] const ServoParameters& servo() const { return servo_; }
+  void start(DriveMode mode, double q);  // from where the joint is
+  void follow(double q);                 // the joint was put elsewhere: the reference goes with it
+  [[nodiscard]] double reference() const { return reference_; }
+  [[nodiscard]] double target() const { return target_; }
+  void set_target(double target);  // a target that is not finite is ignored
+  // Advances the reference by one step, of which write_law() writes then.
+  void advance(double q);
+  // What the drive exerts during the step that advance() began. Sets all but where the spring acts and its
+  // bound.
+  void write_law(JointSpring& spring) const;
+
+ private:
+  [[nodiscard]] bool servoing() const { return mode_ == DriveMode::position || mode_ == DriveMode::velocity; }
+  double advance_position();
+
+  int joint_;
+  ServoParameters servo_;
+  double step_;              // s
+  double fastest_;           // the reference's longest way in one step
+  double furthest_;          // that the reference is ahead of the joint at a step's start
+  std::int64_t stream_gap_;  // steps
+  DriveMode mode_ = DriveMode::limp;
+  double target_ = 0, reference_ = 0;
+  double before_ = 0;              // the reference at the step's start
+  double seen_ = 0;                // the part of the reference's velocity that the damper sees
+  double spread_ = 0;              // way in one step while a stream's target is approached
+  std::int64_t spread_steps_ = 0;  // how long spread_ counts
+  std::int64_t steps_since_target_ = 0;
+};
+
+}  // namespace doppel

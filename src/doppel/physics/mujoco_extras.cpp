@@ -1,0 +1,27 @@
+// What the MuJoCo module offers beside the contract, looked up in it.
+
+#include "doppel/physics/mujoco_extras.h"
+
+#include "doppel/core/late_library.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kModule = "doppel_engine_mujoco";
+
+}  // namespace
+
+double measure_bare_step_rate(const Engine& engine, int steps) {
+  using Measure = double (*)(const Engine&, int);
+  return reinterpret_cast<Measure>(late_symbol(kModule, "doppel_mujoco_bare_step_rate"))(  // NOLINT
+      engine, steps);
+}
+
+void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> acceleration,
+                             std::span<double> tau) {
+  using Solve = void (*)(const Engine&, const double*, double*);
+  reinterpret_cast<Solve>(late_symbol(kModule, "doppel_mujoco_inverse_dynamics"))(  // NOLINT
+      engine, acceleration.data(), tau.data());
+}
+
+}  // namespace doppel

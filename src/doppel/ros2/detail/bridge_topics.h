@@ -1,0 +1,143 @@
+#pragma once
+// Private to the bridge: the topics of a bus as writers and readers, one for each node that publishes or
+// subscribes. The bridge's thread only.
+
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "doppel/ros2/bridge.h"
+#include "doppel/ros2/detail/bridge_backlog.h"
+
+namespace doppel::ros2 {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+// The bridge's own name as an edge; hidden, as ROS 2 hides names with a leading underscore.
+inline constexpr const char* kBridgeName = "/_ros2";
+
+// How long an endpoint outlives its node: a controller that is loaded anew keeps its own.
+inline constexpr std::chrono::milliseconds kGrace{250};
+
+// Counts what was refused, and says it once for each topic and sender.
+class Refusals {
+ public:
+  Refusals(const Log& log, NetworkStatus& status) : log_(log), status_(status) {}
+  void add(const std::string& name, const Gid& sender, const std::string& reason);
+
+ private:
+  const Log& log_;
+  NetworkStatus& status_;
+  std::set<std::pair<std::string, std::vector<std::uint8_t>>> told_;  // name, participant
+};
+
+// What the network will not take of the bus, said once each.
+class Unoffered {
+ public:
+  explicit Unoffered(const Log& log) : log_(log) {}
+  // False: the network refused, and whoever asked should try again later.
+  template <class Make>
+  bool attempt(const std::string& name, const Make& make) {
+    try {
+      make();
+      return true;
+    } catch (const NetworkError& e) {
+      tell(name, e.what());
+      return false;
+    }
+  }
+
+ private:
+  void tell(const std::string& name, const std::string& reason);
+  const Log& log_;
+  std::set<std::pair<std::string, std::string>> told_;
+};
+
+// Nodes with what they have on the network, to be announced.
+class Announcement {
+ public:
+  void add_node(const std::string& name) { nodes_.try_emplace(name, OwnNode{name, {}, {}}); }
+  void add_reader(const std::string& node, const Gid& gid) { of(node).readers.push_back(gid); }
+  void add_writer(const std::string& node, const Gid& gid) { of(node).writers.push_back(gid); }
+  [[nodiscard]] std::vector<OwnNode> nodes() const;
+
+ private:
+  OwnNode& of(const std::string& node) {
+    return nodes_.try_emplace(node, OwnNode{node, {}, {}}).first->second;
+  }
+  std::map<std::string, OwnNode> nodes_;
+};
+
+class BridgedTopics {
+ public:
+  BridgedTopics(Bus& bus, Edge& edge, Participant& participant, NetworkStatus& status, Refusals& refusals,
+                Unoffered& unoffered)
+      : bus_(bus),
+        edge_(edge),
+        participant_(participant),
+        status_(status),
+        refusals_(refusals),
+        unoffered_(unoffered) {}
+
+  // Makes what is missing, and after kGrace ends what is no longer there. True: it has to be called again.
+  bool follow(const std::vector<TopicInfo>& topics, SteadyTime now);
+  // Listens on the bus to what has readers. True: the bus has yet to begin with some of it.
+  bool match();
+  // To the network. Its reference is valid while the call lasts.
+  void pass(const Edge::Incoming& message);
+  // From the network to the bus, a limited number; true: there may be more.
+  bool take();
+  // The loop does not keep up: nothing is taken until it has run what it has got.
+  [[nodiscard]] bool is_held_back() const { return backlog_.is_full(); }
+
+  void announce(Announcement& announcement) const;
+  [[nodiscard]] std::map<std::string, Matches, std::less<>> matches() const;
+  [[nodiscard]] std::uint64_t lost() const;
+
+ private:
+  template <class End>
+  struct Endpoint {
+    std::string node;
+    Qos qos;
+    std::unique_ptr<End> end;
+    bool seen = true;
+    SteadyTime gone_since{};  // while not seen
+  };
+  struct Topic {
+    std::string name, type;
+    bool latched = false, subscribed = false;
+    std::vector<Endpoint<Writer>> writers;
+    Writer* carrier = nullptr;  // the one of them that carries the messages of all
+    std::vector<Endpoint<Reader>> readers;
+    std::shared_ptr<std::atomic<bool>> listening = std::make_shared<std::atomic<bool>>(false);
+  };
+
+  template <class End, class Make>
+  bool follow_ends(const Topic& topic, std::vector<Endpoint<End>>& ends,
+                   const std::vector<doppel::EndpointInfo>& wanted, const Make& make);
+  template <class End>
+  bool end_ends(std::vector<Endpoint<End>>& ends, SteadyTime now);
+  void choose_carrier(TopicId id, Topic& topic);
+  void end_retyped(const std::vector<TopicInfo>& infos);
+  [[nodiscard]] EndpointSpec spec(const Topic& topic, const Qos& qos) const;
+  void subscribe(TopicId id, Topic& topic);
+  void unsubscribe(TopicId id, Topic& topic);
+  bool take_from(Topic& topic, std::size_t which);
+
+  Bus& bus_;
+  Edge& edge_;
+  Participant& participant_;
+  NetworkStatus& status_;
+  Refusals& refusals_;
+  Unoffered& unoffered_;
+  std::map<TopicId, Topic> topics_;
+  std::uint64_t lost_by_gone_ = 0;
+  Sample sample_;
+  Backlog backlog_;
+};
+
+}  // namespace doppel::ros2

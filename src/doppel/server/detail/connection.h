@@ -1,0 +1,49 @@
+#pragma once
+// What the server's connections share. One thread, one io_context, callbacks; what a client means is the
+// hub's business. Handlers hold their connection alive and, once the server stops, are dropped unrun with the
+// io_context.
+
+#include <atomic>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <functional>
+#include <set>
+#include <string>
+
+#include "doppel/server/admission.h"
+#include "doppel/server/detail/page_files.h"
+#include "doppel/server/hub.h"
+#include "doppel/server/server.h"
+
+namespace doppel::net {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+using Request = http::request<http::string_body>;
+
+class HttpSession;
+class WebSocketSession;
+
+// What connections need of the server.
+struct Context {
+  const ServerOptions& options;
+  Bus& bus;
+  Hub& hub;
+  const Admission& admission;
+  PageFiles& page;
+  std::string url;
+  std::function<void()> joined = [] {};
+  std::atomic<std::uint64_t> skipped{0};
+  std::set<WebSocketSession*> clients{};
+  std::set<HttpSession*> visitors{};  // connections that are no clients (yet)
+};
+
+}  // namespace doppel::net

@@ -1,0 +1,45 @@
+#pragma once
+// One connection that speaks HTTP: a bounded number of requests, each within a bounded time, until it ends or
+// becomes a client's WebSocket.
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "doppel/server/detail/connection.h"
+#include "doppel/server/detail/http_answers.h"
+
+namespace doppel::net {
+
+class HttpSession : public std::enable_shared_from_this<HttpSession> {
+ public:
+  HttpSession(tcp::socket socket, Context& context);
+  ~HttpSession();
+  HttpSession(const HttpSession&) = delete;
+  HttpSession& operator=(const HttpSession&) = delete;
+
+  void read();  // the next request
+  // Since when it has kept us waiting for a whole request; the end of time: it is being answered.
+  [[nodiscard]] std::chrono::steady_clock::time_point waiting_since() const { return waiting_since_; }
+  void close();
+
+ private:
+  void unreadable(error_code why);
+  void answer(const Request& request);
+  void welcome_client(const Request& request);
+  void reply(HttpAnswer answer);
+  void linger();
+
+  Context& context_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::string_body>> parser_;
+  HttpAnswer answer_;  // as long as it is being sent
+  http::response<http::span_body<const char>> response_;
+  std::array<char, 1024> discarded_{};
+  std::size_t requests_ = 0, lingered_ = 0;
+  std::chrono::steady_clock::time_point waiting_since_{};
+};
+
+}  // namespace doppel::net

@@ -1,0 +1,44 @@
+#pragma once
+// One client's WebSocket: frames in to the hub, frames out of its queue.
+
+#include <memory>
+
+#include "doppel/server/detail/connection.h"
+#include "doppel/server/detail/rate_limit.h"
+#include "doppel/server/send_queue.h"
+
+namespace doppel::net {
+
+class WebSocketSession : public ClientLink, public std::enable_shared_from_this<WebSocketSession> {
+ public:
+  WebSocketSession(tcp::socket socket, Context& context);
+  ~WebSocketSession() override;
+  WebSocketSession(const WebSocketSession&) = delete;
+  WebSocketSession& operator=(const WebSocketSession&) = delete;
+
+  void accept(const Request& request, std::string_view subprotocol);
+  void send(OutgoingFrame frame) override;
+  [[nodiscard]] std::size_t unsent_assets() const override { return queue_.assets(); }
+  void close(websocket::close_code code, std::string_view reason);
+
+ private:
+  void read();
+  void received();
+  [[nodiscard]] bool within_limits(std::size_t bytes);
+  Status hand_on(std::span<const std::byte> frame);
+  void read_on();
+  void write();
+  void leave();
+  void end();
+
+  Context& context_;
+  websocket::stream<beast::tcp_stream> socket_;
+  beast::flat_buffer buffer_;
+  SendQueue queue_;
+  RateLimit messages_, bytes_;
+  OutgoingFrame in_flight_;
+  Hub::ClientId id_ = 0;
+  bool reading_ = false, writing_ = false, closing_ = false, ended_ = false;
+};
+
+}  // namespace doppel::net

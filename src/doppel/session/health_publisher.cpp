@@ -1,0 +1,162 @@
+#include "doppel/session/health_publisher.h"
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "doppel/audit/report_places.h"
+#include "doppel/core/guarded_thread.h"
+#include "doppel/core/shown_path.h"
+#include "doppel/messages/std_msgs.h"
+#include "doppel/session/left_work.h"
+#include "doppel/twin/robot_names.h"
+
+namespace doppel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kPatient = 10;  // the thread's niceness: the loop comes first
+constexpr std::chrono::milliseconds kFarewell{200};
+
+std::string absolute_file(const SourceLocation& where) {
+  std::error_code none;
+  return where.known() ? std::filesystem::absolute(*where.file, none).lexically_normal().string() : "";
+}
+
+Json place_of(const SourceLocation& where) {
+  return {{"file", absolute_file(where)}, {"line", where.line}, {"column", where.column}};
+}
+
+Json places_of(const std::vector<SourcePlaces::Named>& named) {
+  Json out = Json::object();
+  for (const auto& [name, where] : named) {
+    Json place = place_of(where);
+    place["shown"] = where.known() ? shown_path(*where.file) : "";
+    Json stack = Json::array();
+    for (const auto* call : calls(where)) {
+      stack.push_back(place_of(call->call));
+      stack.back()["what"] = call->what;
+    }
+    place["stack"] = std::move(stack);
+    out[name] = std::move(place);
+  }
+  return out;
+}
+
+// As a report of `doppel check --json` with one finding, which the page shows.
+std::string failure_json(const std::string& what) {
+  return to_json(refusal_report(
+      InputError("health.failed", {}, "the description could not be judged: " + what), "the running twin"));
+}
+
+}  // namespace
+
+SourcePlaces source_places(const RobotDescription& robot) {
+  SourcePlaces out;
+  for (const Link& link : robot.links) out.links.emplace_back(link.name, link.source);
+  for (const Joint& joint : robot.joints) out.joints.emplace_back(joint.name, joint.source);
+  return out;
+}
+
+std::string to_json(const SourcePlaces& places) {
+  return Json{{"links", places_of(places.links)}, {"joints", places_of(places.joints)}}.dump(
+      -1, ' ', false, Json::error_handler_t::replace);
+}
+
+// What the loop publishes with; tasks that come after the end find it gone.
+struct HealthPublisher::Outlet {
+  Outlet(Bus& bus, const std::string& name_space) : node(bus, in_namespace(name_space, "doppel")) {
+    health = node.advertise<std_msgs::msg::String>("~/health", {.depth = 1, .latched = true});
+    sources = node.advertise<std_msgs::msg::String>("~/sources", {.depth = 1, .latched = true});
+  }
+  Node node;
+  Publisher<std_msgs::msg::String> health, sources;
+};
+
+// What the publisher and its thread share.
+struct HealthPublisher::Desk {
+  Desk(Bus& the_bus, std::weak_ptr<Outlet> the_outlet) : bus(the_bus), outlet(std::move(the_outlet)) {}
+
+  void run(const std::function<std::string()>& judge) {
+    setpriority(PRIO_PROCESS, 0, kPatient);  // on Linux: of this thread
+    std::unique_lock lock(mutex);
+    while (true) {
+      busy = false;
+      change.notify_all();
+      change.wait(lock, [this] { return ending || wanted; });
+      if (ending) return;
+      const SourcePlaces places = *std::exchange(wanted, std::nullopt);
+      busy = true;
+      lock.unlock();
+      try {
+        publish(&Outlet::sources, to_json(places));
+        publish(&Outlet::health, judge());
+      } catch (...) {
+        publish(&Outlet::health, failure_json(thrown_text()));
+      }
+      lock.lock();
+    }
+  }
+
+  void publish(Publisher<std_msgs::msg::String> Outlet::*topic, std::string text) {
+    const std::lock_guard lock(mutex);
+    if (ending) return;
+    std_msgs::msg::String message;
+    message.data = std::move(text);
+    bus.post([weak = outlet, topic, message = std::move(message)] {
+      const auto open = weak.lock();
+      if (open) ((*open).*topic).publish(message, open->node.bus().now());
+    });
+  }
+
+  void end() {
+    const std::lock_guard lock(mutex);
+    busy = false;
+    change.notify_all();
+  }
+
+  Bus& bus;  // until `ending`
+  std::weak_ptr<Outlet> outlet;
+  std::mutex mutex;
+  std::condition_variable change;
+  std::optional<SourcePlaces> wanted;  // not yet told
+  bool busy = false, ending = false;
+};
+
+HealthPublisher::HealthPublisher(Bus& bus, const std::string& name_space, std::function<std::string()> judge)
+    : outlet_(std::make_shared<Outlet>(bus, name_space)), desk_(std::make_shared<Desk>(bus, outlet_)) {
+  // Without memory for a text there is none for a report of it either: the topics keep their last message.
+  thread_ = guarded_thread([desk = desk_, judge = std::move(judge)] { desk->run(judge); },
+                           [desk = desk_](const std::string&) { desk->end(); });
+}
+
+HealthPublisher::~HealthPublisher() {
+  std::unique_lock lock(desk_->mutex);
+  desk_->ending = true;
+  desk_->change.notify_all();
+  const bool rests = desk_->change.wait_for(lock, kFarewell, [this] { return !desk_->busy; });
+  lock.unlock();
+  if (rests) {
+    thread_.join();
+  } else {
+    leave_work_behind();
+    thread_.detach();
+  }
+}
+
+void HealthPublisher::look_at(const RobotDescription& robot) {
+  SourcePlaces places = source_places(robot);
+  {
+    const std::lock_guard lock(desk_->mutex);
+    desk_->wanted = std::move(places);
+  }
+  desk_->change.notify_all();
+}
+
+}  // namespace doppel

@@ -1,0 +1,141 @@
+#include "doppel/session/reload.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <future>
+
+#include "doppel/core/guarded_thread.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kOrigin = "reload";
+constexpr std::chrono::milliseconds kQuiet{20};  // after an editor's last stroke
+
+std::string names_of(const std::vector<std::filesystem::path>& files) {
+  std::string out;
+  for (const auto& file : files) out += (out.empty() ? "" : ", ") + file.filename().string();
+  return out;
+}
+
+}  // namespace
+
+Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
+                      std::function<void()> afterwards) {
+  const auto begin = [&twin, before = std::move(before)]() -> Reloadable::Build {
+    return [&twin, before, running = twin.running()](Diagnostics& said) -> Reloadable::TakeOver {
+      return [&twin, before, fresh = twin.prepare(running, said)] {
+        before(*fresh);
+        return twin.replace(fresh) == Twin::Reload::controllers_went_on
+                   ? "joints and controllers went on"
+                   : "joints kept their state, controllers were made anew";
+      };
+    };
+  };
+  return {twin.bus(), [&twin] { return twin.files(); }, begin, std::move(afterwards)};
+}
+
+Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replacement&)> before,
+                      std::function<void()> afterwards) {
+  const auto begin = [&viewer, before = std::move(before)]() -> Reloadable::Build {
+    return [&viewer, before](Diagnostics& said) -> Reloadable::TakeOver {
+      return [&viewer, before, fresh = viewer.prepare(said)] {
+        before(*fresh);
+        viewer.replace(fresh);
+        return "joints stay where they are";
+      };
+    };
+  };
+  return {viewer.bus(), [&viewer] { return viewer.files(); }, begin, std::move(afterwards)};
+}
+
+Reloader::Reloader(Reloadable what, const Log& log) : what_(std::move(what)), log_(log) {
+  if (!watcher_.works()) {
+    log.warning(kOrigin, "the system gives no file notifications; edits are not picked up");
+    return;
+  }
+  watcher_.watch(what_.files());
+  thread_ =
+      guarded_thread([this] { run(); },
+                     [this](const std::string& thrown) {
+                       log_.error(kOrigin, fmt::format("edits are not picked up any longer: {}", thrown));
+                     });
+}
+
+Reloader::~Reloader() {
+  ending_ = true;
+  watcher_.stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Reloader::run() {
+  while (!ending_) {
+    const auto changed = watcher_.wait(kQuiet);
+    if (changed.empty()) return;
+    reload(changed);
+    if (!what_.afterwards) continue;
+    try {
+      on_loop(what_.afterwards);
+    } catch (...) {
+      log_.error(kOrigin, fmt::format("after the reload: {}", thrown_text()));
+    }
+  }
+}
+
+bool Reloader::on_loop(const std::function<void()>& task) {
+  const auto done = std::make_shared<std::promise<void>>();
+  auto future = done->get_future();
+  what_.bus.post([task, done] {
+    try {
+      task();
+      done->set_value();
+    } catch (...) {  // belongs to the thread that waits, not to the loop
+      done->set_exception(std::current_exception());
+    }
+  });
+  while (future.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
+    if (ending_) return false;
+  }
+  future.get();
+  return true;
+}
+
+bool Reloader::apply(std::string& outcome, Diagnostics& said) {
+  Reloadable::Build build;
+  if (!on_loop([&] { build = what_.begin(); })) return false;
+  const Reloadable::TakeOver take_over = build(said);
+  std::vector<std::filesystem::path> files;
+  const auto take = [&] {
+    outcome = take_over();
+    files = what_.files();
+  };
+  if (!on_loop(take)) return false;
+  watcher_.watch(files);
+  return true;
+}
+
+void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
+  const auto begin = std::chrono::steady_clock::now();
+  Diagnostics said;
+  try {
+    std::string outcome;
+    if (!apply(outcome, said)) return;
+    const auto took =
+        std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin);
+    log_.note(kOrigin,
+              fmt::format("{} applied in {} ms; {}", names_of(changed), (took + kQuiet).count(), outcome));
+    for (const Diagnostic& diagnostic : said.all()) {
+      if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
+    }
+  } catch (...) {
+    log_.error(kOrigin, fmt::format("{} cannot be used; the machine from before runs on\n{}",
+                                    names_of(changed), thrown_text()));
+    // An attribute that nobody reads is often the reason why.
+    for (const Diagnostic& diagnostic : said.all()) {
+      if (diagnostic.rule.starts_with("schema.")) log_.warning(kOrigin, diagnostic.str());
+    }
+  }
+}
+
+}  // namespace doppel

@@ -1,0 +1,107 @@
+#pragma once
+// The twin's inside, shared by its source files: the loop (twin.cpp), what replaces a machine that runs
+// (twin_reload.cpp), and robots that come and go (twin_robots.cpp).
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "doppel/control/control_loop.h"
+#include "doppel/twin/detail/state_hash.h"
+#include "doppel/twin/machine.h"
+#include "doppel/twin/scene.h"
+#include "doppel/twin/simulator_services.h"
+#include "doppel/twin/twin.h"
+
+namespace doppel {
+
+struct Twin::Impl {
+  Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics);
+  ~Impl();
+
+  // -- twin.cpp
+  void add_world_ticks();
+  void step();
+  void hash_objects();
+  // Loops of real hardware are kept out; without one nothing is waited for.
+  [[nodiscard]] std::unique_lock<LoopGate> hold();
+  [[nodiscard]] Time control_time() const;
+  void follow_wall(Time now);
+  void publish_due(Time now);
+  void publish_state();
+  void between_steps();
+  void reset();
+  // The scene and every handle, as the engine's instances are now.
+  void renew_handles();
+  // Instances may have changed behind the twin's back: whoever has the engine may put objects in.
+  void notice_instances() {
+    if (seen_world != machine->engine->compiled()) renew_handles();
+  }
+  void all_due_now() {
+    for (const auto& robot : robots) robot->control_at_once(count);
+  }
+  // Throws InputError where its nodes would have the names of a robot's with another namespace.
+  [[nodiscard]] std::unique_ptr<TwinRobot> make_robot(std::shared_ptr<const RobotMachine> robot,
+                                                      std::optional<TwinRobot::Past> past,
+                                                      Diagnostics& diagnostics);
+  [[nodiscard]] TwinRobot* find(std::string_view name_space) const;
+
+  // -- twin_reload.cpp
+  Reload replace(Replacement& fresh);
+  [[nodiscard]] std::map<std::string, ControllerWish> present_wishes() const;
+
+  // -- twin_robots.cpp
+  void add_robot(Newcomer& newcomer);
+  Status remove_robot(const std::string& name_space);
+  void spawn_robot(WorldRobot robot, std::string urdf, std::function<void(const Status&)> done);
+
+  Twin& twin;
+  const Scenario scenario;
+  const Log& log;
+  Bus bus;
+  ControllerRegistry controllers;
+  HardwareRegistry hardware;
+  std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();
+  TimeControl time_control;
+  std::unique_ptr<Machine> machine;
+  LoopGate gate;
+  Scene scene;
+  std::shared_ptr<const CompiledWorld> seen_world;  // that the handles are of
+  std::vector<std::unique_ptr<TwinRobot>> robots;
+  TickList ticks;  // of the world
+
+  LoopPhases phases;
+  Duration last_wall{};  // that stamps were made of
+  std::uint64_t count = 0;
+  std::uint64_t objects_hash = kEmptyHash, gone_hash = kEmptyHash;  // gone: of robots that were removed
+
+  std::function<void()> robots_changed;
+  bool building = false;  // a robot is made ready by `builder`
+  std::thread builder;
+};
+
+struct Twin::Running {
+  RunningRobots robots;
+  std::map<std::string, ControllerWish> wishes;  // by namespace
+  WorldSettings settings;
+};
+
+struct Twin::Replacement {
+  std::unique_ptr<Machine> machine;
+  std::map<std::string, ControllerWish> wishes;  // by namespace
+  std::shared_ptr<const Running> running;        // that it was made for
+};
+
+struct Twin::Newcomer {
+  std::shared_ptr<const RobotMachine> machine;
+};
+
+// A robot on a bus and in a world of its own: its controllers and publishers refuse here what they refuse.
+// Throws InputError.
+void rehearse(const RobotMachine& machine, Instance instance, const Scenario& scenario,
+              const ControllerRegistry& controllers, const HardwareRegistry& hardware,
+              const std::function<void(ControlStack&, const Log&)>& start, Diagnostics& diagnostics);
+
+}  // namespace doppel

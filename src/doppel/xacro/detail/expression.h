@@ -1,0 +1,90 @@
+#pragma once
+// The Python-like expressions of ${...}: a tokeniser and parser of our own that make a tree, and an evaluator
+// over it, without file, network or process access, bounded in depth, steps and size. Source: The Python
+// Language Reference, chapter 6 (expressions).
+
+#include <deque>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/core/arena.h"
+#include "doppel/xacro/detail/value.h"
+
+namespace doppel {
+
+// What is wrong with an expression; the caller adds the place.
+class ExpressionError : public std::runtime_error {
+ public:
+  explicit ExpressionError(const std::string& what, std::string kind = "xacro.expression")
+      : std::runtime_error(what), rule(std::move(kind)) {}
+  std::string rule;
+};
+
+// An expression as an error shows it: the beginning, where it is long.
+std::string excerpt(std::string_view expression);
+
+// Where names come from; null: unknown. May itself evaluate (xacro's properties are lazy). What was found
+// stays where it is and as it is until the evaluation that asked for it ends, because the evaluator does not
+// copy it.
+class NameScope {
+ public:
+  virtual ~NameScope() = default;
+  virtual const Value* find(std::string_view name) = 0;
+  [[nodiscard]] virtual std::vector<std::string> names() const = 0;
+  // A lambda was made that looks names up here, now and later.
+  virtual void retain() {}
+};
+
+struct Expression;
+// Owns the trees of expressions and the constants in them. Lambdas refer to their trees, so that a store has
+// to outlive the values that came out of its expressions.
+class ExpressionStore {
+ public:
+  [[nodiscard]] Arena& arena() { return arena_; }
+  template <class T>
+  [[nodiscard]] const Value* keep(T&& value) {
+    return &values_.emplace_back(std::forward<T>(value));
+  }
+
+ private:
+  Arena arena_;
+  std::deque<Value> values_;
+};
+// Throws ExpressionError with what was expected. Immutable, so it can be evaluated many times; `text` is not
+// referred to afterwards.
+const Expression* parse_expression(std::string_view text, ExpressionStore& store);
+
+// Names that `scope` does not know are looked for in the built-in ones. Throws ExpressionError. `budget`
+// counts steps down across calls; at zero evaluation stops with an error. Lambdas keep references to all of
+// the arguments, but for `text`, whose tree they keep alive.
+Value evaluate(const Expression& expression, NameScope& scope, std::int64_t& budget);
+Value evaluate(std::string_view text, NameScope& scope, std::int64_t& budget);
+
+// The names that every expression of xacro knows: math's, and some of Python's built-ins; the modules `math`
+// and `python` (with more built-ins).
+const Value* find_builtin(std::string_view name);
+std::vector<std::string> builtin_names();
+
+// Attributes and methods: str.split, dict.get, and a dotted dict's entries. Throws ExpressionError.
+Value get_attribute(const Value& object, std::string_view name);
+
+// Python's format(value, spec).
+std::string format_value(const Value& value, std::string_view spec);
+
+// Whether the stack is used up so far that nothing should recurse deeper; expressions, properties, macros and
+// includes nest within each other, so no single limit on depth would do.
+class StackGuard {
+ public:
+  StackGuard();  // the outermost one on a thread marks where its stack begins
+  ~StackGuard();
+  StackGuard(const StackGuard&) = delete;
+  StackGuard& operator=(const StackGuard&) = delete;
+  static bool exhausted();
+
+ private:
+  bool outermost_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,24 @@
+#pragma once
+// What the two readers of YAML share.
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "doppel/xacro/detail/xacro.h"
+
+namespace doppel::xacro {
+
+// A plain scalar as YAML 1.1 reads it (PyYAML's safe_load): null, truth value, number, text.
+Value yaml_scalar(std::string_view text);
+// "!degrees 90" in SI; nothing: no such unit, or no number.
+std::optional<Value> yaml_quantity(std::string_view tag, std::string_view text);
+// What one of "!degrees", "!millimeters", ... is in SI; 0: no such unit.
+double yaml_unit(std::string_view tag);
+
+// Nothing: the text uses more of YAML than this reads, or is none.
+std::optional<Value> parse_simple_yaml(std::string_view text);
+// By yaml-cpp, whatever the text. Throws InputError.
+Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where);
+
+}  // namespace doppel::xacro
