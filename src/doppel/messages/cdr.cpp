@@ -1,4 +1,4 @@
-#include "doppel/messages/cdr.h"
+#include "doppel/messages/detail/cdr.h"
 
 #include <fmt/format.h>
 

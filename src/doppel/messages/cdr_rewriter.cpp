@@ -1,6 +1,6 @@
 // CDR into CDR by a description: what it means is kept, its byte order and padding are not.
 
-#include "doppel/messages/cdr.h"
+#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/type_description.h"
 #include "doppel/messages/utf8.h"
 

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <map>
 
-#include "doppel/messages/cdr.h"
+#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/type_hash.h"
 
 namespace doppel {

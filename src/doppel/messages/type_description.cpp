@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "doppel/messages/cdr.h"
+#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/utf8.h"
 
 namespace doppel {

@@ -11,7 +11,7 @@
 
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
-#include "doppel/messages/cdr.h"
+#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/type_description.h"
 #include "doppel/messages/utf8.h"
 

@@ -3,7 +3,7 @@
 
 #include <type_traits>
 
-#include "doppel/messages/cdr.h"
+#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/codec.h"
 #include "doppel/messages/type_description.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/messages/cdr.h"
+#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/codec.h"
 #include "doppel/messages/type_description.h"
 #include "doppel/messages/utf8.h"
