@@ -177,6 +177,27 @@ TEST_P(DynamicsContract, DampingOfAFloatingJointSlowsIt) {
   EXPECT_NEAR(of.base_velocity().angular_W.x(), 2.0 * std::exp(-0.5 * 0.2 / 0.1), 2e-3);
 }
 
+// An engine moves it, or says by name that it cannot; nothing is left out silently.
+TEST_P(DynamicsContract, AFloatingJointOnAMovingLinkFallsOrIsRefusedByName) {
+  if (!can().floating) GTEST_SKIP() << "no floating bodies";
+  RobotDescription description;
+  description.name = "lift";
+  description.links = {make_frame("rail"), make_link("cabin", 5.0, {0, 0, 0}, {1, 1, 1}),
+                       make_link("ball", 1.0, {0, 0, 0}, {0.1, 0.1, 0.1})};
+  description.joints = {make_joint("shaft", JointType::prismatic, "rail", "cabin", {0, 0, 3}, {0, 0, 1}),
+                        make_joint("loose", JointType::floating, "cabin", "ball", {0, 0, 0}, {1, 0, 0})};
+  limit(description.joints[0], -1, 1, 1000, 1);
+  try {
+    const auto engine = make(settings(), {robot(description)});
+    engine->instance(0).set_drive(0, DriveMode::position);
+    run(*engine, 0.1);
+    EXPECT_LT(engine->instance(0).link_pose(2).translation().z(), 2.96);
+  } catch (const InputError& error) {
+    EXPECT_EQ(GetParam(), "bullet");
+    EXPECT_NE(std::string(error.what()).find("'loose'"), std::string::npos) << error.what();
+  }
+}
+
 TEST_P(DynamicsContract, EnergyIsKeptWhereNothingTakesIt) {
   const auto engine = make(settings(1e-4), {robot(make_double_pendulum(1.0, 0.3, 0.5, 0.4))});
   set(engine->instance(0), {1.0, 0.5});
