@@ -75,6 +75,10 @@ struct Twin::Impl {
     start_loop();
   }
 
+  ~Impl() { loop.reset(); }  // before anything that it could be using goes
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
   // What is on the bus for the machine, but for what publishes its state.
   void build_control(Diagnostics& diagnostics) {
     const ControlStack::Options options{registry, hardware_registry, scenario.enforce_limits};
