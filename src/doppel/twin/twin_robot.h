@@ -58,6 +58,7 @@ class TwinRobot {
   // Controllers are not loaded, and nothing is published yet. Throws InputError.
   TwinRobot(const Surroundings& around, std::shared_ptr<const RobotMachine> machine, Instance instance,
             std::optional<Past> past, Diagnostics& diagnostics);
+  ~TwinRobot() { loop_.reset(); }  // before anything that it could be using goes
   TwinRobot(const TwinRobot&) = delete;
   TwinRobot& operator=(const TwinRobot&) = delete;
 
