@@ -107,7 +107,8 @@ int main(int argc, char** argv) {
     messages += static_cast<double>(heard) / to_seconds(kBlock) / rounds;
     cost.push_back(watched.back() - alone.back());
   }
-  fmt::print("{}: {} rounds of {:g} s in real time, medians\n", scenario.robots.front().target, rounds, to_seconds(kBlock));
+  fmt::print("{}: {} rounds of {:g} s in real time, medians\n", scenario.robots.front().target, rounds,
+             to_seconds(kBlock));
   fmt::print("  no page        {:7.3f} % of its time in which the loop works\n", 100 * median(alone));
   fmt::print("  a page open    {:7.3f} %  ({:.0f} messages/s)\n", 100 * median(watched), messages);
   fmt::print("  the page costs {:7.3f} % of the loop's time  (least {:.3f}, most {:.3f})\n",

@@ -60,7 +60,7 @@ double rate(std::vector<std::unique_ptr<doppel::Engine>>& states, unsigned threa
 
 int main(int argc, char** argv) {
   doppel::Scenario scenario;
-  scenario.target = argc > 1 ? argv[1] : "omarm_one";
+  scenario.robots = {{.target = argc > 1 ? argv[1] : "omarm_one"}};
   scenario.bundled_robots = DOPPEL_ROBOTS;
   const int count = argc > 2 ? std::max(1, std::atoi(argv[2])) : 64;
   if (argc > 3) scenario.engine = argv[3];

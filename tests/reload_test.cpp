@@ -75,7 +75,10 @@ TEST_F(Reload, ATrajectoryGoesOnThroughAnEditOfLimitsAndInertia) {
   EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
   EXPECT_EQ(twin_->now(), time);
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-6) << name;
-  EXPECT_EQ(twin_->robot().model().joints[static_cast<std::size_t>(twin_->robot().model().find_joint("Revolute 1"))].velocity,
+  EXPECT_EQ(twin_->robot()
+                .model()
+                .joints[static_cast<std::size_t>(twin_->robot().model().find_joint("Revolute 1"))]
+                .velocity,
             4.4);
   run(0.002);
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 0.01) << name << " must not jump";
@@ -162,7 +165,10 @@ TEST_F(Reload, AnOverlayThatAppearsIsApplied) {
   std::ofstream(folder_ / "urdf/omarm.overlay.yaml")
       << "- set_limit: Revolute 1\n  velocity: 2.5\n  was: {velocity: 5.2}\n";
   EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
-  EXPECT_EQ(twin_->robot().model().joints[static_cast<std::size_t>(twin_->robot().model().find_joint("Revolute 1"))].velocity,
+  EXPECT_EQ(twin_->robot()
+                .model()
+                .joints[static_cast<std::size_t>(twin_->robot().model().find_joint("Revolute 1"))]
+                .velocity,
             2.5);
 }
 

@@ -169,8 +169,7 @@ TEST_F(Services, JointsSagAsTold) {
   for (std::size_t i = 0; i < loads.joint_names.size(); ++i) {
     const int index = model.find_joint(loads.joint_names[i]);
     const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
-    const double behind =
-        robot.drive_reference(index) - robot.q()[static_cast<std::size_t>(joint.q)];
+    const double behind = robot.drive_reference(index) - robot.q()[static_cast<std::size_t>(joint.q)];
     const double stiffness = robot.made_of().servos[static_cast<std::size_t>(index)].stiffness;
     EXPECT_NEAR(behind, loads.sags[i], joint.friction / stiffness + 1e-6) << joint.name;
   }

@@ -77,8 +77,8 @@ std::unique_ptr<Engine> alone(const RobotDescription& robot, std::shared_ptr<con
   CollisionMeshes meshes;
   const WorldSettings settings = test::empty_space(step, integrator);
   return compile_world(kDefaultEngine, settings,
-                       {make_instance(std::make_shared<const RobotDescription>(robot), std::move(model), options,
-                                      meshes, diagnostics)},
+                       {make_instance(std::make_shared<const RobotDescription>(robot), std::move(model),
+                                      options, meshes, diagnostics)},
                        diagnostics)
       ->make_engine();
 }
@@ -158,13 +158,14 @@ TEST_P(Steps, EightRandomPosesAreHeldUnderEveryIntegrator) {
       run(*engine, 0.9);
       const std::vector<double> before(engine->instance(0).q().begin(), engine->instance(0).q().end());
       run(*engine, 0.1);
-      for (std::size_t k = 0; k < before.size(); ++k) EXPECT_NEAR(engine->instance(0).q()[k], before[k], 1e-4);
+      for (std::size_t k = 0; k < before.size(); ++k)
+        EXPECT_NEAR(engine->instance(0).q()[k], before[k], 1e-4);
       // and it is where the sag, with the friction's share, says
       Data data(bench.model());
       StaticSag sag;
       static_sag(bench.model(), data, bench.robot().servos(),
-                 Eigen::Map<const Eigen::VectorXd>(engine->instance(0).q().data(), bench.model().nq), bench.gravity(),
-                 sag);
+                 Eigen::Map<const Eigen::VectorXd>(engine->instance(0).q().data(), bench.model().nq),
+                 bench.gravity(), sag);
       for (const Sag& s : sag.sags) {
         const auto joint = static_cast<std::size_t>(s.joint);
         const double q = engine->instance(0).q()[static_cast<std::size_t>(bench.model().joints[joint].q)];
@@ -309,7 +310,8 @@ TEST(StepsOfAllArms, APassiveFallIsTheReferencesWithinTheErrorOfItsScheme) {
         engine->instance(0).set_state({q0.data(), static_cast<std::size_t>(q0.size())}, rest);
         run(*engine, 0.5);
         for (int k = 0; k < fall.model.nq; ++k)
-          errors[integrator].push_back(std::abs(engine->instance(0).q()[static_cast<std::size_t>(k)] - exact.q[k]));
+          errors[integrator].push_back(
+              std::abs(engine->instance(0).q()[static_cast<std::size_t>(k)] - exact.q[k]));
       }
     }
     std::printf("  %-18s", arm.name.c_str());
@@ -367,7 +369,8 @@ std::vector<Eigen::VectorXd> track(Engine& engine, const Model& model, const Eig
     for (std::size_t j = 0; j < model.joints.size(); ++j) {
       const ModelJoint& joint = model.joints[j];
       if (joint.scalar() && !joint.mimics())
-        engine.instance(0).set_target(static_cast<int>(j), from[joint.q] + blend * (to[joint.q] - from[joint.q]));
+        engine.instance(0).set_target(static_cast<int>(j),
+                                      from[joint.q] + blend * (to[joint.q] - from[joint.q]));
     }
     for (int k = 0; k < substeps; ++k) engine.step();
     out.emplace_back(Eigen::Map<const Eigen::VectorXd>(engine.instance(0).q().data(), model.nq));

@@ -34,11 +34,17 @@ TEST_F(Twins, CollapsesWithNoControllerActive) {
   scenario.robots = {{.target = "omarm_one"}};
   scenario.start_controllers = false;
   bring_up(scenario);
-  const double before =
-      twin_->robot().instance().link_pose(twin_->robot().model().find_link("gripper_base_1")).translation().z();
+  const double before = twin_->robot()
+                            .instance()
+                            .link_pose(twin_->robot().model().find_link("gripper_base_1"))
+                            .translation()
+                            .z();
   run(3.0);
-  const double after =
-      twin_->robot().instance().link_pose(twin_->robot().model().find_link("gripper_base_1")).translation().z();
+  const double after = twin_->robot()
+                           .instance()
+                           .link_pose(twin_->robot().model().find_link("gripper_base_1"))
+                           .translation()
+                           .z();
   EXPECT_LT(after, before - 0.05);
 }
 

@@ -30,8 +30,9 @@ std::string to_json(const SourcePlaces& places);
 
 class HealthPublisher {
  public:
-  // The loop's thread. name_space: the robot's ("left"), before the topics. `judge` makes the text of /doppel/health, on this publisher's thread; it may go on
-  // after the publisher has ended, so it owns what it needs.
+  // The loop's thread. name_space: the robot's ("left"), before the topics. `judge` makes the text of
+  // /doppel/health, on this publisher's thread; it may go on after the publisher has ended, so it owns what
+  // it needs.
   HealthPublisher(Bus& bus, const std::string& name_space, std::function<std::string()> judge);
   // A judgement that takes long (a mesh of a million triangles) is left behind; see process.h.
   ~HealthPublisher();

@@ -20,8 +20,8 @@ void add_object(const RobotDescription& object, RobotFiles& out) {
       const auto* mesh = std::get_if<MeshGeometry>(&visual.geometry);
       if (mesh == nullptr || mesh->path.empty()) continue;
       const fs::path world = object.source.file ? fs::absolute(*object.source.file, none) : fs::path();
-      out.meshes.push_back(
-          {mesh_resource(*mesh), fs::absolute(mesh->path, none).lexically_normal(), world.lexically_normal()});
+      out.meshes.push_back({mesh_resource(*mesh), fs::absolute(mesh->path, none).lexically_normal(),
+                            world.lexically_normal()});
     }
   }
 }

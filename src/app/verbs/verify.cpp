@@ -116,8 +116,12 @@ int run_verify(const VerifyVerb& options) {
                     steps, to_seconds(world.step) * 1e3, kFewestSteps, kMostSteps),
         "choose --duration or --step otherwise");
   }
-  const MotionSubject subject{robot.instance().description, robot.shared_model(), robot.base(), world,
-                              options_of_robot,             scenario.engine};
+  const MotionSubject subject{robot.instance().description,
+                              robot.shared_model(),
+                              robot.base(),
+                              world,
+                              options_of_robot,
+                              scenario.engine};
   const Verification result = verify(subject, wanted);
   if (!options.plot.empty()) deliver(verification_svg(result), options.plot);
   deliver(options.json ? verification_json(result) : verification_text(result));

@@ -119,9 +119,8 @@ void ControllerManager::Impl::serve_life_cycle() {
     }
     if (!status) log.error(options.name, fmt::format("cannot switch controllers: {}", status.why()));
     const std::string done =
-        nothing_to_do
-            ? "After checking the controllers, no controllers need to be activated or deactivated."
-            : "Successfully switched controllers!";
+        nothing_to_do ? "After checking the controllers, no controllers need to be activated or deactivated."
+                      : "Successfully switched controllers!";
     respond({status.ok(), status.ok() ? done : status.why()});
   });
 }

@@ -33,7 +33,8 @@ class WorldReader {
     }
     World world;
     if (root.IsNull()) return world;
-    if (fields(root, "a world", {"name", "gravity", "step", "integrator", "ground", "robot", "robots", "objects"})) {
+    if (fields(root, "a world",
+               {"name", "gravity", "step", "integrator", "ground", "robot", "robots", "objects"})) {
       read_world(root, world);
     }
     errors_.throw_if_errors();

@@ -25,7 +25,8 @@ struct WorldRobot {
   // none, and the description's name; one robot of a world may be so.
   std::string name_space = {};
   std::optional<Pose> X_WR = {};  // its root link; none: World::X_WR
-  std::optional<std::filesystem::path> controllers = {};  // a YAML file in place of what the description names
+  std::optional<std::filesystem::path> controllers =
+      {};                                  // a YAML file in place of what the description names
   std::vector<std::string> activate = {};  // controllers to start; empty: all that the files declare
   std::optional<BaseKind> base = {};       // how a root link other than "world" stands; none: choose_base()
   TfTopics tf = TfTopics::both;

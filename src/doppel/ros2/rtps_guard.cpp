@@ -9,8 +9,8 @@ namespace {
 
 // DDSI-RTPS 2.5, 8.3.3 and 9.4.5.
 constexpr std::size_t kHeaderSize = 20, kPrefixAt = 8, kPrefixSize = 12, kSubmessageHeaderSize = 4;
-constexpr std::uint8_t kPad = 0x01, kAcknowledgement = 0x06, kGap = 0x08, kHeartbeat = 0x07, kInfoTimestamp = 0x09, kData = 0x15,
-                       kDataFragment = 0x16;
+constexpr std::uint8_t kPad = 0x01, kAcknowledgement = 0x06, kGap = 0x08, kHeartbeat = 0x07,
+                       kInfoTimestamp = 0x09, kData = 0x15, kDataFragment = 0x16;
 constexpr std::uint8_t kStatistics = 0x80;  // eProsima's own, behind each message of a Fast DDS peer
 constexpr std::uint8_t kLittleEndian = 0x01;
 constexpr std::uint8_t kHasInlineQos = 0x02, kHasData = 0x04,

@@ -139,8 +139,8 @@ ControlStack::ControlStack(Bus& bus, const RobotMachine& machine, Instance insta
       named_(machine.setup().controllers_named) {
   ControllerManagerOptions of_manager;
   if (!machine.name_space().empty()) of_manager.name_space = "/" + machine.name_space();
-  of_manager.choose_period = [step = instance.engine().world().settings().step](double rate, const SourceLocation& where,
-                                                               Diagnostics& findings) {
+  of_manager.choose_period = [step = instance.engine().world().settings().step](
+                                 double rate, const SourceLocation& where, Diagnostics& findings) {
     return period_in_steps(rate, step, where, findings);
   };
   of_manager.enforce_limits = options.enforce_limits;
@@ -321,7 +321,8 @@ void ControlStack::take_over(const RobotMachine& machine, const Instance& before
   for (std::size_t j = 0; j < model_->joints.size(); ++j) {
     const int joint = static_cast<int>(j);
     if (!model_->joints[j].scalar() || model_->joints[j].mimics()) continue;
-    if (now.drive(joint) == DriveMode::position) now.set_drive_reference(joint, before.drive_reference(joint));
+    if (now.drive(joint) == DriveMode::position)
+      now.set_drive_reference(joint, before.drive_reference(joint));
   }
 }
 

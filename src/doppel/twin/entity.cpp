@@ -96,7 +96,8 @@ Status find_scalar_joint(const Scene& scene, const std::string& name, int& robot
       return index >= 0 && model.joints[static_cast<std::size_t>(index)].scalar() ? index : -1;
     };
   };
-  if (const Status one = find_in_robots(scene, name, find(name), robot, joint); !one || robot >= 0) return one;
+  if (const Status one = find_in_robots(scene, name, find(name), robot, joint); !one || robot >= 0)
+    return one;
   const std::size_t scope = name.find("::");
   if (scope != std::string::npos) {
     robot = robot_named(scene, name.substr(0, scope));
@@ -144,9 +145,8 @@ Status find_entity(const Scene& scene, const std::string& name, Entity& entity) 
   }
   if (parts.size() == 2) {
     entity.body.instance = robot_named(scene, parts.front());
-    entity.body.link = entity.body.instance < 0
-                           ? -1
-                           : scene.instance(entity.body.instance).model().find_link(parts.back());
+    entity.body.link =
+        entity.body.instance < 0 ? -1 : scene.instance(entity.body.instance).model().find_link(parts.back());
   } else if (parts.size() == 1) {
     const auto find = [&name](const Model& model) { return model.find_link(name); };
     if (const Status one = find_in_robots(scene, name, find, entity.body.instance, entity.body.link); !one)

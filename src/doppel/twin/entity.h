@@ -1,8 +1,8 @@
 #pragma once
-// What clients mean by a name, as in Gazebo: a robot, "robot::link" or just the link where one robot alone has
-// it; an object or "object::link", which are its frame; and "object::link::collision", its shape, whose pose is
-// the one that /doppel/objects has. An object has one link and one shape, whatever its text called them. A
-// robot with a namespace is called by that. Empty, "world" and "map" are TF's world (scene.h).
+// What clients mean by a name, as in Gazebo: a robot, "robot::link" or just the link where one robot alone
+// has it; an object or "object::link", which are its frame; and "object::link::collision", its shape, whose
+// pose is the one that /doppel/objects has. An object has one link and one shape, whatever its text called
+// them. A robot with a namespace is called by that. Empty, "world" and "map" are TF's world (scene.h).
 
 #include <string>
 

@@ -53,9 +53,8 @@ Status EntityServices::check_name(const std::string& name) const {
         kLongestName));
   }
   const int taken = scene_.find(name);
-  const bool link = std::ranges::any_of(scene_.robots(), [&](int robot) {
-    return scene_.instance(robot).model().find_link(name) >= 0;
-  });
+  const bool link = std::ranges::any_of(
+      scene_.robots(), [&](int robot) { return scene_.instance(robot).model().find_link(name) >= 0; });
   if (is_world(name) || name == "ground" || link || (taken >= 0 && scene_.is_robot(taken)))
     return Status::refused(fmt::format("the name '{}' is taken by the robot or its world", name));
   if (taken >= 0)

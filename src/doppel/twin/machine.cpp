@@ -49,8 +49,8 @@ std::optional<BaseKind> running_base(const RunningRobots* running, const std::st
 }
 
 void refuse_name(const WorldRobot& robot, const std::string& why, const std::string& what_to_do) {
-  throw InputError("up.namespace", robot.source,
-                   fmt::format("the namespace '{}' {}", robot.name_space, why), what_to_do);
+  throw InputError("up.namespace", robot.source, fmt::format("the namespace '{}' {}", robot.name_space, why),
+                   what_to_do);
 }
 
 // "omarm_one_2" for a second robot of the target that nobody named.
@@ -101,7 +101,8 @@ Machine::Machine(const Scenario& scenario, Diagnostics& diagnostics, const Runni
   if (scenario.world) world = load_world(*scenario.world, resolver);
   const std::vector<WorldRobot> asked = robots_asked_for(scenario, world, running, diagnostics);
   if (asked.empty()) {
-    throw InputError("up.no_robot", {}, "no robot is named, neither by the command line nor by the world file",
+    throw InputError("up.no_robot", {},
+                     "no robot is named, neither by the command line nor by the world file",
                      "name one: doppel up TARGET, or `robots:` in the world file");
   }
   CollisionMeshes meshes;
@@ -163,10 +164,10 @@ void report_overlaps(const RobotMachine& robot, const Engine& engine, Diagnostic
     std::vector<std::string> names;
     for (std::size_t i = 0; i < std::min(in.links.size(), kNamesShown); ++i)
       names.push_back(fmt::format("'{}'", in.links[i]));
-    if (in.links.size() > names.size()) names.push_back(fmt::format("{} more", in.links.size() - names.size()));
+    if (in.links.size() > names.size())
+      names.push_back(fmt::format("{} more", in.links.size() - names.size()));
     const bool ground = other < 0;
-    const ModelInstance* const what =
-        ground ? nullptr : &world.instances()[static_cast<std::size_t>(other)];
+    const ModelInstance* const what = ground ? nullptr : &world.instances()[static_cast<std::size_t>(other)];
     const Link* const first = robot.description().find_link(in.links.front());
     diagnostics.warning(
         "up.starts_inside", first != nullptr ? first->source : robot.description().source,
@@ -186,7 +187,8 @@ void report_overlaps(const RobotMachine& robot, const Engine& engine, Diagnostic
 namespace {
 
 // A joint that moved, or followed another one, and that an edit would leave standing or loose.
-std::optional<Diagnostic> lost_motion(const ModelJoint& old, const ModelJoint& joint, const RobotMachine& to) {
+std::optional<Diagnostic> lost_motion(const ModelJoint& old, const ModelJoint& joint,
+                                      const RobotMachine& to) {
   const Joint* const source = to.description().find_joint(joint.name);
   if (source == nullptr) return std::nullopt;
   Diagnostic problem;

@@ -18,15 +18,14 @@ constexpr double kMoved = 1e-5;  // m, and of a rotation matrix's entries
 // Shape, size and colour.
 Marker marker_of(const ModelInstance& object) {
   const Visual& visual = visual_of(object);
-  const Eigen::Vector4d rgba = visual.material && visual.material->rgba
-                                   ? *visual.material->rgba
-                                   : Eigen::Vector4d(WorldObject{}.rgba);
+  const Eigen::Vector4d rgba =
+      visual.material && visual.material->rgba ? *visual.material->rgba : Eigen::Vector4d(WorldObject{}.rgba);
   Marker marker;
   marker.ns = "objects";
   marker.text = object.name;
   marker.header.frame_id = "world";
-  marker.color = {static_cast<float>(rgba[0]), static_cast<float>(rgba[1]),
-                  static_cast<float>(rgba[2]), static_cast<float>(rgba[3])};
+  marker.color = {static_cast<float>(rgba[0]), static_cast<float>(rgba[1]), static_cast<float>(rgba[2]),
+                  static_cast<float>(rgba[3])};
   if (const auto* box = std::get_if<Box>(&visual.geometry)) {
     marker.type = Marker::CUBE;
     marker.scale = to_vector_msg(box->size);

@@ -44,10 +44,9 @@ class ObjectPublisher : public Ticking {
   Node node_;
   Publisher<visualization_msgs::msg::MarkerArray> topic_;
   Due due_{Duration{40'000'000}};
-  visualization_msgs::msg::MarkerArray
-      message_;                            // first the objects, in the scene's order, then the deleted
-  std::vector<std::optional<Pose>> told_;  // [objects] as published last
-  std::deque<std::int32_t> gone_;          // the last that went
+  visualization_msgs::msg::MarkerArray message_;  // first the objects, in the scene's order, then the deleted
+  std::vector<std::optional<Pose>> told_;         // [objects] as published last
+  std::deque<std::int32_t> gone_;                 // the last that went
   std::int32_t next_id_ = 0;
   bool listed_ = false;
 };

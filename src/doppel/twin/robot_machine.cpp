@@ -16,8 +16,8 @@ const char* root_name(const Model& model) {
 }
 
 // What was chosen on the user's behalf, with the height at which a floating root stands.
-void report_base(const RobotDescription& robot, const Instance& instance, const BaseChoice& choice, bool asked_for,
-                 Diagnostics& diagnostics) {
+void report_base(const RobotDescription& robot, const Instance& instance, const BaseChoice& choice,
+                 bool asked_for, Diagnostics& diagnostics) {
   const Model& model = instance.model();
   if (asked_for || (model.links.front().name == "world" && choice.kind == BaseKind::fixed)) return;
   if (choice.kind == BaseKind::floating) {

@@ -18,7 +18,7 @@ class Scene {
 
   [[nodiscard]] Engine& engine() const { return *engine_; }
   [[nodiscard]] Time now() const { return engine_->time(); }
-  [[nodiscard]] const std::vector<int>& robots() const { return robots_; }    // instances
+  [[nodiscard]] const std::vector<int>& robots() const { return robots_; }  // instances
   // Instances of one body with a look, that are no robots.
   [[nodiscard]] const std::vector<int>& objects() const { return objects_; }
   [[nodiscard]] bool is_robot(int instance) const;

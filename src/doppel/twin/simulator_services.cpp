@@ -49,8 +49,10 @@ void SimulatorServices::instances_changed() {
     // An edit exchanges a robot's model for one that has the joint or link under another index, or no more.
     if (!scene_.is_robot(load.body.instance)) return true;
     const Model& model = now.model();
-    if (load.joint >= 0) load.joint = model.find_joint(load.model->joints[static_cast<std::size_t>(load.joint)].name);
-    else load.body.link = model.find_link(load.model->links[static_cast<std::size_t>(load.body.link)].name);
+    if (load.joint >= 0)
+      load.joint = model.find_joint(load.model->joints[static_cast<std::size_t>(load.joint)].name);
+    else
+      load.body.link = model.find_link(load.model->links[static_cast<std::size_t>(load.body.link)].name);
     load.model = now.made_of().model;
     return load.joint < 0 && load.body.link < 0;
   });
@@ -197,9 +199,8 @@ void SimulatorServices::offer_joint_efforts() {
   const auto clear = [this](const JointRequest::Request& request, Responder<JointRequest::Response> respond) {
     int robot = -1, joint = -1;
     if (find_scalar_joint(scene_, request.joint_name, robot, joint)) {
-      std::erase_if(loads_, [&](const Load& load) {
-        return load.joint == joint && load.body.instance == robot;
-      });
+      std::erase_if(loads_,
+                    [&](const Load& load) { return load.joint == joint && load.body.instance == robot; });
       next_change_ = Time::zero();
     }
     respond({});
@@ -352,8 +353,7 @@ void SimulatorServices::offer_joint_state() {
         if (robot >= 0 && scene_.is_robot(robot)) {
           for (std::string& name : names) name = r.model_name + "::" + name;
         }
-        respond(
-            answer<SetModelConfiguration::Response>(write_state(names, r.joint_positions, {}), "set"));
+        respond(answer<SetModelConfiguration::Response>(write_state(names, r.joint_positions, {}), "set"));
       });
   using gazebo_msgs::srv::GetJointProperties;
   node_.serve<GetJointProperties>(

@@ -49,8 +49,8 @@ class SimulatorServices : public Ticking {
  private:
   // An effort on a joint, or a wrench on a link, and the time in which it acts.
   struct Load {
-    BodyId body;     // its instance, for a joint too
-    int joint = -1;  // of the instance
+    BodyId body;                         // its instance, for a joint too
+    int joint = -1;                      // of the instance
     std::shared_ptr<const Model> model;  // of the instance: one of the same name may be another
     std::string name;                    // of the instance
     double effort = 0;

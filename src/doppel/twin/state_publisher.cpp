@@ -77,9 +77,9 @@ void StatePublisher::add_tree(Tree tree, const std::string& tf, const std::strin
   const Eigen::VectorXd q = model_->neutral();
   for (const ModelJoint& joint : model_->joints) {
     (joint.nq > 0 ? tree.moving : tree.fixed)
-        .transforms.push_back(transform_of(
-            model_->links[static_cast<std::size_t>(joint.parent_link)].name,
-            model_->links[static_cast<std::size_t>(joint.child_link)].name, parent_to_child(joint, q)));
+        .transforms.push_back(transform_of(model_->links[static_cast<std::size_t>(joint.parent_link)].name,
+                                           model_->links[static_cast<std::size_t>(joint.child_link)].name,
+                                           parent_to_child(joint, q)));
   }
   trees_.push_back(std::move(tree));
 }
@@ -108,8 +108,8 @@ void StatePublisher::declare_parameters(const RobotDescription& robot, Parameter
   take_frequency(
       declare<double>(parameters, &written, "publish_frequency", 50.0,
                       {.description = "Hz, of /tf; 0: at every step", .range = ParameterRange{0, 1000}}));
-  set_frame_prefix(
-      declare<std::string>(parameters, &written, "frame_prefix", name_space_.empty() ? "" : name_space_ + "/",
+  set_frame_prefix(declare<std::string>(parameters, &written, "frame_prefix",
+                                        name_space_.empty() ? "" : name_space_ + "/",
                                         {.description = "before every frame"}));
   declare<bool>(parameters, &written, "ignore_timestamp", false,
                 {.description = "of joint_states, which are not what /tf is made of here"});
@@ -153,7 +153,8 @@ void StatePublisher::publish_transforms(Time now, const Eigen::Ref<const Eigen::
 
 void StatePublisher::publish_latched(Time now) {
   for (Tree& tree : trees_) {
-    for (auto& transform : tree.fixed.transforms) transform.header.stamp = to_time_msg(node_.bus().stamp(now));
+    for (auto& transform : tree.fixed.transforms)
+      transform.header.stamp = to_time_msg(node_.bus().stamp(now));
     if (tree.separate) {
       tree.tf_static.publish(tree.fixed, now);
       continue;

@@ -21,16 +21,16 @@
 
 namespace doppel {
 
-// What each robot of a bus has on /tf_static, by namespace: a latched topic keeps one message, so that each has
-// those of all.
+// What each robot of a bus has on /tf_static, by namespace: a latched topic keeps one message, so that each
+// has those of all.
 using StaticTransforms = std::map<std::string, std::vector<geometry_msgs::msg::TransformStamped>>;
 
 class StatePublisher {
  public:
   struct Options {
-    std::string name_space = {};    // "left"; empty: none
-    TfTopics tf = TfTopics::both;   // where there is a namespace
-    Pose X_WR = Pose::Identity();   // the root link in the world
+    std::string name_space = {};          // "left"; empty: none
+    TfTopics tf = TfTopics::both;         // where there is a namespace
+    Pose X_WR = Pose::Identity();         // the root link in the world
     const ParameterFile* file = nullptr;  // what is written of the node's parameters
     std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();  // of the bus
   };
@@ -55,8 +55,8 @@ class StatePublisher {
   struct Tree {
     Publisher<tf2_msgs::msg::TFMessage> tf = {}, tf_static = {};
     tf2_msgs::msg::TFMessage moving = {}, fixed = {};
-    bool shared = false;     // with other robots, below "NS/"
-    bool separate = false;   // /NS/tf
+    bool shared = false;    // with other robots, below "NS/"
+    bool separate = false;  // /NS/tf
     std::string prefix = {};
   };
   void add_tree(Tree tree, const std::string& tf, const std::string& tf_static, const Pose& X_WR);

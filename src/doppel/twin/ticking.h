@@ -1,6 +1,6 @@
 #pragma once
-// What ticks in a twin beside engine and controllers: publishers, checks, services, sensors. Each registers in
-// a list, of the world or of one robot; the twin runs the list and knows none of them by name.
+// What ticks in a twin beside engine and controllers: publishers, checks, services, sensors. Each registers
+// in a list, of the world or of one robot; the twin runs the list and knows none of them by name.
 
 #include <algorithm>
 #include <cstdint>

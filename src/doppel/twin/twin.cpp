@@ -43,8 +43,7 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
   controllers = ControllerRegistry::with_builtin();
   hardware = HardwareRegistry::with_builtin();
   for (const std::string& plugin : scenario.plugins) load_plugin_library(plugin, controllers, hardware);
-  for (const auto& robot : machine->robots)
-    robots.push_back(make_robot(robot, std::nullopt, diagnostics));
+  for (const auto& robot : machine->robots) robots.push_back(make_robot(robot, std::nullopt, diagnostics));
   renew_handles();
   add_world_ticks();
   for (const auto& robot : robots) {
@@ -69,8 +68,9 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const RobotMac
                      "leave __ns away, and give each robot its namespace: --robot TARGET:NAMESPACE");
   }
   const Instance instance = instance_of(*machine->engine, *robot);
-  auto made = std::make_unique<TwinRobot>(TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, statics},
-                                          std::move(robot), instance, std::move(past), diagnostics);
+  auto made =
+      std::make_unique<TwinRobot>(TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, statics},
+                                  std::move(robot), instance, std::move(past), diagnostics);
   made->control_at_once(count);
   return made;
 }

@@ -150,9 +150,9 @@ void Twin::Impl::adopt(const std::shared_ptr<const RobotMachine>& machine_of_it,
 }
 
 Twin::Reload Twin::Impl::replace(Replacement& fresh) {
-  if (!std::ranges::equal(fresh.running->robots.now, machine->robots, {},
-                          [](const auto& robot) { return robot->name(); },
-                          [](const auto& robot) { return robot->name(); })) {
+  if (!std::ranges::equal(
+          fresh.running->robots.now, machine->robots, {}, [](const auto& robot) { return robot->name(); },
+          [](const auto& robot) { return robot->name(); })) {
     throw InputError("reload.robots_changed", {}, "a robot came or went while the edit was read",
                      "save the file again");
   }
@@ -202,8 +202,7 @@ std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Run
       start_in_rehearsal(control, quiet, ran->second, wish);
     };
     rehearse(*robot, instance_of(*fresh->machine->engine, *robot), impl_->scenario, impl_->controllers,
-             impl_->hardware, start,
-             diagnostics);
+             impl_->hardware, start, diagnostics);
   }
   fresh->machine->engine->reset();
   return fresh;

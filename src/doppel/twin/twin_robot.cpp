@@ -125,8 +125,7 @@ void TwinRobot::make_publishers() {
   options.statics = around_.statics;
   TickList fresh;
   fresh.add(std::make_unique<Transforms>(
-      *this,
-      std::make_unique<StatePublisher>(around_.bus, description(), machine_->shared_model(), options),
+      *this, std::make_unique<StatePublisher>(around_.bus, description(), machine_->shared_model(), options),
       instance_.engine().time()));
   fresh.add(std::make_unique<Oscillations>(*this, [this](const std::string& joint, std::string message) {
     report_oscillation(joint, std::move(message));
@@ -228,14 +227,16 @@ void TwinRobot::report_rest() {
                                            to_seconds(kRestTime), report.complaints[i]));
   }
   if (report.complaints.size() > kUnrestShown)
-    log().warning(kRestOrigin, fmt::format("... and {} more joints", report.complaints.size() - kUnrestShown));
+    log().warning(kRestOrigin,
+                  fmt::format("... and {} more joints", report.complaints.size() - kUnrestShown));
   const double speed = std::max(report.base_linear, report.base_angular);
   if (speed > kRestSpeed && report.complaints.empty()) {
-    log().note(kRestOrigin,
-               fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: {} (--base fixed holds it)",
-                           report.base_linear, report.base_angular,
-                           report.base_touches ? "it tips over or slides, nothing balances it"
-                                               : "it falls, for it touches nothing"));
+    log().note(
+        kRestOrigin,
+        fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: {} (--base fixed holds it)",
+                    report.base_linear, report.base_angular,
+                    report.base_touches ? "it tips over or slides, nothing balances it"
+                                        : "it falls, for it touches nothing"));
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// One robot of a twin: its instance in the engine, its controller manager with the hardware, and what ticks for
-// it (transforms, loads, checks), below its namespace.
+// One robot of a twin: its instance in the engine, its controller manager with the hardware, and what ticks
+// for it (transforms, loads, checks), below its namespace.
 
 #include <memory>
 #include <optional>
@@ -71,9 +71,9 @@ class TwinRobot {
   void rebind(Instance instance);
   void settle(Time now) { control_->manager().settle(now); }  // before what came in runs
   void between_steps(Time now);
-  void reset(Time now);    // controllers hold where the robot stands
+  void reset(Time now);                                         // controllers hold where the robot stands
   void restart(Time now) { control_->manager().restart(now); }  // the same, while time goes on
-  void show(Time now);     // publishes its state as it is now
+  void show(Time now);                                          // publishes its state as it is now
   void robots_changed(Time now) { ticks_.robots_changed(now); }
 
   // -- in the loop: no allocation, no lock, no throw

@@ -18,8 +18,10 @@ constexpr const char* kOrigin = "gazebo";
 void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) {
   const auto check = [&](Geometry& geometry) {
     auto* mesh = std::get_if<MeshGeometry>(&geometry);
-    if (mesh != nullptr && !mesh->path.empty())
-      mesh->path = find_entity_mesh(mesh->uri, resolver, Target{}).string();
+    if (mesh == nullptr || mesh->path.empty()) return;
+    Target target;
+    target.package_folder = package_above(mesh->path);
+    mesh->path = find_entity_mesh(mesh->uri, resolver, target).string();
   };
   for (Link& link : robot.links) {
     for (Visual& visual : link.visuals) check(visual.geometry);
@@ -27,7 +29,8 @@ void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) 
   }
   for (GazeboExtension& extension : robot.gazebo) {
     for (GazeboPlugin& plugin : extension.plugins)
-      std::erase_if(plugin.parameter_files, [](const std::string& file) { return !lies_in_a_package(file); });
+      std::erase_if(plugin.parameter_files,
+                    [](const std::string& file) { return package_above(file).empty(); });
   }
 }
 
@@ -118,29 +121,29 @@ void Twin::Impl::spawn_robot(WorldRobot robot, std::string urdf, std::function<v
     return done(Status::refused("another robot is being made ready; call again when it is in the world"));
   if (builder.joinable()) builder.join();
   building = true;
-  builder = std::thread([this, now = twin.running(), robot = std::move(robot), urdf = std::move(urdf),
-                         done = std::move(done)] {
-    std::shared_ptr<Newcomer> newcomer;
-    auto said = std::make_shared<Diagnostics>();
-    std::string why;
-    try {
-      newcomer = twin.prepare_robot(now, robot, urdf, *said);
-    } catch (...) {
-      why = thrown_text();
-    }
-    bus.post([this, newcomer, said, why, done]() mutable {
-      building = false;
-      if (newcomer != nullptr) {
+  builder = std::thread(
+      [this, now = twin.running(), robot = std::move(robot), urdf = std::move(urdf), done = std::move(done)] {
+        std::shared_ptr<Newcomer> newcomer;
+        auto said = std::make_shared<Diagnostics>();
+        std::string why;
         try {
-          add_robot(*newcomer);
-          for (const Diagnostic& one : said->all()) log.line(one.severity, kOrigin, one.str());
+          newcomer = twin.prepare_robot(now, robot, urdf, *said);
         } catch (...) {
           why = thrown_text();
         }
-      }
-      done(why.empty() ? Status() : Status::refused(why));
-    });
-  });
+        bus.post([this, newcomer, said, why, done]() mutable {
+          building = false;
+          if (newcomer != nullptr) {
+            try {
+              add_robot(*newcomer);
+              for (const Diagnostic& one : said->all()) log.line(one.severity, kOrigin, one.str());
+            } catch (...) {
+              why = thrown_text();
+            }
+          }
+          done(why.empty() ? Status() : Status::refused(why));
+        });
+      });
 }
 
 void Twin::add_robot(const std::shared_ptr<Newcomer>& newcomer) {

@@ -75,9 +75,8 @@ struct Viewer::Impl {
     picture = std::move(fresh);
     const Model& model = *picture->model;
     q = picture->start;
-    publisher = std::make_unique<StatePublisher>(
-        bus, picture->description.robot, picture->model,
-        StatePublisher::Options{.file = &picture->parameters});
+    publisher = std::make_unique<StatePublisher>(bus, picture->description.robot, picture->model,
+                                                 StatePublisher::Options{.file = &picture->parameters});
     shown.name = model.scalar_joint_names();
     shown.position.assign(shown.name.size(), 0.0);
     joints.clear();

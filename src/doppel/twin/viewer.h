@@ -17,9 +17,9 @@ namespace doppel {
 
 class Viewer {
  public:
-  // Of the scenario: the first robot's target and arguments, bundled_robots, inspect. Whatever can be drawn is taken, with
-  // warnings in `diagnostics` (twin/drawable.h); throws InputError where nothing can be. `log`, which
-  // outlives the viewer, gets what is said later: commands that make no sense, each once.
+  // Of the scenario: the first robot's target and arguments, bundled_robots, inspect. Whatever can be drawn
+  // is taken, with warnings in `diagnostics` (twin/drawable.h); throws InputError where nothing can be.
+  // `log`, which outlives the viewer, gets what is said later: commands that make no sense, each once.
   Viewer(const Scenario& scenario, const Log& log, Diagnostics& diagnostics);
   ~Viewer();
   Viewer(const Viewer&) = delete;

@@ -72,8 +72,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
   }
 
  private:
-  void on_publication_matched(dds::DataWriter* writer,
-                              const dds::PublicationMatchedStatus& status) override {
+  void on_publication_matched(dds::DataWriter* writer, const dds::PublicationMatchedStatus& status) override {
     if (answers_) {
       const Gid own = gid_of(writer->guid());
       const Gid reader = gid_of(rtps::iHandle2GUID(status.last_subscription_handle));

@@ -41,8 +41,8 @@ class SimulatedHardwares : public ::testing::Test {
     model_ = std::make_shared<const Model>(compile_model(robot_, BaseKind::fixed, diagnostics_));
     CollisionMeshes meshes;
     engine_ = compile_world(kDefaultEngine, {},
-                            {make_instance(std::make_shared<const RobotDescription>(robot_), model_, {}, meshes,
-                                           diagnostics_)},
+                            {make_instance(std::make_shared<const RobotDescription>(robot_), model_, {},
+                                           meshes, diagnostics_)},
                             diagnostics_)
                   ->make_engine();
     arm_ = engine_->instance(0);

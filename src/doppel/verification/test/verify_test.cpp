@@ -18,8 +18,8 @@ using ::testing::HasSubstr;
 
 MotionSubject subject(const RobotDescription& robot, const Model& model, BaseKind base, const World& world,
                       const InstanceOptions& options = {}) {
-  MotionSubject out{std::make_shared<const RobotDescription>(robot), std::make_shared<const Model>(model), base,
-                    world, options};
+  MotionSubject out{std::make_shared<const RobotDescription>(robot), std::make_shared<const Model>(model),
+                    base, world, options};
   return out;
 }
 
@@ -181,8 +181,7 @@ TEST(Verify, AStepThatFourDoesNotDivideIsCut) {
   world.ground = false;
   world.integrator = Integrator::rk4;
   world.step = Duration{4'166'667};
-  const Verification found =
-      verify(arm.in(world), {0.3, {MotionKind::smooth}, "", {}});
+  const Verification found = verify(arm.in(world), {0.3, {MotionKind::smooth}, "", {}});
   EXPECT_NEAR(found.step, 4'166'664e-9, 1e-15);
   ASSERT_TRUE(found.motions[0].order);
   EXPECT_NEAR(*found.motions[0].order, 4, 0.5);
