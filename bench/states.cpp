@@ -60,7 +60,7 @@ double rate(std::vector<std::unique_ptr<doppel::Engine>>& states, unsigned threa
 
 int main(int argc, char** argv) {
   doppel::Scenario scenario;
-  scenario.target = argc > 1 ? argv[1] : "omarm_one";
+  scenario.robots = {{.target = argc > 1 ? argv[1] : "omarm_one"}};
   scenario.bundled_robots = DOPPEL_ROBOTS;
   const int count = argc > 2 ? std::max(1, std::atoi(argv[2])) : 64;
   if (argc > 3) scenario.engine = argv[3];
@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
   const std::shared_ptr<const doppel::CompiledWorld> world = engine.compiled();
 
   std::vector<std::unique_ptr<doppel::Engine>> kept;
-  fmt::print("{} in {} {}\n", scenario.target, world->capabilities().name, world->capabilities().version);
+  fmt::print("{} in {} {}\n", scenario.robots.front().target, world->capabilities().name, world->capabilities().version);
   fmt::print("  a further state   make_engine {:6.1f} us   clone {:6.1f} us   copy_state {:6.1f} us\n",
              cost([&] { kept.push_back(world->make_engine()); }),
              cost([&] { kept.push_back(engine.clone()); }), cost([&] { kept.front()->copy_state(engine); }));

@@ -41,6 +41,26 @@ points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 
   EXPECT_EQ(edge_->dropped(), 0u);
 }
 
+TEST_F(Allocation, NoneWithFourRobotsOnTrajectoriesAndAListener) {
+  Scenario scenario;
+  for (int i = 0; i < 4; ++i) {
+    WorldRobot& robot = scenario.robots.emplace_back();
+    robot.target = "omarm_one";
+    robot.name_space = "arm_" + std::to_string(i);
+    robot.X_WR = make_pose({1.0 * i, 0, 0}, {0, 0, 0});
+  }
+  bring_up(scenario);
+  for (const TopicInfo& topic : twin_->bus().topics()) edge_->subscribe(topic.id);
+  for (const WorldRobot& robot : scenario.robots) {
+    publish("/" + robot.name_space + "/omarm_arm_controller/joint_trajectory",
+            "trajectory_msgs/msg/JointTrajectory",
+            R"({joint_names: ["Revolute 1","Revolute 2","Revolute 3","Revolute 4","Revolute 5","Revolute 6"],
+points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 2}}]})");
+  }
+  run(0.6);  // rest has been judged
+  EXPECT_EQ(count(1.0), 0u);
+}
+
 TEST_F(Allocation, NoneWhereAPushOnAnObjectBeginsAndEnds) {
   bring_up("lab_arm");
   WorldObject ball;

@@ -59,7 +59,7 @@ _doppel() {
   done
   local IFS=$'\n'
   case "${words[0]-} ${words[1]-}" in
-    'up '*|'view '*|'check '*|'tree '*|'info '*|'mass '*|'verify '*|'compare-engines '*|'convert '*|'diff '*|'calibrate '*|'xacro '*|'overlay '[a-z]*)
+    'up '*|'spawn '*|'view '*|'check '*|'tree '*|'info '*|'mass '*|'verify '*|'compare-engines '*|'convert '*|'diff '*|'calibrate '*|'xacro '*|'overlay '[a-z]*)
       mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" robots)" -- "$current"; compgen -f -- "$current") ;;
     'topic echo'|'topic hz'|'topic info'|'topic type'|'topic bw'|'topic delay'|'topic pub')
       mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" topic list $remote 2>/dev/null)" -- "$current") ;;
@@ -120,17 +120,17 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
                            "give them to up or view");
 }
 
-// `doppel --remote VERB` is for verbs that speak to somebody.
-void refuse_remote_elsewhere(const CLI::App& app) {
+// `doppel --remote VERB` and `doppel --ns ROBOT VERB` are for verbs that speak to somebody.
+void refuse_elsewhere(const CLI::App& app, const char* option) {
   const CLI::App* verb = &app;
   std::string path;
   while (!verb->get_subcommands().empty()) {
     verb = verb->get_subcommands().front();
     path += (path.empty() ? "" : " ") + verb->get_name();
   }
-  if (verb->get_option_no_throw("--remote") != nullptr) return;
+  if (verb->get_option_no_throw(option) != nullptr) return;
   throw doppel::InputError("cli.use", {}, fmt::format("'{}' speaks to no ROS 2 graph", path),
-                           "leave --remote away");
+                           fmt::format("leave {} away", option));
 }
 
 int run(int argc, char** argv) {
@@ -141,8 +141,11 @@ int run(int argc, char** argv) {
   bool remote = false;
   app.add_flag("--remote", remote,
                "Speak to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin: topic, node, ...");
+  std::string name_space;
+  app.add_option("--ns", name_space, "Speak to the robot in this namespace: topic, control, move, ...");
   app.parse_complete_callback([&] {
-    if (remote) refuse_remote_elsewhere(app);
+    if (remote) refuse_elsewhere(app, "--remote");
+    if (!name_space.empty()) refuse_elsewhere(app, "--ns");
   });
   app.footer(
       "Start here:\n  doppel up omarm_one\nor, to look at a description without physics:\n  doppel view "

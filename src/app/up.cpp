@@ -380,7 +380,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
       "  doppel up omarm_one\n"
       "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
       "  doppel up --robot omarm_one:left --robot omarm_one:right@0.8,0,0,0,0,3.14159 --world "
-      "worlds/two_arms.yaml\n"
+      "worlds/table.yaml\n"
       "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
       "  doppel up omarm_one --ros-args -r __ns:=/left -r /clock:=clock -p robot_state_publisher:"
       "frame_prefix:=left/\n"

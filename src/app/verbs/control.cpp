@@ -21,7 +21,7 @@ std::vector<std::string> find_managers(Client& twin) {
   for (const auto& [name, service] : twin.services()) {
     const bool only_wanted = service.providers.empty() && !service.clients.empty();
     if (service.type == service_support<srv::ListControllers>().name && name.ends_with(kListControllers) &&
-        !only_wanted)
+        !only_wanted && name.starts_with(robot_namespace() + "/"))
       managers.push_back(name.substr(0, name.size() - kListControllers.size()));
   }
   return managers;
@@ -32,8 +32,8 @@ std::string find_manager(Client& twin, const std::string& asked) {
   const std::vector<std::string> managers = find_managers(twin);
   if (managers.size() > 1)
     wrong_use(fmt::format("there are {} controller managers: {}", managers.size(), fmt::join(managers, ", ")),
-              fmt::format("say which is meant: --controller-manager {}", managers.front()));
-  return managers.empty() ? "/controller_manager" : managers.front();
+              fmt::format("say which is meant: --ns ROBOT, or --controller-manager {}", managers.front()));
+  return managers.empty() ? absolute("controller_manager") : managers.front();
 }
 
 void declare_manager(CLI::App& verb, std::string& manager) {

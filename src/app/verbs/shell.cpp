@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "app/tell.h"
+#include "doppel/bus/name_rules.h"
 #include "doppel/client/websocket_client.h"
 #include "doppel/core/names.h"
 #include "doppel/ros2/environment.h"
@@ -20,6 +21,7 @@ namespace {
 constexpr int kInterruptedExit = 130;  // 128 + SIGINT, as shells count
 
 std::atomic<bool> interrupt_caught = false;
+std::string chosen_namespace;  // of the one verb that runs: "/left"
 
 std::uint16_t parse_port(const char* text) {
   const std::string_view view(text);
@@ -94,6 +96,23 @@ bool asks_for_graph(const CLI::App* app) {
   return false;
 }
 
+// --ns stands with the verb or before it.
+std::string asked_namespace(const CLI::App* app) {
+  for (; app != nullptr; app = app->get_parent()) {
+    const CLI::Option* const ns = app->get_option_no_throw("--ns");
+    if (ns != nullptr && ns->count() > 0) return ns->as<std::string>();
+  }
+  return "";
+}
+
+std::string checked_namespace(std::string asked) {
+  if (asked.empty()) return asked;
+  if (!asked.starts_with('/')) asked.insert(0, 1, '/');
+  if (const Status fine = check_namespace(asked); !fine)
+    wrong_use(fmt::format("--ns: {}", fine.why()), "give a robot's namespace, for instance --ns left");
+  return asked;
+}
+
 bool is_remote_by_default() {
   const char* value = std::getenv("DOPPEL_REMOTE");
   const std::string_view text = value == nullptr ? "" : value;
@@ -145,10 +164,15 @@ void add_connection_options(CLI::App& verb, Connection& connection) {
   verb.add_option("--spin-time", connection.spin_time,
                   "With --remote: seconds to look who is there; default: until it is quiet")
       ->check(CLI::PositiveNumber);
+  if (verb.get_option_no_throw("--ns") == nullptr) {
+    verb.add_option("--ns", connection.name_space,
+                    "The robot that is meant, by its namespace: relative names stand below it");
+  }
 }
 
 int run_verb(const CLI::App& verb, Connection connection, const std::function<int(Shell&)>& run) {
   connection.remote = asks_for_graph(&verb);
+  chosen_namespace = checked_namespace(asked_namespace(&verb));
   if (connection.remote && connection.port != 0)
     wrong_use("--port names a twin, --remote asks for the ROS 2 graph", "give one of them");
   if (connection.port == 0) connection.remote = connection.remote || is_remote_by_default();
@@ -171,8 +195,12 @@ CLI::App& add_group(CLI::App& app, const std::string& name, const std::string& h
   return *group;
 }
 
+const std::string& robot_namespace() {
+  return chosen_namespace;
+}
+
 std::string absolute(std::string_view name) {
-  return name.starts_with('/') ? std::string(name) : fmt::format("/{}", name);
+  return name.starts_with('/') ? std::string(name) : fmt::format("{}/{}", chosen_namespace, name);
 }
 
 bool is_hidden(std::string_view name) {

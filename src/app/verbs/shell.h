@@ -30,9 +30,10 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
 
 // Whom a verb speaks to.
 struct Connection {
-  int port = 0;          // of the twin; 0: of DOPPEL_PORT, else the newest that runs
-  bool remote = false;   // the ROS 2 graph instead of a twin's server
-  double spin_time = 0;  // s to look who is there; 0: until it is quiet
+  int port = 0;                 // of the twin; 0: of DOPPEL_PORT, else the newest that runs
+  bool remote = false;          // the ROS 2 graph instead of a twin's server
+  double spin_time = 0;         // s to look who is there; 0: until it is quiet
+  std::string name_space = {};  // "left": the robot that is meant; empty: none
 };
 
 class Shell {
@@ -63,6 +64,8 @@ struct NoOptions {};
 CLI::App& add_group(CLI::App& app, const std::string& name, const std::string& help);
 
 // -- names
+// The robot that --ns names: "/left", or empty. Relative names stand below it.
+const std::string& robot_namespace();
 std::string absolute(std::string_view name);             // with its leading slash
 bool is_hidden(std::string_view name);                   // a part of it begins with an underscore
 const TypeSupport& known_type(const std::string& name);  // throws InputError with the nearest
@@ -86,7 +89,7 @@ typename S::Response call(Client& twin, const std::string& service, const typena
   return decode<typename S::Response>(call_raw(twin, service, to_cdr(request)));
 }
 
-// --port, --remote and --spin-time of a verb.
+// --port, --remote, --spin-time and, where the verb has no such option, --ns.
 void add_connection_options(CLI::App& verb, Connection& connection);
 // Throws InputError where the options contradict each other.
 int run_verb(const CLI::App& verb, Connection connection, const std::function<int(Shell&)>& run);

@@ -32,7 +32,7 @@ struct Frame {
 class Frames {
  public:
   explicit Frames(Client& twin) : twin_(twin) {
-    for (const char* topic : {"/tf_static", "/tf"}) {
+    for (const std::string& topic : {fixed_topic_, moving_topic_}) {
       if (twin_.topics().contains(topic)) twin_.subscribe(topic);
     }
   }
@@ -50,7 +50,7 @@ class Frames {
   [[nodiscard]] bool heard_moving() const { return heard_moving_; }
   [[nodiscard]] bool heard_fixed() const { return heard_fixed_; }
   [[nodiscard]] bool moving_expected() const {
-    const auto found = twin_.topics().find("/tf");
+    const auto found = twin_.topics().find(moving_topic_);
     return found != twin_.topics().end() && !found->second.publishers.empty();
   }
   [[nodiscard]] const std::map<std::string, Frame>& all() const { return frames_; }
@@ -70,8 +70,11 @@ class Frames {
   }
 
  private:
+  // With --ns those of the one robot, without prefixes.
+  const std::string moving_topic_ = absolute("tf"), fixed_topic_ = absolute("tf_static");
+
   void take(const Client::Received& message) {
-    const bool fixed = message.topic == "/tf_static";
+    const bool fixed = message.topic == fixed_topic_;
     (fixed ? heard_fixed_ : heard_moving_) = true;
     for (const auto& t : decode<tf2_msgs::msg::TFMessage>(message.cdr).transforms) {
       Frame& frame = frames_[t.child_frame_id];

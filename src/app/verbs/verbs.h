@@ -22,6 +22,7 @@ void add_param(CLI::App& app, int& exit_code);
 void add_action(CLI::App& app, int& exit_code);
 void add_move(CLI::App& app, int& exit_code);
 void add_stop(CLI::App& app, int& exit_code);
+void add_spawn(CLI::App& app, int& exit_code);  // and delete
 
 // Without a twin, over descriptions in files.
 void add_xacro(CLI::App& app, int& exit_code);

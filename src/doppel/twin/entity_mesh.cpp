@@ -39,12 +39,12 @@ std::vector<fs::path> folders_of(const std::string& scheme, const std::string& r
 
 }  // namespace
 
-bool lies_in_a_package(const fs::path& file) {
+fs::path package_above(const fs::path& file) {
   std::error_code none;
   for (fs::path at = file.parent_path(); at.has_relative_path(); at = at.parent_path()) {
-    if (fs::is_regular_file(at / "package.xml", none)) return true;
+    if (fs::is_regular_file(at / "package.xml", none)) return at;
   }
-  return false;
+  return {};
 }
 
 fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolver, const Target& target) {
@@ -82,7 +82,7 @@ fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolve
     const fs::path canonical = folder.empty() ? folder : fs::canonical(folder, gone);
     return is_below(real, canonical);
   };
-  if (std::ranges::none_of(folders, really_holds) && !lies_in_a_package(real))
+  if (std::ranges::none_of(folders, really_holds) && package_above(real).empty())
     throw refuse("is a link that leads out of the robot's packages");
   if (!is_mesh_name(real)) throw refuse("is a link to what is no .stl, .obj or .dae");
   if (fs::file_size(real, failed) > kLargestMesh || failed)

@@ -51,6 +51,7 @@ WorldRobot parse_robot(const std::string& text) {
   if (const std::size_t colon = rest.rfind(':'); colon != std::string::npos && colon > 0) {
     out.name_space = rest.substr(colon + 1);
     if (out.name_space.starts_with('/')) out.name_space.erase(0, 1);
+    if (out.name_space.empty()) refuse(text, "behind the colon there is no namespace");
     if (const Status fine = check_namespace("/" + out.name_space); !fine) refuse(text, fine.why());
     rest.erase(colon);
   }

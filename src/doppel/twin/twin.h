@@ -53,7 +53,7 @@ class Twin {
   [[nodiscard]] std::shared_ptr<Newcomer> prepare_robot(const std::shared_ptr<const Running>& running,
                                                         const WorldRobot& robot, const std::string& urdf,
                                                         Diagnostics& diagnostics) const;
-  // The loop's thread, between steps. Every other robot runs on with the same state to the bit. Throws
+  // The loop's thread, between steps. No bit of the others' state changes by it. Throws
   // InputError: its name is taken, or its controllers do not come up; nothing has changed then.
   void add_robot(const std::shared_ptr<Newcomer>& newcomer);
   // With its controllers, topics and services. Refused: no robot has this namespace, it has none, or it is

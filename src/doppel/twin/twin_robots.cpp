@@ -18,8 +18,10 @@ constexpr const char* kOrigin = "gazebo";
 void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) {
   const auto check = [&](Geometry& geometry) {
     auto* mesh = std::get_if<MeshGeometry>(&geometry);
-    if (mesh != nullptr && !mesh->path.empty())
-      mesh->path = find_entity_mesh(mesh->uri, resolver, Target{}).string();
+    if (mesh == nullptr || mesh->path.empty()) return;
+    Target target;
+    target.package_folder = package_above(mesh->path);
+    mesh->path = find_entity_mesh(mesh->uri, resolver, target).string();
   };
   for (Link& link : robot.links) {
     for (Visual& visual : link.visuals) check(visual.geometry);
@@ -27,7 +29,8 @@ void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) 
   }
   for (GazeboExtension& extension : robot.gazebo) {
     for (GazeboPlugin& plugin : extension.plugins)
-      std::erase_if(plugin.parameter_files, [](const std::string& file) { return !lies_in_a_package(file); });
+      std::erase_if(plugin.parameter_files,
+                    [](const std::string& file) { return package_above(file).empty(); });
   }
 }
 

@@ -16,7 +16,7 @@ namespace doppel {
 std::filesystem::path find_entity_mesh(const std::string& uri, const PackageResolver& resolver,
                                        const Target& target);
 
-// Whether one of the folders above the file is a package's.
-bool lies_in_a_package(const std::filesystem::path& file);
+// The nearest folder above the file that is a package's; empty: none is.
+std::filesystem::path package_above(const std::filesystem::path& file);
 
 }  // namespace doppel

@@ -1,0 +1,78 @@
+// doppel spawn and delete: robots that come and go while a twin runs.
+#include "app/verbs/description_target.h"
+#include "app/verbs/shell.h"
+#include "app/verbs/verbs.h"
+#include "doppel/messages/gazebo_msgs.h"
+#include "doppel/twin/pose_messages.h"
+#include "doppel/twin/robot_setup.h"
+#include "doppel/twin/robot_text.h"
+
+namespace doppel::app {
+namespace {
+
+constexpr std::chrono::seconds kPatience{60};  // a robot of large meshes takes its time
+
+struct SpawnOptions {
+  std::vector<std::string> words;  // TARGET and its name:=value
+  std::string name_space, place = "0,0,0";
+};
+
+struct DeleteOptions {
+  std::string name;
+};
+
+template <Service S>
+int call_and_say(Client& twin, const std::string& service, const typename S::Request& request) {
+  const auto answer = decode<typename S::Response>(call_raw(twin, service, to_cdr(request), kPatience));
+  if (!answer.success) throw ClientError(answer.status_message);
+  say("{}\n", answer.status_message);
+  return 0;
+}
+
+int spawn(Shell& shell, const SpawnOptions& options) {
+  DescriptionTarget target = open_target(options.words);
+  Diagnostics chosen;
+  target.arguments =
+      simulation_arguments(target.target.description, std::move(target.arguments), target.resolver, chosen);
+  print_diagnostics(chosen, true);
+  const LoadedDescription loaded = load_target(target);
+  using gazebo_msgs::srv::SpawnEntity;
+  SpawnEntity::Request request;
+  request.name = options.name_space.empty() ? loaded.robot.name : options.name_space;
+  request.robot_namespace = request.name;
+  request.xml = loaded.robot.xml;
+  request.initial_pose = to_pose_msg(parse_place(options.place, "--at"));
+  return call_and_say<SpawnEntity>(shell.twin(), "/spawn_entity", request);
+}
+
+int remove(Shell& shell, const DeleteOptions& options) {
+  using gazebo_msgs::srv::DeleteEntity;
+  DeleteEntity::Request request;
+  request.name = options.name;
+  return call_and_say<DeleteEntity>(shell.twin(), "/delete_entity", request);
+}
+
+}  // namespace
+
+void add_spawn(CLI::App& app, int& exit_code) {
+  add_verb<SpawnOptions>(
+      app, "spawn", "Put a further robot into a twin that runs, with its controllers",
+      "doppel spawn omarm_one --ns right --at 0.8,0,0,0,0,3.14159", exit_code,
+      [](CLI::App& verb, SpawnOptions& options) {
+        add_target(verb, options.words);
+        verb.add_option("--ns", options.name_space,
+                        "Its namespace, and its name in the world; default: the description's name");
+        verb.add_option("--at", options.place,
+                        "Where its root link stands: x,y,z[,roll,pitch,yaw], m and rad")
+            ->capture_default_str();
+      },
+      spawn);
+  add_verb<DeleteOptions>(
+      app, "delete", "Take a robot or an object out of a twin that runs", "doppel delete right", exit_code,
+      [](CLI::App& verb, DeleteOptions& options) {
+        verb.add_option("name", options.name, "The robot's namespace, or the object's name")->required();
+      },
+      remove);
+}
+
+}  // namespace doppel::app
