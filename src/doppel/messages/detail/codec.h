@@ -3,8 +3,8 @@
 
 #include <type_traits>
 
-#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/codec.h"
+#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/type_description.h"
 
 namespace doppel::messages_detail {

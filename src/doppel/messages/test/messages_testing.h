@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/codec.h"
+#include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/type_description.h"
 #include "doppel/messages/utf8.h"
 

@@ -307,11 +307,10 @@ std::string header(const WorldSettings& world, std::span<const ModelInstance> in
          listed_pairs ? "predefined" : "all");
   // Those that stand still touch nothing by themselves, and MuJoCo's memory grows with the square of njmax.
   const auto objects = static_cast<std::size_t>(std::ranges::count_if(instances, &ModelInstance::is_object));
-  const auto loose = static_cast<std::size_t>(std::ranges::count_if(
-      instances, [](const ModelInstance& i) { return i.is_object() && i.floating(); }));
+  const auto loose = static_cast<std::size_t>(
+      std::ranges::count_if(instances, [](const ModelInstance& i) { return i.is_object() && i.floating(); }));
   const std::size_t robots = std::max<std::size_t>(instances.size() - objects, 1);
-  append(out, "<size nconmax=\"{}\" njmax=\"{}\"/>\n", 100 * robots + 8 * loose,
-         400 * robots + 24 * loose);
+  append(out, "<size nconmax=\"{}\" njmax=\"{}\"/>\n", 100 * robots + 8 * loose, 400 * robots + 24 * loose);
   append(out,
          "<default><geom contype=\"1\" conaffinity=\"1\" condim=\"3\" solref=\"{0:.17g} 1\" solimp=\"0.95 "
          "0.99 0.001\"/><pair condim=\"3\" solref=\"{0:.17g} 1\" solimp=\"0.95 0.99 0.001\"/>"
