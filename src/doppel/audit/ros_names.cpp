@@ -8,19 +8,6 @@
 namespace doppel::audit_rules {
 namespace {
 
-constexpr std::array kSimulatorPlugins{
-    HardwarePlugin{"gz_ros2_control/GazeboSimSystem", "", "Gazebo", true},
-    HardwarePlugin{"ign_ros2_control/IgnitionSystem", "gz_ros2_control/GazeboSimSystem",
-                   "Gazebo when it was called Ignition", true},
-    HardwarePlugin{"gazebo_ros2_control/GazeboSystem", "gz_ros2_control/GazeboSimSystem",
-                   "Gazebo Classic, which ended in January 2025", true},
-    HardwarePlugin{"mock_components/GenericSystem", "", "ros2_control's own mirror of commands"},
-    HardwarePlugin{"fake_components/GenericSystem", "mock_components/GenericSystem",
-                   "ros2_control before it was renamed"},
-    HardwarePlugin{"mujoco_ros2_control/MujocoSystem", "", "MuJoCo"},
-    HardwarePlugin{"topic_based_ros2_control/TopicBasedSystem", "", "Isaac Sim and others, by topics"},
-    HardwarePlugin{"doppel/SimulatedSystem", "", "doppel"}};
-
 constexpr std::string_view kGazeboFile = "gz_ros2_control-system";
 constexpr std::string_view kGazeboClass = "gz_ros2_control::GazeboSimROS2ControlPlugin";
 constexpr std::array kGazeboControlPlugins{
@@ -31,16 +18,6 @@ constexpr std::array kGazeboControlPlugins{
     GazeboControlPlugin{"gazebo_ros_control", "", kGazeboFile, kGazeboClass}};
 
 }  // namespace
-
-std::span<const HardwarePlugin> simulator_plugins() {
-  return kSimulatorPlugins;
-}
-
-const HardwarePlugin* find_simulator_plugin(std::string_view name) {
-  const auto found = std::find_if(kSimulatorPlugins.begin(), kSimulatorPlugins.end(),
-                                  [&](const HardwarePlugin& p) { return p.name == name; });
-  return found == kSimulatorPlugins.end() ? nullptr : &*found;
-}
 
 std::span<const GazeboControlPlugin> gazebo_control_plugins() {
   return kGazeboControlPlugins;

@@ -73,7 +73,7 @@ void check_pair(const AuditInput& in, Findings& out) {
   }
   const auto& hardware = in.robot.hardware;
   const auto simulated = std::find_if(hardware.begin(), hardware.end(), [](const HardwareDescription& h) {
-    const HardwarePlugin* known = find_simulator_plugin(h.plugin);
+    const SimulatorPlugin* known = find_simulator_plugin(h.plugin);
     return known != nullptr && known->needs_gazebo;
   });
   if (simulated != hardware.end() && plugin == nullptr) {

@@ -33,7 +33,7 @@ void check_plugin(const HardwareDescription& hardware, Findings& out) {
         "write <hardware><plugin>gz_ros2_control/GazeboSimSystem</plugin></hardware>, or the driver's name");
     return;
   }
-  if (const HardwarePlugin* known = find_simulator_plugin(hardware.plugin)) {
+  if (const SimulatorPlugin* known = find_simulator_plugin(hardware.plugin)) {
     if (known->present.empty()) return;
     out.add("ros2_control.old_plugin", subject_of(hardware), hardware.plugin_source,
             fmt::format("'{}' is the plugin of {}; today it is '{}'", hardware.plugin, known->whose,
@@ -42,7 +42,7 @@ void check_plugin(const HardwareDescription& hardware, Findings& out) {
     return;
   }
   Names names;
-  for (const HardwarePlugin& plugin : simulator_plugins()) names.emplace_back(plugin.name);
+  for (const SimulatorPlugin& plugin : simulator_plugins()) names.emplace_back(plugin.name);
   const auto near = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
     return edit_distance(hardware.plugin, name) <= 3;
   });
@@ -72,7 +72,7 @@ void sensor_names(const XmlNode& node, std::set<std::string>& out) {
 void check_sensors(const AuditInput& in, const HardwareDescription& hardware, Findings& out) {
   if (hardware.sensors.empty()) return;
   const Names links = link_names(in.robot), joints = joint_names(in.robot);
-  const HardwarePlugin* plugin = find_simulator_plugin(hardware.plugin);
+  const SimulatorPlugin* plugin = find_simulator_plugin(hardware.plugin);
   std::set<std::string> simulated;
   for (const XmlNode& child : in.expanded.root.children) {
     if (child.is("gazebo")) sensor_names(child, simulated);

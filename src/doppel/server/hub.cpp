@@ -61,15 +61,6 @@ OutgoingFrame make_frame(foxglove::FrameBytes bytes) {
   return frame;
 }
 
-bool split_parameter_name(std::string_view full, std::string& node, std::string& name) {
-  const std::size_t dot = full.find('.');
-  if (dot == std::string_view::npos || dot == 0 || dot + 1 == full.size()) return false;
-  node = full.substr(0, dot);
-  name = full.substr(dot + 1);
-  if (!node.starts_with('/')) node = fmt::format("/{}", full.substr(0, dot));
-  return true;
-}
-
 Hub::Hub(Bus& bus, HubOptions options, Post post)
     : bus_(bus),
       options_(std::move(options)),

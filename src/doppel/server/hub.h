@@ -176,10 +176,4 @@ class Hub {
   std::unique_ptr<Edge> edge_;  // last: no reply runs once it is gone
 };
 
-// "/node.parameter" into its two halves; false: it is no such name.
-bool split_parameter_name(std::string_view full, std::string& node, std::string& name);
-inline std::string parameter_name(std::string_view node, std::string_view name) {
-  return std::string(node) + "." + std::string(name);
-}
-
 }  // namespace doppel

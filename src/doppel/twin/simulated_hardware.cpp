@@ -10,22 +10,10 @@
 #include "doppel/core/names.h"
 
 namespace doppel {
-namespace {
-
-constexpr std::array<std::string_view, 8> kSimulatorPlugins{"gz_ros2_control/GazeboSimSystem",
-                                                            "ign_ros2_control/IgnitionSystem",
-                                                            "gazebo_ros2_control/GazeboSystem",
-                                                            "mujoco_ros2_control/MujocoSystem",
-                                                            "mock_components/GenericSystem",
-                                                            "fake_components/GenericSystem",
-                                                            "topic_based_ros2_control/TopicBasedSystem",
-                                                            kSimulatedPlugin};
-
-}  // namespace
 
 void register_simulated_hardware(HardwareRegistry& registry, Instance robot) {
-  for (const std::string_view plugin : kSimulatorPlugins) {
-    registry.add(std::string(plugin), HardwareKind::simulated,
+  for (const SimulatorPlugin& plugin : simulator_plugins()) {
+    registry.add(std::string(plugin.name), HardwareKind::simulated,
                  [robot] { return std::make_unique<SimulatedHardware>(robot); });
   }
 }
@@ -281,17 +269,16 @@ void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& 
                      fmt::format("'{}' drives real hardware here; it is not simulated", hardware.plugin));
     return;
   }
-  const bool simulator = std::find(kSimulatorPlugins.begin(), kSimulatorPlugins.end(), hardware.plugin) !=
-                         kSimulatorPlugins.end();
-  if (simulator) {
-    if (hardware.plugin != kSimulatorPlugins.back()) {
+  if (find_simulator_plugin(hardware.plugin) != nullptr) {
+    if (hardware.plugin != kSimulatedPlugin) {
       diagnostics.note("ros2_control.plugin_mapped", hardware.plugin_source,
                        fmt::format("'{}' is another simulator's; doppel's simulated hardware takes its place",
                                    hardware.plugin));
     }
     return;
   }
-  const std::vector<std::string> known(kSimulatorPlugins.begin(), kSimulatorPlugins.end());
+  std::vector<std::string> known;
+  for (const SimulatorPlugin& plugin : simulator_plugins()) known.emplace_back(plugin.name);
   const auto near = nearest_name(hardware.plugin, known);
   if (hardware.plugin.empty()) {
     diagnostics.warning("ros2_control.no_plugin", hardware.source,

@@ -10,6 +10,7 @@
 #include "doppel/control/hardware_registry.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/description/simulator_plugins.h"
 #include "doppel/physics/engine.h"
 
 namespace doppel {
@@ -62,7 +63,6 @@ class SimulatedHardware : public HardwareComponent {
 void register_simulated_hardware(HardwareRegistry& registry, Instance robot);
 
 // The plugin of a component that is made up where the description has none.
-inline constexpr const char* kSimulatedPlugin = "doppel/SimulatedSystem";
 
 // A system for a description without <ros2_control>: position commands, position, velocity and effort states
 // for every driven joint, and states of the mimics.

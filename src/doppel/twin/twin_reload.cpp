@@ -93,13 +93,11 @@ std::map<std::string, ControllerWish> Twin::Impl::present_wishes() const {
   return out;
 }
 
-namespace {
-
 // Puts the robots of a new machine in the place of those that run. All of it is built beside them, and until
 // it is complete nothing of theirs is let go: what throws on the way leaves them as they were.
-class Succession {
+class Twin::Impl::Succession {
  public:
-  Succession(Twin::Impl& twin, std::unique_ptr<Machine>& machine)
+  Succession(Impl& twin, std::unique_ptr<Machine>& machine)
       : twin_(twin), machine_(machine), stage_(twin.bus) {
     refuse_real_hardware();
     goes_on_.reserve(machine->robots.size());
@@ -226,15 +224,13 @@ class Succession {
     for (const auto& robot : twin_.robots) robot->robots_changed(twin_.machine->engine->time());
   }
 
-  Twin::Impl& twin_;
+  Impl& twin_;
   std::unique_ptr<Machine>& machine_;  // the one that does not run
   std::optional<BusStage> stage_;
   std::vector<std::unique_ptr<TwinRobot>> former_;
   std::vector<GoesOn> goes_on_;
   bool done_ = false;
 };
-
-}  // namespace
 
 Twin::Reload Twin::Impl::replace(Replacement& fresh) {
   const auto held = hold();

@@ -10,19 +10,11 @@
 
 #include "doppel/audit/detail/package_files.h"
 #include "doppel/audit/detail/rules.h"
+#include "doppel/description/simulator_plugins.h"
 
 namespace doppel::audit_rules {
 
 using Names = std::vector<std::string>;
-
-struct HardwarePlugin {
-  std::string_view name;
-  std::string_view present;   // empty: the name is of today
-  std::string_view whose;     // what it belonged to, for people
-  bool needs_gazebo = false;  // lives inside a simulator and needs its <gazebo> plugin
-};
-std::span<const HardwarePlugin> simulator_plugins();
-const HardwarePlugin* find_simulator_plugin(std::string_view name);
 
 // <gazebo><plugin filename="..."> of ros2_control, with its class.
 struct GazeboControlPlugin {

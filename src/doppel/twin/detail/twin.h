@@ -49,6 +49,7 @@ struct Twin::Impl {
   [[nodiscard]] TwinRobot* find(std::string_view name_space) const;
 
   // -- twin_reload.cpp
+  class Succession;
   Reload replace(Replacement& fresh);
   [[nodiscard]] std::map<std::string, ControllerWish> present_wishes() const;
 

@@ -25,7 +25,7 @@ using Names = std::vector<std::string>;
 
 struct Component {
   const char* name;
-  const char* plugin;
+  std::string_view plugin;
   double tolerance;  // rad, of a position that was commanded and has come to rest
   double lag;        // rad, of a position on its way at 1 rad/s
 };

@@ -1,0 +1,13 @@
+#pragma once
+// A node's parameter as the protocol names it: "/node.parameter".
+
+#include <string>
+#include <string_view>
+
+namespace doppel::foxglove {
+
+std::string parameter_name(std::string_view node, std::string_view name);
+// Into its two halves; false: it is no such name.
+bool split_parameter_name(std::string_view full, std::string& node, std::string& name);
+
+}  // namespace doppel::foxglove
