@@ -1,4 +1,5 @@
 #include "doppel/server/hub.h"
+#include "doppel/foxglove/parameter_name.h"
 
 #include <fmt/format.h>
 
@@ -287,7 +288,7 @@ void Hub::send_parameters(ClientId id, std::vector<std::string> names, std::stri
     foxglove::ParameterValues values{.parameters = {}, .id = request};
     const std::set<std::string> wanted(names.begin(), names.end());
     for (const NamedParameter& parameter : all) {
-      std::string full = parameter_name(parameter.node, parameter.name);
+      std::string full = foxglove::parameter_name(parameter.node, parameter.name);
       if (!wanted.empty() && !wanted.contains(full)) continue;
       values.parameters.push_back({std::move(full), parameter.value});
     }
@@ -302,12 +303,12 @@ void Hub::handle(Client& client, ClientId id, const foxglove::SetParameters& set
   std::vector<std::string> names;
   for (const foxglove::Parameter& parameter : set.parameters) {
     std::string node, name;
-    if (!split_parameter_name(parameter.name, node, name)) {
+    if (!foxglove::split_parameter_name(parameter.name, node, name)) {
       say(client, StatusLevel::error,
           fmt::format("'{:.256}' is no parameter; they are called /node.parameter", parameter.name));
       continue;
     }
-    names.push_back(parameter_name(node, name));
+    names.push_back(foxglove::parameter_name(node, name));
     if (std::holds_alternative<std::monostate>(parameter.value)) {
       say(client, StatusLevel::error, fmt::format("{:.256}: parameters cannot be removed", parameter.name));
       continue;

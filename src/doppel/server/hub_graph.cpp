@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "doppel/server/hub.h"
+#include "doppel/foxglove/parameter_name.h"
 
 // The bus's graph as clients see it: channels, services, who has what; the clock and watched parameters.
 
@@ -220,7 +221,7 @@ void Hub::report_parameters(const std::vector<NamedParameter>& now) {
   const bool first = parameters_.empty();
   std::vector<foxglove::Parameter> changed;
   for (const NamedParameter& parameter : now) {
-    const std::string name = parameter_name(parameter.node, parameter.name);
+    const std::string name = foxglove::parameter_name(parameter.node, parameter.name);
     const auto [entry, is_new] = parameters_.try_emplace(name, parameter.value);
     if (!is_new && entry->second == parameter.value) continue;
     entry->second = parameter.value;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "doppel/twin/detail/pose_messages.h"
+#include "doppel/twin/pose_messages.h"
 
 namespace doppel {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "doppel/messages/utf8.h"
-#include "doppel/twin/detail/pose_messages.h"
+#include "doppel/twin/pose_messages.h"
 #include "doppel/twin/detail/service_answer.h"
 
 namespace doppel {

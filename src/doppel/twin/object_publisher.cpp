@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "doppel/twin/detail/entity.h"
-#include "doppel/twin/detail/pose_messages.h"
+#include "doppel/twin/pose_messages.h"
 
 namespace doppel {
 namespace {

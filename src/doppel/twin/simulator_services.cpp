@@ -11,7 +11,7 @@
 #include "doppel/core/names.h"
 #include "doppel/messages/std_srvs.h"
 #include "doppel/twin/detail/entity.h"
-#include "doppel/twin/detail/pose_messages.h"
+#include "doppel/twin/pose_messages.h"
 #include "doppel/twin/detail/service_answer.h"
 
 namespace doppel {

@@ -286,7 +286,7 @@ TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
       << manager(kBroadcaster + declared("group", "position_controllers/JointGroupPositionController")) +
              "group:\n  ros__parameters:\n    joints: [shoulder, elbow]\n";
   Scenario scenario;
-  scenario.target = (folder_ / "arm.urdf").string();
+  scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
   Diagnostics diagnostics;
   Twin twin(scenario, log_, diagnostics);
   std::vector<std::string> rules;
@@ -299,7 +299,7 @@ TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
     bool there = false;
     for (int i = 0; i < 5000 && !there; ++i) {
       twin.bus().post([&] {
-        const ControllerManager& control = twin.controller_manager();
+        const ControllerManager& control = twin.robot().controller_manager();
         there = std::abs(control.state("shoulder/position") - shoulder) < 0.02 &&
                 std::abs(control.state("elbow/position") - elbow) < 0.02;
       });
@@ -312,7 +312,7 @@ TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
   twin.bus().post([&] { commands.publish({{}, {0.5, 0.25}}, twin.now()); });
   EXPECT_TRUE(reaches(0.5, 0.25));
   twin.bus().post([&] {
-    const auto replacement = twin.prepare(twin.present_controllers(), diagnostics);
+    const auto replacement = twin.prepare(twin.running(), diagnostics);
     EXPECT_EQ(twin.replace(replacement), Twin::Reload::controllers_went_on);
   });
   twin.bus().post([&] { commands.publish({{}, {-0.5, -0.25}}, twin.now()); });
@@ -325,16 +325,16 @@ TEST_F(FoundControllers, AnEmergencyStopOutlivesAnEditThatMakesTheControllersAne
   std::ofstream(folder_ / "arm.urdf") << kArm + "</robot>";
   std::ofstream(folder_ / "config/controllers.yaml") << yaml;
   Scenario scenario;
-  scenario.target = (folder_ / "arm.urdf").string();
+  scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
   Diagnostics diagnostics;
   Twin twin(scenario, log_, diagnostics);
-  twin.controller_manager().stop("the test");
+  twin.robot().controller_manager().stop("the test");
   std::ofstream(folder_ / "config/controllers.yaml") << yaml + "# edited\n";
-  const auto replacement = twin.prepare(twin.present_controllers(), diagnostics);
+  const auto replacement = twin.prepare(twin.running(), diagnostics);
   ASSERT_EQ(twin.replace(replacement), Twin::Reload::controllers_made_anew);
-  EXPECT_TRUE(twin.controller_manager().is_stopped());
-  ASSERT_TRUE(twin.controller_manager().reset_stop().ok());
-  for (const ControllerView& c : twin.controller_manager().controllers())
+  EXPECT_TRUE(twin.robot().controller_manager().is_stopped());
+  ASSERT_TRUE(twin.robot().controller_manager().reset_stop().ok());
+  for (const ControllerView& c : twin.robot().controller_manager().controllers())
     EXPECT_EQ(c.state, ControllerState::active) << c.name;
 }
 

@@ -16,6 +16,7 @@
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/trajectory_msgs.h"
+#include "doppel/physics/engine_modules.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {
@@ -80,17 +81,23 @@ class HardwareContract : public ::testing::TestWithParam<Component> {
   void bring_up(const Names& controllers) {
     Diagnostics diagnostics;
     robot_.hardware = {description_};
-    model_ = compile_model(robot_, BaseKind::fixed, diagnostics);
-    World world;
+    model_ = std::make_shared<const Model>(compile_model(robot_, BaseKind::fixed, diagnostics));
+    WorldSettings world;
     world.gravity.setZero();
     world.ground = false;
-    EngineOptions options;
-    options.q0 = model_.neutral();
-    apply_initial_values(robot_, model_, options.q0, diagnostics);
-    engine_ = make_mujoco_engine(robot_, model_, world, options, diagnostics);
+    InstanceOptions options;
+    options.gravity = world.gravity;
+    options.q0 = model_->neutral();
+    apply_initial_values(robot_, *model_, options.q0, diagnostics);
+    CollisionMeshes meshes;
+    engine_ = compile_world(kDefaultEngine, world,
+                            {make_instance(std::make_shared<const RobotDescription>(robot_), model_, options,
+                                           meshes, diagnostics)},
+                            diagnostics)
+                  ->make_engine();
     HardwareRegistry registry = HardwareRegistry::with_builtin();
-    register_simulated_hardware(registry, *engine_);
-    manager_ = std::make_unique<ControllerManager>(bus_, model_, controllers_, &file_,
+    register_simulated_hardware(registry, engine_->instance(0));
+    manager_ = std::make_unique<ControllerManager>(bus_, *model_, controllers_, &file_,
                                                    ControllerManagerOptions{}, log_, diagnostics);
     manager_->add_hardware(registry.find(description_.plugin)->make(), description_, diagnostics);
     manager_->start(controllers);
@@ -125,7 +132,7 @@ class HardwareContract : public ::testing::TestWithParam<Component> {
   Node node_;
   RobotDescription robot_;
   HardwareDescription description_;
-  Model model_;
+  std::shared_ptr<const Model> model_;
   ControllerRegistry controllers_ = builtin_controllers();
   Log log_;
   std::string said_;
