@@ -70,9 +70,9 @@ TEST(Verify, TheErrorIsTheDistanceFromTheExactMotion) {
   world.ground = false;
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint}) {
     world.integrator = integrator;
-    const MotionSubject subjectarm.in(world);
-    const Verification found = verify(subject, {0.2, {MotionKind::smooth}, "", {}});
-    const Motion motion(subject, MotionKind::smooth, "base");
+    const MotionSubject subject_of_arm = arm.in(world);
+    const Verification found = verify(subject_of_arm, {0.2, {MotionKind::smooth}, "", {}});
+    const Motion motion(subject_of_arm, MotionKind::smooth, "base");
     const MotionRecord run = motion.run(0.2, 1);
     test::ReferenceMotion reference(motion.model(), world.gravity);
     test::Motion exact{run.x.front(), Eigen::VectorXd::Zero(motion.model().nv)};
