@@ -86,8 +86,7 @@ TEST_F(OfferedFiles, HoldWhatIsSpawnedAtOnceAndAfterAReload) {
   expect_all_can_be_had({"beside", "packed", "p", "f"});
   Diagnostics said;
   const auto fresh = twin_->prepare(twin_->running(), said);
-  library_.offer(
-      app::both(app::offered_files(Twin::description(*fresh), Twin::objects(*fresh)), offered_files()));
+  library_.offer(app::both(app::offered_files(Twin::instances(*fresh)), offered_files()));
   twin_->replace(fresh);
   expect_all_can_be_had({"beside", "packed", "p", "f"});
   library_.offer(offered_files());
