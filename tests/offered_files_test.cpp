@@ -43,7 +43,7 @@ class OfferedFiles : public TwinFixture {
   }
 
   [[nodiscard]] RobotFiles offered_files() const {
-    return app::offered_files(twin_->engine().world().instances());
+    return doppel::offered_files(twin_->engine().world().instances());
   }
   std::string spawn(const std::string& name, const std::string& uri) {
     return call("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
@@ -86,7 +86,7 @@ TEST_F(OfferedFiles, HoldWhatIsSpawnedAtOnceAndAfterAReload) {
   expect_all_can_be_had({"beside", "packed", "p", "f"});
   Diagnostics said;
   const auto fresh = twin_->prepare(twin_->running(), said);
-  library_.offer(app::both(app::offered_files(Twin::instances(*fresh)), offered_files()));
+  library_.offer(both(doppel::offered_files(Twin::instances(*fresh)), offered_files()));
   twin_->replace(fresh);
   expect_all_can_be_had({"beside", "packed", "p", "f"});
   library_.offer(offered_files());

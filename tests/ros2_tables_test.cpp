@@ -167,7 +167,7 @@ TEST(Health, WhatTheJudgementThrowsIsReportedOnTheTopic) {
   std::string heard;
   reader.subscribe<std_msgs::msg::String>("/doppel/health",
                                           [&](const auto& message) { heard = message.data; });
-  app::HealthPublisher health(bus, []() -> std::string { throw 42; });
+  HealthPublisher health(bus, "", []() -> std::string { throw 42; });
   health.look_at(RobotDescription());
   for (int i = 0; i < 1000 && heard.empty(); ++i) {
     bus.wait(std::chrono::milliseconds(10));
@@ -190,7 +190,7 @@ TEST(Ros2Doc, ListsWhatARunningTwinOffers) {
   Twin twin(scenario, log, diagnostics);
   const Rosout rosout(twin.bus());
   const Runner runner(twin, {});
-  const app::HealthPublisher health(twin.bus(), "", [] { return std::string(); });
+  const HealthPublisher health(twin.bus(), "", [] { return std::string(); });
   const std::string tables = tables_of(twin);
   fs::remove_all(folder);
 

@@ -367,7 +367,8 @@ std::vector<NamedParameter> WebSocketClient::parameters() {
   std::vector<NamedParameter> out;
   for (foxglove::Parameter& parameter : impl_->parameters) {
     NamedParameter named{.node = "", .name = "", .value = std::move(parameter.value)};
-    if (foxglove::split_parameter_name(parameter.name, named.node, named.name)) out.push_back(std::move(named));
+    if (foxglove::split_parameter_name(parameter.name, named.node, named.name))
+      out.push_back(std::move(named));
   }
   return out;
 }
@@ -382,7 +383,8 @@ Status WebSocketClient::set_parameter(const std::string& node, const std::string
                                       const ParameterValue& value) {
   impl_->errors.clear();
   const std::string id = impl_->next_request();
-  impl_->send(foxglove::to_frame(foxglove::SetParameters{{{foxglove::parameter_name(node, name), value}}, id}));
+  impl_->send(
+      foxglove::to_frame(foxglove::SetParameters{{{foxglove::parameter_name(node, name), value}}, id}));
   impl_->await_request(id);
   if (impl_->errors.empty()) return {};
   return Status::refused(std::exchange(impl_->errors, {}).front());

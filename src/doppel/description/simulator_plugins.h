@@ -1,6 +1,6 @@
 #pragma once
-// The <plugin> names under <ros2_control> that simulators have or had, which doppel's simulated hardware stands
-// in for.
+// The <plugin> names under <ros2_control> that simulators have or had, which doppel's simulated hardware
+// stands in for.
 
 #include <span>
 #include <string_view>

@@ -1,10 +1,11 @@
 #include "doppel/server/hub.h"
-#include "doppel/foxglove/parameter_name.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
+
+#include "doppel/foxglove/parameter_name.h"
 
 namespace doppel {
 

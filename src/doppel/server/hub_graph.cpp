@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "doppel/server/hub.h"
 #include "doppel/foxglove/parameter_name.h"
+#include "doppel/server/hub.h"
 
 // The bus's graph as clients see it: channels, services, who has what; the clock and watched parameters.
 

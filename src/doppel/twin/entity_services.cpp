@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "doppel/messages/utf8.h"
-#include "doppel/twin/pose_messages.h"
 #include "doppel/twin/detail/service_answer.h"
+#include "doppel/twin/pose_messages.h"
 
 namespace doppel {
 namespace {

@@ -11,8 +11,8 @@
 #include "doppel/core/names.h"
 #include "doppel/messages/std_srvs.h"
 #include "doppel/twin/detail/entity.h"
-#include "doppel/twin/pose_messages.h"
 #include "doppel/twin/detail/service_answer.h"
+#include "doppel/twin/pose_messages.h"
 
 namespace doppel {
 namespace {
