@@ -1,0 +1,139 @@
+#include "faults.h"
+
+#include <dlfcn.h>
+#include <fcntl.h>
+
+#include <cerrno>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+namespace doppel::test {
+namespace {
+
+struct Armed {
+  bool on = false;
+  Fault fault = Fault::allocation;
+  std::uint64_t n = 0, seen = 0;
+};
+thread_local Armed armed;
+
+}  // namespace
+
+void arm(Fault fault, std::uint64_t n) {
+  armed = {true, fault, n, 0};
+}
+
+std::uint64_t disarm() {
+  armed.on = false;
+  return armed.seen;
+}
+
+bool strikes(Fault fault) {
+  if (!armed.on || armed.fault != fault) return false;
+  return ++armed.seen == armed.n;
+}
+
+namespace {
+
+// libstdc++ 12 takes a variant of strings and vectors for never valueless and, where copying one fails,
+// destroys what was not made; so allocations up to the size of a description, which is such a string, are
+// left alone.
+constexpr std::size_t kSmallestStruck = 128 * 1024;
+
+void* take(std::size_t size, std::size_t alignment) {
+  void* const memory = size >= kSmallestStruck && strikes(Fault::allocation) ? nullptr
+                       : alignment == 0
+                           ? std::malloc(size == 0 ? 1 : size)
+                           : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+template <typename Function>
+Function next(const char* name) {
+  return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));  // NOLINT
+}
+
+}  // namespace
+}  // namespace doppel::test
+
+using doppel::test::Fault;
+
+void* operator new(std::size_t size) {
+  return doppel::test::take(size, 0);
+}
+void* operator new[](std::size_t size) {
+  return doppel::test::take(size, 0);
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return doppel::test::take(size, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return doppel::test::take(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t /*size*/) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t /*size*/) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t /*alignment*/) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::align_val_t /*alignment*/) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t /*size*/, std::align_val_t /*alignment*/) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t /*size*/, std::align_val_t /*alignment*/) noexcept {
+  std::free(memory);
+}
+
+// In the place of the C library's: the program's own come first.
+extern "C" {
+
+FILE* fopen(const char* path, const char* mode) {
+  static const auto real = doppel::test::next<FILE* (*)(const char*, const char*)>("fopen");
+  if (!doppel::test::strikes(Fault::file)) return real(path, mode);
+  errno = EIO;
+  return nullptr;
+}
+
+FILE* fopen64(const char* path, const char* mode) {
+  static const auto real = doppel::test::next<FILE* (*)(const char*, const char*)>("fopen64");
+  if (!doppel::test::strikes(Fault::file)) return real(path, mode);
+  errno = EIO;
+  return nullptr;
+}
+
+int open(const char* path, int flags, ...) {
+  static const auto real = doppel::test::next<int (*)(const char*, int, ...)>("open");
+  va_list arguments;
+  va_start(arguments, flags);
+  const auto mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, unsigned) : 0U;
+  va_end(arguments);
+  if (!doppel::test::strikes(Fault::file)) return real(path, flags, mode);
+  errno = EIO;
+  return -1;
+}
+
+int open64(const char* path, int flags, ...) {
+  static const auto real = doppel::test::next<int (*)(const char*, int, ...)>("open64");
+  va_list arguments;
+  va_start(arguments, flags);
+  const auto mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, unsigned) : 0U;
+  va_end(arguments);
+  if (!doppel::test::strikes(Fault::file)) return real(path, flags, mode);
+  errno = EIO;
+  return -1;
+}
+}
