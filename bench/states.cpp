@@ -74,9 +74,11 @@ int main(int argc, char** argv) {
   std::vector<std::unique_ptr<doppel::Engine>> kept;
   fmt::print("{} in {} {}\n", scenario.robots.front().target, world->capabilities().name,
              world->capabilities().version);
-  fmt::print("  a further state   make_engine {:6.1f} us   clone {:6.1f} us   copy_state {:6.1f} us\n",
-             cost([&] { kept.push_back(world->make_engine()); }),
-             cost([&] { kept.push_back(engine.clone()); }), cost([&] { kept.front()->copy_state(engine); }));
+  const double make = cost([&] { kept.push_back(world->make_engine()); });
+  const double clone = cost([&] { kept.push_back(engine.clone()); });
+  const double copy = cost([&] { kept.front()->copy_state(engine); });
+  fmt::print("  a further state   make_engine {:6.1f} us   clone {:6.1f} us   copy_state {:6.1f} us\n", make,
+             clone, copy);
   kept.clear();
 
   std::vector<std::unique_ptr<doppel::Engine>> states;
