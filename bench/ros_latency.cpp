@@ -24,26 +24,6 @@ using trajectory_msgs::msg::JointTrajectory;
 
 constexpr std::size_t kCommands = 2000;
 
-// Wakes the peer's thread when something has come.
-class Bell {
- public:
-  void ring() {
-    const std::lock_guard lock(mutex_);
-    rung_ = true;
-    condition_.notify_one();
-  }
-  void wait() {
-    std::unique_lock lock(mutex_);
-    condition_.wait_for(lock, std::chrono::milliseconds(100), [this] { return rung_; });
-    rung_ = false;
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable condition_;
-  bool rung_ = false;
-};
-
 JointTrajectory command(double position) {
   JointTrajectory trajectory;
   for (int joint = 1; joint <= 6; ++joint)
@@ -56,13 +36,13 @@ JointTrajectory command(double position) {
 // Sends and waits; prints the percentiles.
 int ask() {
   bench::end_with_parent();
-  Bell bell;
+  bench::Bell bell;
   const auto participant = ros2::make_participant(bench::own_domain(), [&bell] { bell.ring(); });
   const auto writer = participant->make_writer(
       bench::topic("/omarm_arm_controller/joint_trajectory", JointTrajectory::kType));
   const auto reader = participant->make_reader(bench::topic(
       "/omarm_arm_controller/controller_state", JointTrajectoryControllerState::kType, {.depth = 1000}));
-  while (writer->matched() == 0 || !reader->is_ready()) bell.wait();
+  while (writer->matched() == 0 || !reader->is_ready()) bell.wait(std::chrono::milliseconds(100));
   std::mt19937 random(1);
   std::uniform_int_distribution<int> pause(3000, 6000);  // microseconds
   std::vector<double> milliseconds;
@@ -79,7 +59,7 @@ int ask() {
     for (bool seen = false; !seen && steady_clock::now() - begin < std::chrono::seconds(1);) {
       while (!seen && reader->take(sample))
         seen = from_cdr(sample.cdr, state) && state.reference.positions.at(0) == position;
-      if (!seen) bell.wait();
+      if (!seen) bell.wait(std::chrono::milliseconds(100));
     }
     milliseconds.push_back(std::chrono::duration<double, std::milli>(steady_clock::now() - begin).count());
   }

@@ -66,26 +66,6 @@ Calls read_calls(const std::string& text) {
   return calls;
 }
 
-// Wakes a peer's thread when something has come.
-class Bell {
- public:
-  void ring() {
-    const std::lock_guard lock(mutex_);
-    rung_ = true;
-    condition_.notify_one();
-  }
-  void wait() {
-    std::unique_lock lock(mutex_);
-    condition_.wait_for(lock, 20ms, [this] { return rung_; });
-    rung_ = false;
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable condition_;
-  bool rung_ = false;
-};
-
 // As rmw_fastrtps makes them.
 ros2::EndpointSpec endpoint(ros2::NameKind kind, const char* service) {
   const char* const part = kind == ros2::NameKind::request ? "_Request" : "_Response";
@@ -138,16 +118,16 @@ class Caller {
 
 int call(const char* name, std::size_t clients, std::size_t calls_of_each) {
   bench::end_with_parent();
-  Bell bell;
+  bench::Bell bell;
   const auto participant = ros2::make_participant(bench::own_domain(), [&bell] { bell.ring(); });
   std::deque<Caller> callers;
   for (std::size_t i = 0; i < clients; ++i) callers.emplace_back(*participant, name, calls_of_each);
-  while (!std::ranges::all_of(callers, &Caller::is_ready)) bell.wait();
+  while (!std::ranges::all_of(callers, &Caller::is_ready)) bell.wait(20ms);
   Calls calls;
   ros2::Sample reply;
   while (!std::ranges::all_of(callers, &Caller::is_done)) {
     for (Caller& caller : callers) caller.turn(reply, calls);
-    bell.wait();
+    bell.wait(20ms);
   }
   fmt::print("{} {} {} {:.3f}\n", calls.answered, calls.lost, calls.late, calls.worst);
   return 0;
@@ -169,16 +149,16 @@ int subscribe() {
 // Answers with what the twin has answered once, each request as it comes, as a server of rmw_fastrtps does.
 int serve() {
   bench::end_with_parent();
-  Bell bell;
+  bench::Bell bell;
   const auto participant = ros2::make_participant(bench::own_domain(), [&bell] { bell.ring(); });
   Bytes answer;
   {
     ros2::ServiceClient twin(*participant,
                              ros2::service_spec(kTwinService, service_support<ListControllers>().name));
-    while (!twin.is_available()) bell.wait();
+    while (!twin.is_available()) bell.wait(20ms);
     twin.send(to_cdr(ListControllers::Request{}));
     ros2::Sample reply;
-    while (!twin.take(reply)) bell.wait();
+    while (!twin.take(reply)) bell.wait(20ms);
     answer = reply.cdr;
   }
   const auto requests = participant->make_reader(endpoint(ros2::NameKind::request, kPeerService));
@@ -191,7 +171,7 @@ int serve() {
       while (!replies->is_matched(to.writer) && steady_clock::now() < until) std::this_thread::sleep_for(1ms);
       replies->write(answer, &to);
     }
-    bell.wait();
+    bell.wait(20ms);
   }
 }
 

@@ -98,42 +98,50 @@ void operator delete[](void* memory, std::size_t /*size*/, std::align_val_t /*al
   std::free(memory);
 }
 
+namespace {
+
+using doppel::test::next;
+using doppel::test::strikes;
+
+FILE* open_stream(const char* real, const char* path, const char* mode) {
+  if (!strikes(Fault::file)) return next<FILE* (*)(const char*, const char*)>(real)(path, mode);
+  errno = EIO;
+  return nullptr;
+}
+
+int open_file(const char* real, const char* path, int flags, va_list arguments) {
+  const auto mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, unsigned) : 0U;
+  if (!strikes(Fault::file)) return next<int (*)(const char*, int, ...)>(real)(path, flags, mode);
+  errno = EIO;
+  return -1;
+}
+
+}  // namespace
+
 // In the place of the C library's: the program's own come first.
 extern "C" {
 
 FILE* fopen(const char* path, const char* mode) {
-  static const auto real = doppel::test::next<FILE* (*)(const char*, const char*)>("fopen");
-  if (!doppel::test::strikes(Fault::file)) return real(path, mode);
-  errno = EIO;
-  return nullptr;
+  return open_stream("fopen", path, mode);
 }
 
 FILE* fopen64(const char* path, const char* mode) {
-  static const auto real = doppel::test::next<FILE* (*)(const char*, const char*)>("fopen64");
-  if (!doppel::test::strikes(Fault::file)) return real(path, mode);
-  errno = EIO;
-  return nullptr;
+  return open_stream("fopen64", path, mode);
 }
 
 int open(const char* path, int flags, ...) {
-  static const auto real = doppel::test::next<int (*)(const char*, int, ...)>("open");
   va_list arguments;
   va_start(arguments, flags);
-  const auto mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, unsigned) : 0U;
+  const int file = open_file("open", path, flags, arguments);
   va_end(arguments);
-  if (!doppel::test::strikes(Fault::file)) return real(path, flags, mode);
-  errno = EIO;
-  return -1;
+  return file;
 }
 
 int open64(const char* path, int flags, ...) {
-  static const auto real = doppel::test::next<int (*)(const char*, int, ...)>("open64");
   va_list arguments;
   va_start(arguments, flags);
-  const auto mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, unsigned) : 0U;
+  const int file = open_file("open64", path, flags, arguments);
   va_end(arguments);
-  if (!doppel::test::strikes(Fault::file)) return real(path, flags, mode);
-  errno = EIO;
-  return -1;
+  return file;
 }
 }
