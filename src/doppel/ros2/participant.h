@@ -88,8 +88,9 @@ class Writer {
   // sample, as rmw_fastrtps joins answers to requests.
   virtual std::optional<SampleIdentity> write(std::span<const std::byte> cdr,
                                               const SampleIdentity* related = nullptr) = 0;
-  // Drops what is kept for readers that come later (transient local).
-  virtual void forget() = 0;
+  // Drops what is kept, for readers that come later (transient local) or have yet to acknowledge it; how many
+  // samples that were.
+  virtual std::size_t forget() = 0;
   [[nodiscard]] virtual std::size_t matched() const = 0;  // readers
   [[nodiscard]] virtual bool is_matched(const Gid& reader) const = 0;
   // Of a writer of_service: whether the reader, which is matched here, has acknowledged anything since. One

@@ -145,9 +145,9 @@ class FakeWriter : public Writer {
     }
     return sample.identity;
   }
-  void forget() override {
+  std::size_t forget() override {
     const std::lock_guard lock(network_.mutex_);
-    history_.clear();
+    return std::exchange(history_, {}).size();
   }
   [[nodiscard]] std::size_t matched() const override {
     const std::lock_guard lock(network_.mutex_);

@@ -194,5 +194,33 @@ TEST(Network, AParticipantMayGoInTheMiddleOfTraffic) {
   traffic.join();
 }
 
+// Each sample that it kept would cost each reader more with every heartbeat.
+TEST(Network, AVolatileWriterKeepsNoSampleThatEverybodyHasAcknowledged) {
+  constexpr auto kPeriod = std::chrono::milliseconds(8);   // a sample waits for its acknowledgement for five
+  constexpr auto kFirst = std::chrono::milliseconds(120);  // a reader's first acknowledgement comes after 70
+  constexpr std::size_t kReaders = 20, kLast = 3;
+  Pair pair;
+  EndpointSpec spec = text_topic();
+  spec.topic += "_of_many";
+  spec.qos.depth = 1000;
+  spec.of_service = true;  // asks for acknowledgements every 20 ms
+  const auto writer = pair.here->make_writer(spec);
+  std::vector<std::unique_ptr<Reader>> readers;
+  for (std::size_t i = 1; i <= kReaders; ++i) {
+    readers.push_back(pair.there->make_reader(spec));
+    const auto until = std::chrono::steady_clock::now() + kFirst;
+    ASSERT_TRUE(pair.activity.wait([&] {
+      writer->write(cdr_text("sample"));
+      std::this_thread::sleep_for(kPeriod);
+      return writer->matched() == i && std::chrono::steady_clock::now() > until;
+    }));
+  }
+  for (std::size_t i = 0; i < kLast; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    writer->write(cdr_text("sample"));
+  }
+  EXPECT_LE(writer->forget(), kLast);
+}
+
 }  // namespace
 }  // namespace doppel::ros2::test
