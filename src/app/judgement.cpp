@@ -7,7 +7,7 @@
 
 #include "app/process.h"
 #include "doppel/audit/report_places.h"
-#include "doppel/twin/robot_setup.h"
+#include "doppel/target/target.h"
 #include "doppel/twin/twin.h"
 
 namespace doppel::app {

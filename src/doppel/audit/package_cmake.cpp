@@ -8,8 +8,8 @@
 
 #include "doppel/audit/detail/package_files.h"
 #include "doppel/audit/detail/package_files_detail.h"
-#include "doppel/audit/detail/side_files.h"
 #include "doppel/core/text.h"
+#include "doppel/target/side_files.h"
 
 namespace doppel {
 namespace {

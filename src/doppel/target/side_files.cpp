@@ -1,4 +1,4 @@
-#include "doppel/audit/detail/side_files.h"
+#include "doppel/target/side_files.h"
 
 #include <fmt/format.h>
 
