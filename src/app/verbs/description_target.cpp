@@ -10,7 +10,6 @@
 #include "app/tell.h"
 #include "doppel/overlay/overlay.h"
 #include "doppel/target/controllers_search.h"
-#include "doppel/target/target.h"
 
 namespace doppel::app {
 
@@ -31,11 +30,7 @@ std::pair<std::string, std::string> split_argument(const std::string& text) {
 }
 
 DescriptionTarget open_target(const std::string& target, XacroArguments arguments) {
-  DescriptionTarget opened;
-  const std::filesystem::path bundled = root_folder() / "robots";
-  opened.target = find_target(target, bundled, opened.resolver);
-  opened.arguments = std::move(arguments);
-  return opened;
+  return doppel::open_target(target, std::move(arguments), root_folder() / "robots");
 }
 
 DescriptionTarget open_target(const std::vector<std::string>& words) {

@@ -9,7 +9,7 @@
 
 #include "doppel/conversion/planning_groups.h"
 #include "doppel/core/diagnostic.h"
-#include "doppel/description/load.h"
+#include "doppel/target/target.h"
 
 namespace CLI {
 class App;
@@ -17,11 +17,7 @@ class App;
 
 namespace doppel::app {
 
-struct DescriptionTarget {
-  Target target;
-  XacroArguments arguments;
-  PackageResolver resolver;  // knows the target's packages and the bundled robots
-};
+using DescriptionTarget = OpenedTarget;
 
 // Adds TARGET and its arguments to a verb; `words` is what open_target takes.
 void add_target(CLI::App& verb, std::vector<std::string>& words, bool required = true);

@@ -41,6 +41,13 @@ Target find_target(const std::string& word, const fs::path& bundled_robots, Pack
   return target;
 }
 
+OpenedTarget open_target(const std::string& word, XacroArguments arguments, const fs::path& bundled_robots) {
+  OpenedTarget out;
+  out.target = find_target(word, bundled_robots, out.resolver);
+  out.arguments = std::move(arguments);
+  return out;
+}
+
 bool switches_simulation(std::string_view argument) {
   return std::any_of(std::begin(kSwitches), std::end(kSwitches),
                      [argument](const SimulationSwitch& one) { return one.name == argument; });

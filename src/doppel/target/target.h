@@ -17,6 +17,15 @@ namespace doppel {
 Target find_target(const std::string& word, const std::filesystem::path& bundled_robots,
                    PackageResolver& resolver);
 
+// One with the arguments that its description is expanded with.
+struct OpenedTarget {
+  Target target;
+  XacroArguments arguments;
+  PackageResolver resolver;  // knows the target's packages and the bundled robots
+};
+OpenedTarget open_target(const std::string& word, XacroArguments arguments,
+                         const std::filesystem::path& bundled_robots);
+
 // xacro arguments by which descriptions choose between simulator and hardware.
 bool switches_simulation(std::string_view argument);
 

@@ -1,4 +1,4 @@
-#include "app/door.h"
+#include "app/browser.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,28 +11,10 @@
 #include <filesystem>
 #include <sstream>
 
-#include "app/process.h"
-#include "app/tell.h"
 #include "doppel/core/guarded_thread.h"
-#include "doppel/server/admission.h"
 
 namespace doppel::app {
 namespace {
-
-ServerOptions server_options(const std::string& robot, const DoorOptions& options,
-                             std::shared_ptr<AssetLibrary> assets) {
-  ServerOptions out;
-  out.name = "doppel " + robot;
-  out.host = options.host;
-  out.token = options.token;
-  out.page_folder = root_folder() / "web" / "dist";
-  out.assets = std::move(assets);
-  if (options.port != 0) {
-    out.port = static_cast<std::uint16_t>(options.port);
-    out.any_free_port = false;
-  }
-  return out;
-}
 
 bool is_set(const char* variable) {
   const char* value = std::getenv(variable);
@@ -81,48 +63,13 @@ void spawn_browser(const std::string& url) {
 
 }  // namespace
 
-void add_door_options(CLI::App& verb, DoorOptions& options) {
-  verb.add_option("--port", options.port, "The server's port (else 8700 or the next that is free)")
-      ->check(CLI::Range(1, 65535));
-  verb.add_option("--host", options.host,
-                  "The address to listen on; beyond 127.0.0.1 everybody who connects needs the token that "
-                  "stands in the printed address");
-  verb.add_option("--token", options.token,
-                  "A token of your own, 16 characters or more, to be asked for (else one is made where "
-                  "--host needs it)")
-      ->check([](const std::string& token) {
-        const Status usable = check_token(token);
-        return usable ? std::string() : usable.why();
-      });
-  verb.add_flag("--no-open", options.no_open, "Do not open the page in the desktop's browser");
-}
-
-Door::Door(Bus& bus, const std::string& robot, const DoorOptions& options,
-           std::shared_ptr<AssetLibrary> assets, const Log& log)
-    : log_(log),
-      open_(!options.no_open && somebody_sits_here()),
-      server_(bus, server_options(robot, options, std::move(assets)), log),
-      announcement_(robot, server_.port(), server_.own_address(), server_.token()) {
-  if (announcement_.problem().empty()) return;
-  log.warning(
-      "server",
-      fmt::format("other shells cannot find this twin by themselves: {}; name the port there, --port {}",
-                  announcement_.problem(), server_.port()));
-}
-
-Door::~Door() {
+Browser::~Browser() {
   if (opener_.joinable()) opener_.join();
 }
 
-void Door::print() const {
-  tell("  page         {}{}\n", server_.page_url(),
-       server_.token().empty() ? "" : "  (whoever has this address can move the robot)");
-  tell("  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n", server_.url());
-}
-
-void Door::open_page() {
-  if (!std::exchange(open_, false)) return;
-  opener_ = guarded_thread([url = server_.page_url()] { spawn_browser(url); },
+void Browser::open(const std::string& url) {
+  if (opener_.joinable() || !somebody_sits_here()) return;
+  opener_ = guarded_thread([url] { spawn_browser(url); },
                            [&log = log_](const std::string& what) {
                              log.warning("server", fmt::format("the browser cannot be started: {}", what));
                            });

@@ -1,18 +1,24 @@
 #pragma once
 // What `doppel check` prints of a description, and what /doppel/health tells of the one that is up.
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
 
-#include "app/verbs/description_target.h"
 #include "doppel/audit/audit.h"
+#include "doppel/target/target.h"
 #include "doppel/twin/scenario.h"
 
-namespace doppel::app {
+namespace doppel {
 
-// The audit of a target, with the folders that belong to it.
-AuditReport audit_target(DescriptionTarget& target, AuditOptions options);
+// What ships with doppel beside the program.
+struct BundledFolders {
+  std::filesystem::path robots, datasheets;
+};
+
+// The audit of a target, with the package that it belongs to.
+AuditReport audit_target(OpenedTarget& target, AuditOptions options);
 
 // Runs the scenario for a second with its controllers and without a command: what moves, oscillates or runs
 // away, as findings. Throws InputError: the robot does not come up.
@@ -28,6 +34,6 @@ Judgement judge(const std::string& target, const std::function<AuditReport()>& l
 
 // `doppel check TARGET --json` for a robot's description: with its arguments, those that choose simulation
 // included. Never throws: what goes wrong is a finding.
-std::string health_json(const WorldRobot& robot);
+std::string health_json(const WorldRobot& robot, const BundledFolders& bundled);
 
-}  // namespace doppel::app
+}  // namespace doppel

@@ -1,20 +1,18 @@
-#include "app/judgement.h"
+#include "doppel/session/judgement.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <functional>
 
-#include "app/process.h"
 #include "doppel/audit/report_places.h"
 #include "doppel/target/target.h"
 #include "doppel/twin/twin.h"
 
-namespace doppel::app {
+namespace doppel {
 
-AuditReport audit_target(DescriptionTarget& target, AuditOptions options) {
+AuditReport audit_target(OpenedTarget& target, AuditOptions options) {
   options.package_folder = target.target.package_folder;
-  options.datasheet_folder = root_folder() / "datasheets";
   return audit(target.target.description, target.arguments, target.resolver, options);
 }
 
@@ -96,14 +94,15 @@ Judgement judge(const std::string& target, const std::function<AuditReport()>& l
   }
 }
 
-std::string health_json(const WorldRobot& robot) {
-  const auto look = [&robot] {
-    DescriptionTarget target = open_target(robot.target, robot.arguments);
+std::string health_json(const WorldRobot& robot, const BundledFolders& bundled) {
+  const auto look = [&] {
+    OpenedTarget target = open_target(robot.target, robot.arguments, bundled.robots);
     Diagnostics told_before;
     target.arguments = simulation_arguments(target.target.description, std::move(target.arguments),
                                             target.resolver, told_before);
     AuditOptions options;
     options.controllers = robot.controllers;
+    options.datasheet_folder = bundled.datasheets;
     return audit_target(target, options);
   };
   try {
@@ -115,4 +114,4 @@ std::string health_json(const WorldRobot& robot) {
   }
 }
 
-}  // namespace doppel::app
+}  // namespace doppel
