@@ -4,7 +4,7 @@
 #include <array>
 #include <set>
 
-#include "doppel/conversion/detail/document.h"
+#include "doppel/conversion/detail/unique_name.h"
 #include "doppel/core/text.h"
 
 namespace doppel {

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "doppel/physics/bullet/collision_pieces_detail.h"
+#include "doppel/physics/bullet/collision_pieces.h"
 
 namespace doppel {
 

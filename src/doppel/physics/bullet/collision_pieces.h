@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/physics/bullet/convert_detail.h"
+#include "doppel/physics/bullet/convert.h"
 #include "doppel/physics/engine.h"
 
 namespace doppel {

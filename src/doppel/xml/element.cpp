@@ -1,15 +1,11 @@
-#include "doppel/conversion/detail/document.h"
-
-#include <fmt/format.h>
-
-#include <algorithm>
+#include "doppel/xml/element.h"
 
 namespace doppel {
 
 XmlNode element(std::string name, XmlAttributes attributes, std::vector<XmlNode> children) {
   XmlNode node;
   node.name = std::move(name);
-  for (auto& [key, value] : attributes) node.attributes.push_back({std::move(key), std::move(value), {}});
+  for (auto& [key, value] : attributes) add_attribute(node, std::move(key), std::move(value));
   node.children = std::move(children);
   return node;
 }
@@ -31,24 +27,12 @@ XmlNode comment(std::string text) {
   return node;
 }
 
-std::string decimal(double value) {
-  return value == 0 ? "0" : fmt::format("{}", value);
-}
-
-std::string decimals(const Eigen::Vector3d& v) {
-  return decimal(v.x()) + " " + decimal(v.y()) + " " + decimal(v.z());
+void add_attribute(XmlNode& node, std::string name, std::string value) {
+  node.attributes.push_back({std::move(name), std::move(value), {}});
 }
 
 std::string truth(bool value) {
   return value ? "true" : "false";
-}
-
-std::string unique_name(const std::string& wanted, std::vector<std::string>& taken) {
-  std::string name = wanted;
-  for (int i = 2; std::find(taken.begin(), taken.end(), name) != taken.end(); ++i)
-    name = fmt::format("{}_{}", wanted, i);
-  taken.push_back(name);
-  return name;
 }
 
 }  // namespace doppel

@@ -8,7 +8,7 @@
 
 #include "doppel/physics/detail/joint_springs.h"
 #include "doppel/physics/engine_modules.h"
-#include "doppel/physics/mujoco/compiled_detail.h"
+#include "doppel/physics/mujoco/compiled.h"
 #include "doppel/physics/mujoco/mjcf.h"
 
 namespace doppel {

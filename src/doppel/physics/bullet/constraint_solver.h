@@ -7,7 +7,7 @@
 
 #include <vector>
 
-#include "doppel/physics/bullet/tree_dynamics_detail.h"
+#include "doppel/physics/bullet/tree_dynamics.h"
 
 namespace doppel {
 

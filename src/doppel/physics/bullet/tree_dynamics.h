@@ -6,7 +6,7 @@
 #include <span>
 
 #include "doppel/physics/bullet/articulation.h"
-#include "doppel/physics/bullet/convert_detail.h"
+#include "doppel/physics/bullet/convert.h"
 
 namespace doppel {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/physics/mujoco/mujoco_world_detail.h"
+#include "doppel/physics/mujoco/mujoco_world.h"
 #include "doppel/physics/step_scheme.h"
 
 namespace doppel {
