@@ -10,7 +10,7 @@
 
 #include "doppel/ros2/detail/rtps_guard.h"
 #include "doppel/ros2/environment.h"
-#include "doppel/ros2/late/fast_acknowledgements_detail.h"
+#include "doppel/ros2/late/fast_acknowledgements.h"
 
 namespace doppel::ros2::fast {
 

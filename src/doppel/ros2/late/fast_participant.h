@@ -9,8 +9,8 @@
 #include <map>
 #include <mutex>
 
-#include "doppel/ros2/late/fast_discovery_detail.h"
-#include "doppel/ros2/late/fast_transport_detail.h"
+#include "doppel/ros2/late/fast_discovery.h"
+#include "doppel/ros2/late/fast_transport.h"
 #include "doppel/ros2/participant.h"
 
 namespace doppel::ros2::fast {

@@ -7,7 +7,7 @@
 #include <map>
 #include <mutex>
 
-#include "doppel/ros2/late/fast_addressing_detail.h"
+#include "doppel/ros2/late/fast_addressing.h"
 #include "doppel/ros2/participant.h"
 
 namespace doppel::ros2::fast {
