@@ -5,8 +5,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <iterator>
 #include <string_view>
 
 #include "doppel/core/file_descriptor.h"
@@ -42,7 +44,8 @@ bool makes_xacro(std::string_view path) {
   const std::string_view room = path.substr(0, path.find('/'));
   const bool aside =
       path.find("/test/") != std::string_view::npos || path.find("/fuzz/") != std::string_view::npos;
-  return (room == "core" || room == "math" || room == "description") && !aside;
+  constexpr std::string_view kRooms[] = {"core", "math", "packages", "xml", "xacro", "description"};
+  return std::find(std::begin(kRooms), std::end(kRooms), room) != std::end(kRooms) && !aside;
 }
 
 }  // namespace

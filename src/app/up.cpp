@@ -8,25 +8,21 @@
 #include <cmath>
 #include <condition_variable>
 #include <future>
-#include <map>
 #include <mutex>
 #include <thread>
 
+#include "app/browser.h"
 #include "app/described_scenario.h"
-#include "app/door.h"
-#include "app/judgement.h"
+#include "app/edge_options.h"
 #include "app/live_table.h"
 #include "app/process.h"
-#include "app/ros_door.h"
 #include "app/snapshot.h"
 #include "app/tell.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
 #include "doppel/bus/rosout.h"
 #include "doppel/core/guarded_thread.h"
-#include "doppel/session/health_publisher.h"
-#include "doppel/session/offered_files.h"
-#include "doppel/session/reload.h"
+#include "doppel/session/session.h"
 #include "doppel/twin/robot_text.h"
 #include "doppel/twin/runner.h"
 #include "doppel/twin/twin.h"
@@ -43,8 +39,7 @@ struct UpOptions {
   double duration = 0;
   bool no_reload = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
-  DoorOptions door;
-  RosDoorOptions ros_door;
+  EdgeOptions edges;
 };
 
 Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
@@ -205,34 +200,6 @@ void print_banner(Twin& twin, const std::string& engine) {
   print_contacts(twin.engine().world());
 }
 
-// What is told of each robot's description, while it is there; a robot of text has no file to judge.
-class HealthPublishers {
- public:
-  explicit HealthPublishers(Twin& twin) : twin_(twin) {}
-
-  // The loop's thread: robots may have come and gone.
-  void look() {
-    std::erase_if(of_, [this](const auto& entry) { return twin_.find_robot(entry.first) == nullptr; });
-    for (const auto& robot : twin_.robots()) {
-      const WorldRobot& asked = robot->machine().asked();
-      if (asked.target.empty()) continue;
-      auto& publisher = of_[asked.name_space];
-      if (publisher == nullptr) {
-        publisher = std::make_unique<HealthPublisher>(twin_.bus(), asked.name_space,
-                                                      [asked] { return health_json(asked); });
-      }
-      publisher->look_at(robot->description());
-    }
-  }
-  void let_go() {
-    std::erase_if(of_, [this](const auto& entry) { return twin_.find_robot(entry.first) == nullptr; });
-  }
-
- private:
-  Twin& twin_;
-  std::map<std::string, std::unique_ptr<HealthPublisher>> of_;  // by namespace
-};
-
 // What became of the run; the exit code.
 int report(Twin& twin, Summary summary, bool json) {
   summary.state_hash = twin.state_hash();
@@ -276,7 +243,8 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
     throw InputError("cli.duration", {}, "--duration has to be a positive number of simulated seconds");
   }
   const Scenario scenario = make_scenario(options, ros);
-  const auto network = ros_network(options.ros_door, ros);
+  SessionOptions session_with = session_options(options.edges, ros);
+  session_with.reload = !options.no_reload;
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();
@@ -290,47 +258,27 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   tell_unused(ros, twin.bus(), diagnostics);
   print_diagnostics(diagnostics, true);
 
-  const auto assets = std::make_shared<AssetLibrary>();
-  const auto files = [&twin] { return offered_files(twin.engine().world().instances()); };
-  assets->offer(files());
-  Door door(twin.bus(), twin.name(), options.door, assets, log);
-  RosDoor ros_door(twin.bus(), network, log);
+  TwinSession session(twin, session_with, log);
+  Browser browser(log);
   Summary summary;
   summary.robot = twin.name();
   summary.engine = twin.engine().world().capabilities().name;
   print_banner(twin, summary.engine);
-  door.print();
-  ros_door.print();
-  if (!options.headless && !options.json) door.open_page();
+  tell("{}", session.banner());
+  if (!options.headless && !options.json && !options.edges.no_open)
+    browser.open(session.server().server().page_url());
 
-  HealthPublishers health(twin);
-  const auto look = [&] { health.look(); };
-  std::unique_ptr<Reloader> reloader;
-  const auto offer_both = [&](const Twin::Replacement& next) {
-    assets->offer(both(offered_files(Twin::instances(next)), files()));
-  };
-  const auto look_again = [&] {
-    assets->offer(files());
-    look();
-  };
-  twin.on_robots_changed([&] {
-    assets->offer(files());
-    health.let_go();
-  });
-  if (!options.no_reload)
-    reloader = std::make_unique<Reloader>(reloadable(twin, offer_both, look_again), log);
   RunnerOptions runner_options;
   runner_options.speed = speed;
   if (options.duration > 0) runner_options.duration = from_seconds(options.duration);
   Runner runner(twin, runner_options);
   runner.on_first_step([&] {
     summary.startup_ms = milliseconds_since_process_start();
-    look();
     tell("  ready        {:.0f} ms after the start\n", summary.startup_ms);
-    ros_door.open();
+    session.begin();
   });
   summary.run = run(runner, twin, terminal, summary, table, stop_requested);
-  reloader.reset();
+  session.end();
   terminal.table_ends();
   return report(twin, std::move(summary), options.json);
 }
@@ -373,8 +321,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
   up->add_flag("--headless", options->headless, "No live table and no browser; log lines only");
   up->add_flag("--json", options->json, "One summary object on stdout at the end");
-  add_door_options(*up, options->door);
-  add_ros_door_options(*up, options->ros_door);
+  add_edge_options(*up, options->edges);
   up->footer(
       "Examples:\n"
       "  doppel up omarm_one\n"

@@ -9,13 +9,14 @@
 #include <memory>
 
 #include "app/described_scenario.h"
-#include "app/judgement.h"
+#include "app/edge_options.h"
 #include "app/tell.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/verbs.h"
 #include "doppel/audit/report_places.h"
 #include "doppel/core/names.h"
 #include "doppel/overlay/overlay.h"
+#include "doppel/session/judgement.h"
 
 namespace doppel::app {
 namespace {
@@ -118,6 +119,7 @@ void add_run(const CheckOptions& o, const DescriptionTarget& target, AuditReport
 }
 
 Judgement judged(const CheckOptions& o, AuditOptions options) {
+  options.datasheet_folder = bundled_folders().datasheets;
   if (!o.datasheet.empty()) options.datasheet = o.datasheet;
   if (!o.controllers.empty()) options.controllers = o.controllers;
   return judge(o.words.front(), [&] {

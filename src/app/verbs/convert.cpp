@@ -73,8 +73,8 @@ bool tell_progress(double done) {
   return !interrupted.load();
 }
 
-int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot, const Target& target,
-                    const Model& model) {
+int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot,
+                    const DescriptionTarget& target, const Model& model) {
   const auto groups =
       find_planning_groups(model, find_controllers(robot, target, options.controllers).controllers);
   SelfCollisionOptions sampling;
@@ -122,7 +122,7 @@ int run_convert(const ConvertOptions& options) {
   const Model model = compile_model(robot, format == "mjcf" ? base : BaseKind::fixed, diagnostics);
   if (format == "srdf") {
     print_diagnostics(diagnostics);
-    return convert_to_srdf(options, robot, target.target, model);
+    return convert_to_srdf(options, robot, target, model);
   }
   const std::string text = format == "sdf" ? to_sdf(robot, model, meshes, diagnostics)
                                            : to_mjcf(robot, model, meshes, diagnostics);

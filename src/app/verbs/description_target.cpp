@@ -9,7 +9,7 @@
 #include "app/process.h"
 #include "app/tell.h"
 #include "doppel/overlay/overlay.h"
-#include "doppel/twin/controllers_choice.h"
+#include "doppel/target/controllers_search.h"
 
 namespace doppel::app {
 
@@ -30,13 +30,7 @@ std::pair<std::string, std::string> split_argument(const std::string& text) {
 }
 
 DescriptionTarget open_target(const std::string& target, XacroArguments arguments) {
-  DescriptionTarget opened;
-  const std::filesystem::path bundled = root_folder() / "robots";
-  opened.resolver.add_bundled(bundled);
-  opened.target = resolve_target(target, bundled);
-  opened.resolver.add_context(opened.target.description);
-  opened.arguments = std::move(arguments);
-  return opened;
+  return doppel::open_target(target, std::move(arguments), root_folder() / "robots");
 }
 
 DescriptionTarget open_target(const std::vector<std::string>& words) {
@@ -53,21 +47,23 @@ LoadedDescription load_target(DescriptionTarget& target) {
   return loaded;
 }
 
-FoundControllers find_controllers(const RobotDescription& robot, const Target& target,
+FoundControllers find_controllers(const RobotDescription& robot, const DescriptionTarget& target,
                                   const std::string& given) {
-  FoundControllers found;
+  std::vector<ControllersFile> files;
   if (!given.empty()) {
-    found.files = {given};
-    found.controllers = declared_controllers(ParameterFile::load(given));
-    return found;
+    files.push_back(controllers_in(ParameterFile::load(given)));
+  } else {
+    ControllersSearch search = find_controllers_files(robot, target.target, target.resolver);
+    Diagnostics diagnostics;
+    report(search, diagnostics);
+    print_diagnostics(diagnostics);
+    files = std::move(search.files);
   }
-  Diagnostics diagnostics;
-  found.files = find_controllers_files(robot, target, diagnostics);
-  for (const auto& file : found.files) {
-    for (JointGroup& controller : declared_controllers(ParameterFile::load(file)))
-      found.controllers.push_back(std::move(controller));
+  FoundControllers found;
+  for (const ControllersFile& file : files) {
+    found.files.push_back(file.path);
+    for (JointGroup& controller : joint_groups(file)) found.controllers.push_back(std::move(controller));
   }
-  print_diagnostics(diagnostics);
   return found;
 }
 

@@ -9,7 +9,7 @@
 
 #include "doppel/conversion/planning_groups.h"
 #include "doppel/core/diagnostic.h"
-#include "doppel/description/load.h"
+#include "doppel/target/target.h"
 
 namespace CLI {
 class App;
@@ -17,11 +17,7 @@ class App;
 
 namespace doppel::app {
 
-struct DescriptionTarget {
-  Target target;
-  XacroArguments arguments;
-  PackageResolver resolver;  // knows the target's packages and the bundled robots
-};
+using DescriptionTarget = OpenedTarget;
 
 // Adds TARGET and its arguments to a verb; `words` is what open_target takes.
 void add_target(CLI::App& verb, std::vector<std::string>& words, bool required = true);
@@ -35,13 +31,13 @@ DescriptionTarget open_target(const std::string& target, XacroArguments argument
 // The description with its overlay, as every command sees it. Warnings go to stderr.
 LoadedDescription load_target(DescriptionTarget& target);
 
-// The controllers that belong to a description (twin/robot_setup.h), or those of the file that was given. One
-// that cannot be read is an error if it was given, else a warning on stderr.
+// The controllers that belong to a description (target/controllers_search.h), or those of the file that was
+// given. One that cannot be read is an error if it was given, else a warning on stderr.
 struct FoundControllers {
   std::vector<std::filesystem::path> files;
   std::vector<JointGroup> controllers;
 };
-FoundControllers find_controllers(const RobotDescription& robot, const Target& target,
+FoundControllers find_controllers(const RobotDescription& robot, const DescriptionTarget& target,
                                   const std::string& given = "");
 
 // "name:=value". Throws InputError.

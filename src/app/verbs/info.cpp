@@ -138,7 +138,7 @@ int run_info(const InfoOptions& options) {
   print_diagnostics(diagnostics);
   const RobotSummary summary = summarise(loaded.robot, model);
   const OverlayState overlay = overlay_state(target);
-  FoundControllers found = find_controllers(loaded.robot, target.target);
+  FoundControllers found = find_controllers(loaded.robot, target);
   const Surroundings surroundings{shown_paths(loaded.files), overlay_line(overlay), shown_paths(found.files),
                                   std::move(found.controllers)};
   deliver(options.json ? to_json(loaded, summary, overlay, surroundings.controllers)

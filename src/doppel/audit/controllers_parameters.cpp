@@ -88,8 +88,8 @@ void check_parameters(const AuditInput& in, const ControllersFile& file, Declare
     complete = false;
     for (const Diagnostic& d : error.diagnostics()) {
       if (told_elsewhere(d.rule)) continue;
-      out.add("controllers.parameter", file.chosen ? Severity::error : Severity::warning, c.subject(),
-              d.where, d.message, d.mend);
+      out.add("controllers.parameter", file.named ? Severity::error : Severity::warning, c.subject(), d.where,
+              d.message, d.mend);
     }
   }
   check_whole_numbers(c, node.parameters(), out);

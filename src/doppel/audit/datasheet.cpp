@@ -7,10 +7,10 @@
 #include <charconv>
 #include <numbers>
 
-#include "doppel/audit/detail/side_files.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
+#include "doppel/target/side_files.h"
 
 namespace doppel {
 namespace {

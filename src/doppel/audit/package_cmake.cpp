@@ -7,9 +7,9 @@
 #include <span>
 
 #include "doppel/audit/detail/package_files.h"
-#include "doppel/audit/detail/package_files_detail.h"
-#include "doppel/audit/detail/side_files.h"
+#include "doppel/audit/detail/path_text.h"
 #include "doppel/core/text.h"
+#include "doppel/target/side_files.h"
 
 namespace doppel {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "doppel/audit/detail/package_files_detail.h"
-#include "doppel/audit/detail/side_files.h"
+#include "doppel/audit/detail/path_text.h"
 #include "doppel/core/diagnostic.h"
+#include "doppel/target/side_files.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {

@@ -61,15 +61,6 @@ const Names& other_controller_types() {
   return types;
 }
 
-bool switches_simulation(std::string_view argument) {
-  constexpr std::array<std::string_view, 16> kNames{
-      "use_sim",       "sim_gazebo",        "use_gazebo",        "sim_gz",
-      "sim_ignition",  "sim_ign",           "use_ignition",      "is_sim",
-      "sim",           "sim_mode",          "use_fake_hardware", "use_mock_hardware",
-      "fake_hardware", "use_real_hardware", "simulation",        "is_simulation"};
-  return std::find(kNames.begin(), kNames.end(), argument) != kNames.end();
-}
-
 bool moves(const Joint& joint) {
   return joint.type != JointType::fixed;
 }

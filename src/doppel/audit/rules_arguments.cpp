@@ -6,6 +6,7 @@
 
 #include "doppel/audit/detail/ros_rules.h"
 #include "doppel/core/names.h"
+#include "doppel/target/target.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -66,10 +66,10 @@ class JointCheck {
       : in_(in), file_(file), out_(out), names_(joint_names(in.robot)) {}
 
   void check(const DeclaredController& c) {
-    certain_ = file_.chosen && mostly_known(c);
+    certain_ = file_.named && mostly_known(c);
     for (const char* parameter : {"joints", "command_joints", "dof_names", "joint"}) {
       // The broadcaster's list is of joints with a state; it may hold any.
-      const bool commands = c.type.find("Broadcaster") == std::string::npos;
+      const bool commands = !c.broadcasts();
       check_list(c, parameter, commands);
     }
   }
@@ -188,7 +188,7 @@ void check_interfaces(const AuditInput& in, const ControllersFile& file, const D
       }
       if (missing.empty()) continue;
       out.add(commands ? "controllers.command_interface" : "controllers.state_interface",
-              file.chosen ? Severity::error : Severity::warning, c.subject(), where,
+              file.named ? Severity::error : Severity::warning, c.subject(), where,
               fmt::format("it wants the {} interface '{}' of {}, which <ros2_control> does not offer{}", kind,
                           interface, quoted_list(missing), told_offers(offered, missing)),
               fmt::format("add <{}_interface name=\"{}\"/> to the joint, or take another interface", kind,
@@ -285,7 +285,7 @@ void check_uncontrolled(const AuditInput& in, const ControllersFile& file, Findi
   std::set<std::string> controlled;
   for (const DeclaredController& c : file.controllers) {
     // A controller whose parameters cannot be judged may hold anything.
-    if (!c.known_kind && c.type.find("Broadcaster") == std::string::npos) return;
+    if (!c.known_kind() && !c.broadcasts()) return;
     for (const std::string& joint : c.driven_joints()) controlled.insert(joint);
   }
   if (controlled.empty()) return;

@@ -5,7 +5,8 @@
 
 #include "doppel/audit/detail/package_files.h"
 #include "doppel/audit/detail/ros_rules.h"
-#include "doppel/audit/detail/side_files.h"
+#include "doppel/target/side_files.h"
+#include "doppel/target/target.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "doppel/audit/detail/package_files.h"
 #include "doppel/audit/detail/ros_rules.h"
-#include "doppel/audit/detail/side_files.h"
 #include "doppel/audit/detail/vocabulary.h"
+#include "doppel/target/side_files.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -31,7 +31,7 @@ constexpr std::size_t kMostUnread = 100'000;  // messages that nobody has taken 
 
 }  // namespace
 
-struct WebSocketClient::Impl {
+struct WebSocketClient::Impl : Heard {
   explicit Impl(ClientOptions chosen) : options(std::move(chosen)) {
     connect();
     read();
@@ -246,18 +246,14 @@ struct WebSocketClient::Impl {
   std::string why_closed = "the twin has ended", name;
 
   std::map<std::uint32_t, foxglove::Channel> offers;
-  std::map<std::string, Topic> topics;
-  std::map<std::string, Service> services;
   std::map<std::string, std::uint32_t> service_ids;
   std::map<std::string, bool> wanted;  // topics subscribed to, and whether the server has been asked
   std::vector<std::string> late_subscriptions;
   std::map<std::pair<std::string, std::string>, std::uint32_t> advertised;
-  std::deque<Received> inbox;
-  std::map<std::uint32_t, Answer> answers;
   std::vector<std::string> errors;
   std::vector<foxglove::Parameter> parameters;
   std::string answered_request;
-  std::uint32_t calls = 0, requests = 0;
+  std::uint32_t requests = 0;
 };
 
 WebSocketClient::WebSocketClient(ClientOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
@@ -266,11 +262,8 @@ WebSocketClient::~WebSocketClient() = default;
 const std::string& WebSocketClient::server_name() const {
   return impl_->name;
 }
-const std::map<std::string, Client::Topic>& WebSocketClient::topics() const {
-  return impl_->topics;
-}
-const std::map<std::string, Client::Service>& WebSocketClient::services() const {
-  return impl_->services;
+Heard& WebSocketClient::heard() const {
+  return *impl_;
 }
 
 std::vector<std::string> WebSocketClient::nodes() {
@@ -303,13 +296,6 @@ void WebSocketClient::unsubscribe(const std::string& topic) {
   for (const auto& [id, offer] : impl_->offers) {
     if (offer.topic == topic) return impl_->send(foxglove::to_frame(foxglove::Unsubscribe{{id}}));
   }
-}
-
-bool WebSocketClient::next(Received& message, Clock::time_point until) {
-  if (!wait_until([this] { return !impl_->inbox.empty(); }, until)) return false;
-  message = std::move(impl_->inbox.front());
-  impl_->inbox.pop_front();
-  return true;
 }
 
 bool WebSocketClient::wait_until(const std::function<bool()>& condition, Clock::time_point until) {
@@ -350,14 +336,6 @@ std::uint32_t WebSocketClient::begin_call(const std::string& service, std::span<
   const std::uint32_t call = ++impl_->calls;
   impl_->send(foxglove::to_frame(foxglove::ServiceCall{found->second, call, "cdr", request}));
   return call;
-}
-
-bool WebSocketClient::take_answer(std::uint32_t call, Answer& answer) {
-  const auto found = impl_->answers.find(call);
-  if (found == impl_->answers.end()) return false;
-  answer = std::move(found->second);
-  impl_->answers.erase(found);
-  return true;
 }
 
 std::vector<NamedParameter> WebSocketClient::parameters() {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "doppel/client/client.h"
+#include "doppel/client/heard.h"
 
 namespace doppel {
 
@@ -20,7 +20,7 @@ struct ClientOptions {
   std::function<void(const std::string&)> on_status;  // warnings that belong to no request
 };
 
-class WebSocketClient : public Client {
+class WebSocketClient : public HearingClient {
  public:
   // Returns when it knows all topics, services and nodes that there are.
   explicit WebSocketClient(ClientOptions options);
@@ -30,25 +30,23 @@ class WebSocketClient : public Client {
 
   [[nodiscard]] const std::string& server_name() const;
 
-  [[nodiscard]] const std::map<std::string, Topic>& topics() const override;
-  [[nodiscard]] const std::map<std::string, Service>& services() const override;
   [[nodiscard]] std::vector<std::string> nodes() override;
   [[nodiscard]] const TypeSupport& message_type(const std::string& topic) override;
   void subscribe(const std::string& topic) override;
   void unsubscribe(const std::string& topic) override;
-  bool next(Received& message, std::chrono::steady_clock::time_point until) override;
   [[nodiscard]] bool wait_until(const std::function<bool()>& condition,
                                 std::chrono::steady_clock::time_point until) override;
   void publish(const std::string& topic, const std::string& type, std::span<const std::byte> cdr) override;
   void sync() override;
   std::uint32_t begin_call(const std::string& service, std::span<const std::byte> request) override;
-  bool take_answer(std::uint32_t call, Answer& answer) override;
   std::vector<NamedParameter> parameters() override;
   std::vector<NamedParameter> parameters(const std::string& node) override;
   Status set_parameter(const std::string& node, const std::string& name,
                        const ParameterValue& value) override;
 
  private:
+  [[nodiscard]] Heard& heard() const override;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -112,7 +112,7 @@ void ControllerManager::Impl::choose_rate(LoadedController& c) {
   declare<std::int64_t>(c.node->parameters(), &c.overrides, "thread_priority", -100,
                         {"not used: the loop is one", true, {}});
   const double rate = asked == 0 ? rate_of(period) : static_cast<double>(asked);
-  c.ticks_per_update = whole_steps(rate, period);
+  c.ticks_per_update = steps_per_period(rate, period);
   c.period = period * c.ticks_per_update;
   c.context.update_rate = rate_of(c.period);
   if (asked != 0 && differs(rate, c.context.update_rate)) {

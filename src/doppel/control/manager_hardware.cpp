@@ -38,7 +38,7 @@ ResourceTable::Component& ControllerManager::Impl::initialise_hardware(
     Diagnostics& diagnostics) {
   const double asked = description.rw_rate.value_or(rate_of(period));
   if (description.is_async) hardware = std::make_unique<AsyncHardware>(std::move(hardware), asked);
-  const int ticks = description.is_async ? 1 : whole_steps(asked, period);
+  const int ticks = description.is_async ? 1 : steps_per_period(asked, period);
   const double rate = description.is_async ? asked : rate_of(period * ticks);
   if (differs(asked, rate)) {
     diagnostics.warning(

@@ -9,7 +9,7 @@
 namespace doppel {
 
 // How many steps of `step` make a rate in Hz, and which rate a period is.
-inline int whole_steps(double rate, Duration step) {
+inline int steps_per_period(double rate, Duration step) {
   return std::max(1, static_cast<int>(std::lround(1.0 / (rate * to_seconds(step)))));
 }
 inline double rate_of(Duration period) {

@@ -2,7 +2,7 @@
 // The description as MJCF for people who work in MuJoCo: every link a body and every joint a joint by its own
 // name, drives as actuators that take positions in rad or m, mimic joints as equalities. It is another
 // document than the one doppel simulates by (physics/mujoco/mjcf.h), which names things by index and has the
-// world around it; what is said of masses, drives and exclusions is the same.
+// world around it; bodies, joints, shapes and couplings of both are written by mjcf/mjcf.h.
 // Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
 
 #include <string>

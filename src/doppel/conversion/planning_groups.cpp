@@ -4,7 +4,7 @@
 #include <array>
 #include <set>
 
-#include "doppel/conversion/detail/document.h"
+#include "doppel/conversion/detail/unique_name.h"
 #include "doppel/core/text.h"
 
 namespace doppel {
@@ -222,24 +222,13 @@ class Finder {
 
 }  // namespace
 
-std::vector<JointGroup> declared_controllers(const ParameterFile& file) {
-  std::vector<JointGroup> controllers;
-  const ParameterOverrides manager = file.overrides_for("controller_manager");
-  for (const ParameterOverride& entry : manager.all()) {
-    const auto* type = std::get_if<std::string>(&entry.value);
-    if (type == nullptr || !entry.name.ends_with(".type")) continue;
-    JointGroup controller{entry.name.substr(0, entry.name.size() - 5), *type, {}};
-    ParameterOverrides own = file.overrides_for(controller.name);
-    const bool moves = type->find("Broadcaster") == std::string::npos;
-    for (const char* key : {"joints", "joint"}) {
-      const ParameterOverride* named = moves ? own.find(key) : nullptr;
-      if (named == nullptr) continue;
-      if (const auto* list = std::get_if<std::vector<std::string>>(&named->value)) controller.joints = *list;
-      if (const auto* one = std::get_if<std::string>(&named->value)) controller.joints = {*one};
-    }
-    controllers.push_back(std::move(controller));
+std::vector<JointGroup> joint_groups(const ControllersFile& file) {
+  std::vector<JointGroup> out;
+  for (const DeclaredController& c : file.controllers) {
+    if (c.type.empty()) continue;
+    out.push_back({c.name, c.type, c.broadcasts() ? std::vector<std::string>() : c.driven_joints()});
   }
-  return controllers;
+  return out;
 }
 
 std::vector<PlanningGroup> find_planning_groups(const Model& model,

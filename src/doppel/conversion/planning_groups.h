@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/parameter_file.h"
 #include "doppel/kinematics/model.h"
+#include "doppel/target/controllers_file.h"
 
 namespace doppel {
 
@@ -16,8 +16,8 @@ struct JointGroup {
   std::vector<std::string> joints;  // that it names; a broadcaster's are empty
 };
 
-// Of every controller that a file declares, in its order.
-std::vector<JointGroup> declared_controllers(const ParameterFile& file);
+// Of every controller that a file declares with its type, in its order.
+std::vector<JointGroup> joint_groups(const ControllersFile& file);
 
 struct PlanningGroup {
   std::string name;  // "arm", "left_gripper"

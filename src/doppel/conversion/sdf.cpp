@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/conversion/detail/document.h"
 #include "doppel/conversion/detail/sdf_gazebo.h"
+#include "doppel/conversion/detail/unique_name.h"
 #include "doppel/kinematics/link_inertia.h"
+#include "doppel/math/decimals.h"
+#include "doppel/xml/element.h"
 
 namespace doppel {
 namespace {

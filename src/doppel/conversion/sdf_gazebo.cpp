@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "doppel/conversion/detail/document.h"
+#include "doppel/xml/element.h"
 
 namespace doppel {
 namespace {

@@ -1,6 +1,7 @@
 #include "doppel/conversion/srdf.h"
 
-#include "doppel/conversion/detail/document.h"
+#include "doppel/math/decimals.h"
+#include "doppel/xml/element.h"
 
 namespace doppel {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "doppel/conversion/detail/document.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {

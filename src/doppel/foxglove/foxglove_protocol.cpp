@@ -100,7 +100,7 @@ std::string to_frame(const Channels& channels) {
 }
 
 std::string to_frame(const RemovedChannels& removed) {
-  return wire::dump({{"op", "unadvertise"}, {"channelIds", removed.ids}});
+  return wire::ids_frame("unadvertise", "channelIds", removed.ids);
 }
 
 std::string to_frame(const Services& services) {
@@ -116,7 +116,7 @@ std::string to_frame(const Services& services) {
 }
 
 std::string to_frame(const RemovedServices& removed) {
-  return wire::dump({{"op", "unadvertiseServices"}, {"serviceIds", removed.ids}});
+  return wire::ids_frame("unadvertiseServices", "serviceIds", removed.ids);
 }
 
 std::string to_frame(const ParameterValues& values) {

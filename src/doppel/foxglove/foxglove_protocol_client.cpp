@@ -138,7 +138,7 @@ std::string to_frame(const Subscribe& subscribe) {
 }
 
 std::string to_frame(const Unsubscribe& unsubscribe) {
-  return wire::dump({{"op", "unsubscribe"}, {"subscriptionIds", unsubscribe.ids}});
+  return wire::ids_frame("unsubscribe", "subscriptionIds", unsubscribe.ids);
 }
 
 std::string to_frame(const Advertise& advertise) {

@@ -210,11 +210,8 @@ GraphClient::GraphClient(GraphClientOptions options, const MakeParticipant& make
     : impl_(std::make_unique<Impl>(std::move(options), make)) {}
 GraphClient::~GraphClient() = default;
 
-const std::map<std::string, Client::Topic>& GraphClient::topics() const {
-  return impl_->topics;
-}
-const std::map<std::string, Client::Service>& GraphClient::services() const {
-  return impl_->services;
+Heard& GraphClient::heard() const {
+  return *impl_;
 }
 
 std::vector<std::string> GraphClient::nodes() {
@@ -229,13 +226,6 @@ std::vector<std::string> GraphClient::nodes() {
 bool GraphClient::wait_until(const std::function<bool()>& condition,
                              std::chrono::steady_clock::time_point until) {
   return impl_->wait(condition, until);
-}
-
-bool GraphClient::next(Received& message, std::chrono::steady_clock::time_point until) {
-  if (!impl_->wait([this] { return !impl_->inbox.empty(); }, until)) return false;
-  message = std::move(impl_->inbox.front());
-  impl_->inbox.pop_front();
-  return true;
 }
 
 }  // namespace doppel::ros2

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/client/client.h"
+#include "doppel/client/heard.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/participant.h"
 
@@ -26,7 +26,7 @@ struct GraphClientOptions {
   std::function<void(const std::string& warning)> on_status;  // may be empty
 };
 
-class GraphClient : public doppel::Client {
+class GraphClient : public HearingClient {
  public:
   using MakeParticipant = std::function<std::unique_ptr<Participant>(const ParticipantOptions& options,
                                                                      std::function<void()> on_activity)>;
@@ -38,8 +38,6 @@ class GraphClient : public doppel::Client {
   GraphClient(const GraphClient&) = delete;
   GraphClient& operator=(const GraphClient&) = delete;
 
-  [[nodiscard]] const std::map<std::string, Topic>& topics() const override;
-  [[nodiscard]] const std::map<std::string, Service>& services() const override;
   [[nodiscard]] std::vector<std::string> nodes() override;
   // A type that is not compiled in, or compiled in differently (its hash tells), is asked of the nodes that
   // use it (~/get_type_description).
@@ -47,7 +45,6 @@ class GraphClient : public doppel::Client {
 
   void subscribe(const std::string& topic) override;
   void unsubscribe(const std::string& topic) override;
-  bool next(Received& message, std::chrono::steady_clock::time_point until) override;
   [[nodiscard]] bool wait_until(const std::function<bool()>& condition,
                                 std::chrono::steady_clock::time_point until) override;
 
@@ -58,7 +55,6 @@ class GraphClient : public doppel::Client {
 
   // Waits for a server within reach. One that goes before it has answered makes a refusal.
   std::uint32_t begin_call(const std::string& service, std::span<const std::byte> request) override;
-  bool take_answer(std::uint32_t call, Answer& answer) override;
 
   // Nodes without parameter services are left out, those that do not answer are told of.
   std::vector<NamedParameter> parameters() override;
@@ -67,6 +63,8 @@ class GraphClient : public doppel::Client {
                        const ParameterValue& value) override;
 
  private:
+  [[nodiscard]] Heard& heard() const override;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -76,18 +76,11 @@ void GraphClient::Impl::take_replies() {
   });
 }
 
-bool GraphClient::Impl::take_answer(std::uint32_t call, Answer& answer) {
-  auto found = answers.extract(call);
-  if (!found) return false;
-  answer = std::move(found.mapped());
-  return true;
-}
-
 Client::Answer GraphClient::Impl::ask(const std::string& service, const Bytes& request) {
   const std::uint32_t call = begin_call(service, request);
   Answer answer;
   bool taken = false;
-  if (!wait([&] { return taken = taken || take_answer(call, answer); }, Clock::now() + options.patience)) {
+  if (!wait([&] { return taken = taken || take(call, answer); }, Clock::now() + options.patience)) {
     pending.erase(call);
     return {false, fmt::format("it did not answer within {} s", seconds(options.patience)), {}};
   }
@@ -97,10 +90,6 @@ Client::Answer GraphClient::Impl::ask(const std::string& service, const Bytes& r
 std::uint32_t GraphClient::begin_call(const std::string& service, std::span<const std::byte> request) {
   static_cast<void>(find_service(service));
   return impl_->begin_call(service, request);
-}
-
-bool GraphClient::take_answer(std::uint32_t call, Answer& answer) {
-  return impl_->take_answer(call, answer);
 }
 
 std::vector<NamedParameter> GraphClient::parameters() {

@@ -118,7 +118,7 @@ std::string quoted_names(const std::vector<std::string>& names) {
 }  // namespace
 
 Duration period_in_steps(double rate, Duration step, const SourceLocation& where, Diagnostics& diagnostics) {
-  const int steps = whole_steps(rate, step);
+  const int steps = steps_per_period(rate, step);
   const Duration period = step * steps;
   if (differs(rate, rate_of(period))) {
     diagnostics.warning(

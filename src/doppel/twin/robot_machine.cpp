@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "doppel/core/names.h"
+#include "doppel/target/target.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {

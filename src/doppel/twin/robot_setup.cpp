@@ -3,26 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <set>
 
 #include "doppel/core/names.h"
-#include "doppel/overlay/overlay.h"
-#include "doppel/twin/controllers_choice.h"
+#include "doppel/target/controllers_search.h"
+#include "doppel/target/target.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Arguments by which descriptions switch between a simulator and real hardware, and the value that means
-// simulation.
-constexpr std::pair<const char*, const char*> kSimulationArguments[] = {{"use_sim", "true"},
-                                                                        {"sim_gazebo", "true"},
-                                                                        {"use_gazebo", "true"},
-                                                                        {"sim_gz", "true"},
-                                                                        {"sim_ignition", "true"}};
 
 std::vector<std::string> joints_to_drive(const RobotDescription& robot) {
   std::set<std::string> offered;
@@ -64,14 +55,19 @@ std::string quoted(const std::string& text) {
   return out + '"';
 }
 
-void choose_controllers(const Scenario& scenario, const WorldRobot& robot, RobotSetup& setup,
-                        Diagnostics& diagnostics) {
+void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const PackageResolver& resolver,
+                        RobotSetup& setup, Diagnostics& diagnostics) {
   Diagnostics said;
   if (robot.controllers) {
     setup.controllers_named = true;
     setup.controllers_files = {*robot.controllers};
   } else {
-    setup.controllers_files = find_controllers_files(setup.description.robot, setup.target, said);
+    const ControllersSearch found = find_controllers_files(setup.description.robot, setup.target, resolver);
+    report(found, said);
+    for (const ControllersFile& file : found.files) {
+      setup.controllers_files.push_back(file.path);
+      if (file.for_ros2) setup.declaring_files.push_back(file.path);
+    }
   }
   std::string others;  // the note of files that were left alone becomes part of the one on what was made
   for (const Diagnostic& d : said.all()) {
@@ -82,8 +78,6 @@ void choose_controllers(const Scenario& scenario, const WorldRobot& robot, Robot
     }
   }
   if (!setup.controllers_files.empty()) {
-    std::ranges::copy_if(setup.controllers_files, std::back_inserter(setup.declaring_files),
-                         is_controllers_file);
     setup.controllers_origin = setup.controllers_files.front().string();
     setup.controllers = ParameterFile::load(setup.controllers_files.front());
     for (std::size_t i = 1; i < setup.controllers_files.size(); ++i)
@@ -126,83 +120,21 @@ std::string generated_controllers(const std::vector<std::string>& joints, bool v
   return yaml;
 }
 
-XacroArguments simulation_arguments(const fs::path& description, XacroArguments given,
-                                    const PackageResolver& resolver, Diagnostics& diagnostics) {
-  const auto declared = declared_xacro_arguments(description, resolver);
-  for (const auto& [name, value] : kSimulationArguments) {
-    const auto chosen = [&, wanted = std::string(name)](const auto& a) { return a.first == wanted; };
-    const auto is = [&, wanted = std::string(name)](const auto& d) { return d.name == wanted; };
-    const auto found = std::find_if(declared.begin(), declared.end(), is);
-    if (found == declared.end() || std::any_of(given.begin(), given.end(), chosen)) continue;
-    given.emplace_back(name, value);
-    diagnostics.note(
-        "up.use_sim", found->source,
-        fmt::format("the description has an argument '{}'; it is set to '{}', for this is a simulation", name,
-                    value),
-        fmt::format("give {}:=... to choose otherwise", name));
-    break;
-  }
-  return given;
-}
-
-namespace {
-
-// With the argument that chooses simulation; without it where only that keeps the description from being
-// expanded, for nobody asked for it.
-ExpandedDescription expand_for_simulation(const fs::path& description, const XacroArguments& given,
-                                          PackageResolver& resolver, Diagnostics& diagnostics) {
-  Diagnostics said;
-  const XacroArguments arguments = simulation_arguments(description, given, resolver, said);
-  if (arguments.size() == given.size()) return expand_corrected(description, given, resolver, diagnostics);
-  try {
-    ExpandedDescription out = expand_corrected(description, arguments, resolver, said);
-    for (const Diagnostic& d : said.all()) diagnostics.add(d);
-    return out;
-  } catch (const InputError& problem) {
-    ExpandedDescription out = expand_corrected(description, given, resolver, diagnostics);
-    const Diagnostic& why = problem.diagnostics().front();
-    diagnostics.note(
-        "up.use_sim", why.where,
-        fmt::format("the description cannot be expanded with {}:={}, by which it chooses simulation; "
-                    "it is taken without. {}",
-                    arguments.back().first, arguments.back().second, why.message));
-    return out;
-  }
-}
-
-}  // namespace
-
 ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
                              Diagnostics& diagnostics) {
   ExpandedTarget out;
-  resolver.add_bundled(scenario.bundled_robots);
-  out.target = resolve_target(robot.target, scenario.bundled_robots);
-  resolver.add_context(out.target.description);
+  out.target = find_target(robot.target, scenario.bundled_robots, resolver);
   out.description = expand_for_simulation(out.target.description, robot.arguments, resolver, diagnostics);
   if (scenario.inspect) scenario.inspect(out.description, diagnostics);
-  return out;
-}
-
-std::vector<fs::path> files_of(const Target& target, const LoadedDescription& description) {
-  std::vector<fs::path> out = description.files;
-  out.push_back(overlay_path(target.description));
-  const auto add = [&out](const Geometry& geometry) {
-    const auto* mesh = std::get_if<MeshGeometry>(&geometry);
-    if (mesh != nullptr && !mesh->path.empty()) out.emplace_back(mesh->path);
-  };
-  for (const Link& link : description.robot.links) {
-    for (const Visual& visual : link.visuals) add(visual.geometry);
-    for (const Collision& collision : link.collisions) add(collision.geometry);
-  }
   return out;
 }
 
 namespace {
 
 // What follows from the description alone.
-void complete(const Scenario& scenario, const WorldRobot& robot, RobotSetup& setup,
-              Diagnostics& diagnostics) {
-  choose_controllers(scenario, robot, setup, diagnostics);
+void complete(const Scenario& scenario, const WorldRobot& robot, const PackageResolver& resolver,
+              RobotSetup& setup, Diagnostics& diagnostics) {
+  choose_controllers(scenario, robot, resolver, setup, diagnostics);
   add_ros_parameters(scenario.ros, setup.controllers);
   setup.controllers.set_home(robot.name_space);
 }
@@ -217,7 +149,7 @@ RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, Packa
   setup.description.robot = read_description(expanded.description, resolver, diagnostics);
   diagnostics.throw_if_errors();
   setup.description.files = std::move(expanded.description.files);
-  complete(scenario, robot, setup, diagnostics);
+  complete(scenario, robot, resolver, setup, diagnostics);
   return setup;
 }
 
@@ -225,7 +157,7 @@ RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, Robot
                         Diagnostics& diagnostics) {
   RobotSetup setup;
   setup.description.robot = std::move(description);
-  complete(scenario, robot, setup, diagnostics);
+  complete(scenario, robot, PackageResolver(), setup, diagnostics);
   return setup;
 }
 

@@ -20,14 +20,9 @@ struct RobotSetup {
   ParameterFile controllers;       // generated where the package has none
   std::string controllers_origin;  // "config/ros2_controllers.yaml", for people; "generated"
   std::vector<std::filesystem::path> controllers_files;  // that it was read from; empty: generated
-  std::vector<std::filesystem::path> declaring_files;    // those of them that declare controllers
+  std::vector<std::filesystem::path> declaring_files;    // of those found, which declare controllers
   bool controllers_named = false;                        // the user named the file
 };
-
-// The arguments that a scenario's description is expanded with: the given ones and, where it declares one by
-// which simulation is chosen (use_sim) and none is given, that one with a note.
-XacroArguments simulation_arguments(const std::filesystem::path& description, XacroArguments given,
-                                    const PackageResolver& resolver, Diagnostics& diagnostics);
 
 // A robot's target, found and expanded with its overlay. Throws InputError: nothing of that name, or what
 // expand_description refuses.
@@ -37,9 +32,6 @@ struct ExpandedTarget {
 };
 ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
                              Diagnostics& diagnostics);
-
-// Every file that a description was made of: its sources, its overlay (which may come later), its meshes.
-std::vector<std::filesystem::path> files_of(const Target& target, const LoadedDescription& description);
 
 // Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are
 // notes.

@@ -4,7 +4,7 @@
 
 #include "doppel/bus/stage.h"
 #include "doppel/core/thrown.h"
-#include "doppel/twin/controllers_choice.h"
+#include "doppel/target/controllers_search.h"
 #include "doppel/twin/detail/twin.h"
 
 namespace doppel {

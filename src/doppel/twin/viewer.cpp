@@ -12,6 +12,7 @@
 #include "doppel/bus/standard_node.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/sensor_msgs.h"
+#include "doppel/target/target.h"
 #include "doppel/twin/detail/drawable.h"
 #include "doppel/twin/robot_setup.h"
 #include "doppel/twin/simulated_hardware.h"

@@ -2,18 +2,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
 #include <cstring>
 #include <map>
 #include <memory>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/xml/detail/xml_characters.h"
 #include "doppel/xml/xml_encoding.h"
 #include "doppel/xml/xml_tree.h"
 
 namespace doppel {
 namespace {
+
+using namespace xml_characters;
 
 constexpr std::size_t kDeepest = 400;            // consumers of the tree recurse
 constexpr std::size_t kEntityBytes = 1'000'000;  // that entities may come to
@@ -21,38 +22,6 @@ constexpr std::size_t kLargest = std::size_t{64} << 20;
 constexpr int kEntityDepth = 16;
 constexpr std::size_t kMostParts = 1'000'000;  // elements, attributes, texts
 constexpr std::string_view kBlank = " \t\r\n";
-
-bool blank(char c) {
-  return c == ' ' || c == '\n' || c == '\t' || c == '\r';
-}
-
-// What a character may be part of, and what ends a run of characters that nothing has to be done about. The
-// NUL behind the text's end ends every run; there is none within it.
-enum Class : std::uint8_t {
-  kStartsName = 1,
-  kInName = 2,
-  kNotableInValue = 4,
-  kNotableInText = 8,
-  kBlankInText = 16  // but for the carriage return, which is notable
-};
-constexpr std::array<std::uint8_t, 256> kClasses = [] {
-  std::array<std::uint8_t, 256> out{};
-  for (unsigned c = 0; c < 256; ++c) {
-    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == ':' || c >= 0x80;
-    const bool inside = letter || (c >= '0' && c <= '9') || c == '-' || c == '.';
-    const bool both = c == '&' || c == '<' || c == '$' || c == '\r';
-    const bool value = both || c < ' ' || c == '"' || c == '\'';
-    const bool text = both || c == ']' || c == '\0';
-    const bool blank = c == ' ' || c == '\n' || c == '\t';
-    out[c] = static_cast<std::uint8_t>((blank ? kBlankInText : 0) | (letter ? kStartsName : 0) |
-                                       (inside ? kInName : 0) | (value ? kNotableInValue : 0) |
-                                       (text ? kNotableInText : 0));
-  }
-  return out;
-}();
-bool is(char c, Class what) {
-  return (kClasses[static_cast<unsigned char>(c)] & what) != 0;
-}
 
 class Parser {
  public:
@@ -149,17 +118,6 @@ class Parser {
       while (i < end) i += check_character(i);
     }
   }
-  // ASCII that XML allows; written so that a compiler takes many at a time.
-  static bool ordinary(const char* at, std::size_t size) {
-    unsigned odd = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      const auto c = static_cast<unsigned char>(at[i]);
-      odd |= static_cast<unsigned>(c >= 0x80) |
-             (static_cast<unsigned>(c < 0x20) & static_cast<unsigned>(c != '\n') &
-              static_cast<unsigned>(c != '\t') & static_cast<unsigned>(c != '\r'));
-    }
-    return odd == 0;
-  }
   // Its length.
   [[nodiscard]] std::size_t check_character(std::size_t at) const {
     const auto c = static_cast<unsigned char>(text_[at]);
@@ -249,7 +207,7 @@ class Parser {
     if (keep_ == XmlKeep::content) return nullptr;
     TreeNode* const node = make(comment ? TreeNode::Kind::comment : TreeNode::Kind::instruction, opened);
     node->name = name;
-    node->text = line_ends(text);
+    node->text = with_line_ends(text);
     node->dollar = node->text.find('$') != std::string_view::npos;
     node->constant = !comment || node->text.find("xacro:") == std::string_view::npos;
     return node;
@@ -340,7 +298,7 @@ class Parser {
     TreeNode* const node = make(TreeNode::Kind::text, opened);
     node->cdata = true;
     node->constant = true;
-    node->text = line_ends(raw);
+    node->text = with_line_ends(raw);
     add(*open_.back(), node);
   }
 
@@ -560,16 +518,8 @@ class Parser {
     return arena_.copy(out);
   }
 
-  std::string_view line_ends(std::string_view raw) {
-    if (raw.find('\r') == std::string_view::npos) return raw;
-    std::string out;
-    for (std::size_t i = 0; i < raw.size(); ++i) {
-      if (raw[i] != '\r')
-        out += raw[i];
-      else if (i + 1 >= raw.size() || raw[i + 1] != '\n')
-        out += '\n';
-    }
-    return arena_.copy(out);
+  std::string_view with_line_ends(std::string_view raw) {
+    return raw.find('\r') == std::string_view::npos ? raw : arena_.copy(xml_characters::line_ends(raw));
   }
 
   // Appends what the reference at the beginning of `raw` stands for; how many bytes it takes.

@@ -28,9 +28,6 @@ std::string library_name(std::string_view file);  // "libgz_x-system.so" -> "gz_
 // Controllers of ros2_controllers that doppel does not have itself.
 const Names& other_controller_types();
 
-// xacro arguments by which descriptions choose between simulator and hardware.
-bool switches_simulation(std::string_view argument);
-
 bool moves(const Joint& joint);        // not fixed
 bool driven_kind(const Joint& joint);  // revolute, continuous or prismatic
 Names joint_names(const RobotDescription& robot);

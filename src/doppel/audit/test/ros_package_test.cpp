@@ -184,6 +184,31 @@ TEST_F(Controllers, StandWhereTheDescriptionSays) {
   EXPECT_THAT(with("config/c.yaml"), IsEmpty());
 }
 
+// What `doppel up` takes is what is judged: of several the one that fits, and one of the packages beside.
+TEST_F(Controllers, AreThoseThatTheTwinTakesWhereNobodyNamesThem) {
+  write("arm/package.xml", "<package format=\"3\"><name>arm</name></package>");
+  write("arm/urdf/r.urdf", robot(good_hardware()));
+  name_ = "arm/urdf/r.urdf";
+  options.package_folder = folder_ / "arm";
+  write("arm/config/other.yaml", manager() + section("[of_another_robot]"));
+  write("arm/config/mine.yaml", manager() + section("[shoulder, elbwo]"));
+  const auto own = AuditRig::of("controllers.unknown_joint");
+  ASSERT_THAT(own, SizeIs(1));
+  EXPECT_THAT(*own[0].where.file, HasSubstr("mine.yaml"));
+  EXPECT_EQ(own[0].severity, Severity::warning) << "it was only found";
+  std::filesystem::remove_all(folder_ / "arm/config");
+  write("arm_moveit/package.xml", "<package format=\"3\"><name>arm_moveit</name></package>");
+  write("arm_moveit/config/ros2_controllers.yaml", manager() + section("[shoulder, elbwo]"));
+  EXPECT_THAT(AuditRig::of("controllers.unknown_joint"), SizeIs(1));
+}
+
+TEST_F(Controllers, AreJudgedWhereTheOnlyFileOfThePackageNamesNoJointOfTheRobot) {
+  write("package.xml", "<package format=\"3\"><name>r</name></package>");
+  write("urdf/r.urdf", robot(good_hardware()));
+  write("config/c.yaml", manager() + section("[shouldre, elbwo]"));
+  EXPECT_THAT(AuditRig::of("controllers.unknown_joint"), SizeIs(2));
+}
+
 TEST_F(Package, HasAManifest) {
   write("urdf/r.urdf", robot(""));
   cmake("install(DIRECTORY urdf DESTINATION share/${PROJECT_NAME})");

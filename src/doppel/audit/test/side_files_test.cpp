@@ -1,5 +1,5 @@
 // Whatever stands beside a description, the audit ends, and says what it has not looked at.
-#include "doppel/audit/detail/side_files.h"
+#include "doppel/target/side_files.h"
 
 #include <sys/stat.h>
 

@@ -151,8 +151,8 @@ std::vector<std::string> names(const Model& model, const PlanningGroup& group) {
 
 TEST(PlanningGroupsTest, ControllersTellTheGroups) {
   const Converted converted = bundled("omarm_one");
-  const auto controllers = declared_controllers(ParameterFile::load(
-      std::filesystem::path(DOPPEL_SOURCE_DIR) / "robots/omarm_one/config/ros2_controllers.yaml"));
+  const auto controllers = joint_groups(controllers_in(ParameterFile::load(
+      std::filesystem::path(DOPPEL_SOURCE_DIR) / "robots/omarm_one/config/ros2_controllers.yaml")));
   ASSERT_EQ(controllers.size(), 3u);
   EXPECT_EQ(controllers[2].type, "joint_state_broadcaster/JointStateBroadcaster");
   EXPECT_TRUE(controllers[2].joints.empty());

@@ -32,6 +32,10 @@ inline std::uint32_t id_of(const json& object, const char* name) {
   return id(member(object, name), name);
 }
 std::vector<std::uint32_t> ids(const json& object, const char* name);
+// The frame that is a list of ids and no more, as both ends send it.
+inline std::string ids_frame(const char* op, const char* name, const std::vector<std::uint32_t>& ids) {
+  return dump({{"op", op}, {name, ids}});
+}
 std::vector<std::string> texts(const json& object, const char* name);
 json parameters_to_json(const std::vector<Parameter>& parameters);
 std::vector<Parameter> parameters_from_json(const json& object);

@@ -6,6 +6,11 @@
 // Computation on 3D Game Objects", 2001. It differs in one thing: the polytope inside the difference A - B
 // need not hold the origin at the start. The face whose plane the origin is furthest outside of, or least
 // inside, is pushed out until it is a face of A - B (depth) or a plane between the two was found (apart).
+//
+// FCL, which tells here whether triangles touch, has such a polytope too (libccd's) and is no substitute: 102
+// of 200 pairs of hulls it finds deeper than they are, by up to 15 mm, where this one is within 2 nm of
+// qhull's faces of A - B. A pair takes it 6 us and this one 7 us (bench_convex), and it would have to be
+// loaded, which takes 5 ms, for `doppel check` of an arm.
 
 #include <Eigen/Core>
 #include <variant>

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "doppel/physics/bullet/articulation.h"
-#include "doppel/physics/bullet/contact_finder_detail.h"
+#include "doppel/physics/bullet/contact_finder.h"
 #include "doppel/physics/detail/drive.h"
 #include "doppel/physics/detail/joint_springs.h"
 #include "doppel/physics/exclusions.h"

@@ -1,3 +1,5 @@
+#include "doppel/physics/bullet/collision_pieces.h"
+
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
@@ -7,8 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "doppel/physics/bullet/collision_pieces_detail.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/physics/bullet/constraint_solver_detail.h"
+#include "doppel/physics/bullet/constraint_solver.h"
 
 namespace doppel {
 namespace {

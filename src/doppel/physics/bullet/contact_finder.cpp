@@ -1,10 +1,10 @@
+#include "doppel/physics/bullet/contact_finder.h"
+
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 #include <algorithm>
-
-#include "doppel/physics/bullet/contact_finder_detail.h"
 
 namespace doppel {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "doppel/physics/bullet/bullet_world.h"
-#include "doppel/physics/bullet/constraint_solver_detail.h"
+#include "doppel/physics/bullet/constraint_solver.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/physics/bullet/tree_dynamics_detail.h"
+#include "doppel/physics/bullet/tree_dynamics.h"
 
 namespace doppel {
 namespace {

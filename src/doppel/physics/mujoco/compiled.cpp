@@ -1,3 +1,5 @@
+#include "doppel/physics/mujoco/compiled.h"
+
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -6,8 +8,6 @@
 #include <cstdlib>
 #include <mutex>
 #include <new>
-
-#include "doppel/physics/mujoco/compiled_detail.h"
 
 namespace doppel {
 

@@ -1,7 +1,7 @@
 #pragma once
-// From a world's settings and instances to MJCF text. Nothing of the user's goes into the text: bodies,
-// joints and shapes are named by index over all instances, so that no name needs escaping and MuJoCo's
-// messages can be translated into the user's words.
+// From a world's settings and instances to MJCF text, whose bodies mjcf/mjcf.h writes. Nothing of the user's
+// goes into the text: bodies, joints and shapes are named by index over all instances, so that no name needs
+// escaping and MuJoCo's messages can be translated into the user's words.
 
 #include <span>
 #include <string>

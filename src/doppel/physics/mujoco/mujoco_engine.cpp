@@ -1,11 +1,12 @@
+#include "doppel/physics/mujoco/mujoco_engine.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
 
-#include "doppel/physics/mjcf_convert.h"
-#include "doppel/physics/mujoco/mujoco_engine_detail.h"
+#include "doppel/mjcf/mjcf.h"
 
 namespace doppel {
 namespace {

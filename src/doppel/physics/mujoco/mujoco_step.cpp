@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/physics/mujoco/mujoco_engine_detail.h"
+#include "doppel/physics/mujoco/mujoco_engine.h"
 
 namespace doppel {
 

@@ -1,5 +1,7 @@
 // The compiled world: MuJoCo's model, and where the instances' parts stand in its arrays.
 
+#include "doppel/physics/mujoco/mujoco_world.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,8 +10,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "doppel/physics/mjcf_convert.h"
-#include "doppel/physics/mujoco/mujoco_world_detail.h"
+#include "doppel/mjcf/mjcf.h"
 
 namespace doppel {
 namespace {

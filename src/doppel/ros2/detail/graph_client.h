@@ -1,7 +1,6 @@
 #pragma once
 // Inside of GraphClient: what graph_client.cpp, graph_client_topics.cpp and graph_client_calls.cpp share.
 
-#include <deque>
 #include <set>
 
 #include "doppel/core/file_descriptor.h"
@@ -11,7 +10,7 @@
 
 namespace doppel::ros2 {
 
-struct GraphClient::Impl {
+struct GraphClient::Impl : Heard {
   using Clock = std::chrono::steady_clock;
 
   Impl(GraphClientOptions chosen, const MakeParticipant& make);
@@ -40,7 +39,6 @@ struct GraphClient::Impl {
   ServiceClient& service_client(const std::string& name);
   void take_replies();
   std::uint32_t begin_call(const std::string& service, std::span<const std::byte> request);
-  bool take_answer(std::uint32_t call, Answer& answer);
   Answer ask(const std::string& service, const Bytes& request);  // and waits, within the patience
 
   struct Subscription {
@@ -60,16 +58,11 @@ struct GraphClient::Impl {
   std::unique_ptr<Graph> graph;
   Clock::time_point changed_at = Clock::now();
 
-  std::map<std::string, Topic> topics;
-  std::map<std::string, Service> services;
   std::map<std::string, Subscription> subscriptions;
   std::map<std::pair<std::string, std::string>, std::unique_ptr<Writer>> writers;  // topic, type
   std::map<std::string, std::unique_ptr<ServiceClient>> clients;
   std::set<Gid> warned_of;
-  std::deque<Received> inbox;
   std::map<std::uint32_t, Pending> pending;
-  std::map<std::uint32_t, Answer> answers;
-  std::uint32_t calls = 0;
   std::map<std::string, std::shared_ptr<const TypeSupport>> described;  // by topic
   std::optional<Clock::time_point> last_published;
 };

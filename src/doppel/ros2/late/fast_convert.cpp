@@ -1,8 +1,8 @@
+#include "doppel/ros2/late/fast_convert.h"
+
 #include <algorithm>
 #include <cstring>
 #include <limits>
-
-#include "doppel/ros2/late/fast_convert_detail.h"
 
 namespace doppel::ros2::fast {
 namespace {

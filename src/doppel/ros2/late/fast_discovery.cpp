@@ -1,7 +1,8 @@
+#include "doppel/ros2/late/fast_discovery.h"
+
 #include "doppel/ros2/detail/participant.h"
-#include "doppel/ros2/late/fast_convert_detail.h"
-#include "doppel/ros2/late/fast_discovery_detail.h"
-#include "doppel/ros2/late/fast_log_detail.h"
+#include "doppel/ros2/late/fast_convert.h"
+#include "doppel/ros2/late/fast_log.h"
 
 namespace doppel::ros2::fast {
 namespace {

@@ -1,7 +1,8 @@
+#include "doppel/ros2/late/fast_endpoint.h"
+
 #include <cstring>
 
-#include "doppel/ros2/late/fast_convert_detail.h"
-#include "doppel/ros2/late/fast_endpoint_detail.h"
+#include "doppel/ros2/late/fast_convert.h"
 
 namespace doppel::ros2::fast {
 

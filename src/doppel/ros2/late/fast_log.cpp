@@ -1,7 +1,7 @@
+#include "doppel/ros2/late/fast_log.h"
+
 #include <fastdds/dds/log/Log.hpp>
 #include <mutex>
-
-#include "doppel/ros2/late/fast_log_detail.h"
 
 namespace doppel::ros2::fast {
 namespace {

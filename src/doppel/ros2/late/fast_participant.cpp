@@ -1,3 +1,5 @@
+#include "doppel/ros2/late/fast_participant.h"
+
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
 #include <cstdlib>
@@ -5,11 +7,10 @@
 
 #include "doppel/ros2/detail/participant.h"
 #include "doppel/ros2/environment.h"
-#include "doppel/ros2/late/fast_convert_detail.h"
-#include "doppel/ros2/late/fast_endpoint_detail.h"
-#include "doppel/ros2/late/fast_log_detail.h"
-#include "doppel/ros2/late/fast_participant_detail.h"
-#include "doppel/ros2/late/fast_transport_detail.h"
+#include "doppel/ros2/late/fast_convert.h"
+#include "doppel/ros2/late/fast_endpoint.h"
+#include "doppel/ros2/late/fast_log.h"
+#include "doppel/ros2/late/fast_transport.h"
 
 namespace doppel::ros2::fast {
 namespace {

@@ -1,3 +1,5 @@
+#include "doppel/ros2/late/fast_ports.h"
+
 #include <arpa/inet.h>
 #include <ifaddrs.h>
 #include <net/if.h>
@@ -8,7 +10,6 @@
 #include <cerrno>
 #include <cstring>
 
-#include "doppel/ros2/late/fast_ports_detail.h"
 #include "doppel/ros2/participant.h"
 
 namespace doppel::ros2::fast {

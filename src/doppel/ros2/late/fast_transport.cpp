@@ -1,3 +1,5 @@
+#include "doppel/ros2/late/fast_transport.h"
+
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
@@ -7,10 +9,9 @@
 #include <memory>
 
 #include "doppel/ros2/detail/rtps_gap.h"
-#include "doppel/ros2/late/fast_addressing_detail.h"
-#include "doppel/ros2/late/fast_log_detail.h"
-#include "doppel/ros2/late/fast_ports_detail.h"
-#include "doppel/ros2/late/fast_transport_detail.h"
+#include "doppel/ros2/late/fast_addressing.h"
+#include "doppel/ros2/late/fast_log.h"
+#include "doppel/ros2/late/fast_ports.h"
 #include "doppel/ros2/participant.h"
 
 namespace doppel::ros2::fast {

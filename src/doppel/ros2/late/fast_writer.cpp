@@ -2,9 +2,9 @@
 #include <fastdds/dds/publisher/DataWriterListener.hpp>
 
 #include "doppel/ros2/detail/rtps_guard.h"
-#include "doppel/ros2/late/fast_convert_detail.h"
-#include "doppel/ros2/late/fast_endpoint_detail.h"
-#include "doppel/ros2/late/fast_participant_detail.h"
+#include "doppel/ros2/late/fast_convert.h"
+#include "doppel/ros2/late/fast_endpoint.h"
+#include "doppel/ros2/late/fast_participant.h"
 
 namespace doppel::ros2::fast {
 namespace {

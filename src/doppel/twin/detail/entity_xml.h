@@ -1,7 +1,8 @@
 #pragma once
-// An object of the world from the text that /spawn_entity gets: SDF (one <model> with one <link>) or URDF
-// (one <link>). It has one shape, which collides: that of its <collision>, or of its <visual> where there is
-// none; its mass is spread evenly over it. What has no effect here is noted. Source: SDFormat 1.9.
+// The one reader of SDF (descriptions of robots are URDF, worlds are YAML, and SDF is otherwise only
+// written): an object of the world from the text that /spawn_entity gets: SDF (one <model> with one <link>)
+// or URDF (one <link>). It has one shape, which collides: that of its <collision>, or of its <visual> where
+// there is none; its mass is spread evenly over it. What has no effect here is noted. Source: SDFormat 1.9.
 
 #include <filesystem>
 #include <functional>

@@ -1,0 +1,78 @@
+#include "app/browser.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+#include "doppel/core/guarded_thread.h"
+
+namespace doppel::app {
+namespace {
+
+bool is_set(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value != nullptr && *value != '\0';
+}
+
+bool is_installed(const std::string& program) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (access((std::filesystem::path(folder) / program).c_str(), X_OK) == 0) return true;
+  }
+  return false;
+}
+
+bool somebody_sits_here() {
+  return (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && !is_set("SSH_CONNECTION") &&
+         isatty(STDOUT_FILENO) != 0 && is_installed("xdg-open");
+}
+
+// In a session of its own, so that Ctrl-C here does not end the browser, without our files, and silent.
+void spawn_browser(const std::string& url) {
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t defaults;
+  sigemptyset(&defaults);
+  for (const int signal : {SIGINT, SIGTERM, SIGPIPE}) sigaddset(&defaults, signal);
+  posix_spawnattr_setsigdefault(&attributes, &defaults);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGDEF);
+  // The shell ends at once and leaves the browser to init: nobody here has to wait for it.
+  std::string script = R"(xdg-open "$1" &)", shell = "sh", address = url;
+  char option[] = "-c";
+  char* const arguments[] = {shell.data(), option, script.data(), shell.data(), address.data(), nullptr};
+  pid_t child = 0;
+  if (posix_spawn(&child, "/bin/sh", &files, &attributes, arguments, environ) == 0)
+    waitpid(child, nullptr, 0);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
+}
+
+}  // namespace
+
+Browser::~Browser() {
+  if (opener_.joinable()) opener_.join();
+}
+
+void Browser::open(const std::string& url) {
+  if (opener_.joinable() || !somebody_sits_here()) return;
+  opener_ = guarded_thread([url] { spawn_browser(url); },
+                           [&log = log_](const std::string& what) {
+                             log.warning("server", fmt::format("the browser cannot be started: {}", what));
+                           });
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,27 @@
+#pragma once
+// The desktop's browser, which opens the page by itself where somebody sits in front of it.
+
+#include <string>
+#include <thread>
+
+#include "doppel/core/log.h"
+
+namespace doppel::app {
+
+class Browser {
+ public:
+  // `log` has to outlive it.
+  explicit Browser(const Log& log) : log_(log) {}
+  ~Browser();
+  Browser(const Browser&) = delete;
+  Browser& operator=(const Browser&) = delete;
+
+  // Once, unless nobody sits here; does not wait for it.
+  void open(const std::string& url);
+
+ private:
+  const Log& log_;
+  std::thread opener_;
+};
+
+}  // namespace doppel::app

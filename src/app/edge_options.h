@@ -1,0 +1,30 @@
+#pragma once
+// How `up` and `view` are told whom they speak to: the server's options, ROS 2's, and the folders that ship
+// with the program.
+
+#include <CLI/CLI.hpp>
+
+#include "doppel/bus/ros_arguments.h"
+#include "doppel/session/judgement.h"
+#include "doppel/session/ros_edge.h"
+#include "doppel/session/server_edge.h"
+#include "doppel/session/session.h"
+
+namespace doppel::app {
+
+struct EdgeOptions {
+  ServerEdgeOptions server;
+  RosEdgeOptions ros;
+  bool no_open = false;  // do not open the page in the desktop's browser
+};
+
+// --port, --host, --token, --no-open, --no-ros and --domain.
+void add_edge_options(CLI::App& verb, EdgeOptions& options);
+
+// Notes on ROS 2's environment variables go to stderr. Throws InputError; to be called before anything
+// starts.
+SessionOptions session_options(const EdgeOptions& options, const RosArguments& ros);
+
+BundledFolders bundled_folders();
+
+}  // namespace doppel::app

@@ -1,0 +1,12 @@
+#pragma once
+// Names in documents whose rules are stricter than URDF's.
+
+#include <string>
+#include <vector>
+
+namespace doppel {
+
+// `wanted`, or with _2, _3 ... behind it where it is taken; the result is taken from now on.
+std::string unique_name(const std::string& wanted, std::vector<std::string>& taken);
+
+}  // namespace doppel

@@ -1,0 +1,17 @@
+#include "doppel/conversion/detail/unique_name.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace doppel {
+
+std::string unique_name(const std::string& wanted, std::vector<std::string>& taken) {
+  std::string name = wanted;
+  for (int i = 2; std::find(taken.begin(), taken.end(), name) != taken.end(); ++i)
+    name = fmt::format("{}_{}", wanted, i);
+  taken.push_back(name);
+  return name;
+}
+
+}  // namespace doppel

@@ -1,0 +1,93 @@
+#pragma once
+// The one writer of a Model as MJCF: bodies with their inertias, joints, shapes and couplings. It serves two
+// documents: that of MuJoCo's engine (physics/mujoco/mjcf.h: names by index, drives and damping outside of
+// the text) and that of people who work in MuJoCo (conversion/mjcf.h: the user's names, meshes, actuators).
+// What differs is asked of MjcfTerms.
+// Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/description/robot_description.h"
+#include "doppel/kinematics/model.h"
+#include "doppel/math/mass_properties.h"
+#include "doppel/xml/xml.h"
+
+namespace doppel {
+
+// MuJoCo's quaternions are w x y z, doppel's x y z w.
+Eigen::Quaterniond quaternion_from_mujoco(const double* wxyz);
+void quaternion_to_mujoco(const Eigen::Quaterniond& quaternion, double* wxyz);
+
+struct PrincipalInertia {
+  Eigen::Vector3d moments = Eigen::Vector3d::Zero();   // kg m^2
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // columns, in the tensor's axes; right-handed
+};
+// MuJoCo allows no rounding in the triangle inequality, which point masses and rods just meet; so the
+// smaller moments are raised by a billionth of the largest where they need it.
+PrincipalInertia principal_inertia(const Eigen::Matrix3d& I);
+
+// What a document says in words of its own.
+class MjcfTerms {
+ public:
+  virtual ~MjcfTerms() = default;
+  [[nodiscard]] virtual std::string body_name(int link) const = 0;
+  // `part`: "" for a joint of one degree of freedom; "x", "y", "angle" of a planar one; "x", "y", "z", "turn"
+  // of a floating one.
+  [[nodiscard]] virtual std::string joint_name(int joint, std::string_view part) const = 0;
+  // What the body weighs by itself, in the link's frame; nothing: it has no <inertial>.
+  [[nodiscard]] virtual std::optional<MassProperties> inertia(int link) const = 0;
+  // Whether the range of a joint that has one is a limit of MuJoCo's.
+  [[nodiscard]] virtual bool limits(const ModelJoint& /*joint*/) const { return true; }
+  // Whether a floating joint is a <freejoint>, which MuJoCo has below the world alone.
+  [[nodiscard]] virtual bool free_joint(int /*joint*/) const { return false; }
+  // What else is said of a degree of freedom: damping, friction.
+  virtual void complete(const ModelJoint& joint, XmlNode& dof) const = 0;
+  virtual void add_shapes(int link, XmlNode& body) = 0;
+};
+
+class MjcfBodies {
+ public:
+  // Both have to outlive it.
+  MjcfBodies(const Model& model, MjcfTerms& terms);
+
+  // The tree from the root link on, which stands at X_WR.
+  XmlNode tree(const Pose& X_WR) { return body(0, X_WR, -1); }
+  // The root link's shapes and the bodies below it, where that link is the world.
+  void fill_world(XmlNode& world) { fill(0, world); }
+
+ private:
+  XmlNode body(int link, const Pose& X_PL, int joint);
+  void fill(int link, XmlNode& body);
+  void add_joint(int index, XmlNode& body) const;
+  [[nodiscard]] XmlNode dof(int joint, std::string_view part, const char* type,
+                            const Eigen::Vector3d& axis) const;
+
+  const Model& model_;
+  MjcfTerms& terms_;
+  std::vector<std::vector<int>> children_;  // joints below each link
+};
+
+// Every mimic joint as an <equality>'s <joint>.
+std::vector<XmlNode> mjcf_couplings(const Model& model, const MjcfTerms& terms);
+
+// type and size of a <geom>; its pose follows by mjcf_place().
+void mjcf_size(XmlNode& geom, const Box& box);
+void mjcf_size(XmlNode& geom, const Cylinder& cylinder);
+void mjcf_size(XmlNode& geom, const Capsule& capsule);
+void mjcf_size(XmlNode& geom, const Sphere& sphere);
+
+// pos and quat, left out where they say nothing.
+void mjcf_place(XmlNode& node, const Pose& X);
+
+// "lower upper".
+std::string mjcf_range(double lower, double upper);
+
+// Where each link stands in the topmost one of those that are rigidly joined to it (`groups`:
+// rigid_groups()). MuJoCo wants mass on every body that moves itself, whichever of these links has it.
+std::vector<Pose> poses_in_groups(const Model& model, const std::vector<int>& groups);
+
+}  // namespace doppel

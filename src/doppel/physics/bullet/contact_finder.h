@@ -1,0 +1,67 @@
+#pragma once
+// Where shapes touch, computed anew from their poses alone: nothing is kept from one step to the next, so
+// that what is found does not depend on how a state was reached.
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "doppel/physics/bullet/collision_pieces.h"
+
+namespace doppel {
+
+// Two pieces that may touch; second -1: the ground.
+struct PiecePair {
+  int first = -1, second = -1;
+};
+
+class ContactFinder {
+ public:
+  // `pieces` and `pairs` outlive this. colliders: of each piece; ground: the collision object that stands for
+  // the plane z = 0.
+  ContactFinder(const std::vector<Piece>& pieces, const std::vector<PiecePair>& pairs,
+                std::vector<btCollisionObject*> colliders, btCollisionObject& ground, double ground_friction);
+  ~ContactFinder();
+  ContactFinder(const ContactFinder&) = delete;
+  ContactFinder& operator=(const ContactFinder&) = delete;
+
+  // poses: X_WS of each piece. Allocates only where more pairs touch than ever before.
+  void find(std::span<const Pose> poses);
+  // Of the pairs that touch or nearly do, in the order of `pairs`.
+  [[nodiscard]] std::vector<btPersistentManifold*>& manifolds() { return found_; }
+  [[nodiscard]] const PiecePair& pair_of(std::size_t manifold) const { return *touching_[manifold]; }
+
+ private:
+  btPersistentManifold& next_manifold();
+  void touch_ground(const PiecePair& pair, const Pose& X_WS);
+  void touch(const PiecePair& pair);
+  struct Known {
+    int type_a, type_b;
+    btCollisionAlgorithm* algorithm;
+    btPersistentManifold* manifold;  // that it writes into
+  };
+  [[nodiscard]] const Known& algorithm_for(const Piece& a, const Piece& b);
+
+  const std::vector<Piece>& pieces_;
+  const std::vector<PiecePair>& pairs_;
+  std::vector<btCollisionObject*> colliders_;
+  btCollisionObject& ground_;
+  double ground_friction_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  btPersistentManifold work_;  // of the algorithms that have none of their own
+  std::vector<Known> algorithms_;
+  std::vector<btTransform> transforms_;
+  std::vector<btVector3> low_, high_;  // boxes around the pieces
+  std::vector<double> thresholds_;     // m: how near a piece counts as touching
+  std::vector<std::unique_ptr<btPersistentManifold>> pool_;
+  std::vector<btPersistentManifold*> found_;
+  std::vector<const PiecePair*> touching_;
+  std::vector<Eigen::Vector3d> points_;
+};
+
+}  // namespace doppel

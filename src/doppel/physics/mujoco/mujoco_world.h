@@ -1,0 +1,87 @@
+#pragma once
+// Private to the MuJoCo back end: the compiled world, which states share. Everything in it is written before
+// it is shared.
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "doppel/physics/detail/joint_springs.h"
+#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/mujoco/compiled.h"
+#include "doppel/physics/mujoco/mjcf.h"
+
+namespace doppel {
+
+// A stop with a stiffness, in MuJoCo's indices, and the inertia's way through mimics.
+struct CompiledStop {
+  JointSpring spring;
+  double restitution = 0;
+  std::vector<std::pair<int, double>> moved;  // degrees of freedom that move with it, and how fast
+};
+
+// A link that gravity does not pull.
+struct WeightlessBody {
+  int body = 0;
+  double mass = 0;                                // kg
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();  // in the link, m
+};
+
+class MujocoWorld final : public CompiledWorld {
+ public:
+  // `before`: whose pairs that touched at the start stay excluded; may be null. Throws InputError in the
+  // user's terms where MuJoCo refuses.
+  MujocoWorld(WorldSettings settings, std::vector<ModelInstance> instances, const CompiledWorld* before,
+              Diagnostics& diagnostics);
+
+  [[nodiscard]] const EngineCapabilities& capabilities() const override;
+  [[nodiscard]] std::unique_ptr<Engine> make_engine() const override;
+  [[nodiscard]] std::shared_ptr<const CompiledWorld> with(std::vector<ModelInstance> instances,
+                                                          Diagnostics& diagnostics) const override;
+
+  [[nodiscard]] const mjModel* m() const { return model_.get(); }
+  [[nodiscard]] const InstanceOffsets& offsets(int instance) const {
+    return offsets_[static_cast<std::size_t>(instance)];
+  }
+  [[nodiscard]] int mujoco_body(int instance, int link) const {
+    return bodies_[static_cast<std::size_t>(offsets(instance).link + link)];
+  }
+  [[nodiscard]] BodyId body_of(int mujoco_body) const { return ids_[static_cast<std::size_t>(mujoco_body)]; }
+  [[nodiscard]] const ModelInstance& instance(int index) const {
+    return instances()[static_cast<std::size_t>(index)];
+  }
+  [[nodiscard]] Contact describe(const mjContact& contact) const;
+
+  // Of all instances, in MuJoCo's indices.
+  int joints = 0;
+  std::vector<Drive> drives;         // as they start
+  std::vector<JointSpring> springs;  // of the drives
+  std::vector<int> drive_of_joint;   // -1: none
+  std::vector<CompiledStop> stops;
+  std::vector<double> joint_damping;  // [nv] N m s/rad or N s/m
+  std::vector<int> turning;           // first degrees of freedom of free rotations
+  std::vector<int> quaternions;       // where they stand in q
+  std::vector<WeightlessBody> weightless;
+
+ private:
+  void compile(const MjcfDocument& document, Diagnostics& diagnostics);
+  void number_bodies();
+  void collect_joints();
+  void collect_stops(int instance);
+  void find_exclusions(Exclusions& exclusions, const CompiledWorld* before,
+                       const std::vector<std::pair<BodyId, BodyId>>& excludable);
+  void apply(const Exclusions& exclusions, const std::vector<std::pair<BodyId, BodyId>>& excludable,
+             const std::vector<int>& signatures);
+
+  ModelHandle model_;
+  std::vector<InstanceOffsets> offsets_;
+  std::vector<int> bodies_;  // MuJoCo's, of each link of all instances
+  std::vector<BodyId> ids_;  // of MuJoCo's bodies
+};
+
+// q of the models, from index `first` on, to MuJoCo's qpos and back: MuJoCo's quaternions are w x y z,
+// normalised.
+void write_qpos(std::span<const double> q, int first, std::span<const int> quaternions, double* qpos);
+void read_qpos(const double* qpos, std::span<const int> quaternions, std::span<double> q);
+
+}  // namespace doppel

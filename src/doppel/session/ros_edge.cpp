@@ -1,0 +1,52 @@
+#include "doppel/session/ros_edge.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <string_view>
+
+namespace doppel {
+namespace {
+
+std::string who_can_see(const ros2::ParticipantOptions& network) {
+  switch (network.range) {
+    case ros2::DiscoveryRange::off:
+      return "nobody is discovered (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF)";
+    case ros2::DiscoveryRange::localhost:
+      return network.static_peers.empty()
+                 ? "this machine only (ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET opens it)"
+                 : fmt::format("this machine and {}", fmt::join(network.static_peers, ", "));
+    case ros2::DiscoveryRange::subnet:
+    case ros2::DiscoveryRange::system_default:
+      return "the whole local network";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::optional<ros2::ParticipantOptions> ros_network(const RosEdgeOptions& options, const RosArguments& ros,
+                                                    Diagnostics& diagnostics) {
+  if (options.none) return std::nullopt;
+  auto network = ros2::from_environment(
+      [&options](const char* name) -> const char* {
+        const bool overridden = options.domain.has_value() && std::string_view(name) == "ROS_DOMAIN_ID";
+        return overridden ? nullptr : std::getenv(name);
+      },
+      diagnostics);
+  if (options.domain.has_value()) network.domain = *options.domain;
+  if (ros.enclave.has_value()) network.enclave = *ros.enclave;
+  return network;
+}
+
+std::string RosEdge::banner() const {
+  if (!network_.has_value()) return "";
+  return fmt::format("  ros 2        domain {}, {}\n", network_->domain, who_can_see(*network_));
+}
+
+void RosEdge::open() {
+  if (network_.has_value())
+    bridge_.emplace(bus_, ros2::BridgeOptions{.network = *network_, .diagnostics_node = "/doppel"}, log_);
+}
+
+}  // namespace doppel

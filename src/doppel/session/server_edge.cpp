@@ -1,0 +1,43 @@
+#include "doppel/session/server_edge.h"
+
+#include <fmt/format.h>
+
+namespace doppel {
+namespace {
+
+ServerOptions server_options(const std::string& robot, const ServerEdgeOptions& options,
+                             std::shared_ptr<AssetLibrary> assets) {
+  ServerOptions out;
+  out.name = "doppel " + robot;
+  out.host = options.host;
+  out.token = options.token;
+  out.page_folder = options.page_folder;
+  out.assets = std::move(assets);
+  if (options.port != 0) {
+    out.port = static_cast<std::uint16_t>(options.port);
+    out.any_free_port = false;
+  }
+  return out;
+}
+
+}  // namespace
+
+ServerEdge::ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptions& options,
+                       std::shared_ptr<AssetLibrary> assets, const Log& log)
+    : server_(bus, server_options(robot, options, std::move(assets)), log),
+      announcement_(robot, server_.port(), server_.own_address(), server_.token()) {
+  if (announcement_.problem().empty()) return;
+  log.warning(
+      "server",
+      fmt::format("other shells cannot find this twin by themselves: {}; name the port there, --port {}",
+                  announcement_.problem(), server_.port()));
+}
+
+std::string ServerEdge::banner() const {
+  return fmt::format(
+      "  page         {}{}\n  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n",
+      server_.page_url(), server_.token().empty() ? "" : "  (whoever has this address can move the robot)",
+      server_.url());
+}
+
+}  // namespace doppel

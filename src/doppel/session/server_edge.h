@@ -1,0 +1,34 @@
+#pragma once
+// How people and programs get to what runs: the server with the page, and the announcement for other shells.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "doppel/server/announcement.h"
+#include "doppel/server/server.h"
+
+namespace doppel {
+
+struct ServerEdgeOptions {
+  int port = 0;  // 0: 8700 or the next that is free
+  std::string host = "127.0.0.1", token;
+  std::filesystem::path page_folder;  // of the built page
+};
+
+class ServerEdge {
+ public:
+  // Listens and is announced when it returns. Throws InputError. `bus` and `log` have to outlive it.
+  ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptions& options,
+             std::shared_ptr<AssetLibrary> assets, const Log& log);
+
+  [[nodiscard]] const Server& server() const { return server_; }
+  // Lines about where it is, for people.
+  [[nodiscard]] std::string banner() const;
+
+ private:
+  Server server_;
+  Announcement announcement_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,389 @@
+#include "doppel/target/controllers_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "doppel/bus/bus.h"
+#include "doppel/bus/name_rules.h"
+#include "doppel/control/controller_manager.h"
+#include "doppel/core/names.h"
+#include "doppel/packages/package_folder.h"
+#include "doppel/target/side_files.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostPackages = 200;  // beside the description's
+constexpr std::size_t kMostListed = 4;
+
+struct Candidate {
+  ControllersFile file;
+  std::set<std::string> own, foreign;  // joints that its controllers name, of this robot and of others
+  bool near = false;                   // in the description's package
+  bool named_alike = false;            // its path holds the robot's name
+  bool launched = false;               // a launch file of its package names it
+  int usual = 0;                       // 0: the usual name for such a file
+  std::size_t words = 0;               // of the robot's name and its description's file, in the path
+
+  [[nodiscard]] bool fits() const { return !own.empty() || (near && foreign.empty()); }
+  [[nodiscard]] auto order() const {
+    return std::tuple(-static_cast<long>(own.size()), foreign.size(), !named_alike, !launched, usual,
+                      -static_cast<long>(words), file.path);
+  }
+};
+
+// The first controller's type; nothing where no controller is declared.
+std::optional<ParameterOverride> first_type(const std::vector<ParameterOverride>& told) {
+  const auto type =
+      std::find_if(told.begin(), told.end(), [](const auto& o) { return o.name.ends_with(".type"); });
+  return type == told.end() ? std::nullopt : std::optional(*type);
+}
+
+// Throws InputError for values of the manager's own that would keep it from coming up.
+void check_manager(const ParameterFile& file) {
+  Bus bus;
+  const Model model;
+  const ControllerRegistry registry;
+  const Log log;
+  Diagnostics said_later;
+  const ControllerManager manager(bus, model, registry, &file, {}, log, said_later);
+}
+
+// Throws InputError: it cannot be read, or the manager refuses what it says.
+ControllersFile usable_file(const SideFile& read) {
+  const ParameterFile file = ParameterFile::parse(read.text, read.path.string());
+  check_manager(file);
+  return controllers_in(file);
+}
+
+int rank_of(const std::string& stem) {
+  if (stem == "ros2_controllers") return 0;
+  if (stem == "controllers") return 1;
+  return stem.find("controller") != std::string::npos ? 2 : 3;
+}
+
+// The words of a name in small letters, with their digits: "CR5_Robot" is cr5, robot.
+std::set<std::string> words_with_digits(const std::string& name) {
+  std::set<std::string> out;
+  std::string word;
+  for (const char c : name + '_') {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) {
+      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    } else if (!word.empty()) {
+      out.insert(std::exchange(word, ""));
+    }
+  }
+  return out;
+}
+
+std::string listed(const std::vector<Candidate>& candidates) {
+  std::string out;
+  for (std::size_t i = 0; i < candidates.size() && i < kMostListed; ++i)
+    out += "\n    " + candidates[i].file.path.string();
+  if (candidates.size() > kMostListed)
+    out += fmt::format("\n    and {} more", candidates.size() - kMostListed);
+  return out;
+}
+
+std::string reason(const Candidate& best, const Candidate& second) {
+  if (best.own.size() != second.own.size()) return "it names most of the robot's joints";
+  if (best.foreign.size() != second.foreign.size())
+    return "it names the fewest joints that the robot does not have";
+  if (best.named_alike != second.named_alike) return "its path holds the robot's name";
+  if (best.launched != second.launched) return "a launch file names it";
+  if (best.usual != second.usual) return "its name is the usual one";
+  return best.words != second.words ? "its path shares most words with the robot's name"
+                                    : "it is the first by name";
+}
+
+// The launch files of a package, which name the controllers' files that they start.
+std::vector<std::string> launch_texts(const fs::path& package) {
+  std::vector<std::string> out;
+  std::error_code none;
+  for (const fs::path& entry : list_side_folder(package / "launch").entries) {
+    if (out.size() == kMostSideFiles || !fs::is_regular_file(entry, none)) continue;
+    try {
+      out.push_back(read_side_file(entry).text);
+    } catch (const InputError&) {
+      continue;  // what it names only breaks a tie
+    }
+  }
+  return out;
+}
+
+// A plain URDF that is always run through xacro keeps its $(find NAME) here.
+std::string with_packages(std::string file, const PackageResolver& resolver) {
+  constexpr std::string_view kOpen = "$(find ";
+  const std::size_t at = file.find(kOpen);
+  const std::size_t end = file.find(')', at);
+  if (at == std::string::npos || end == std::string::npos) return file;
+  const auto found = resolver.find_package(file.substr(at + kOpen.size(), end - at - kOpen.size()));
+  return found.path.empty() ? file : file.replace(at, end - at + 1, found.path.string());
+}
+
+ControllersSearch::Missing missing_file(const GazeboPlugin& plugin, const fs::path& file) {
+  std::vector<std::string> there;
+  for (const fs::path& entry : list_side_folder(file.parent_path()).entries)
+    there.push_back(entry.filename().string());
+  return {&plugin, file, there.empty() ? "" : did_you_mean(file.filename().string(), there), !there.empty()};
+}
+
+class Search {
+ public:
+  Search(const RobotDescription& robot, const Target& target, const PackageResolver& resolver)
+      : robot_(robot), target_(target), resolver_(resolver) {}
+
+  ControllersSearch run() {
+    take_named();
+    const fs::path& package = target_.package_folder;
+    if (!found_.files.empty() || package.empty()) return std::move(found_);
+    std::vector<Candidate> all = candidates_of(package, true);
+    if (std::none_of(all.begin(), all.end(), [](const Candidate& c) { return c.fits(); })) {
+      if (all.size() == 1) found_.of_another = all.front().file;
+      for (Candidate& one : candidates_beside()) all.push_back(std::move(one));
+    }
+    choose(std::move(all));
+    if (!found_.files.empty()) found_.of_another.reset();
+    return std::move(found_);
+  }
+
+ private:
+  void take_named();
+  std::optional<SideFile> read(const fs::path& path);
+  std::optional<ControllersFile> usable(const SideFile& file, const GazeboPlugin* plugin);
+  std::optional<Candidate> candidate(const fs::path& path);
+  std::vector<Candidate> candidates_of(const fs::path& package, bool near);
+  std::vector<Candidate> candidates_beside();
+  std::vector<fs::path> yaml_files(const fs::path& package);
+  [[nodiscard]] std::size_t words_shared(const std::string& path) const;
+  void choose(std::vector<Candidate> all);
+  void report_others(const std::vector<Candidate>& others);
+
+  const RobotDescription& robot_;
+  const Target& target_;
+  const PackageResolver& resolver_;
+  ControllersSearch found_;
+};
+
+// Nothing, and why, where the file cannot be used.
+std::optional<ControllersFile> Search::usable(const SideFile& file, const GazeboPlugin* plugin) {
+  try {
+    return usable_file(file);
+  } catch (const InputError& error) {
+    found_.unusable.push_back({file.path, plugin, error.diagnostics().front()});
+    return std::nullopt;
+  }
+}
+
+std::optional<SideFile> Search::read(const fs::path& path) {
+  try {
+    return read_side_file(path);
+  } catch (const InputError& error) {
+    for (const Diagnostic& d : error.diagnostics()) found_.skipped.note(d.rule, d.where, d.message, d.mend);
+    return std::nullopt;
+  }
+}
+
+void Search::take_named() {
+  std::vector<ControllersFile> files;
+  std::set<fs::path> seen;
+  std::error_code none;
+  for (const GazeboExtension& gazebo : robot_.gazebo) {
+    for (const GazeboPlugin& plugin : gazebo.plugins) {
+      for (const std::string& written : plugin.parameter_files) {
+        const fs::path path = with_packages(written, resolver_);
+        if (!seen.insert(path).second) continue;
+        if (!fs::is_regular_file(path, none)) {
+          found_.missing.push_back(missing_file(plugin, path));
+          continue;
+        }
+        const auto text = read(path);
+        auto file = text ? usable(*text, &plugin) : std::nullopt;
+        if (!file) continue;
+        file->named = true;
+        files.push_back(std::move(*file));
+      }
+    }
+  }
+  if (std::any_of(files.begin(), files.end(), [](const ControllersFile& file) { return file.for_ros2; }))
+    found_.files = std::move(files);
+}
+
+// Nothing where the file declares no controllers for ROS 2, as those for ROS 1 do not.
+std::optional<Candidate> Search::candidate(const fs::path& path) {
+  const auto text = read(path);
+  if (!text || text->text.find("ros__parameters") == std::string::npos ||
+      text->text.find("controller_manager") == std::string::npos)
+    return std::nullopt;
+  auto file = usable(*text, nullptr);
+  if (!file || !file->for_ros2) return std::nullopt;
+  Candidate out;
+  for (const DeclaredController& c : file->controllers) {
+    for (const std::string& name : c.named_joints())
+      (robot_.find_joint(name) != nullptr ? out.own : out.foreign).insert(name);
+  }
+  out.file = std::move(*file);
+  return out;
+}
+
+// Those of config/ and controllers/ and of the folders in these.
+std::vector<fs::path> Search::yaml_files(const fs::path& package) {
+  std::vector<fs::path> folders, out;
+  std::error_code none;
+  for (const char* name : {"config", "controllers"}) {
+    folders.push_back(package / name);
+    for (const fs::path& entry : list_side_folder(package / name).entries) {
+      if (fs::is_directory(entry, none)) folders.push_back(entry);
+    }
+  }
+  for (const fs::path& folder : folders) {
+    for (fs::path& file : side_files_of(folder, {".yaml", ".yml"}, found_.skipped))
+      out.push_back(std::move(file));
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// How many of the words of the robot's name and of its description's file stand in the path.
+std::size_t Search::words_shared(const std::string& path) const {
+  const std::set<std::string> there = words_with_digits(path);
+  std::set<std::string> words = words_with_digits(robot_.name);
+  words.merge(words_with_digits(target_.description.stem().string()));
+  return static_cast<std::size_t>(std::count_if(
+      words.begin(), words.end(), [&](const std::string& word) { return there.contains(word); }));
+}
+
+std::vector<Candidate> Search::candidates_of(const fs::path& package, bool near) {
+  std::vector<Candidate> out;
+  for (const fs::path& path : yaml_files(package)) {
+    auto one = candidate(path);
+    if (!one) continue;
+    one->near = near;
+    one->usual = rank_of(path.stem().string());
+    const std::string shown = (package.filename() / path.lexically_relative(package)).string();
+    one->named_alike = !robot_.name.empty() && shown.find(robot_.name) != std::string::npos;
+    one->words = words_shared(shown);
+    out.push_back(std::move(*one));
+  }
+  if (out.empty()) return out;
+  const std::vector<std::string> launches = launch_texts(package);
+  for (Candidate& one : out) {
+    one.launched = std::any_of(launches.begin(), launches.end(), [&](const std::string& text) {
+      return text.find(one.file.path.filename().string()) != std::string::npos;
+    });
+  }
+  return out;
+}
+
+std::vector<Candidate> Search::candidates_beside() {
+  const fs::path& package = target_.package_folder;
+  std::vector<Candidate> out;
+  std::error_code none;
+  std::size_t packages = 0;
+  for (const fs::path& entry : list_side_folder(package.parent_path()).entries) {
+    if (entry == package || !fs::is_directory(entry, none) || !is_package(entry)) continue;
+    if (++packages > kMostPackages) break;
+    for (Candidate& one : candidates_of(entry, false)) out.push_back(std::move(one));
+  }
+  return out;
+}
+
+// The best of those that fit, with a note where it was a choice.
+void Search::choose(std::vector<Candidate> all) {
+  std::sort(all.begin(), all.end(),
+            [](const Candidate& a, const Candidate& b) { return a.order() < b.order(); });
+  std::stable_partition(all.begin(), all.end(), [](const Candidate& c) { return c.fits(); });
+  if (all.empty()) return;
+  if (!all.front().fits()) return report_others(all);
+  std::erase_if(all, [](const Candidate& c) { return !c.fits(); });
+  if (all.size() > 1) {
+    found_.choices.note(
+        "up.controllers_chosen", make_location(all.front().file.path.string()),
+        fmt::format("{} files declare controllers that fit this robot; this one is taken: {}.{}", all.size(),
+                    reason(all[0], all[1]), listed(all)),
+        "choose another with --controllers FILE");
+  }
+  found_.files.push_back(std::move(all.front().file));
+}
+
+void Search::report_others(const std::vector<Candidate>& others) {
+  const std::set<std::string>& foreign = others.front().foreign;
+  const bool one = others.size() == 1;
+  found_.choices.note(
+      "up.controllers_of_others", robot_.source,
+      fmt::format("{} file{} with controllers {} left alone, for {} of another robot{}:{}", others.size(),
+                  one ? "" : "s", one ? "is" : "are", one ? "it is" : "they are",
+                  foreign.empty() ? "" : fmt::format(" ('{}' is not a joint here)", *foreign.begin()),
+                  listed(others)),
+      "give the robot's own with --controllers FILE");
+}
+
+}  // namespace
+
+ControllersSearch find_controllers_files(const RobotDescription& robot, const Target& target,
+                                         const PackageResolver& resolver) {
+  return Search(robot, target, resolver).run();
+}
+
+void report(const ControllersSearch& search, Diagnostics& diagnostics) {
+  for (const ControllersSearch::Missing& missing : search.missing) {
+    diagnostics.warning(
+        "up.controllers_missing", missing.plugin->source,
+        fmt::format("the plugin's <parameters> name the file '{}', which does not exist{}; others are looked "
+                    "for",
+                    missing.file.string(), missing.did_you_mean),
+        "correct the path, or give the file with --controllers FILE");
+  }
+  for (const ControllersSearch::Unusable& file : search.unusable) {
+    diagnostics.warning("up.controllers_unreadable", file.why.where,
+                        fmt::format("this file, which may hold the robot's controllers, cannot be used: {}",
+                                    file.why.message),
+                        file.why.mend);
+  }
+  for (const auto* notes : {&search.skipped, &search.choices}) {
+    for (const Diagnostic& d : notes->all()) diagnostics.add(d);
+  }
+}
+
+bool is_controllers_file(const fs::path& file) {
+  try {
+    return usable_file(read_side_file(file)).for_ros2;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+void report_other_managers(const ParameterFile& file, std::string_view manager, Diagnostics& diagnostics) {
+  const auto declared_by = [&file](std::string_view node) {
+    return first_type(file.overrides_for(node, "/controller_manager").all());
+  };
+  if (declared_by(manager)) return;
+  std::vector<std::string> others;
+  SourceLocation where = make_location(file.name());
+  for (const std::string& node : file.nodes()) {
+    if (!is_controller_manager(node)) continue;
+    const auto type = first_type(file.overrides_for(node).all());
+    if (!type) continue;
+    if (others.empty()) where = type->source;
+    others.push_back(node.starts_with('/') ? node : '/' + node);
+  }
+  if (others.empty()) return;
+  diagnostics.warning(
+      "up.controllers_of_other_manager", where,
+      fmt::format("the controllers of this file belong to '{}'{}; the manager here is '{}', and none of them "
+                  "is loaded",
+                  others.front(),
+                  others.size() > 1 ? fmt::format(" and {} more managers", others.size() - 1) : "", manager),
+      fmt::format("start with --ros-args -r __ns:={}", node_namespace(others.front())));
+}
+
+}  // namespace doppel

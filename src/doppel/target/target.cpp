@@ -1,0 +1,111 @@
+#include "doppel/target/target.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "doppel/overlay/overlay.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SimulationSwitch {
+  std::string_view name;
+  std::string_view simulates;  // the value that means simulation; empty: descriptions differ
+};
+constexpr SimulationSwitch kSwitches[] = {{"use_sim", "true"},
+                                          {"sim_gazebo", "true"},
+                                          {"use_gazebo", "true"},
+                                          {"sim_gz", "true"},
+                                          {"sim_ignition", "true"},
+                                          {"sim_ign", ""},
+                                          {"use_ignition", ""},
+                                          {"is_sim", ""},
+                                          {"sim", ""},
+                                          {"sim_mode", ""},
+                                          {"use_fake_hardware", ""},
+                                          {"use_mock_hardware", ""},
+                                          {"fake_hardware", ""},
+                                          {"use_real_hardware", ""},
+                                          {"simulation", ""},
+                                          {"is_simulation", ""}};
+
+}  // namespace
+
+Target find_target(const std::string& word, const fs::path& bundled_robots, PackageResolver& resolver) {
+  resolver.add_bundled(bundled_robots);
+  Target target = resolve_target(word, bundled_robots);
+  resolver.add_context(target.description);
+  return target;
+}
+
+OpenedTarget open_target(const std::string& word, XacroArguments arguments, const fs::path& bundled_robots) {
+  OpenedTarget out;
+  out.target = find_target(word, bundled_robots, out.resolver);
+  out.arguments = std::move(arguments);
+  return out;
+}
+
+bool switches_simulation(std::string_view argument) {
+  return std::any_of(std::begin(kSwitches), std::end(kSwitches),
+                     [argument](const SimulationSwitch& one) { return one.name == argument; });
+}
+
+XacroArguments simulation_arguments(const fs::path& description, XacroArguments given,
+                                    const PackageResolver& resolver, Diagnostics& diagnostics) {
+  const auto declared = declared_xacro_arguments(description, resolver);
+  for (const auto& [name, value] : kSwitches) {
+    if (value.empty()) continue;
+    const auto chosen = [&, wanted = std::string(name)](const auto& a) { return a.first == wanted; };
+    const auto is = [&, wanted = std::string(name)](const auto& d) { return d.name == wanted; };
+    const auto found = std::find_if(declared.begin(), declared.end(), is);
+    if (found == declared.end() || std::any_of(given.begin(), given.end(), chosen)) continue;
+    given.emplace_back(std::string(name), std::string(value));
+    diagnostics.note(
+        "up.use_sim", found->source,
+        fmt::format("the description has an argument '{}'; it is set to '{}', for this is a simulation", name,
+                    value),
+        fmt::format("give {}:=... to choose otherwise", name));
+    break;
+  }
+  return given;
+}
+
+ExpandedDescription expand_for_simulation(const fs::path& description, const XacroArguments& given,
+                                          PackageResolver& resolver, Diagnostics& diagnostics) {
+  Diagnostics said;
+  const XacroArguments arguments = simulation_arguments(description, given, resolver, said);
+  if (arguments.size() == given.size()) return expand_corrected(description, given, resolver, diagnostics);
+  try {
+    ExpandedDescription out = expand_corrected(description, arguments, resolver, said);
+    for (const Diagnostic& d : said.all()) diagnostics.add(d);
+    return out;
+  } catch (const InputError& problem) {
+    ExpandedDescription out = expand_corrected(description, given, resolver, diagnostics);
+    const Diagnostic& why = problem.diagnostics().front();
+    diagnostics.note(
+        "up.use_sim", why.where,
+        fmt::format("the description cannot be expanded with {}:={}, by which it chooses simulation; "
+                    "it is taken without. {}",
+                    arguments.back().first, arguments.back().second, why.message));
+    return out;
+  }
+}
+
+std::vector<fs::path> files_of(const Target& target, const LoadedDescription& description) {
+  std::vector<fs::path> out = description.files;
+  out.push_back(overlay_path(target.description));
+  const auto add = [&out](const Geometry& geometry) {
+    const auto* mesh = std::get_if<MeshGeometry>(&geometry);
+    if (mesh != nullptr && !mesh->path.empty()) out.emplace_back(mesh->path);
+  };
+  for (const Link& link : description.robot.links) {
+    for (const Visual& visual : link.visuals) add(visual.geometry);
+    for (const Collision& collision : link.collisions) add(collision.geometry);
+  }
+  return out;
+}
+
+}  // namespace doppel

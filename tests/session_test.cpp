@@ -1,0 +1,144 @@
+// What surrounds a twin while it is up, as `doppel up` puts it together: where it can be reached, what is
+// told of its description, edits of its sources.
+#include "doppel/session/session.h"
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "doppel/messages/std_msgs.h"
+#include "twin_fixture.h"
+
+namespace doppel::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+class SessionTest : public TwinFixture {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / "session" / info->name();
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "urdf");
+    write("1.0");
+    bring_up((folder_ / "urdf/arm.urdf").string());
+    options_.bundled = {DOPPEL_SOURCE_DIR "/robots", DOPPEL_SOURCE_DIR "/datasheets"};
+  }
+  void TearDown() override {
+    edge_.reset();
+    twin_.reset();
+    fs::remove_all(folder_);
+  }
+
+  void write(const std::string& upper) {
+    std::ofstream(folder_ / "urdf/arm.urdf")
+        << "<robot name='arm'><link name='base'/><link name='upper'><inertial><mass value='0.1'/><inertia "
+           "ixx='1e-4' "
+           "ixy='0' ixz='0' iyy='1e-4' iyz='0' izz='1e-4'/></inertial></link><joint name='elbow' "
+           "type='revolute'>"
+           "<parent link='base'/><child link='upper'/><axis xyz='0 0 1'/><limit lower='-1' upper='"
+        << upper << "' effort='1' velocity='1'/></joint></robot>";
+  }
+  // Runs the loop until the condition holds, 20 s of wall time at most.
+  template <class Condition>
+  bool until(const Condition& condition) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > end) return false;
+      run(0.01);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return true;
+  }
+  [[nodiscard]] double upper_limit() const { return twin_->robot().model().joints.front().upper; }
+
+  fs::path folder_;
+  SessionOptions options_;
+};
+
+TEST_F(SessionTest, TheServerListensAndTheBannerTellsWhere) {
+  TwinSession session(*twin_, options_, log_);
+  EXPECT_THAT(session.banner(), HasSubstr(session.server().server().url()));
+  EXPECT_THAT(session.banner(), Not(HasSubstr("ros 2"))) << "no network was asked for";
+  session.begin();
+  EXPECT_FALSE(session.ros().is_open());
+}
+
+TEST_F(SessionTest, HealthIsJudgedOnceItBegins) {
+  TwinSession session(*twin_, options_, log_);
+  listen("/doppel/health");
+  run(0.05);
+  EXPECT_THAT(heard<std_msgs::msg::String>("/doppel/health"), IsEmpty());
+  session.begin();
+  listen("/doppel/health");
+  std::string health;
+  EXPECT_TRUE(until([&] {
+    for (const auto& message : heard<std_msgs::msg::String>("/doppel/health")) health = message.data;
+    return !health.empty();
+  }));
+  EXPECT_THAT(health, HasSubstr("\"findings\""));
+}
+
+TEST_F(SessionTest, AnEditIsTakenWhereEditsAreWanted) {
+  TwinSession session(*twin_, options_, log_);
+  session.begin();
+  run(0.05);
+  write("0.5");
+  EXPECT_TRUE(until([this] { return upper_limit() == 0.5; }));
+}
+
+TEST_F(SessionTest, AnEditIsLeftAloneWhereEditsAreNotWanted) {
+  options_.reload = false;
+  TwinSession session(*twin_, options_, log_);
+  session.begin();
+  write("0.5");
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  run(0.2);
+  EXPECT_EQ(upper_limit(), 1.0);
+}
+
+TEST_F(SessionTest, RobotsThatComeAfterTheSessionHasEndedDoNotReachIt) {
+  { const TwinSession session(*twin_, options_, log_); }
+  const std::string answer =
+      call("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
+           "{name: box, xml: \"<sdf version='1.7'><model name='box'><link name='l'><collision "
+           "name='c'><geometry><box>"
+           "<size>0.1 0.1 0.1</size></box></geometry></collision></link></model></sdf>\"}");
+  run(0.01);
+  EXPECT_NE(twin_->engine().world().find("box"), -1) << answer;
+}
+
+TEST(RosNetworkTest, WhatTheCommandLineSaysWinsOverTheEnvironment) {
+  setenv("ROS_DOMAIN_ID", "7", 1);
+  Diagnostics diagnostics;
+  RosArguments ros;
+  EXPECT_EQ(ros_network({}, ros, diagnostics)->domain, 7U);
+  ros.enclave = "/arm";
+  const auto network = ros_network({.none = false, .domain = 9}, ros, diagnostics);
+  unsetenv("ROS_DOMAIN_ID");
+  ASSERT_TRUE(network.has_value());
+  EXPECT_EQ(network->domain, 9U);
+  EXPECT_EQ(network->enclave, "/arm");
+  EXPECT_FALSE(ros_network({.none = true, .domain = {}}, ros, diagnostics).has_value());
+}
+
+TEST_F(SessionTest, AViewHasAServerToo) {
+  Scenario scenario;
+  scenario.robots = {{.target = (folder_ / "urdf/arm.urdf").string()}};
+  Diagnostics diagnostics;
+  Viewer viewer(scenario, log_, diagnostics);
+  ViewSession session(viewer, scenario.robots.front(), options_, log_);
+  session.begin();
+  EXPECT_THAT(session.banner(), HasSubstr(session.server().server().page_url()));
+}
+
+}  // namespace
+}  // namespace doppel::test
