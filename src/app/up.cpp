@@ -108,7 +108,7 @@ class TableThread {
       lock.unlock();
       const auto promise = std::make_shared<std::promise<Snapshot>>();
       auto future = promise->get_future();
-      twin_.bus().post([promise, this] { promise->set_value(take_snapshot(twin_)); });
+      twin_.bus().post([promise, &twin = twin_] { promise->set_value(take_snapshot(twin)); });
       if (future.wait_for(std::chrono::milliseconds(500)) == std::future_status::ready) {
         const RunnerView& view = runner_.view();
         table.draw({title_, future.get(), view.real_time_factor.load(), view.paused.load(), log_.recent()});
@@ -203,7 +203,10 @@ void print_banner(Twin& twin, const std::string& engine) {
 // What became of the run; the exit code.
 int report(Twin& twin, Summary summary, bool json) {
   summary.state_hash = twin.state_hash();
-  summary.last = take_snapshot(twin);
+  {
+    const auto held = twin.hold();
+    summary.last = take_snapshot(twin);
+  }
   for (const auto& robot : twin.robots()) {
     summary.robots.push_back({robot->name(), robot->rest(), robot->state_hash()});
     for (OscillationReport found : robot->oscillations()) {

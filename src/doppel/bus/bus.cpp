@@ -227,6 +227,14 @@ void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::share
   }
 }
 
+std::shared_ptr<const bus_detail::ServiceEntry> Bus::Impl::serving(
+    const std::string& name, const std::weak_ptr<const ServiceEntry>& found,
+    decltype(ServiceEntry::decode) decode) const {
+  if (auto entry = found.lock()) return entry;
+  const auto next = services.find(name);
+  return next != services.end() && next->second->decode == decode ? next->second : nullptr;
+}
+
 Node* Bus::Impl::find_node(std::string_view name, std::string_view parameter) const {
   Node* any = nullptr;
   for (Node* node : nodes) {
@@ -257,12 +265,9 @@ std::vector<EndpointInfo> told(const std::vector<Endpoint>& endpoints) {
   return infos;
 }
 
-}  // namespace
-
-std::vector<TopicInfo> Bus::topics() const {
-  const std::lock_guard lock(impl_->mutex);
+std::vector<TopicInfo> topics_of(const Bus::Impl& impl) {
   std::vector<TopicInfo> infos;
-  for (const auto& [name, topic] : impl_->by_name) {
+  for (const auto& [name, topic] : impl.by_name) {
     if (topic->publishers.empty() && topic->subscribers.empty()) continue;
     infos.push_back({topic->id, name, topic->support->name, topic->latched, told(topic->publishers),
                      told(topic->subscribers), topic->received.load(std::memory_order_relaxed)});
@@ -270,23 +275,45 @@ std::vector<TopicInfo> Bus::topics() const {
   return infos;
 }
 
-std::vector<ServiceInfo> Bus::services() const {
-  const std::lock_guard lock(impl_->mutex);
+std::vector<ServiceInfo> services_of(const Bus::Impl& impl) {
   std::vector<ServiceInfo> infos;
-  for (const auto& [name, entry] : impl_->services) {
+  for (const auto& [name, entry] : impl.services) {
     infos.push_back({entry->id, name, entry->support->name, entry->node->name()});
   }
   return infos;
 }
 
-std::vector<std::string> Bus::nodes() const {
-  const std::lock_guard lock(impl_->mutex);
+std::vector<std::string> nodes_of(const Bus::Impl& impl) {
   std::vector<std::string> names;
-  for (const Node* node : impl_->nodes) names.push_back(node->name());
+  for (const Node* node : impl.nodes) names.push_back(node->name());
   std::ranges::sort(names);
   names.erase(std::unique(names.begin(), names.end()),
               names.end());  // a node may be put together from several parts
   return names;
+}
+
+}  // namespace
+
+Bus::Impl::Told Bus::Impl::tell() const {
+  return {topics_of(*this), services_of(*this), nodes_of(*this), services};
+}
+
+std::vector<TopicInfo> Bus::topics() const {
+  const std::lock_guard lock(impl_->mutex);
+  const Impl::Told* const before = impl_->told_instead();
+  return before != nullptr ? before->topics : topics_of(*impl_);
+}
+
+std::vector<ServiceInfo> Bus::services() const {
+  const std::lock_guard lock(impl_->mutex);
+  const Impl::Told* const before = impl_->told_instead();
+  return before != nullptr ? before->services : services_of(*impl_);
+}
+
+std::vector<std::string> Bus::nodes() const {
+  const std::lock_guard lock(impl_->mutex);
+  const Impl::Told* const before = impl_->told_instead();
+  return before != nullptr ? before->nodes : nodes_of(*impl_);
 }
 
 void Bus::each_node(const std::function<void(Node&)>& visit) const {

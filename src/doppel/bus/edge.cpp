@@ -200,10 +200,12 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
 
 EdgeImpl::Target EdgeImpl::find_target(std::string_view name, std::string& why) const {
   const std::lock_guard lock(impl_.mutex);
-  const auto found = impl_.services.find(name);
-  if (found != impl_.services.end()) return {found->second, found->second->decode};
+  const Bus::Impl::Told* const before = impl_.told_instead();
+  const auto& services = before != nullptr ? before->entries : impl_.services;
+  const auto found = services.find(name);
+  if (found != services.end()) return {found->second, found->second->decode};
   std::vector<std::string> names;
-  for (const auto& [known, entry] : impl_.services) names.push_back(known);
+  for (const auto& [known, entry] : services) names.push_back(known);
   why = fmt::format("there is no service {}{}", name, did_you_mean(name, names));
   return {};
 }
@@ -218,15 +220,15 @@ void EdgeImpl::call(std::string_view service, std::span<const std::byte> request
     }
   }
   auto pending = std::make_shared<EdgeReply>(liveness_, std::string(service), std::move(reply));
-  bus_.post(
-      [why, entry = target.entry, request = std::move(request), pending = std::move(pending)]() mutable {
-        const auto reply_to = std::move(pending);  // not left in the task, which dies on another thread
-        if (!why.empty()) {
-          reply_to->answer(Status::refused(why), {});
-        } else if (const auto found = entry.lock()) {
-          handle(*found, request.get(), reply_to);
-        }
-      });
+  bus_.post([&impl = impl_, name = std::string(service), why, target, request = std::move(request),
+             pending = std::move(pending)]() mutable {
+    const auto reply_to = std::move(pending);  // not left in the task, which dies on another thread
+    if (!why.empty()) {
+      reply_to->answer(Status::refused(why), {});
+    } else if (const auto found = impl.serving(name, target.entry, target.decode)) {
+      handle(*found, request.get(), reply_to);
+    }
+  });
 }
 
 void EdgeImpl::get_parameters(std::function<void(std::vector<NamedParameter>)> reply) {

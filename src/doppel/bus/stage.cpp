@@ -91,6 +91,8 @@ BusStage::BusStage(Bus& bus) : bus_(bus), saved_(std::make_unique<Saved>()) {
   saved_->by_name = impl.by_name;
   saved_->services = impl.services;
   saved_->nodes = impl.nodes;
+  impl.before_stage = std::make_unique<const Bus::Impl::Told>(impl.tell());
+  impl.stages = std::this_thread::get_id();
   for (std::size_t i = 0; i < only_edges.size(); ++i) put(only_edges[i], *impl.topics[i]);
   impl.services.clear();
   impl.nodes.clear();
@@ -108,12 +110,14 @@ BusStage::~BusStage() {
   impl.by_name.swap(saved_->by_name);
   impl.services.swap(saved_->services);
   impl.nodes.swap(saved_->nodes);
+  impl.before_stage.reset();
   impl.graph_changed();
 }
 
 void BusStage::commit() {
   Bus::Impl& impl = *bus_.impl_;
-  std::unique_ptr<Saved> replaced = std::make_unique<Saved>();  // freed outside the lock
+  std::unique_ptr<Saved> replaced = std::make_unique<Saved>(), former;  // freed outside the lock
+  std::unique_ptr<const Bus::Impl::Told> told;
   const std::lock_guard lock(impl.mutex);
   for (std::size_t i = 0; i < saved_->topics.size(); ++i)
     replaced->topics.push_back(joined(saved_->topics[i], *impl.topics[i]));
@@ -123,8 +127,9 @@ void BusStage::commit() {
   for (std::size_t i = 0; i < replaced->topics.size(); ++i) put(replaced->topics[i], *impl.topics[i]);
   impl.services.swap(replaced->services);
   impl.nodes.swap(replaced->nodes);
+  told = std::move(impl.before_stage);
   impl.graph_changed();
-  saved_.reset();
+  former = std::move(saved_);
 }
 
 }  // namespace doppel

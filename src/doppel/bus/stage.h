@@ -1,8 +1,8 @@
 #pragma once
 // Lets nodes be put together beside those that are there and under the same names, so that what replaces them
-// is complete before they are let go. While a stage is open the bus shows none of the nodes from before;
-// edges and what they subscribe stay. Then either both are there, until the former ones are destroyed, or the
-// former ones are as they were.
+// is complete before they are let go. While a stage is open its thread sees none of the nodes from before and
+// others only those; edges and what they subscribe stay. Then either both are there, until the former ones
+// are destroyed, or the former ones are as they were.
 //
 //   BusStage stage(bus);
 //   auto next = std::make_unique<Robot>(bus);  // may throw: `robot` is on the bus again, as it was

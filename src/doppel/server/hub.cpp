@@ -76,10 +76,6 @@ Hub::~Hub() = default;
 
 Hub::ClientId Hub::join(ClientLink& link) {
   refresh_offers();
-  const ClientId id = next_client_++;
-  Client& client = clients_[id];
-  client.link = &link;
-  client.node = fmt::format("/_client_{}", id);
   foxglove::ServerInfo info{.name = options_.name,
                             .session_id = session_id_,
                             .capabilities = {"clientPublish", "services", "parameters", "parametersSubscribe",
@@ -89,6 +85,12 @@ Hub::ClientId Hub::join(ClientLink& link) {
   link.send(make_frame(foxglove::to_frame(info)));
   link.send(channels_frame_);
   link.send(services_frame_);
+  // Last: a link that could not be welcomed is not kept.
+  const ClientId id = next_client_++;
+  Client client;
+  client.link = &link;
+  client.node = fmt::format("/_client_{}", id);
+  clients_.emplace(id, std::move(client));
   return id;
 }
 

@@ -23,7 +23,19 @@ WebSocketSession::WebSocketSession(tcp::socket socket, Context& context)
   context_.clients.insert(this);
 }
 
-WebSocketSession::~WebSocketSession() = default;
+WebSocketSession::~WebSocketSession() {
+  context_.clients.erase(this);
+}
+
+template <class Work>
+void WebSocketSession::or_end(const Work& work) {
+  try {
+    work();
+  } catch (...) {
+    end();
+    throw;
+  }
+}
 
 void WebSocketSession::accept(const Request& request, std::string_view subprotocol) {
   beast::get_lowest_layer(socket_).expires_never();
@@ -41,13 +53,15 @@ void WebSocketSession::accept(const Request& request, std::string_view subprotoc
   socket_.auto_fragment(false);
   // Pings are answered, and so count as well.
   socket_.control_callback([this](websocket::frame_type, beast::string_view text) {
-    if (!closing_) static_cast<void>(within_limits(text.size()));
+    if (!closing_) or_end([&] { static_cast<void>(within_limits(text.size())); });
   });
   socket_.async_accept(request, [self = shared_from_this()](error_code failed) {
     if (failed) return self->end();
-    self->id_ = self->context_.hub.join(*self);
-    self->context_.joined();
-    self->read();
+    self->or_end([&] {
+      self->id_ = self->context_.hub.join(*self);
+      self->context_.joined();
+      self->read();
+    });
   });
 }
 
@@ -81,7 +95,7 @@ void WebSocketSession::read() {
   socket_.async_read(buffer_, [self = shared_from_this()](error_code failed, std::size_t) {
     self->reading_ = false;
     if (failed) return self->end();
-    self->received();
+    self->or_end([&] { self->received(); });
   });
 }
 
@@ -136,9 +150,11 @@ void WebSocketSession::write() {
     self->writing_ = false;
     self->in_flight_ = {};
     if (failed) return self->end();
-    self->write();
-    if (self->id_ != 0) self->context_.hub.has_room(self->id_);
-    self->read_on();
+    self->or_end([&] {
+      self->write();
+      if (self->id_ != 0) self->context_.hub.has_room(self->id_);
+      self->read_on();
+    });
   });
 }
 

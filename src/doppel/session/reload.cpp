@@ -84,18 +84,24 @@ void Reloader::run() {
 }
 
 bool Reloader::on_loop(const std::function<void()>& task) {
-  const auto done = std::make_shared<std::promise<void>>();
-  auto future = done->get_future();
-  what_.bus.post([task, done] {
+  struct Errand {
+    std::atomic<bool> taken{
+        false};  // by the loop, which then runs it, or by the end, after which it must not
+    std::promise<void> done;
+  };
+  const auto errand = std::make_shared<Errand>();
+  auto future = errand->done.get_future();
+  what_.bus.post([task, errand] {
+    if (errand->taken.exchange(true)) return;
     try {
       task();
-      done->set_value();
+      errand->done.set_value();
     } catch (...) {  // belongs to the thread that waits, not to the loop
-      done->set_exception(std::current_exception());
+      errand->done.set_exception(std::current_exception());
     }
   });
   while (future.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
-    if (ending_) return false;
+    if (ending_ && !errand->taken.exchange(true)) return false;
   }
   future.get();
   return true;

@@ -50,8 +50,10 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
   for (const auto& robot : robots) {
     robot->make_publishers();
     if (scenario.start_controllers) robot->start(robot->first_wish());
-    robot->start_loop();
   }
+  // Once nothing of the others is left to be made, which they would run beside.
+  const std::lock_guard held(gate);
+  for (const auto& robot : robots) robot->start_loop();
 }
 
 Twin::Impl::~Impl() {
@@ -243,6 +245,9 @@ void Twin::reset() {
 }
 void Twin::publish_state() {
   impl_->publish_state();
+}
+std::unique_lock<LoopGate> Twin::hold() {
+  return impl_->hold();
 }
 const LoopPhases& Twin::step_phases() const {
   return impl_->phases;

@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "doppel/bus/bus.h"
+#include "doppel/control/control_loop.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/log.h"
 #include "doppel/physics/engine.h"
@@ -42,6 +44,11 @@ class Twin {
   void publish_state();
   // Wall time spent in step() so far by controllers and by publishing; the rest is not told apart here.
   [[nodiscard]] const LoopPhases& step_phases() const;
+
+  // Real hardware has loops of their own, which use the bus, the controllers and the hardware, too: who has
+  // this holds them off. What stands above takes it by itself; in a simulation there is nothing to hold. The
+  // loop's thread.
+  [[nodiscard]] std::unique_lock<LoopGate> hold();
 
   // What runs, for what is made ready beside it; opaque. The loop's thread.
   struct Running;

@@ -7,6 +7,7 @@
 #include <deque>
 #include <map>
 #include <system_error>
+#include <thread>
 
 #include "doppel/bus/bus.h"
 
@@ -99,15 +100,35 @@ struct Bus::Impl {
 
   using Topic = bus_detail::Topic;
   using ServiceEntry = bus_detail::ServiceEntry;
+  using ServiceEntries = std::map<std::string, std::shared_ptr<const ServiceEntry>, std::less<>>;
+
+  // The graph as others are told of it.
+  struct Told {
+    std::vector<TopicInfo> topics;
+    std::vector<ServiceInfo> services;
+    std::vector<std::string> nodes;
+    ServiceEntries entries;
+  };
 
   Bus& bus;
   const std::function<void(const std::string&)> report;  // BusOptions::report
   mutable std::mutex mutex;                              // publish() never takes it
   std::deque<std::unique_ptr<Topic>> topics;  // by id - 1; kept, for publishers may outlive their node
   std::map<std::string, Topic*, std::less<>> by_name;  // the topic that a name means now
-  std::map<std::string, std::shared_ptr<const ServiceEntry>, std::less<>> services;
+  ServiceEntries services;
   ServiceId next_service = 1;
   std::vector<Node*> nodes;
+  // While a stage is open (stage.h) its graph is nobody's yet: all threads but the one that opened it are
+  // told this.
+  std::unique_ptr<const Told> before_stage;
+  std::thread::id stages;
+
+  // Any thread; the mutex is held.
+  [[nodiscard]] Told tell() const;
+  // null: what is there now.
+  [[nodiscard]] const Told* told_instead() const {
+    return std::this_thread::get_id() == stages ? nullptr : before_stage.get();
+  }
 
   // The loop's thread; all take the mutex.
   Topic& topic_for_node(const std::string& name, const bus_detail::TopicOps& ops, const std::string& node);
@@ -121,6 +142,11 @@ struct Bus::Impl {
                const bus_detail::EdgeLink* from);
   void deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link);
 
+  // What an edge has found; once that has gone, whoever serves the name with the same type since. The loop's
+  // thread.
+  std::shared_ptr<const ServiceEntry> serving(const std::string& name,
+                                              const std::weak_ptr<const ServiceEntry>& found,
+                                              decltype(ServiceEntry::decode) decode) const;
   // The part of the node that has the parameter; without one, any part; nullptr: no such node.
   Node* find_node(std::string_view name, std::string_view parameter) const;
   void graph_changed() { bus.graph_version_.fetch_add(1, std::memory_order_acq_rel); }

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"
 
@@ -116,6 +118,31 @@ TEST(BusStage, EdgesThatSubscribeStay) {
   { const BusStage stage(bus); }
   former.state.publish({"again"}, {});
   EXPECT_TRUE(edge->next(message));
+}
+
+TEST(BusStage, OtherThreadsSeeTheFormerGraphWhileItIsOpenAndTheirCallsAreAnsweredByTheNewerNodes) {
+  Bus bus;
+  auto edge = bus.attach("test");
+  auto former = std::make_unique<Part>(bus, "former");
+  std::unique_ptr<Part> next;
+  std::string answer = "none";
+  {
+    BusStage stage(bus);
+    std::thread([&] {
+      EXPECT_THAT(bus.nodes(), ElementsAre("/robot"));
+      EXPECT_EQ(bus.services().size(), 1U);
+      EXPECT_EQ(bus.topics().size(), 2U);
+      edge->call("/who", to_cdr(Trigger::Request{}), [&](const Status& status, const Bytes& bytes) {
+        Trigger::Response response;
+        answer = status && from_cdr(bytes, response) ? response.message : status.why();
+      });
+    }).join();
+    next = std::make_unique<Part>(bus, "next");
+    stage.commit();
+  }
+  former.reset();
+  bus.spin();
+  EXPECT_EQ(answer, "next");
 }
 
 TEST(NameRules, OfAPartGoWithIt) {

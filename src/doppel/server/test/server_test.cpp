@@ -142,6 +142,7 @@ TEST_F(ServerTest, WhatTypesOfOthersThrowIsReportedAndTheServerGoesOn) {
   other.subscribe("/joint_states");
   Client::Received received;
   EXPECT_TRUE(other.next(received, soon()));
+  EXPECT_FALSE(other.topics().contains("/thrown")) << "the client that is gone still counts as there";
 }
 
 TEST_F(ServerTest, SubscribersAndPublishersOfOneTopicSeeEachOther) {

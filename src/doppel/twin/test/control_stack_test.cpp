@@ -10,7 +10,9 @@
 #include <map>
 #include <thread>
 
+#include "doppel/messages/codec.h"
 #include "doppel/messages/std_msgs.h"
+#include "doppel/twin/runner.h"
 #include "doppel/twin/twin.h"
 
 namespace doppel {
@@ -317,6 +319,45 @@ TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
   });
   twin.bus().post([&] { commands.publish({{}, {-0.5, -0.25}}, twin.now()); });
   EXPECT_TRUE(reaches(-0.5, -0.25));
+}
+
+TEST_F(FoundControllers, ARunnersStatusAndWhatALoopOfRealHardwarePublishesReachAnEdgeWhole) {
+  std::ofstream(folder_ / "arm.urdf") << kArm + system_of("Real", "doppel/Loopback", "shoulder") + "</robot>";
+  std::ofstream(folder_ / "config/controllers.yaml")
+      << "controller_manager:\n  ros__parameters:\n    update_rate: 1000\n" + kBroadcaster;
+  Scenario scenario;
+  scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
+  Diagnostics diagnostics;
+  Twin twin(scenario, log_, diagnostics);
+  Runner runner(twin, {});
+  const auto edge = twin.bus().attach("/test");
+  std::map<TopicId, const TypeSupport*> types;
+  for (const TopicInfo& topic : twin.bus().topics()) {
+    edge->subscribe(topic.id);
+    types[topic.id] = find_type(topic.type);
+  }
+  // A change of speed is told at once: a status at every step.
+  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
+  std::atomic<bool> stop{false};
+  const std::function<void()> hurry = [&] {
+    double& speed = twin.time_control().speed;
+    speed = speed == 1.0 ? 2.0 : 1.0;
+    stop = std::chrono::steady_clock::now() > end;
+    twin.bus().post(hurry);
+  };
+  twin.bus().post(hurry);
+  runner.run(stop);
+  std::map<std::string, int> heard;
+  Edge::Incoming message;
+  while (edge->next(message)) {
+    ASSERT_TRUE(types.contains(message.topic)) << message.topic;
+    Bytes read;
+    const Status whole = types[message.topic]->recode(message.cdr, read);
+    EXPECT_TRUE(whole.ok()) << types[message.topic]->name << ": " << whole.why();
+    ++heard[types[message.topic]->name];
+  }
+  EXPECT_GT(heard["sensor_msgs/msg/JointState"], 50);
+  EXPECT_GT(heard["doppel_msgs/msg/TwinStatus"], 50);
 }
 
 TEST_F(FoundControllers, AnEmergencyStopOutlivesAnEditThatMakesTheControllersAnew) {

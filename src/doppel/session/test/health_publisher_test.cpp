@@ -1,0 +1,70 @@
+#include "doppel/session/health_publisher.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "doppel/messages/std_msgs.h"
+#include "doppel/session/left_work.h"
+
+namespace doppel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+class HealthPublisherTest : public ::testing::Test {
+ protected:
+  HealthPublisherTest() : listener_(bus_, "/listener") {
+    listener_.subscribe<std_msgs::msg::String>(
+        "/doppel/health", [this](const std_msgs::msg::String& message) { health_ = message.data; });
+  }
+  // Runs the bus until that is the health.
+  bool becomes(const std::string& health) {
+    for (const auto end = std::chrono::steady_clock::now() + seconds(20);
+         health_ != health && std::chrono::steady_clock::now() < end;) {
+      bus_.wait(milliseconds(100));
+      bus_.spin();
+    }
+    return health_ == health;
+  }
+
+  Bus bus_;
+  Node listener_;
+  RobotDescription robot_;
+  std::string health_;
+};
+
+TEST_F(HealthPublisherTest, TheLastOfManyLooksIsJudged) {
+  std::atomic<int> wanted{0};
+  HealthPublisher publisher(bus_, "", [&] { return std::to_string(wanted); });
+  for (int i = 1; i <= 50; ++i) {
+    wanted = i;
+    publisher.look_at(robot_);
+    bus_.spin();
+  }
+  EXPECT_TRUE(becomes("50")) << health_;
+}
+
+TEST_F(HealthPublisherTest, AJudgementThatOutlastsThePublisherIsLeftBehindAndTellsNobody) {
+  std::atomic<bool> judges{false}, may_end{false}, has_ended{false};
+  {
+    HealthPublisher publisher(bus_, "", [&] {
+      judges = true;
+      while (!may_end) std::this_thread::yield();
+      has_ended = true;
+      return std::string("late");
+    });
+    publisher.look_at(robot_);
+    while (!judges) std::this_thread::yield();
+  }
+  EXPECT_TRUE(work_left_behind());
+  may_end = true;
+  while (!has_ended) std::this_thread::yield();
+  bus_.wait(milliseconds(200));
+  bus_.spin();
+  EXPECT_EQ(health_, "");
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,158 @@
+// Edits from a thread of their own while the loop runs, and what becomes of them when the reloader ends.
+#include "doppel/session/reload.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <mutex>
+
+#include "doppel/session/health_publisher.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using std::chrono::steady_clock;
+using ::testing::HasSubstr;
+
+class ReloadTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / "session" / info->name() / "omarm_one";
+    fs::remove_all(folder_);
+    fs::create_directories(folder_.parent_path());
+    log_.add_sink([this](const LogLine& line) {
+      const std::lock_guard lock(mutex_);
+      said_ += line.text + '\n';
+    });
+  }
+  void TearDown() override { fs::remove_all(folder_.parent_path()); }
+
+  std::string said() {
+    const std::lock_guard lock(mutex_);
+    return said_;
+  }
+  // Something whose file is <folder>/watched, and that is made anew by `begin`.
+  Reloadable watched(Bus& bus, std::function<void()> begin) {
+    fs::create_directories(folder_);
+    save("watched", "1");
+    return {bus, [this] { return std::vector{folder_ / "watched"}; },
+            [begin = std::move(begin)]() -> Reloadable::Build {
+              begin();
+              return [](Diagnostics&) -> Reloadable::TakeOver { return [] { return "taken"; }; };
+            },
+            nullptr};
+  }
+  void save(const std::string& file, const std::string& text) { std::ofstream(folder_ / file) << text; }
+
+  fs::path folder_;
+  std::mutex mutex_;
+  std::string said_;
+  Log log_;
+};
+
+TEST_F(ReloadTest, WhatTheLoopHasNotBegunWhenTheReloaderEndsNeverRuns) {
+  Bus bus;
+  int begun = 0;
+  {
+    const Reloader reloader(watched(bus, [&] { ++begun; }), log_);
+    save("watched", "2");
+    ASSERT_TRUE(bus.wait(seconds(20))) << "no edit was noticed";
+  }
+  bus.spin();
+  EXPECT_EQ(begun, 0);
+}
+
+TEST_F(ReloadTest, TheReloaderEndsAfterWhatTheLoopHasBegun) {
+  Bus bus;
+  std::atomic<bool> begun{false}, done{false};
+  auto reloader = std::make_unique<Reloader>(watched(bus,
+                                                     [&] {
+                                                       begun = true;
+                                                       std::this_thread::sleep_for(milliseconds(200));
+                                                       done = true;
+                                                     }),
+                                             log_);
+  std::thread end([&] {
+    while (!begun) std::this_thread::yield();
+    reloader.reset();
+    EXPECT_TRUE(done);
+  });
+  save("watched", "2");
+  ASSERT_TRUE(bus.wait(seconds(20))) << "no edit was noticed";
+  bus.spin();
+  end.join();
+}
+
+// What `doppel up` does, without its server: the loop, the watcher, the judge and an edge, a thread each.
+class RunningTwin : public ReloadTest {
+ protected:
+  void SetUp() override {
+    ReloadTest::SetUp();
+    fs::copy(DOPPEL_SOURCE_DIR "/robots/omarm_one", folder_, fs::copy_options::recursive);
+    Scenario scenario;
+    scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+    scenario.robots = {{.target = folder_.string()}};
+    Diagnostics diagnostics;
+    twin_ = std::make_unique<Twin>(scenario, log_, diagnostics);
+  }
+
+  void edit(const std::string& file, const std::string& from, const std::string& to) {
+    std::ifstream in(folder_ / file);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
+    save(file, text.replace(at, from.size(), to));
+  }
+  // Until the log tells it; the loop runs on meanwhile.
+  ::testing::AssertionResult is_said(const std::string& text) {
+    for (const auto end = steady_clock::now() + seconds(60); steady_clock::now() < end;) {
+      twin_->between_steps();
+      twin_->step();
+      if (said().find(text) != std::string::npos) return ::testing::AssertionSuccess();
+    }
+    return ::testing::AssertionFailure() << "'" << text << "' is not told, but:\n" << said();
+  }
+
+  std::unique_ptr<Twin> twin_;
+};
+
+TEST_F(RunningTwin, TakesEditsWhileAnEdgeListensAndRunsOnAfterABrokenOne) {
+  std::atomic<int> judged{0};
+  HealthPublisher health(twin_->bus(), "", [&] { return std::to_string(++judged); });
+  const auto look = [&] { health.look_at(twin_->robot().description()); };
+  look();
+  std::atomic<bool> ends{false};
+  std::atomic<int> heard{0};
+  std::thread listener([&, edge = twin_->bus().attach("/listener")] {
+    for (const TopicInfo& topic : twin_->bus().topics()) edge->subscribe(topic.id);
+    Edge::Incoming message;
+    while (!ends) {
+      while (edge->next(message)) ++heard;
+      edge->wait(milliseconds(10));
+    }
+  });
+  {
+    const Reloader reloader(reloadable(
+                                *twin_, [](const Twin::Replacement&) {}, look),
+                            log_);
+    edit("urdf/omarm.xacro", "velocity=\"5.2\"", "velocity=\"4.4\"");
+    EXPECT_TRUE(is_said("joints and controllers went on"));
+    edit("urdf/omarm.xacro", "<mimic joint=\"Revolute 8\"", "<mimic joint=\"Revolute 88\"");
+    EXPECT_TRUE(is_said("omarm.xacro cannot be used; the machine from before runs on"));
+    edit("urdf/omarm.xacro", "<mimic joint=\"Revolute 88\"", "<mimic joint=\"Revolute 8\"");
+    edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 200");
+    EXPECT_TRUE(is_said("controllers were made anew"));
+  }
+  ends = true;
+  listener.join();
+  EXPECT_GT(heard, 0);
+  EXPECT_GT(judged, 0);
+}
+
+}  // namespace
+}  // namespace doppel
