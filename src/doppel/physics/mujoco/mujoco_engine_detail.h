@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "doppel/physics/mujoco/mujoco_world_detail.h"
+#include "doppel/physics/mujoco/state_data_detail.h"
 #include "doppel/physics/step_scheme.h"
 
 namespace doppel {

@@ -10,6 +10,7 @@
 
 #include "doppel/physics/mjcf_convert.h"
 #include "doppel/physics/mujoco/mujoco_world_detail.h"
+#include "doppel/physics/mujoco/state_data_detail.h"
 
 namespace doppel {
 namespace {
