@@ -78,6 +78,7 @@ MujocoEngine::MujocoEngine(std::shared_ptr<const MujocoWorld> world)
       wrenches_(size(m()->nbody)) {
   for (const CompiledStop& stop : world->stops) springs_.push_back(stop.spring);
   asked_.resize(springs_.size());
+  wanted_.resize(springs_.size());
   for (int i = 0; i < kMostStages; ++i) {
     k_q_[i].assign(size(m()->nv), 0.0);
     k_v_[i].assign(size(m()->nv), 0.0);
@@ -106,6 +107,7 @@ MujocoEngine::MujocoEngine(const MujocoEngine& other)
       move_(other.move_),
       momentum_(other.momentum_),
       asked_(other.asked_),
+      wanted_(other.wanted_),
       wrenches_(other.wrenches_),
       any_wrench_(other.any_wrench_),
       diverged_(other.diverged_),
