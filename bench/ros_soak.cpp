@@ -18,12 +18,8 @@
 #include <sstream>
 #include <string_view>
 
-#include "doppel/messages/control_msgs.h"
 #include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
 #include "doppel/ros2/bridge_types.h"
-#include "doppel/ros2/node.h"
 #include "doppel/ros2/service.h"
 #include "ros_peers.h"
 
@@ -136,18 +132,34 @@ int call(const char* name, std::size_t clients, std::size_t calls_of_each) {
   return 0;
 }
 
+// What a node of rclcpp has on the network: its standard endpoints and four subscriptions, looked at fifty
+// times a second.
 int subscribe() {
   bench::end_with_parent();
   setpriority(PRIO_PROCESS, 0, 19);
-  ros2::Context context(ros2::ContextOptions{.network = bench::own_domain(), .arguments = {}});
-  ros2::Node node(context, fmt::format("soak_{}", getpid()));
-  node.create_subscription<sensor_msgs::msg::JointState>("/joint_states", [](const auto&) {});
-  node.create_subscription<control_msgs::msg::DynamicJointState>("/dynamic_joint_states", [](const auto&) {});
-  node.create_subscription<control_msgs::msg::JointTrajectoryControllerState>(
-      "/omarm_arm_controller/controller_state", [](const auto&) {});
-  node.create_subscription<tf2_msgs::msg::TFMessage>("/tf", [](const auto&) {});
-  context.spin();
-  return 0;
+  const auto participant = ros2::make_participant(bench::own_domain(), [] {});
+  const std::string node = fmt::format("/soak_{}", getpid());
+  std::deque<ros2::ServiceServer> services;
+  for (const char* name : {"DescribeParameters", "GetParameterTypes", "GetParameters", "ListParameters",
+                           "SetParameters", "SetParametersAtomically"})
+    services.emplace_back(*participant, ros2::service_spec(fmt::format("{}/{}", node, name),
+                                                           fmt::format("rcl_interfaces/srv/{}", name)));
+  const auto events =
+      participant->make_writer(bench::topic("/parameter_events", "rcl_interfaces/msg/ParameterEvent"));
+  const auto log = participant->make_writer(bench::topic("/rosout", "rcl_interfaces/msg/Log"));
+  std::deque<std::unique_ptr<ros2::Reader>> subscriptions;
+  for (const auto& [name, type] : {std::pair("/joint_states", "sensor_msgs/msg/JointState"),
+                                   std::pair("/dynamic_joint_states", "control_msgs/msg/DynamicJointState"),
+                                   std::pair("/omarm_arm_controller/controller_state",
+                                             "control_msgs/msg/JointTrajectoryControllerState"),
+                                   std::pair("/tf", "tf2_msgs/msg/TFMessage")})
+    subscriptions.push_back(participant->make_reader(bench::topic(name, type)));
+  ros2::Sample sample;
+  while (true) {
+    for (const auto& subscription : subscriptions)
+      while (subscription->take(sample)) continue;
+    std::this_thread::sleep_for(20ms);
+  }
 }
 
 // Answers with what the twin has answered once, each request as it comes, as a server of rmw_fastrtps does.

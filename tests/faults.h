@@ -19,5 +19,7 @@ bool strikes(Fault fault);
 
 // Registers the engine "faulty": MuJoCo, whose calls may be struck.
 void register_faulty_engine();
+// Of worlds for "faulty", by this thread so far.
+std::uint64_t compilations_here();
 
 }  // namespace doppel::test

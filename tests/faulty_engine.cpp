@@ -8,6 +8,8 @@
 namespace doppel::test {
 namespace {
 
+thread_local std::uint64_t compiled_here = 0;
+
 void call() {
   if (strikes(Fault::engine)) throw std::runtime_error("the engine's call was struck");
 }
@@ -100,8 +102,10 @@ class FaultyWorld final : public CompiledWorld {
   [[nodiscard]] std::shared_ptr<const CompiledWorld> with(std::vector<ModelInstance> instances,
                                                           Diagnostics& diagnostics) const override {
     call();
+    ++compiled_here;
     return std::make_shared<const FaultyWorld>(inner_->with(std::move(instances), diagnostics));
   }
+  [[nodiscard]] const std::shared_ptr<const CompiledWorld>& inner() const { return inner_; }
 
  private:
   std::shared_ptr<const CompiledWorld> inner_;
@@ -110,18 +114,23 @@ class FaultyWorld final : public CompiledWorld {
 
 void FaultyEngine::become(std::shared_ptr<const CompiledWorld> world, std::span<const int> /*kept*/) {
   call();
-  inner_->set_instances(world->instances());
+  inner_->go_on_with(static_cast<const FaultyWorld&>(*world).inner());
   world_ = std::move(world);
 }
 
 std::shared_ptr<const CompiledWorld> compile(WorldSettings settings, std::vector<ModelInstance> instances,
                                              Diagnostics& diagnostics) {
   call();
+  ++compiled_here;
   return std::make_shared<const FaultyWorld>(
       engine_module(kDefaultEngine).compile(std::move(settings), std::move(instances), diagnostics));
 }
 
 }  // namespace
+
+std::uint64_t compilations_here() {
+  return compiled_here;
+}
 
 void register_faulty_engine() {
   EngineModule module{engine_module(kDefaultEngine).capabilities, &compile};

@@ -40,6 +40,43 @@ struct CompareVerb {
   throw InputError(rule, {}, message, mend);
 }
 
+[[noreturn]] void refuse_trajectory(const std::filesystem::path& file, const std::string& why,
+                                    const std::string& mend) {
+  refuse("cli.trajectory", fmt::format("{}: {}", file.string(), why), mend);
+}
+
+// As far as each joint is one of the robot's, and named once.
+void check_joints(const std::filesystem::path& file, const std::vector<std::string>& joints,
+                  const Model& model) {
+  const std::vector<std::string> driven = model.driven_joint_names();
+  for (const std::string& name : joints) {
+    if (std::ranges::find(driven, name) == driven.end() && model.find_joint(name) < 0)
+      refuse_trajectory(file, fmt::format("the robot has no joint '{}'{}", name, did_you_mean(name, driven)),
+                        "name the robot's joints; `doppel tree` prints them");
+    if (std::ranges::count(joints, name) > 1)
+      refuse_trajectory(file, fmt::format("the joint '{}' is named twice", name), "name each joint once");
+  }
+}
+
+// `last`: time of the point before, s; -1 for the first.
+void check_point(const std::filesystem::path& file, std::size_t number,
+                 const trajectory_msgs::msg::JointTrajectoryPoint& point, double time, std::size_t joints,
+                 double last) {
+  if (point.positions.size() != joints)
+    refuse_trajectory(
+        file, fmt::format("point {} has {} positions for {} joints", number, point.positions.size(), joints),
+        "give each point one position a joint");
+  if (!std::ranges::all_of(point.positions, [](double q) { return std::isfinite(q); }))
+    refuse_trajectory(file, fmt::format("a position of point {} is no finite number", number),
+                      "drives cannot follow it; write rad or m");
+  if (time < 0)
+    refuse_trajectory(file, fmt::format("point {} is at {} s, before the start", number, time),
+                      "let time_from_start begin at 0 or later");
+  if (!(time > last))
+    refuse_trajectory(file, fmt::format("point {} is at {} s, not after the one before", number, time),
+                      "let time_from_start rise");
+}
+
 // A trajectory as `doppel topic pub` takes it.
 JointPath read_path(const std::filesystem::path& file, const Model& model) {
   std::ifstream in(file);
@@ -55,30 +92,29 @@ JointPath read_path(const std::filesystem::path& file, const Model& model) {
                        kTrajectory));
   JointPath out;
   out.joints = trajectory.joint_names;
-  for (const std::string& name : out.joints) {
-    const std::vector<std::string> driven = model.driven_joint_names();
-    if (std::ranges::find(driven, name) == driven.end() && model.find_joint(name) < 0)
-      refuse(
-          "cli.trajectory",
-          fmt::format("{}: the robot has no joint '{}'{}", file.string(), name, did_you_mean(name, driven)),
-          "name the robot's joints; `doppel tree` prints them");
-  }
-  for (std::size_t i = 0; i < trajectory.points.size(); ++i) {
-    const auto& point = trajectory.points[i];
+  check_joints(file, out.joints, model);
+  if (out.joints.empty() || trajectory.points.empty())
+    refuse_trajectory(file, "the trajectory has no joints or no points, so that nothing would move",
+                      "write joint_names, and points with positions and time_from_start");
+  for (const auto& point : trajectory.points) {
     const double time = point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec;
-    if (point.positions.size() != out.joints.size())
-      refuse("cli.trajectory",
-             fmt::format("{}: point {} has {} positions for {} joints", file.string(), i + 1,
-                         point.positions.size(), out.joints.size()),
-             "give each point one position a joint");
-    if (!out.times.empty() && !(time > out.times.back()))
-      refuse("cli.trajectory",
-             fmt::format("{}: point {} is at {} s, not after the one before", file.string(), i + 1, time),
-             "let time_from_start rise");
+    check_point(file, out.times.size() + 1, point, time, out.joints.size(),
+                out.times.empty() ? -1.0 : out.times.back());
     out.times.push_back(time);
     out.positions.push_back(point.positions);
   }
   return out;
+}
+
+// What comes after the end of the motions is not compared.
+void warn_of_rest(const std::filesystem::path& file, const JointPath& path, double duration) {
+  if (path.times.back() <= duration) return;
+  Diagnostics out;
+  out.warning("cli.trajectory", make_location(file.string()),
+              fmt::format("the trajectory takes {:g} s, of which the first {:g} are compared",
+                          path.times.back(), duration),
+              fmt::format("--duration {:g} takes it whole", std::ceil(path.times.back())));
+  print_diagnostics(out);
 }
 
 struct Chosen {
@@ -125,7 +161,13 @@ std::vector<std::string> chosen_engines(const std::vector<std::string>& asked) {
       if (engine.available) out.push_back(engine.name);
     }
   }
-  for (const std::string& name : out) static_cast<void>(engine_module(name));  // refuses what is not there
+  for (const std::string& name : out) {
+    static_cast<void>(engine_module(name));  // refuses what is not there
+    if (std::ranges::count(out, name) > 1)
+      refuse("cli.engines",
+             fmt::format("the engine '{}' is named twice; it differs from itself by nothing", name),
+             "name different ones; `doppel engines` lists them");
+  }
   if (out.size() < 2) {
     refuse("cli.engines", fmt::format("there is one engine to compare: {}", fmt::join(out, ", ")),
            "name two with --engines a,b; `doppel engines` says what to install for more");
@@ -154,7 +196,10 @@ int run_compare(const CompareVerb& options) {
   Machine machine(scenario, diagnostics);
   print_diagnostics(diagnostics);
   MotionSubject subject = motion_subject(machine);
-  if (!chosen.trajectory.empty()) subject.path = read_path(chosen.trajectory, *subject.robot.model);
+  if (!chosen.trajectory.empty()) {
+    subject.path = read_path(chosen.trajectory, *subject.robot.model);
+    warn_of_rest(chosen.trajectory, subject.path, options.duration);
+  }
   std::vector<ComparedEngine> engines;
   for (const std::string& name : names) {
     const EngineCapabilities& can = engine_module(name).capabilities;

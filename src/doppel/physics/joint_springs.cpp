@@ -12,8 +12,9 @@
 namespace doppel {
 namespace {
 
-// Passes in which springs may come free of their bounds again; later ones only bind, so that they end.
-constexpr int kFreePasses = 4;
+// Passes in which all springs that are on the wrong side change at once, and for each spring further ones in
+// which a single one does; later ones only bind, so that they end.
+constexpr int kFreePasses = 4, kSinglePasses = 4;
 // (step * natural frequency)^2 of a stop up to which a step resolves its rebound.
 constexpr double kResolved = 0.1;
 
@@ -86,11 +87,20 @@ void hit_stop(JointSpring& stop, double restitution, double inertia, double h) {
     stop.damping = std::max(stop.damping, stop.stiffness * h / restitution_of(ratio));
 }
 
-bool rebound(JointSpring& spring, double asked, int pass) {
-  const int bound = bound_of(spring, asked);
-  if (bound == spring.bound || (pass >= kFreePasses && spring.bound != 0)) return false;
-  spring.bound = bound;
-  return true;
+bool rebound(std::span<JointSpring> springs, std::span<const double> asked, int pass) {
+  const bool one_only = pass >= kFreePasses;
+  const bool binds_only = pass >= kFreePasses + kSinglePasses * static_cast<int>(springs.size());
+  bool changed = false;
+  for (std::size_t k = 0; k < springs.size(); ++k) {
+    JointSpring& spring = springs[k];
+    if (!spring.on) continue;
+    const int bound = bound_of(spring, asked[k]);
+    if (bound == spring.bound || (binds_only && spring.bound != 0)) continue;
+    spring.bound = one_only && spring.bound != 0 ? 0 : bound;  // not from one bound to the other
+    changed = true;
+    if (one_only) break;
+  }
+  return changed;
 }
 
 }  // namespace doppel

@@ -55,13 +55,15 @@ class Twin {
   [[nodiscard]] std::shared_ptr<const Running> running() const;
 
   // -- robots that come and go
-  // Made ready on any thread, beside what runs: description, model, shapes, and its controllers rehearsed.
+  // Made ready on any thread, beside what runs: description, model, shapes, the world compiled with it, and
+  // its controllers rehearsed. Throws InputError.
   struct Newcomer;
   [[nodiscard]] std::shared_ptr<Newcomer> prepare_robot(const std::shared_ptr<const Running>& running,
                                                         const WorldRobot& robot, const std::string& urdf,
                                                         Diagnostics& diagnostics) const;
-  // The loop's thread, between steps. No bit of the others' state changes by it. Throws
-  // InputError: its name is taken, or its controllers do not come up; nothing has changed then.
+  // The loop's thread, between steps. No bit of the others' state changes by it. Compiles only where
+  // instances came or went since running(). Throws InputError: its name is taken, or its controllers do not
+  // come up; nothing has changed then.
   void add_robot(const std::shared_ptr<Newcomer>& newcomer);
   // With its controllers, topics and services. Refused: no robot has this namespace, it has none, or it is
   // the only one.

@@ -250,7 +250,7 @@ std::shared_ptr<const Twin::Running> Twin::running() const {
   auto out = std::make_shared<Running>();
   out->robots = {impl_->machine->robots, impl_->machine->world.robots};
   out->wishes = impl_->present_wishes();
-  out->settings = impl_->machine->world;
+  out->world = impl_->machine->engine->compiled();
   return out;
 }
 

@@ -12,6 +12,7 @@ namespace doppel {
 namespace {
 
 constexpr const char* kOrigin = "gazebo";
+constexpr int kMostBuilds = 3;  // of one robot beside the loop, while others come and go
 
 // Meshes and controllers' files that lie in no package are not read: whoever may call a service must not be
 // able to read any file of the machine by it. Throws InputError.
@@ -34,6 +35,11 @@ void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) 
   }
 }
 
+void refuse_taken(const std::string& name_space) {
+  throw InputError("up.namespace", {}, fmt::format("there is a robot '{}' already", name_space),
+                   "choose another namespace, or delete it first");
+}
+
 }  // namespace
 
 std::shared_ptr<Twin::Newcomer> Twin::prepare_robot(const std::shared_ptr<const Running>& running,
@@ -45,6 +51,9 @@ std::shared_ptr<Twin::Newcomer> Twin::prepare_robot(const std::shared_ptr<const 
                      fmt::format("'{}' cannot be a robot's namespace: {}", robot.name_space, fine.why()),
                      "letters, digits and _ make a namespace");
   }
+  for (const auto& known : running->robots.now) {
+    if (known->name_space() == robot.name_space) refuse_taken(robot.name_space);
+  }
   PackageResolver resolver;
   resolver.add_bundled(twin.scenario.bundled_robots);
   for (const auto& known : running->robots.now) {
@@ -54,7 +63,7 @@ std::shared_ptr<Twin::Newcomer> Twin::prepare_robot(const std::shared_ptr<const 
   diagnostics.throw_if_errors();
   keep_to_packages(description, resolver);
   World world;
-  static_cast<WorldSettings&>(world) = running->settings;
+  static_cast<WorldSettings&>(world) = running->world->settings();
   CollisionMeshes meshes;
   const auto machine = std::make_shared<RobotMachine>(robot, twin.scenario, world, std::move(description),
                                                       meshes, diagnostics);
@@ -68,18 +77,25 @@ std::shared_ptr<Twin::Newcomer> Twin::prepare_robot(const std::shared_ptr<const 
   rehearse(*machine, instance, twin.scenario, twin.controllers, twin.hardware, start, diagnostics);
   auto newcomer = std::make_shared<Newcomer>();
   newcomer->machine = machine;
+  newcomer->compile_into(running->world);
   return newcomer;
+}
+
+void Twin::Newcomer::compile_into(std::shared_ptr<const CompiledWorld> world) {
+  std::vector<ModelInstance> instances = world->instances();
+  instances.push_back(machine->instance());
+  Diagnostics said_before;
+  with = world->with(std::move(instances), said_before);
+  without = std::move(world);
 }
 
 void Twin::Impl::add_robot(Newcomer& newcomer) {
   const auto held = hold();
   const RobotMachine& fresh = *newcomer.machine;
-  if (find(fresh.name_space()) != nullptr) {
-    throw InputError("up.namespace", {}, fmt::format("there is a robot '{}' already", fresh.name_space()),
-                     "choose another namespace, or delete it first");
-  }
+  if (find(fresh.name_space()) != nullptr) refuse_taken(fresh.name_space());
   Engine& engine = *machine->engine;
-  engine.spawn(fresh.instance());
+  if (newcomer.without != engine.compiled()) newcomer.compile_into(engine.compiled());
+  engine.go_on_with(newcomer.with);
   const std::size_t before = robots.size();
   try {
     Diagnostics overlaps, reported_before;
@@ -94,7 +110,7 @@ void Twin::Impl::add_robot(Newcomer& newcomer) {
   } catch (...) {
     robots.resize(before);
     machine->robots.resize(before);
-    engine.remove(fresh.name());
+    engine.go_on_with(newcomer.without);
     renew_handles();
     throw;
   }
@@ -119,34 +135,64 @@ Status Twin::Impl::remove_robot(const std::string& name_space) {
   return {};
 }
 
+// A robot on its way into the world.
+struct Twin::Impl::Spawning {
+  WorldRobot robot;
+  std::string urdf;
+  std::function<void(const Status&)> done;
+  std::shared_ptr<const Running> running;      // at the call
+  std::shared_ptr<const CompiledWorld> world;  // that it is to come into
+  std::shared_ptr<Newcomer> newcomer;
+  Diagnostics said;
+  std::string why;  // it cannot come
+  int builds = 0;
+};
+
 void Twin::Impl::spawn_robot(WorldRobot robot, std::string urdf, std::function<void(const Status&)> done) {
   if (building)
     return done(Status::refused("another robot is being made ready; call again when it is in the world"));
-  if (builder.joinable()) builder.join();
   building = true;
-  builder = std::thread(
-      [this, now = twin.running(), robot = std::move(robot), urdf = std::move(urdf), done = std::move(done)] {
-        std::shared_ptr<Newcomer> newcomer;
-        auto said = std::make_shared<Diagnostics>();
-        std::string why;
-        try {
-          newcomer = twin.prepare_robot(now, robot, urdf, *said);
-        } catch (...) {
-          why = thrown_text();
-        }
-        bus.post([this, newcomer, said, why, done]() mutable {
-          building = false;
-          if (newcomer != nullptr) {
-            try {
-              add_robot(*newcomer);
-              for (const Diagnostic& one : said->all()) log.line(one.severity, kOrigin, one.str());
-            } catch (...) {
-              why = thrown_text();
-            }
-          }
-          done(why.empty() ? Status() : Status::refused(why));
-        });
-      });
+  auto spawning = std::make_shared<Spawning>();
+  spawning->robot = std::move(robot);
+  spawning->urdf = std::move(urdf);
+  spawning->done = std::move(done);
+  spawning->running = twin.running();
+  build(spawning);
+}
+
+// Beside the loop; then settle() on its thread.
+void Twin::Impl::build(const std::shared_ptr<Spawning>& spawning) {
+  if (builder.joinable()) builder.join();
+  ++spawning->builds;
+  builder = std::thread([this, spawning] {
+    try {
+      if (spawning->newcomer == nullptr) {
+        spawning->newcomer =
+            twin.prepare_robot(spawning->running, spawning->robot, spawning->urdf, spawning->said);
+      } else {
+        spawning->newcomer->compile_into(spawning->world);
+      }
+    } catch (...) {
+      spawning->why = thrown_text();
+    }
+    bus.post([this, spawning] { settle(spawning); });
+  });
+}
+
+void Twin::Impl::settle(const std::shared_ptr<Spawning>& spawning) {
+  if (spawning->why.empty()) {
+    spawning->world = machine->engine->compiled();
+    if (spawning->newcomer->without != spawning->world && spawning->builds < kMostBuilds)
+      return build(spawning);
+    try {
+      add_robot(*spawning->newcomer);
+      for (const Diagnostic& one : spawning->said.all()) log.line(one.severity, kOrigin, one.str());
+    } catch (...) {
+      spawning->why = thrown_text();
+    }
+  }
+  building = false;
+  spawning->done(spawning->why.empty() ? Status() : Status::refused(spawning->why));
 }
 
 void Twin::add_robot(const std::shared_ptr<Newcomer>& newcomer) {

@@ -13,6 +13,15 @@ namespace {
 constexpr double kNear = 0.02, kNearest = 1e-4;
 constexpr int kTilts = 4;  // in which a pair without flat faces is looked at for further points
 
+// Bullet's own is made for worlds of thousands of pairs: 5 MB for every state. One algorithm for each two
+// kinds of shapes is all that is asked of it, and at most one manifold each.
+btDefaultCollisionConstructionInfo small_pools() {
+  btDefaultCollisionConstructionInfo out;
+  out.m_defaultMaxPersistentManifoldPoolSize = 16;
+  out.m_defaultMaxCollisionAlgorithmPoolSize = 16;
+  return out;
+}
+
 }  // namespace
 
 ContactFinder::ContactFinder(const std::vector<Piece>& pieces, const std::vector<PiecePair>& pairs,
@@ -23,6 +32,7 @@ ContactFinder::ContactFinder(const std::vector<Piece>& pieces, const std::vector
       colliders_(std::move(colliders)),
       ground_(ground),
       ground_friction_(ground_friction),
+      configuration_(small_pools()),
       dispatcher_(&configuration_),
       transforms_(pieces.size()),
       low_(pieces.size()),

@@ -33,6 +33,9 @@ StepSolver::StepSolver(const BulletWorld& world)
       solver_trees_.push_back({&trees_.back()->dynamics, &trees_.back()->inverse});
     }
   }
+  std::size_t springs = 0;
+  for (const BulletInstance& of : world.compiled()) springs = std::max(springs, of.springs.size());
+  wanted_.reserve(springs);
   make_colliders();
 }
 
@@ -322,13 +325,15 @@ double StepSolver::asked_effort(int instance, const InstanceState& state, const 
 }
 
 // False: a spring has met or left a bound, and the step is to be taken again.
-bool StepSolver::settle(std::vector<InstanceState>& states, int pass) const {
+bool StepSolver::settle(std::vector<InstanceState>& states, int pass) {
   bool settled = true;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    for (JointSpring& spring : states[i].springs) {
-      if (spring.on && rebound(spring, asked_effort(static_cast<int>(i), states[i], spring), pass))
-        settled = false;
+    std::vector<JointSpring>& springs = states[i].springs;
+    wanted_.resize(springs.size());
+    for (std::size_t k = 0; k < springs.size(); ++k) {
+      if (springs[k].on) wanted_[k] = asked_effort(static_cast<int>(i), states[i], springs[k]);
     }
+    if (rebound(springs, wanted_, pass)) settled = false;
   }
   return settled;
 }

@@ -82,7 +82,7 @@ class StepSolver {
   [[nodiscard]] double end_velocity(int instance, int v) const;
   [[nodiscard]] double asked_effort(int instance, const InstanceState& state,
                                     const JointSpring& spring) const;
-  bool settle(std::vector<InstanceState>& states, int pass) const;
+  bool settle(std::vector<InstanceState>& states, int pass);
   [[nodiscard]] bool finite() const;
   void report_efforts(int instance, InstanceState& state) const;
 
@@ -98,6 +98,7 @@ class StepSolver {
   std::vector<Pose> piece_poses_;
   std::vector<btCollisionObject*> bodies_;
   std::vector<JointRow> rows_;
+  std::vector<double> wanted_;  // efforts of one instance's springs without bounds
   std::vector<SolverTree> solver_trees_;
   ConstraintSolver solver_;
 };

@@ -2,6 +2,7 @@
 // The springs of a model's joints, as every engine has them: one for each drive, and one for each limit stop
 // that has a stiffness.
 
+#include <span>
 #include <vector>
 
 #include "doppel/physics/detail/drive.h"
@@ -26,8 +27,10 @@ bool meet_stop(JointSpring& stop, double q);
 // drives hold stiff), kg m^2 or kg, in steps of `h` seconds.
 void hit_stop(JointSpring& stop, double restitution, double inertia, double h);
 
-// After a step in which the unbounded law asked for `asked`. True: the spring has met or left a bound, and
-// the step is to be taken again; `pass` counts how often it was.
-bool rebound(JointSpring& spring, double asked, int pass);
+// After a step in which the unbounded laws asked for `asked`. True: a spring has met or left a bound, and the
+// step is to be taken again; `pass` counts how often it was. Where changing all at once leads to no end, as
+// with the many stiff drives of a robot that falls on its feet, the first one on the wrong side changes alone
+// (K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem, Opsearch 11, 1974).
+bool rebound(std::span<JointSpring> springs, std::span<const double> asked, int pass);
 
 }  // namespace doppel

@@ -91,16 +91,4 @@ ModelHandle compile_mjcf(const std::string& mjcf, std::string& message) {
   return ModelHandle(whole ? model : nullptr);
 }
 
-DataHandle make_data(const mjModel* model) {
-  mjData* data = nullptr;
-  if (!guarded([&] { data = mj_makeData(model); }) || data == nullptr) throw std::bad_alloc();
-  return DataHandle(data);
-}
-
-DataHandle copy_data(const mjModel* model, const mjData* from) {
-  mjData* data = nullptr;
-  if (!guarded([&] { data = mj_copyData(nullptr, model, from); }) || data == nullptr) throw std::bad_alloc();
-  return DataHandle(data);
-}
-
 }  // namespace doppel

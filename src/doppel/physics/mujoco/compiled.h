@@ -1,6 +1,6 @@
 #pragma once
-// Private to the MuJoCo back end: owning handles, compilation of MJCF text, and calls that MuJoCo cannot end
-// the process from.
+// Private to the MuJoCo back end: compilation of MJCF text, and calls that MuJoCo cannot end the process
+// from.
 
 #include <mujoco/mujoco.h>
 
@@ -12,16 +12,10 @@
 
 namespace doppel {
 
-struct MujocoDeleter {
+struct ModelDeleter {
   void operator()(mjModel* model) const { mj_deleteModel(model); }
-  void operator()(mjData* data) const { mj_deleteData(data); }
 };
-using ModelHandle = std::unique_ptr<mjModel, MujocoDeleter>;
-using DataHandle = std::unique_ptr<mjData, MujocoDeleter>;
-
-// Throw std::bad_alloc.
-DataHandle make_data(const mjModel* model);
-DataHandle copy_data(const mjModel* model, const mjData* data);
+using ModelHandle = std::unique_ptr<mjModel, ModelDeleter>;
 
 // Null on failure, with MuJoCo's text in `message`; a warning leaves its text there too.
 ModelHandle compile_mjcf(const std::string& mjcf, std::string& message);

@@ -79,6 +79,7 @@ MujocoEngine::MujocoEngine(std::shared_ptr<const MujocoWorld> world)
       wrenches_(size(m()->nbody)) {
   for (const CompiledStop& stop : world->stops) springs_.push_back(stop.spring);
   asked_.resize(springs_.size());
+  wanted_.resize(springs_.size());
   for (int i = 0; i < kMostStages; ++i) {
     k_q_[i].assign(size(m()->nv), 0.0);
     k_v_[i].assign(size(m()->nv), 0.0);
@@ -90,7 +91,7 @@ MujocoEngine::MujocoEngine(std::shared_ptr<const MujocoWorld> world)
 MujocoEngine::MujocoEngine(const MujocoEngine& other)
     : Engine(other),
       view_(other.view_),
-      data_(copy_data(other.m(), other.d())),
+      data_(make_data(other.m())),
       roots_(other.roots_),
       drives_(other.drives_),
       springs_(other.springs_),
@@ -107,10 +108,13 @@ MujocoEngine::MujocoEngine(const MujocoEngine& other)
       move_(other.move_),
       momentum_(other.momentum_),
       asked_(other.asked_),
+      wanted_(other.wanted_),
       wrenches_(other.wrenches_),
       any_wrench_(other.any_wrench_),
       diverged_(other.diverged_),
-      steps_(other.steps_) {}
+      steps_(other.steps_) {
+  copy_data(m(), d(), other.d());
+}
 
 std::unique_ptr<Engine> MujocoEngine::clone() const {
   return std::make_unique<MujocoEngine>(*this);
@@ -123,7 +127,7 @@ void MujocoEngine::copy_state(const Engine& from) {
   const auto& other = static_cast<const MujocoEngine&>(from);
   if (this == &other) return;
   view_ = other.view_;
-  mj_copyData(d(), m(), other.d());
+  copy_data(m(), d(), other.d());
   roots_ = other.roots_;
   drives_ = other.drives_;
   springs_ = other.springs_;
@@ -398,7 +402,7 @@ void MujocoEngine::contacts(std::vector<Contact>& out) const {
   if (looked_ == nullptr) looked_ = make_data(m());
   mjData* const c = looked_.get();
   const bool whole = guarded([this, c] {
-    mj_copyData(c, m(), d());
+    copy_data(m(), c, d());
     write_present_efforts(*c);
     mj_fwdAcceleration(m(), c);
     mj_fwdConstraint(m(), c);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "doppel/physics/mujoco/mujoco_world.h"
+#include "doppel/physics/mujoco/state_data.h"
 #include "doppel/physics/step_scheme.h"
 
 namespace doppel {
@@ -139,7 +140,7 @@ class MujocoEngine final : public Engine {
   std::array<std::vector<double>, kMostStages> k_q_, k_v_;
   std::vector<double> move_;
   mutable std::vector<double> momentum_;  // [nv] scratch
-  std::vector<double> asked_;             // [springs] law of the stages, weighted
+  std::vector<double> asked_, wanted_;    // [springs] law of the stages, weighted; effort without bounds
   std::vector<AppliedWrench> wrenches_;   // [MuJoCo's bodies]
   bool any_wrench_ = false;
   bool diverged_ = false;

@@ -59,7 +59,8 @@ DOPPEL_EXPORT_ENGINE(doppel::kModule)
 
 extern "C" double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int steps) {
   const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
-  const doppel::DataHandle copy = doppel::copy_data(at.m(), at.d());
+  const doppel::DataHandle copy = doppel::make_data(at.m());
+  doppel::copy_data(at.m(), copy.get(), at.d());
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < steps; ++i) {
     at.write_present_efforts(*copy);
@@ -72,7 +73,8 @@ extern "C" double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int
 extern "C" void doppel_mujoco_inverse_dynamics(const doppel::Engine& engine, const double* acceleration,
                                                double* tau) {
   const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
-  const doppel::DataHandle copy = doppel::copy_data(at.m(), at.d());
+  const doppel::DataHandle copy = doppel::make_data(at.m());
+  doppel::copy_data(at.m(), copy.get(), at.d());
   std::copy_n(acceleration, at.m()->nv, copy->qacc);
   mj_inverse(at.m(), copy.get());
   for (int v = 0; v < at.m()->nv; ++v)

@@ -189,11 +189,10 @@ double MujocoEngine::asked_effort(std::size_t k) const {
 
 // False: a spring has met or left a bound, and the step is to be taken again.
 bool MujocoEngine::settle(int pass) {
-  bool settled = true;
   for (std::size_t k = 0; k < springs_.size(); ++k) {
-    if (springs_[k].on && rebound(springs_[k], asked_effort(k), pass)) settled = false;
+    if (springs_[k].on) wanted_[k] = asked_effort(k);
   }
-  return settled;
+  return !rebound(springs_, wanted_, pass);
 }
 
 // False: the numbers ran away.

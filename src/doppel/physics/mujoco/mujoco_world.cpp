@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "doppel/mjcf/mjcf.h"
+#include "doppel/physics/mujoco/state_data.h"
 
 namespace doppel {
 namespace {

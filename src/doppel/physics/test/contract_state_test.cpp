@@ -1,6 +1,9 @@
 // The contract, for every engine: state that is written, read, copied, and kept while other instances come
 // and go.
 
+#include <time.h>
+
+#include <algorithm>
 #include <cstring>
 #include <random>
 #include <stdexcept>
@@ -127,6 +130,103 @@ TEST_P(StateContract, ACopiedStateGoesOnBitForBit) {
     drive(*of, same, 300);
   }
   EXPECT_TRUE(same_bits(bits(*engine), bits(*other)));
+}
+
+// Energies, what a ray hits and what touches.
+std::vector<double> looked_at(const Engine& engine) {
+  std::vector<double> out{engine.kinetic_energy(), engine.potential_energy()};
+  if (engine.world().capabilities().rays) {
+    const RayHit hit = engine.cast_ray({0.6, 0, 3}, {0, 0, -1});
+    out.insert(out.end(), {hit.distance, static_cast<double>(hit.body.instance)});
+  }
+  std::vector<Contact> contacts;
+  if (engine.world().capabilities().contacts) engine.contacts(contacts);
+  for (const Contact& contact : contacts) {
+    for (const Eigen::Vector3d& of : {contact.p_W, contact.normal_W, contact.force_W})
+      out.insert(out.end(), of.begin(), of.end());
+    out.push_back(contact.depth);
+  }
+  return out;
+}
+
+TEST_P(StateContract, ACopyIsLookedAtAsTheOriginalWhetherMoreOrLessTouched) {
+  const auto resting = make_scene(), flying = resting->clone();
+  run(*resting, 0.2);
+  if (can().contacts) flying->find("box")->place(at(0.6, 0, 2));
+  flying->step();
+  EXPECT_NE(looked_at(*resting), looked_at(*flying));
+  const auto clone = resting->clone();
+  EXPECT_EQ(looked_at(*clone), looked_at(*resting));
+  clone->copy_state(*flying);
+  EXPECT_EQ(looked_at(*clone), looked_at(*flying));
+  clone->copy_state(*resting);
+  EXPECT_EQ(looked_at(*clone), looked_at(*resting));
+  for (Engine* of : {clone.get(), resting.get()}) run(*of, 0.1);
+  EXPECT_TRUE(same_bits(bits(*clone), bits(*resting)));
+}
+
+TEST_P(StateContract, StatesThatTakeTurnsOnOneThreadRunAsApart) {
+  const auto engine = make_scene();
+  hold_all(engine->instance(0));
+  std::vector<std::unique_ptr<Engine>> apart, in_turn;
+  for (int i = 0; i < 3; ++i) {
+    apart.push_back(engine->clone());
+    in_turn.push_back(engine->clone());
+    std::mt19937 own(static_cast<unsigned>(20 + i));
+    drive(*apart.back(), own, 200);
+  }
+  std::vector<std::mt19937> own{std::mt19937(20), std::mt19937(21), std::mt19937(22)};
+  for (int round = 0; round < 10; ++round) {
+    for (std::size_t i = 0; i < in_turn.size(); ++i) drive(*in_turn[i], own[i], 20);
+  }
+  for (std::size_t i = 0; i < apart.size(); ++i) {
+    EXPECT_TRUE(same_bits(bits(*in_turn[i]), bits(*apart[i]))) << i;
+    EXPECT_EQ(looked_at(*in_turn[i]), looked_at(*apart[i])) << i;
+  }
+  EXPECT_FALSE(same_bits(bits(*apart[0]), bits(*apart[1]))) << "they move differently";
+}
+
+TEST_P(StateContract, ADivergedStateIsCopiedAsOne) {
+  const auto engine = make(settings(), {robot(make_pendulum(1.0, 0.5))});
+  set(engine->instance(0), {0.3});
+  run(*engine, 0.01);
+  engine->instance(0).apply_joint_effort(0, 1e200);
+  engine->step();
+  ASSERT_TRUE(engine->diverged());
+  const auto clone = engine->clone();
+  EXPECT_TRUE(clone->diverged());
+  const std::vector<double> before = bits(*clone);
+  clone->step();
+  EXPECT_TRUE(same_bits(bits(*clone), before));
+  EXPECT_EQ(clone->time(), engine->time());
+  const auto mended = engine->clone();
+  mended->reset();
+  EXPECT_FALSE(mended->diverged());
+  run(*mended, 0.1);
+  const auto never = engine->compiled()->make_engine();
+  run(*never, 0.1);
+  EXPECT_TRUE(same_bits(bits(*mended), bits(*never)));
+}
+
+// s of this thread alone, so that others on the machine do not count.
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// bench_states prints the cost; this holds its order of magnitude, also under a sanitizer.
+TEST_P(StateContract, AFurtherStateCostsLessThanAThirdOfAMillisecond) {
+  const auto engine = make_scene();
+  std::vector<std::unique_ptr<Engine>> kept;
+  std::vector<double> cost;
+  for (int i = 0; i < 40; ++i) {
+    const double begin = thread_seconds();
+    kept.push_back(engine->clone());
+    cost.push_back(thread_seconds() - begin);
+  }
+  std::sort(cost.begin(), cost.end());
+  EXPECT_LT(cost[cost.size() / 2], 0.3e-3);
 }
 
 TEST_P(StateContract, StatesOfOneCompilationRunOnThreadsBitForBit) {

@@ -1,8 +1,9 @@
 #pragma once
 // Robots and objects as Gazebo's entities: /spawn_entity, /delete_entity, /gazebo/get_entity_state and
 // set_entity_state, and ROS 1's get_model_state and set_model_state. Everything runs on the loop's thread,
-// between steps; what comes or goes costs it a recompilation of the physics' model. A robot is made ready by
-// the twin beside the loop, and its call is answered when it stands there.
+// between steps; an object that comes or goes, and a robot that goes, costs it a recompilation of the
+// physics' model. A robot that comes is made ready by the twin beside the loop, and its call is answered when
+// it stands there.
 //
 // Entities and frames of reference are named as entity.h says. A reset puts objects back to where they were
 // put, and removes none. Velocities relative to a frame are as gazebo_ros has them, in the frame's axes: what

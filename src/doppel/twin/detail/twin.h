@@ -56,7 +56,10 @@ struct Twin::Impl {
   // -- twin_robots.cpp
   void add_robot(Newcomer& newcomer);
   Status remove_robot(const std::string& name_space);
+  struct Spawning;
   void spawn_robot(WorldRobot robot, std::string urdf, std::function<void(const Status&)> done);
+  void build(const std::shared_ptr<Spawning>& spawning);
+  void settle(const std::shared_ptr<Spawning>& spawning);
 
   Twin& twin;
   const Scenario scenario;
@@ -86,7 +89,7 @@ struct Twin::Impl {
 struct Twin::Running {
   RunningRobots robots;
   std::map<std::string, ControllerWish> wishes;  // by namespace
-  WorldSettings settings;
+  std::shared_ptr<const CompiledWorld> world;
 };
 
 struct Twin::Replacement {
@@ -97,6 +100,10 @@ struct Twin::Replacement {
 
 struct Twin::Newcomer {
   std::shared_ptr<const RobotMachine> machine;
+  std::shared_ptr<const CompiledWorld> without, with;  // the world that it comes into, and the same with it
+
+  // On any thread. Throws InputError.
+  void compile_into(std::shared_ptr<const CompiledWorld> world);
 };
 
 // A robot on a bus and in a world of its own: its controllers and publishers refuse here what they refuse.

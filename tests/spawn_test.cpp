@@ -1,0 +1,144 @@
+// A robot that comes while others run: what takes time is done beside the loop, and what fails on the way
+// changes nothing.
+
+#include <chrono>
+#include <thread>
+
+#include "doppel/core/thrown.h"
+#include "doppel/messages/gazebo_msgs.h"
+#include "faults.h"
+#include "twin_fixture.h"
+
+namespace doppel::test {
+namespace {
+
+class Spawn : public TwinFixture {
+ protected:
+  void SetUp() override {
+    register_faulty_engine();
+    xml_ = Twin(scenario(""), log_, diagnostics_).robot().description().xml;
+    bring_up(scenario("first"));
+    run(0.05);
+  }
+  static Scenario scenario(const std::string& name_space) {
+    Scenario out;
+    out.robots = {{.target = "lab_arm", .name_space = name_space}};
+    out.engine = "faulty";
+    out.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+    return out;
+  }
+  // The loop has taken the call when this returns.
+  void ask_for_guest() {
+    gazebo_msgs::srv::SpawnEntity::Request request;
+    request.name = request.robot_namespace = "guest";
+    request.initial_pose.position.x = 3;
+    request.initial_pose.orientation.w = 1;
+    request.xml = xml_;
+    answer_ = {};
+    answered_ = false;
+    edge_->call("/spawn_entity", to_cdr(request), [this](Status status, Bytes cdr) {
+      answered_ = true;
+      EXPECT_TRUE(status.ok() && from_cdr(cdr, answer_).ok()) << status.why();
+    });
+    twin_->between_steps();
+  }
+  // `each`: before each pass of the loop.
+  template <typename Each>
+  void run_until_answered(const Each& each) {
+    for (int i = 0; i < 3000 && !answered_; ++i) {
+      each();
+      run(0.001);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    EXPECT_TRUE(answer_.success) << answer_.status_message;
+  }
+  void put_in(const std::string& name) {
+    WorldObject ball;
+    ball.name = name;
+    ball.shape = Sphere{0.05};
+    ball.X_WO.translation() << -3, 0, 1;
+    ball.mass = 1;
+    CollisionMeshes meshes;
+    twin_->engine().spawn(make_instance(ball, meshes, diagnostics_));
+  }
+
+  // The nth fault of the kind strikes while the robot comes in, until it comes in.
+  void expect_that_refusals_change_nothing(Fault kind) {
+    WorldRobot asked;
+    asked.name_space = "guest";
+    asked.X_WR = make_pose({3, 0, 0}, {0, 0, 0});
+    const auto newcomer = twin_->prepare_robot(twin_->running(), asked, xml_, diagnostics_);
+    Twin undisturbed(scenario("first"), log_, diagnostics_);
+    while (undisturbed.now() < twin_->now()) {
+      undisturbed.between_steps();
+      undisturbed.step();
+    }
+    const std::vector<std::string> nodes = twin_->bus().nodes();
+    int refused = 0;
+    for (std::uint64_t n = 1; twin_->find_robot("guest") == nullptr && n < 1000; ++n) {
+      SCOPED_TRACE(n);
+      arm(kind, n);
+      try {
+        twin_->add_robot(newcomer);
+        disarm();
+      } catch (...) {
+        disarm();
+        ++refused;
+        ASSERT_EQ(twin_->robots().size(), 1u) << thrown_text();
+        ASSERT_EQ(twin_->engine().world().instances().size(), 1u);
+        ASSERT_EQ(twin_->bus().nodes(), nodes);
+        for (Twin* const twin : {twin_.get(), &undisturbed}) {
+          twin->between_steps();
+          twin->step();
+        }
+        ASSERT_EQ(twin_->state_hash(), undisturbed.state_hash());
+      }
+    }
+    EXPECT_GT(refused, 0);
+    EXPECT_NE(twin_->find_robot("guest"), nullptr);
+  }
+
+  std::string xml_;
+  gazebo_msgs::srv::SpawnEntity::Response answer_;
+  bool answered_ = false;
+};
+
+TEST_F(Spawn, IsNotCompiledByTheLoop) {
+  const std::uint64_t before = compilations_here();
+  ask_for_guest();
+  run_until_answered([] {});
+  EXPECT_NE(twin_->find_robot("guest"), nullptr);
+  EXPECT_EQ(compilations_here(), before);
+}
+
+TEST_F(Spawn, IsCompiledAgainBesideTheLoopWhereTheWorldHasChangedMeanwhile) {
+  ask_for_guest();
+  put_in("ball");
+  const std::uint64_t before = compilations_here();
+  run_until_answered([] {});
+  EXPECT_NE(twin_->find_robot("guest"), nullptr);
+  EXPECT_TRUE(twin_->engine().find("ball"));
+  EXPECT_EQ(compilations_here(), before);
+}
+
+TEST_F(Spawn, ComesInAlsoWhereTheWorldNeverStopsChanging) {
+  ask_for_guest();
+  int balls = 0;
+  run_until_answered([&] {
+    if (balls > 0) twin_->engine().remove("ball_" + std::to_string(balls));
+    put_in("ball_" + std::to_string(++balls));
+  });
+  EXPECT_NE(twin_->find_robot("guest"), nullptr);
+  EXPECT_TRUE(twin_->engine().find("ball_" + std::to_string(balls)));
+}
+
+TEST_F(Spawn, ThatTheEngineFailsOnItsWayInChangesNothing) {
+  expect_that_refusals_change_nothing(Fault::engine);
+}
+
+TEST_F(Spawn, ThatLacksMemoryOnItsWayInChangesNothing) {
+  expect_that_refusals_change_nothing(Fault::allocation);
+}
+
+}  // namespace
+}  // namespace doppel::test
