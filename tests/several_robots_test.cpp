@@ -236,10 +236,14 @@ class RobotsComeAndGo : public SeveralRobots {
 };
 
 TEST_F(RobotsComeAndGo, ARobotOfTextIsSpawnedWithItsControllersAndDeletedWithThem) {
+  std::string logged;
+  log_.add_sink([&logged](const LogLine& line) { logged += line.text + "\n"; });
   bring_up_robots({"omarm_one:left"});
   run(0.1);
   const std::string said = spawn("guest", "{x: 1.0}");
   ASSERT_THAT(said, HasSubstr("success: true"));
+  EXPECT_THAT(said, HasSubstr("no edit of a file reaches it"));
+  EXPECT_THAT(logged, HasSubstr("the robot 'guest' is in the world; it was sent as text"));
   run(0.2);
   ASSERT_NE(twin_->find_robot("guest"), nullptr);
   EXPECT_THAT(topics(), Contains("/guest/joint_states"));

@@ -114,8 +114,14 @@ void EntityServices::spawn(const Spawn::Request& request, const Responder<Spawn:
   if (status) status = check_name(wanted.name_space);
   if (!status) return respond(answer<Spawn::Response>(status, ""));
   const std::string name = wanted.name_space;
-  callbacks_.spawn_robot(std::move(wanted), request.xml, [respond, name](const Status& done) {
-    respond(answer<Spawn::Response>(done, fmt::format("the robot '{}' is in the world", name)));
+  callbacks_.spawn_robot(std::move(wanted), request.xml, [this, respond, name](const Status& done) {
+    const std::string there = fmt::format(
+        "the robot '{}' is in the world; it was sent as text, so that no edit of a file reaches it: delete "
+        "it and "
+        "spawn it again to take one",
+        name);
+    if (done.ok()) log_.note("gazebo", there);
+    respond(answer<Spawn::Response>(done, there));
   });
 }
 
