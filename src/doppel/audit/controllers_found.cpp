@@ -53,7 +53,8 @@ std::vector<ControllersFile> read_controllers(const AuditInput& in, Findings& ou
   for (const ControllersSearch::Missing& missing : found.missing) report_missing(missing, out);
   for (const ControllersSearch::Unusable& file : found.unusable) {
     if (file.plugin != nullptr && !controls(*file.plugin)) continue;
-    report_unreadable(file.file, file.plugin != nullptr ? Severity::error : Severity::warning, file.why, out);
+    const Severity severity = file.plugin != nullptr ? Severity::error : Severity::warning;
+    for (const Diagnostic& why : file.why.all()) report_unreadable(file.file, severity, why, out);
   }
   report_skipped(found.skipped, out);
   if (found.files.empty() && found.of_another) found.files.push_back(std::move(*found.of_another));

@@ -85,8 +85,8 @@ void Reloader::run() {
 
 bool Reloader::on_loop(const std::function<void()>& task) {
   struct Errand {
-    std::atomic<bool> taken{
-        false};  // by the loop, which then runs it, or by the end, after which it must not
+    // By the loop, which then runs it, or by the end, after which it must not.
+    std::atomic<bool> taken{false};
     std::promise<void> done;
   };
   const auto errand = std::make_shared<Errand>();

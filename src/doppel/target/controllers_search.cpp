@@ -23,6 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostPackages = 200;  // beside the description's
+constexpr std::size_t kMostYamlFiles =
+    500;  // of a folder: whose controllers stand in the last is not known before
 constexpr std::size_t kMostListed = 4;
 
 struct Candidate {
@@ -158,12 +160,12 @@ class Search {
 
  private:
   void take_named();
-  std::optional<SideFile> read(const fs::path& path);
+  static std::optional<SideFile> read(const fs::path& path, Diagnostics& skipped);
   std::optional<ControllersFile> usable(const SideFile& file, const GazeboPlugin* plugin);
-  std::optional<Candidate> candidate(const fs::path& path);
+  std::optional<Candidate> candidate(const fs::path& path, Diagnostics& skipped);
   std::vector<Candidate> candidates_of(const fs::path& package, bool near);
   std::vector<Candidate> candidates_beside();
-  std::vector<fs::path> yaml_files(const fs::path& package);
+  static std::vector<fs::path> yaml_files(const fs::path& package, Diagnostics& skipped);
   [[nodiscard]] std::size_t words_shared(const std::string& path) const;
   void choose(std::vector<Candidate> all);
   void report_others(const std::vector<Candidate>& others);
@@ -179,16 +181,18 @@ std::optional<ControllersFile> Search::usable(const SideFile& file, const Gazebo
   try {
     return usable_file(file);
   } catch (const InputError& error) {
-    found_.unusable.push_back({file.path, plugin, error.diagnostics().front()});
+    Diagnostics why;
+    for (const Diagnostic& d : error.diagnostics()) why.add(d);
+    found_.unusable.push_back({file.path, plugin, std::move(why)});
     return std::nullopt;
   }
 }
 
-std::optional<SideFile> Search::read(const fs::path& path) {
+std::optional<SideFile> Search::read(const fs::path& path, Diagnostics& skipped) {
   try {
     return read_side_file(path);
   } catch (const InputError& error) {
-    for (const Diagnostic& d : error.diagnostics()) found_.skipped.note(d.rule, d.where, d.message, d.mend);
+    for (const Diagnostic& d : error.diagnostics()) skipped.note(d.rule, d.where, d.message, d.mend);
     return std::nullopt;
   }
 }
@@ -206,7 +210,7 @@ void Search::take_named() {
           found_.missing.push_back(missing_file(plugin, path));
           continue;
         }
-        const auto text = read(path);
+        const auto text = read(path, found_.skipped);
         auto file = text ? usable(*text, &plugin) : std::nullopt;
         if (!file) continue;
         file->named = true;
@@ -219,8 +223,8 @@ void Search::take_named() {
 }
 
 // Nothing where the file declares no controllers for ROS 2, as those for ROS 1 do not.
-std::optional<Candidate> Search::candidate(const fs::path& path) {
-  const auto text = read(path);
+std::optional<Candidate> Search::candidate(const fs::path& path, Diagnostics& skipped) {
+  const auto text = read(path, skipped);
   if (!text || text->text.find("ros__parameters") == std::string::npos ||
       text->text.find("controller_manager") == std::string::npos)
     return std::nullopt;
@@ -236,7 +240,7 @@ std::optional<Candidate> Search::candidate(const fs::path& path) {
 }
 
 // Those of config/ and controllers/ and of the folders in these.
-std::vector<fs::path> Search::yaml_files(const fs::path& package) {
+std::vector<fs::path> Search::yaml_files(const fs::path& package, Diagnostics& skipped) {
   std::vector<fs::path> folders, out;
   std::error_code none;
   for (const char* name : {"config", "controllers"}) {
@@ -246,7 +250,7 @@ std::vector<fs::path> Search::yaml_files(const fs::path& package) {
     }
   }
   for (const fs::path& folder : folders) {
-    for (fs::path& file : side_files_of(folder, {".yaml", ".yml"}, found_.skipped))
+    for (fs::path& file : side_files_of(folder, {".yaml", ".yml"}, skipped, kMostYamlFiles))
       out.push_back(std::move(file));
   }
   std::sort(out.begin(), out.end());
@@ -264,8 +268,10 @@ std::size_t Search::words_shared(const std::string& path) const {
 
 std::vector<Candidate> Search::candidates_of(const fs::path& package, bool near) {
   std::vector<Candidate> out;
-  for (const fs::path& path : yaml_files(package)) {
-    auto one = candidate(path);
+  Diagnostics of_others;  // what lies in other packages is not reported
+  Diagnostics& skipped = near ? found_.skipped : of_others;
+  for (const fs::path& path : yaml_files(package, skipped)) {
+    auto one = candidate(path, skipped);
     if (!one) continue;
     one->near = near;
     one->usual = rank_of(path.stem().string());
@@ -344,10 +350,11 @@ void report(const ControllersSearch& search, Diagnostics& diagnostics) {
         "correct the path, or give the file with --controllers FILE");
   }
   for (const ControllersSearch::Unusable& file : search.unusable) {
-    diagnostics.warning("up.controllers_unreadable", file.why.where,
-                        fmt::format("this file, which may hold the robot's controllers, cannot be used: {}",
-                                    file.why.message),
-                        file.why.mend);
+    const Diagnostic& why = file.why.all().front();
+    diagnostics.warning(
+        "up.controllers_unreadable", why.where,
+        fmt::format("this file, which may hold the robot's controllers, cannot be used: {}", why.message),
+        why.mend);
   }
   for (const auto* notes : {&search.skipped, &search.choices}) {
     for (const Diagnostic& d : notes->all()) diagnostics.add(d);

@@ -25,7 +25,7 @@ struct ControllersSearch {
   struct Unusable {
     std::filesystem::path file;
     const GazeboPlugin* plugin;  // that names it; null: only found
-    Diagnostic why;              // its first error
+    Diagnostics why;             // its errors, one at least
   };
   std::vector<ControllersFile> files;         // the robot's; empty: none is
   std::optional<ControllersFile> of_another;  // where none is: the only one of the description's package

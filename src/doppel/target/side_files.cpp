@@ -48,14 +48,14 @@ SideFolder list_side_folder(const fs::path& folder) {
 }
 
 std::vector<fs::path> side_files_of(const fs::path& folder, const std::vector<std::string>& extensions,
-                                    Diagnostics& skipped) {
+                                    Diagnostics& skipped, std::size_t most) {
   SideFolder all = list_side_folder(folder);
   std::erase_if(all.entries, [&](const fs::path& path) {
     return std::find(extensions.begin(), extensions.end(), path.extension().string()) == extensions.end();
   });
   const std::size_t found = all.entries.size();
-  if (!all.complete || found > kMostSideFiles) {
-    all.entries.resize(std::min(found, kMostSideFiles));
+  if (!all.complete || found > most) {
+    all.entries.resize(std::min(found, most));
     skipped.note(
         "audit.skipped", make_location(folder.string()),
         all.complete

@@ -34,9 +34,10 @@ struct SideFolder {
 };
 SideFolder list_side_folder(const std::filesystem::path& folder);
 
-// Those with one of these extensions (".py"). What is left out of a full folder becomes a note.
+// Those with one of these extensions (".py"), `most` at most. What is left out of a full folder becomes a
+// note.
 std::vector<std::filesystem::path> side_files_of(const std::filesystem::path& folder,
                                                  const std::vector<std::string>& extensions,
-                                                 Diagnostics& skipped);
+                                                 Diagnostics& skipped, std::size_t most = kMostSideFiles);
 
 }  // namespace doppel

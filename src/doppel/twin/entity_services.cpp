@@ -117,8 +117,7 @@ void EntityServices::spawn(const Spawn::Request& request, const Responder<Spawn:
   callbacks_.spawn_robot(std::move(wanted), request.xml, [this, respond, name](const Status& done) {
     const std::string there = fmt::format(
         "the robot '{}' is in the world; it was sent as text, so that no edit of a file reaches it: delete "
-        "it and "
-        "spawn it again to take one",
+        "it and spawn it again to take one",
         name);
     if (done.ok()) log_.note("gazebo", there);
     respond(answer<Spawn::Response>(done, there));

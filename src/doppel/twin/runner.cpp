@@ -167,7 +167,10 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
       continue;
     }
     step_and_measure();
-    if (on_first_step_) std::exchange(on_first_step_, nullptr)();
+    if (on_first_step_) {
+      const auto held = twin_.hold();
+      std::exchange(on_first_step_, nullptr)();
+    }
     tell(measured_);
   }
   if (statistics_.end == RunEnd::duration_reached)

@@ -129,8 +129,7 @@ TwinRobot* Twin::Impl::find(std::string_view name_space) const {
 }
 
 std::unique_lock<LoopGate> Twin::Impl::hold() {
-  const bool loops = std::ranges::any_of(robots, [](const auto& robot) { return robot->has_loop(); });
-  return loops ? std::unique_lock(gate) : std::unique_lock<LoopGate>();
+  return std::unique_lock(gate);
 }
 
 // Of what the bus calls now: that of a loop of its own, where there is one.

@@ -33,8 +33,8 @@ class Twin {
   Twin& operator=(const Twin&) = delete;
 
   // -- the loop's thread
-  // One physics step, with the controllers' ticks and the publications that are due. No allocation, no lock,
-  // no throw.
+  // One physics step, with the controllers' ticks and the publications that are due. No allocation, no throw,
+  // no lock but hold().
   void step();
   // Between steps: what edges sent, reports, results. Allocates only where there is something to do.
   void between_steps();
@@ -46,8 +46,8 @@ class Twin {
   [[nodiscard]] const LoopPhases& step_phases() const;
 
   // Real hardware has loops of their own, which use the bus, the controllers and the hardware, too: who has
-  // this holds them off. What stands above takes it by itself; in a simulation there is nothing to hold. The
-  // loop's thread.
+  // this holds them off, and those that start meanwhile. What stands above takes it by itself; in a
+  // simulation nobody else does. May be taken again by who has it. The loop's thread.
   [[nodiscard]] std::unique_lock<LoopGate> hold();
 
   // What runs, for what is made ready beside it; opaque. The loop's thread.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "doppel/bus/name_rules.h"
+#include "doppel/core/guarded_thread.h"
 #include "doppel/core/thrown.h"
 #include "doppel/physics/engine_modules.h"
 #include "doppel/twin/detail/entity_mesh.h"
@@ -151,20 +152,20 @@ struct Twin::Impl::Spawning {
 void Twin::Impl::spawn_robot(WorldRobot robot, std::string urdf, std::function<void(const Status&)> done) {
   if (building)
     return done(Status::refused("another robot is being made ready; call again when it is in the world"));
-  building = true;
   auto spawning = std::make_shared<Spawning>();
   spawning->robot = std::move(robot);
   spawning->urdf = std::move(urdf);
   spawning->done = std::move(done);
   spawning->running = twin.running();
   build(spawning);
+  building = true;
 }
 
 // Beside the loop; then settle() on its thread.
 void Twin::Impl::build(const std::shared_ptr<Spawning>& spawning) {
   if (builder.joinable()) builder.join();
   ++spawning->builds;
-  builder = std::thread([this, spawning] {
+  const auto work = [this, spawning] {
     try {
       if (spawning->newcomer == nullptr) {
         spawning->newcomer =
@@ -176,20 +177,23 @@ void Twin::Impl::build(const std::shared_ptr<Spawning>& spawning) {
       spawning->why = thrown_text();
     }
     bus.post([this, spawning] { settle(spawning); });
+  };
+  builder = guarded_thread(work, [this](const std::string& why) {
+    log.error(kOrigin, "a spawned robot was made ready, but the loop could not be reached: " + why);
   });
 }
 
 void Twin::Impl::settle(const std::shared_ptr<Spawning>& spawning) {
-  if (spawning->why.empty()) {
-    spawning->world = machine->engine->compiled();
-    if (spawning->newcomer->without != spawning->world && spawning->builds < kMostBuilds)
-      return build(spawning);
-    try {
+  try {
+    if (spawning->why.empty()) {
+      spawning->world = machine->engine->compiled();
+      if (spawning->newcomer->without != spawning->world && spawning->builds < kMostBuilds)
+        return build(spawning);
       add_robot(*spawning->newcomer);
       for (const Diagnostic& one : spawning->said.all()) log.line(one.severity, kOrigin, one.str());
-    } catch (...) {
-      spawning->why = thrown_text();
     }
+  } catch (...) {
+    spawning->why = thrown_text();
   }
   building = false;
   spawning->done(spawning->why.empty() ? Status() : Status::refused(spawning->why));

@@ -25,7 +25,7 @@ struct Twin::Impl {
   void add_world_ticks();
   void step();
   void hash_objects();
-  // Loops of real hardware are kept out; without one nothing is waited for.
+  // Loops of real hardware are kept out, those too that start meanwhile; in a simulation nobody else has it.
   [[nodiscard]] std::unique_lock<LoopGate> hold();
   [[nodiscard]] Time control_time() const;
   void follow_wall(Time now);

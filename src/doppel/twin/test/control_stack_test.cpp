@@ -321,6 +321,39 @@ TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
   EXPECT_TRUE(reaches(-0.5, -0.25));
 }
 
+TEST_F(FoundControllers, ALoopOfRealHardwareThatAnEditBringsWaitsUntilTheEditIsThrough) {
+  const auto write = [this](const std::string& hardware) {
+    std::ofstream(folder_ / "arm.urdf") << kArm + hardware + "</robot>";
+  };
+  write("");
+  std::ofstream(folder_ / "config/controllers.yaml")
+      << "controller_manager:\n  ros__parameters:\n    update_rate: 1000\n" + kBroadcaster;
+  Scenario scenario;
+  scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
+  Diagnostics diagnostics;
+  Twin twin(scenario, log_, diagnostics);
+  const auto edge = twin.bus().attach("/test");
+  for (const TopicInfo& topic : twin.bus().topics())
+    if (topic.name == "/joint_states") edge->subscribe(topic.id);
+  const auto heard = [&edge] {
+    Edge::Incoming message;
+    int count = 0;
+    while (edge->next(message)) ++count;
+    return count;
+  };
+  constexpr auto kManyTicks = std::chrono::milliseconds(100);
+  write(system_of("Real", "doppel/Loopback", "shoulder"));
+  twin.bus().post([&] {
+    twin.replace(twin.prepare(twin.running(), diagnostics));
+    heard();
+    std::this_thread::sleep_for(kManyTicks);
+    EXPECT_EQ(heard(), 0);
+  });
+  twin.between_steps();
+  std::this_thread::sleep_for(kManyTicks);
+  EXPECT_GT(heard(), 0);
+}
+
 TEST_F(FoundControllers, ARunnersStatusAndWhatALoopOfRealHardwarePublishesReachAnEdgeWhole) {
   std::ofstream(folder_ / "arm.urdf") << kArm + system_of("Real", "doppel/Loopback", "shoulder") + "</robot>";
   std::ofstream(folder_ / "config/controllers.yaml")
