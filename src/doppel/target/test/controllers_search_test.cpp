@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "doppel/target/side_files.h"
+
 namespace doppel {
 namespace {
 
@@ -118,6 +120,20 @@ TEST_F(ControllersSearchTest, OfVeryManyPackagesBesideTheFirst200AreLookedAt) {
   package("z_arm_config");
   write("z_arm_config/config/ros2_controllers.yaml", yaml("shoulder, elbow"));
   EXPECT_EQ(chosen(), "");
+}
+
+TEST_F(ControllersSearchTest, TheLastOfAHundredFilesIsFound) {
+  for (int i = 100; i < 200; ++i)
+    write("arm_description/config/calibration_" + std::to_string(i) + ".yaml", "a: 1\n");
+  write("arm_description/config/ros2_controllers.yaml", yaml("shoulder"));
+  EXPECT_EQ(chosen(), "arm_description/config/ros2_controllers.yaml");
+}
+
+TEST_F(ControllersSearchTest, WhatOfAPackageBesideCannotBeReadIsNotReported) {
+  package("other");
+  write("other/config/map.yaml", std::string(kLargestSideFile + 1, ' '));
+  EXPECT_EQ(chosen(), "");
+  EXPECT_TRUE(diagnostics_.all().empty());
 }
 
 TEST_F(ControllersSearchTest, TheRobotsOwnPackageComesFirst) {
