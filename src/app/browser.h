@@ -16,7 +16,7 @@ class Browser {
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
 
-  // Once, unless nobody sits here; does not wait for it.
+  // Once, and only from a terminal of this machine's desktop; does not wait for it.
   void open(const std::string& url);
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// How `up` and `view` are told whom they speak to: the server's options, ROS 2's, and the folders that ship
+// The options of `up` and `view` for their edges: the server's, ROS 2's, and the folders that ship
 // with the program.
 
 #include <CLI/CLI.hpp>

@@ -7,6 +7,7 @@
 
 #include "doppel/description/urdf_parser.h"
 #include "doppel/description/urdf_reader.h"
+#include "doppel/packages/find_expression.h"
 
 namespace doppel {
 namespace {
@@ -70,17 +71,6 @@ HardwareJointDescription read_hardware_joint(const XmlNode& node, Diagnostics& d
   return out;
 }
 
-// A plain URDF that is always run through xacro keeps its $(find NAME) here.
-std::string with_packages(std::string text, const PackageResolver& resolver) {
-  constexpr std::string_view kOpen = "$(find ";
-  const std::size_t begin = text.find(kOpen);
-  const std::size_t end = text.find(')', begin);
-  if (begin == std::string::npos || end == std::string::npos) return text;
-  const std::string name = text.substr(begin + kOpen.size(), end - begin - kOpen.size());
-  const auto package = resolver.find_package(name).path;
-  return package.empty() ? text : text.replace(begin, end - begin + 1, package.string());
-}
-
 GazeboPlugin read_plugin(const XmlNode& node, const std::filesystem::path& base,
                          const PackageResolver& resolver) {
   GazeboPlugin out{UrdfReader::optional(node, "filename"),
@@ -90,7 +80,7 @@ GazeboPlugin read_plugin(const XmlNode& node, const std::filesystem::path& base,
                    node.where};
   for (const XmlNode& child : node.children) {
     if (!child.is("parameters")) continue;
-    const std::string text = with_packages(child.content(), resolver);
+    const std::string text = with_found_package(child.content(), resolver);
     const auto found = resolver.resolve(text, base);
     out.parameter_files.push_back(found.path.empty() ? text : found.path.string());
   }

@@ -14,6 +14,7 @@
 #include "doppel/bus/name_rules.h"
 #include "doppel/control/controller_manager.h"
 #include "doppel/core/names.h"
+#include "doppel/packages/find_expression.h"
 #include "doppel/packages/package_folder.h"
 #include "doppel/target/side_files.h"
 
@@ -122,16 +123,6 @@ std::vector<std::string> launch_texts(const fs::path& package) {
   return out;
 }
 
-// A plain URDF that is always run through xacro keeps its $(find NAME) here.
-std::string with_packages(std::string file, const PackageResolver& resolver) {
-  constexpr std::string_view kOpen = "$(find ";
-  const std::size_t at = file.find(kOpen);
-  const std::size_t end = file.find(')', at);
-  if (at == std::string::npos || end == std::string::npos) return file;
-  const auto found = resolver.find_package(file.substr(at + kOpen.size(), end - at - kOpen.size()));
-  return found.path.empty() ? file : file.replace(at, end - at + 1, found.path.string());
-}
-
 ControllersSearch::Missing missing_file(const GazeboPlugin& plugin, const fs::path& file) {
   std::vector<std::string> there;
   for (const fs::path& entry : list_side_folder(file.parent_path()).entries)
@@ -204,7 +195,7 @@ void Search::take_named() {
   for (const GazeboExtension& gazebo : robot_.gazebo) {
     for (const GazeboPlugin& plugin : gazebo.plugins) {
       for (const std::string& written : plugin.parameter_files) {
-        const fs::path path = with_packages(written, resolver_);
+        const fs::path path = with_found_package(written, resolver_);
         if (!seen.insert(path).second) continue;
         if (!fs::is_regular_file(path, none)) {
           found_.missing.push_back(missing_file(plugin, path));

@@ -321,15 +321,21 @@ TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
   EXPECT_TRUE(reaches(-0.5, -0.25));
 }
 
+// Of the arm in the folder, whose only controller publishes the joint states at 1000 Hz.
+Scenario broadcasting_at_1000_hz(const std::filesystem::path& folder) {
+  std::ofstream(folder / "config/controllers.yaml")
+      << "controller_manager:\n  ros__parameters:\n    update_rate: 1000\n" + kBroadcaster;
+  Scenario scenario;
+  scenario.robots = {{.target = (folder / "arm.urdf").string()}};
+  return scenario;
+}
+
 TEST_F(FoundControllers, ALoopOfRealHardwareThatAnEditBringsWaitsUntilTheEditIsThrough) {
   const auto write = [this](const std::string& hardware) {
     std::ofstream(folder_ / "arm.urdf") << kArm + hardware + "</robot>";
   };
   write("");
-  std::ofstream(folder_ / "config/controllers.yaml")
-      << "controller_manager:\n  ros__parameters:\n    update_rate: 1000\n" + kBroadcaster;
-  Scenario scenario;
-  scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
+  const Scenario scenario = broadcasting_at_1000_hz(folder_);
   Diagnostics diagnostics;
   Twin twin(scenario, log_, diagnostics);
   const auto edge = twin.bus().attach("/test");
@@ -356,10 +362,7 @@ TEST_F(FoundControllers, ALoopOfRealHardwareThatAnEditBringsWaitsUntilTheEditIsT
 
 TEST_F(FoundControllers, ARunnersStatusAndWhatALoopOfRealHardwarePublishesReachAnEdgeWhole) {
   std::ofstream(folder_ / "arm.urdf") << kArm + system_of("Real", "doppel/Loopback", "shoulder") + "</robot>";
-  std::ofstream(folder_ / "config/controllers.yaml")
-      << "controller_manager:\n  ros__parameters:\n    update_rate: 1000\n" + kBroadcaster;
-  Scenario scenario;
-  scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
+  const Scenario scenario = broadcasting_at_1000_hz(folder_);
   Diagnostics diagnostics;
   Twin twin(scenario, log_, diagnostics);
   Runner runner(twin, {});
