@@ -45,6 +45,10 @@ if(DOPPEL_SANITIZE)
   endif()
   target_compile_options(doppel_flags INTERFACE -g1 -O1 -fno-omit-frame-pointer -fsanitize=${kinds} ${kind_options})
   target_link_options(doppel_flags INTERFACE -fsanitize=${kinds})
+else()
+  # All is position-independent, for the engines' sake. Nobody replaces a function of ours at load time: they may
+  # call each other directly, and be inlined.
+  target_compile_options(doppel_flags INTERFACE -fno-semantic-interposition)
 endif()
 
 function(doppel_room)
@@ -96,7 +100,8 @@ function(doppel_engine)
   doppel_late_library(NAME doppel_engine_${ENGINE_NAME} SOURCES ${ENGINE_SOURCES}
     LINKS ${ENGINE_LINKS} doppel_physics)
   add_dependencies(doppel_engines doppel_engine_${ENGINE_NAME})
-  target_link_options(doppel_engine_${ENGINE_NAME} PRIVATE LINKER:--exclude-libs,ALL)
+  target_link_options(doppel_engine_${ENGINE_NAME} PRIVATE LINKER:--exclude-libs,ALL
+    LINKER:-Bsymbolic-functions)
 endfunction()
 
 function(doppel_room_tests)

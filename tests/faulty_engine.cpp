@@ -63,10 +63,8 @@ class FaultyEngine final : public Engine {
   [[nodiscard]] const Pose& root_pose_of(int i) const override { return at(i).root_pose(); }
   void write_root_pose(int i, const Pose& X_WR) override { struck_at(i).set_root_pose(X_WR); }
   void start_drive(int i, int joint, DriveMode mode) override { struck_at(i).set_drive(joint, mode); }
-  [[nodiscard]] DriveMode drive_of(int i, int joint) const override { return at(i).drive(joint); }
+  [[nodiscard]] DriveState drive_of(int i, int joint) const override { return at(i).drive_state(joint); }
   void write_target(int i, int joint, double target) override { struck_at(i).set_target(joint, target); }
-  [[nodiscard]] double target_of(int i, int joint) const override { return at(i).drive_target(joint); }
-  [[nodiscard]] double reference_of(int i, int joint) const override { return at(i).drive_reference(joint); }
   void write_reference(int i, int joint, double reference) override {
     struck_at(i).set_drive_reference(joint, reference);
   }

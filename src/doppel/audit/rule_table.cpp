@@ -75,7 +75,7 @@ constexpr std::array kRules{
              "planners and controllers believe it and ask for what no motor holds",
              "write what the drive delivers"},
     RuleInfo{"joint.effort_zero", W, "an effort limit of 0",
-             "Gazebo applies no force: the joint hangs limp whatever the controller says",
+             "Gazebo applies no force: the joint stays passive whatever the controller says",
              "write what the drive delivers", kPhysics | kControl},
     RuleInfo{"joint.exporter_effort", E, "an exporter's default for effort",
              "a planner that believes it hands the motor a trajectory that it cannot hold",

@@ -78,7 +78,7 @@ void Drive::advance(double q) {
 }
 
 void Drive::write_law(JointSpring& spring) const {
-  spring.on = mode_ != DriveMode::limp;
+  spring.on = mode_ != DriveMode::passive;
   spring.stiffness = servoing() ? servo_.stiffness : 0.0;
   spring.damping = servoing() ? servo_.damping : 0.0;
   // The ideal servo lands on the reference of the step's end, and its damper is the integrator's, not the

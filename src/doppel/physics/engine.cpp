@@ -73,6 +73,15 @@ const std::string& CompiledWorld::name_of(BodyId body) const {
 
 // -- the handle
 
+namespace {
+
+// Apart from the check, which the loop makes for each joint of each step.
+[[noreturn, gnu::cold]] void refuse_joint(const std::string& instance, int joint) {
+  throw std::out_of_range(fmt::format("'{}' has no scalar joint {}", instance, joint));
+}
+
+}  // namespace
+
 const ModelInstance& Instance::made_of() const {
   return engine_->world().instances()[static_cast<std::size_t>(index_)];
 }
@@ -81,7 +90,7 @@ int Instance::checked_joint(int joint) const {
   const auto& joints = model().joints;
   if (joint < 0 || joint >= static_cast<int>(joints.size()) ||
       !joints[static_cast<std::size_t>(joint)].scalar())
-    throw std::out_of_range(fmt::format("'{}' has no scalar joint {}", name(), joint));
+    refuse_joint(name(), joint);
   return joint;
 }
 
@@ -156,17 +165,11 @@ void Instance::lift_out_of_ground() {
 void Instance::set_drive(int joint, DriveMode mode) {
   engine_->start_drive(index_, checked_drive(joint), mode);
 }
-DriveMode Instance::drive(int joint) const {
+DriveState Instance::drive_state(int joint) const {
   return engine_->drive_of(index_, checked_joint(joint));
 }
 void Instance::set_target(int joint, double target) {
   engine_->write_target(index_, checked_drive(joint), target);
-}
-double Instance::drive_target(int joint) const {
-  return engine_->target_of(index_, checked_joint(joint));
-}
-double Instance::drive_reference(int joint) const {
-  return engine_->reference_of(index_, checked_joint(joint));
 }
 void Instance::set_drive_reference(int joint, double reference) {
   engine_->write_reference(index_, checked_drive(joint), reference);

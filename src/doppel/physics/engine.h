@@ -84,10 +84,19 @@ struct ExcludedPair {
 // What drives a scalar joint. Mimic joints are moved by a physical coupling to their leader, never by a
 // drive.
 enum class DriveMode {
-  limp,      // nothing: the joint moves freely
+  passive,   // nothing: the joint moves freely
   position,  // a servo holds the target position (servo.h)
   velocity,  // a servo holds the target velocity
   effort,    // the target is the effort, clipped at the limit
+};
+
+struct DriveState {
+  DriveMode mode = DriveMode::passive;
+  // The last target that counted: a position, velocity or effort, by the mode; where nothing came since
+  // set_drive(), the position that the drive holds, else 0.
+  double target = 0;
+  // Where the servo's own reference stands on its way to the target; under load the joint sags behind it.
+  double reference = 0;
 };
 
 class Engine;
@@ -158,13 +167,11 @@ class Instance {
   // Targets that are no finite numbers are ignored. Switching to position or velocity starts from where the
   // joint is. Precondition: joints[joint] is scalar, no mimic.
   void set_drive(int joint, DriveMode mode);
-  [[nodiscard]] DriveMode drive(int joint) const;
+  [[nodiscard]] DriveState drive_state(int joint) const;  // of a mimic: passive
+  [[nodiscard]] DriveMode drive(int joint) const { return drive_state(joint).mode; }
   void set_target(int joint, double target);
-  // The last target that counted: a position, velocity or effort, by the drive's mode; where nothing came
-  // since set_drive(), the position that the drive holds, else 0.
-  [[nodiscard]] double drive_target(int joint) const;
-  // Where the servo's own reference stands on its way to the target; under load the joint sags behind it.
-  [[nodiscard]] double drive_reference(int joint) const;
+  [[nodiscard]] double drive_target(int joint) const { return drive_state(joint).target; }
+  [[nodiscard]] double drive_reference(int joint) const { return drive_state(joint).reference; }
   void set_drive_reference(int joint, double reference);
 
   // External effort on a scalar joint and wrench on a link (at the point p_LoP_L, force and torque in world
@@ -258,10 +265,8 @@ class Engine {
   [[nodiscard]] virtual const Pose& root_pose_of(int instance) const = 0;
   virtual void write_root_pose(int instance, const Pose& X_WR) = 0;
   virtual void start_drive(int instance, int joint, DriveMode mode) = 0;
-  [[nodiscard]] virtual DriveMode drive_of(int instance, int joint) const = 0;
+  [[nodiscard]] virtual DriveState drive_of(int instance, int joint) const = 0;
   virtual void write_target(int instance, int joint, double target) = 0;
-  [[nodiscard]] virtual double target_of(int instance, int joint) const = 0;
-  [[nodiscard]] virtual double reference_of(int instance, int joint) const = 0;
   virtual void write_reference(int instance, int joint, double reference) = 0;
   virtual void write_joint_effort(int instance, int joint, double effort) = 0;
   virtual void write_wrench(int instance, int link, const Eigen::Vector3d& p_LoP_L,

@@ -50,12 +50,12 @@ void OscillationWatch::look(const Instance& robot, Time now) {
     const int index = static_cast<int>(j);
     Watched& watched = joints_[j];
     if (watched.reported || !joint.scalar() || joint.mimics()) continue;
-    const double target = robot.drive_target(index);
-    const bool held = robot.drive(index) == DriveMode::position && target == watched.target;
+    const DriveState drive = robot.drive_state(index);
+    const bool held = drive.mode == DriveMode::position && drive.target == watched.target;
     if (!held || !watched.arrived || now < watched.since) {
       // A reference that has arrived may be dragged along later, by a load beyond the effort limit.
-      watched.arrived = held && std::abs(robot.drive_reference(index) - target) < kArrived;
-      watched.target = target;
+      watched.arrived = held && std::abs(drive.reference - drive.target) < kArrived;
+      watched.target = drive.target;
       restart(watched, now);
       continue;
     }

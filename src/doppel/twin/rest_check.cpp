@@ -26,7 +26,7 @@ std::string cause_of(int index, const Instance& robot, const std::vector<Contact
     return fmt::format("it follows '{}'", model.joints[static_cast<std::size_t>(joint.mimic_leader)].name);
   }
   const DriveMode mode = robot.drive(index);
-  if (mode == DriveMode::limp) return "no active controller commands it";
+  if (mode == DriveMode::passive) return "no active controller commands it";
   if (mode == DriveMode::effort) return "its controller commands no effort";
   const double limit = robot.made_of().servos[static_cast<std::size_t>(index)].effort;
   if (at_effort_limit(robot, index)) {
@@ -82,7 +82,7 @@ bool RestCheck::commanded(const Instance& instance) const {
     const ModelJoint& joint = model.joints[j];
     if (!joint.scalar()) continue;
     const DriveMode mode = instance.drive(static_cast<int>(j));
-    if (mode == DriveMode::limp) continue;
+    if (mode == DriveMode::passive) continue;
     const double held = mode == DriveMode::position ? q0_[static_cast<std::size_t>(joint.q)] : 0.0;
     if (!(std::abs(instance.drive_target(static_cast<int>(j)) - held) <= kSameTarget)) return true;
   }

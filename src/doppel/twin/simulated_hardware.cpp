@@ -141,7 +141,7 @@ Status SimulatedHardware::on_deactivate() {
 // Each joint is held where it is now, whatever its drive was running to.
 void SimulatedHardware::on_stop() {
   stopped_ = true;
-  for (const int joint : driven_) robot_.set_drive(joint, DriveMode::limp);
+  for (const int joint : driven_) robot_.set_drive(joint, DriveMode::passive);
   choose_drives();
 }
 
@@ -185,16 +185,16 @@ void SimulatedHardware::choose_drives() {
 
 DriveMode SimulatedHardware::drive_of(int joint) const {
   if (stopped_) return DriveMode::position;
-  DriveMode mode = DriveMode::limp;
+  DriveMode mode = DriveMode::passive;
   for (const Interface& i : commands_) {
     if (i.joint != joint || !i.claimed) continue;
     if (i.quantity == Quantity::position) mode = DriveMode::position;
     if (i.quantity == Quantity::velocity && mode != DriveMode::position) mode = DriveMode::velocity;
-    if (i.quantity == Quantity::effort && mode == DriveMode::limp) mode = DriveMode::effort;
+    if (i.quantity == Quantity::effort && mode == DriveMode::passive) mode = DriveMode::effort;
   }
-  if (mode != DriveMode::limp || !active_) return mode;
+  if (mode != DriveMode::passive || !active_) return mode;
   if (unclaimed_ == PassiveJoint::hold) return DriveMode::position;
-  return unclaimed_ == PassiveJoint::brake ? DriveMode::velocity : DriveMode::limp;
+  return unclaimed_ == PassiveJoint::brake ? DriveMode::velocity : DriveMode::passive;
 }
 
 HardwareReturn SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::span<double> states) {

@@ -140,7 +140,9 @@ Time Twin::Impl::control_time() const {
 }
 
 void Twin::Impl::step() {
-  const auto held = hold();
+  // A step starts no loop: where there is none, nobody is to be kept out.
+  const bool loops = std::ranges::any_of(robots, [](const auto& robot) { return robot->has_loop(); });
+  const auto held = loops ? hold() : std::unique_lock(gate, std::defer_lock);
   notice_instances();
   Engine& engine = *machine->engine;
   const Time now = engine.time();

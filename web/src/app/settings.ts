@@ -20,7 +20,7 @@ const DEFAULTS: Settings = {
   theme: 'system',
   degrees: true,
   layers: { visual: true, grid: true, shadows: true, ghost: true },
-  stopDoes: 'hold',  // a joint that no controller holds is limp, and the arm would fall
+  stopDoes: 'hold',  // a joint that no controller holds is passive, and the arm would fall
   stopKeys: ['Escape'],
   speedShare: 0.5,
   rightWidth: 400,

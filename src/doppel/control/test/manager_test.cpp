@@ -118,7 +118,7 @@ TEST(Manager, StrictRefusesTheWholeSwitchAndBestEffortDoesWhatItCan) {
   EXPECT_FALSE(rig.manager->switch_controllers(Names{"nobody"}, Names{}, Strictness::best_effort).ok());
 }
 
-// As ros2_control: best effort leaves out names, never a claim, for what stops would leave the arm limp.
+// As ros2_control: best effort leaves out names, never a claim, for what stops would leave the arm passive.
 TEST(Manager, NobodyStopsForWhoCannotHaveItsInterfaces) {
   ManagerRig rig(kTwoGroups);
   make_inactive(rig, {"left", "both", "states"});
@@ -156,7 +156,7 @@ probe: {ros__parameters: {joint: a}}
 
   EXPECT_TRUE(rig.manager->switch_controllers(Names{"probe"}, Names{"left"}, Strictness::best_effort).ok());
   EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
-  EXPECT_FALSE(rig.hardware->claimed("a/position"));  // limp, and nobody holds it
+  EXPECT_FALSE(rig.hardware->claimed("a/position"));  // passive, and nobody holds it
 }
 
 TEST(Manager, HardwareCanRefuseASwitch) {

@@ -65,7 +65,7 @@ void BulletEngine::reset(int instance) {
   of.model->apply_mimics(q);
   for (Drive& drive : state.drives)
     drive.start(
-        DriveMode::limp,
+        DriveMode::passive,
         state.q[static_cast<std::size_t>(of.model->joints[static_cast<std::size_t>(drive.joint())].q)]);
   solver_->load(instance, state);
 }
@@ -180,23 +180,15 @@ void BulletEngine::start_drive(int instance, int joint, DriveMode mode) {
   const ServoParameters& servo =
       world().instances()[static_cast<std::size_t>(instance)].servos[static_cast<std::size_t>(joint)];
   state.rotors[static_cast<std::size_t>(spring.v)] = mode == DriveMode::effort ? servo.rotor_inertia : 0.0;
-  if (mode == DriveMode::limp) state.effort[static_cast<std::size_t>(joint)] = 0.0;
+  if (mode == DriveMode::passive) state.effort[static_cast<std::size_t>(joint)] = 0.0;
 }
 
-DriveMode BulletEngine::drive_of(int instance, int joint) const {
+DriveState BulletEngine::drive_of(int instance, int joint) const {
   const Drive* const drive = find_drive(instance, joint);
-  return drive == nullptr ? DriveMode::limp : drive->mode();
+  return drive == nullptr ? DriveState{} : drive->state();
 }
 void BulletEngine::write_target(int instance, int joint, double target) {
   drive_at(instance, joint).set_target(target);
-}
-double BulletEngine::target_of(int instance, int joint) const {
-  const Drive* const drive = find_drive(instance, joint);
-  return drive == nullptr ? 0.0 : drive->target();
-}
-double BulletEngine::reference_of(int instance, int joint) const {
-  const Drive* const drive = find_drive(instance, joint);
-  return drive == nullptr ? 0.0 : drive->reference();
 }
 void BulletEngine::write_reference(int instance, int joint, double reference) {
   drive_at(instance, joint).follow(reference);

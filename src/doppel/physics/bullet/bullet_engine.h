@@ -37,10 +37,8 @@ class BulletEngine final : public Engine {
   [[nodiscard]] const Pose& root_pose_of(int instance) const override { return at(instance).X_WR; }
   void write_root_pose(int instance, const Pose& X_WR) override;
   void start_drive(int instance, int joint, DriveMode mode) override;
-  [[nodiscard]] DriveMode drive_of(int instance, int joint) const override;
+  [[nodiscard]] DriveState drive_of(int instance, int joint) const override;
   void write_target(int instance, int joint, double target) override;
-  [[nodiscard]] double target_of(int instance, int joint) const override;
-  [[nodiscard]] double reference_of(int instance, int joint) const override;
   void write_reference(int instance, int joint, double reference) override;
   void write_joint_effort(int instance, int joint, double effort) override;
   void write_wrench(int instance, int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,

@@ -17,8 +17,8 @@ class Drive {
   [[nodiscard]] const ServoParameters& servo() const { return servo_; }
   void start(DriveMode mode, double q);  // from where the joint is
   void follow(double q);                 // the joint was put elsewhere: the reference goes with it
+  [[nodiscard]] DriveState state() const { return {mode_, target_, reference_}; }
   [[nodiscard]] double reference() const { return reference_; }
-  [[nodiscard]] double target() const { return target_; }
   void set_target(double target);  // a target that is not finite is ignored
   // Advances the reference by one step, of which write_law() writes then.
   void advance(double q);
@@ -36,7 +36,7 @@ class Drive {
   double fastest_;           // the reference's longest way in one step
   double furthest_;          // that the reference is ahead of the joint at a step's start
   std::int64_t stream_gap_;  // steps
-  DriveMode mode_ = DriveMode::limp;
+  DriveMode mode_ = DriveMode::passive;
   double target_ = 0, reference_ = 0;
   double before_ = 0;              // the reference at the step's start
   double seen_ = 0;                // the part of the reference's velocity that the damper sees

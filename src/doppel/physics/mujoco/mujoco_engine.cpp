@@ -159,7 +159,8 @@ void MujocoEngine::reset() {
     put_root(static_cast<int>(i), instance.X_WR);
   }
   write_qpos(q_, 0, compiled_world().quaternions, d()->qpos);
-  for (std::size_t k = 0; k < drives_.size(); ++k) drives_[k].start(DriveMode::limp, q_[size(springs_[k].q)]);
+  for (std::size_t k = 0; k < drives_.size(); ++k)
+    drives_[k].start(DriveMode::passive, q_[size(springs_[k].q)]);
   for (JointSpring& spring : springs_) {
     spring.on = false;
     spring.bound = 0;
@@ -298,23 +299,15 @@ void MujocoEngine::start_drive(int instance, int joint, DriveMode mode) {
   spring.bound = 0;
   const ServoParameters& servo = world().instances()[size(instance)].servos[size(joint)];
   rotors_[size(spring.v)] = mode == DriveMode::effort ? servo.rotor_inertia : 0.0;
-  if (mode == DriveMode::limp) effort_[size(spring.joint)] = 0.0;
+  if (mode == DriveMode::passive) effort_[size(spring.joint)] = 0.0;
 }
 
-DriveMode MujocoEngine::drive_of(int instance, int joint) const {
+DriveState MujocoEngine::drive_of(int instance, int joint) const {
   const int index = drive_index(instance, joint);
-  return index < 0 ? DriveMode::limp : drives_[size(index)].mode();
+  return index < 0 ? DriveState{} : drives_[size(index)].state();
 }
 void MujocoEngine::write_target(int instance, int joint, double target) {
   drives_[size(drive_index(instance, joint))].set_target(target);
-}
-double MujocoEngine::target_of(int instance, int joint) const {
-  const int index = drive_index(instance, joint);
-  return index < 0 ? 0.0 : drives_[size(index)].target();
-}
-double MujocoEngine::reference_of(int instance, int joint) const {
-  const int index = drive_index(instance, joint);
-  return index < 0 ? 0.0 : drives_[size(index)].reference();
 }
 void MujocoEngine::write_reference(int instance, int joint, double reference) {
   drives_[size(drive_index(instance, joint))].follow(reference);

@@ -80,10 +80,8 @@ class MujocoEngine final : public Engine {
   }
   void write_root_pose(int instance, const Pose& X_WR) override;
   void start_drive(int instance, int joint, DriveMode mode) override;
-  [[nodiscard]] DriveMode drive_of(int instance, int joint) const override;
+  [[nodiscard]] DriveState drive_of(int instance, int joint) const override;
   void write_target(int instance, int joint, double target) override;
-  [[nodiscard]] double target_of(int instance, int joint) const override;
-  [[nodiscard]] double reference_of(int instance, int joint) const override;
   void write_reference(int instance, int joint, double reference) override;
   void write_joint_effort(int instance, int joint, double effort) override;
   void write_wrench(int instance, int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,
@@ -119,6 +117,7 @@ class MujocoEngine final : public Engine {
   void write_stage_efforts(int i);
   bool solve_stage(int i);
   [[nodiscard]] double asked_effort(std::size_t k) const;
+  void read_wanted();
   bool settle(int pass);
   bool take_stages();
   void finish_step();

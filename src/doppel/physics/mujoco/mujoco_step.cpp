@@ -187,11 +187,15 @@ double MujocoEngine::asked_effort(std::size_t k) const {
   return out;
 }
 
-// False: a spring has met or left a bound, and the step is to be taken again.
-bool MujocoEngine::settle(int pass) {
+void MujocoEngine::read_wanted() {
   for (std::size_t k = 0; k < springs_.size(); ++k) {
     if (springs_[k].on) wanted_[k] = asked_effort(k);
   }
+}
+
+// False: a spring has met or left a bound, and the step is to be taken again.
+bool MujocoEngine::settle(int pass) {
+  read_wanted();
   return !rebound(springs_, wanted_, pass);
 }
 
@@ -214,6 +218,7 @@ void MujocoEngine::finish_step() {
   if (settings().integrator == Integrator::implicit) {
     mj_step2(m(), d());  // solves once more, and then with M - h dC/dv
     for (int v = 0; v < m()->nv; ++v) k_v_[0][v] = (d()->qvel[v] - kept_[m()->nq + v]) / h;
+    read_wanted();
   } else {
     move_by(scheme_->b, scheme_->stages);
     d()->time += h;
@@ -222,7 +227,7 @@ void MujocoEngine::finish_step() {
     const JointSpring& spring = springs_[k];
     effort_[spring.joint] = !spring.on          ? 0.0
                             : spring.bound != 0 ? spring.effort_at_bound()
-                                                : std::clamp(asked_effort(k), spring.low, spring.high);
+                                                : std::clamp(wanted_[k], spring.low, spring.high);
   }
   mj_step1(m(), d());
 }

@@ -14,7 +14,7 @@ static_assert(mjVERSION_HEADER < 230, "make and copy an mjData by MuJoCo's own f
 
 namespace {
 
-constexpr std::size_t kAlignment = alignof(std::max_align_t);
+constexpr std::size_t kAlignment = 64;  // a cache line, as MuJoCo's own arrays have
 
 enum class Kind { fixed, rows, dual };
 
@@ -68,7 +68,8 @@ DataHandle make_data(const mjModel* model) {
   const std::size_t fixed = place(model, Kind::fixed, nullptr, nullptr);
   const std::size_t rows = place(model, Kind::rows, nullptr, nullptr);
   const std::size_t stack = sizeof(mjtNum) * static_cast<std::size_t>(model->nstack);
-  auto* const block = static_cast<std::byte*>(::operator new(head + fixed + rows + stack));
+  auto* const block =
+      static_cast<std::byte*>(::operator new (head + fixed + rows + stack, std::align_val_t{kAlignment}));
   DataHandle out(new (block) mjData);
   out->buffer = block + head;
   out->nbuffer = static_cast<int>(fixed);  // what mj_resetData clears
@@ -83,7 +84,7 @@ DataHandle make_data(const mjModel* model) {
 }
 
 void DataDeleter::operator()(mjData* data) const {
-  ::operator delete(data);
+  ::operator delete (data, std::align_val_t{kAlignment});
 }
 
 void copy_data(const mjModel* model, mjData* to, const mjData* from) {

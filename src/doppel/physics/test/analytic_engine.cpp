@@ -128,7 +128,7 @@ class AnalyticEngine final : public Engine {
     out.drives = make_drives(instance, world().settings());
     for (Drive& drive : out.drives) {
       out.springs.push_back(spring_of_joint(model, drive.joint()));
-      drive.start(DriveMode::limp, out.q[static_cast<std::size_t>(out.springs.back().q)]);
+      drive.start(DriveMode::passive, out.q[static_cast<std::size_t>(out.springs.back().q)]);
     }
     out.p_LoP_L.assign(model.links.size(), Eigen::Vector3d::Zero());
     out.force_W = out.torque_W = out.p_LoP_L;
@@ -278,22 +278,14 @@ class AnalyticEngine final : public Engine {
     at(i).drives[k].start(mode, at(i).q[static_cast<std::size_t>(spring.q)]);
     at(i).rotors[static_cast<std::size_t>(spring.v)] =
         mode == DriveMode::effort ? at(i).drives[k].servo().rotor_inertia : 0.0;
-    if (mode == DriveMode::limp) at(i).effort[static_cast<std::size_t>(joint)] = 0.0;
+    if (mode == DriveMode::passive) at(i).effort[static_cast<std::size_t>(joint)] = 0.0;
   }
-  [[nodiscard]] DriveMode drive_of(int i, int joint) const override {
+  [[nodiscard]] DriveState drive_of(int i, int joint) const override {
     const int k = drive_index(i, joint);
-    return k < 0 ? DriveMode::limp : at(i).drives[static_cast<std::size_t>(k)].mode();
+    return k < 0 ? DriveState{} : at(i).drives[static_cast<std::size_t>(k)].state();
   }
   void write_target(int i, int joint, double target) override {
     at(i).drives[static_cast<std::size_t>(drive_index(i, joint))].set_target(target);
-  }
-  [[nodiscard]] double target_of(int i, int joint) const override {
-    const int k = drive_index(i, joint);
-    return k < 0 ? 0.0 : at(i).drives[static_cast<std::size_t>(k)].target();
-  }
-  [[nodiscard]] double reference_of(int i, int joint) const override {
-    const int k = drive_index(i, joint);
-    return k < 0 ? 0.0 : at(i).drives[static_cast<std::size_t>(k)].reference();
   }
   void write_reference(int i, int joint, double reference) override {
     at(i).drives[static_cast<std::size_t>(drive_index(i, joint))].follow(reference);

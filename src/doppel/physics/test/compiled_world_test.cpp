@@ -89,7 +89,7 @@ TEST(CompiledWorld, ResetGivesTheStateThatAFreshOneHas) {
 TEST(CompiledWorld, DrivesAndPosesOfFixedObjectsAreState) {
   BusyRig rig;
   const std::unique_ptr<Engine> other = rig.engine->compiled()->make_engine();
-  EXPECT_EQ(other->instance(0).drive(0), DriveMode::limp);
+  EXPECT_EQ(other->instance(0).drive(0), DriveMode::passive);
   rig.object("wall").place(make_pose({-2, 0, 0.5}, {0, 0, 0}));
   EXPECT_NEAR(other->find("wall")->base_pose().translation().x(), 2.0, 1e-12);
   // A driven joint carries armature in the compiled model's copy only.

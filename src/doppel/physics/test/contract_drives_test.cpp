@@ -206,7 +206,7 @@ TEST_P(DrivesContract, AJointWithoutADriveFalls) {
   Instance of = engine->instance(0);
   set(of, {1.0});
   of.set_drive(0, DriveMode::position);
-  of.set_drive(0, DriveMode::limp);
+  of.set_drive(0, DriveMode::passive);
   run(*engine, 0.2);
   EXPECT_LT(of.q()[0], 0.9);
   EXPECT_EQ(of.drive_effort()[0], 0.0);

@@ -88,7 +88,7 @@ TEST(Engine, StepsWithoutAllocating) {
     if (i % 10 == 0) move(rig, i);
     rig.engine->step();
   }
-  rig.robot.set_drive(1, DriveMode::limp);
+  rig.robot.set_drive(1, DriveMode::passive);
   rig.engine->clear_applied();
   EXPECT_EQ(test::heap_allocations() - before, 0u);
   const std::vector<double> q(rig.robot.q().begin(), rig.robot.q().end());
@@ -125,7 +125,7 @@ TEST(Engine, ResetRunsTheSameAgain) {
   for (auto& end : ends) {
     rig.engine->reset();
     EXPECT_EQ(rig.engine->time(), Time(0));
-    EXPECT_EQ(rig.robot.drive(0), DriveMode::limp);
+    EXPECT_EQ(rig.robot.drive(0), DriveMode::passive);
     rig.hold_all();
     move(rig, 0);
     rig.run(1.0);

@@ -92,7 +92,7 @@ TEST_F(SimulatedHardwares, ClaimsChooseTheDriveAndUnclaimedJointsAreFree) {
   hardware_.joints = {entry("j 1", {"position", "velocity", "effort"})};
   SimulatedHardware system = make();
   const int joint = model_->find_joint("j 1");
-  EXPECT_EQ(arm_.drive(joint), DriveMode::limp);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::passive);
   const std::vector<std::string> position{"j 1/position"}, velocity{"j 1/velocity"}, effort{"j 1/effort"},
       none;
   system.perform_switch(velocity, none);
@@ -102,7 +102,7 @@ TEST_F(SimulatedHardwares, ClaimsChooseTheDriveAndUnclaimedJointsAreFree) {
   system.perform_switch(effort, std::vector<std::string>{"j 1/position", "j 1/velocity"});
   EXPECT_EQ(arm_.drive(joint), DriveMode::effort);
   system.perform_switch(none, effort);
-  EXPECT_EQ(arm_.drive(joint), DriveMode::limp);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::passive);
   const std::vector<std::string> both{"j 1/velocity", "j 1/effort"};
   EXPECT_FALSE(system.prepare_switch(both, none).ok());
 }
@@ -132,7 +132,7 @@ TEST_F(SimulatedHardwares, UnclaimedJointsDoWhatTheDescriptionSays) {
   for (int i = 0; i < 2000; ++i) engine_->step();
   EXPECT_NEAR(arm_.q()[0], 0.0, 0.05);  // two kilograms out would fall
   ASSERT_TRUE(holds.on_deactivate().ok());
-  EXPECT_EQ(arm_.drive(joint), DriveMode::limp);
+  EXPECT_EQ(arm_.drive(joint), DriveMode::passive);
   hardware_.params = {{"unclaimed", "brake"}};
   EXPECT_EQ(make().when_unclaimed(), PassiveJoint::brake);
   EXPECT_EQ(arm_.drive(joint), DriveMode::velocity);
@@ -164,7 +164,7 @@ TEST_F(SimulatedHardwares, AnEmergencyStopHoldsAMovingJointWhereItIs) {
   EXPECT_NEAR(arm_.v()[0], 0.0, 0.01);
   EXPECT_NEAR(arm_.q()[0], q, 0.1);
   system.on_stop_reset();
-  EXPECT_EQ(arm_.drive(model_->find_joint("j 1")), DriveMode::limp);
+  EXPECT_EQ(arm_.drive(model_->find_joint("j 1")), DriveMode::passive);
 }
 
 TEST_F(SimulatedHardwares, InitialValuesAreHeldToTheLimitsAndMimicsFollow) {
