@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/detail/expression_parser.h"
 #include "doppel/xml/xml_encoding.h"
 
@@ -13,9 +14,6 @@ namespace {
 
 constexpr std::size_t kMostTokens = 20'000;
 
-constexpr bool digit(char c) {
-  return c >= '0' && c <= '9';
-}
 constexpr bool starts_name(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
          static_cast<unsigned char>(c) >= 0x80;
@@ -23,14 +21,14 @@ constexpr bool starts_name(char c) {
 constexpr auto kInName = [] {
   std::array<bool, 256> out{};
   for (std::size_t c = 0; c < out.size(); ++c)
-    out[c] = starts_name(static_cast<char>(c)) || digit(static_cast<char>(c));
+    out[c] = starts_name(static_cast<char>(c)) || is_digit(static_cast<char>(c));
   return out;
 }();
 bool in_name(char c) {
   return kInName[static_cast<unsigned char>(c)];
 }
 int hex(char c) {
-  if (digit(c)) return c - '0';
+  if (is_digit(c)) return c - '0';
   const char lower = static_cast<char>(c | 0x20);
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
@@ -98,7 +96,7 @@ class Tokeniser {
   Token next() {
     const char c = text_[at_];
     if (starts_name(c) || c == '\'' || c == '"') return word();
-    if (digit(c) || (c == '.' && digit(at(at_ + 1)))) return number();
+    if (is_digit(c) || (c == '.' && is_digit(at(at_ + 1)))) return number();
     const Symbol found = symbol(c, at(at_ + 1));
     if (found == Symbol::none)
       throw ExpressionError(fmt::format("'{}' has no meaning at column {} of '{}'", c, at_ + 1, text_));
@@ -201,19 +199,19 @@ class Tokeniser {
         if ((at(at_ + 1) | 0x20) == letter) return based(begin, base);
       }
     }
-    digits(digit);
+    digits(is_digit);
     bool real = false;
     if (at(at_) == '.') {
       real = true;
       ++at_;
-      digits(digit);
+      digits(is_digit);
     }
     const std::size_t sign = at(at_ + 1) == '+' || at(at_ + 1) == '-' ? 1 : 0;
-    const bool exponent = (at(at_) | 0x20) == 'e' && digit(at(at_ + 1 + sign));
+    const bool exponent = (at(at_) | 0x20) == 'e' && is_digit(at(at_ + 1 + sign));
     if (exponent) {
       real = true;
       at_ += 1 + sign;
-      digits(digit);
+      digits(is_digit);
     }
     if (in_name(at(at_)) && !keyword_follows()) bad_number(begin);
     const std::string_view text = number_text(begin);

@@ -4,19 +4,12 @@
 #include <cmath>
 #include <cstring>
 
+#include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/detail/value.h"
 #include "doppel/xml/xml_encoding.h"
 
 namespace doppel {
 namespace {
-
-constexpr std::string_view kBlank = " \t\r\n\v\f";
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(kBlank);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
 
 // The zeros of Unicode's decimal digits; nine more follow each. Source: DerivedNumericType.txt, Unicode 14.
 constexpr char32_t kZeros[] = {
