@@ -7,6 +7,7 @@
 
 #include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/detail/expression_parser.h"
+#include "doppel/xacro/detail/powers_of_ten.h"
 #include "doppel/xml/xml_encoding.h"
 
 namespace doppel {
@@ -231,8 +232,6 @@ class Tokeniser {
   }
   // Digits and powers of ten that a double holds exactly give the nearest double by one division.
   static bool short_real(std::string_view text, double& out) {
-    static constexpr double kPowers[] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                         1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
     if (text.size() > 16) return false;
     std::int64_t digits = 0;
     std::size_t after = 0;
@@ -242,7 +241,7 @@ class Tokeniser {
       else
         digits = digits * 10 + (text[i] - '0');
     }
-    out = static_cast<double>(digits) / kPowers[after];
+    out = static_cast<double>(digits) / kPowersOfTen[after];
     return true;
   }
   // "1if x else 2" is Python.
