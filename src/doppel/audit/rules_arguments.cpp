@@ -95,11 +95,12 @@ class Arguments {
   }
 
   void read(const std::string& text, const SourceLocation& where, bool in_macro) {
-    constexpr std::string_view kOpen = "$(arg ";
-    for (std::size_t at = text.find(kOpen); at != std::string::npos; at = text.find(kOpen, at + 1)) {
+    constexpr std::string_view kArgumentStart = "$(arg ";
+    for (std::size_t at = text.find(kArgumentStart); at != std::string::npos;
+         at = text.find(kArgumentStart, at + 1)) {
       const std::size_t end = text.find(')', at);
       if (end == std::string::npos) return;
-      std::string name = text.substr(at + kOpen.size(), end - at - kOpen.size());
+      std::string name = text.substr(at + kArgumentStart.size(), end - at - kArgumentStart.size());
       std::erase(name, ' ');
       if (name.empty() || name.find_first_of("${(") != std::string::npos) continue;
       used.emplace(name, ArgumentUse{name, where, in_macro || declared.contains(name)});
