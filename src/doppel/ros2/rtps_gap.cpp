@@ -7,18 +7,18 @@
 namespace doppel::ros2 {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using Octets = std::vector<std::uint8_t>;
 
-void append(Bytes& to, std::span<const std::uint8_t> bytes) {
+void append(Octets& to, std::span<const std::uint8_t> bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
-void append(Bytes& to, std::uint32_t value, bool little) {
+void append(Octets& to, std::uint32_t value, bool little) {
   for (int i = 0; i < 4; ++i) to.push_back(static_cast<std::uint8_t>(value >> 8 * (little ? i : 3 - i)));
 }
 
 // Of the sample in `body`, a DATA or DATA_FRAG.
-void append_gap(Bytes& to, std::span<const std::uint8_t> body, bool little) {
+void append_gap(Octets& to, std::span<const std::uint8_t> body, bool little) {
   constexpr std::uint8_t kSize = 28;
   to.insert(to.end(), {rtps::kGap, static_cast<std::uint8_t>(little ? rtps::kLittleEndian : 0)});
   to.insert(to.end(),
@@ -41,7 +41,7 @@ void append_gap(Bytes& to, std::span<const std::uint8_t> body, bool little) {
 std::vector<std::uint8_t> without_samples(std::span<const std::uint8_t> datagram,
                                           const std::array<std::uint8_t, 4>& writer) {
   if (datagram.size() < rtps::kHeaderSize) return {};
-  Bytes result(datagram.begin(), datagram.begin() + rtps::kHeaderSize);
+  Octets result(datagram.begin(), datagram.begin() + rtps::kHeaderSize);
   datagram = datagram.subspan(rtps::kHeaderSize);
   bool found = false;
   while (datagram.size() >= rtps::kSubmessageHeaderSize) {
@@ -61,7 +61,7 @@ std::vector<std::uint8_t> without_samples(std::span<const std::uint8_t> datagram
     }
     datagram = datagram.subspan(rtps::kSubmessageHeaderSize + size);
   }
-  return found ? result : Bytes();
+  return found ? result : Octets();
 }
 
 }  // namespace doppel::ros2

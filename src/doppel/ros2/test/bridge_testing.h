@@ -79,7 +79,7 @@ class BridgeTest : public ::testing::Test {
 
   FakeNetwork network;
   Bus bus;
-  Node node{bus, "/arm"};
+  doppel::Node node{bus, "/arm"};
   std::mutex mutex;
   std::vector<std::string> said;
   Log log;
