@@ -25,7 +25,7 @@ struct XacroOptions {
   bool ignored = false;  // what ros/xacro takes and does nothing with any more
 };
 
-struct Request {
+struct ExpansionRequest {
   std::string file;
   std::vector<std::pair<std::string, std::string>> arguments;
 };
@@ -42,8 +42,8 @@ std::string trimmed(const std::string& text) {
 
 // As ros/xacro reads them: blanks around are nothing, an empty value is as if it were not given, and _name is
 // a node's private parameter, none of xacro's.
-Request read_words(const std::vector<std::string>& words) {
-  Request out;
+ExpansionRequest read_words(const std::vector<std::string>& words) {
+  ExpansionRequest out;
   for (const std::string& word : words) {
     const std::size_t at = word.find(":=");
     if (at == std::string::npos) {
@@ -78,7 +78,7 @@ std::string dependencies(const XacroResult& result) {
 }
 
 int run_xacro(const XacroOptions& options) {
-  const Request request = read_words(options.words);
+  const ExpansionRequest request = read_words(options.words);
   PackageResolver resolver;
   resolver.add_context(request.file);
   resolver.add_bundled(root_folder() / "robots");
