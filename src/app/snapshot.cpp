@@ -16,7 +16,7 @@ Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-std::string_view to_string(RunEnd end) {
+std::string_view name_of_end(RunEnd end) {
   switch (end) {
     case RunEnd::duration_reached:
       return "duration_reached";
@@ -66,7 +66,7 @@ std::string to_json(const Summary& summary) {
   out["version"] = 1;
   out["robot"] = summary.robot;
   out["engine"] = summary.engine;
-  out["end"] = to_string(summary.run.end);
+  out["end"] = name_of_end(summary.run.end);
   out["startup_ms"] = number(summary.startup_ms);
   out["sim_time_s"] = to_seconds(summary.run.simulated);
   out["wall_time_s"] = static_cast<double>(summary.run.wall.count()) * 1e-9;
@@ -94,8 +94,7 @@ std::string to_json(const Summary& summary) {
     out["oscillations"].push_back({{"joint", found.joint}, {"message", found.message}});
   out["controllers"] = Json::object();
   for (const ControllerView& controller : summary.last.controllers) {
-    out["controllers"][controller.name] = {{"type", controller.type},
-                                           {"state", doppel::to_string(controller.state)}};
+    out["controllers"][controller.name] = {{"type", controller.type}, {"state", to_string(controller.state)}};
   }
   out["joints"] = Json::object();
   for (const JointSnapshot& joint : summary.last.joints) {

@@ -182,7 +182,7 @@ void print_physics(Twin& twin, const std::string& engine) {
                              : "the wall's time stamps every message, there is no /clock");
 }
 
-void print_banner(Twin& twin, const std::string& engine) {
+void print_twin_banner(Twin& twin, const std::string& engine) {
   if (twin.robots().size() == 1) {
     print_robot(twin.robot());
     print_physics(twin, engine);
@@ -201,7 +201,7 @@ void print_banner(Twin& twin, const std::string& engine) {
 }
 
 // What became of the run; the exit code.
-int report(Twin& twin, Summary summary, bool json) {
+int report_end(Twin& twin, Summary summary, bool json) {
   summary.state_hash = twin.state_hash();
   {
     const auto held = twin.hold();
@@ -232,8 +232,8 @@ int report(Twin& twin, Summary summary, bool json) {
 }
 
 // With the table in the terminal or without.
-RunStatistics run(Runner& runner, Twin& twin, TerminalLog& terminal, const Summary& summary, bool table,
-                  const std::atomic<bool>& stop) {
+RunStatistics run_twin(Runner& runner, Twin& twin, TerminalLog& terminal, const Summary& summary, bool table,
+                       const std::atomic<bool>& stop) {
   if (!table) return runner.run(stop);
   terminal.table_begins();
   const TableThread drawing(twin, runner, terminal, twin.name() + "  " + summary.engine);
@@ -266,7 +266,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   Summary summary;
   summary.robot = twin.name();
   summary.engine = twin.engine().world().capabilities().name;
-  print_banner(twin, summary.engine);
+  print_twin_banner(twin, summary.engine);
   tell("{}", session.banner());
   if (!options.headless && !options.json && !options.edges.no_open)
     browser.open(session.server().server().page_url());
@@ -280,10 +280,10 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
     tell("  ready        {:.0f} ms after the start\n", summary.startup_ms);
     session.begin();
   });
-  summary.run = run(runner, twin, terminal, summary, table, stop_requested);
+  summary.run = run_twin(runner, twin, terminal, summary, table, stop_requested);
   session.end();
   terminal.table_ends();
-  return report(twin, std::move(summary), options.json);
+  return report_end(twin, std::move(summary), options.json);
 }
 
 }  // namespace

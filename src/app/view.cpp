@@ -29,7 +29,7 @@ struct ViewOptions {
   EdgeOptions edges;
 };
 
-void print_banner(const Viewer& viewer, const Session& session) {
+void print_viewer_banner(const Viewer& viewer, const Session& session) {
   const Model& model = viewer.model();
   tell("{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
        model.joints.size(), model.driven_joint_names().size());
@@ -65,7 +65,7 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
   print_diagnostics(diagnostics, true);
 
   ViewSession session(viewer, scenario.robots.front(), session_with, log);
-  print_banner(viewer, session);
+  print_viewer_banner(viewer, session);
   session.begin();
   Browser browser(log);
   if (!options.headless && !options.edges.no_open) browser.open(session.server().server().page_url());

@@ -8,7 +8,6 @@ namespace doppel::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kForever = std::chrono::hours(24 * 365);
 constexpr auto kCancelPatience = std::chrono::seconds(5);
 
 struct ActionOptions {
@@ -16,7 +15,7 @@ struct ActionOptions {
   bool types = false, feedback = false;
 };
 
-int list(Shell& shell, const ActionOptions& options) {
+int list_actions(Shell& shell, const ActionOptions& options) {
   Client& twin = shell.twin();
   for (const std::string& name : action_list(twin)) {
     say("{}", options.types ? fmt::format("{} [{}]\n", name, find_action_type(twin, name)) : name + "\n");
@@ -24,7 +23,7 @@ int list(Shell& shell, const ActionOptions& options) {
   return 0;
 }
 
-int info(Shell& shell, const ActionOptions& options) {
+int show_action(Shell& shell, const ActionOptions& options) {
   Client& twin = shell.twin();
   const std::string name = absolute(options.name);
   const std::string type = find_action_type(twin, name);
@@ -66,7 +65,7 @@ GoalOutcome follow(Client& twin, ActionGoal& goal, bool feedback, Clock::time_po
   }
 }
 
-int report(const GoalOutcome& outcome) {
+int report_goal(const GoalOutcome& outcome) {
   say("Result:\n{}\nGoal finished with status: {}\n", indented(outcome.result_yaml),
       status_name(outcome.status));
   return outcome.status == kSucceeded ? 0 : 1;
@@ -93,12 +92,12 @@ int send_goal(Shell& shell, const ActionOptions& options) {
   ActionGoal goal(twin, name, *type, goal_cdr);
   say("Goal accepted with ID: {}\n\n", to_string(goal.id()));
   try {
-    return report(follow(twin, goal, options.feedback, Clock::now() + kForever));
+    return report_goal(follow(twin, goal, options.feedback, Clock::now() + kForever));
   } catch (const Interrupted&) {
     Shell::clear_interrupt();
     print_note("Canceling goal...");
     goal.cancel();
-    return report(follow(twin, goal, false, Clock::now() + kCancelPatience));
+    return report_goal(follow(twin, goal, false, Clock::now() + kCancelPatience));
   }
 }
 
@@ -111,7 +110,7 @@ void add_action(CLI::App& app, int& exit_code) {
       [](CLI::App& verb, ActionOptions& options) {
         verb.add_flag("-t,--show-types", options.types, "With their types");
       },
-      list);
+      list_actions);
   add_verb<ActionOptions>(
       group, "info", "Who serves an action",
       "doppel action info /omarm_arm_controller/follow_joint_trajectory", exit_code,
@@ -119,7 +118,7 @@ void add_action(CLI::App& app, int& exit_code) {
         verb.add_option("action", options.name, "Name of the action")->required();
         verb.add_flag("-t,--show-types", options.types, "Accepted as in ROS 2; the type is always shown");
       },
-      info);
+      show_action);
   add_verb<ActionOptions>(
       group, "send_goal", "Send a goal and wait for its end; Ctrl-C cancels it",
       R"(doppel action send_goal --feedback /omarm_arm_controller/follow_joint_trajectory \

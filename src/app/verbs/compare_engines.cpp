@@ -24,8 +24,6 @@
 namespace doppel::app {
 namespace {
 
-constexpr std::chrono::seconds kProgressEvery{2};
-constexpr double kLongest = 60.0;  // s
 constexpr const char* kTrajectory = "trajectory_msgs/msg/JointTrajectory";
 
 struct CompareVerb {
@@ -184,10 +182,11 @@ void write_plots(const Comparison& result, const std::string& folder) {
 }
 
 int run_compare(const CompareVerb& options) {
-  if (!(options.duration > 0 && options.duration <= kLongest))
-    refuse("cli.duration",
-           fmt::format("--duration is {} s, but must be above 0 and at most {}", options.duration, kLongest),
-           "two seconds tell most; what is chaotic tells nothing later");
+  if (!(options.duration > 0 && options.duration <= kMaxDuration))
+    refuse(
+        "cli.duration",
+        fmt::format("--duration is {} s, but must be above 0 and at most {}", options.duration, kMaxDuration),
+        "two seconds tell most; what is chaotic tells nothing later");
   const Chosen chosen = chosen_scenarios(options.scenarios);
   const std::vector<std::string> names = chosen_engines(options.engines);
   Scenario scenario = described_scenario(options.robot);
@@ -217,7 +216,7 @@ int run_compare(const CompareVerb& options) {
   wanted.on_run = [last = std::chrono::steady_clock::now()](const std::string& what,
                                                             const std::string& engine) mutable {
     const auto now = std::chrono::steady_clock::now();
-    if (now - last < kProgressEvery) return;
+    if (now - last < kProgressPeriod) return;
     last = now;
     tell("compare-engines: {} in {} ...\n", what, engine);
   };

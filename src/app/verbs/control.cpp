@@ -207,7 +207,7 @@ void bring_to_state(Client& twin, const ControlOptions& options, const std::stri
   }
 }
 
-int load(Shell& shell, const ControlOptions& options) {
+int load_controllers(Shell& shell, const ControlOptions& options) {
   Client& twin = shell.twin();
   const std::string before = state_of(twin, options, options.name);
   if (!before.empty() && (before == options.state || options.state.empty())) {
@@ -306,7 +306,7 @@ void add_changes(CLI::App& group, int& exit_code) {
         verb.add_option("--set-state", options.state, "inactive or active")
             ->check(CLI::IsMember({"inactive", "active"}));
       },
-      with_manager(load));
+      with_manager(load_controllers));
   add_verb<ControlOptions>(
       group, "set_controller_state", "Activate or deactivate a controller",
       "doppel control set_controller_state omarm_arm_controller inactive", exit_code,

@@ -20,7 +20,7 @@ struct DiffOptions {
   std::string color = "auto";
 };
 
-LoadedDescription load(const std::string& words, const DiffOptions& options) {
+LoadedDescription load_side(const std::string& words, const DiffOptions& options) {
   XacroArguments arguments;
   for (const std::string& text : options.arguments) arguments.push_back(split_argument(text));
   DescriptionTarget target = open_target(words, arguments);
@@ -99,8 +99,8 @@ class Printer {
   bool colour_;
 };
 
-int run(const DiffOptions& options) {
-  const LoadedDescription a = load(options.a, options), b = load(options.b, options);
+int run_diff(const DiffOptions& options) {
+  const LoadedDescription a = load_side(options.a, options), b = load_side(options.b, options);
   const std::vector<Change> changes = compare(a.robot, b.robot);
   try {
     if (options.json) {
@@ -133,7 +133,7 @@ void add_diff(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  doppel diff exported/arm.urdf my_arm.xacro\n"
       "  doppel diff robots/omarm_one/export/urdf/omarm.xacro omarm_one --color always | less -R");
-  verb->callback([options, &exit_code] { exit_code = run(*options); });
+  verb->callback([options, &exit_code] { exit_code = run_diff(*options); });
 }
 
 }  // namespace doppel::app

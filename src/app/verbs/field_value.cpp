@@ -96,7 +96,7 @@ void write_block(const Value& value, std::size_t indent, std::string& out) {
   }
 }
 
-std::string write(const Value& value) {
+std::string value_as_yaml(const Value& value) {
   if (!value.is_message && !value.is_list) return value.scalar + "\n";
   const bool flat =
       std::ranges::none_of(value.children, [](const Value& v) { return v.is_message || v.is_list; });
@@ -167,7 +167,7 @@ Status field_as_yaml(const TypeDescription& type, std::span<const std::byte> cdr
       at = &at->children[index];
     }
   }
-  out = write(*at);
+  out = value_as_yaml(*at);
   return {};
 }
 

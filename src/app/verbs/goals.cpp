@@ -8,7 +8,6 @@
 namespace doppel::app {
 namespace {
 
-constexpr std::string_view kSendGoal = "/_action/send_goal";
 constexpr std::size_t kCdrHead = 4, kIdSize = 16;
 
 FieldDescription field(std::string name, FieldKind kind, const TypeDescription* type = nullptr) {

@@ -2,6 +2,7 @@
 // A goal of an action, as its client sees it: ROS 2's services and topics under <action>/_action.
 
 #include <string>
+#include <string_view>
 
 #include "app/verbs/shell.h"
 #include "doppel/bus/action_goals.h"
@@ -11,6 +12,7 @@ namespace doppel::app {
 
 std::string_view status_name(std::int8_t status);  // of action_msgs/msg/GoalStatus
 constexpr std::int8_t kSucceeded = 4;
+inline constexpr std::string_view kSendGoal = "/_action/send_goal";  // behind the name of each action
 
 struct GoalOutcome {
   std::int8_t status = 0;

@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct InfoOptions {
+struct RobotInfoOptions {
   std::vector<std::string> target;
   bool json = false;
 };
@@ -90,8 +90,8 @@ Json hardware_json(const RobotDescription& robot) {
   return out;
 }
 
-std::string to_json(const LoadedDescription& loaded, const RobotSummary& summary, const OverlayState& overlay,
-                    const std::vector<JointGroup>& controllers) {
+std::string info_as_json(const LoadedDescription& loaded, const RobotSummary& summary,
+                         const OverlayState& overlay, const std::vector<JointGroup>& controllers) {
   const RobotDescription& robot = loaded.robot;
   const auto vector_json = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
   Json out{{"version", 1}, {"robot", robot.name}, {"files", Json::array()}};
@@ -130,7 +130,7 @@ std::vector<std::filesystem::path> shown_paths(const std::vector<std::filesystem
   return out;
 }
 
-int run_info(const InfoOptions& options) {
+int run_info(const RobotInfoOptions& options) {
   DescriptionTarget target = open_target(options.target);
   const LoadedDescription loaded = load_target(target);
   Diagnostics diagnostics;
@@ -141,7 +141,7 @@ int run_info(const InfoOptions& options) {
   FoundControllers found = find_controllers(loaded.robot, target);
   const Surroundings surroundings{shown_paths(loaded.files), overlay_line(overlay), shown_paths(found.files),
                                   std::move(found.controllers)};
-  deliver(options.json ? to_json(loaded, summary, overlay, surroundings.controllers)
+  deliver(options.json ? info_as_json(loaded, summary, overlay, surroundings.controllers)
                        : summary_text(loaded.robot, summary, surroundings));
   return 0;
 }
@@ -149,7 +149,7 @@ int run_info(const InfoOptions& options) {
 }  // namespace
 
 void add_info(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<InfoOptions>();
+  const auto options = std::make_shared<RobotInfoOptions>();
   CLI::App* verb = app.add_subcommand("info", "A description on one screen");
   add_target(*verb, options->target);
   verb->add_flag("--json", options->json, "One object on stdout, in SI units");

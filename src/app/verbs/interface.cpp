@@ -10,7 +10,7 @@ struct ShowOptions {
   std::string type;
 };
 
-int show(Shell&, const ShowOptions& options) {
+int show_interface(Shell&, const ShowOptions& options) {
   if (const ServiceSupport* service = find_service(options.type)) {
     say("{}---\n{}", show_type(*service->request->description()),
         show_type(*service->response->description()));
@@ -29,7 +29,7 @@ int show(Shell&, const ShowOptions& options) {
   return 0;
 }
 
-int list(Shell&, const NoOptions&) {
+int list_interfaces(Shell&, const NoOptions&) {
   const auto print = [](const char* heading, const std::vector<std::string>& names) {
     say("{}:\n", heading);
     for (const std::string& name : names) say("    {}\n", name);
@@ -49,10 +49,10 @@ void add_interface(CLI::App& app, int& exit_code) {
       [](CLI::App& verb, ShowOptions& options) {
         verb.add_option("type", options.type, "Name of the type")->required();
       },
-      show);
+      show_interface);
   add_verb<NoOptions>(
       group, "list", "The types that are known", "doppel interface list", exit_code,
-      [](CLI::App&, NoOptions&) {}, list);
+      [](CLI::App&, NoOptions&) {}, list_interfaces);
 }
 
 }  // namespace doppel::app

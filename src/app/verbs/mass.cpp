@@ -23,7 +23,7 @@ Json vector_json(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-std::string to_json(const std::string& robot, const MassReport& report, double measured) {
+std::string masses_as_json(const std::string& robot, const MassReport& report, double measured) {
   Json out{{"version", 1}, {"robot", robot}, {"mass", report.total}, {"com", vector_json(report.com)}};
   if (measured > 0) out["measured"] = measured;
   out["links"] = Json::array();
@@ -56,7 +56,7 @@ int run_mass(const MassOptions& options) {
   const MassReport report = mass_report(compile_model(robot, BaseKind::fixed, diagnostics));
   print_diagnostics(diagnostics);
   if (options.json) {
-    deliver(to_json(robot.name, report, options.measured));
+    deliver(masses_as_json(robot.name, report, options.measured));
     return 0;
   }
   std::string text = mass_text(report);

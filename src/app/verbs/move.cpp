@@ -196,7 +196,7 @@ void wait_for_all(Client& twin, std::vector<Running>& running, const Positions& 
   while (twin.next(message, Clock::now())) take_positions(message, positions);
 }
 
-int report(const std::vector<Running>& running, const Positions& targets, const Positions& positions) {
+int report_moves(const std::vector<Running>& running, const Positions& targets, const Positions& positions) {
   for (const auto& [joint, target] : targets) {
     const auto found = positions.find(joint);
     if (found != positions.end()) say("{}: {:.4f} (wanted {:.4f})\n", joint, found->second, target);
@@ -243,7 +243,7 @@ int move(Shell& shell, const MoveOptions& options) {
     }
     wait_for_all(twin, running, targets, positions);
   }
-  return report(running, targets, positions);
+  return report_moves(running, targets, positions);
 }
 
 }  // namespace

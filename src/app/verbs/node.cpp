@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "app/verbs/goals.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 
@@ -11,7 +12,7 @@ struct NodeOptions {
   bool hidden = false, count = false;
 };
 
-int list(Shell& shell, const NodeOptions& options) {
+int list_nodes(Shell& shell, const NodeOptions& options) {
   const std::vector<std::string> names = node_names(shell.twin(), options.hidden);
   if (options.count) {
     say("{}\n", names.size());
@@ -37,7 +38,6 @@ void print_part(const char* heading, const std::map<std::string, Entry>& entries
 
 void print_actions(const char* heading, Client& twin, std::vector<std::string> Client::Service::*nodes,
                    const std::string& node) {
-  constexpr std::string_view kSendGoal = "/_action/send_goal";
   say("  {}:\n", heading);
   for (const auto& [name, service] : twin.services()) {
     if (!has(service.*nodes, node) || !name.ends_with(kSendGoal)) continue;
@@ -46,7 +46,7 @@ void print_actions(const char* heading, Client& twin, std::vector<std::string> C
   }
 }
 
-int info(Shell& shell, const NodeOptions& options) {
+int show_node(Shell& shell, const NodeOptions& options) {
   Client& twin = shell.twin();
   const std::string node = find_node_name(twin, options.node);
   const std::vector<std::string> all = twin.nodes();
@@ -74,7 +74,7 @@ void add_node(CLI::App& app, int& exit_code) {
         verb.add_flag("-a,--all", options.hidden, "Hidden ones (other shells) too");
         verb.add_flag("-c,--count-nodes", options.count, "Only their number");
       },
-      list);
+      list_nodes);
   add_verb<NodeOptions>(
       group, "info", "What a node publishes, hears and serves", "doppel node info /controller_manager",
       exit_code,
@@ -82,7 +82,7 @@ void add_node(CLI::App& app, int& exit_code) {
         verb.add_option("node", options.node, "Name of the node")->required();
         verb.add_flag("--include-hidden", options.hidden, "Hidden topics and services too");
       },
-      info);
+      show_node);
 }
 
 }  // namespace doppel::app

@@ -15,7 +15,7 @@ namespace doppel::app {
 void deliver(std::string_view text, const std::string& file) {
   if (!file.empty() && file != "-") return write_whole(file, text);
   while (!text.empty()) {
-    const ssize_t written = write(STDOUT_FILENO, text.data(), text.size());
+    const ssize_t written = ::write(STDOUT_FILENO, text.data(), text.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0 && errno == EPIPE) return;
     if (written < 0) {

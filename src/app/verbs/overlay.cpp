@@ -132,7 +132,7 @@ std::string show_json(const Corrected& c) {
   return out.dump(2) + "\n";
 }
 
-int show(const OverlayOptions& o) {
+int show_overlay(const OverlayOptions& o) {
   const Corrected c(o.words);
   deliver(o.json ? show_json(c) : show_text(c));
   return std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_fine(outcome.state); }) ? 0 : 1;
@@ -271,7 +271,7 @@ std::size_t checked_index(const Corrected& c, std::size_t number) {
                    "'doppel overlay show' numbers them");
 }
 
-int remove(const OverlayOptions& o) {
+int remove_operation(const OverlayOptions& o) {
   std::vector<std::string> words = o.words;
   const std::size_t number = take_number(words);
   if (number == 0) {
@@ -406,7 +406,7 @@ void add_overlay(CLI::App& app, int& exit_code) {
 
   CLI::App* verb =
       add_part(*group, "show", "Every correction with its state; exit code 1 where one is not applied",
-               exit_code, options, show);
+               exit_code, options, show_overlay);
   add_target(*verb, o.words);
   verb->add_flag("--json", o.json, "One JSON object on stdout");
 
@@ -424,7 +424,7 @@ void add_overlay(CLI::App& app, int& exit_code) {
       "  doppel overlay add arm.xacro set_limit \"Revolute 1\" effort=3.5 velocity=5.2 --evidence \"DS3240's "
       "sheet\"");
 
-  verb = add_part(*group, "remove", "Take correction N out", exit_code, options, remove);
+  verb = add_part(*group, "remove", "Take correction N out", exit_code, options, remove_operation);
   verb->add_option("WORDS", o.words, "TARGET N, the number that 'overlay show' tells")->required();
 
   verb = add_part(*group, "stamp", "Take the fingerprints of corrections that were written by hand",

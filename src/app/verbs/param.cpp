@@ -14,7 +14,7 @@ struct ParamOptions {
   std::string node, name, value;
 };
 
-int list(Shell& shell, const ParamOptions& options) {
+int list_parameters(Shell& shell, const ParamOptions& options) {
   Client& twin = shell.twin();
   const bool all = options.node.empty();
   std::map<std::string, std::vector<std::string>> by_node;
@@ -147,7 +147,7 @@ int dump(Shell& shell, const ParamOptions& options) {
 }
 
 // As many as go; what is refused is told, and makes the exit code 1.
-int load(Shell& shell, const ParamOptions& options) {
+int load_parameters(Shell& shell, const ParamOptions& options) {
   const ParameterFile file = ParameterFile::load(options.value);
   Client& twin = shell.twin();
   const std::string node = find_node_name(twin, options.node);
@@ -181,7 +181,7 @@ void add_param(CLI::App& app, int& exit_code) {
       [](CLI::App& verb, ParamOptions& options) {
         verb.add_option("node", options.node, "Only this node's");
       },
-      list);
+      list_parameters);
   add_verb<ParamOptions>(group, "get", "The value of a parameter",
                          "doppel param get /controller_manager update_rate", exit_code, node_and_name, get);
   add_verb<ParamOptions>(
@@ -209,7 +209,7 @@ void add_param(CLI::App& app, int& exit_code) {
         verb.add_option("file", options.value, "Parameter file of ROS 2: node, ros__parameters, values")
             ->required();
       },
-      load);
+      load_parameters);
 }
 
 }  // namespace doppel::app

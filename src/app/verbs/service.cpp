@@ -13,7 +13,7 @@ struct ServiceOptions {
   double patience = 10;
 };
 
-int list(Shell& shell, const ServiceOptions& options) {
+int list_services(Shell& shell, const ServiceOptions& options) {
   std::size_t count = 0;
   for (const auto& [name, service] : shell.twin().services()) {
     if (is_hidden(name) && !options.hidden) continue;
@@ -25,19 +25,19 @@ int list(Shell& shell, const ServiceOptions& options) {
   return 0;
 }
 
-int print_type(Shell& shell, const ServiceOptions& options) {
+int print_service_type(Shell& shell, const ServiceOptions& options) {
   say("{}\n", shell.twin().find_service(absolute(options.name)).type);
   return 0;
 }
 
-int info(Shell& shell, const ServiceOptions& options) {
+int show_service(Shell& shell, const ServiceOptions& options) {
   const Client::Service& service = shell.twin().find_service(absolute(options.name));
   say("Type: {}\nClients count: {}\nServices count: {}\n", service.type, service.clients.size(),
       service.providers.size());
   return 0;
 }
 
-int find_by_type(Shell& shell, const ServiceOptions& options) {
+int find_services(Shell& shell, const ServiceOptions& options) {
   for (const auto& [name, service] : shell.twin().services()) {
     if (service.type == options.name) say("{}\n", name);
   }
@@ -91,26 +91,26 @@ void add_service(CLI::App& app, int& exit_code) {
         verb.add_flag("-c,--count-services", options.count, "Only their number");
         verb.add_flag("-a,--include-hidden-services", options.hidden, "Those of actions too");
       },
-      list);
+      list_services);
   add_verb<ServiceOptions>(
       group, "type", "The type of a service", "doppel service type /gazebo/pause_physics", exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
         verb.add_option("service", options.name, "Name of the service")->required();
       },
-      print_type);
+      print_service_type);
   add_verb<ServiceOptions>(
       group, "info", "Type, servers and clients of a service",
       "doppel service info /controller_manager/list_controllers", exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
         verb.add_option("service", options.name, "Name of the service")->required();
       },
-      info);
+      show_service);
   add_verb<ServiceOptions>(
       group, "find", "The services of a type", "doppel service find std_srvs/srv/Empty", exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
         verb.add_option("type", options.name, "Type of services")->required();
       },
-      find_by_type);
+      find_services);
   add_verb<ServiceOptions>(
       group, "call", "Call a service and print its response",
       R"(doppel service call /gazebo/apply_joint_effort gazebo_msgs/srv/ApplyJointEffort \

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -27,6 +28,8 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
 }
 
 [[noreturn]] void wrong_use(std::string message, std::string mend = "");  // exit code 2
+
+inline constexpr auto kForever = std::chrono::hours(24 * 365);  // for waits that something else ends
 
 // Whom a verb speaks to.
 struct Connection {

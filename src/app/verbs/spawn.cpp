@@ -10,7 +10,7 @@
 namespace doppel::app {
 namespace {
 
-constexpr std::chrono::seconds kPatience{60};  // a robot of large meshes takes its time
+constexpr std::chrono::seconds kSpawnTimeout{60};  // a robot of large meshes takes its time
 
 struct SpawnOptions {
   std::vector<std::string> words;  // TARGET and its name:=value
@@ -23,7 +23,7 @@ struct DeleteOptions {
 
 template <Service S>
 int call_and_say(Client& twin, const std::string& service, const typename S::Request& request) {
-  const auto answer = decode<typename S::Response>(call_raw(twin, service, to_cdr(request), kPatience));
+  const auto answer = decode<typename S::Response>(call_raw(twin, service, to_cdr(request), kSpawnTimeout));
   if (!answer.success) throw ClientError(answer.status_message);
   say("{}\n", answer.status_message);
   return 0;
@@ -45,7 +45,7 @@ int spawn(Shell& shell, const SpawnOptions& options) {
   return call_and_say<SpawnEntity>(shell.twin(), "/spawn_entity", request);
 }
 
-int remove(Shell& shell, const DeleteOptions& options) {
+int delete_entity(Shell& shell, const DeleteOptions& options) {
   using gazebo_msgs::srv::DeleteEntity;
   DeleteEntity::Request request;
   request.name = options.name;
@@ -72,7 +72,7 @@ void add_spawn(CLI::App& app, int& exit_code) {
       [](CLI::App& verb, DeleteOptions& options) {
         verb.add_option("name", options.name, "The robot's namespace, or the object's name")->required();
       },
-      remove);
+      delete_entity);
 }
 
 }  // namespace doppel::app

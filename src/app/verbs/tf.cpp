@@ -13,7 +13,7 @@ namespace doppel::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kPatience = std::chrono::seconds(2);
+constexpr auto kFramesTimeout = std::chrono::seconds(2);
 
 struct TfOptions {
   std::string parent, child;
@@ -130,7 +130,7 @@ void check_frame(const Frames& frames, const std::string& name) {
   throw ClientError(fmt::format("there is no frame '{}'{}", name, did_you_mean(name, names)));
 }
 
-int echo(Shell& shell, const TfOptions& options) {
+int echo_transform(Shell& shell, const TfOptions& options) {
   Shell::catch_interrupts();
   try {
     Frames frames(shell.twin());
@@ -141,7 +141,7 @@ int echo(Shell& shell, const TfOptions& options) {
     const auto known = [&] {
       return (frames.heard_moving() || !frames.moving_expected()) && frames.heard_fixed() && found();
     };
-    if (!frames.gather(known, Clock::now() + kPatience) && !found()) {
+    if (!frames.gather(known, Clock::now() + kFramesTimeout) && !found()) {
       check_frame(frames, options.parent);
       check_frame(frames, options.child);
       throw ClientError(fmt::format("'{}' and '{}' hang on no common tree", options.parent, options.child));
@@ -177,7 +177,7 @@ int tree(Shell& shell, const TfOptions&) {
   const auto enough = [&] {
     return frames.heard_fixed() && (frames.heard_moving() || !frames.moving_expected());
   };
-  if (!frames.gather(enough, Clock::now() + kPatience) && frames.all().empty()) {
+  if (!frames.gather(enough, Clock::now() + kFramesTimeout) && frames.all().empty()) {
     throw ClientError("nothing has come over /tf and /tf_static; is the twin paused?");
   }
   if (!frames.heard_moving() && frames.moving_expected()) {
@@ -208,7 +208,7 @@ void add_tf(CLI::App& app, int& exit_code) {
         verb.add_flag("--once", options.once, "Print once and end");
         verb.add_option("-r,--rate", options.rate, "Times a second (default 1)")->check(CLI::PositiveNumber);
       },
-      echo);
+      echo_transform);
   for (const char* name : {"tree", "view_frames"}) {
     add_verb<TfOptions>(
         group, name, "The tree of all frames", fmt::format("doppel tf {}", name), exit_code,

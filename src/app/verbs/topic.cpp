@@ -13,7 +13,6 @@ namespace doppel::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kForever = std::chrono::hours(24 * 365);
 
 struct ListOptions {
   bool types = false, verbose = false, hidden = false, count = false;
@@ -61,7 +60,7 @@ struct EchoOptions {
   bool once = false;
 };
 
-int echo(Shell& shell, const EchoOptions& options) {
+int echo_topic(Shell& shell, const EchoOptions& options) {
   Shell::catch_interrupts();
   try {
     Client& twin = shell.twin();
@@ -218,7 +217,7 @@ int bw(Shell& shell, const RateOptions& options) {
   return 0;
 }
 
-struct InfoOptions {
+struct TopicInfoOptions {
   std::string name;
   bool verbose = false;
 };
@@ -236,7 +235,7 @@ void print_end(const Client::Endpoint& end, const char* kind) {
   say("\n");
 }
 
-int info(Shell& shell, const InfoOptions& options) {
+int show_topic(Shell& shell, const TopicInfoOptions& options) {
   const Client::Topic& topic = shell.twin().find_topic(absolute(options.name));
   const char* gap = options.verbose ? "\n\n" : "\n";
   say("Type: {}{}Publisher count: {}{}", topic.type, gap, topic.publishers.size(), gap);
@@ -248,12 +247,12 @@ int info(Shell& shell, const InfoOptions& options) {
   return 0;
 }
 
-int print_type(Shell& shell, const InfoOptions& options) {
+int print_topic_type(Shell& shell, const TopicInfoOptions& options) {
   say("{}\n", shell.twin().find_topic(absolute(options.name)).type);
   return 0;
 }
 
-int find_by_type(Shell& shell, const InfoOptions& options) {
+int find_topics(Shell& shell, const TopicInfoOptions& options) {
   const TypeSupport& type = known_type(options.name);
   for (const auto& [name, topic] : shell.twin().topics()) {
     if (topic.type == type.name) say("{}\n", name);
@@ -329,7 +328,7 @@ int pub(Shell& shell, const PubOptions& options) {
   return 0;
 }
 
-void declare_name(CLI::App& verb, InfoOptions& options) {
+void declare_name(CLI::App& verb, TopicInfoOptions& options) {
   verb.add_option("topic", options.name, "Name of the topic")->required();
 }
 
@@ -397,24 +396,24 @@ void add_topic(CLI::App& app, int& exit_code) {
         verb.add_option("--field", options.field,
                         "Only this field: position, header.stamp, transforms[0].child_frame_id");
       },
-      echo);
+      echo_topic);
   add_rates(group, exit_code);
-  add_verb<InfoOptions>(
+  add_verb<TopicInfoOptions>(
       group, "info", "Type, publishers and subscribers of a topic", "doppel topic info /joint_states -v",
       exit_code,
-      [](CLI::App& verb, InfoOptions& options) {
+      [](CLI::App& verb, TopicInfoOptions& options) {
         declare_name(verb, options);
         verb.add_flag("-v,--verbose", options.verbose, "With the nodes, and what is known of their ends");
       },
-      info);
-  add_verb<InfoOptions>(group, "type", "The type of a topic", "doppel topic type /tf", exit_code,
-                        declare_name, print_type);
-  add_verb<InfoOptions>(
+      show_topic);
+  add_verb<TopicInfoOptions>(group, "type", "The type of a topic", "doppel topic type /tf", exit_code,
+                             declare_name, print_topic_type);
+  add_verb<TopicInfoOptions>(
       group, "find", "The topics of a type", "doppel topic find sensor_msgs/msg/JointState", exit_code,
-      [](CLI::App& verb, InfoOptions& options) {
+      [](CLI::App& verb, TopicInfoOptions& options) {
         verb.add_option("type", options.name, "Type of messages")->required();
       },
-      find_by_type);
+      find_topics);
   add_pub(group, exit_code);
 }
 

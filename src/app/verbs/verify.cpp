@@ -21,8 +21,6 @@
 namespace doppel::app {
 namespace {
 
-constexpr std::chrono::seconds kProgressEvery{2};
-constexpr double kLongest = 60.0;                      // s
 constexpr double kFewestSteps = 10, kMostSteps = 2e5;  // of which samples are kept
 
 struct VerifyVerb {
@@ -51,10 +49,10 @@ std::vector<MotionKind> chosen_motions(const std::vector<std::string>& names) {
 }
 
 void check_numbers(const VerifyVerb& options) {
-  if (!(options.duration > 0 && options.duration <= kLongest)) {
+  if (!(options.duration > 0 && options.duration <= kMaxDuration)) {
     throw InputError(
         "cli.duration", {},
-        fmt::format("--duration is {} s, but must be above 0 and at most {}", options.duration, kLongest),
+        fmt::format("--duration is {} s, but must be above 0 and at most {}", options.duration, kMaxDuration),
         "two seconds tell most; what is chaotic tells nothing later");
   }
   if (options.step != 0 && !(options.step >= kShortestStep && options.step <= kLongestStep)) {
@@ -88,7 +86,7 @@ int run_verify(const VerifyVerb& options) {
   wanted.tool = options.tool;
   wanted.on_run = [last = std::chrono::steady_clock::now()](MotionKind kind, int run) mutable {
     const auto now = std::chrono::steady_clock::now();
-    if (now - last < kProgressEvery) return;
+    if (now - last < kProgressPeriod) return;
     last = now;
     tell("verify: {}, run {} of {} ...\n", name_of(kind), run, kRuns);
   };

@@ -25,12 +25,12 @@ struct XacroOptions {
   bool ignored = false;  // what ros/xacro takes and does nothing with any more
 };
 
-struct Request {
+struct ExpansionRequest {
   std::string file;
   std::vector<std::pair<std::string, std::string>> arguments;
 };
 
-[[noreturn]] void wrong_use(const std::string& message) {
+[[noreturn]] void refuse_words(const std::string& message) {
   throw InputError("cli.use", {}, message, "doppel xacro --help tells how it is used");
 }
 
@@ -42,22 +42,23 @@ std::string trimmed(const std::string& text) {
 
 // As ros/xacro reads them: blanks around are nothing, an empty value is as if it were not given, and _name is
 // a node's private parameter, none of xacro's.
-Request read_words(const std::vector<std::string>& words) {
-  Request out;
+ExpansionRequest read_words(const std::vector<std::string>& words) {
+  ExpansionRequest out;
   for (const std::string& word : words) {
     const std::size_t at = word.find(":=");
     if (at == std::string::npos) {
-      if (!out.file.empty()) wrong_use(fmt::format("one file is expanded at a time, not '{}' as well", word));
+      if (!out.file.empty())
+        refuse_words(fmt::format("one file is expanded at a time, not '{}' as well", word));
       out.file = word;
       continue;
     }
     if (word.find(":=", at + 2) != std::string::npos)
-      wrong_use(fmt::format("'{}' is not of the form name:=value", word));
+      refuse_words(fmt::format("'{}' is not of the form name:=value", word));
     const std::string name = trimmed(word.substr(0, at)), value = trimmed(word.substr(at + 2));
     const bool node_parameter = name.size() > 1 && name[0] == '_' && name[1] != '_';
     if (!name.empty() && !value.empty() && !node_parameter) out.arguments.emplace_back(name, value);
   }
-  if (out.file.empty()) wrong_use("a file to expand is missing");
+  if (out.file.empty()) refuse_words("a file to expand is missing");
   return out;
 }
 
@@ -76,8 +77,8 @@ std::string dependencies(const XacroResult& result) {
   return out;
 }
 
-int run(const XacroOptions& options) {
-  const Request request = read_words(options.words);
+int run_xacro(const XacroOptions& options) {
+  const ExpansionRequest request = read_words(options.words);
   PackageResolver resolver;
   resolver.add_context(request.file);
   resolver.add_bundled(root_folder() / "robots");
@@ -125,7 +126,7 @@ void add_xacro(CLI::App& app, int& exit_code) {
       "Accepted: errors always tell their whole path");
   verb->add_option("--verbosity", options->verbosity, "0: no warnings; 1: warnings")->type_name("LEVEL");
   verb->add_flag("--xacro-ns", options->ignored, "Accepted: xacro's elements always need their prefix");
-  verb->callback([options, &exit_code] { exit_code = run(*options); });
+  verb->callback([options, &exit_code] { exit_code = run_xacro(*options); });
 }
 
 }  // namespace doppel::app

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "doppel/audit/audit.h"
+#include "doppel/audit/detail/finding_text.h"
 #include "doppel/audit/report_places.h"
 
 namespace doppel {
@@ -25,18 +26,6 @@ Json stack_of(const SourceLocation& where) {
                    {"column", call->call.column}});
   }
   return out;
-}
-
-std::string consequence_of(const Finding& finding) {
-  if (!finding.consequence.empty()) return finding.consequence;
-  const RuleInfo* rule = find_rule(finding.rule);
-  return rule == nullptr ? "" : std::string(rule->failure);
-}
-
-std::string mend_of(const Finding& finding) {
-  if (!finding.mend.empty()) return finding.mend;
-  const RuleInfo* rule = find_rule(finding.rule);
-  return rule == nullptr ? "" : std::string(rule->mend);
 }
 
 std::string told_with_mend(const Finding& finding) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "doppel/audit/audit.h"
+#include "doppel/audit/detail/finding_text.h"
 #include "doppel/audit/detail/text_layout.h"
 
 namespace doppel {
@@ -18,16 +19,6 @@ constexpr std::size_t kWidestSubject = 26;
 
 Tone tone_of(Severity severity) {
   return severity == Severity::error ? Tone::bad : severity == Severity::warning ? Tone::careful : Tone::calm;
-}
-
-std::string mend_of(const Finding& f) {
-  const RuleInfo* rule = find_rule(f.rule);
-  return !f.mend.empty() || rule == nullptr ? f.mend : std::string(rule->mend);
-}
-
-std::string consequence_of(const Finding& f) {
-  const RuleInfo* rule = find_rule(f.rule);
-  return !f.consequence.empty() || rule == nullptr ? f.consequence : std::string(rule->failure);
 }
 
 // Findings of one rule and severity, in the report's order.

@@ -2,23 +2,12 @@
 // contact, datasheets. Sorted by id.
 #include <array>
 
-#include "doppel/audit/detail/ros_rules.h"
+#include "doppel/audit/detail/rule_rows.h"
 
 namespace doppel::audit_rules {
 namespace {
 
-constexpr Severity kError = Severity::error, kWarning = Severity::warning, kNote = Severity::note;
-
-constexpr unsigned bit(Profile profile) {
-  return static_cast<unsigned>(profile);
-}
-constexpr unsigned kControl = bit(Profile::ros2_control);
-constexpr unsigned kGazebo = bit(Profile::gazebo);
-constexpr unsigned kGazeboControl = kControl | kGazebo;
-constexpr unsigned kPhysics = kGazebo | bit(Profile::mujoco);
-constexpr unsigned kMoving = kControl | bit(Profile::moveit);
-
-constexpr std::array kRules{
+constexpr std::array kRosRules{
     // -- the audit itself
     RuleInfo{"audit.skipped", kNote, "something beside the description was not read",
              "what it says of the robot is not judged: a slow, huge or strange file never holds up the audit",
@@ -247,7 +236,7 @@ constexpr std::array kRules{
 }  // namespace
 
 std::span<const RuleInfo> ros_rules() {
-  return kRules;
+  return kRosRules;
 }
 
 }  // namespace doppel::audit_rules

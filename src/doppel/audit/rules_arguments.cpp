@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr int kMostSwitches = 4;  // each costs two expansions
 
-struct Use {
+struct ArgumentUse {
   std::string name;
   SourceLocation where;
   bool declared_before = false;
@@ -51,9 +51,9 @@ class Arguments {
   }
 
   std::map<std::string, SourceLocation> declared;
-  std::map<std::string, Use> used;  // the first use of each
-  std::string conditions;           // the texts of all <xacro:if> and <xacro:unless>
-  bool complete = true;             // every include was followed
+  std::map<std::string, ArgumentUse> used;  // the first use of each
+  std::string conditions;                   // the texts of all <xacro:if> and <xacro:unless>
+  bool complete = true;                     // every include was followed
 
  private:
   // Once: a second look at a file finds nothing that the first one did not, and files of one name would lead
@@ -95,14 +95,15 @@ class Arguments {
   }
 
   void read(const std::string& text, const SourceLocation& where, bool in_macro) {
-    constexpr std::string_view kOpen = "$(arg ";
-    for (std::size_t at = text.find(kOpen); at != std::string::npos; at = text.find(kOpen, at + 1)) {
+    constexpr std::string_view kArgumentStart = "$(arg ";
+    for (std::size_t at = text.find(kArgumentStart); at != std::string::npos;
+         at = text.find(kArgumentStart, at + 1)) {
       const std::size_t end = text.find(')', at);
       if (end == std::string::npos) return;
-      std::string name = text.substr(at + kOpen.size(), end - at - kOpen.size());
+      std::string name = text.substr(at + kArgumentStart.size(), end - at - kArgumentStart.size());
       std::erase(name, ' ');
       if (name.empty() || name.find_first_of("${(") != std::string::npos) continue;
-      used.emplace(name, Use{name, where, in_macro || declared.contains(name)});
+      used.emplace(name, ArgumentUse{name, where, in_macro || declared.contains(name)});
     }
     // Python's way: xacro.arg('name')
     constexpr std::string_view kCall = "xacro.arg(";
@@ -111,7 +112,7 @@ class Arguments {
       const std::size_t end = from == std::string::npos ? from : text.find_first_of("'\"", from + 1);
       if (end == std::string::npos) return;
       const std::string name = text.substr(from + 1, end - from - 1);
-      used.emplace(name, Use{name, where, true});
+      used.emplace(name, ArgumentUse{name, where, true});
     }
   }
 

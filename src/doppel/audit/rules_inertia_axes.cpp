@@ -7,11 +7,9 @@
 namespace doppel::audit_rules {
 namespace {
 
-constexpr double kImpossible = 1.05;  // radius of gyration against the furthest point from the axis
-constexpr double kFits = 2;           // moments of a part against those of its solid shape
+constexpr double kFits = 2;                       // moments of a part against those of its solid shape
 constexpr double kSame = 1.05, kOtherwise = 1.1;  // the only order: it fits, and no other one does
-constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
-using Order = std::array<int, 3>;  // the moment about axis i stands where axis order[i] should
+using Order = std::array<int, 3>;                 // the moment about axis i stands where axis order[i] should
 
 // By how much the moment about the worst axis is beyond what the shape allows, as a ratio of radii.
 struct Worst {
@@ -53,7 +51,7 @@ double misfit(const Components& c, const Eigen::Matrix3d& expected) {
 std::string what_happened(const Order& order) {
   for (int fixed = 0; fixed < 3; ++fixed) {
     if (order[fixed] != fixed) continue;
-    const char *a = kAxes[fixed == 0 ? 1 : 0], *b = kAxes[fixed == 2 ? 1 : 2];
+    const char *a = kAxisNames[fixed == 0 ? 1 : 0], *b = kAxisNames[fixed == 2 ? 1 : 2];
     return fmt::format("i{0}{0} and i{1}{1} are exchanged", a, b);
   }
   return "ixx, iyy and izz stand in another order";
@@ -90,7 +88,7 @@ bool check_axes(const Link& link, const LinkShape& shape, Findings& out) {
   const Inertial& inertial = *link.inertial;
   const Components c = components_of(inertial);
   const Worst worst = worst_axis(tensor_of(c), inertial, shape);
-  if (worst.excess() <= kImpossible) return false;
+  if (worst.excess() <= kMaxGyrationRatio) return false;
   std::optional<Reordering> found;
   if (shape.solid.volume > 0) {
     const Eigen::Matrix3d R = rotation_from_rpy(inertial.origin.rpy);
@@ -101,7 +99,7 @@ bool check_axes(const Link& link, const LinkShape& shape, Findings& out) {
       "inertia.axes", found->only ? Severity::error : Severity::warning, subject(link), inertial.source,
       fmt::format("by its moment about {} its mass would be {:.3g} mm from that axis, and no point of its "
                   "shape is more than {:.3g} mm away",
-                  kAxes[static_cast<std::size_t>(worst.axis)], worst.gyration * 1e3, worst.reach * 1e3),
+                  kAxisNames[static_cast<std::size_t>(worst.axis)], worst.gyration * 1e3, worst.reach * 1e3),
       found->only ? fmt::format("{}: write ixx=\"{:g}\" iyy=\"{:g}\" izz=\"{:g}\"", found->what,
                                 found->mended[0], found->mended[3], found->mended[5])
                   : "");

@@ -8,12 +8,10 @@
 namespace doppel::audit_rules {
 namespace {
 
-constexpr double kLightest = 50, kHeaviest = 20000;             // kg/m^3: foam, and lead with room to spare
 constexpr double kUsualLightest = 200, kUsualHeaviest = 12000;  // printed shells to machined lead
 constexpr double kPowerSlack = 0.4;                             // decades by which a solid guess is off
 constexpr double kOutside = 0.05;                               // of the link's size
-constexpr double kImpossible = 1.05;  // radius of gyration against the furthest point
-constexpr double kFarCentre = 2;      // m; nearer, it may be in another link's frame
+constexpr double kFarCentre = 2;  // m; nearer, it may be in another link's frame
 constexpr double kConcentrated = 0.05;
 constexpr double kPlaceholder = 0.005;  // m: boxes of a millimetre stand for frames, not for parts
 constexpr int kDirections = 60;
@@ -46,16 +44,16 @@ bool check_density(const Link& link, const LinkShape& shape, UnitDoubts& doubts,
   const double certain = shape.hull_volume > 0 ? mass / shape.hull_volume : density;
   const std::string said =
       fmt::format("{:g} kg in {:.3g} cm^3 are {:.3g} kg/m^3", mass, volume * 1e6, density);
-  if (certain > kHeaviest * 10 && density / 1e3 > kUsualLightest && density / 1e3 < kUsualHeaviest) {
+  if (certain > kMaxDensity * 10 && density / 1e3 > kUsualLightest && density / 1e3 < kUsualHeaviest) {
     doubts.all.push_back({UnitOf::mass, 3, &link, said, "in grams"});
     return false;
   }
-  if (certain > kHeaviest || (closed && density < kLightest)) {
+  if (certain > kMaxDensity || (closed && density < kMinDensity)) {
     out.add("inertia.density", subject(link), link.inertial->source,
-            fmt::format(
-                "{}, {}", said,
-                density > kHeaviest ? "denser than any metal that parts are made of" : "lighter than foam"));
-    return density > kLightest / 10 && density < kHeaviest * 10;
+            fmt::format("{}, {}", said,
+                        density > kMaxDensity ? "denser than any metal that parts are made of"
+                                              : "lighter than foam"));
+    return density > kMinDensity / 10 && density < kMaxDensity * 10;
   }
   return true;
 }
@@ -118,7 +116,7 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
   const double gyration = std::sqrt(largest / inertial.mass);
   const double reach = furthest(shape, inertial.origin.xyz);
   if (!(reach > 0)) return;
-  if (gyration > kImpossible * reach) {
+  if (gyration > kMaxGyrationRatio * reach) {
     // No repair: drives add the inertia of their rotors, and shapes leave out what hangs on a link.
     out.add(
         "inertia.gyration", subject(link), inertial.source,
@@ -159,7 +157,7 @@ double centre_outside(const Link& link, const LinkShape& shape) {
 bool computable(const Link& link, const std::optional<LinkShape>& shape) {
   if (!shape || !(shape->solid.volume > 0) || shape->size() < kPlaceholder) return false;
   const double density = link.inertial->mass / shape->solid.volume;
-  return density > kLightest && density < kHeaviest;
+  return density > kMinDensity && density < kMaxDensity;
 }
 
 void check_against_shape(const Link& link, const LinkShape& shape, bool sound, UnitDoubts& doubts,

@@ -15,15 +15,15 @@ constexpr double kGigantic = 100, kMinute = 0.01;                      // agains
 constexpr double kDegenerateShare = 0.02;
 constexpr std::size_t kFewMissing = 3;
 
-struct Use {
+struct MeshUse {
   const Link* link;
   const MeshGeometry* mesh;
   SourceLocation where;
   bool collides;
 };
 
-std::vector<Use> uses_of(const RobotDescription& robot) {
-  std::vector<Use> out;
+std::vector<MeshUse> uses_of(const RobotDescription& robot) {
+  std::vector<MeshUse> out;
   for (const Link& link : robot.links) {
     for (const Visual& v : link.visuals) {
       if (const auto* mesh = std::get_if<MeshGeometry>(&v.geometry))
@@ -43,7 +43,7 @@ std::string file_name(const MeshGeometry& mesh) {
 
 // Neither our readers nor assimp take it. What nobody can touch lets planners and simulators through; what is
 // only drawn is missing in the picture.
-void report_problem(const Use& use, bool collides, const MeshReport& report, Findings& out) {
+void report_problem(const MeshUse& use, bool collides, const MeshReport& report, Findings& out) {
   const std::string message = fmt::format("'{}': {}", file_name(*use.mesh), report.problem);
   if (report.rule == "mesh.not_fetched" || report.rule == "audit.skipped") {
     out.add(report.rule, subject(*use.link), use.where, message);
@@ -54,7 +54,7 @@ void report_problem(const Use& use, bool collides, const MeshReport& report, Fin
 }
 
 // Once per file, whoever uses it.
-void check_file(const Use& use, bool collides, Findings& out) {
+void check_file(const MeshUse& use, bool collides, Findings& out) {
   const MeshReport& report = cached_mesh_report(use.mesh->path);
   const std::string name = file_name(*use.mesh);
   if (!report.problem.empty()) return report_problem(use, collides, report, out);
@@ -84,7 +84,7 @@ void check_file(const Use& use, bool collides, Findings& out) {
   }
 }
 
-void check_triangles(const Use& use, Findings& out) {
+void check_triangles(const MeshUse& use, Findings& out) {
   const MeshReport& report = cached_mesh_report(use.mesh->path);
   const std::size_t budget = use.collides ? kManyColliding : kManyTriangles;
   if (report.triangles <= budget) return;
@@ -94,7 +94,7 @@ void check_triangles(const Use& use, Findings& out) {
                       report.triangles, use.collides ? "collision" : "visual", budget));
 }
 
-bool check_scale(const Use& use, Findings& out) {
+bool check_scale(const MeshUse& use, Findings& out) {
   const Eigen::Vector3d& scale = use.mesh->scale;
   if ((scale.array() == 0).any()) {
     out.add("mesh.scale_zero", subject(*use.link), use.where,
@@ -145,10 +145,10 @@ bool shows_one_file(const Link& link) {
 }
 
 // One side of a robot is often the other one's mesh, mirrored: that file is used without the sign as well.
-void check_sign(const Use& use, const std::vector<Use>& uses, Findings& out) {
+void check_sign(const MeshUse& use, const std::vector<MeshUse>& uses, Findings& out) {
   const Eigen::Vector3d& scale = use.mesh->scale;
   if (!(scale.array() < 0).any()) return;
-  const bool twin = std::any_of(uses.begin(), uses.end(), [&](const Use& other) {
+  const bool twin = std::any_of(uses.begin(), uses.end(), [&](const MeshUse& other) {
     return other.mesh->path == use.mesh->path && (other.mesh->scale.array() > 0).all();
   });
   const bool mistake = mirrored_by_mistake(*use.link);
@@ -188,7 +188,7 @@ std::optional<double> extent(const MeshGeometry& mesh) {
 
 // A mesh that is a hundred times as large as all the joints' offsets together, or a hundredth of what a hand
 // can hold: its file's unit was not the one that its scale assumes.
-void check_unit(const Use& use, double reach, const std::vector<double>& extents, Findings& out) {
+void check_unit(const MeshUse& use, double reach, const std::vector<double>& extents, Findings& out) {
   const auto size = extent(*use.mesh);
   if (!size || !(*size > 0)) return;
   const double median = extents[extents.size() / 2];
@@ -213,7 +213,7 @@ void check_unit(const Use& use, double reach, const std::vector<double>& extents
 }
 
 // One finding for the whole robot: it is a habit, not an accident.
-void check_shared(const RobotDescription& robot, Findings& out) {
+void check_visuals_as_collisions(const RobotDescription& robot, Findings& out) {
   std::vector<std::string> links;
   SourceLocation where;
   std::size_t most = 0;
@@ -272,19 +272,19 @@ void fold_missing(Findings& out) {
 void check_meshes(const AuditInput& in, Findings& out) {
   fold_missing(out);
   const double reach = reach_of(in.robot, out);
-  const std::vector<Use> uses = uses_of(in.robot);
+  const std::vector<MeshUse> uses = uses_of(in.robot);
   std::vector<double> extents;
-  for (const Use& use : uses) {
+  for (const MeshUse& use : uses) {
     if (const auto size = extent(*use.mesh)) extents.push_back(*size);
   }
   std::sort(extents.begin(), extents.end());
   std::set<std::string> seen, colliding;
-  for (const Use& use : uses) {
+  for (const MeshUse& use : uses) {
     if (use.collides) colliding.insert(use.mesh->path);
   }
   std::set<std::pair<std::string, bool>> counted;
   std::set<std::pair<const Link*, std::string>> placed;
-  for (const Use& use : uses) {
+  for (const MeshUse& use : uses) {
     if (use.mesh->path.empty()) continue;
     if (seen.insert(use.mesh->path).second) check_file(use, colliding.contains(use.mesh->path), out);
     if (counted.emplace(use.mesh->path, use.collides).second) check_triangles(use, out);
@@ -294,7 +294,7 @@ void check_meshes(const AuditInput& in, Findings& out) {
     if (check_scale(use, out) && !out.told("urdf.vector", subject(*use.link)))
       check_unit(use, reach, extents, out);
   }
-  check_shared(in.robot, out);
+  check_visuals_as_collisions(in.robot, out);
 }
 
 }  // namespace doppel::audit_rules

@@ -97,7 +97,7 @@ void check_case(const std::vector<Named>& names, Findings& out) {
   }
 }
 
-void check_shared(const RobotDescription& robot, Findings& out) {
+void check_shared_names(const RobotDescription& robot, Findings& out) {
   std::vector<std::string> shared;
   const Joint* first = nullptr;
   for (const Joint& joint : robot.joints) {
@@ -130,7 +130,7 @@ void check_names(const AuditInput& in, Findings& out) {
   for (const Named& n : names) check_characters(n, out);
   check_odd_characters(names, out);
   check_case(names, out);
-  check_shared(in.robot, out);
+  check_shared_names(in.robot, out);
 }
 
 }  // namespace doppel::audit_rules

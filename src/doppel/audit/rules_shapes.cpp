@@ -3,16 +3,14 @@
 #include <array>
 
 #include "doppel/audit/detail/description_facts.h"
-#include "doppel/audit/detail/rules.h"
+#include "doppel/audit/detail/inertia_rules.h"
 
 namespace doppel::audit_rules {
 namespace {
 
-constexpr double kLighterThanAir = 0.01;             // kg/m^3
-constexpr double kLightest = 50, kHeaviest = 20000;  // kg/m^3: foam, and lead with room to spare
-constexpr double kLarge = 2;                         // m, of a link that might have been written in mm
-constexpr double kWall = 5, kBeyondReach = 100;      // m, and against all the joints' offsets
-constexpr std::array kAxes{"x", "y", "z"};
+constexpr double kLighterThanAir = 0.01;         // kg/m^3
+constexpr double kLarge = 2;                     // m, of a link that might have been written in mm
+constexpr double kWall = 5, kBeyondReach = 100;  // m, and against all the joints' offsets
 
 struct Extent {
   std::string_view name;  // "radius"
@@ -25,7 +23,8 @@ struct Primitive {
 
 Primitive primitive(const Geometry& geometry) {
   if (const auto* box = std::get_if<Box>(&geometry))
-    return {"box", {{kAxes[0], box->size.x()}, {kAxes[1], box->size.y()}, {kAxes[2], box->size.z()}}};
+    return {"box",
+            {{kAxisNames[0], box->size.x()}, {kAxisNames[1], box->size.y()}, {kAxisNames[2], box->size.z()}}};
   if (const auto* c = std::get_if<Cylinder>(&geometry))
     return {"cylinder", {{"radius", c->radius}, {"length", c->length}}};
   if (const auto* c = std::get_if<Capsule>(&geometry))
@@ -87,8 +86,8 @@ const typename Elements::value_type* largest_primitive(const Elements& elements)
 bool light_as_nothing(const Link& link, const LinkShape& shape) {
   if (!link.inertial || !(link.inertial->mass > 0) || !(shape.solid.volume > 0)) return false;
   const double density = link.inertial->mass / shape.solid.volume;
-  return shape.size() > kLarge && density < kLighterThanAir && density * 1e9 > kLightest &&
-         density * 1e9 < kHeaviest;
+  return shape.size() > kLarge && density < kLighterThanAir && density * 1e9 > kMinDensity &&
+         density * 1e9 < kMaxDensity;
 }
 
 void check_units(const Link& link, double reach, Findings& out) {

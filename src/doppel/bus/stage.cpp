@@ -5,22 +5,27 @@
 #include "doppel/bus/detail/bus_impl.h"
 
 namespace doppel {
-namespace {
-
-using bus_detail::Endpoint;
-using bus_detail::LocalSubscriber;
-using bus_detail::Topic;
+namespace bus_detail {
 
 // What a topic has of nodes and edges, but for its links.
 struct NodesOfTopic {
   std::vector<Endpoint> publishers, subscribers;
   std::vector<LocalSubscriber> locals;
-  const bus_detail::TopicOps* ops = nullptr;
+  const TopicOps* ops = nullptr;
   bool latched = false;
   Bytes last;
   Time last_stamp{};
-  const bus_detail::EdgeLink* last_from = nullptr;
+  const EdgeLink* last_from = nullptr;
 };
+
+}  // namespace bus_detail
+
+namespace {
+
+using bus_detail::Endpoint;
+using bus_detail::LocalSubscriber;
+using bus_detail::NodesOfTopic;
+using bus_detail::Topic;
 
 std::vector<Endpoint> of_nodes(const std::vector<Endpoint>& endpoints) {
   std::vector<Endpoint> out;

@@ -62,8 +62,8 @@ const Support& described(const Support& support) {
 }
 
 template <class Support>
-void describe(const Support* found, const GetTypeDescription::Request& request,
-              GetTypeDescription::Response& response) {
+void fill_description(const Support* found, const GetTypeDescription::Request& request,
+                      GetTypeDescription::Response& response) {
   if (found == nullptr || response.successful || found->hash() != request.type_hash) return;
   response.successful = true;
   response.type_description = description_message(described(*found));
@@ -77,9 +77,9 @@ void serve_type_descriptions(Node& node) {
     if (!request.type_hash.starts_with("RIHS01_")) {
       response.failure_reason = "Failed to parse type hash";
     } else {
-      describe(find_type(request.type_name), request, response);
-      describe(find_service(request.type_name), request, response);
-      describe(find_action(request.type_name), request, response);
+      fill_description(find_type(request.type_name), request, response);
+      fill_description(find_service(request.type_name), request, response);
+      fill_description(find_action(request.type_name), request, response);
       if (!response.successful) response.failure_reason = "Type not currently in use by this node";
     }
     respond(response);

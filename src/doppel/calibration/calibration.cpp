@@ -17,7 +17,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kWorstResidual = 5.0 * kDegree;
 constexpr double kLeastMotion = 0.05;  // machine per model: less is a joint that did not turn
 constexpr double kSmallestScale = 0.5, kLargestScale = 2.0;
-constexpr double kSameZero = 1e-9;  // rad or m
+constexpr double kZeroTolerance = 1e-9;  // rad or m
 
 bool slides(const Joint& joint) {
   return joint.type == JointType::prismatic;
@@ -214,7 +214,7 @@ std::vector<Operation> calibration_operations(const Joint& joint, const JointFit
   if (fit.direction < 0) add(FlipAxis{joint.name}, "the machine turns the other way");
   // The scale is the driver's, so the zero is the machine's number in the model's scale.
   const double zero = fit.offset / fit.scale;
-  if (std::abs(zero) > kSameZero) {
+  if (std::abs(zero) > kZeroTolerance) {
     add(BakeZero{joint.name, zero},
         fmt::format("the machine says {} where the model was at zero", shown(joint, fit.offset)));
   }

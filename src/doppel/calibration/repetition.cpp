@@ -7,7 +7,7 @@
 namespace doppel {
 namespace {
 
-constexpr double kSameZero = 0.1;  // of the older zero: a second error of just this size is none
+constexpr double kSameErrorShare = 0.1;  // of the older zero: a second error of just this size is none
 constexpr double kSmallZero = 0.017453292519943295;  // rad or m: below it nothing can be told
 
 bool share_a_measurement(const Operation& a, const Operation& b) {
@@ -32,7 +32,7 @@ bool does_it_again(const Operation& old, const Operation& fresh) {
   const auto* before = std::get_if<BakeZero>(&old.action);
   const auto* now = std::get_if<BakeZero>(&fresh.action);
   if (before == nullptr || now == nullptr || std::abs(before->offset) < kSmallZero) return false;
-  return std::abs(now->offset - before->offset) < kSameZero * std::abs(before->offset);
+  return std::abs(now->offset - before->offset) < kSameErrorShare * std::abs(before->offset);
 }
 
 }  // namespace

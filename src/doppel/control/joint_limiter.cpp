@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numbers>
+
+#include "doppel/control/nan.h"
 
 namespace doppel {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSlack =
     1e-6;  // rad, m, ...: rounding in somebody's file is held to the limit, but not told
 constexpr Duration kQuiet = std::chrono::seconds(1);            // without intervention: the episode is over

@@ -8,15 +8,6 @@
 #include "doppel/control/detail/controller_manager.h"
 
 namespace doppel {
-namespace {
-
-template <class T>
-bool contains(const std::vector<T>& list, const T& item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
-
-}  // namespace
-
 void ControllerManager::Impl::offer_references(LoadedController& c) {
   for (const std::string& name : c.controller->reference_interfaces()) {
     const std::size_t slash = name.find_last_of('/');

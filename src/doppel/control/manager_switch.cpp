@@ -12,11 +12,6 @@
 namespace doppel {
 namespace {
 
-template <class T>
-bool contains(const std::vector<T>& list, const T& item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
-
 std::vector<std::string> commands_of(const std::vector<LoadedController*>& controllers) {
   std::vector<std::string> out;
   for (const LoadedController* c : controllers) out.insert(out.end(), c->commands.begin(), c->commands.end());

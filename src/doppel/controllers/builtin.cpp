@@ -34,13 +34,13 @@ ControllerRegistry builtin_controllers() {
   registry.add("pid_controller/PidController", make<PidController>());
   using control_msgs::action::GripperCommand;
   using control_msgs::action::ParallelGripperCommand;
-  using Kind = GripperController::Kind;
+  using GripperKind = GripperController::Kind;
   registry.add("position_controllers/GripperActionController",
-               make<GripperActionController<GripperCommand>>(Kind::position));
+               make<GripperActionController<GripperCommand>>(GripperKind::position));
   registry.add("effort_controllers/GripperActionController",
-               make<GripperActionController<GripperCommand>>(Kind::effort));
+               make<GripperActionController<GripperCommand>>(GripperKind::effort));
   registry.add("parallel_gripper_action_controller/GripperActionController",
-               make<GripperActionController<ParallelGripperCommand>>(Kind::parallel));
+               make<GripperActionController<ParallelGripperCommand>>(GripperKind::parallel));
   return registry;
 }
 

@@ -7,6 +7,7 @@
 
 #include "doppel/control/hardware.h"
 #include "doppel/control/joint_list.h"
+#include "doppel/controllers/detail/name_list.h"
 #include "doppel/core/names.h"
 
 namespace doppel::jtc {
@@ -21,10 +22,6 @@ const std::vector<Names> kCommandCombinations = {
     {kEffort},   {kPosition, kEffort}};
 const std::vector<Names> kStateCombinations = {
     {kPosition}, {kPosition, kVelocity}, {kPosition, kVelocity, kAcceleration}};
-
-bool contains(const Names& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
 
 class Declarer {
  public:

@@ -4,18 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "doppel/control/hardware.h"
 #include "doppel/control/joint_list.h"
+#include "doppel/control/nan.h"
 #include "doppel/core/names.h"
 
 namespace doppel {
 namespace {
 
 using Names = std::vector<std::string>;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // The turn between two angles the short way round, in (-pi, pi].
 double short_way(double angle) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "doppel/controllers/detail/name_list.h"
 #include "doppel/core/names.h"
 
 namespace doppel::jtc {
@@ -24,10 +25,6 @@ constexpr NamedField kFields[] = {{Field::positions, "positions", &Point::positi
                                   {Field::velocities, "velocities", &Point::velocities},
                                   {Field::accelerations, "accelerations", &Point::accelerations},
                                   {Field::effort, "effort", &Point::effort}};
-
-bool contains(const Names& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
 
 std::string quoted(const Names& names) {
   return names.empty() ? "" : fmt::format("'{}'", fmt::join(names, "', '"));

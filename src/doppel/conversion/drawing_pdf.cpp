@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <vector>
 
 #include "doppel/conversion/detail/drawing.h"
@@ -17,21 +16,16 @@ namespace {
 constexpr double kLargestPage = 14400;
 constexpr double kRound = 0.5523;  // control points of a quarter circle
 
-constexpr std::array<const char*, 11> kTones = {
+constexpr std::array<const char*, 11> kPdfTones = {
     "1 1 1",          "0.12 0.14 0.16", "0.36 0.40 0.44", "0.95 0.96 0.97", "0.72 0.75 0.80", "1 1 1",
     "0.42 0.45 0.50", "0.12 0.44 0.82", "0.48 0.31 0.79", "0.10 0.54 0.33", "0.70 0.33 0.12"};
 
 const char* colour(Tone tone) {
-  return kTones[static_cast<std::size_t>(tone)];
-}
-
-template <typename... Arguments>
-void append(std::string& out, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-  fmt::format_to(std::back_inserter(out), format, std::forward<Arguments>(arguments)...);
+  return kPdfTones[static_cast<std::size_t>(tone)];
 }
 
 // The page's matrix turns y around, so coordinates are written as they are.
-void write(const DrawnBox& box, std::string& out) {
+void write_pdf(const DrawnBox& box, std::string& out) {
   const double x1 = box.x, y1 = box.y, x2 = box.x + box.width, y2 = box.y + box.height, r = box.radius;
   const double c = r * (1 - kRound);
   append(out, "{} rg {} RG 1 w\n{:.2f} {:.2f} m\n", colour(box.fill), colour(box.edge), x1 + r, y1);
@@ -47,7 +41,7 @@ void write(const DrawnBox& box, std::string& out) {
   out += "b\n";
 }
 
-void write(const DrawnCurve& curve, std::string& out) {
+void write_pdf(const DrawnCurve& curve, std::string& out) {
   const double mx = 0.5 * (curve.x1 + curve.x2), my = 0.5 * (curve.y1 + curve.y2);
   append(out, "{} RG 1.4 w {} {:.2f} {:.2f} m ", colour(curve.tone), curve.dashed ? "[4 3] 0 d" : "[] 0 d",
          curve.x1, curve.y1);
@@ -59,7 +53,7 @@ void write(const DrawnCurve& curve, std::string& out) {
   append(out, " {:.2f} {:.2f} c S [] 0 d\n", curve.x2, curve.y2);
 }
 
-void write(const DrawnText& text, std::string& out) {
+void write_pdf(const DrawnText& text, std::string& out) {
   const double left = text.x - (text.centred ? 0.5 * text_width(text.text, text.size, text.bold) : 0.0);
   append(out, "BT {} rg /{} {:g} Tf 1 0 0 -1 {:.2f} {:.2f} Tm (", colour(text.tone), text.bold ? "B" : "R",
          text.size, left, text.y);
@@ -92,7 +86,7 @@ std::string to_pdf(const Drawing& drawing) {
   const double width = scale * drawing.width, height = scale * drawing.height;
   std::string content = fmt::format("{0:.6f} 0 0 -{0:.6f} 0 {1:.2f} cm 1 J 1 j\n", scale, height);
   for (const auto& item : drawing.items) {
-    std::visit([&content](const auto& thing) { write(thing, content); }, item);
+    std::visit([&content](const auto& thing) { write_pdf(thing, content); }, item);
   }
   const std::vector<std::string> objects = {
       "<< /Type /Catalog /Pages 2 0 R >>",

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
-#include <iterator>
-
+#include "doppel/conversion/detail/drawing.h"
 #include "doppel/conversion/drawing.h"
 #include "doppel/xml/xml.h"
 
@@ -14,23 +13,18 @@ struct Colours {
   const char* light;
   const char* dark;
 };
-constexpr Colours kTones[] = {{"paper", "#ffffff", "#16181d"},      {"ink", "#1f2328", "#e8eaed"},
-                              {"faint", "#5d6570", "#a3abb6"},      {"box", "#f3f5f8", "#242830"},
-                              {"edge", "#b8c0cc", "#505866"},       {"frame", "#ffffff", "#16181d"},
-                              {"fixed", "#6b7480", "#9aa3af"},      {"revolute", "#1f6fd0", "#6aa9ff"},
-                              {"continuous", "#7a4fc9", "#b392f0"}, {"prismatic", "#1a8a55", "#58c48d"},
-                              {"other", "#b3541e", "#f0a070"}};
+constexpr Colours kSvgTones[] = {{"paper", "#ffffff", "#16181d"},      {"ink", "#1f2328", "#e8eaed"},
+                                 {"faint", "#5d6570", "#a3abb6"},      {"box", "#f3f5f8", "#242830"},
+                                 {"edge", "#b8c0cc", "#505866"},       {"frame", "#ffffff", "#16181d"},
+                                 {"fixed", "#6b7480", "#9aa3af"},      {"revolute", "#1f6fd0", "#6aa9ff"},
+                                 {"continuous", "#7a4fc9", "#b392f0"}, {"prismatic", "#1a8a55", "#58c48d"},
+                                 {"other", "#b3541e", "#f0a070"}};
 
 const Colours& colours(Tone tone) {
-  return kTones[static_cast<int>(tone)];
+  return kSvgTones[static_cast<int>(tone)];
 }
 
-template <typename... Arguments>
-void append(std::string& out, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-  fmt::format_to(std::back_inserter(out), format, std::forward<Arguments>(arguments)...);
-}
-
-void write(const DrawnBox& box, std::string& out) {
+void write_svg(const DrawnBox& box, std::string& out) {
   append(
       out,
       "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" rx=\"{:.1f}\" class=\"f-{} s-{}\" "
@@ -39,7 +33,7 @@ void write(const DrawnBox& box, std::string& out) {
       colours(box.fill).light, colours(box.edge).light);
 }
 
-void write(const DrawnCurve& curve, std::string& out) {
+void write_svg(const DrawnCurve& curve, std::string& out) {
   const double mx = 0.5 * (curve.x1 + curve.x2), my = 0.5 * (curve.y1 + curve.y2);
   append(out, "<path d=\"M{:.1f} {:.1f}", curve.x1, curve.y1);
   if (curve.across) {
@@ -52,7 +46,7 @@ void write(const DrawnCurve& curve, std::string& out) {
          curve.dashed ? " stroke-dasharray=\"4 3\"" : "");
 }
 
-void write(const DrawnText& text, std::string& out) {
+void write_svg(const DrawnText& text, std::string& out) {
   append(out, "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\"{}{} class=\"f-{}\" fill=\"{}\">{}</text>\n",
          text.x, text.y, text.size, text.bold ? " font-weight=\"bold\"" : "",
          text.centred ? " text-anchor=\"middle\"" : "", colours(text.tone).name, colours(text.tone).light,
@@ -68,13 +62,13 @@ std::string to_svg(const Drawing& drawing) {
       "font-family=\"Helvetica, Arial, 'Liberation Sans', 'Nimbus Sans', sans-serif\">\n<title>{2}</title>\n",
       drawing.width, drawing.height, escape_xml(drawing.title, false));
   out += "<style>@media (prefers-color-scheme: dark) {";
-  for (const Colours& tone : kTones)
+  for (const Colours& tone : kSvgTones)
     append(out, " .f-{0} {{ fill: {1} }} .s-{0} {{ stroke: {1} }}", tone.name, tone.dark);
   out += " }</style>\n";
   append(out, "<rect width=\"100%\" height=\"100%\" class=\"f-paper\" fill=\"{}\"/>\n",
          colours(Tone::paper).light);
   for (const auto& item : drawing.items) {
-    std::visit([&out](const auto& thing) { write(thing, out); }, item);
+    std::visit([&out](const auto& thing) { write_svg(thing, out); }, item);
   }
   return out + "</svg>\n";
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/conversion/detail/quantities.h"
 #include "doppel/conversion/detail/table.h"
 #include "doppel/conversion/self_collision.h"
 #include "doppel/conversion/tree_labels.h"
@@ -13,8 +14,6 @@
 
 namespace doppel {
 namespace {
-
-const Eigen::Vector3d kGravity(0, 0, -9.81);  // m/s^2
 
 LinkMass link_mass(const std::string& name, const MassProperties& body, double total) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(body.I, Eigen::EigenvaluesOnly);

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "doppel/conversion/detail/quantities.h"
 #include "doppel/conversion/detail/unique_name.h"
 #include "doppel/geometry/collision.h"
 #include "doppel/math/decimals.h"
@@ -17,8 +18,6 @@
 
 namespace doppel {
 namespace {
-
-const Eigen::Vector3d kGravity(0, 0, -9.81);  // m/s^2
 
 class MjcfWriter final : private MjcfTerms {
  public:

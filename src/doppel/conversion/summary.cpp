@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 #include <set>
 
+#include "doppel/conversion/detail/quantities.h"
 #include "doppel/conversion/detail/table.h"
 #include "doppel/conversion/self_collision.h"
 #include "doppel/conversion/tree_labels.h"
@@ -16,7 +16,6 @@ namespace doppel {
 namespace {
 
 constexpr int kReachSamples = 4000;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 void extend(Eigen::AlignedBox3d& bounds, const Geometry& geometry, const Pose& X) {
   const auto shape = report_shape(geometry);
@@ -92,7 +91,7 @@ std::string joint_table(const RobotDescription& robot) {
   for (const Joint& joint : robot.joints) {
     if (joint.type == JointType::fixed) continue;
     const bool angle = turns(joint.type);
-    const double scale = angle ? kDegrees : 1.0;
+    const double scale = angle ? kDegreesPerRadian : 1.0;
     TableRow row = {joint.name, type_word(joint.type)};
     if (joint.mimic)
       row.back() += fmt::format(", follows {:g} x {}", joint.mimic->multiplier, joint.mimic->joint);

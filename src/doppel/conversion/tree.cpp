@@ -12,7 +12,7 @@ namespace doppel {
 namespace {
 
 // The lines that lead to each node, like those of `tree`.
-std::vector<std::string> branches(const std::vector<TreeNode>& nodes, bool unicode) {
+std::vector<std::string> branches(const std::vector<LinkTreeNode>& nodes, bool unicode) {
   const char* through = unicode ? "│  " : "|  ";
   const char* tee = unicode ? "├─ " : "|- ";
   const char* corner = unicode ? "└─ " : "`- ";
@@ -27,7 +27,7 @@ std::vector<std::string> branches(const std::vector<TreeNode>& nodes, bool unico
 }
 
 // Text order: a node is followed by its whole subtree.
-std::vector<int> depth_first(const std::vector<TreeNode>& nodes) {
+std::vector<int> depth_first(const std::vector<LinkTreeNode>& nodes) {
   std::vector<int> order, open;
   for (int i = static_cast<int>(nodes.size()) - 1; i >= 0; --i) {
     if (nodes[i].parent < 0) open.push_back(i);
@@ -47,7 +47,7 @@ std::string plain(std::string text, bool unicode) {
   return at == std::string::npos ? text : text.replace(at, 2, " deg");
 }
 
-std::string quoted(std::string_view text) {
+std::string dot_string(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';
@@ -64,19 +64,19 @@ std::string dot_document(const RobotDescription& robot, const std::string& body)
   return fmt::format(
       "digraph {} {{\n  node [shape=box, style=\"rounded\", fontname=\"Helvetica\"];\n"
       "  edge [fontname=\"Helvetica\", fontsize=10];\n{}}}\n",
-      quoted(robot.name), body);
+      dot_string(robot.name), body);
 }
 
 }  // namespace
 
-std::vector<TreeNode> link_tree(const RobotDescription& robot) {
+std::vector<LinkTreeNode> link_tree(const RobotDescription& robot) {
   std::map<std::string_view, std::vector<const Joint*>> below;
   std::map<std::string_view, int> is_child;
   for (const Joint& joint : robot.joints) {
     below[joint.parent].push_back(&joint);
     ++is_child[joint.child];
   }
-  std::vector<TreeNode> nodes;
+  std::vector<LinkTreeNode> nodes;
   for (const Link& link : robot.links) {
     if (!is_child.contains(link.name)) nodes.push_back({&link, nullptr, -1, {}});
   }
@@ -92,7 +92,7 @@ std::vector<TreeNode> link_tree(const RobotDescription& robot) {
 }
 
 std::string tree_text(const RobotDescription& robot, bool unicode) {
-  const std::vector<TreeNode> nodes = link_tree(robot);
+  const std::vector<LinkTreeNode> nodes = link_tree(robot);
   const std::vector<std::string> lead = branches(nodes, unicode);
   std::vector<TableRow> rows = {{"link", "mass", "joint", "type", "axis", "limits", "xyz [m]", "rpy [deg]"}};
   for (const int i : depth_first(nodes)) {
@@ -110,7 +110,7 @@ std::string tree_text(const RobotDescription& robot, bool unicode) {
 }
 
 std::string frames_text(const RobotDescription& robot, bool unicode) {
-  const std::vector<TreeNode> nodes = link_tree(robot);
+  const std::vector<LinkTreeNode> nodes = link_tree(robot);
   const std::vector<std::string> lead = branches(nodes, unicode);
   std::vector<TableRow> rows = {{"frame", "comes on", "from joint"}};
   for (const int i : depth_first(nodes)) {
@@ -123,10 +123,10 @@ std::string frames_text(const RobotDescription& robot, bool unicode) {
 
 std::string tree_dot(const RobotDescription& robot) {
   std::string body;
-  for (const TreeNode& node : link_tree(robot)) {
+  for (const LinkTreeNode& node : link_tree(robot)) {
     const std::string mass = mass_word(*node.link);
-    body += fmt::format("  {} [label={}];\n", quoted(node.link->name),
-                        quoted(node.link->name + (mass.empty() ? "" : "\n" + mass)));
+    body += fmt::format("  {} [label={}];\n", dot_string(node.link->name),
+                        dot_string(node.link->name + (mass.empty() ? "" : "\n" + mass)));
     if (node.joint == nullptr) continue;
     const Joint& joint = *node.joint;
     std::string label = joint.name + "\n" + type_word(joint.type);
@@ -134,17 +134,19 @@ std::string tree_dot(const RobotDescription& robot) {
       label += " about " + axis_word(joint.axis);
     label +=
         "\nxyz " + short_numbers(joint.origin.xyz) + "\nrpy " + degrees_word(joint.origin.rpy) + "\u00B0";
-    body += fmt::format("  {} -> {} [label={}];\n", quoted(joint.parent), quoted(joint.child), quoted(label));
+    body += fmt::format("  {} -> {} [label={}];\n", dot_string(joint.parent), dot_string(joint.child),
+                        dot_string(label));
   }
   return dot_document(robot, body);
 }
 
 std::string frames_dot(const RobotDescription& robot) {
   std::string body;
-  for (const TreeNode& node : link_tree(robot)) {
+  for (const LinkTreeNode& node : link_tree(robot)) {
     if (node.joint == nullptr) continue;
-    body += fmt::format("  {} -> {} [label={}];\n", quoted(node.joint->parent), quoted(node.joint->child),
-                        quoted("Broadcaster: robot_state_publisher\n" + topic_of(*node.joint)));
+    body +=
+        fmt::format("  {} -> {} [label={}];\n", dot_string(node.joint->parent), dot_string(node.joint->child),
+                    dot_string("Broadcaster: robot_state_publisher\n" + topic_of(*node.joint)));
   }
   return dot_document(robot, body);
 }

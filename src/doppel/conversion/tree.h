@@ -10,7 +10,7 @@
 
 namespace doppel {
 
-struct TreeNode {
+struct LinkTreeNode {
   const Link* link = nullptr;
   const Joint* joint = nullptr;  // to the parent; null: a root
   int parent = -1;
@@ -18,7 +18,7 @@ struct TreeNode {
 };
 
 // Every link, parents before their children and siblings in the description's order.
-std::vector<TreeNode> link_tree(const RobotDescription& robot);
+std::vector<LinkTreeNode> link_tree(const RobotDescription& robot);
 
 // One line for each link: the tree, then columns for the joint above it and for its mass.
 // `unicode`: box-drawing characters, else ASCII.

@@ -258,7 +258,7 @@ std::vector<Line> joint_lines(const Joint& joint) {
 
 Drawing tree_drawing(const RobotDescription& robot) {
   std::vector<Label> labels;
-  for (const TreeNode& node : link_tree(robot)) {
+  for (const LinkTreeNode& node : link_tree(robot)) {
     Label label{link_lines(*node.link), {}, Tone::fixed, false, node.parent};
     if (node.joint != nullptr) {
       label.joint = joint_lines(*node.joint);
@@ -272,7 +272,7 @@ Drawing tree_drawing(const RobotDescription& robot) {
 
 Drawing frames_drawing(const RobotDescription& robot) {
   std::vector<Label> labels;
-  for (const TreeNode& node : link_tree(robot)) {
+  for (const LinkTreeNode& node : link_tree(robot)) {
     Label label{{{node.link->name, true}}, {}, Tone::fixed, false, node.parent};
     if (node.joint != nullptr) {
       const bool fixed = node.joint->type == JointType::fixed;

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <numbers>
+
+#include "doppel/conversion/detail/quantities.h"
 
 namespace doppel {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 std::string short_number(double value) {
   const std::string text = fmt::format("{:.4g}", value);
@@ -55,14 +54,14 @@ std::string millimetres_word(const Eigen::Vector3d& v) {
 
 std::string degrees_word(const Eigen::Vector3d& rpy) {
   // A hundredth of a degree is less than any description means.
-  return rounded(rpy.x() * kDegrees, 2) + " " + rounded(rpy.y() * kDegrees, 2) + " " +
-         rounded(rpy.z() * kDegrees, 2);
+  return rounded(rpy.x() * kDegreesPerRadian, 2) + " " + rounded(rpy.y() * kDegreesPerRadian, 2) + " " +
+         rounded(rpy.z() * kDegreesPerRadian, 2);
 }
 
 std::string limits_word(const Joint& joint) {
   const bool limited = joint.type == JointType::revolute || joint.type == JointType::prismatic;
   if (!limited || !joint.limits || !joint.limits->has_position) return "";
-  const double scale = turns(joint.type) ? kDegrees : 1.0;
+  const double scale = turns(joint.type) ? kDegreesPerRadian : 1.0;
   const auto number = [&](double value) {
     return turns(joint.type) ? fmt::format("{:.0f}", value * scale) : short_number(value);
   };

@@ -49,7 +49,7 @@ std::vector<std::string> optional_texts(const json& object, const char* name) {
   return object.contains(name) ? wire::texts(object, name) : std::vector<std::string>{};
 }
 
-ClientMessage read_operation(const json& object, std::string op) {
+ClientMessage read_client_operation(const json& object, std::string op) {
   if (op == "subscribe") return read_subscribe(object);
   if (op == "unsubscribe") return Unsubscribe{wire::ids(object, "subscriptionIds")};
   if (op == "advertise") return read_advertise(object);
@@ -184,7 +184,7 @@ bool is_json(std::string_view text) {
 Status read_client_text(std::string_view frame, ClientMessage& out) try {
   std::string op;
   const json object = wire::parse_object(frame, op);
-  out = read_operation(object, op);
+  out = read_client_operation(object, op);
   return {};
 } catch (const Malformed& problem) {
   return Status::refused(problem.what());

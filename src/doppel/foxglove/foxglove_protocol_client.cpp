@@ -62,7 +62,7 @@ GraphUpdate read_graph(const json& object) {
   return out;
 }
 
-ServerMessage read_operation(const json& object, const std::string& op) {
+ServerMessage read_server_operation(const json& object, const std::string& op) {
   if (op == "serverInfo") return read_info(object);
   if (op == "status") {
     const std::uint32_t level = wire::id_of(object, "level");
@@ -89,7 +89,7 @@ ServerMessage read_operation(const json& object, const std::string& op) {
 Status read_server_text(std::string_view frame, ServerMessage& out) try {
   std::string op;
   const json object = wire::parse_object(frame, op);
-  out = read_operation(object, op);
+  out = read_server_operation(object, op);
   return {};
 } catch (const Malformed& problem) {
   return Status::refused(problem.what());

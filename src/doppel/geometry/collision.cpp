@@ -10,14 +10,16 @@
 #include "doppel/geometry/mesh_report.h"
 
 namespace doppel {
-namespace {
 
-struct Shape {
+// Outside of the anonymous namespace, because LinkCollider::Impl, which holds it, has external linkage.
+struct CollidingShape {
   Pose X_LS = Pose::Identity();   // in the link
   ConvexSolid solid;              // of a mesh: its hull
   std::shared_ptr<void> surface;  // with CollisionDetail::triangles
   bool is_mesh = false;
 };
+
+namespace {
 
 std::optional<ConvexShape> convex_shape(const Geometry& geometry) {
   if (!has_extent(geometry)) return std::nullopt;
@@ -51,7 +53,7 @@ std::shared_ptr<void> surface_of(const Geometry& geometry) {
   return {surfaces().make(geometry, triangles ? &*triangles : nullptr), surfaces().discard};
 }
 
-bool surfaces_touch(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB) {
+bool surfaces_touch(const CollidingShape& a, const Pose& X_WA, const CollidingShape& b, const Pose& X_WB) {
   return surfaces().touch(a.surface.get(), X_WA, b.surface.get(), X_WB);
 }
 
@@ -68,15 +70,15 @@ bool has_extent(const Geometry& geometry) {
 }
 
 struct LinkCollider::Impl {
-  std::vector<std::vector<Shape>> links;
+  std::vector<std::vector<CollidingShape>> links;
 
   // The deepest of the shapes of two links; without `exact`, as soon as one overlaps.
   [[nodiscard]] ConvexDepth overlap(int link_a, int link_b, std::span<const Pose> X_WL, bool exact) const {
     ConvexDepth deepest;
     const Pose X_LaLb = X_WL[link_a].inverse() * X_WL[link_b];
-    for (const Shape& a : links[link_a]) {
+    for (const CollidingShape& a : links[link_a]) {
       const Pose X_ALb = a.X_LS.inverse() * X_LaLb;
-      for (const Shape& b : links[link_b]) {
+      for (const CollidingShape& b : links[link_b]) {
         const ConvexDepth found = pair_overlap(a, b, X_ALb * b.X_LS, exact);
         deepest.overlap = deepest.overlap || found.overlap;
         deepest.depth = std::max(deepest.depth, found.depth);
@@ -87,7 +89,8 @@ struct LinkCollider::Impl {
   }
 
   // The surfaces decide where there are meshes and triangles were asked for; the depth is the hulls'.
-  static ConvexDepth pair_overlap(const Shape& a, const Shape& b, const Pose& X_AB, bool exact) {
+  static ConvexDepth pair_overlap(const CollidingShape& a, const CollidingShape& b, const Pose& X_AB,
+                                  bool exact) {
     const bool by_surface = a.surface != nullptr && b.surface != nullptr && (a.is_mesh || b.is_mesh);
     if (!by_surface) return convex_depth(a.solid, b.solid, X_AB, exact);
     if (!surfaces_touch(a, Pose::Identity(), b, X_AB)) return {};
@@ -105,8 +108,8 @@ LinkCollider::LinkCollider(const RobotDescription& robot, CollisionDetail detail
     for (const Collision& collision : robot.links[i].collisions) {
       auto convex = convex_shape(collision.geometry);
       if (!convex) continue;
-      Shape shape{collision.origin.pose(), ConvexSolid(std::move(*convex)), nullptr,
-                  std::holds_alternative<MeshGeometry>(collision.geometry)};
+      CollidingShape shape{collision.origin.pose(), ConvexSolid(std::move(*convex)), nullptr,
+                           std::holds_alternative<MeshGeometry>(collision.geometry)};
       if (detail == CollisionDetail::triangles) shape.surface = surface_of(collision.geometry);
       impl_->links[i].push_back(std::move(shape));
     }

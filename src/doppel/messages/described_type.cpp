@@ -10,6 +10,7 @@
 #include <map>
 
 #include "doppel/messages/detail/cdr.h"
+#include "doppel/messages/detail/limits.h"
 #include "doppel/messages/type_hash.h"
 
 namespace doppel {
@@ -19,7 +20,7 @@ using type_description_interfaces::msg::IndividualTypeDescription;
 
 namespace {
 
-constexpr std::size_t kLongestName = 255, kDeepest = 64, kLargestMessage = std::size_t{64} << 20;
+constexpr std::size_t kLongestName = 255, kDeepest = 64;
 constexpr double kLargestInitial = 9e15;  // whole numbers beyond it are not exact in a double
 
 // By rosidl's ids; `message` also stands for those that no ROS 2 type has: long double, fixed strings.
@@ -142,10 +143,11 @@ class DescriptionReader {
     if (field.count == 0 || (bounded && field.bound == 0) ||
         (id >= kFirstBoundedTextId && field.text_bound == 0))
       return refuse(fmt::format("{}.{} has no room for anything", type.name, said.name));
-    if (field.count > kLargestMessage / field.least_element_size())
+    if (field.count > messages_detail::kMaxMessageSize / field.least_element_size())
       return refuse(fmt::format("{}.{} is larger than 64 MiB", type.name, said.name));
     type.add(std::move(field));
-    if (type.least_cdr_size > kLargestMessage) refuse(fmt::format("{} is larger than 64 MiB", type.name));
+    if (type.least_cdr_size > messages_detail::kMaxMessageSize)
+      refuse(fmt::format("{} is larger than 64 MiB", type.name));
   }
 
   // Returns the id of the kind of its elements.

@@ -12,14 +12,12 @@
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
 #include "doppel/messages/detail/cdr.h"
+#include "doppel/messages/detail/limits.h"
 #include "doppel/messages/type_description.h"
 #include "doppel/messages/utf8.h"
 
 namespace doppel {
 namespace {
-
-constexpr std::size_t kLargestMessage = std::size_t{64}
-                                        << 20;  // aliases can make a short text mean a huge message
 
 struct Refusal {
   std::string why;
@@ -198,7 +196,8 @@ class YamlReader {
   }
 
   void element(const FieldDescription& field, const YAML::Node& node) {
-    if (out_.size() > kLargestMessage) refuse(node.Mark(), "the message would be larger than 64 MiB");
+    if (out_.size() > messages_detail::kMaxMessageSize)
+      refuse(node.Mark(), "the message would be larger than 64 MiB");
     switch (field.kind) {
       case FieldKind::message:
         return message(*field.type, node);

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kLargestOverlay = 4 << 20;
 
 // The file's lines, each with its end, and the lines that every operation takes.
-struct Lines {
+struct FileLines {
   std::vector<std::string> lines;
   struct Range {
     std::size_t begin, end;
@@ -32,8 +32,8 @@ bool is_blank_or_comment(const std::string& line, std::size_t item_column) {
   return line[begin] == '#' && begin <= item_column;  // deeper ones belong to the operation
 }
 
-Lines split(const std::string& text, const Overlay& overlay) {
-  Lines out;
+FileLines split(const std::string& text, const Overlay& overlay) {
+  FileLines out;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size() - 1);
     out.lines.push_back(text.substr(begin, end - begin + 1));
@@ -70,7 +70,7 @@ std::vector<std::string> lines_of(const Operation& operation, std::size_t indent
   return out;
 }
 
-std::size_t list_indent(const Lines& lines) {
+std::size_t list_indent(const FileLines& lines) {
   return lines.operations.empty() ? 0 : indentation(lines.lines[lines.operations.front().begin]);
 }
 
@@ -162,7 +162,7 @@ fs::path add_to_overlay(const fs::path& description, const std::vector<Operation
           return same_settings(old, added) && old.was == added.was;
         }))
       continue;
-    Lines lines = split(text, overlay);
+    FileLines lines = split(text, overlay);
     if (const auto old = replaced_by(overlay.operations, added)) {
       Operation merged = added;
       merged.was = overlay.operations[*old].was;  // what the CAD says, not what the old setting made of it
@@ -187,7 +187,7 @@ fs::path add_to_overlay(const fs::path& description, const std::vector<Operation
 }
 
 void remove_from_overlay(const Overlay& overlay, std::size_t i) {
-  Lines lines = split(read_text(overlay.file), overlay);
+  FileLines lines = split(read_text(overlay.file), overlay);
   auto [begin, end] = lines.operations.at(i);
   // One of the two gaps around it goes as well.
   if (begin > 0 && lines.lines[begin - 1] == "\n" && (end >= lines.lines.size() || lines.lines[end] == "\n"))
@@ -200,7 +200,7 @@ void remove_from_overlay(const Overlay& overlay, std::size_t i) {
 }
 
 void stamp_overlay(const Overlay& overlay, std::size_t i, const Operation& stamped) {
-  Lines lines = split(read_text(overlay.file), overlay);
+  FileLines lines = split(read_text(overlay.file), overlay);
   const auto [begin, end] = lines.operations.at(i);
   const bool only_missing = overlay.operations[i].was.empty() &&
                             target_name(overlay.operations[i].action) == target_name(stamped.action) &&

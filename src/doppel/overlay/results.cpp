@@ -8,11 +8,6 @@
 namespace doppel::overlay_detail {
 namespace {
 
-[[noreturn]] void impossible(const SourceLocation& where, const std::string& why,
-                             const std::string& mend = "") {
-  throw InputError("overlay.impossible", where, why, mend);
-}
-
 Eigen::Vector3d vector_fact(const Operation& operation, const Facts& facts, std::string_view key) {
   const std::string* text = find_fact(facts, key);
   const auto value = text != nullptr ? vector_of(*text) : std::nullopt;
@@ -100,6 +95,10 @@ void scale_meshes(XmlNode& link, const Eigen::Vector3d& scale, const SourceLocat
 }
 
 }  // namespace
+
+void impossible(const SourceLocation& where, const std::string& why, const std::string& mend) {
+  throw InputError("overlay.impossible", where, why, mend);
+}
 
 double mass_factor(const ScaleMasses& action, const Facts& was) {
   double sum = 0;

@@ -15,11 +15,6 @@
 namespace doppel::overlay_detail {
 namespace {
 
-[[noreturn]] void impossible(const SourceLocation& where, const std::string& why,
-                             const std::string& mend = "") {
-  throw InputError("overlay.impossible", where, why, mend);
-}
-
 // The link alone, typed and with its meshes found.
 Link read_link(const std::string& name, const SourceLocation& where, const Surroundings& around) {
   const XmlNode* node = find_named(around.root, "link", name);

@@ -2,17 +2,17 @@
 
 #include <algorithm>
 
+#include "doppel/overlay/detail/overlay.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel::overlay_detail {
 namespace {
 
-constexpr std::string_view kBlank = " \t\r\n";
 constexpr std::size_t kLargestSource = std::size_t{64} << 20;
 constexpr auto npos = std::string::npos;
 
 bool ends_name(char c) {
-  return kBlank.find(c) != npos || c == '=' || c == '>' || c == '/';
+  return kBlanks.find(c) != npos || c == '=' || c == '>' || c == '/';
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ std::optional<SourceText::Tag> SourceText::tag(std::size_t at, std::string_view 
   Tag out;
   out.range = {at, end};
   out.closed = text_[end - 2] == '/';
-  const std::size_t last = text_.find_last_not_of(kBlank, end - (out.closed ? 3 : 2));
+  const std::size_t last = text_.find_last_not_of(kBlanks, end - (out.closed ? 3 : 2));
   out.attributes_end = last + 1;
   return out;
 }
@@ -88,9 +88,9 @@ std::optional<SourceText::Range> SourceText::element(std::size_t at, std::string
 
 std::optional<SourceText::Range> SourceText::value(std::size_t at, std::string_view name) const {
   if (text_.compare(at, name.size(), name) != 0) return {};
-  std::size_t next = text_.find_first_not_of(kBlank, at + name.size());
+  std::size_t next = text_.find_first_not_of(kBlanks, at + name.size());
   if (next == npos || text_[next] != '=') return {};
-  next = text_.find_first_not_of(kBlank, next + 1);
+  next = text_.find_first_not_of(kBlanks, next + 1);
   if (next == npos || (text_[next] != '"' && text_[next] != '\'')) return {};
   const std::size_t end = text_.find(text_[next], next + 1);
   if (end == npos) return {};
@@ -104,7 +104,7 @@ std::optional<std::size_t> SourceText::attribute(const Tag& tag, std::string_vie
       if (at == npos) return {};
       continue;
     }
-    if (kBlank.find(text_[at - 1]) == npos || text_.compare(at, name.size(), name) != 0) continue;
+    if (kBlanks.find(text_[at - 1]) == npos || text_.compare(at, name.size(), name) != 0) continue;
     const std::size_t behind = at + name.size();
     if (behind < tag.range.end && ends_name(text_[behind])) return at;
   }

@@ -8,11 +8,6 @@
 namespace doppel::overlay_detail {
 namespace {
 
-[[noreturn]] void impossible(const SourceLocation& where, const std::string& why,
-                             const std::string& mend = "") {
-  throw InputError("overlay.impossible", where, why, mend);
-}
-
 XmlNode element(const char* name, std::initializer_list<std::pair<const char*, std::string>> attributes,
                 const SourceLocation& where) {
   XmlNode node = make_node(name, where);

@@ -22,11 +22,10 @@ Tolerance tolerance_of(std::string_view key) {
 
 std::vector<std::string_view> words_of(std::string_view text) {
   std::vector<std::string_view> words;
-  constexpr std::string_view kBlank = " \t\r\n";
-  for (std::size_t begin = text.find_first_not_of(kBlank); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(text.find_first_of(kBlank, begin), text.size());
+  for (std::size_t begin = text.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
+    const std::size_t end = std::min(text.find_first_of(kBlanks, begin), text.size());
     words.push_back(text.substr(begin, end - begin));
-    begin = text.find_first_not_of(kBlank, end);
+    begin = text.find_first_not_of(kBlanks, end);
   }
   return words;
 }

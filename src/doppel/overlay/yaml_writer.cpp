@@ -80,9 +80,9 @@ std::string map(const std::vector<std::pair<std::string, Value>>& entries, Write
   return "{" + out + "}";
 }
 
-class Lines {
+class SettingLines {
  public:
-  explicit Lines(std::string& out) : out_(out) {}
+  explicit SettingLines(std::string& out) : out_(out) {}
   void line(std::string_view key, const std::string& value) { out_ += fmt::format("  {}: {}\n", key, value); }
   void maybe(std::string_view key, const std::optional<double>& value) {
     if (value) line(key, number_text(*value));
@@ -92,7 +92,7 @@ class Lines {
   std::string& out_;
 };
 
-void write_settings(const OperationAction& action, const Large& large, Lines& out) {
+void write_settings(const OperationAction& action, const Large& large, SettingLines& out) {
   std::visit(
       Overloaded{
           [&](const SetAxis& a) { out.line("axis", vector(a.axis)); },
@@ -156,7 +156,7 @@ std::string to_yaml(const Operation& operation) {
   std::string target = scalar(target_name(operation.action));
   if (const auto* scaling = std::get_if<ScaleMasses>(&operation.action)) target = number_text(scaling->total);
   std::string out = fmt::format("- {}: {}\n", operation_name(operation.action), target);
-  Lines lines(out);
+  SettingLines lines(out);
   write_settings(operation.action, Large(operation.beyond_a_turn), lines);
   if (!operation.why.empty()) lines.line("why", scalar(operation.why));
   if (operation.evidence.size() == 1) lines.line("evidence", scalar(operation.evidence.front()));

@@ -16,20 +16,14 @@
 #include "doppel/ros2/detail/bridge_warnings.h"
 
 namespace doppel::ros2 {
-namespace {
 
-using std::chrono::milliseconds;
-using std::chrono::steady_clock;
-
-constexpr std::size_t kMostPassed = 256;  // messages to the network before others have their turn
-constexpr milliseconds kIdle{50};         // the bus does not tell when its graph changes
-constexpr milliseconds kHeldBack{1};      // while the loop, or a client, is waited for
-constexpr milliseconds kDiagnostics{1000};
+// PacedWork and JoinedNetwork are outside of the anonymous namespace, because Bridge::Impl, which holds both,
+// has external linkage.
 
 // Work that is asked for at any time, and done at most once in a period.
-class Paced {
+class PacedWork {
  public:
-  explicit Paced(milliseconds period) : period_(period) {}
+  explicit PacedWork(std::chrono::milliseconds period) : period_(period) {}
   void ask() { asked_ = true; }
   [[nodiscard]] bool is_due(SteadyTime now) {
     if (!asked_ || now < next_) return false;
@@ -42,15 +36,15 @@ class Paced {
   }
 
  private:
-  const milliseconds period_;
+  const std::chrono::milliseconds period_;
   bool asked_ = true;
   SteadyTime next_{};
 };
 
 // What there is while the participant is.
-struct Network {
-  Network(Bus& bus, Edge& edge, std::unique_ptr<Participant> made, NetworkStatus& status, Refusals& refusals,
-          Unoffered& unoffered, ToBridge to_bridge)
+struct JoinedNetwork {
+  JoinedNetwork(Bus& bus, Edge& edge, std::unique_ptr<Participant> made, NetworkStatus& status,
+                Refusals& refusals, Unoffered& unoffered, ToBridge to_bridge)
       : participant(std::move(made)),
         graph(*participant),
         topics(bus, edge, *participant, status, refusals, unoffered),
@@ -61,6 +55,16 @@ struct Network {
   BridgedTopics topics;
   BridgedServices services;
 };
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr std::size_t kMostPassed = 256;  // messages to the network before others have their turn
+constexpr milliseconds kIdle{50};         // the bus does not tell when its graph changes
+constexpr milliseconds kHeldBack{1};      // while the loop, or a client, is waited for
+constexpr milliseconds kDiagnostics{1000};
 
 class RemoteServiceImpl : public RemoteService {
  public:
@@ -149,9 +153,9 @@ struct Bridge::Impl {
   Refusals refusals{log, now_so_far};
   Unoffered unoffered{log};
   NetworkWarnings warnings{log};
-  std::unique_ptr<Network> network;
+  std::unique_ptr<JoinedNetwork> network;
   BridgedClients clients{bus, *edge, now_so_far, unoffered};
-  Paced follow{milliseconds(10)}, match{milliseconds(5)}, graph_update{milliseconds(20)},
+  PacedWork follow{milliseconds(10)}, match{milliseconds(5)}, graph_update{milliseconds(20)},
       status_update{milliseconds(20)}, diagnosis{kDiagnostics};
   std::uint64_t seen_version = ~std::uint64_t{0}, seen_discovery = ~std::uint64_t{0};
   bool look = true, some_wait = false;  // at the readers; for a client or for the loop
@@ -186,7 +190,8 @@ void Bridge::Impl::join() {
     ParticipantOptions with = options.network;
     with.is_cancelled = [this] { return stop.load(); };
     auto participant = make_participant(with, [box = mailbox] { box->activity(); });
-    network = std::make_unique<Network>(bus, *edge, std::move(participant), now_so_far, refusals, unoffered,
+    network =
+        std::make_unique<JoinedNetwork>(bus, *edge, std::move(participant), now_so_far, refusals, unoffered,
                                         [box = mailbox](auto task) { box->post(std::move(task)); });
     clients.set_participant(network->participant.get());
     now_so_far.state = NetworkStatus::State::joined;
@@ -323,7 +328,7 @@ void Bridge::Impl::hear_complaints() {
 
 void Bridge::Impl::wait(SteadyTime now) {
   SteadyTime until = now + (some_wait ? kHeldBack : kIdle);
-  for (const Paced* paced : {&follow, &match, &graph_update, &status_update, &diagnosis}) {
+  for (const PacedWork* paced : {&follow, &match, &graph_update, &status_update, &diagnosis}) {
     until = paced->next(until);
   }
   edge->wait(std::chrono::ceil<milliseconds>(std::max(until - now, steady_clock::duration{})));

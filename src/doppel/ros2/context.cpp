@@ -38,27 +38,6 @@ ContextOptions read_options(std::vector<std::string>& words) {
   return options;
 }
 
-// SIGINT and SIGTERM end the program's spinning while this is there.
-class Signals {
- public:
-  Signals() {
-    struct sigaction action {};
-    action.sa_handler = [](int) { signalled = true; };
-    sigaction(SIGINT, &action, &interrupt_);
-    sigaction(SIGTERM, &action, &terminate_);
-  }
-  ~Signals() {
-    sigaction(SIGINT, &interrupt_, nullptr);
-    sigaction(SIGTERM, &terminate_, nullptr);
-  }
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-
- private:
-  struct sigaction interrupt_ {
-  }, terminate_{};
-};
-
 // Sets it while it is there.
 class Turn {
  public:
@@ -76,6 +55,28 @@ std::string_view severity_text(Severity severity) {
 }
 
 }  // namespace
+
+// SIGINT and SIGTERM end the program's spinning while this is there. Outside of the anonymous
+// namespace, because Context::Impl, which holds it, has external linkage.
+class SignalHandlers {
+ public:
+  SignalHandlers() {
+    struct sigaction action {};
+    action.sa_handler = [](int) { signalled = true; };
+    sigaction(SIGINT, &action, &interrupt_);
+    sigaction(SIGTERM, &action, &terminate_);
+  }
+  ~SignalHandlers() {
+    sigaction(SIGINT, &interrupt_, nullptr);
+    sigaction(SIGTERM, &terminate_, nullptr);
+  }
+  SignalHandlers(const SignalHandlers&) = delete;
+  SignalHandlers& operator=(const SignalHandlers&) = delete;
+
+ private:
+  struct sigaction interrupt_ {
+  }, terminate_{};
+};
 
 Timer::Timer(std::chrono::nanoseconds period, bool by_wall, Time ros_now, std::function<void()> callback)
     : period_(std::max(period, 1ns)), by_wall_(by_wall), callback_(std::move(callback)) {
@@ -156,7 +157,7 @@ struct Context::Impl {
   std::vector<std::string> words;
   ParameterFile parameters;
   Log lines;
-  std::optional<Signals> signals;
+  std::optional<SignalHandlers> signals;
   Bus bus;
   std::unique_ptr<Bridge> bridge;
   std::vector<std::weak_ptr<Timer>> timers;

@@ -16,7 +16,6 @@ namespace {
 namespace msg = rmw_dds_common::msg;
 
 constexpr const char* kTopic = "ros_discovery_info";  // not mangled
-constexpr const char* kUnknownNode = "_NODE_NAME_UNKNOWN_";
 constexpr const char* kNoNode = "_CREATED_BY_BARE_DDS_APP_";
 // A list may come before its participant is known, or be read after that has gone: then it never will be.
 constexpr std::chrono::seconds kNeverCame{10};

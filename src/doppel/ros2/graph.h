@@ -24,9 +24,11 @@ struct OwnNode {
   std::vector<Gid> readers{}, writers{};
 };
 
+inline constexpr const char* kUnknownNode = "_NODE_NAME_UNKNOWN_";  // ROS 2's word
+
 struct GraphEndpoint {
-  // "/ns/name"; where no node claims it, ROS 2's "_NODE_NAME_UNKNOWN_", or "_CREATED_BY_BARE_DDS_APP_" if its
-  // participant is none of ROS 2.
+  // "/ns/name"; where no node claims it, kUnknownNode, or "_CREATED_BY_BARE_DDS_APP_" if its participant is
+  // none of ROS 2.
   std::string node;
   std::string type;       // "sensor_msgs/msg/JointState"
   std::string type_hash;  // of a service's endpoint: of the request

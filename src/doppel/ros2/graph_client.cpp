@@ -21,7 +21,6 @@ constexpr auto kQuiet = 250ms;
 constexpr auto kLongestLook = 2000ms, kLongestIncomplete = 5000ms;
 constexpr auto kLinger = 100ms;  // as `ros2 topic pub --keep-alive`
 constexpr std::size_t kMostUnread = 100'000;
-constexpr std::string_view kUnknownNode = "_NODE_NAME_UNKNOWN_";
 
 void drain(int fd) {
   std::uint64_t count = 0;

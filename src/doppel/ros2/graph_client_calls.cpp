@@ -17,7 +17,7 @@ double seconds(std::chrono::milliseconds time) {
 }
 
 template <Message M>
-M decode(const Client::Answer& answer, const std::string& service) {
+M decode(const doppel::Client::Answer& answer, const std::string& service) {
   M message;
   const Status status =
       answer.ok ? from_cdr(std::span(answer.response), message) : Status::refused(answer.why);
@@ -76,7 +76,7 @@ void GraphClient::Impl::take_replies() {
   });
 }
 
-Client::Answer GraphClient::Impl::ask(const std::string& service, const Bytes& request) {
+doppel::Client::Answer GraphClient::Impl::ask(const std::string& service, const Bytes& request) {
   const std::uint32_t call = begin_call(service, request);
   Answer answer;
   bool taken = false;

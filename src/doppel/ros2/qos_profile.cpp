@@ -8,7 +8,7 @@ namespace {
 constexpr std::string_view kReliability = "RELIABILITY_QOS_POLICY", kDurability = "DURABILITY_QOS_POLICY",
                            kDeadline = "DEADLINE_QOS_POLICY", kLiveliness = "LIVELINESS_QOS_POLICY";
 
-std::string seconds(std::chrono::nanoseconds duration) {
+std::string seconds_text(std::chrono::nanoseconds duration) {
   if (duration == QosProfile::kInfinite) return "infinite";
   return fmt::format("{} s", std::chrono::duration<double>(duration).count());
 }
@@ -33,12 +33,12 @@ std::string incompatibility(const QosProfile& offered, const QosProfile& wanted)
   if (policy == kReliability) return "reliability: best effort is offered, reliable is wanted";
   if (policy == kDurability) return "durability: volatile is offered, transient local is wanted";
   if (policy == kDeadline)
-    return fmt::format("deadline: {} is offered, {} is wanted", seconds(offered.deadline),
-                       seconds(wanted.deadline));
+    return fmt::format("deadline: {} is offered, {} is wanted", seconds_text(offered.deadline),
+                       seconds_text(wanted.deadline));
   if (policy != kLiveliness) return "";
   if (offered.lease <= wanted.lease) return "liveliness: automatic is offered, manual by topic is wanted";
-  return fmt::format("liveliness lease: {} is offered, {} is wanted", seconds(offered.lease),
-                     seconds(wanted.lease));
+  return fmt::format("liveliness lease: {} is offered, {} is wanted", seconds_text(offered.lease),
+                     seconds_text(wanted.lease));
 }
 
 }  // namespace doppel::ros2

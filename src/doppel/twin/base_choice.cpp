@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 11> kLegParts{"knee",      "ankle",    "t
 constexpr std::array<std::string_view, 8> kLegWords{"calf", "shin",   "haa", "hfe",
                                                     "kfe",  "tarsus", "leg", "legs"};
 constexpr std::string_view kNoFoot = "footprint";
-constexpr std::size_t kNamesShown = 3;
+constexpr std::size_t kMaxNamesInReason = 3;
 constexpr double kSameRadius = 0.01;                  // relative
 constexpr double kAlongAxis = 0.99;                   // cosine between a wheel's axis and its joint's
 constexpr double kLying = 0.5;                        // the upward part of a wheel's axis is less
@@ -72,9 +72,9 @@ bool lies(const Parents& parents, const Joint& joint) {
 
 std::string shown(const std::vector<std::string>& names) {
   std::string out;
-  for (std::size_t i = 0; i < std::min(names.size(), kNamesShown); ++i)
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxNamesInReason); ++i)
     out += fmt::format("{}'{}'", i == 0 ? "" : ", ", names[i]);
-  return out + (names.size() > kNamesShown ? ", ..." : "");
+  return out + (names.size() > kMaxNamesInReason ? ", ..." : "");
 }
 
 std::string root_of(const RobotDescription& robot, const Parents& parents) {

@@ -3,7 +3,7 @@
 namespace doppel {
 namespace {
 
-constexpr Duration kPeriod{10'000'000};
+constexpr Duration kClockPeriod{10'000'000};
 
 }  // namespace
 
@@ -16,7 +16,7 @@ ClockPublisher::ClockPublisher(Bus& bus, const Scene& scene) : scene_(scene) {
 
 Time ClockPublisher::publish(Time now) {
   publish_clock(now);
-  return pace_.next(now, whole_steps(kPeriod, scene_.engine().world().settings().step));
+  return pace_.next(now, whole_steps(kClockPeriod, scene_.engine().world().settings().step));
 }
 
 void ClockPublisher::publish_clock(Time now) {

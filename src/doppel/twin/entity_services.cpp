@@ -11,8 +11,7 @@
 namespace doppel {
 namespace {
 
-constexpr double kFarthest = 1e4;  // m
-constexpr double kFastest = 1e3;   // m/s, rad/s
+constexpr double kMaxEntitySpeed = 1e3;  // m/s, rad/s
 
 bool is_printable(const std::string& name) {
   bool blank = true;
@@ -83,8 +82,8 @@ Status EntityServices::spawn_object(const Spawn::Request& request, const Pose& X
     if (!request.name.empty()) object.name = request.name;
     if (const Status free = check_name(object.name); !free) return free;
     object.X_WO = X_WE * object.X_WO;
-    if (object.X_WO.translation().cwiseAbs().maxCoeff() > kFarthest)
-      return Status::refused(fmt::format("the pose is further away than {:g} m", kFarthest));
+    if (object.X_WO.translation().cwiseAbs().maxCoeff() > kMaxEntityDistance)
+      return Status::refused(fmt::format("the pose is further away than {:g} m", kMaxEntityDistance));
     CollisionMeshes meshes;
     scene_.engine().spawn(make_instance(object, meshes, notes));
     callbacks_.changed();
@@ -109,8 +108,8 @@ void EntityServices::spawn(const Spawn::Request& request, const Responder<Spawn:
     if (wanted.name_space.empty()) wanted.name_space = *name;
   }
   if (wanted.name_space.starts_with('/')) wanted.name_space.erase(0, 1);
-  if (X_WE.translation().cwiseAbs().maxCoeff() > kFarthest)
-    status = Status::refused(fmt::format("the pose is further away than {:g} m", kFarthest));
+  if (X_WE.translation().cwiseAbs().maxCoeff() > kMaxEntityDistance)
+    status = Status::refused(fmt::format("the pose is further away than {:g} m", kMaxEntityDistance));
   if (status) status = check_name(wanted.name_space);
   if (!status) return respond(answer<Spawn::Response>(status, ""));
   const std::string name = wanted.name_space;
@@ -172,11 +171,11 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
   const Pose X_WE = frame.X_WE * *X_FE;
   const Eigen::Matrix3d R_WF = frame.X_WE.linear();
   const FrameVelocity velocity{R_WF * from_msg(twist.linear), R_WF * from_msg(twist.angular)};
-  if (!(X_WE.translation().cwiseAbs().maxCoeff() <= kFarthest))
-    return Status::refused(fmt::format("the pose is further away than {:g} m", kFarthest));
-  if (!(velocity.linear_W.norm() <= kFastest) || !(velocity.angular_W.norm() <= kFastest))
+  if (!(X_WE.translation().cwiseAbs().maxCoeff() <= kMaxEntityDistance))
+    return Status::refused(fmt::format("the pose is further away than {:g} m", kMaxEntityDistance));
+  if (!(velocity.linear_W.norm() <= kMaxEntitySpeed) || !(velocity.angular_W.norm() <= kMaxEntitySpeed))
     return Status::refused(
-        fmt::format("the twist is not finite, or faster than {:g} m/s or rad/s", kFastest));
+        fmt::format("the twist is not finite, or faster than {:g} m/s or rad/s", kMaxEntitySpeed));
   move(entity, {X_WE, velocity});
   return {};
 }

@@ -11,6 +11,7 @@
 #include "doppel/core/names.h"
 #include "doppel/description/urdf_reader.h"
 #include "doppel/math/pose.h"
+#include "doppel/twin/detail/entity.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {
@@ -19,7 +20,6 @@ namespace {
 constexpr std::size_t kLargestText = std::size_t{1} << 20;
 constexpr double kSmallest = 1e-4, kLargest = 1e3;   // m
 constexpr double kLightest = 1e-6, kHeaviest = 1e6;  // kg
-constexpr double kFarthest = 1e4;                    // m
 constexpr double kMostFriction = 100;
 constexpr const char* kInvalid = "entity.invalid";
 
@@ -150,7 +150,7 @@ class Reader {
     }
   }
   void check_pose(const XmlNode& node, const Pose& pose) {
-    check_range(node, "distance", pose.translation().cwiseAbs().maxCoeff(), 0, kFarthest, "m");
+    check_range(node, "distance", pose.translation().cwiseAbs().maxCoeff(), 0, kMaxEntityDistance, "m");
   }
   double mass_from(const XmlNode& node, std::optional<double> value) {
     if (!value) return kLightest;  // told already

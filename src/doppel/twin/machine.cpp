@@ -16,7 +16,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kNamesShown = 8;
+constexpr std::size_t kMaxLinksNamed = 8;
 
 bool among(const std::vector<WorldRobot>& robots, const std::string& name_space) {
   return std::ranges::find(robots, name_space, &WorldRobot::name_space) != robots.end();
@@ -162,7 +162,7 @@ void report_overlaps(const RobotMachine& robot, const Engine& engine, Diagnostic
   }
   for (const auto& [other, in] : inside) {
     std::vector<std::string> names;
-    for (std::size_t i = 0; i < std::min(in.links.size(), kNamesShown); ++i)
+    for (std::size_t i = 0; i < std::min(in.links.size(), kMaxLinksNamed); ++i)
       names.push_back(fmt::format("'{}'", in.links[i]));
     if (in.links.size() > names.size())
       names.push_back(fmt::format("{} more", in.links.size() - names.size()));

@@ -18,7 +18,7 @@ namespace doppel {
 namespace {
 
 constexpr std::size_t kMostLoads = 256;
-constexpr double kFastest = 1e6;
+constexpr double kMaxTimeFactor = 1e6;
 
 }  // namespace
 
@@ -146,7 +146,7 @@ void SimulatorServices::offer_time_services() {
   node_.serve<SetSpeed>(
       "~/set_speed", [this](const SetSpeed::Request& request, Responder<SetSpeed::Response> respond) {
         Status status;
-        if (!(request.factor >= 0.0 && request.factor <= kFastest)) {
+        if (!(request.factor >= 0.0 && request.factor <= kMaxTimeFactor)) {
           status = Status::refused(
               fmt::format("the factor is {}; 1 is real time, 0 as fast as it goes", request.factor));
         } else {

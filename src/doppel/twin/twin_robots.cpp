@@ -12,7 +12,7 @@
 namespace doppel {
 namespace {
 
-constexpr const char* kOrigin = "gazebo";
+constexpr const char* kSpawnLogOrigin = "gazebo";
 constexpr int kMostBuilds = 3;  // of one robot beside the loop, while others come and go
 
 // Meshes and controllers' files that lie in no package are not read: whoever may call a service must not be
@@ -101,7 +101,7 @@ void Twin::Impl::add_robot(Newcomer& newcomer) {
   try {
     Diagnostics overlaps, reported_before;
     report_overlaps(fresh, engine, overlaps);
-    for (const Diagnostic& one : overlaps.all()) log.warning(kOrigin, one.str());
+    for (const Diagnostic& one : overlaps.all()) log.warning(kSpawnLogOrigin, one.str());
     robots.push_back(make_robot(newcomer.machine, std::nullopt, reported_before));
     machine->robots.push_back(newcomer.machine);
     renew_handles();
@@ -179,7 +179,7 @@ void Twin::Impl::build(const std::shared_ptr<Spawning>& spawning) {
     bus.post([this, spawning] { settle(spawning); });
   };
   builder = guarded_thread(work, [this](const std::string& why) {
-    log.error(kOrigin, "a spawned robot was made ready, but the loop could not be reached: " + why);
+    log.error(kSpawnLogOrigin, "a spawned robot was made ready, but the loop could not be reached: " + why);
   });
 }
 
@@ -190,7 +190,7 @@ void Twin::Impl::settle(const std::shared_ptr<Spawning>& spawning) {
       if (spawning->newcomer->without != spawning->world && spawning->builds < kMostBuilds)
         return build(spawning);
       add_robot(*spawning->newcomer);
-      for (const Diagnostic& one : spawning->said.all()) log.line(one.severity, kOrigin, one.str());
+      for (const Diagnostic& one : spawning->said.all()) log.line(one.severity, kSpawnLogOrigin, one.str());
     }
   } catch (...) {
     spawning->why = thrown_text();

@@ -22,9 +22,9 @@ namespace doppel {
 namespace {
 
 constexpr const char* kCommand = "joint_command";
-constexpr const char* kOrigin = "joint_state_publisher";
-constexpr Duration kPeriod{100'000'000};     // between two publications while nothing moves
-constexpr std::size_t kMostComplaints = 50;  // whoever sends made-up names does not fill the log
+constexpr const char* kViewerLogOrigin = "joint_state_publisher";
+constexpr Duration kIdlePublishPeriod{100'000'000};  // between two publications while nothing moves
+constexpr std::size_t kMostComplaints = 50;          // whoever sends made-up names does not fill the log
 
 // A joint's position as it may be: within the limits; where it turns for ever, within a turn.
 double allowed(const ModelJoint& joint, double position) {
@@ -32,9 +32,12 @@ double allowed(const ModelJoint& joint, double position) {
   return std::clamp(position, joint.lower, joint.upper);
 }
 
-// What the files make, before anything is on the bus.
-struct Picture {
-  Picture(const Scenario& scenario, Diagnostics& diagnostics) {
+}  // namespace
+
+// What the files make, before anything is on the bus. Outside of the anonymous namespace, because members of
+// Viewer hold it.
+struct ViewerPicture {
+  ViewerPicture(const Scenario& scenario, Diagnostics& diagnostics) {
     PackageResolver resolver;
     ExpandedTarget expanded = expand_target(scenario, scenario.robots.front(), resolver, diagnostics);
     Diagnostics found;
@@ -55,10 +58,8 @@ struct Picture {
   Eigen::VectorXd start;     // [model->nq]
 };
 
-}  // namespace
-
 struct Viewer::Replacement {
-  std::unique_ptr<Picture> picture;
+  std::unique_ptr<ViewerPicture> picture;
 };
 
 struct Viewer::Impl {
@@ -68,10 +69,10 @@ struct Viewer::Impl {
     make_standard(node);
     node.subscribe<sensor_msgs::msg::JointState>(
         kCommand, [this](const sensor_msgs::msg::JointState& command) { take(command); });
-    show(std::make_unique<Picture>(scenario, diagnostics));
+    show(std::make_unique<ViewerPicture>(scenario, diagnostics));
   }
 
-  void show(std::unique_ptr<Picture> fresh) {
+  void show(std::unique_ptr<ViewerPicture> fresh) {
     publisher.reset();
     picture = std::move(fresh);
     const Model& model = *picture->model;
@@ -87,8 +88,8 @@ struct Viewer::Impl {
     latched_due = changed = true;
   }
 
-  void replace(std::unique_ptr<Picture> fresh) {
-    const std::unique_ptr<Picture> old = std::move(picture);
+  void replace(std::unique_ptr<ViewerPicture> fresh) {
+    const std::unique_ptr<ViewerPicture> old = std::move(picture);
     const Eigen::VectorXd stood = q;
     show(std::move(fresh));
     for (const ModelJoint& joint : picture->model->joints) {
@@ -103,9 +104,9 @@ struct Viewer::Impl {
 
   void complain(const std::string& key, const std::string& text) {
     if (complaints.size() >= kMostComplaints || !complaints.insert(key).second) return;
-    log.warning(kOrigin, fmt::format("{}: {}", kCommand, text));
+    log.warning(kViewerLogOrigin, fmt::format("{}: {}", kCommand, text));
     if (complaints.size() == kMostComplaints)
-      log.warning(kOrigin, fmt::format("{}: more of this kind is not told", kCommand));
+      log.warning(kViewerLogOrigin, fmt::format("{}: more of this kind is not told", kCommand));
   }
 
   // The joint that a command sets; null: none, and why was told.
@@ -169,7 +170,7 @@ struct Viewer::Impl {
     bus.spin();
     if (std::exchange(latched_due, false)) publisher->publish_latched(now);
     // The wall's clock may be set back.
-    if (changed || now < published || now - published >= kPeriod) publish(now);
+    if (changed || now < published || now - published >= kIdlePublishPeriod) publish(now);
   }
 
   const Scenario scenario;
@@ -177,7 +178,7 @@ struct Viewer::Impl {
   Bus bus{{.names = scenario.ros.names, .sim_time = false}};
   Node node{bus, "/joint_state_publisher"};
   Publisher<sensor_msgs::msg::JointState> states;
-  std::unique_ptr<Picture> picture;
+  std::unique_ptr<ViewerPicture> picture;
   std::unique_ptr<StatePublisher> publisher;
   std::unordered_map<std::string, int> joints;  // index by name
   std::set<std::string> complaints;             // what was told of
@@ -198,7 +199,7 @@ void Viewer::step(Time now) {
 
 std::shared_ptr<Viewer::Replacement> Viewer::prepare(Diagnostics& diagnostics) const {
   auto fresh = std::make_shared<Replacement>();
-  fresh->picture = std::make_unique<Picture>(impl_->scenario, diagnostics);
+  fresh->picture = std::make_unique<ViewerPicture>(impl_->scenario, diagnostics);
   return fresh;
 }
 

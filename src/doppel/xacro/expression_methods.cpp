@@ -6,13 +6,13 @@
 #include <span>
 
 #include "doppel/core/names.h"
+#include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/detail/expression_functions.h"
 #include "doppel/xacro/detail/expression_operators.h"
 
 namespace doppel {
 namespace {
 
-constexpr std::string_view kBlank = " \t\r\n\v\f";
 struct NamedMethod {
   std::string_view name;
   Method method;
@@ -22,7 +22,7 @@ using Methods = std::span<const NamedMethod>;
 const std::string& text_of(const Value& v) {
   return v.as<std::string>();
 }
-Value integer(std::size_t n) {
+Value value_of_count(std::size_t n) {
   return Value(static_cast<std::int64_t>(n));
 }
 
@@ -31,9 +31,9 @@ Value split(const Value& subject, const Arguments& a) {
   std::int64_t most = a.size() > 1 ? integer_argument(a, 1, "split") : -1;
   ValueList out;
   if (a.empty() || a[0].is<Value::None>()) {
-    for (std::size_t i = 0; (i = text.find_first_not_of(kBlank, i)) != std::string::npos;) {
-      const std::size_t end = most == 0 ? text.find_last_not_of(kBlank) + 1
-                                        : std::min(text.find_first_of(kBlank, i), text.size());
+    for (std::size_t i = 0; (i = text.find_first_not_of(kBlanks, i)) != std::string::npos;) {
+      const std::size_t end = most == 0 ? text.find_last_not_of(kBlanks) + 1
+                                        : std::min(text.find_first_of(kBlanks, i), text.size());
       out.emplace_back(text.substr(i, end - i));
       if (most-- == 0) break;
       i = end;
@@ -121,7 +121,7 @@ Value replace(const Value& subject, const Arguments& a) {
 Value stripped(const Value& subject, const Arguments& a, bool left, bool right) {
   const std::string& text = text_of(subject);
   const bool given = !a.empty() && !a[0].is<Value::None>();
-  const std::string_view characters = given ? std::string_view(text_argument(a, 0, "strip")) : kBlank;
+  const std::string_view characters = given ? std::string_view(text_argument(a, 0, "strip")) : kBlanks;
   const std::size_t begin = left ? text.find_first_not_of(characters) : 0;
   if (begin == std::string::npos) return Value("");
   const std::size_t last = right ? text.find_last_not_of(characters) : text.size() - 1;
@@ -136,9 +136,6 @@ char upper(char c) {
 }
 bool letter(char c) {
   return lower(c) >= 'a' && lower(c) <= 'z';
-}
-bool digit(char c) {
-  return c >= '0' && c <= '9';
 }
 
 // ASCII letters, and those of Latin-1 in UTF-8 (C3 80 to C3 BE).
@@ -188,10 +185,10 @@ Value found(const Value& subject, const Arguments& a, bool last, bool required) 
     if (required) throw ExpressionError(fmt::format("{} is not in {}", a[0].brief(), subject.brief()));
     return Value(std::int64_t{-1});
   }
-  return integer(count_characters(std::string_view(text).substr(0, at)));
+  return value_of_count(count_characters(std::string_view(text).substr(0, at)));
 }
 
-Value padded(const Value& subject, const Arguments& a, const char* align) {
+Value justified(const Value& subject, const Arguments& a, const char* align) {
   const std::int64_t width = integer_argument(a, 0, "just");
   const std::string fill = a.size() > 1 ? text_argument(a, 1, "just") : " ";
   if (count_characters(fill) != 1) throw ExpressionError("a fill is one character");
@@ -210,10 +207,10 @@ Value zero_filled(const Value& subject, const Arguments& a) {
 
 Value counted(const Value& subject, const Arguments& a) {
   const std::string &text = text_of(subject), &what = text_argument(a, 0, "count");
-  if (what.empty()) return integer(count_characters(text) + 1);
+  if (what.empty()) return value_of_count(count_characters(text) + 1);
   std::size_t out = 0;
   for (std::size_t i = 0; (i = text.find(what, i)) != std::string::npos; i += what.size()) ++out;
-  return integer(out);
+  return value_of_count(out);
 }
 
 Value without_affix(const Value& subject, const Arguments& a, bool front) {
@@ -250,19 +247,16 @@ Methods string_methods() {
       {"rfind", [](V t, A a) { return found(t, a, true, false); }},
       {"index", [](V t, A a) { return found(t, a, false, true); }},
       {"count", counted},
-      {"ljust", [](V t, A a) { return padded(t, a, "<"); }},
-      {"rjust", [](V t, A a) { return padded(t, a, ">"); }},
-      {"center", [](V t, A a) { return padded(t, a, "^"); }},
+      {"ljust", [](V t, A a) { return justified(t, a, "<"); }},
+      {"rjust", [](V t, A a) { return justified(t, a, ">"); }},
+      {"center", [](V t, A a) { return justified(t, a, "^"); }},
       {"zfill", zero_filled},
-      {"isdigit", [](V t, A) { return Value(each(t, digit)); }},
-      {"isdecimal", [](V t, A) { return Value(each(t, digit)); }},
-      {"isnumeric", [](V t, A) { return Value(each(t, digit)); }},
+      {"isdigit", [](V t, A) { return Value(each(t, is_digit)); }},
+      {"isdecimal", [](V t, A) { return Value(each(t, is_digit)); }},
+      {"isnumeric", [](V t, A) { return Value(each(t, is_digit)); }},
       {"isalpha", [](V t, A) { return Value(each(t, letter)); }},
-      {"isalnum", [](V t, A) { return Value(each(t, [](char c) { return letter(c) || digit(c); })); }},
-      {"isspace",
-       [](V t, A) {
-         return Value(each(t, [](char c) { return kBlank.find(c) != std::string_view::npos; }));
-       }},
+      {"isalnum", [](V t, A) { return Value(each(t, [](char c) { return letter(c) || is_digit(c); })); }},
+      {"isspace", [](V t, A) { return Value(each(t, [](char c) { return is_blank(c); })); }},
       {"islower", [](V t, A) { return Value(equal(t, cased(t, false)) && !equal(t, cased(t, true))); }},
       {"isupper", [](V t, A) { return Value(equal(t, cased(t, true)) && !equal(t, cased(t, false))); }},
   };
@@ -278,13 +272,13 @@ Methods sequence_methods() {
          const auto at =
              std::find_if(items.begin(), items.end(), [&a](const Value& v) { return equal(v, a[0]); });
          if (at == items.end()) throw ExpressionError(fmt::format("{} is not in the list", a[0].brief()));
-         return integer(static_cast<std::size_t>(at - items.begin()));
+         return value_of_count(static_cast<std::size_t>(at - items.begin()));
        }},
       {"count",
        [](const Value& list, const Arguments& a) {
          expect_arguments(a, 1, 1, "count");
          const ValueList& items = list.values();
-         return integer(static_cast<std::size_t>(
+         return value_of_count(static_cast<std::size_t>(
              std::count_if(items.begin(), items.end(), [&a](const Value& v) { return equal(v, a[0]); })));
        }},
       {"copy", [](const Value& list, const Arguments&) { return list; }},

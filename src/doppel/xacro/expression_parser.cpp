@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-constexpr int kDeepest = 200;
+constexpr int kMaxExpressionDepth = 200;
 using Kind = Expression::Kind;
 using Node = const Expression*;
 
@@ -69,7 +69,7 @@ class Parser {
  private:
   struct Depth {
     explicit Depth(int& d) : depth(d) {
-      if (++depth > kDeepest) throw ExpressionError("the expression is nested too deeply");
+      if (++depth > kMaxExpressionDepth) throw ExpressionError("the expression is nested too deeply");
     }
     ~Depth() { --depth; }
     Depth(const Depth&) = delete;
@@ -127,7 +127,7 @@ class Parser {
     out->kind = kind;
     for (const Node part : parts) out->depth = std::max(out->depth, part->depth + 1);
     // A chain such as 1+1+1+... leans to one side, one level for each term.
-    if (out->depth > 2 * kDeepest) throw ExpressionError("the expression is nested too deeply");
+    if (out->depth > 2 * kMaxExpressionDepth) throw ExpressionError("the expression is nested too deeply");
     out->parts = arena_.copy(parts);
     return out;
   }

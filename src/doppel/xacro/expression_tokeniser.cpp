@@ -5,7 +5,9 @@
 #include <charconv>
 #include <cmath>
 
+#include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/detail/expression_parser.h"
+#include "doppel/xacro/detail/powers_of_ten.h"
 #include "doppel/xml/xml_encoding.h"
 
 namespace doppel {
@@ -13,9 +15,6 @@ namespace {
 
 constexpr std::size_t kMostTokens = 20'000;
 
-constexpr bool digit(char c) {
-  return c >= '0' && c <= '9';
-}
 constexpr bool starts_name(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
          static_cast<unsigned char>(c) >= 0x80;
@@ -23,14 +22,14 @@ constexpr bool starts_name(char c) {
 constexpr auto kInName = [] {
   std::array<bool, 256> out{};
   for (std::size_t c = 0; c < out.size(); ++c)
-    out[c] = starts_name(static_cast<char>(c)) || digit(static_cast<char>(c));
+    out[c] = starts_name(static_cast<char>(c)) || is_digit(static_cast<char>(c));
   return out;
 }();
 bool in_name(char c) {
   return kInName[static_cast<unsigned char>(c)];
 }
 int hex(char c) {
-  if (digit(c)) return c - '0';
+  if (is_digit(c)) return c - '0';
   const char lower = static_cast<char>(c | 0x20);
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
@@ -98,7 +97,7 @@ class Tokeniser {
   Token next() {
     const char c = text_[at_];
     if (starts_name(c) || c == '\'' || c == '"') return word();
-    if (digit(c) || (c == '.' && digit(at(at_ + 1)))) return number();
+    if (is_digit(c) || (c == '.' && is_digit(at(at_ + 1)))) return number();
     const Symbol found = symbol(c, at(at_ + 1));
     if (found == Symbol::none)
       throw ExpressionError(fmt::format("'{}' has no meaning at column {} of '{}'", c, at_ + 1, text_));
@@ -201,19 +200,19 @@ class Tokeniser {
         if ((at(at_ + 1) | 0x20) == letter) return based(begin, base);
       }
     }
-    digits(digit);
+    digits(is_digit);
     bool real = false;
     if (at(at_) == '.') {
       real = true;
       ++at_;
-      digits(digit);
+      digits(is_digit);
     }
     const std::size_t sign = at(at_ + 1) == '+' || at(at_ + 1) == '-' ? 1 : 0;
-    const bool exponent = (at(at_) | 0x20) == 'e' && digit(at(at_ + 1 + sign));
+    const bool exponent = (at(at_) | 0x20) == 'e' && is_digit(at(at_ + 1 + sign));
     if (exponent) {
       real = true;
       at_ += 1 + sign;
-      digits(digit);
+      digits(is_digit);
     }
     if (in_name(at(at_)) && !keyword_follows()) bad_number(begin);
     const std::string_view text = number_text(begin);
@@ -233,8 +232,6 @@ class Tokeniser {
   }
   // Digits and powers of ten that a double holds exactly give the nearest double by one division.
   static bool short_real(std::string_view text, double& out) {
-    static constexpr double kPowers[] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                         1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
     if (text.size() > 16) return false;
     std::int64_t digits = 0;
     std::size_t after = 0;
@@ -244,7 +241,7 @@ class Tokeniser {
       else
         digits = digits * 10 + (text[i] - '0');
     }
-    out = static_cast<double>(digits) / kPowers[after];
+    out = static_cast<double>(digits) / kPowersOfTen[after];
     return true;
   }
   // "1if x else 2" is Python.

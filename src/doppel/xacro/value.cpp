@@ -12,7 +12,7 @@
 namespace doppel {
 namespace {
 
-constexpr int kDeepest = 64;
+constexpr int kMaxContainerDepth = 64;
 constexpr std::int64_t kHeaviest = 1'000'000;  // characters and items in one value
 constexpr std::size_t kIndexFrom = 12;
 constexpr std::size_t kFirstContainer = 5;  // in the order of Value::Data: all before hold no other values
@@ -74,7 +74,7 @@ void weigh(T& container, const Value& item) {
 }
 template <class T>
 void check(const T& container) {
-  if (container.depth > kDeepest) throw ExpressionError("lists and dicts are nested too deeply");
+  if (container.depth > kMaxContainerDepth) throw ExpressionError("lists and dicts are nested too deeply");
   if (container.weight > kHeaviest) throw ExpressionError("the value is too large", "xacro.too_much");
 }
 

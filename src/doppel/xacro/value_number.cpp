@@ -4,19 +4,13 @@
 #include <cmath>
 #include <cstring>
 
+#include "doppel/xacro/detail/characters.h"
+#include "doppel/xacro/detail/powers_of_ten.h"
 #include "doppel/xacro/detail/value.h"
 #include "doppel/xml/xml_encoding.h"
 
 namespace doppel {
 namespace {
-
-constexpr std::string_view kBlank = " \t\r\n\v\f";
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(kBlank);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
 
 // The zeros of Unicode's decimal digits; nine more follow each. Source: DerivedNumericType.txt, Unicode 14.
 constexpr char32_t kZeros[] = {
@@ -101,9 +95,6 @@ std::string python_notation(bool minus, std::string_view digits, int exponent) {
   return out += ".0";
 }
 
-constexpr double kPowers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
-                              1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
-
 // Signed digits in any base that std::from_chars knows.
 bool parse_digits(bool minus, std::string_view digits, int base, std::int64_t& out) {
   std::uint64_t magnitude = 0;
@@ -179,7 +170,7 @@ PlainNumber parse_plain(std::string_view text) {
   constexpr std::uint64_t kExact = std::uint64_t{1} << 53;
   if (at != end || sum > kExact) return out;
   out.kind = PlainNumber::Kind::real;
-  const double magnitude = static_cast<double>(sum) / kPowers[end - fraction];
+  const double magnitude = static_cast<double>(sum) / kPowersOfTen[end - fraction];
   out.real = minus ? -magnitude : magnitude;
   return out;
 }

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "doppel/core/names.h"
+#include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/detail/xacro_expander.h"
 
 namespace doppel {
@@ -15,10 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "xacro:";
-
-bool blank(std::string_view text) {
-  return !text.empty() && text.find_first_not_of(" \t\r\n\v\f") == std::string_view::npos;
-}
 
 // A run-away recursion is told by its first call, not by a hundred of them.
 SourceLocation outermost(SourceLocation where) {
@@ -262,7 +259,7 @@ void Expander::text(const TreeNode& in, const Context& context, Output& out, boo
   if (in.dollar && !in.cdata) {
     made->text = interpreter_.string(in.text, *context.scope, made->where);
     made->dollar = made->text.find('$') != std::string_view::npos;
-    made->blank = blank(made->text);
+    made->blank = !made->text.empty() && is_blank(made->text);
   }
   if (eval_comments && !made->text.empty() && !made->blank) eval_comments = false;
   out.nodes.push_back(made);

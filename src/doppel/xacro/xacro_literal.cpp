@@ -1,4 +1,5 @@
 // What a text means as a value: xacro's literals and conditions.
+#include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/detail/xacro.h"
 
 namespace doppel::xacro {
@@ -10,28 +11,17 @@ std::optional<bool> truth_word(std::string_view text) {
   return std::nullopt;
 }
 
-bool blank(char c) {
-  return c == ' ' || (c >= '\t' && c <= '\r');
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 // What is no plain number, but may be one: with blanks around, an exponent, many digits, inf. With an
 // underscore it stays a text here, whatever Python's int() says.
 std::optional<Value> unusual_number(std::string_view text) {
   if (text.find('_') != std::string_view::npos) return std::nullopt;
   std::string_view body = trimmed(text);
   if (body.starts_with('-') || body.starts_with('+')) body.remove_prefix(1);
-  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
   if (body.empty()) return std::nullopt;
   const auto foreign = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
-  if (digit(body[0]) || body[0] == '.' || foreign(body[0])) {
+  if (is_digit(body[0]) || body[0] == '.' || foreign(body[0])) {
     for (const char c : body) {
-      if (!digit(c) && !foreign(c) && c != '.' && c != '-' && c != '+' && (c | 0x20) != 'e')
+      if (!is_digit(c) && !foreign(c) && c != '.' && c != '-' && c != '+' && (c | 0x20) != 'e')
         return std::nullopt;
     }
   } else if (body.size() < 3 || body.size() > 8) {
@@ -62,7 +52,7 @@ std::optional<Value> read(std::string_view text) {
     return unusual_number(text);
   }
   const bool foreign = static_cast<unsigned char>(first) >= 0x80;
-  return first == 'i' || first == 'n' || blank(first) || foreign ? unusual_number(text) : std::nullopt;
+  return first == 'i' || first == 'n' || is_blank(first) || foreign ? unusual_number(text) : std::nullopt;
 }
 
 }  // namespace

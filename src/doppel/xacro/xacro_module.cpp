@@ -9,7 +9,7 @@
 namespace doppel::xacro {
 namespace {
 
-std::string joined(const ValueList& arguments) {
+std::string message_text(const ValueList& arguments) {
   std::string out;
   for (const Value& a : arguments) out += (out.empty() ? "" : " ") + a.str();
   return out;
@@ -38,7 +38,8 @@ Value tokenise_text(ValueList& a, KeywordArguments& keywords) {
 
 ValueFunction saying(Interpreter& interpreter, Severity severity) {
   return [&interpreter, severity](ValueList& a, KeywordArguments&) {
-    interpreter.diagnostics().add({severity, "xacro.message", joined(a), locate(interpreter.here()), ""});
+    interpreter.diagnostics().add(
+        {severity, "xacro.message", message_text(a), locate(interpreter.here()), ""});
     return Value("");
   };
 }
@@ -161,8 +162,9 @@ TextTable<Value> xacro_globals(Interpreter& interpreter) {
     interpreter.diagnostics().note("xacro.message", locate(interpreter.here()), "print_location()");
     return Value("");
   });
-  add("fatal",
-      [](ValueList& a, KeywordArguments&) -> Value { throw ExpressionError(joined(a), "xacro.fatal"); });
+  add("fatal", [](ValueList& a, KeywordArguments&) -> Value {
+    throw ExpressionError(message_text(a), "xacro.fatal");
+  });
   out.set("xacro", Value::object("xacro", std::make_shared<Module>(std::move(t))));
   return out;
 }

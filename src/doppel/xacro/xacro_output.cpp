@@ -3,14 +3,11 @@
 
 #include <algorithm>
 
+#include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/xacro.h"
 
 namespace doppel {
 namespace {
-
-bool blank(std::string_view text) {
-  return text.find_first_not_of(" \t\r\n\v\f") == std::string_view::npos;
-}
 
 class Writer {
  public:
@@ -75,7 +72,7 @@ class Writer {
     } else {
       out += ">\n";
       for (const TreeNode* child = node.first; child != nullptr; child = child->next) {
-        if (child->kind == TreeNode::Kind::text && !child->cdata && blank(child->text)) continue;
+        if (child->kind == TreeNode::Kind::text && !child->cdata && is_blank(child->text)) continue;
         this->node(*child, depth + 1);
       }
       indent(depth);

@@ -7,7 +7,7 @@
 namespace doppel::xacro {
 namespace {
 
-bool blank(char c) {
+bool separates_parameters(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
@@ -23,12 +23,14 @@ class Parameters {
 
  private:
   void skip() {
-    while (at_ < text_.size() && blank(text_[at_])) ++at_;
+    while (at_ < text_.size() && separates_parameters(text_[at_])) ++at_;
   }
   [[noreturn]] void fail(const std::string& what) const {
     throw InputError("xacro.parameters", locate(where_), what);
   }
-  [[nodiscard]] bool ends(std::size_t at) const { return at >= text_.size() || blank(text_[at]); }
+  [[nodiscard]] bool ends(std::size_t at) const {
+    return at >= text_.size() || separates_parameters(text_[at]);
+  }
 
   Macro::Parameter next() {
     Macro::Parameter out;
@@ -83,7 +85,7 @@ class Parameters {
     for (std::size_t i = text_.size(); i-- > 0;) {
       const char c = text_[i];
       if (c == '\n') single = twice = kNone;
-      if (blank(c)) {
+      if (separates_parameters(c)) {
         ends_[i] = i;
       } else if (c != '\'' && c != '"') {
         ends_[i] = ends_[i + 1];

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/detail/xacro_yaml.h"
 
 namespace doppel::xacro {
@@ -18,14 +19,10 @@ bool digits_only(std::string_view text, std::string_view allowed) {
   return !text.empty() && text.find_first_not_of(allowed) == std::string_view::npos;
 }
 
-bool digit(char c) {
-  return c >= '0' && c <= '9';
-}
-
 // [-+]?[0-9][0-9_]*, 0b..., 0x..., and octal with a leading zero.
 std::optional<Value> integer(std::string_view text) {
   const std::size_t sign = text.starts_with('-') || text.starts_with('+') ? 1 : 0;
-  if (sign == text.size() || !digit(text[sign])) return std::nullopt;
+  if (sign == text.size() || !is_digit(text[sign])) return std::nullopt;
   std::string digits(text.substr(sign));
   std::erase(digits, '_');
   int base = 10;
@@ -121,7 +118,7 @@ Value number(std::string_view text) {
 Value yaml_scalar(std::string_view text) {
   if (text.empty()) return {};
   const char c = text[0];
-  if (digit(c) || c == '-' || c == '+' || c == '.') return number(text);
+  if (is_digit(c) || c == '-' || c == '+' || c == '.') return number(text);
   if (c == '~' && text.size() == 1) return {};
   if (text.size() <= 5) {
     switch (c | 0x20) {

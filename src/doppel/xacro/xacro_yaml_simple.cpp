@@ -13,7 +13,7 @@
 namespace doppel::xacro {
 namespace {
 
-constexpr int kDeepest = 20;
+constexpr int kMaxSimpleYamlDepth = 20;
 struct NotSimple {};
 
 // What a character may be part of, or what it ends.
@@ -151,7 +151,7 @@ class Reader {
 
  private:
   Value block(int indent, int depth) {
-    if (depth > kDeepest) throw NotSimple();
+    if (depth > kMaxSimpleYamlDepth) throw NotSimple();
     return lines_.item() ? list(indent) : map(indent, depth);
   }
 
@@ -239,7 +239,7 @@ class Reader {
   }
 
   static Value flow(std::string_view text, std::size_t& at, int depth) {
-    if (depth > kDeepest) throw NotSimple();
+    if (depth > kMaxSimpleYamlDepth) throw NotSimple();
     ValueList out;
     at = first_not_blank(text, at + 1);
     while (at < text.size() && text[at] != ']') {

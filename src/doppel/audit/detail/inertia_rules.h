@@ -8,6 +8,11 @@
 
 namespace doppel::audit_rules {
 
+inline constexpr double kMinDensity = 50, kMaxDensity = 20000;  // kg/m^3: foam, and lead with room to spare
+inline constexpr double kMaxGyrationRatio =
+    1.05;  // radius of gyration against the distance of the furthest point
+inline constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
+
 // The shape is closed, and the mass is one that a part of its size has: a tensor can be computed.
 bool computable(const Link& link, const std::optional<LinkShape>& shape);
 

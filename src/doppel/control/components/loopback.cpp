@@ -6,16 +6,15 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <thread>
 
+#include "doppel/control/nan.h"
 #include "doppel/core/names.h"
 
 namespace doppel {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array kQuantities{kPosition, kVelocity, kAcceleration, kEffort};
 constexpr std::size_t kPositionIndex = 0, kVelocityIndex = 1;
 

@@ -31,6 +31,11 @@ Status attempt(const Transition& transition) {
   }
 }
 
+template <class T>
+bool contains(const std::vector<T>& list, const T& item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
+}
+
 inline constexpr const char* kFallback = ".fallback_controllers";  // the manager's parameter, after a name
 
 // One controller with all it was given. The controller goes first, its node last.

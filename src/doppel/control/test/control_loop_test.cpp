@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 using testing::HasSubstr;
 using Names = std::vector<std::string>;
 
-constexpr const char* kGroup = R"(controller_manager:
+constexpr const char* kGroupController = R"(controller_manager:
   ros__parameters:
     update_rate: 200
     g: {type: velocity_controllers/JointGroupVelocityController}
@@ -46,7 +46,7 @@ HardwareDescription loopback(const std::vector<std::pair<std::string, std::strin
 
 struct LoopRig {
   explicit LoopRig(const HardwareDescription& description, ControlLoopOptions options = {})
-      : model(fake_robot({{"a"}})), file(ParameterFile::parse(kGroup, "test.yaml")) {
+      : model(fake_robot({{"a"}})), file(ParameterFile::parse(kGroupController, "test.yaml")) {
     log.add_sink([this](const LogLine& line) {
       const std::lock_guard lock(mutex);
       said += line.text + "\n";

@@ -3,12 +3,12 @@
 
 #include <cmath>
 
+#include "doppel/control/nan.h"
 #include "doppel/control/test/manager_rig.h"
 
 namespace doppel {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 using Names = std::vector<std::string>;
 
 // Writes what the test says, whatever it is.

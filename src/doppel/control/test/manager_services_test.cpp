@@ -77,7 +77,7 @@ std::string file_with(const std::string& name, const std::string& yaml) {
   return (folder / name).string();
 }
 
-constexpr const char* kGroup = "position_controllers/JointGroupPositionController";
+constexpr const char* kGroupType = "position_controllers/JointGroupPositionController";
 
 // As Jazzy's: best effort leaves out what cannot be switched, and says where that is all of it.
 TEST(Services, ABestEffortSwitchThatLeavesNothingToDoIsOkAndSaysSo) {
@@ -230,7 +230,7 @@ TEST(Services, ParametersAreOnTheBus) {
   ServiceRig rig;
   ASSERT_TRUE(rig.make_inactive("group"));
   EXPECT_EQ(rig.value("/controller_manager", "update_rate"), "100");
-  EXPECT_EQ(rig.value("/controller_manager", "group.type"), kGroup);
+  EXPECT_EQ(rig.value("/controller_manager", "group.type"), kGroupType);
   EXPECT_EQ(rig.value("/group", "joints"), "[a]");
   Names services;
   for (const ServiceInfo& service : rig.bus.services()) services.push_back(service.name);
@@ -245,7 +245,7 @@ TEST(Spawner, SaysTypeAndFilesOfAControllerThatNoFileDeclares) {
       const auto path =
           file_with("extra.yaml", fmt::format("{}: {{ros__parameters: {{joints: [b]}}}}", section));
       ASSERT_TRUE(rig.set("fwd.params_file", Names{path}));
-      ASSERT_TRUE(rig.set("fwd.type", std::string(kGroup)));
+      ASSERT_TRUE(rig.set("fwd.type", std::string(kGroupType)));
       ASSERT_TRUE(rig.load("fwd")) << rig.said();
       EXPECT_EQ(rig.value("/fwd", "joints"), "[b]") << section;
       EXPECT_TRUE(rig.call<srv::UnloadController>("unload_controller", {"fwd"}).ok);
@@ -261,7 +261,7 @@ TEST(Spawner, WinsOverTheFile) {
   const auto relative = std::filesystem::relative(path).string();
   ASSERT_TRUE(rig.set("group.params_file", Names{relative}));
   EXPECT_FALSE(rig.set("group.type", std::int64_t{1})) << "it is declared, as a string";
-  ASSERT_TRUE(rig.set("group.type", std::string(kGroup)));
+  ASSERT_TRUE(rig.set("group.type", std::string(kGroupType)));
   ASSERT_TRUE(rig.load("group")) << rig.said();
   EXPECT_EQ(rig.value("/group", "joints"), "[b]");
   EXPECT_TRUE(rig.call<rcl_interfaces::srv::SetParameters>("set_parameters", {{{"x", to_msg(1.0)}}})
@@ -327,7 +327,7 @@ TEST(Spawner, HearsWhatIsWrong) {
   ASSERT_TRUE(rig.set("fwd.type", std::string("position_controllers/JointGroupPositionControler")));
   EXPECT_FALSE(rig.load("fwd"));
   EXPECT_EQ(rig.count(Severity::error, "did you mean"), 1u) << rig.said();
-  ASSERT_TRUE(rig.set("fwd.type", std::string(kGroup)));
+  ASSERT_TRUE(rig.set("fwd.type", std::string(kGroupType)));
   ASSERT_TRUE(rig.set("fwd.params_file", Names{"nowhere/x.yaml"}));
   EXPECT_FALSE(rig.load("fwd"));
   EXPECT_EQ(rig.count(Severity::error, "/nowhere/x.yaml"), 1u) << rig.said();

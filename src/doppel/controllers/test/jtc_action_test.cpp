@@ -17,10 +17,9 @@ using testing::SizeIs;
 using Names = std::vector<std::string>;
 using Result = FollowJointTrajectory::Result;
 using Feedback = FeedbackMessage<FollowJointTrajectory>;
-const Names kJoints = {"a", "b", "c"};
 constexpr const char* kFeedback = "/arm/follow_joint_trajectory/_action/feedback";
 
-JtcOptions options_of(std::string more, Names commands = {kPosition}) {
+JtcOptions options_with(std::string more, Names commands = {kPosition}) {
   JtcOptions options;
   options.commands = std::move(commands);
   options.more = std::move(more);
@@ -37,10 +36,10 @@ class JtcActionCombinations : public testing::TestWithParam<Names> {};
 
 TEST_P(JtcActionCombinations, B52_B54_SucceedsAndKeepsTheLastCommandedPoint) {
   JtcRig rig(
-      options_of("gains: {a: {p: 5.0, ff_velocity_scale: 1.0}, b: {p: 5.0, ff_velocity_scale: 1.0}, "
-                 "c: {p: 5.0, ff_velocity_scale: 1.0}}, "
-                 "constraints: {a: {goal: 0.05}, b: {goal: 0.05}, c: {goal: 0.05}}",
-                 GetParam()));
+      options_with("gains: {a: {p: 5.0, ff_velocity_scale: 1.0}, b: {p: 5.0, ff_velocity_scale: 1.0}, "
+                   "c: {p: 5.0, ff_velocity_scale: 1.0}}, "
+                   "constraints: {a: {goal: 0.05}, b: {goal: 0.05}, c: {goal: 0.05}}",
+                   GetParam()));
   const auto goal = rig.send(
       trajectory(kJoints, {point(0.5, {0.5, 0.2, 0}, {1, 0, 0}), point(1, {1, 0.5, -0.5}, {0, 0, 0})}));
   ASSERT_TRUE(rig.answers[goal].accepted.value_or(false)) << rig.said();
@@ -70,7 +69,7 @@ TEST(JtcAction, B52_SucceedsAtTheLastPointAndNotBefore) {
 }
 
 TEST(JtcAction, B52_EveryJointMustBeInsideItsGoalTolerance) {
-  JtcRig rig(options_of("constraints: {c: {goal: 0.01}}"));
+  JtcRig rig(options_with("constraints: {c: {goal: 0.01}}"));
   rig.hardware->set_offset("c", 0.1);
   rig.run(1);
   const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
@@ -82,7 +81,7 @@ TEST(JtcAction, B52_EveryJointMustBeInsideItsGoalTolerance) {
 }
 
 TEST(JtcAction, B54_ANonzeroEndVelocityStaysCommandedAfterSuccess) {
-  JtcRig rig(options_of("allow_nonzero_velocity_at_trajectory_end: true", {kPosition, kVelocity}));
+  JtcRig rig(options_with("allow_nonzero_velocity_at_trajectory_end: true", {kPosition, kVelocity}));
   const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1}, {2, 2, 2})}));
   rig.hardware->set_offset("a", 0.2);
   rig.run_for(2);
@@ -119,7 +118,7 @@ TEST(JtcAction, B27_AnInactiveControllerRejects) {
 }
 
 TEST(JtcAction, B50_PathViolationAbortsAndNamesJointErrorToleranceAndTime) {
-  JtcRig rig(options_of("constraints: {b: {trajectory: 0.1}, c: {trajectory: 0.1}}"));
+  JtcRig rig(options_with("constraints: {b: {trajectory: 0.1}, c: {trajectory: 0.1}}"));
   rig.hardware->block("b");
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run_for(0.5);
@@ -134,7 +133,7 @@ TEST(JtcAction, B50_PathViolationAbortsAndNamesJointErrorToleranceAndTime) {
 }
 
 TEST(JtcAction, B53_GoalViolationAborts) {
-  JtcRig rig(options_of("constraints: {goal_time: 0.3, a: {goal: 0.01}}"));
+  JtcRig rig(options_with("constraints: {goal_time: 0.3, a: {goal: 0.01}}"));
   rig.hardware->set_offset("a", -0.2);
   rig.run(1);
   const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
@@ -150,7 +149,7 @@ TEST(JtcAction, B53_GoalViolationAborts) {
 }
 
 TEST(JtcAction, B57_AGoalsOwnTolerancesCountForItAlone) {
-  JtcRig rig(options_of("constraints: {a: {trajectory: 0.1}}"));
+  JtcRig rig(options_with("constraints: {a: {trajectory: 0.1}}"));
   rig.hardware->block("a");
   auto lenient = goal_of(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
   lenient.path_tolerance = {{"c", 0.1, 0, 0}, {"a", -1, 0, 0}};
@@ -174,7 +173,7 @@ TEST(JtcAction, B57_AGoalsOwnTolerancesCountForItAlone) {
 }
 
 TEST(JtcAction, B57_AGoalsOwnGoalTime) {
-  JtcRig rig(options_of("constraints: {a: {goal: 0.01}}"));
+  JtcRig rig(options_with("constraints: {a: {goal: 0.01}}"));
   rig.hardware->set_offset("a", -0.2);
   rig.run(1);
   auto goal = goal_of(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
@@ -185,7 +184,7 @@ TEST(JtcAction, B57_AGoalsOwnGoalTime) {
 }
 
 TEST(JtcAction, B58_ATimeoutOfAWaitingGoalIsNoSuccess) {
-  JtcRig rig(options_of("cmd_timeout: 0.3, constraints: {a: {goal: 0.01}}"));
+  JtcRig rig(options_with("cmd_timeout: 0.3, constraints: {a: {goal: 0.01}}"));
   rig.hardware->set_offset("a", -0.2);
   rig.run(1);
   const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
@@ -196,7 +195,7 @@ TEST(JtcAction, B58_ATimeoutOfAWaitingGoalIsNoSuccess) {
 }
 
 TEST(JtcAction, B60_FeedbackComesAtTheMonitorRate) {
-  JtcRig rig(options_of("action_monitor_rate: 10.0"));
+  JtcRig rig(options_with("action_monitor_rate: 10.0"));
   Listener<Feedback> feedback(rig.bus, kFeedback);
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run_for(2);
@@ -211,7 +210,7 @@ TEST(JtcAction, B60_FeedbackComesAtTheMonitorRate) {
 }
 
 TEST(JtcAction, B60_ResultsComeAtTheMonitorRate) {
-  JtcRig rig(options_of("action_monitor_rate: 2.0"));
+  JtcRig rig(options_with("action_monitor_rate: 2.0"));
   const auto goal = rig.send(trajectory(kJoints, {point(0.1, {1, 1, 1})}));
   rig.run_for(0.3);
   EXPECT_FALSE(rig.answers[goal].finished_at);
@@ -243,7 +242,7 @@ TEST(JtcAction, B61_ANewGoalPreemptsTheOldOneFirst) {
 }
 
 TEST(JtcAction, AResultIsNotLostWhereTheNextTrajectoryComesAtOnce) {
-  JtcRig rig(options_of("action_monitor_rate: 1.0, constraints: {a: {trajectory: 0.05}}"));
+  JtcRig rig(options_with("action_monitor_rate: 1.0, constraints: {a: {trajectory: 0.05}}"));
   rig.hardware->block("a");
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run(12);  // violated, not yet told
@@ -296,7 +295,7 @@ TEST(JtcAction, B63_AGoalMayBeCancelledBeforeItBegins) {
 }
 
 TEST(JtcAction, B64_CancelBrakesWhereAsked) {
-  JtcOptions options = options_of(
+  JtcOptions options = options_with(
       "constraints: {decelerate_on_cancel: true, a: {max_deceleration_on_cancel: 2.0}, b: "
       "{max_deceleration_on_cancel: 8.0}}");
   options.joints = {{.name = "a", .velocity = 5}, {.name = "b", .velocity = 5}};
@@ -319,7 +318,7 @@ class JtcScaling : public testing::TestWithParam<double> {};
 
 TEST_P(JtcScaling, B71_DurationIsScaledAndTolerancesUseScaledTime) {
   const double factor = GetParam();
-  JtcRig rig(options_of("constraints: {goal_time: 0.01, a: {trajectory: 0.02, goal: 0.001}}"));
+  JtcRig rig(options_with("constraints: {goal_time: 0.01, a: {trajectory: 0.02, goal: 0.001}}"));
   rig.say("/arm/speed_scaling_input", control_msgs::msg::SpeedScalingFactor{factor});
   const double start = rig.time();
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));

@@ -9,8 +9,6 @@
 namespace doppel {
 namespace {
 
-const std::vector<std::string> kJoints = {"a", "b", "c"};
-
 // Heap touches in the ticks of this time; what runs between them is not counted.
 std::size_t touches_in(JtcRig& rig, double seconds) {
   test::HeapTouches touches;

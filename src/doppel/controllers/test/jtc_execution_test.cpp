@@ -14,16 +14,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using Names = std::vector<std::string>;
 using State = control_msgs::msg::JointTrajectoryControllerState;
-const Names kJoints = {"a", "b", "c"};
 constexpr double kPeriod = 0.01;
-
-JtcOptions options_of(Names commands, Names states = {kPosition, kVelocity}, std::string more = "") {
-  JtcOptions options;
-  options.commands = std::move(commands);
-  options.states = std::move(states);
-  options.more = std::move(more);
-  return options;
-}
 
 // -- every combination of interfaces follows a trajectory
 

@@ -17,11 +17,11 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-const std::vector<std::string> kJoints = {"Revolute 1", "Revolute 2", "Revolute 3"};
+const std::vector<std::string> kRevoluteJoints = {"Revolute 1", "Revolute 2", "Revolute 3"};
 
 MessageRules rules() {
   MessageRules out;
-  out.joints = kJoints;
+  out.joints = kRevoluteJoints;
   return out;
 }
 
@@ -31,7 +31,7 @@ std::string refusal(const JointTrajectory& message, const MessageRules& by = rul
 }
 
 JointTrajectory good() {
-  return trajectory(kJoints, {point(1, {1, 2, 3}), point(2, {0, 0, 0}, {0, 0, 0}, {1, 1, 1})});
+  return trajectory(kRevoluteJoints, {point(1, {1, 2, 3}), point(2, {0, 0, 0}, {0, 0, 0}, {1, 1, 1})});
 }
 
 TEST(JtcMessage, GoodOnesAreTaken) {
@@ -62,7 +62,7 @@ TEST(JtcMessage, B17_RepeatedNamesAreTakenAndReported) {
 
 TEST(JtcMessage, B18_NoNamesOrNoPointsRefused) {
   EXPECT_THAT(refusal(trajectory({}, {point(1, {})})), HasSubstr("names no joints"));
-  EXPECT_THAT(refusal(trajectory(kJoints, {})), HasSubstr("does not stop the robot"));
+  EXPECT_THAT(refusal(trajectory(kRevoluteJoints, {})), HasSubstr("does not stop the robot"));
 }
 
 TEST(JtcMessage, B19_LengthsMustMatchTheNames) {
@@ -78,17 +78,18 @@ TEST(JtcMessage, B19_LengthsMustMatchTheNames) {
 }
 
 TEST(JtcMessage, B20_PositionsAreNeededUnlessIntegrated) {
-  JointTrajectory m = trajectory(kJoints, {point(1, {}, {0, 0, 0})});
+  JointTrajectory m = trajectory(kRevoluteJoints, {point(1, {}, {0, 0, 0})});
   EXPECT_THAT(refusal(m), HasSubstr("allow_integration_in_goal_trajectories"));
   MessageRules integrating = rules();
   integrating.allow_integration = true;
   EXPECT_THAT(refusal(m, integrating), IsEmpty());
-  EXPECT_THAT(refusal(trajectory(kJoints, {point(1, {}, {}, {0, 0, 0})}), integrating), IsEmpty());
-  EXPECT_THAT(refusal(trajectory(kJoints, {point(1, {})}), integrating), HasSubstr("neither positions"));
+  EXPECT_THAT(refusal(trajectory(kRevoluteJoints, {point(1, {}, {}, {0, 0, 0})}), integrating), IsEmpty());
+  EXPECT_THAT(refusal(trajectory(kRevoluteJoints, {point(1, {})}), integrating),
+              HasSubstr("neither positions"));
 }
 
 TEST(JtcMessage, B21_EffortOnlyWhereEffortIsCommanded) {
-  JointTrajectory m = trajectory(kJoints, {point(1, {1, 1, 1}, {}, {}, {1, 1, 1})});
+  JointTrajectory m = trajectory(kRevoluteJoints, {point(1, {1, 1, 1}, {}, {}, {1, 1, 1})});
   EXPECT_THAT(refusal(m), HasSubstr("command_interfaces"));
   MessageRules effort = rules();
   effort.effort_commanded = true;

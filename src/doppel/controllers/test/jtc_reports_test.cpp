@@ -20,15 +20,6 @@ using Names = std::vector<std::string>;
 using State = control_msgs::msg::JointTrajectoryControllerState;
 using Query = control_msgs::srv::QueryTrajectoryState;
 using control_msgs::msg::SpeedScalingFactor;
-const Names kJoints = {"a", "b", "c"};
-
-JtcOptions options_of(Names commands, Names states, std::string more = "") {
-  JtcOptions options;
-  options.commands = std::move(commands);
-  options.states = std::move(states);
-  options.more = std::move(more);
-  return options;
-}
 
 TEST(JtcReports, B66_VectorsFollowTheInterfaces) {
   const std::vector<std::pair<Names, Names>> combinations = {

@@ -29,6 +29,19 @@ struct JtcOptions {
   std::vector<InterfaceDescription> more_commands, more_states;
 };
 
+inline const std::vector<std::string> kJoints = {"a", "b",
+                                                 "c"};  // of JtcOptions, as long as it is not given others
+
+inline JtcOptions options_of(std::vector<std::string> commands,
+                             std::vector<std::string> states = {kPosition, kVelocity},
+                             std::string more = "") {
+  JtcOptions options;
+  options.commands = std::move(commands);
+  options.states = std::move(states);
+  options.more = std::move(more);
+  return options;
+}
+
 inline std::string yaml_list(const std::vector<std::string>& names) {
   std::string all;
   for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;

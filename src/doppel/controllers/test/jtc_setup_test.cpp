@@ -18,15 +18,6 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using Names = std::vector<std::string>;
 using Result = FollowJointTrajectory::Result;
-const Names kJoints = {"a", "b", "c"};
-
-JtcOptions options_of(Names commands, Names states = {kPosition, kVelocity}, std::string more = "") {
-  JtcOptions options;
-  options.commands = std::move(commands);
-  options.states = std::move(states);
-  options.more = std::move(more);
-  return options;
-}
 
 std::string load_error(JtcOptions options) {
   options.start = false;

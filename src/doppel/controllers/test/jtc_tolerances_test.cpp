@@ -15,7 +15,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using Goal = control_msgs::action::FollowJointTrajectory::Goal;
 
-const std::vector<std::string> kJoints = {"a", "b"};
+const std::vector<std::string> kTwoJoints = {"a", "b"};
 
 Tolerances defaults() {
   Tolerances out;
@@ -31,7 +31,7 @@ struct Outcome {
 };
 Outcome with(const Goal& goal) {
   Outcome out;
-  out.tolerances = tolerances_of(goal, defaults(), kJoints, {"finger"}, out.complaint);
+  out.tolerances = tolerances_of(goal, defaults(), kTwoJoints, {"finger"}, out.complaint);
   return out;
 }
 

@@ -1,11 +1,21 @@
 #pragma once
 // What the writers of drawings share.
 
+#include <fmt/format.h>
+
 #include <cstdint>
+#include <iterator>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace doppel {
+
+template <typename... Arguments>
+void append(std::string& out, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+  fmt::format_to(std::back_inserter(out), format, std::forward<Arguments>(arguments)...);
+}
 
 // The code points of UTF-8; what is none counts as U+FFFD.
 std::vector<char32_t> code_points(std::string_view utf8);

@@ -43,7 +43,7 @@ class LenientMesh : public testing::Test {
 };
 
 // A tetrahedron with edges of 100 mm, in a document of millimetres whose y axis points up.
-std::string tetrahedron() {
+std::string collada_tetrahedron() {
   return R"(<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit meter="0.001" name="millimeter"/><up_axis>Y_UP</up_axis></asset>
@@ -63,7 +63,7 @@ std::string with(std::string text, const std::string& from, const std::string& t
 }
 
 TEST_F(LenientMesh, ColladaThatIsNoXmlIsReadAsRVizReadsIt) {
-  const TriangleMesh good = load("good.dae", tetrahedron());
+  const TriangleMesh good = load("good.dae", collada_tetrahedron());
   EXPECT_TRUE(good.remark.empty());
   struct Case {
     const char* what;
@@ -71,10 +71,10 @@ TEST_F(LenientMesh, ColladaThatIsNoXmlIsReadAsRVizReadsIt) {
     bool own_reader;  // reads it without a remark
   };
   const Case cases[] = {
-      {"an attribute with '<'", with(tetrahedron(), "id=\"n\"", "id=\"<STL_BINARY>\""), false},
-      {"blank lines before <?xml", "\n\n" + tetrahedron(), true},
-      {"NULs at the end", tetrahedron() + std::string(7, '\0'), false},
-      {"a bare &", with(tetrahedron(), "millimeter", "a & b"), false}};
+      {"an attribute with '<'", with(collada_tetrahedron(), "id=\"n\"", "id=\"<STL_BINARY>\""), false},
+      {"blank lines before <?xml", "\n\n" + collada_tetrahedron(), true},
+      {"NULs at the end", collada_tetrahedron() + std::string(7, '\0'), false},
+      {"a bare &", with(collada_tetrahedron(), "millimeter", "a & b"), false}};
   for (const auto& [what, text, own_reader] : cases) {
     SCOPED_TRACE(what);
     const TriangleMesh mesh = load("bad.dae", text);
@@ -89,9 +89,9 @@ TEST_F(LenientMesh, ColladaThatIsNoXmlIsReadAsRVizReadsIt) {
 
 TEST_F(LenientMesh, AnIndexBeyondTheNumbersButNotBeyondTheAccessorIsRead) {
   const std::string far =
-      with(with(tetrahedron(), "count=\"4\" stride", "count=\"5\" stride"), "1 2 3</p>", "1 2 4</p>");
+      with(with(collada_tetrahedron(), "count=\"4\" stride", "count=\"5\" stride"), "1 2 3</p>", "1 2 4</p>");
   EXPECT_FALSE(load("far.dae", far).remark.empty());
-  EXPECT_EQ(rule_of_refusal(write("further.dae", with(tetrahedron(), "1 2 3</p>", "1 2 9</p>"))),
+  EXPECT_EQ(rule_of_refusal(write("further.dae", with(collada_tetrahedron(), "1 2 3</p>", "1 2 9</p>"))),
             "mesh.unreadable");
 }
 

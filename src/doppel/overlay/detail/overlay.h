@@ -24,6 +24,7 @@ Overloaded(F...) -> Overloaded<F...>;
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
 inline constexpr const char* kNone = "none";
+inline constexpr std::string_view kBlanks = " \t\r\n";  // between the words of an attribute and of a tag
 
 // -- values (values.cpp)
 std::string number_text(double value);  // shortest that reads back the same; no negative zero
@@ -70,6 +71,8 @@ void set_target(OperationAction& action, const std::string& name);
 std::string shapes_text(const XmlNode& link, std::string_view element);  // "mesh a.stl, box 1 1 1" or "none"
 
 // -- what an operation makes of them (results.cpp)
+[[noreturn]] void impossible(const SourceLocation& where, const std::string& why,
+                             const std::string& mend = "");  // throws InputError "overlay.impossible"
 struct Surroundings {
   XmlNode& root;
   std::filesystem::path folder;  // of the description

@@ -3,9 +3,9 @@
 namespace doppel {
 namespace {
 
-constexpr int kIterations = 500;         // at most; Bullet's own 10 leave a held stack creeping
-constexpr double kResidual = 1e-10;      // rad/s or m/s that the last iteration changed at most
-constexpr double kErrorReduction = 0.2;  // of a penetration in one step
+constexpr int kIterations = 500;               // at most; Bullet's own 10 leave a held stack creeping
+constexpr double kResidual = 1e-10;            // rad/s or m/s that the last iteration changed at most
+constexpr double kPenetrationReduction = 0.2;  // of a penetration in one step
 constexpr double kSlop = 1e-5;  // m that bodies at rest lie in each other, so that they stay in touch
 
 }  // namespace
@@ -14,7 +14,7 @@ ConstraintSolver::ConstraintSolver(double step) {
   info_.m_timeStep = step;
   info_.m_numIterations = kIterations;
   info_.m_leastSquaresResidualThreshold = kResidual * kResidual;
-  info_.m_erp2 = kErrorReduction;
+  info_.m_erp2 = kPenetrationReduction;
   info_.m_linearSlop = kSlop;
   // Two friction directions and so Coulomb's cone. No warm start, neither for contacts nor for joints: a step
   // depends on nothing but the state that it begins with.

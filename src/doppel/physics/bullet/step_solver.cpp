@@ -11,10 +11,10 @@
 namespace doppel {
 namespace {
 
-constexpr double kRunaway = 1e10;        // rad/s, m/s, rad/s^2 or m/s^2
-constexpr double kErrorReduction = 0.2;  // of a mimic's or a limit's error in one step
-constexpr double kNearLimit = 0.05;      // rad or m, from where on a limit is looked at
-constexpr double kUnbounded = 1e30;      // N m s or N s
+constexpr double kRunaway = 1e10;             // rad/s, m/s, rad/s^2 or m/s^2
+constexpr double kJointErrorReduction = 0.2;  // of a mimic's or a limit's error in one step
+constexpr double kNearLimit = 0.05;           // rad or m, from where on a limit is looked at
+constexpr double kUnbounded = 1e30;           // N m s or N s
 
 }  // namespace
 
@@ -287,7 +287,7 @@ void StepSolver::write_joint_rows(int instance, const InstanceState& state, cons
     gear.place_b = place_of(instance, leader.v).index;
     gear.factor_b = -joint.mimic_multiplier;
     gear.target =
-        -kErrorReduction / step_ *
+        -kJointErrorReduction / step_ *
         (q - joint.mimic_multiplier * state.q[static_cast<std::size_t>(leader.q)] - joint.mimic_offset);
     gear.low = -kUnbounded;
     gear.high = kUnbounded;
@@ -301,7 +301,7 @@ void StepSolver::write_joint_rows(int instance, const InstanceState& state, cons
   const auto stop = [&](double room, double direction) {
     if (!(room < near)) return;
     row.factor_a = direction;
-    row.target = -room / step_ * (room > 0 ? 1.0 : kErrorReduction);
+    row.target = -room / step_ * (room > 0 ? 1.0 : kJointErrorReduction);
     rows_.push_back(row);
   };
   stop(q - joint.lower, 1.0);

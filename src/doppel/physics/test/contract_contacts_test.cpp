@@ -9,8 +9,6 @@
 namespace doppel::test {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 class ContactContract : public Contract {
  protected:
   void SetUp() override {

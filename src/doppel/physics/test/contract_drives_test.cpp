@@ -10,8 +10,6 @@
 namespace doppel::test {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 class DrivesContract : public Contract {
  protected:
   // Torque of gravity in the pendulum of 1 kg at 0.5 m, stretched out.

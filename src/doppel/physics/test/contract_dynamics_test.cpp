@@ -10,8 +10,6 @@
 namespace doppel::test {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 class DynamicsContract : public Contract {};
 DOPPEL_FOR_EVERY_ENGINE(DynamicsContract);
 

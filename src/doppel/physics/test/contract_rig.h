@@ -13,6 +13,8 @@
 
 namespace doppel::test {
 
+inline constexpr double kGravity = 9.81;  // m/s^2, of WorldSettings
+
 inline std::vector<std::string> engines_under_test() {
   static const bool registered = [] {
     register_engine(analytic_engine());

@@ -17,8 +17,8 @@ class NetworkDiagnostics {
  private:
   Bus& bus_;
   const ParticipantOptions network_;
-  Node node_;
-  Publisher<diagnostic_msgs::msg::DiagnosticArray> topic_;
+  doppel::Node node_;  // of the bus
+  doppel::Publisher<diagnostic_msgs::msg::DiagnosticArray> topic_;
   std::uint64_t refused_told_ = 0;
 };
 

@@ -15,8 +15,8 @@ using eprosima::fastrtps::Duration_t;
 // moment.
 const Duration_t kPatience{0, 10'000'000};
 // When a reader that has found a writer asks what it has missed before; Fast DDS waits for 70 ms.
-constexpr std::uint32_t kServicesFirstQuestion = 2'000'000;                         // ns
-constexpr std::uint32_t kHeartbeat = 500'000'000, kServicesHeartbeat = 20'000'000;  // ns
+constexpr std::uint32_t kServicesFirstQuestion = 2'000'000;                                     // ns
+constexpr std::uint32_t kHeartbeatPeriod = 500'000'000, kServicesHeartbeatPeriod = 20'000'000;  // ns
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
 Duration_t duration_of(std::chrono::nanoseconds duration) {
@@ -118,7 +118,7 @@ dds::DataWriterQos writer_qos(const EndpointSpec& spec) {
   qos.representation().m_value = {dds::XCDR_DATA_REPRESENTATION};
   // Of what was lost last, a fragment of a large description for instance, a reader only hears by this.
   auto& times = qos.reliable_writer_qos().times;
-  times.heartbeatPeriod = {0, spec.of_service ? kServicesHeartbeat : kHeartbeat};
+  times.heartbeatPeriod = {0, spec.of_service ? kServicesHeartbeatPeriod : kHeartbeatPeriod};
   if (spec.of_service) times.nackResponseDelay = {0, 0};
   return qos;
 }

@@ -45,7 +45,7 @@ class BridgeNetwork : public ::testing::Test {
 
   OwnDomain domain;
   Bus bus;
-  Node node{bus, "/arm"};
+  doppel::Node node{bus, "/arm"};
   Log log;
   std::unique_ptr<Participant> peer = make_participant(on_domain(domain), [] {});
   std::optional<Bridge> bridge{std::in_place, bus,

@@ -98,7 +98,7 @@ TEST_F(BridgeTest, AHistoryOfMessagesIsThereForWhoComesLater) {
 TEST_F(BridgeTest, WhatTheNetworkSendsReachesTheNodesOnceAndDoesNotGoBack) {
   std::vector<double> heard;
   node.subscribe<Float64>("/in", [&](const Float64& message) { heard.push_back(message.data); });
-  Node other(bus, "/other");
+  doppel::Node other(bus, "/other");
   int others = 0;
   other.subscribe<Float64>("/in", [&](const Float64&) { ++others; });
   node.advertise<Float64>("/in");  // and a writer of its own: nothing may come back on it
@@ -154,7 +154,7 @@ TEST_F(BridgeTest, MalformedMessagesAreCountedAndToldOnce) {
 
 TEST_F(BridgeTest, EndpointsAreTheirNodes) {
   node.advertise<Float64>("/x");
-  Node other(bus, "/ns/other");
+  doppel::Node other(bus, "/ns/other");
   other.advertise<Float64>("/x", {.depth = 4});
   other.subscribe<Float64>("/y", [](const Float64&) {});
   node.serve<Trigger>("~/go", [](const auto&, const auto&) {});
@@ -176,7 +176,7 @@ TEST_F(BridgeTest, EndpointsAreTheirNodes) {
 
 TEST_F(BridgeTest, NodesComeAndGoAndWhatIsMadeAnewAtOnceStays) {
   start();
-  std::optional<Node> controller(std::in_place, bus, "/controller");
+  std::optional<doppel::Node> controller(std::in_place, bus, "/controller");
   controller->advertise<Float64>("~/state");
   ASSERT_TRUE(comes_true([&] { return endpoints("/controller/state").size() == 1; }));
   const Gid before = endpoints("/controller/state")[0].gid;
@@ -192,7 +192,7 @@ TEST_F(BridgeTest, NodesComeAndGoAndWhatIsMadeAnewAtOnceStays) {
 }
 
 TEST_F(BridgeTest, TheNextNodeCarriesALatchedTopicOn) {
-  std::optional<Node> first(std::in_place, bus, "/a_first");
+  std::optional<doppel::Node> first(std::in_place, bus, "/a_first");
   first->advertise<Float64>("/x", {.depth = 1, .latched = true}).publish({1}, {});
   const auto publisher = node.advertise<Float64>("/x", {.depth = 1, .latched = true});
   start();
@@ -210,7 +210,7 @@ TEST_F(BridgeTest, TheStrongestOfferCarriesForAll) {
   const auto weak = node.advertise<Float64>("/x", {.depth = 50, .best_effort = true});
   start();
   ASSERT_TRUE(comes_true([&] { return endpoints("/x").size() == 1; }));
-  Node other(bus, "/other");
+  doppel::Node other(bus, "/other");
   const auto strong = other.advertise<Float64>("/x", {.depth = 2});
   const auto any = peer->make_reader(topic_spec("/x", kFloat, sensor_data_qos()));
   const auto reliable = peer->make_reader(topic_spec("/x"));
@@ -223,7 +223,7 @@ TEST_F(BridgeTest, TheStrongestOfferCarriesForAll) {
 }
 
 TEST_F(BridgeTest, ANameThatIsGivenAnotherTypeIsOfferedAtOnce) {
-  std::optional<Node> first(std::in_place, bus, "/first");
+  std::optional<doppel::Node> first(std::in_place, bus, "/first");
   first->advertise<String>("/x");
   first->subscribe<String>("/x", [](const String&) {});
   start();

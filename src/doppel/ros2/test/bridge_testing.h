@@ -16,7 +16,7 @@ namespace doppel::ros2 {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 using std_msgs::msg::Float64;
-using testing::FakeNetwork;
+using test::FakeNetwork;
 
 constexpr const char* kFloat = "std_msgs/msg/Float64";
 
@@ -79,7 +79,7 @@ class BridgeTest : public ::testing::Test {
 
   FakeNetwork network;
   Bus bus;
-  Node node{bus, "/arm"};
+  doppel::Node node{bus, "/arm"};
   std::mutex mutex;
   std::vector<std::string> said;
   Log log;

@@ -13,7 +13,7 @@
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/participant.h"
 
-namespace doppel::ros2::testing {
+namespace doppel::ros2::test {
 
 class FakeReader;
 class FakeWriter;
@@ -266,4 +266,4 @@ inline void FakeNetwork::remove(const Gid& gid) {
   tell_all();
 }
 
-}  // namespace doppel::ros2::testing
+}  // namespace doppel::ros2::test

@@ -9,7 +9,7 @@ using Datagram = std::vector<std::uint8_t>;
 
 constexpr std::array<std::uint8_t, 4> kWriter{0, 0, 17, 3}, kOther{0, 0, 18, 3};
 
-Datagram header() {
+Datagram any_header() {
   return Datagram(20, 0xEE);
 }
 
@@ -25,17 +25,17 @@ const Datagram kGap{0x08, 0x01, 28,   0,    0, 0, 0, 0, 0, 0, 17, 3, 0, 0, 0, 0,
                     0xff, 0xff, 0xff, 0xff, 1, 0, 0, 0, 0, 0, 0,  0, 0, 0, 0, 0};
 
 TEST(RtpsGap, StandsWhereTheWritersSampleStood) {
-  Datagram sent = header(), expected = header();
+  Datagram sent = any_header(), expected = any_header();
   for (const Datagram& part : {kTimestamp, kData, kTimestamp}) append(sent, part);
   for (const Datagram& part : {kTimestamp, kGap, kTimestamp}) append(expected, part);
   EXPECT_EQ(without_samples(sent, kWriter), expected);
 }
 
 TEST(RtpsGap, OtherWritersSamplesAndWhatCannotBeReadMakeNone) {
-  Datagram sent = header();
+  Datagram sent = any_header();
   append(sent, kData);
   EXPECT_TRUE(without_samples(sent, kOther).empty());
-  EXPECT_TRUE(without_samples(header(), kWriter).empty());
+  EXPECT_TRUE(without_samples(any_header(), kWriter).empty());
   sent.pop_back();
   EXPECT_TRUE(without_samples(sent, kWriter).empty()) << "shorter than it says";
   EXPECT_TRUE(without_samples({}, kWriter).empty());

@@ -9,7 +9,7 @@ namespace {
 
 using Datagram = std::vector<std::uint8_t>;
 
-Datagram header() {
+Datagram rtps_header() {
   Datagram d{'R', 'T', 'P', 'S', 2, 3, 1, 15};
   d.resize(20);
   return d;
@@ -24,7 +24,7 @@ struct Fragment {
 };
 
 Datagram with(const Fragment& f) {
-  Datagram d = header();
+  Datagram d = rtps_header();
   d.insert(d.end(), {0x16, 0x01});  // DATA_FRAG, little endian
   append(d, 32 + f.payload, 2);
   append(d, 0, 2);
@@ -44,7 +44,7 @@ struct Data {
 };
 
 Datagram with(const Data& data) {
-  Datagram d = header();
+  Datagram d = rtps_header();
   d.insert(d.end(), {0x15, data.flags});
   append(d, 20 + 8 + 4 + data.payload, 2);
   append(d, 0, 2);
@@ -59,12 +59,12 @@ Datagram with(const Data& data) {
 }
 
 TEST(RtpsGuard, TakesWhatIsAMessage) {
-  EXPECT_TRUE(RtpsGuard().admits(header()));
+  EXPECT_TRUE(RtpsGuard().admits(rtps_header()));
   EXPECT_TRUE(RtpsGuard().admits(with(Fragment{})));
   EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.first = 3, .count = 2, .sample = 29, .payload = 13})));
   EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.first = 3, .count = 2, .sample = 29, .payload = 16})));
   EXPECT_TRUE(RtpsGuard().admits(with(Data{})));
-  Datagram last = header();
+  Datagram last = rtps_header();
   last.insert(last.end(), {0x0e, 0x01, 0, 0, 1, 2, 3});  // a length of zero: to the end
   EXPECT_TRUE(RtpsGuard().admits(last));
 }
@@ -114,8 +114,8 @@ TEST(RtpsGuard, TakesFastDdsStatisticsAtTheEndOnly) {
 // Else a bad submessage could hide from this look in what Fast DDS takes for the next one.
 TEST(RtpsGuard, RefusesSubmessagesThatEndBetweenMultiplesOfFour) {
   constexpr std::uint8_t kPad = 0x01;
-  EXPECT_TRUE(RtpsGuard().admits(with_submessage(with_submessage(header(), kPad, 4), kPad, 3)));
-  EXPECT_FALSE(RtpsGuard().admits(with_submessage(with_submessage(header(), kPad, 3), kPad, 4)));
+  EXPECT_TRUE(RtpsGuard().admits(with_submessage(with_submessage(rtps_header(), kPad, 4), kPad, 3)));
+  EXPECT_FALSE(RtpsGuard().admits(with_submessage(with_submessage(rtps_header(), kPad, 3), kPad, 4)));
 }
 
 // HEARTBEAT and GAP both tell two sequence numbers and one more number: the how-manieth heartbeat it is, and
@@ -134,19 +134,19 @@ void append_range(Datagram& d, std::uint8_t kind, std::int64_t first, std::int64
 }
 
 Datagram heartbeat(std::int64_t first, std::int64_t last, std::uint32_t count = 1) {
-  Datagram d = header();
+  Datagram d = rtps_header();
   append_range(d, 0x07, first, last, count);
   return d;
 }
 
 Datagram gap(std::int64_t first, std::int64_t end) {
-  Datagram d = header();
+  Datagram d = rtps_header();
   append_range(d, 0x08, first, end, 0);
   return d;
 }
 
 Datagram acknowledgement(std::uint32_t base) {
-  Datagram d = header();
+  Datagram d = rtps_header();
   for (std::uint8_t i = 8; i < 20; ++i) d[i] = i;
   d.insert(d.end(), {0x06, 0x01, 24, 0});
   d.insert(d.end(), {0, 0, 18, 4, 0, 0, 17, 3});  // the reader, the writer
@@ -165,7 +165,7 @@ TEST(RtpsGuard, TellsWhichReadersHaveAcknowledgedWhat) {
   EXPECT_EQ(guard.acknowledgements()[0], expected);
   ASSERT_TRUE(guard.admits(acknowledgement(0)));
   EXPECT_TRUE(guard.acknowledgements().empty()) << "a reader that has not heard of the writer's samples";
-  ASSERT_TRUE(guard.admits(header()));
+  ASSERT_TRUE(guard.admits(rtps_header()));
   EXPECT_TRUE(guard.acknowledgements().empty());
 }
 

@@ -1,16 +1,15 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cstring>
-#include <fstream>
 #include <thread>
 
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/server/server.h"
 #include "doppel/server/test/raw_client.h"
+#include "doppel/server/test/resident_memory.h"
 
 // Fifty clients of which half never read: the others get every message in order, the loop that
 // publishes never waits, and memory is bounded.
@@ -25,24 +24,17 @@ constexpr std::size_t kMessages = 600, kReaders = 25, kSleepers = 25;
 constexpr std::size_t kPadding =
     12'000;  // bytes of a message: 7 MB in all for each client, more than sockets hold
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-constexpr auto kPeriod = milliseconds(25);  // readers take five times as long
-constexpr long kMostGrowth = 2'000'000;     // kB; sanitizers keep what is freed
+constexpr auto kPeriod = milliseconds(25);   // readers take five times as long
+constexpr long kMaxCrowdGrowth = 2'000'000;  // kB; sanitizers keep what is freed
 #else
 constexpr auto kPeriod = milliseconds(5);
-constexpr long kMostGrowth = 80'000;  // kB: a queue of 1 MiB each, the messages on their way, and slack
+constexpr long kMaxCrowdGrowth = 80'000;  // kB: a queue of 1 MiB each, the messages on their way, and slack
 #endif
 
 long waits_of_this_thread() {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);
   return usage.ru_nvcsw;
-}
-
-long resident_kilobytes() {
-  std::ifstream file("/proc/self/statm");
-  long total = 0, resident = 0;
-  file >> total >> resident;
-  return resident * (sysconf(_SC_PAGESIZE) / 1024);
 }
 
 // A loop that publishes message after message once it is told to begin, and watches itself doing so.
@@ -141,7 +133,7 @@ TEST(Crowd, ThoseWhoNeverReadDisturbNobody) {
   // A page of memory touched for the first time may wait for another thread's mmap.
   EXPECT_LT(loop.waits(), 5) << "publishing put the loop's thread to sleep";
   EXPECT_GT(server.skipped(), kSleepers) << "somebody has kept all that nobody reads";
-  EXPECT_LT(resident_kilobytes() - before, kMostGrowth);
+  EXPECT_LT(resident_kilobytes() - before, kMaxCrowdGrowth);
   std::vector<steady_clock::duration> all;
   for (const auto& one : delays) all.insert(all.end(), one.begin(), one.end());
   ASSERT_FALSE(all.empty());

@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <fstream>
 
 #include "doppel/client/websocket_client.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/server/test/fake_twin.h"
 #include "doppel/server/test/raw_client.h"
+#include "doppel/server/test/resident_memory.h"
 
 namespace doppel {
 namespace {
@@ -439,17 +439,10 @@ TEST_F(ServerTest, AnswersPlainHttp) {
 }
 
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-constexpr long kMostGrowth = 2'000'000;  // sanitizers keep what is freed
+constexpr long kMaxSleeperGrowth = 2'000'000;  // sanitizers keep what is freed
 #else
-constexpr long kMostGrowth = 60'000;
+constexpr long kMaxSleeperGrowth = 60'000;
 #endif
-
-long resident_kilobytes() {
-  std::ifstream file("/proc/self/statm");
-  long total = 0, resident = 0;
-  file >> total >> resident;
-  return resident * (sysconf(_SC_PAGESIZE) / 1024);
-}
 
 class LargeMessagesTest : public ServerTest {
  protected:
@@ -473,7 +466,7 @@ TEST_F(LargeMessagesTest, WhoDoesNotReadIsSkippedAndNobodyElseWaits) {
   for (int i = 0; i < 2000; ++i) ASSERT_TRUE(client.next(received, soon()));  // 120 MB
   EXPECT_GT(server_->skipped(), 500u);
   EXPECT_GT(twin_.bus().skipped(), 500u) << "the status of the loop tells it";
-  EXPECT_LT(resident_kilobytes() - before, kMostGrowth) << "the sleeper's messages are kept";
+  EXPECT_LT(resident_kilobytes() - before, kMaxSleeperGrowth) << "the sleeper's messages are kept";
   sleeper.send(R"({"op":"getParameters","parameterNames":["/arm.rate"],"id":"awake"})");
   EXPECT_EQ(sleeper.receive_op("parameterValues")["id"], "awake") << "answers are not skipped";
 }

@@ -25,20 +25,21 @@ using ::testing::IsEmpty;
 using ::testing::Pair;
 using ::testing::UnorderedElementsAre;
 
-std::string link(const std::string& name) {
+std::string solid_link(const std::string& name) {
   return "<link name=\"" + name +
          "\"><inertial><mass value=\"0.5\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" "
          "ixz=\"0\" iyz=\"0\"/></inertial></link>";
 }
 
-std::string joint(const std::string& name, const std::string& parent, const std::string& child) {
+std::string solid_joint(const std::string& name, const std::string& parent, const std::string& child) {
   return "<joint name=\"" + name + "\" type=\"revolute\"><origin xyz=\"0 0 0.5\"/><parent link=\"" + parent +
          "\"/><child link=\"" + child +
          "\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"50\" velocity=\"2\"/></joint>";
 }
 
-const std::string kArm = "<robot name=\"arm\">" + link("base") + link("upper") + link("lower") +
-                         joint("shoulder", "base", "upper") + joint("elbow", "upper", "lower");
+const std::string kStackArm = "<robot name=\"arm\">" + solid_link("base") + solid_link("upper") +
+                              solid_link("lower") + solid_joint("shoulder", "base", "upper") +
+                              solid_joint("elbow", "upper", "lower");
 const std::string kBroadcaster = "    jsb: {type: joint_state_broadcaster/JointStateBroadcaster}\n";
 
 std::string manager(const std::string& controllers) {
@@ -66,7 +67,7 @@ class FoundControllers : public ::testing::Test {
   // Controllers that are there, and what each claims.
   std::map<std::string, std::vector<std::string>> up(const std::string& yaml, const std::string& more = "",
                                                      bool named = false) {
-    std::ofstream(folder_ / "arm.urdf") << kArm + more + "</robot>";
+    std::ofstream(folder_ / "arm.urdf") << kStackArm + more + "</robot>";
     std::ofstream(folder_ / "config/controllers.yaml") << yaml;
     Scenario scenario;
     scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
@@ -88,7 +89,7 @@ class FoundControllers : public ::testing::Test {
   // Switches `name` off, edits the YAML, and gives what is active after the edit.
   std::vector<std::string> active_after_edit(const std::string& yaml, const std::string& name,
                                              const std::string& edited) {
-    std::ofstream(folder_ / "arm.urdf") << kArm + "</robot>";
+    std::ofstream(folder_ / "arm.urdf") << kStackArm + "</robot>";
     std::ofstream(folder_ / "config/controllers.yaml") << yaml;
     Scenario scenario;
     scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
@@ -282,7 +283,7 @@ std::string system_of(const std::string& name, const std::string& plugin, const 
 }
 
 TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
-  std::ofstream(folder_ / "arm.urdf") << kArm + system_of("Real", "doppel/Loopback", "shoulder") +
+  std::ofstream(folder_ / "arm.urdf") << kStackArm + system_of("Real", "doppel/Loopback", "shoulder") +
                                              system_of("Unknown", "my_arm/MyArmSystem", "elbow") + "</robot>";
   std::ofstream(folder_ / "config/controllers.yaml")
       << manager(kBroadcaster + declared("group", "position_controllers/JointGroupPositionController")) +
@@ -332,7 +333,7 @@ Scenario broadcasting_at_1000_hz(const std::filesystem::path& folder) {
 
 TEST_F(FoundControllers, ALoopOfRealHardwareThatAnEditBringsWaitsUntilTheEditIsThrough) {
   const auto write = [this](const std::string& hardware) {
-    std::ofstream(folder_ / "arm.urdf") << kArm + hardware + "</robot>";
+    std::ofstream(folder_ / "arm.urdf") << kStackArm + hardware + "</robot>";
   };
   write("");
   const Scenario scenario = broadcasting_at_1000_hz(folder_);
@@ -361,7 +362,8 @@ TEST_F(FoundControllers, ALoopOfRealHardwareThatAnEditBringsWaitsUntilTheEditIsT
 }
 
 TEST_F(FoundControllers, ARunnersStatusAndWhatALoopOfRealHardwarePublishesReachAnEdgeWhole) {
-  std::ofstream(folder_ / "arm.urdf") << kArm + system_of("Real", "doppel/Loopback", "shoulder") + "</robot>";
+  std::ofstream(folder_ / "arm.urdf")
+      << kStackArm + system_of("Real", "doppel/Loopback", "shoulder") + "</robot>";
   const Scenario scenario = broadcasting_at_1000_hz(folder_);
   Diagnostics diagnostics;
   Twin twin(scenario, log_, diagnostics);
@@ -399,7 +401,7 @@ TEST_F(FoundControllers, ARunnersStatusAndWhatALoopOfRealHardwarePublishesReachA
 TEST_F(FoundControllers, AnEmergencyStopOutlivesAnEditThatMakesTheControllersAnew) {
   const std::string yaml =
       manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
-  std::ofstream(folder_ / "arm.urdf") << kArm + "</robot>";
+  std::ofstream(folder_ / "arm.urdf") << kStackArm + "</robot>";
   std::ofstream(folder_ / "config/controllers.yaml") << yaml;
   Scenario scenario;
   scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};

@@ -36,7 +36,7 @@ std::string refusal(const std::string& xml) {
 std::string model(const std::string& inside) {
   return "<sdf version='1.7'><model name='m'>" + inside + "</model></sdf>";
 }
-std::string link(const std::string& geometry, const std::string& more = "") {
+std::string link_model(const std::string& geometry, const std::string& more = "") {
   return model("<link name='l'>" + more + "<collision name='c'><geometry>" + geometry +
                "</geometry></collision></link>");
 }
@@ -65,7 +65,7 @@ TEST(EntityXml, StaticHasNoMassAndNoInertialWeighsOneKilogram) {
                        "</geometry></collision></link>"))
                 .mass,
             0.0);
-  EXPECT_EQ(read(link(kBall)).mass, 1.0);
+  EXPECT_EQ(read(link_model(kBall)).mass, 1.0);
 }
 
 TEST(EntityXml, UrdfIsReadToo) {
@@ -88,7 +88,7 @@ TEST(EntityXml, UrdfIsReadToo) {
 
 TEST(EntityXml, AMeshIsAskedFor) {
   const WorldObject part =
-      read(link("<mesh><uri>package://p/a.stl</uri><scale>0.001 0.001 0.001</scale></mesh>"));
+      read(link_model("<mesh><uri>package://p/a.stl</uri><scale>0.001 0.001 0.001</scale></mesh>"));
   const auto& mesh = std::get<MeshGeometry>(part.shape);
   EXPECT_EQ(mesh.path, "/found/package://p/a.stl");
   EXPECT_EQ(mesh.uri, "package://p/a.stl");
@@ -107,18 +107,18 @@ TEST(EntityXml, WhatIsNoThingIsRefusedWithItsPlace) {
       refusal("<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='fixed'/></robot>"),
       HasSubstr("one link"));
   EXPECT_THAT(refusal(model("<link name='a'/>")), HasSubstr("no shape"));
-  EXPECT_THAT(refusal(link("<sphre><radius>1</radius></sphre>")), HasSubstr("did you mean 'sphere'"));
-  EXPECT_THAT(refusal(link(kBall + kBall)), HasSubstr("one shape, not two"));
-  EXPECT_THAT(refusal(link("<box><size>0.1 0.1</size></box>")), HasSubstr("takes 3 numbers"));
-  EXPECT_THAT(refusal(link("<box><size>0.1 0.1 nan</size></box>")), HasSubstr("'nan'"));
-  EXPECT_THAT(refusal(link("<box><size>0.1 0.1 0</size></box>")), HasSubstr("the side is 0 m"));
-  EXPECT_THAT(refusal(link("<box/>")), HasSubstr("<box> has no <size>"));
-  EXPECT_THAT(refusal(link("<sphere><radius>-1</radius></sphere>")), HasSubstr("radius"));
-  EXPECT_THAT(refusal(link("<sphere><radius>1e9</radius></sphere>")), HasSubstr("radius"));
-  EXPECT_THAT(refusal(link(kBall, "<inertial><mass>-0.1</mass></inertial>")),
+  EXPECT_THAT(refusal(link_model("<sphre><radius>1</radius></sphre>")), HasSubstr("did you mean 'sphere'"));
+  EXPECT_THAT(refusal(link_model(kBall + kBall)), HasSubstr("one shape, not two"));
+  EXPECT_THAT(refusal(link_model("<box><size>0.1 0.1</size></box>")), HasSubstr("takes 3 numbers"));
+  EXPECT_THAT(refusal(link_model("<box><size>0.1 0.1 nan</size></box>")), HasSubstr("'nan'"));
+  EXPECT_THAT(refusal(link_model("<box><size>0.1 0.1 0</size></box>")), HasSubstr("the side is 0 m"));
+  EXPECT_THAT(refusal(link_model("<box/>")), HasSubstr("<box> has no <size>"));
+  EXPECT_THAT(refusal(link_model("<sphere><radius>-1</radius></sphere>")), HasSubstr("radius"));
+  EXPECT_THAT(refusal(link_model("<sphere><radius>1e9</radius></sphere>")), HasSubstr("radius"));
+  EXPECT_THAT(refusal(link_model(kBall, "<inertial><mass>-0.1</mass></inertial>")),
               HasSubstr("the mass is -0.1 kg"));
-  EXPECT_THAT(refusal(link(kBall, "<inertial><mass>inf</mass></inertial>")), HasSubstr("'inf'"));
-  EXPECT_THAT(refusal(link(kBall, "<pose>0 0 1e300 0 0 0</pose>")), HasSubstr("distance"));
+  EXPECT_THAT(refusal(link_model(kBall, "<inertial><mass>inf</mass></inertial>")), HasSubstr("'inf'"));
+  EXPECT_THAT(refusal(link_model(kBall, "<pose>0 0 1e300 0 0 0</pose>")), HasSubstr("distance"));
   EXPECT_THAT(refusal("<robot name='r'><link name='l'><collision><geometry><sphere radius='x'/></geometry>"
                       "</collision></link></robot>"),
               HasSubstr("radius=\"x\""));

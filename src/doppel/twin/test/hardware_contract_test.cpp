@@ -36,7 +36,7 @@ void PrintTo(const Component& component, std::ostream* out) {
 constexpr Component kComponents[] = {{"simulated", kSimulatedPlugin, 2e-3, 0.12},
                                      {"loopback", "doppel/Loopback", 1e-12, 0.02}};
 
-constexpr const char* kArm = R"(<robot name="arm">
+constexpr const char* kLevelArm = R"(<robot name="arm">
 <link name="world"/>
 <link name="a"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <link name="b"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -61,7 +61,7 @@ class HardwareContract : public ::testing::TestWithParam<Component> {
   HardwareContract() : file_(ParameterFile::parse(kControllers, "test.yaml")), node_(bus_, "/test") {
     PackageResolver resolver;
     Diagnostics unused;
-    robot_ = parse_urdf(kArm, "arm.urdf", resolver, unused);
+    robot_ = parse_urdf(kLevelArm, "arm.urdf", resolver, unused);
     log_.add_sink([this](const LogLine& line) { said_ += line.text + "\n"; });
     description_.name = "ArmSystem";
     description_.type = "system";

@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-constexpr const char* kArm = R"(<robot name="arm">
+constexpr const char* kMimicArm = R"(<robot name="arm">
 <link name="world"/>
 <link name="a"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <link name="b"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -31,7 +31,7 @@ HardwareJointDescription entry(const std::string& name, std::vector<std::string>
 class SimulatedHardwares : public ::testing::Test {
  protected:
   SimulatedHardwares() {
-    use(kArm);
+    use(kMimicArm);
     diagnostics_ = {};
     hardware_.name = "system";
   }
@@ -179,7 +179,7 @@ TEST_F(SimulatedHardwares, InitialValuesAreHeldToTheLimitsAndMimicsFollow) {
 }
 
 TEST_F(SimulatedHardwares, ContinuousJointsTakeTheShortWay) {
-  std::string wheel = kArm;
+  std::string wheel = kMimicArm;
   wheel.replace(wheel.find("revolute"), 8, "continuous");
   use(wheel);
   hardware_.joints = {entry("j 1", {"position"})};

@@ -22,8 +22,8 @@ using sensor_msgs::msg::JointState;
 
 constexpr double kPi = std::numbers::pi;
 
-std::string joint(const std::string& name, const std::string& type, const std::string& parent,
-                  const std::string& child, const std::string& inside) {
+std::string joint_with(const std::string& name, const std::string& type, const std::string& parent,
+                       const std::string& child, const std::string& inside) {
   return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
          "\"/><child link=\"" + child + "\"/><axis xyz=\"0 0 1\"/>" + inside + "</joint>\n";
 }
@@ -35,13 +35,13 @@ std::string arm(
   std::string out = "<robot name=\"arm\">\n";
   for (const char* link : {"base", "carriage", "arm", "tip", "rim"})
     out += std::string("<link name=\"") + link + "\"/>\n";
-  out += joint("lift", "prismatic", "base", "carriage",
-               "<limit lower=\"0.1\" upper=\"0.5\" effort=\"1\" velocity=\"1\"/>");
-  out += joint("elbow", "revolute", "carriage", "arm", elbow_limit);
-  out += joint("finger", "revolute", "arm", "tip",
-               "<limit lower=\"-3\" upper=\"3\" effort=\"1\" velocity=\"1\"/>"
-               "<mimic joint=\"elbow\" multiplier=\"-2\" offset=\"0.25\"/>");
-  out += joint("wheel", "continuous", "base", "rim", "");
+  out += joint_with("lift", "prismatic", "base", "carriage",
+                    "<limit lower=\"0.1\" upper=\"0.5\" effort=\"1\" velocity=\"1\"/>");
+  out += joint_with("elbow", "revolute", "carriage", "arm", elbow_limit);
+  out += joint_with("finger", "revolute", "arm", "tip",
+                    "<limit lower=\"-3\" upper=\"3\" effort=\"1\" velocity=\"1\"/>"
+                    "<mimic joint=\"elbow\" multiplier=\"-2\" offset=\"0.25\"/>");
+  out += joint_with("wheel", "continuous", "base", "rim", "");
   return out + more + "</robot>\n";
 }
 
@@ -233,10 +233,10 @@ TEST_F(Viewers, TellsTheDescriptionAndTransformsButNoClock) {
 TEST_F(Viewers, AReloadKeepsJointsByNameInsideTheirNewLimits) {
   view(arm());
   command({"elbow", "lift", "wheel"}, {0.9, 0.3, 1.0});
-  reload(
-      arm("<limit lower=\"-0.4\" upper=\"0.4\" effort=\"1\" velocity=\"1\"/>",
-          "<link name=\"lamp\"/>" + joint("neck", "revolute", "base", "lamp",
-                                          "<limit lower=\"1\" upper=\"2\" effort=\"1\" velocity=\"1\"/>")));
+  reload(arm(
+      "<limit lower=\"-0.4\" upper=\"0.4\" effort=\"1\" velocity=\"1\"/>",
+      "<link name=\"lamp\"/>" + joint_with("neck", "revolute", "base", "lamp",
+                                           "<limit lower=\"1\" upper=\"2\" effort=\"1\" velocity=\"1\"/>")));
   frame();
   EXPECT_DOUBLE_EQ(at("elbow"), 0.4);
   EXPECT_DOUBLE_EQ(at("finger"), -0.55);
@@ -263,11 +263,11 @@ TEST_F(Viewers, DrawsWhatCanBeDrawn) {
       "<joint name=\"still\" type=\"revolute\"><parent link=\"base\"/><child link=\"a\"/><axis xyz=\"0 0 "
       "0\"/>"
       "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>" +
-      joint("crossed", "revolute", "base", "b", "<limit lower=\"2\" upper=\"-1\"/>") +
-      joint("alone", "continuous", "base", "c", "<mimic joint=\"nobody\"/>") +
-      joint("round", "continuous", "base", "d", "<mimic joint=\"round\"/>") +
-      joint("after", "continuous", "base", "e", "<mimic joint=\"still\"/>") +
-      joint("loose", "floating", "base", "f", "");
+      joint_with("crossed", "revolute", "base", "b", "<limit lower=\"2\" upper=\"-1\"/>") +
+      joint_with("alone", "continuous", "base", "c", "<mimic joint=\"nobody\"/>") +
+      joint_with("round", "continuous", "base", "d", "<mimic joint=\"round\"/>") +
+      joint_with("after", "continuous", "base", "e", "<mimic joint=\"still\"/>") +
+      joint_with("loose", "floating", "base", "f", "");
   view(arm("<limit lower=\"-1\" upper=\"1\"/>", more));
   for (const char* rule : {"urdf.axis_zero", "urdf.limits_crossed", "urdf.mimic_unknown", "urdf.mimic_loop",
                            "urdf.mimic_not_scalar", "urdf.inertial", "urdf.geometry"})

@@ -6,8 +6,8 @@ namespace doppel {
 namespace {
 
 // The expansion of `body` inside <robot>, as XML without its declaration and root; or the error's whole text.
-std::string expanded(const std::string& body,
-                     const std::vector<std::pair<std::string, std::string>>& arguments = {}) {
+std::string expanded_robot(const std::string& body,
+                           const std::vector<std::pair<std::string, std::string>>& arguments = {}) {
   PackageResolver resolver;
   Diagnostics diagnostics;
   try {
@@ -28,8 +28,8 @@ std::string expanded(const std::string& body,
 }
 
 TEST(Xacro, PropertiesAreLazyAndKeepTheirTypes) {
-  EXPECT_EQ(expanded("<xacro:property name=\"a\" value=\"${b * 2}\"/><xacro:property name=\"b\" "
-                     "value=\"3\"/><l x=\"${a}\" y=\"${b}0\" z=\"$${b}\"/>"),
+  EXPECT_EQ(expanded_robot("<xacro:property name=\"a\" value=\"${b * 2}\"/><xacro:property name=\"b\" "
+                           "value=\"3\"/><l x=\"${a}\" y=\"${b}0\" z=\"$${b}\"/>"),
             "<l x=\"6\" y=\"30\" z=\"${b}\"/>\n");
 }
 
@@ -39,49 +39,51 @@ TEST(Xacro, MacrosTakeDefaultsForwardsAndBlocks) {
       "<xacro:macro name=\"m\" params=\"a b:='x y' c:=${a * 2} d:=^|9 *origin **rest\">"
       "<l a=\"${a}\" b=\"${b}\" c=\"${c}\" d=\"${d}\"><xacro:insert_block "
       "name=\"origin\"/><xacro:insert_block name=\"rest\"/></l></xacro:macro>";
-  EXPECT_EQ(
-      expanded(macro + "<xacro:property name=\"d\" value=\"4\"/><xacro:property name=\"a\" value=\"1\"/>"
-                       "<xacro:m a=\"5\"><o/><all><p/><q/></all></xacro:m>"),
-      "<l a=\"5\" b=\"x y\" c=\"2\" d=\"4\">\n  <o/>\n  <p/>\n  <q/>\n</l>\n");
+  EXPECT_EQ(expanded_robot(macro +
+                           "<xacro:property name=\"d\" value=\"4\"/><xacro:property name=\"a\" value=\"1\"/>"
+                           "<xacro:m a=\"5\"><o/><all><p/><q/></all></xacro:m>"),
+            "<l a=\"5\" b=\"x y\" c=\"2\" d=\"4\">\n  <o/>\n  <p/>\n  <q/>\n</l>\n");
 }
 
 TEST(Xacro, ConditionsTakeLiteralsAndExpressions) {
-  EXPECT_EQ(expanded("<xacro:arg name=\"sim\" default=\"false\"/><xacro:if value=\"$(arg "
-                     "sim)\"><a/></xacro:if><xacro:unless value=\"$(arg sim)\"><b/></xacro:unless>"),
+  EXPECT_EQ(expanded_robot("<xacro:arg name=\"sim\" default=\"false\"/><xacro:if value=\"$(arg "
+                           "sim)\"><a/></xacro:if><xacro:unless value=\"$(arg sim)\"><b/></xacro:unless>"),
             "<b/>\n");
-  EXPECT_EQ(
-      expanded("<xacro:arg name=\"sim\" default=\"false\"/><xacro:if value=\"$(arg sim)\"><a/></xacro:if>",
-               {{"sim", "true"}}),
-      "<a/>\n");
-  EXPECT_NE(expanded("<xacro:if value=\"maybe\"><a/></xacro:if>").find("not a boolean"), std::string::npos);
+  EXPECT_EQ(expanded_robot(
+                "<xacro:arg name=\"sim\" default=\"false\"/><xacro:if value=\"$(arg sim)\"><a/></xacro:if>",
+                {{"sim", "true"}}),
+            "<a/>\n");
+  EXPECT_NE(expanded_robot("<xacro:if value=\"maybe\"><a/></xacro:if>").find("not a boolean"),
+            std::string::npos);
 }
 
 TEST(Xacro, ErrorsTellTheWholePathAndTheNearestName) {
-  const std::string text = expanded(
+  const std::string text = expanded_robot(
       "<xacro:property name=\"length\" value=\"1\"/>\n"
       "<xacro:macro name=\"servo\" params=\"\">\n  <l x=\"${lenght}\"/>\n</xacro:macro>\n<xacro:servo/>\n");
   EXPECT_EQ(text.find("arm.xacro:6:1: in macro 'servo' (arm.xacro:4:6): error: name 'lenght' is not defined; "
                       "did you mean 'length'?"),
             0u)
       << text;
-  EXPECT_NE(
-      expanded("<xacro:servo_jiont/><xacro:macro name=\"servo_joint\" params=\"\"/>").find("unknown macro"),
-      std::string::npos);
-  EXPECT_NE(expanded("<xacro:macro name=\"m\" params=\"width\"/><xacro:m widht=\"1\"/>")
+  EXPECT_NE(expanded_robot("<xacro:servo_jiont/><xacro:macro name=\"servo_joint\" params=\"\"/>")
+                .find("unknown macro"),
+            std::string::npos);
+  EXPECT_NE(expanded_robot("<xacro:macro name=\"m\" params=\"width\"/><xacro:m widht=\"1\"/>")
                 .find("did you mean 'width'"),
             std::string::npos);
-  EXPECT_NE(expanded("<a b=\"$(arg nothing)\"/>").find("undefined substitution argument 'nothing'"),
+  EXPECT_NE(expanded_robot("<a b=\"$(arg nothing)\"/>").find("undefined substitution argument 'nothing'"),
             std::string::npos);
-  EXPECT_NE(expanded("<a b=\"$(find no_such_package)\"/>").find("package 'no_such_package' is not found"),
-            std::string::npos);
+  EXPECT_NE(
+      expanded_robot("<a b=\"$(find no_such_package)\"/>").find("package 'no_such_package' is not found"),
+      std::string::npos);
 }
 
 TEST(Xacro, RunawaysEndSoon) {
-  EXPECT_NE(expanded("<xacro:macro name=\"m\" params=\"\"><xacro:m/></xacro:macro><xacro:m/>")
+  EXPECT_NE(expanded_robot("<xacro:macro name=\"m\" params=\"\"><xacro:m/></xacro:macro><xacro:m/>")
                 .find("nested more than"),
             std::string::npos);
-  EXPECT_NE(expanded("<xacro:property name=\"a\" value=\"${b}\"/><xacro:property name=\"b\" "
-                     "value=\"${a}\"/><l x=\"${a}\"/>")
+  EXPECT_NE(expanded_robot("<xacro:property name=\"a\" value=\"${b}\"/><xacro:property name=\"b\" "
+                           "value=\"${a}\"/><l x=\"${a}\"/>")
                 .find("needs itself"),
             std::string::npos);
   std::string doubling = "<xacro:macro name=\"m0\" params=\"\"><l/></xacro:macro>";
@@ -89,7 +91,7 @@ TEST(Xacro, RunawaysEndSoon) {
     doubling += "<xacro:macro name=\"m" + std::to_string(i) + "\" params=\"\"><xacro:m" +
                 std::to_string(i - 1) + "/><xacro:m" + std::to_string(i - 1) + "/></xacro:macro>";
   }
-  EXPECT_NE(expanded(doubling + "<xacro:m60/>").find("grows without end"), std::string::npos);
+  EXPECT_NE(expanded_robot(doubling + "<xacro:m60/>").find("grows without end"), std::string::npos);
 }
 
 // A whole arm once vanished without a word: '00' was read as 0, and the condition did not hold.
@@ -97,40 +99,44 @@ TEST(Xacro, AQuotedLiteralInACallStaysTheTextThatItIs) {
   const std::string arm =
       "<xacro:macro name=\"arm\" params=\"version\"><xacro:if value=\"${version == '00'}\"><link "
       "name=\"arm\"/></xacro:if><note v=\"${version}\"/></xacro:macro>";
-  EXPECT_EQ(expanded(arm + "<xacro:arm version=\"'00'\"/>"), "<link name=\"arm\"/>\n<note v=\"00\"/>\n");
-  EXPECT_EQ(expanded(arm + "<xacro:arm version=\"'1.50'\"/>"), "<note v=\"1.50\"/>\n");
-  EXPECT_EQ(expanded(arm + "<xacro:arm version=\"'true'\"/>"), "<note v=\"true\"/>\n");
-  EXPECT_EQ(expanded(arm + "<xacro:arm version=\"1.50\"/>"), "<note v=\"1.5\"/>\n");
+  EXPECT_EQ(expanded_robot(arm + "<xacro:arm version=\"'00'\"/>"),
+            "<link name=\"arm\"/>\n<note v=\"00\"/>\n");
+  EXPECT_EQ(expanded_robot(arm + "<xacro:arm version=\"'1.50'\"/>"), "<note v=\"1.50\"/>\n");
+  EXPECT_EQ(expanded_robot(arm + "<xacro:arm version=\"'true'\"/>"), "<note v=\"true\"/>\n");
+  EXPECT_EQ(expanded_robot(arm + "<xacro:arm version=\"1.50\"/>"), "<note v=\"1.5\"/>\n");
 }
 
 TEST(Xacro, AQuoteWithinAQuotedDefaultBelongsToIt) {
-  EXPECT_EQ(expanded("<xacro:macro name=\"m\" params=\"p:='a'b' q\"><l p=\"${p}\" q=\"${q}\"/></xacro:macro>"
+  EXPECT_EQ(
+      expanded_robot("<xacro:macro name=\"m\" params=\"p:='a'b' q\"><l p=\"${p}\" q=\"${q}\"/></xacro:macro>"
                      "<xacro:m q=\"1\"/>"),
-            "<l p=\"a'b\" q=\"1\"/>\n");
-  EXPECT_NE(expanded("<xacro:macro name=\"m\" params=\"p:='a b\"/>").find("no closing quote"),
+      "<l p=\"a'b\" q=\"1\"/>\n");
+  EXPECT_NE(expanded_robot("<xacro:macro name=\"m\" params=\"p:='a b\"/>").find("no closing quote"),
             std::string::npos);
 }
 
 TEST(Xacro, APropertyOfAnyOtherScopeIsALocalOneAndLazy) {
-  EXPECT_EQ(expanded("<xacro:property name=\"p\" value=\"${q}\" scope=\"local\"/><xacro:property name=\"q\" "
+  EXPECT_EQ(
+      expanded_robot("<xacro:property name=\"p\" value=\"${q}\" scope=\"local\"/><xacro:property name=\"q\" "
                      "value=\"2\"/><l v=\"${p}\"/>"),
-            "<l v=\"2\"/>\n");
+      "<l v=\"2\"/>\n");
 }
 
 // As ros/xacro: what is built in counts as defined already.
 TEST(Xacro, ADefaultDoesNotReplaceABuiltInName) {
-  EXPECT_EQ(expanded("<xacro:property name=\"tau\" default=\"5\"/><l v=\"${tau}\"/>"),
+  EXPECT_EQ(expanded_robot("<xacro:property name=\"tau\" default=\"5\"/><l v=\"${tau}\"/>"),
             "<l v=\"6.283185307179586\"/>\n");
 }
 
 TEST(Xacro, DollarsWithoutABracketAreRefusedAsTheReferenceRefusesThem) {
-  EXPECT_NE(expanded("<l v=\"a$$b\"/>").find("'$$' is followed by neither '{' nor '('"), std::string::npos);
-  EXPECT_EQ(expanded("<l v=\"5$ $a $${b}\"/>"), "<l v=\"5$ $a ${b}\"/>\n");
+  EXPECT_NE(expanded_robot("<l v=\"a$$b\"/>").find("'$$' is followed by neither '{' nor '('"),
+            std::string::npos);
+  EXPECT_EQ(expanded_robot("<l v=\"5$ $a $${b}\"/>"), "<l v=\"5$ $a ${b}\"/>\n");
 }
 
 TEST(Xacro, AnArgumentThatIsDeclaredTooLateIsFound) {
   const std::string text =
-      expanded("<l x=\"$(arg use_sim)\"/>\n<xacro:arg name=\"use_sim\" default=\"true\"/>");
+      expanded_robot("<l x=\"$(arg use_sim)\"/>\n<xacro:arg name=\"use_sim\" default=\"true\"/>");
   EXPECT_NE(text.find("arm.xacro:2:4: error: undefined substitution argument 'use_sim': it is declared at "
                       "arm.xacro:3:1"),
             std::string::npos)

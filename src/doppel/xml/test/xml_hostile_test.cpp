@@ -1,32 +1,23 @@
 // Bytes that are no document: an error at its place, soon, whatever they are.
 #include <gtest/gtest.h>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/xml/test/xml_refusal.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {
 
-std::string refused(const std::string& text) {
-  try {
-    parse_xml(text, "a.xml");
-  } catch (const InputError& problem) {
-    return problem.what();
-  }
-  return "accepted";
-}
-
 TEST(HostileXml, WhatStandsOnlyWithinElementsIsRefusedBeforeTheRoot) {
   for (const char* text :
        {"</robot>", " </>", "<![CDATA[x]]><a/>", "<!ELEMENT a (b)><a/>", "<!-- c --></a>"}) {
-    EXPECT_NE(refused(text).find("a.xml:1:"), std::string::npos) << text;
+    EXPECT_NE(refusal_of(text).find("f.xml:1:"), std::string::npos) << text;
   }
 }
 
 TEST(HostileXml, DeepNestingIsRefusedWithoutUsingUpTheStack) {
   std::string text;
   for (int i = 0; i < 100'000; ++i) text += "<a>";
-  EXPECT_NE(refused(text).find("a.xml:1:"), std::string::npos);
+  EXPECT_NE(refusal_of(text).find("f.xml:1:"), std::string::npos);
 }
 
 TEST(HostileXml, EntitiesThatMultiplyAreRefused) {
@@ -35,18 +26,18 @@ TEST(HostileXml, EntitiesThatMultiplyAreRefused) {
     const std::string n = std::to_string(i), m = std::to_string(i - 1);
     text += "<!ENTITY a" + n + " \"&a" + m + ";&a" + m + ";&a" + m + ";&a" + m + ";\">";
   }
-  EXPECT_NE(refused(text + "]><r>&a39;</r>"), "accepted");
-  EXPECT_NE(refused("<!DOCTYPE r [<!ENTITY a \"&b;\"><!ENTITY b \"&a;\">]><r>&a;</r>"), "accepted");
+  EXPECT_NE(refusal_of(text + "]><r>&a39;</r>"), "");
+  EXPECT_NE(refusal_of("<!DOCTYPE r [<!ENTITY a \"&b;\"><!ENTITY b \"&a;\">]><r>&a;</r>"), "");
 }
 
 TEST(HostileXml, NothingOutsideOfTheFileIsRead) {
-  EXPECT_NE(refused("<!DOCTYPE r [<!ENTITY a SYSTEM \"file:///etc/passwd\">]><r>&a;</r>"), "accepted");
+  EXPECT_NE(refusal_of("<!DOCTYPE r [<!ENTITY a SYSTEM \"file:///etc/passwd\">]><r>&a;</r>"), "");
 }
 
 TEST(HostileXml, FilesOfZerosAndOtherEncodings) {
-  EXPECT_NE(refused(std::string(1 << 20, '\0')), "accepted");
-  EXPECT_NE(refused(""), "accepted");
-  EXPECT_NE(refused("<r a='\xff\xfe'/>"), "accepted");
+  EXPECT_NE(refusal_of(std::string(1 << 20, '\0')), "");
+  EXPECT_NE(refusal_of(""), "");
+  EXPECT_NE(refusal_of("<r a='\xff\xfe'/>"), "");
   EXPECT_EQ(parse_xml("\xEF\xBB\xBF<r a='\xC3\xA4'/>", "a.xml").find("a")->value, "\xC3\xA4");
   const std::string utf16("\xFF\xFE<\0r\0 \0a\0=\0'\0\xE4\0'\0/\0>\0", 22);
   EXPECT_EQ(parse_xml(utf16, "a.xml").find("a")->value, "\xC3\xA4");

@@ -6,20 +6,12 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/xacro/xacro.h"
+#include "doppel/xml/test/xml_refusal.h"
 
 namespace doppel {
 namespace {
 
 using namespace std::string_literals;
-
-std::string refused(const std::string& text) {
-  try {
-    parse_xml(text, "f.xml");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(Xml, NodesKnowTheirPlaces) {
   const XmlTree tree = parse_xml_tree(
@@ -83,7 +75,8 @@ TEST(Xml, WhatIsNotWellFormedIsRefusedAtItsPlace) {
       {"<?xml version='1.0' encoding='EBCDIC'?><a>\xff</a>", "the encoding 'ebcdic' is not supported"},
   };
   for (const auto& [text, wanted] : cases)
-    EXPECT_NE(refused(text).find(wanted), std::string::npos) << text.substr(0, 80) << "\n" << refused(text);
+    EXPECT_NE(refusal_of(text).find(wanted), std::string::npos) << text.substr(0, 80) << "\n"
+                                                                << refusal_of(text);
 }
 
 TEST(Xml, EncodingsAndLineEnds) {
@@ -106,20 +99,20 @@ TEST(Xml, EntitiesOfTheFileAreBounded) {
     for (int k = 0; k < 10; ++k) laughs += "&l" + std::to_string(i - 1) + ";";
     laughs += "'>";
   }
-  EXPECT_NE(refused(laughs + "]><a>&l7;</a>").find("more than 1 MB"), std::string::npos);
-  EXPECT_NE(refused(laughs + "]><a>&l29;</a>").find("entities"), std::string::npos);
-  EXPECT_NE(refused("<!DOCTYPE a [<!ENTITY b '&b;'>]><a>&b;</a>").find("nested too deeply"),
+  EXPECT_NE(refusal_of(laughs + "]><a>&l7;</a>").find("more than 1 MB"), std::string::npos);
+  EXPECT_NE(refusal_of(laughs + "]><a>&l29;</a>").find("entities"), std::string::npos);
+  EXPECT_NE(refusal_of("<!DOCTYPE a [<!ENTITY b '&b;'>]><a>&b;</a>").find("nested too deeply"),
             std::string::npos);
-  EXPECT_NE(refused("<!DOCTYPE a [<!ENTITY b SYSTEM '/etc/passwd'>]><a>&b;</a>").find("not defined"),
+  EXPECT_NE(refusal_of("<!DOCTYPE a [<!ENTITY b SYSTEM '/etc/passwd'>]><a>&b;</a>").find("not defined"),
             std::string::npos);
 }
 
 TEST(Xml, DepthAndSizeAreBounded) {
   std::string deep, many = "<a>";
   for (int i = 0; i < 100'000; ++i) deep += "<a>";
-  EXPECT_NE(refused(deep).find("nested more than"), std::string::npos);
+  EXPECT_NE(refusal_of(deep).find("nested more than"), std::string::npos);
   for (int i = 0; i < 1'100'000; ++i) many += "<b/>";
-  EXPECT_NE(refused(many + "</a>").find("more than a million"), std::string::npos);
+  EXPECT_NE(refusal_of(many + "</a>").find("more than a million"), std::string::npos);
 }
 
 TEST(Xml, OnlyRegularFilesAreRead) {

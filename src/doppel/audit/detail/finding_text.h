@@ -1,0 +1,20 @@
+#pragma once
+// What every form of the report says of a finding: its own words, else those of its rule.
+
+#include <string>
+
+#include "doppel/audit/audit.h"
+
+namespace doppel {
+
+inline std::string mend_of(const Finding& finding) {
+  const RuleInfo* rule = find_rule(finding.rule);
+  return !finding.mend.empty() || rule == nullptr ? finding.mend : std::string(rule->mend);
+}
+
+inline std::string consequence_of(const Finding& finding) {
+  const RuleInfo* rule = find_rule(finding.rule);
+  return !finding.consequence.empty() || rule == nullptr ? finding.consequence : std::string(rule->failure);
+}
+
+}  // namespace doppel

@@ -1,0 +1,17 @@
+#pragma once
+// How much memory a test's program has in use.
+
+#include <unistd.h>
+
+#include <fstream>
+
+namespace doppel {
+
+inline long resident_kilobytes() {
+  std::ifstream file("/proc/self/statm");
+  long total = 0, resident = 0;
+  file >> total >> resident;
+  return resident * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+}  // namespace doppel

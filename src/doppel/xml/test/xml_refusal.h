@@ -1,0 +1,21 @@
+#pragma once
+// What the tests of the parser share.
+
+#include <string>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/xml/xml.h"
+
+namespace doppel {
+
+// The error with which the text is refused as "f.xml"; empty where it is accepted.
+inline std::string refusal_of(const std::string& text) {
+  try {
+    parse_xml(text, "f.xml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace doppel
