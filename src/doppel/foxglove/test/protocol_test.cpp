@@ -205,7 +205,8 @@ TEST(SendQueue, DropsTheOldestMessagesAndNoAnswer) {
   EXPECT_EQ(queue.pop()->body.size(), 5u);
   std::size_t messages = 0;
   std::optional<OutgoingFrame> frame;
-  while ((frame = queue.pop())->kind == OutgoingFrame::Kind::message) ++messages;
+  while ((frame = queue.pop()) && frame->kind == OutgoingFrame::Kind::message) ++messages;
+  ASSERT_TRUE(frame.has_value());
   EXPECT_EQ(messages + dropped, 1000u);
   EXPECT_EQ(frame->body.size(), 4u);  // the answer came behind the messages before it
   EXPECT_TRUE(queue.empty());

@@ -1,0 +1,68 @@
+# How sources become objects. What nearly every file includes of other people's headers is compiled once
+# (precompiled headers), and up to DOPPEL_JOINED files of a target are compiled as one unit, whose headers are read and
+# whose templates are instantiated once. tools/build_cost prints what each unit costs.
+#
+# A file that is being worked on is compiled by itself: tools/build writes what has changed since the last build into
+# edited_sources.txt of the build folder. The files that stay in its unit are compiled once more, then never again for its sake.
+#
+#   doppel_units(TARGET library|program|test)
+include_guard()
+
+set(DOPPEL_JOINED 8 CACHE STRING "Files that are compiled as one unit; 1: each by itself")
+option(DOPPEL_PRECOMPILED "Precompile the headers of other people that nearly every file includes" ON)
+
+# One set for each kind of code: a precompiled header serves only the options that it was compiled with.
+function(doppel_precompiled kind)
+  if(TARGET doppel_precompiled_${kind})
+    return()
+  endif()
+  set(source ${PROJECT_BINARY_DIR}/precompiled_${kind}.cpp)
+  file(GENERATE OUTPUT ${source} CONTENT "")
+  add_library(doppel_precompiled_${kind} OBJECT ${source})
+  if(NOT kind STREQUAL library)  # as CMake compiles executables
+    set_target_properties(doppel_precompiled_${kind} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+    target_compile_options(doppel_precompiled_${kind} PRIVATE -fPIE)
+  endif()
+  target_link_libraries(doppel_precompiled_${kind} PRIVATE doppel_flags Eigen3::Eigen fmt::fmt)
+  if(kind STREQUAL program)
+    find_package(CLI11 REQUIRED)
+    find_package(nlohmann_json REQUIRED)
+    target_link_libraries(doppel_precompiled_program PRIVATE CLI11::CLI11 nlohmann_json::nlohmann_json)
+  endif()
+  if(kind STREQUAL test)
+    target_link_libraries(doppel_precompiled_${kind} PRIVATE GTest::gtest GTest::gmock)
+  endif()
+  target_precompile_headers(doppel_precompiled_${kind} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled/${kind}.h)
+endfunction()
+
+function(doppel_units target kind)
+  if(DOPPEL_PRECOMPILED)
+    doppel_precompiled(${kind})
+    target_precompile_headers(${target} REUSE_FROM doppel_precompiled_${kind})
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)  # for ccache
+  endif()
+  if(DOPPEL_JOINED GREATER 1)
+    doppel_join(${target})
+  endif()
+endfunction()
+
+if(NOT EXISTS ${PROJECT_BINARY_DIR}/edited_sources.txt)
+  file(TOUCH ${PROJECT_BINARY_DIR}/edited_sources.txt)
+endif()
+file(STRINGS ${PROJECT_BINARY_DIR}/edited_sources.txt doppel_edited)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_BINARY_DIR}/edited_sources.txt)
+
+# A file's unit is known by its place in the target's list, so that no other unit changes when it leaves its own.
+function(doppel_join target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  get_target_property(sources ${target} SOURCES)
+  set(place 0)
+  foreach(source IN LISTS sources)
+    math(EXPR unit "${place} / ${DOPPEL_JOINED}")
+    math(EXPR place "${place} + 1")
+    file(RELATIVE_PATH path ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/${source})
+    if(NOT path IN_LIST doppel_edited)
+      set_source_files_properties(${source} PROPERTIES UNITY_GROUP unit_${unit})
+    endif()
+  endforeach()
+endfunction()
