@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t kBase = 7400, kPerDomain = 250, kPerParticipant = 2;
 constexpr std::uint32_t kDiscoveryOffset = 10, kDataOffset = 11;
-constexpr std::uint32_t kMostParticipants = 120;  // after them the next domain's ports begin
+constexpr std::uint32_t kMaxParticipantsOfDomain = 120;  // after them the next domain's ports begin
 
 constexpr const char* kAnyAddress = "0.0.0.0";
 
@@ -58,7 +58,7 @@ void check_interfaces(bool must_be_loopback) {
 Ports free_ports(std::uint32_t domain, const std::string& address) {
   check_interfaces(address != kAnyAddress);
   const std::uint32_t base = kBase + kPerDomain * domain;
-  for (std::uint32_t i = 0; i < kMostParticipants; ++i) {
+  for (std::uint32_t i = 0; i < kMaxParticipantsOfDomain; ++i) {
     const std::uint32_t discovery = base + kDiscoveryOffset + kPerParticipant * i;
     const std::uint32_t data = base + kDataOffset + kPerParticipant * i;
     if (data > 65535) break;
