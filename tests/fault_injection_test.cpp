@@ -1,6 +1,9 @@
 // Whatever fails while a replacement is made ready or takes over, the machine that runs goes on to the same
 // bits: the nth allocation, the nth file, the nth call of the engine.
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -35,8 +38,8 @@ class FaultInjection : public TwinFixture, public ::testing::WithParamInterface<
  protected:
   void SetUp() override {
     register_faulty_engine();
-    folder_ =
-        fs::path(::testing::TempDir()) / "faults" / kFaultNames[static_cast<int>(GetParam())] / "omarm_one";
+    folder_ = fs::path(::testing::TempDir()) / fmt::format("faults_{}", getpid()) /
+              kFaultNames[static_cast<int>(GetParam())] / "omarm_one";
     fs::remove_all(folder_);
     fs::create_directories(folder_.parent_path());
     fs::copy(DOPPEL_SOURCE_DIR "/robots/omarm_one", folder_, fs::copy_options::recursive);
