@@ -22,9 +22,7 @@ endif()
 add_library(doppel_flags INTERFACE)
 # g++ 12 warns of overlaps and bounds in std::string that are not there (GCC bug 105651).
 target_compile_options(doppel_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+  "$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-array-bounds;-Wno-stringop-overflow>")
 if(DOPPEL_WERROR)
   target_compile_options(doppel_flags INTERFACE -Werror)
 endif()

@@ -38,8 +38,7 @@ class FaultInjection : public TwinFixture, public ::testing::WithParamInterface<
  protected:
   void SetUp() override {
     register_faulty_engine();
-    folder_ = fs::path(::testing::TempDir()) / fmt::format("faults_{}", getpid()) /
-              kFaultNames[static_cast<int>(GetParam())] / "omarm_one";
+    folder_ = fs::path(::testing::TempDir()) / fmt::format("faults_{}", getpid()) / "omarm_one";
     fs::remove_all(folder_);
     fs::create_directories(folder_.parent_path());
     fs::copy(DOPPEL_SOURCE_DIR "/robots/omarm_one", folder_, fs::copy_options::recursive);
@@ -49,7 +48,7 @@ class FaultInjection : public TwinFixture, public ::testing::WithParamInterface<
     edge_.reset();
     twin_.reset();
     undisturbed_.reset();
-    fs::remove_all(folder_);
+    fs::remove_all(folder_.parent_path());
   }
 
   // Sets the arm in motion, for longer than the test takes.

@@ -182,11 +182,7 @@ void write_plots(const Comparison& result, const std::string& folder) {
 }
 
 int run_compare(const CompareVerb& options) {
-  if (!(options.duration > 0 && options.duration <= kMaxDuration))
-    refuse(
-        "cli.duration",
-        fmt::format("--duration is {} s, but must be above 0 and at most {}", options.duration, kMaxDuration),
-        "two seconds tell most; what is chaotic tells nothing later");
+  check_duration(options.duration);
   const Chosen chosen = chosen_scenarios(options.scenarios);
   const std::vector<std::string> names = chosen_engines(options.engines);
   Scenario scenario = described_scenario(options.robot);

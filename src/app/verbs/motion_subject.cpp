@@ -1,6 +1,21 @@
 #include "app/verbs/motion_subject.h"
 
+#include <fmt/format.h>
+
 namespace doppel::app {
+namespace {
+
+constexpr double kMaxDuration = 60.0;  // s
+
+}  // namespace
+
+void check_duration(double seconds) {
+  if (seconds > 0 && seconds <= kMaxDuration) return;
+  throw InputError(
+      "cli.duration", {},
+      fmt::format("--duration is {} s, but must be above 0 and at most {}", seconds, kMaxDuration),
+      "two seconds show most of it; a chaotic motion shows no more after that");
+}
 
 MotionSubject motion_subject(Machine& machine) {
   MotionSubject out;

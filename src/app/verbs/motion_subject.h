@@ -8,8 +8,10 @@
 
 namespace doppel::app {
 
-inline constexpr double kMaxDuration = 60.0;               // s, of a motion
 inline constexpr std::chrono::seconds kProgressPeriod{2};  // between two lines of progress
+
+// --duration of a motion, s. Throws InputError cli.duration.
+void check_duration(double seconds);
 
 // The machine's first robot, and what else stands in its world.
 MotionSubject motion_subject(Machine& machine);

@@ -49,12 +49,7 @@ std::vector<MotionKind> chosen_motions(const std::vector<std::string>& names) {
 }
 
 void check_numbers(const VerifyVerb& options) {
-  if (!(options.duration > 0 && options.duration <= kMaxDuration)) {
-    throw InputError(
-        "cli.duration", {},
-        fmt::format("--duration is {} s, but must be above 0 and at most {}", options.duration, kMaxDuration),
-        "two seconds tell most; what is chaotic tells nothing later");
-  }
+  check_duration(options.duration);
   if (options.step != 0 && !(options.step >= kShortestStep && options.step <= kLongestStep)) {
     throw InputError(
         "cli.step", {},

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "doppel/bus/standard_node.h"
 #include "doppel/control/detail/controller_manager.h"
 #include "doppel/control/detail/jazzy_types.h"
 #include "doppel/control/joint_list.h"
+#include "doppel/control/nan.h"
 #include "doppel/core/names.h"
 
 namespace doppel {
@@ -435,12 +435,12 @@ std::vector<InterfaceView> ControllerManager::state_interfaces() const {
 double ControllerManager::command(std::string_view full_name) const {
   const auto command = impl_->resources.find_command(full_name);
   const bool held = command && !impl_->resources.claimed_by(*command).empty();
-  return held ? impl_->resources.applied(*command) : std::numeric_limits<double>::quiet_NaN();
+  return held ? impl_->resources.applied(*command) : kNaN;
 }
 
 double ControllerManager::state(std::string_view full_name) const {
   const auto state = impl_->resources.find_state(full_name);
-  return state ? impl_->resources.state(*state) : std::numeric_limits<double>::quiet_NaN();
+  return state ? impl_->resources.state(*state) : kNaN;
 }
 
 double ControllerManager::reference(std::string_view interface) const {
@@ -450,7 +450,7 @@ double ControllerManager::reference(std::string_view interface) const {
         return c->controller->reference_handles[i].get();
     }
   }
-  return std::numeric_limits<double>::quiet_NaN();
+  return kNaN;
 }
 
 void ControllerManager::stall_hardware() noexcept {

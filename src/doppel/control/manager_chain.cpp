@@ -3,16 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "doppel/control/detail/controller_manager.h"
+#include "doppel/control/nan.h"
 
 namespace doppel {
 void ControllerManager::Impl::offer_references(LoadedController& c) {
   for (const std::string& name : c.controller->reference_interfaces()) {
     const std::size_t slash = name.find_last_of('/');
-    InterfaceDescription description{c.name + "/" + name.substr(0, slash), name.substr(slash + 1),
-                                     std::numeric_limits<double>::quiet_NaN()};
+    InterfaceDescription description{c.name + "/" + name.substr(0, slash), name.substr(slash + 1), kNaN};
     c.references.push_back(description.full_name());
     bool added = false;
     const std::size_t command = resources.offer_reference(c.name, std::move(description), added);

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "doppel/control/hardware.h"
+#include "doppel/control/nan.h"
 
 namespace doppel::jtc {
 namespace {
@@ -117,7 +117,7 @@ bool Interfaces::all_commanded(Kind kind) const {
 double Interfaces::command(Kind kind, std::size_t joint) const {
   const int i = command_of_joint_[joint];
   const auto& handles = commands_[index(kind)];
-  if (i < 0 || handles.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (i < 0 || handles.empty()) return kNaN;
   return handles[static_cast<std::size_t>(i)].get();
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/control/nan.h"
 #include "doppel/core/names.h"
 
 namespace doppel {
@@ -80,7 +81,7 @@ double Pid::integral_rate(double error, double free, double put_out) const {
 
 double Pid::compute(double error, double error_dot, double dt_s) {
   if (!(dt_s > 0)) return output_;
-  if (!std::isfinite(error) || !std::isfinite(error_dot)) return std::numeric_limits<double>::quiet_NaN();
+  if (!std::isfinite(error) || !std::isfinite(error_dot)) return kNaN;
   const bool integrates = std::abs(error) > gains_.error_deadband;
   const auto integrate = [this, dt_s](double rate) {
     integral_ = std::clamp(integral_ + rate * dt_s, gains_.i_clamp_min, gains_.i_clamp_max);

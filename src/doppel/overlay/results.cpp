@@ -96,8 +96,8 @@ void scale_meshes(XmlNode& link, const Eigen::Vector3d& scale, const SourceLocat
 
 }  // namespace
 
-void impossible(const SourceLocation& where, const std::string& why, const std::string& mend) {
-  throw InputError("overlay.impossible", where, why, mend);
+void impossible(const SourceLocation& where, const std::string& why, const std::string& fix) {
+  throw InputError("overlay.impossible", where, why, fix);
 }
 
 double mass_factor(const ScaleMasses& action, const Facts& was) {

@@ -132,17 +132,21 @@ std::unique_lock<LoopGate> Twin::Impl::hold() {
   return std::unique_lock(gate);
 }
 
+TwinRobot* Twin::Impl::find_robot_with_loop() const {
+  const auto found = std::ranges::find_if(robots, [](const auto& robot) { return robot->has_loop(); });
+  return found == robots.end() ? nullptr : found->get();
+}
+
 // Of what the bus calls now: that of a loop of its own, where there is one.
 Time Twin::Impl::control_time() const {
   const Time now = machine->engine->time();
-  const auto own = std::ranges::find_if(robots, [](const auto& robot) { return robot->has_loop(); });
-  return own == robots.end() ? now : (*own)->control_time(now);
+  const TwinRobot* const real = find_robot_with_loop();
+  return real == nullptr ? now : real->control_time(now);
 }
 
 void Twin::Impl::step() {
   // A step starts no loop: where there is none, nobody is to be kept out.
-  const bool loops = std::ranges::any_of(robots, [](const auto& robot) { return robot->has_loop(); });
-  const auto held = loops ? hold() : std::unique_lock(gate, std::defer_lock);
+  const auto held = find_robot_with_loop() ? hold() : std::unique_lock(gate, std::defer_lock);
   notice_instances();
   Engine& engine = *machine->engine;
   const Time now = engine.time();

@@ -156,7 +156,7 @@ probe: {ros__parameters: {joint: a}}
 
   EXPECT_TRUE(rig.manager->switch_controllers(Names{"probe"}, Names{"left"}, Strictness::best_effort).ok());
   EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
-  EXPECT_FALSE(rig.hardware->claimed("a/position"));  // passive, and nobody holds it
+  EXPECT_FALSE(rig.hardware->claimed("a/position"));  // passive and unclaimed
 }
 
 TEST(Manager, HardwareCanRefuseASwitch) {

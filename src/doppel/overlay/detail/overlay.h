@@ -72,7 +72,7 @@ std::string shapes_text(const XmlNode& link, std::string_view element);  // "mes
 
 // -- what an operation makes of them (results.cpp)
 [[noreturn]] void impossible(const SourceLocation& where, const std::string& why,
-                             const std::string& mend = "");  // throws InputError "overlay.impossible"
+                             const std::string& fix = "");  // throws InputError "overlay.impossible"
 struct Surroundings {
   XmlNode& root;
   std::filesystem::path folder;  // of the description

@@ -27,6 +27,7 @@ struct Twin::Impl {
   void hash_objects();
   // Loops of real hardware are kept out, those too that start meanwhile; in a simulation nobody else has it.
   [[nodiscard]] std::unique_lock<LoopGate> hold();
+  [[nodiscard]] TwinRobot* find_robot_with_loop() const;  // the first one; null: a simulation
   [[nodiscard]] Time control_time() const;
   void follow_wall(Time now);
   void publish_due(Time now);
