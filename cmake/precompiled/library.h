@@ -1,4 +1,4 @@
-// Other people's headers that nearly every file of the rooms includes (cmake/units.cmake). Each file still includes what
+// Other people's headers that nearly every file of the modules includes (cmake/units.cmake). Each file still includes what
 // it uses: it must compile without this.
 #include <fmt/format.h>
 

@@ -34,18 +34,18 @@ bool parse_time(const char* begin, const char* end, timespec& out) {
   return std::from_chars(point + 1, point + 10, out.tv_nsec).ec == std::errc{};
 }
 
-// Whether doppel-start is made of it: the rooms that it links, the command line, and how they are built.
+// Whether doppel-start is made of it: the modules that it links, the command line, and how they are built.
 bool makes_xacro(std::string_view path) {
   if (!path.starts_with("src/")) return !path.starts_with("web/");
   path.remove_prefix(4);
   if (path.starts_with("app")) return true;
   if (!path.starts_with("doppel/")) return true;
   path.remove_prefix(7);
-  const std::string_view room = path.substr(0, path.find('/'));
+  const std::string_view module = path.substr(0, path.find('/'));
   const bool aside =
       path.find("/test/") != std::string_view::npos || path.find("/fuzz/") != std::string_view::npos;
-  constexpr std::string_view kRooms[] = {"core", "math", "packages", "xml", "xacro", "description"};
-  return std::find(std::begin(kRooms), std::end(kRooms), room) != std::end(kRooms) && !aside;
+  constexpr std::string_view kModules[] = {"core", "math", "packages", "xml", "xacro", "description"};
+  return std::find(std::begin(kModules), std::end(kModules), module) != std::end(kModules) && !aside;
 }
 
 }  // namespace

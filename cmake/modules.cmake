@@ -1,12 +1,13 @@
-# One room = one static library `doppel_<name>` with headers and sources side by side and tests in test/ beside them.
+# One module = one static library `doppel_<name>` with headers and sources side by side and tests in test/ beside them.
 #
-#   doppel_room(NAME <name> ABOUT "what it holds" SOURCES ... [USES <rooms>] [PUBLIC <libs>] [PRIVATE <libs>])
-#   doppel_room_tests(NAME <name> SOURCES ... [LINKS ...])   -> program <name>_test, registered with ctest
+#   doppel_module(NAME <name> ABOUT "what it holds" SOURCES ... [USES <modules>] [PUBLIC <libs>] [PRIVATE <libs>]
+#     [FUZZ <what its fuzz targets link besides it>])
+#   doppel_module_tests(NAME <name> SOURCES ... [LINKS ...])   -> program <name>_test, registered with ctest
 #
-# USES is every room that its files include, no more and no less: tools/rooms, part of ./test, holds the includes to it
+# USES is every module that its files include, no more and no less: tools/modules, part of ./test, holds the includes to it
 # and makes the table and the picture in docs from it.
 #
-# A room's fuzz/*_fuzz.cpp are libFuzzer targets, built with DOPPEL_FUZZ (clang only): <room>_<name>_fuzz, with first
+# A module's fuzz/*_fuzz.cpp are libFuzzer targets, built with DOPPEL_FUZZ (clang only): <module>_<name>_fuzz, with first
 # inputs in fuzz/corpus/<name>/. `./test --fuzz` runs them.
 include_guard()
 
@@ -53,40 +54,40 @@ endif()
 
 include(cmake/units.cmake)
 
-function(doppel_room)
-  cmake_parse_arguments(ROOM "" "NAME;ABOUT" "SOURCES;USES;PUBLIC;PRIVATE" ${ARGN})
-  add_library(doppel_${ROOM_NAME} STATIC ${ROOM_SOURCES})
-  doppel_units(doppel_${ROOM_NAME} library)
-  add_library(doppel::${ROOM_NAME} ALIAS doppel_${ROOM_NAME})  # for projects that contain this one
-  set_target_properties(doppel_${ROOM_NAME} PROPERTIES LINKER_LANGUAGE CXX)
-  target_link_libraries(doppel_${ROOM_NAME} PUBLIC doppel_flags ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE})
+function(doppel_module)
+  cmake_parse_arguments(MODULE "" "NAME;ABOUT" "SOURCES;USES;PUBLIC;PRIVATE;FUZZ" ${ARGN})
+  add_library(doppel_${MODULE_NAME} STATIC ${MODULE_SOURCES})
+  doppel_units(doppel_${MODULE_NAME} library)
+  add_library(doppel::${MODULE_NAME} ALIAS doppel_${MODULE_NAME})  # for projects that contain this one
+  set_target_properties(doppel_${MODULE_NAME} PROPERTIES LINKER_LANGUAGE CXX)
+  target_link_libraries(doppel_${MODULE_NAME} PUBLIC doppel_flags ${MODULE_PUBLIC} PRIVATE ${MODULE_PRIVATE})
   set(simulates FALSE)
-  if(ROOM_NAME STREQUAL "physics")
+  if(MODULE_NAME STREQUAL "physics")
     set(simulates TRUE)
   endif()
-  foreach(lower IN LISTS ROOM_USES)
-    target_link_libraries(doppel_${ROOM_NAME} PUBLIC doppel_${lower})
+  foreach(lower IN LISTS MODULE_USES)
+    target_link_libraries(doppel_${MODULE_NAME} PUBLIC doppel_${lower})
     get_target_property(lower_simulates doppel_${lower} DOPPEL_SIMULATES)
     if(lower_simulates)
       set(simulates TRUE)
     endif()
   endforeach()
-  set_target_properties(doppel_${ROOM_NAME} PROPERTIES DOPPEL_SIMULATES ${simulates})  # can ask for an engine
+  set_target_properties(doppel_${MODULE_NAME} PROPERTIES DOPPEL_SIMULATES ${simulates})  # can ask for an engine
   if(DOPPEL_FUZZ)
     file(GLOB fuzz_sources CONFIGURE_DEPENDS fuzz/*_fuzz.cpp)
     foreach(source IN LISTS fuzz_sources)
       get_filename_component(stem ${source} NAME_WE)
-      add_executable(${ROOM_NAME}_${stem} ${source})
-      target_link_options(${ROOM_NAME}_${stem} PRIVATE -fsanitize=fuzzer)
-      target_link_libraries(${ROOM_NAME}_${stem} PRIVATE doppel_${ROOM_NAME})
-      add_dependencies(fuzz ${ROOM_NAME}_${stem})
+      add_executable(${MODULE_NAME}_${stem} ${source})
+      target_link_options(${MODULE_NAME}_${stem} PRIVATE -fsanitize=fuzzer)
+      target_link_libraries(${MODULE_NAME}_${stem} PRIVATE doppel_${MODULE_NAME} ${MODULE_FUZZ})
+      add_dependencies(fuzz ${MODULE_NAME}_${stem})
     endforeach()
   endif()
 endfunction()
 
 # A library that is loaded when it is first needed (core/late_library.h): bin/lib<NAME>.so.
 function(doppel_late_library)
-  cmake_parse_arguments(LATE "" "NAME;ROOM" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(LATE "" "NAME;MODULE" "SOURCES;LINKS" ${ARGN})
   add_library(${LATE_NAME} MODULE ${LATE_SOURCES})
   doppel_units(${LATE_NAME} library)
   set_target_properties(${LATE_NAME} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
@@ -96,7 +97,7 @@ function(doppel_late_library)
   endif()
 endfunction()
 
-# A physics engine: the late library doppel_engine_<NAME> over the room `physics`. What it needs of the rooms is
+# A physics engine: the late library doppel_engine_<NAME> over the module `physics`. What it needs of the modules is
 # linked into it and stays its own. Programs that simulate depend on `doppel_engines`.
 add_custom_target(doppel_engines)
 function(doppel_engine)
@@ -108,28 +109,28 @@ function(doppel_engine)
     LINKER:-Bsymbolic-functions)
 endfunction()
 
-function(doppel_room_tests)
+function(doppel_module_tests)
   if(NOT DOPPEL_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ROOM "" "NAME" "SOURCES;LINKS" ${ARGN})
-  add_executable(${ROOM_NAME}_test ${ROOM_SOURCES})
-  doppel_units(${ROOM_NAME}_test test)
-  target_link_libraries(${ROOM_NAME}_test PRIVATE ${ROOM_LINKS} fmt::fmt GTest::gtest_main GTest::gmock)
-  set_property(GLOBAL APPEND PROPERTY DOPPEL_TEST_PROGRAMS ${ROOM_NAME}_test)
-  set_target_properties(${ROOM_NAME}_test PROPERTIES DOPPEL_LINKS "${ROOM_LINKS}")
-  target_compile_definitions(${ROOM_NAME}_test PRIVATE DOPPEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(${ROOM_NAME}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  cmake_parse_arguments(MODULE "" "NAME" "SOURCES;LINKS" ${ARGN})
+  add_executable(${MODULE_NAME}_test ${MODULE_SOURCES})
+  doppel_units(${MODULE_NAME}_test test)
+  target_link_libraries(${MODULE_NAME}_test PRIVATE ${MODULE_LINKS} fmt::fmt GTest::gtest_main GTest::gmock)
+  set_property(GLOBAL APPEND PROPERTY DOPPEL_TEST_PROGRAMS ${MODULE_NAME}_test)
+  set_target_properties(${MODULE_NAME}_test PROPERTIES DOPPEL_LINKS "${MODULE_LINKS}")
+  target_compile_definitions(${MODULE_NAME}_test PRIVATE DOPPEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  gtest_discover_tests(${MODULE_NAME}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()
 
-# Tests of rooms that can ask for an engine need the engines. Once all rooms are known.
+# Tests of modules that can ask for an engine need the engines. Once all modules are known.
 function(doppel_tests_need_engines)
   get_property(programs GLOBAL PROPERTY DOPPEL_TEST_PROGRAMS)
   foreach(program IN LISTS programs)
     get_target_property(libraries ${program} DOPPEL_LINKS)
     list(FILTER libraries INCLUDE REGEX "^doppel_")
-    foreach(room IN LISTS libraries)
-      get_target_property(simulates ${room} DOPPEL_SIMULATES)
+    foreach(module IN LISTS libraries)
+      get_target_property(simulates ${module} DOPPEL_SIMULATES)
       if(simulates)
         add_dependencies(${program} doppel_engines)
       endif()
