@@ -24,7 +24,7 @@ Scenario described_scenario(const DescribedBy& by) {
   scenario.bundled_robots = root_folder() / "robots";
   scenario.inspect = [](const ExpandedDescription& expanded, Diagnostics& said) {
     for (Finding& finding : misspellings(expanded))
-      said.warning(finding.rule, finding.where, finding.message, finding.mend);
+      said.warning(finding.rule, finding.where, finding.message, finding.fix);
   };
   return scenario;
 }

@@ -110,7 +110,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
     deepest = next;
     path += " " + next->get_name();
   }
-  doppel::app::tell("error: {}\n  mend: {} --help tells how it is used\n", error.what(), path);
+  doppel::app::tell("error: {}\n  fix: {} --help tells how it is used\n", error.what(), path);
   return kBadInput;
 }
 

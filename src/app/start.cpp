@@ -37,7 +37,7 @@ int expand(int argc, char** argv) {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() == 0) return app.exit(error);
-      doppel::app::tell("error: {}\n  mend: doppel xacro --help tells how it is used\n", error.what());
+      doppel::app::tell("error: {}\n  fix: doppel xacro --help tells how it is used\n", error.what());
       return kBadInput;
     }
     return exit_code;

@@ -218,7 +218,7 @@ int report_end(Twin& twin, Summary summary, bool json) {
   if (summary.run.end == RunEnd::diverged) {
     tell(
         "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
-        "finite number\n  mend: look for tiny masses on strong joints, or choose a smaller step in a "
+        "finite number\n  fix: look for tiny masses on strong joints, or choose a smaller step in a "
         "world file (--world)\n",
         to_seconds(twin.now()));
     return 1;

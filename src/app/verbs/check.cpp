@@ -79,7 +79,7 @@ AuditReport fix(DescriptionTarget& target, const AuditOptions& options, const Au
                 bool quiet) {
   const std::vector<Operation> repairs = repairs_of(before, target);
   if (repairs.empty()) {
-    if (!quiet) tell("nothing to fix: no finding has exactly one mend\n");
+    if (!quiet) tell("nothing to fix: no finding has exactly one repair\n");
     return before;
   }
   const auto file = add_to_overlay(target.target.description, repairs);
@@ -155,7 +155,7 @@ void add_check(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CheckOptions>();
   CheckOptions& o = *options;
   CLI::App* verb =
-      app.add_subcommand("check", "Say what is wrong with a description, where, and how to mend it");
+      app.add_subcommand("check", "Say what is wrong with a description, where, and how to fix it");
   verb->add_option(
       "TARGET", o.words,
       "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or workspace, and "

@@ -34,13 +34,13 @@ struct CompareVerb {
   bool json = false;
 };
 
-[[noreturn]] void refuse(const std::string& rule, const std::string& message, const std::string& mend) {
-  throw InputError(rule, {}, message, mend);
+[[noreturn]] void refuse(const std::string& rule, const std::string& message, const std::string& fix) {
+  throw InputError(rule, {}, message, fix);
 }
 
 [[noreturn]] void refuse_trajectory(const std::filesystem::path& file, const std::string& why,
-                                    const std::string& mend) {
-  refuse("cli.trajectory", fmt::format("{}: {}", file.string(), why), mend);
+                                    const std::string& fix) {
+  refuse("cli.trajectory", fmt::format("{}: {}", file.string(), why), fix);
 }
 
 // As far as each joint is one of the robot's, and named once.

@@ -28,7 +28,7 @@ void deliver(std::string_view text, const std::string& file) {
 }
 
 void refuse_own_source(const std::string& file, std::span<const std::filesystem::path> sources,
-                       const std::string& mend) {
+                       const std::string& fix) {
   if (file.empty() || file == "-") return;
   for (const std::filesystem::path& source : sources) {
     std::error_code none;
@@ -37,7 +37,7 @@ void refuse_own_source(const std::string& file, std::span<const std::filesystem:
                      fmt::format("this is a file that the description is read from{}; the result would "
                                  "take its place",
                                  shown_path(source) == file ? "" : fmt::format(" ({})", shown_path(source))),
-                     mend);
+                     fix);
   }
 }
 

@@ -14,6 +14,6 @@ void deliver(std::string_view text, const std::string& file = "");
 
 // Throws InputError where `file` is one of those that the result was made of, also by another name or a link.
 void refuse_own_source(const std::string& file, std::span<const std::filesystem::path> sources,
-                       const std::string& mend);
+                       const std::string& fix);
 
 }  // namespace doppel::app

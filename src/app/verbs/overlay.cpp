@@ -213,7 +213,7 @@ void refuse_new_errors(const std::vector<Diagnostic>& before, const Corrected& c
     if (std::ranges::any_of(before, known)) continue;
     throw InputError("overlay.nonsense", now.where,
                      fmt::format("'{}' would break the description: {}", describe(added.action), now.message),
-                     now.mend);
+                     now.fix);
   }
 }
 

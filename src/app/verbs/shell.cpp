@@ -132,8 +132,8 @@ void print_note(std::string_view text) {
   tell("{}\n", text);
 }
 
-void wrong_use(std::string message, std::string mend) {
-  throw InputError("cli.use", {}, std::move(message), std::move(mend));
+void wrong_use(std::string message, std::string fix) {
+  throw InputError("cli.use", {}, std::move(message), std::move(fix));
 }
 
 Client& Shell::twin() {

@@ -27,7 +27,7 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
   print_out(fmt::format(format, std::forward<Args>(args)...));
 }
 
-[[noreturn]] void wrong_use(std::string message, std::string mend = "");  // exit code 2
+[[noreturn]] void wrong_use(std::string message, std::string fix = "");  // exit code 2
 
 inline constexpr auto kForever = std::chrono::hours(24 * 365);  // for waits that something else ends
 

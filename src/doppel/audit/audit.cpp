@@ -12,7 +12,7 @@ namespace doppel {
 namespace audit_rules {
 
 Finding& Findings::add(std::string_view rule, Severity severity, std::string subject, SourceLocation where,
-                       std::string message, std::string mend) {
+                       std::string message, std::string fix) {
   assert(find_rule(rule) != nullptr && "every rule stands in the table");
   Finding finding;
   finding.rule = rule;
@@ -20,15 +20,15 @@ Finding& Findings::add(std::string_view rule, Severity severity, std::string sub
   finding.subject = std::move(subject);
   finding.message = std::move(message);
   finding.where = std::move(where);
-  finding.mend = std::move(mend);
+  finding.fix = std::move(fix);
   return all_.emplace_back(std::move(finding));
 }
 
 Finding& Findings::add(std::string_view rule, std::string subject, SourceLocation where, std::string message,
-                       std::string mend) {
+                       std::string fix) {
   const RuleInfo* info = find_rule(rule);
   return add(rule, info == nullptr ? Severity::error : info->severity, std::move(subject), std::move(where),
-             std::move(message), std::move(mend));
+             std::move(message), std::move(fix));
 }
 
 const Finding* Findings::find(std::string_view rule, std::string_view subject) const {
@@ -43,7 +43,7 @@ void add_skipped(const Diagnostic& d, Findings& out) {
   const std::string name =
       d.where.known() ? std::filesystem::path(*d.where.file).filename().string() : "the package";
   out.add(d.rule, d.severity == Severity::error ? Severity::note : d.severity, name, d.where, d.message,
-          d.mend);
+          d.fix);
 }
 
 }  // namespace
@@ -81,7 +81,7 @@ void take_over(const Diagnostics& diagnostics, const XmlNode& root, Findings& ou
   for (const Diagnostic& d : diagnostics.all()) {
     const RuleInfo* const rule = d.rule.starts_with("urdf.") ? find_rule(d.rule) : nullptr;
     const Severity severity = rule != nullptr ? std::max(d.severity, rule->severity) : d.severity;
-    out.add(d.rule, severity, subject_at(root, d.where), d.where, d.message, d.mend);
+    out.add(d.rule, severity, subject_at(root, d.where), d.where, d.message, d.fix);
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // The audit: graded findings over a description, each with its place in the source, what it leads to and the
-// mend. Rules only look; a repair that is uniquely determined is offered as overlay operations.
+// fix. Rules only look; a repair that is uniquely determined is offered as overlay operations.
 
 #include <filesystem>
 #include <map>
@@ -25,7 +25,7 @@ struct RuleInfo {
   Severity severity;         // the usual one; a finding may be graded lower where it is harmless
   std::string_view title;    // what is wrong, in a few words
   std::string_view failure;  // what it leads to downstream: the failure that the rule prevents
-  std::string_view mend;     // what to do in general
+  std::string_view fix;     // what to do in general
   unsigned profiles = kAllProfiles;
 };
 // Every rule, sorted by id, those of the parsers (urdf.*, xacro.*, mesh.*, overlay.*) included.
@@ -39,8 +39,8 @@ struct Finding {
   std::string message;      // what is wrong, with the numbers
   std::string consequence;  // what it leads to; the rule's where empty
   SourceLocation where;
-  std::string mend;
-  std::vector<Operation> repair;  // not empty: exactly this mends it
+  std::string fix;
+  std::vector<Operation> repair;  // not empty: exactly this fixes it
 };
 
 struct AuditOptions {

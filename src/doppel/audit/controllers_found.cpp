@@ -9,7 +9,7 @@ namespace {
 namespace fs = std::filesystem;
 
 void report_unreadable(const fs::path& path, Severity severity, const Diagnostic& why, Findings& out) {
-  out.add("controllers.unreadable", severity, path.filename().string(), why.where, why.message, why.mend);
+  out.add("controllers.unreadable", severity, path.filename().string(), why.where, why.message, why.fix);
 }
 
 // A file that the caller chose is judged whatever it holds.
@@ -21,7 +21,7 @@ std::vector<ControllersFile> chosen_file(const fs::path& path, Findings& out) {
   } catch (const InputError& error) {
     for (const Diagnostic& d : error.diagnostics()) {
       if (d.rule == "audit.skipped")
-        out.add(d.rule, path.filename().string(), d.where, d.message, d.mend);
+        out.add(d.rule, path.filename().string(), d.where, d.message, d.fix);
       else
         report_unreadable(path, Severity::error, d, out);
     }

@@ -89,7 +89,7 @@ void check_parameters(const AuditInput& in, const ControllersFile& file, Declare
     for (const Diagnostic& d : error.diagnostics()) {
       if (told_elsewhere(d.rule)) continue;
       out.add("controllers.parameter", file.named ? Severity::error : Severity::warning, c.subject(), d.where,
-              d.message, d.mend);
+              d.message, d.fix);
     }
   }
   check_whole_numbers(c, node.parameters(), out);

@@ -66,8 +66,8 @@ class Reader {
   }
 
  private:
-  [[noreturn]] void refuse(const YAML::Node& at, const std::string& message, std::string mend = "") const {
-    throw InputError("datasheet.invalid", place(at), message, std::move(mend));
+  [[noreturn]] void refuse(const YAML::Node& at, const std::string& message, std::string fix = "") const {
+    throw InputError("datasheet.invalid", place(at), message, std::move(fix));
   }
   [[nodiscard]] SourceLocation place(const YAML::Node& at) const {
     const YAML::Mark mark = at.Mark();
@@ -211,7 +211,7 @@ class Reader {
       sheet = find_datasheet(is_file ? beside : fs::path(name), library_, true);
     } catch (const InputError& error) {
       if (error.diagnostics().front().where.known()) throw;
-      refuse(node, error.diagnostics().front().message, error.diagnostics().front().mend);
+      refuse(node, error.diagnostics().front().message, error.diagnostics().front().fix);
     }
     if (!sheet.actuator) refuse(node, fmt::format("'{}' is no sheet of an actuator", name));
     return *sheet.actuator;

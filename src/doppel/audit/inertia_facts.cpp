@@ -26,17 +26,17 @@ std::vector<Slip> slips(const Components& c) {
   for (std::size_t i = 0; i < 6; ++i) {
     if (c[i] == 0) continue;
     Slip sign{c, fmt::format("the sign of {}", kComponentNames[i])};
-    sign.mended[i] = -c[i];
+    sign.corrected[i] = -c[i];
     out.push_back(sign);
     for (const int power : {-3, -2, -1, 1, 2, 3}) {
       Slip tenfold{c, fmt::format("a power of ten in {}", kComponentNames[i])};
       // Divided by a whole power, 965 becomes 96.5 and not 96.50000000000001.
-      tenfold.mended[i] = power > 0 ? c[i] * std::pow(10.0, power) : c[i] / std::pow(10.0, -power);
+      tenfold.corrected[i] = power > 0 ? c[i] * std::pow(10.0, power) : c[i] / std::pow(10.0, -power);
       out.push_back(tenfold);
     }
     for (std::size_t j = i + 1; j < 6; ++j) {
       Slip exchanged{c, fmt::format("{} and {} exchanged", kComponentNames[i], kComponentNames[j])};
-      std::swap(exchanged.mended[i], exchanged.mended[j]);
+      std::swap(exchanged.corrected[i], exchanged.corrected[j]);
       out.push_back(exchanged);
     }
   }
@@ -83,9 +83,9 @@ std::optional<Slip> only_slip(const Components& written, const Inertial& inertia
   }
   std::vector<Slip> fitting;
   for (Slip& slip : slips(written)) {
-    if (!possible(slip.mended) || (expected && !plausible(slip.mended, *expected))) continue;
+    if (!possible(slip.corrected) || (expected && !plausible(slip.corrected, *expected))) continue;
     const bool known = std::any_of(fitting.begin(), fitting.end(),
-                                   [&](const Slip& other) { return other.mended == slip.mended; });
+                                   [&](const Slip& other) { return other.corrected == slip.corrected; });
     if (!known) fitting.push_back(std::move(slip));
   }
   return fitting.size() == 1 ? std::optional(std::move(fitting.front())) : std::nullopt;

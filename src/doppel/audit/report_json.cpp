@@ -28,10 +28,10 @@ Json stack_of(const SourceLocation& where) {
   return out;
 }
 
-std::string told_with_mend(const Finding& finding) {
+std::string message_with_fix(const Finding& finding) {
   const std::string subject = finding.subject.empty() ? "" : finding.subject + ": ";
-  const std::string mend = mend_of(finding);
-  return subject + finding.message + (mend.empty() ? "" : "\nMend: " + mend);
+  const std::string fix = fix_of(finding);
+  return subject + finding.message + (fix.empty() ? "" : "\nFix: " + fix);
 }
 
 // Messages may quote bytes of a broken file: what is no UTF-8 is replaced.
@@ -65,7 +65,7 @@ Json sarif_rule(const RuleInfo& rule) {
   return {{"id", rule.id},
           {"shortDescription", {{"text", rule.title}}},
           {"fullDescription", {{"text", rule.failure}}},
-          {"help", {{"text", rule.mend}}},
+          {"help", {{"text", rule.fix}}},
           {"defaultConfiguration", {{"level", to_string(rule.severity)}}}};
 }
 
@@ -75,7 +75,7 @@ Json sarif_result(const Finding& finding) {
   Json out{{"ruleId", finding.rule}};
   if (rule != nullptr) out["ruleIndex"] = rule - rules.data();
   out["level"] = to_string(finding.severity);
-  out["message"] = {{"text", told_with_mend(finding)}};
+  out["message"] = {{"text", message_with_fix(finding)}};
   if (!finding.where.known()) return out;
   out["locations"] = Json::array({{{"physicalLocation", physical_location(finding.where)}}});
   Json related = Json::array();
@@ -120,7 +120,7 @@ std::string to_json(const AuditReport& report) {
                         {"line", f.where.line},
                         {"column", f.where.column},
                         {"stack", stack_of(f.where)},
-                        {"mend", mend_of(f)},
+                        {"fix", fix_of(f)},
                         {"consequence", consequence_of(f)},
                         {"fixable", !f.repair.empty()}});
   }
@@ -162,7 +162,7 @@ std::string to_github(const AuditReport& report) {
     if (f.where.column > 0) property("col", std::to_string(f.where.column));
     property("title", f.rule);
     out += fmt::format("::{}{}::{}\n", is_note ? "notice" : to_string(f.severity), properties,
-                       escaped_for_github(told_with_mend(f), false));
+                       escaped_for_github(message_with_fix(f), false));
   }
   return out;
 }

@@ -50,7 +50,7 @@ class Shortener {
   template <class Told>
   void shorten(Told& told) const {
     told.message = text(std::move(told.message));
-    told.mend = text(std::move(told.mend));
+    told.fix = text(std::move(told.fix));
     told.where = place(std::move(told.where));
   }
 
@@ -90,7 +90,7 @@ AuditReport refusal_report(const InputError& error, const std::filesystem::path&
     finding.severity = d.severity;
     finding.message = d.message;
     finding.where = d.where.known() ? d.where : make_location(file.string());
-    finding.mend = d.mend;
+    finding.fix = d.fix;
     report.findings.push_back(std::move(finding));
   }
   return report;

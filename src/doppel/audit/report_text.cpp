@@ -1,5 +1,5 @@
 // The audit for people: findings of one rule together, each with its place through macros and includes, what
-// they lead to and the mend said once where it is the same for all.
+// they lead to and the fix said once where it is the same for all.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -84,27 +84,27 @@ class Report {
                   rule == nullptr ? first.message : std::string(rule->title), first.rule);
     const bool one_message =
         group.findings.size() > 1 && group.agree([](const Finding& f) { return f.message; });
-    const bool one_mend = group.agree(mend_of),
+    const bool one_fix = group.agree(fix_of),
                one_repair = group.agree([](const Finding&f) { return f.repair.empty(); });
     if (one_message) page_.paragraph(2, first.message);
     std::size_t column = 0;
     for (const Finding* f : group.findings) column = std::max(column, audit_rules::display_width(f->subject));
-    const bool mends_apart = !one_mend || !one_repair;
+    const bool fixes_apart = !one_fix || !one_repair;
     for (std::size_t i = 0; i < group.findings.size(); ++i) {
       const Finding& f = *group.findings[i];
       entry(f, column, !one_message);
       const Finding* next = i + 1 < group.findings.size() ? group.findings[i + 1] : nullptr;
-      // Neighbours with one mend share its line.
-      const bool last = next == nullptr || !one_message || mend_of(*next) != mend_of(f) ||
+      // Neighbours with one fix share its line.
+      const bool last = next == nullptr || !one_message || fix_of(*next) != fix_of(f) ||
                         next->repair.empty() != f.repair.empty();
-      if (mends_apart && last) page_.labelled(one_message ? 6 : 4, mend_label(f), mend_of(f));
+      if (fixes_apart && last) page_.labelled(one_message ? 6 : 4, fix_label(f), fix_of(f));
     }
     if (group.agree(consequence_of)) page_.labelled(2, "leads to", consequence_of(first));
-    if (!mends_apart) page_.labelled(2, mend_label(first), mend_of(first));
+    if (!fixes_apart) page_.labelled(2, fix_label(first), fix_of(first));
     page_.blank();
   }
 
-  static std::string mend_label(const Finding& f) { return f.repair.empty() ? "mend" : "mend (--fix)"; }
+  static std::string fix_label(const Finding& f) { return f.repair.empty() ? "fix" : "fix (--fix)"; }
 
   void entry(const Finding& f, std::size_t column, bool message) {
     const std::string place = f.where.known() ? places_(f.where) : "";
@@ -132,7 +132,7 @@ class Report {
                                        [](const Finding& f) { return !f.repair.empty(); });
     std::string rest = fmt::format("  ({}: {} links, {} joints, {:.4g} kg)", report_.robot, report_.links,
                                    report_.joints, report_.mass);
-    if (fixable > 0) rest = fmt::format("; --fix mends {}{}", fixable, rest);
+    if (fixable > 0) rest = fmt::format("; --fix repairs {}{}", fixable, rest);
     page_.line({{tone_of(worst),
                  fmt::format("{}, {}, {}", counted(Severity::error, "error"),
                              counted(Severity::warning, "warning"), counted(Severity::note, "note"))},
@@ -178,7 +178,7 @@ std::string rules_text(const TextStyle& style) {
     page.heading(tone_of(rule.severity), to_string(rule.severity), std::string(rule.title),
                  std::string(rule.id));
     page.labelled(2, "prevents", std::string(rule.failure));
-    page.labelled(2, "mend", std::string(rule.mend));
+    page.labelled(2, "fix", std::string(rule.fix));
     if (rule.profiles != kAllProfiles) page.labelled(2, "concerns", profiles_of(rule));
     page.blank();
   }
@@ -205,12 +205,12 @@ std::string rules_markdown() {
     if (family_of(rule.id) != family) {
       family = family_of(rule.id);
       out += fmt::format(
-          "\n## {}\n\n| rule | grade | what is wrong | the failure it prevents | the mend | concerns "
+          "\n## {}\n\n| rule | grade | what is wrong | the failure it prevents | the fix | concerns "
           "|\n|---|---|---|---|---|---|\n",
           family);
     }
     out += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", rule.id, to_string(rule.severity),
-                       cell(rule.title), cell(rule.failure), cell(rule.mend), profiles_of(rule));
+                       cell(rule.title), cell(rule.failure), cell(rule.fix), profiles_of(rule));
   }
   return out;
 }

@@ -115,11 +115,11 @@ class JointCheck {
 
   // A file that was only found beside the description may belong to a variant of the robot as well.
   void add(const char* rule, const DeclaredController& c, const SourceLocation& where, std::string message,
-           std::string mend) {
+           std::string fix) {
     if (certain_)
-      out_.add(rule, c.subject(), where, std::move(message), std::move(mend));
+      out_.add(rule, c.subject(), where, std::move(message), std::move(fix));
     else
-      out_.add(rule, Severity::warning, c.subject(), where, std::move(message), std::move(mend));
+      out_.add(rule, Severity::warning, c.subject(), where, std::move(message), std::move(fix));
   }
 
   const AuditInput& in_;

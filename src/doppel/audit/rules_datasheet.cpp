@@ -102,9 +102,9 @@ class SheetCheck {
     operation.action = set;
     operation.why = "the limit is what the actuator can do";
     operation.evidence = {q.sheet};
-    const std::string mend = fmt::format("write {}=\"{:g}\" ({})", q.name, honest, q.sheet);
+    const std::string fix = fmt::format("write {}=\"{:g}\" ({})", q.name, honest, q.sheet);
     if (Finding* other = told_already(subject, q.name)) {
-      other->mend = mend;
+      other->fix = fix;
       if (above) other->severity = Severity::error;  // a doubt before, and the sheet proves it
       if (other->repair.empty()) other->repair.push_back(std::move(operation));
       return;
@@ -113,7 +113,7 @@ class SheetCheck {
     Finding& finding = out_.add("datasheet.above", subject, where,
                                 fmt::format("{} {:g} {} is above what the actuator can do ({}, {:.3g} {})",
                                             q.name, q.claimed, q.unit, q.sheet, q.able, q.unit),
-                                mend);
+                                fix);
     finding.repair.push_back(std::move(operation));
   }
 
@@ -174,7 +174,7 @@ void check_datasheet(const AuditInput& in, Findings& out) {
       sheet = load_datasheet(own, in.options.datasheet_folder);
     } catch (const InputError& error) {
       for (const Diagnostic& d : error.diagnostics()) {
-        out.add("datasheet.invalid", own.filename().string(), d.where, d.message, d.mend);
+        out.add("datasheet.invalid", own.filename().string(), d.where, d.message, d.fix);
       }
     }
   }

@@ -130,7 +130,7 @@ void report_impossible(const Link& link, const Body& body, const Components& c,
   const bool rounding = positive && excess <= kRoundedExcess;
   // Without a shape to hold it against, a power of ten that would do is a guess.
   const auto slip = rounding || !computable(link, shape) ? std::nullopt : only_slip(c, *link.inertial, shape);
-  std::string mend =
+  std::string fix =
       slip ? fmt::format("correct {}: nothing else of the kind makes it possible", slip->what) : "";
   const bool wrong = !positive || excess > kWrongExcess;
   const Severity severity = graded(link, body, wrong ? Severity::error : Severity::warning);
@@ -139,28 +139,28 @@ void report_impossible(const Link& link, const Body& body, const Components& c,
                          fmt::format("no body has the principal moments {} kg m^2: the largest exceeds the "
                                      "sum of the others by {:.2g} %",
                                      shown(moments), 100 * excess),
-                         mend)
+                         fix)
                : out.add("inertia.not_positive", severity, subject(link), link.inertial->source,
                          fmt::format("its principal moments are {} kg m^2, and none may be zero or negative",
                                      shown(moments)),
-                         mend);
+                         fix);
   if (severity != Severity::error) return;
   if (slip) {
-    f.repair = {set_components(link.name, c, slip->mended, slip->what)};
+    f.repair = {set_components(link.name, c, slip->corrected, slip->what)};
   } else if (computable(link, shape)) {
     f.repair = {compute(link, "no body can have the tensor that was written")};
-    f.mend = "compute it from the link's shape and mass";
+    f.fix = "compute it from the link's shape and mass";
   }
 }
 
 bool check_mass(const Link& link, const Body& body, Findings& out) {
   const Inertial& inertial = *link.inertial;
   if (inertial.mass < 0) {
-    SetInertia mend;
-    mend.link = link.name;
-    mend.mass = -inertial.mass;
+    SetInertia fix;
+    fix.link = link.name;
+    fix.mass = -inertial.mass;
     Operation repair;
-    repair.action = mend;
+    repair.action = fix;
     repair.why = "a mass is positive";
     out.add("inertia.mass_negative", subject(link), inertial.source,
             fmt::format("its mass is {:g} kg", inertial.mass))

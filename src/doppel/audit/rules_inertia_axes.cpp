@@ -58,7 +58,7 @@ std::string what_happened(const Order& order) {
 }
 
 struct Reordering {
-  Components mended;
+  Components corrected;
   std::string what;
   double misfit = 0;
   bool only = false;  // it fits closely, and no other one does
@@ -68,15 +68,15 @@ std::optional<Reordering> reordering(const Components& c, const Eigen::Matrix3d&
   constexpr std::array<Order, 5> orders{{{1, 0, 2}, {2, 1, 0}, {0, 2, 1}, {1, 2, 0}, {2, 0, 1}}};
   std::optional<Reordering> best;
   for (const Order& order : orders) {
-    const Components mended = reordered(c, order);
-    const double apart = misfit(mended, expected);
+    const Components corrected = reordered(c, order);
+    const double apart = misfit(corrected, expected);
     if (apart < kFits && (!best || apart < best->misfit))
-      best = Reordering{mended, what_happened(order), apart, apart < kSame};
+      best = Reordering{corrected, what_happened(order), apart, apart < kSame};
   }
   if (!best) return best;
   for (const Order& order : orders) {
     const Components other = reordered(c, order);
-    const bool different = misfit(other, tensor_of(best->mended)) > 1 + 1e-3;
+    const bool different = misfit(other, tensor_of(best->corrected)) > 1 + 1e-3;
     if (different && misfit(other, expected) < kOtherwise) best->only = false;
   }
   return best;
@@ -101,9 +101,9 @@ bool check_axes(const Link& link, const LinkShape& shape, Findings& out) {
                   "shape is more than {:.3g} mm away",
                   kAxisNames[static_cast<std::size_t>(worst.axis)], worst.gyration * 1e3, worst.reach * 1e3),
       found->only ? fmt::format("{}: write ixx=\"{:g}\" iyy=\"{:g}\" izz=\"{:g}\"", found->what,
-                                found->mended[0], found->mended[3], found->mended[5])
+                                found->corrected[0], found->corrected[3], found->corrected[5])
                   : "");
-  if (found->only) f.repair = {set_components(link.name, c, found->mended, found->what)};
+  if (found->only) f.repair = {set_components(link.name, c, found->corrected, found->what)};
   return true;
 }
 

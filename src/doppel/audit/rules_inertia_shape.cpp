@@ -131,7 +131,7 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
   }
 }
 
-// The shape itself is in doubt: what is held against it would tell the same fault again, and mend good data.
+// The shape itself is in doubt: what is held against it would tell the same fault again, and fix good data.
 bool doubted(const Link& link, const Findings& out) {
   const std::string name = subject(link);
   for (const char* rule : {"mesh.unit", "mesh.scale_zero", "shape.units", "shape.zero_size", "urdf.geometry",

@@ -141,11 +141,11 @@ void check_negative(const Joint& joint, const char* name, double value, Findings
         "write what the drive delivers");
     return;
   }
-  SetLimit mend{joint.name, {}, {}, {}, {}};
-  (name[0] == 'e' ? mend.effort : mend.velocity) = -value;
+  SetLimit fix{joint.name, {}, {}, {}, {}};
+  (name[0] == 'e' ? fix.effort : fix.velocity) = -value;
   out.add("joint.limit_negative", subject(joint), joint.limits->source,
           fmt::format("its {} limit is {}", name, value), fmt::format("write {}", -value))
-      .repair = {set_limit(mend, fmt::format("a limit is a magnitude; {} was written", value))};
+      .repair = {set_limit(fix, fmt::format("a limit is a magnitude; {} was written", value))};
 }
 
 void check_rates(const Joint& joint, Findings& out) {
@@ -263,10 +263,10 @@ void check_dynamics(const Joint& joint, Findings& out) {
   for (const auto& [name, value] :
        {std::pair{"damping", joint.dynamics->damping}, std::pair{"friction", joint.dynamics->friction}}) {
     if (value >= 0) continue;
-    SetDynamics mend{joint.name, {}, {}};
-    (name[0] == 'd' ? mend.damping : mend.friction) = -value;
+    SetDynamics fix{joint.name, {}, {}};
+    (name[0] == 'd' ? fix.damping : fix.friction) = -value;
     Operation repair;
-    repair.action = mend;
+    repair.action = fix;
     repair.why = fmt::format("{} takes energy out; {} would put it in", name, value);
     out.add("joint.dynamics_negative", subject(joint), joint.dynamics->source,
             fmt::format("its {} is {}", name, value), fmt::format("write {}", -value))

@@ -247,7 +247,7 @@ void fold_missing(Findings& out) {
     return f.rule == "mesh.missing" && !told.insert(f.subject + f.message).second;
   });
   const auto alike = [](const Finding& f) {
-    return f.rule == "mesh.missing" && !f.mend.starts_with("did you mean");
+    return f.rule == "mesh.missing" && !f.fix.starts_with("did you mean");
   };
   if (std::count_if(all.begin(), all.end(), alike) <= static_cast<std::ptrdiff_t>(kFewMissing)) return;
   const auto first = std::find_if(all.begin(), all.end(), alike);

@@ -36,7 +36,7 @@ std::optional<Package> read_package(const AuditInput& in, Findings& out) {
   } catch (const InputError& error) {
     for (const Diagnostic& d : error.diagnostics()) {
       out.add(d.rule == "audit.skipped" ? d.rule : "package.invalid", "package.xml", d.where, d.message,
-              d.mend);
+              d.fix);
     }
     return std::nullopt;
   }

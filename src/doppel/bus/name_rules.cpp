@@ -40,12 +40,12 @@ Status check_tokens(std::string_view path, std::string_view whole, const char* w
   return {};
 }
 
-[[noreturn]] void refuse_rule(std::string_view rule, const std::string& why, std::string mend) {
-  throw InputError("cli.ros_args", {}, fmt::format("the rule '{}' {}", rule, why), std::move(mend));
+[[noreturn]] void refuse_rule(std::string_view rule, const std::string& why, std::string fix) {
+  throw InputError("cli.ros_args", {}, fmt::format("the rule '{}' {}", rule, why), std::move(fix));
 }
 
-void require(const Status& status, std::string_view rule, std::string mend) {
-  if (!status) refuse_rule(rule, "cannot be used: " + status.why(), std::move(mend));
+void require(const Status& status, std::string_view rule, std::string fix) {
+  if (!status) refuse_rule(rule, "cannot be used: " + status.why(), std::move(fix));
 }
 
 // "arm:x" -> "arm"; what remains is left in `match`.

@@ -28,9 +28,9 @@ std::string shown(const Joint& joint, double value) {
   return slides(joint) ? fmt::format("{:.4g} mm", value * 1e3) : fmt::format("{:.4g} deg", value / kDegree);
 }
 
-[[noreturn]] void refuse(const Joint& joint, std::string rule, const std::string& message, std::string mend) {
+[[noreturn]] void refuse(const Joint& joint, std::string rule, const std::string& message, std::string fix) {
   throw InputError(std::move(rule), joint.source, fmt::format("'{}': {}", joint.name, message),
-                   std::move(mend));
+                   std::move(fix));
 }
 
 void check_joint(const Joint& joint) {

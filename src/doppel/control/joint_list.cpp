@@ -41,7 +41,7 @@ void tell(const Log& log, const std::string& origin, const Diagnostic& finding) 
   std::string text = finding.where.known() ? finding.where.str() + ": " : "";
   text += finding.message;
   if (!finding.rule.empty()) text += fmt::format(" [{}]", finding.rule);
-  if (!finding.mend.empty()) text += fmt::format("\n  mend: {}", finding.mend);
+  if (!finding.fix.empty()) text += fmt::format("\n  fix: {}", finding.fix);
   log.line(finding.severity, origin, std::move(text));
 }
 
@@ -50,9 +50,9 @@ std::vector<std::string> check_joints(const ControllerContext& context, const st
   const Model& model = *context.model;
   std::vector<std::string> remaining;
   std::vector<Diagnostic> errors;
-  const auto refuse = [&](std::size_t i, const char* rule, std::string message, std::string mend) {
+  const auto refuse = [&](std::size_t i, const char* rule, std::string message, std::string fix) {
     errors.push_back(
-        {Severity::error, rule, std::move(message), place_of(context, parameter, i), std::move(mend)});
+        {Severity::error, rule, std::move(message), place_of(context, parameter, i), std::move(fix)});
   };
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string& name = names[i];

@@ -76,10 +76,10 @@ Status JointTrajectoryController::on_configure() {
 void JointTrajectoryController::configure_deceleration() {
   decelerates_ = settings_.decelerate_on_cancel;
   if (!decelerates_) return;
-  const auto fall_back = [this](std::string message, std::string mend) {
+  const auto fall_back = [this](std::string message, std::string fix) {
     decelerates_ = false;
     warn("control.jtc_no_deceleration",
-         "decelerate_on_cancel has no effect, the controller will hold at once: " + message, std::move(mend));
+         "decelerate_on_cancel has no effect, the controller will hold at once: " + message, std::move(fix));
   };
   if (!settings_.measures(Kind::velocity)) {
     fall_back("no velocity is measured", "add velocity to state_interfaces");
@@ -184,8 +184,8 @@ void JointTrajectoryController::take_tuning(const std::string& changed) {
   if (changed.starts_with("gains.")) jtc::warn_of_idle_settings(*context_, settings_, tuning_);
 }
 
-void JointTrajectoryController::warn(const char* rule, std::string message, std::string mend) const {
-  tell(*context_->log, context_->name, {Severity::warning, rule, std::move(message), {}, std::move(mend)});
+void JointTrajectoryController::warn(const char* rule, std::string message, std::string fix) const {
+  tell(*context_->log, context_->name, {Severity::warning, rule, std::move(message), {}, std::move(fix)});
 }
 
 }  // namespace doppel

@@ -274,7 +274,7 @@ void JointTrajectoryController::housekeeping(Time now) {
     warn(
         "control.jtc_bad_scaling",
         fmt::format("'{}' holds no usable speed scaling factor; the last one stays", settings_.scaling_state),
-        "mend the hardware's state");
+        "fix the hardware's state");
     scaling_unusable_ = false;
   }
   if (goal_ && followed_goal_) send_feedback(now);

@@ -58,9 +58,9 @@ ParameterOptions one_of(Names choices) {
 }
 
 [[noreturn]] void refuse(const ControllerContext& context, const std::string& parameter, std::size_t element,
-                         std::string message, std::string mend) {
+                         std::string message, std::string fix) {
   throw InputError("control.jtc_parameter", place_of(context, parameter, element),
-                   fmt::format("controller '{}': {}", context.name, message), std::move(mend));
+                   fmt::format("controller '{}': {}", context.name, message), std::move(fix));
 }
 
 void refuse_repeated(const ControllerContext& context, const std::string& parameter, const Names& names) {
@@ -297,9 +297,9 @@ Status check_configuration(const Settings& settings, std::vector<std::size_t>& j
 }
 
 void warn_of_idle_settings(const ControllerContext& context, const Settings& settings, const Tuning& tuning) {
-  const auto warn = [&](const char* rule, std::string message, std::string_view parameter, std::string mend) {
+  const auto warn = [&](const char* rule, std::string message, std::string_view parameter, std::string fix) {
     tell(*context.log, context.name,
-         {Severity::warning, rule, std::move(message), place_of(context, parameter), std::move(mend)});
+         {Severity::warning, rule, std::move(message), place_of(context, parameter), std::move(fix)});
   };
   const std::string commands =
       fmt::format("command_interfaces [{}]", fmt::join(settings.command_interfaces, ", "));

@@ -22,10 +22,10 @@ double short_way(double angle) {
 }
 
 void require(bool fine, const ControllerContext& context, const char* parameter, const std::string& why,
-             const std::string& mend) {
+             const std::string& fix) {
   if (fine) return;
   throw InputError("control.pid_parameter", place_of(context, parameter),
-                   fmt::format("controller '{}': '{}' {}", context.name, parameter, why), mend);
+                   fmt::format("controller '{}': '{}' {}", context.name, parameter, why), fix);
 }
 
 }  // namespace

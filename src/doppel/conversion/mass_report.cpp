@@ -123,7 +123,7 @@ std::string compared_with_scale(const MassReport& report, double measured) {
       fmt::format("the scale says {}: the description is {} too {} ({:+.1f} %)\n", mass_word(measured),
                   mass_word(std::abs(excess)), excess > 0 ? "heavy" : "light", 100 * excess / measured);
   if (report.total > 0)
-    out += fmt::format("  mend: every mass and tensor times {:.4f}, the overlay's operation scale_masses\n",
+    out += fmt::format("  fix: every mass and tensor times {:.4f}, the overlay's operation scale_masses\n",
                        measured / report.total);
   return out;
 }

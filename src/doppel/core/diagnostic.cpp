@@ -34,7 +34,7 @@ std::string Diagnostic::str() const {
   std::string out = where.known() ? where.str() + ": " : "";
   out += fmt::format("{}: {}", to_string(severity), message);
   if (!rule.empty()) out += fmt::format(" [{}]", rule);
-  if (!mend.empty()) out += fmt::format("\n  mend: {}", mend);
+  if (!fix.empty()) out += fmt::format("\n  fix: {}", fix);
   return out;
 }
 
@@ -42,16 +42,16 @@ void Diagnostics::add(Diagnostic diagnostic) {
   all_.push_back(std::move(diagnostic));
 }
 
-void Diagnostics::error(std::string rule, SourceLocation where, std::string message, std::string mend) {
-  add({Severity::error, std::move(rule), std::move(message), std::move(where), std::move(mend)});
+void Diagnostics::error(std::string rule, SourceLocation where, std::string message, std::string fix) {
+  add({Severity::error, std::move(rule), std::move(message), std::move(where), std::move(fix)});
 }
 
-void Diagnostics::warning(std::string rule, SourceLocation where, std::string message, std::string mend) {
-  add({Severity::warning, std::move(rule), std::move(message), std::move(where), std::move(mend)});
+void Diagnostics::warning(std::string rule, SourceLocation where, std::string message, std::string fix) {
+  add({Severity::warning, std::move(rule), std::move(message), std::move(where), std::move(fix)});
 }
 
-void Diagnostics::note(std::string rule, SourceLocation where, std::string message, std::string mend) {
-  add({Severity::note, std::move(rule), std::move(message), std::move(where), std::move(mend)});
+void Diagnostics::note(std::string rule, SourceLocation where, std::string message, std::string fix) {
+  add({Severity::note, std::move(rule), std::move(message), std::move(where), std::move(fix)});
 }
 
 std::size_t Diagnostics::count(Severity severity) const {
@@ -71,8 +71,8 @@ InputError::InputError(Diagnostic diagnostic) : InputError(std::vector<Diagnosti
 InputError::InputError(std::vector<Diagnostic> diagnostics)
     : std::runtime_error(joined(diagnostics)), diagnostics_(std::move(diagnostics)) {}
 
-InputError::InputError(std::string rule, SourceLocation where, std::string message, std::string mend)
+InputError::InputError(std::string rule, SourceLocation where, std::string message, std::string fix)
     : InputError(Diagnostic{Severity::error, std::move(rule), std::move(message), std::move(where),
-                            std::move(mend)}) {}
+                            std::move(fix)}) {}
 
 }  // namespace doppel

@@ -21,18 +21,18 @@ struct Diagnostic {
   std::string rule;     // stable id, dotted: "urdf.two_roots"
   std::string message;  // what is wrong and why it matters
   SourceLocation where;
-  std::string mend;  // what to do about it; may be empty
+  std::string fix;  // what to do about it; may be empty
 
-  // "arm.urdf:12:3: error: <message> [urdf.two_roots]\n  mend: ..." in one string.
+  // "arm.urdf:12:3: error: <message> [urdf.two_roots]\n  fix: ..." in one string.
   [[nodiscard]] std::string str() const;
 };
 
 class Diagnostics {
  public:
   void add(Diagnostic diagnostic);
-  void error(std::string rule, SourceLocation where, std::string message, std::string mend = "");
-  void warning(std::string rule, SourceLocation where, std::string message, std::string mend = "");
-  void note(std::string rule, SourceLocation where, std::string message, std::string mend = "");
+  void error(std::string rule, SourceLocation where, std::string message, std::string fix = "");
+  void warning(std::string rule, SourceLocation where, std::string message, std::string fix = "");
+  void note(std::string rule, SourceLocation where, std::string message, std::string fix = "");
 
   [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
   [[nodiscard]] std::size_t count(Severity severity) const;
@@ -50,7 +50,7 @@ class InputError : public std::runtime_error {
  public:
   explicit InputError(Diagnostic diagnostic);
   explicit InputError(std::vector<Diagnostic> diagnostics);
-  InputError(std::string rule, SourceLocation where, std::string message, std::string mend = "");
+  InputError(std::string rule, SourceLocation where, std::string message, std::string fix = "");
 
   [[nodiscard]] const std::vector<Diagnostic>& diagnostics() const { return diagnostics_; }
 

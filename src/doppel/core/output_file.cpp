@@ -17,13 +17,13 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const fs::path& file, int reason) {
-  std::string mend = "choose another place for it";
-  if (reason == ENOENT) mend = fmt::format("make the folder '{}' first", file.parent_path().string());
+  std::string fix = "choose another place for it";
+  if (reason == ENOENT) fix = fmt::format("make the folder '{}' first", file.parent_path().string());
   if (reason == ENOSPC || reason == EDQUOT)
-    mend = "make room on the disk; what was there before is untouched";
-  if (reason == EISDIR) mend = "give the name of a file";
+    fix = "make room on the disk; what was there before is untouched";
+  if (reason == EISDIR) fix = "give the name of a file";
   throw InputError("output.unwritable", make_location(file.string()),
-                   fmt::format("the file cannot be written: {}", std::strerror(reason)), mend);
+                   fmt::format("the file cannot be written: {}", std::strerror(reason)), fix);
 }
 
 // A file that goes when it is not wanted in the end.

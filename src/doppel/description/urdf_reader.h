@@ -38,7 +38,7 @@ class UrdfReader {
     return out;
   }
   // An error of `rule`; a warning where what is read can be left out.
-  void fault(std::string rule, const SourceLocation& where, std::string message, std::string mend = "");
+  void fault(std::string rule, const SourceLocation& where, std::string message, std::string fix = "");
   [[nodiscard]] bool faulty() const { return faulty_; }
 
  private:

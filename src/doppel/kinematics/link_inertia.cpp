@@ -75,11 +75,11 @@ std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagno
   const std::string defect = physical_defect(body);
   if (!defect.empty()) {
     const std::string subject = fmt::format("no rigid body weighs like link '{}': {}", link.name, defect);
-    const std::string mend =
+    const std::string fix =
         "compute <inertial> from the link's shape and mass (about the centre of mass, kg m^2)";
     if (!(body.mass > 0)) {
       diagnostics.warning("model.not_physical", inertial.source,
-                          subject + "; the link counts as without <inertial>", mend);
+                          subject + "; the link counts as without <inertial>", fix);
       return std::nullopt;
     }
     body = physical_repair(body);
@@ -88,7 +88,7 @@ std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagno
         "model.not_physical", inertial.source,
         fmt::format("{}; taken with the principal moments {:.3g}, {:.3g}, {:.3g} kg m^2 instead", subject,
                     moments[0], moments[1], moments[2]),
-        mend);
+        fix);
   }
   return transformed(body, inertial.origin.pose());
 }

@@ -89,7 +89,7 @@ void Baking::refuse(const TreeEdit& edit, const char* rule, const std::string& w
   problem.rule = rule;
   problem.where = place_of(edit);
   problem.message = fmt::format("{} cannot be written here: {}", subject(edit), why);
-  problem.mend = "give the place a value of its own, or bake plain URDF (-o FILE)";
+  problem.fix = "give the place a value of its own, or bake plain URDF (-o FILE)";
   problems_.push_back(std::move(problem));
 }
 

@@ -71,8 +71,8 @@ class OperationReader {
     return {file_, mark.line + 1, mark.column + 1, nullptr};
   }
   [[noreturn]] void fail(const YAML::Node& node, const std::string& rule, const std::string& message,
-                         const std::string& mend = "") const {
-    throw InputError(rule, place(node), message, mend);
+                         const std::string& fix = "") const {
+    throw InputError(rule, place(node), message, fix);
   }
 
   void find_operation();
@@ -264,7 +264,7 @@ void OperationReader::check_values(const OperationAction& action) const {
   const auto found = nonsense_in(action);
   if (!found) return;
   fail(found->key.empty() ? target_ : node_[found->key], "overlay.nonsense",
-       fmt::format("{}: {}", name_, found->message), found->mend);
+       fmt::format("{}: {}", name_, found->message), found->fix);
 }
 
 OperationAction OperationReader::joint_action() {

@@ -51,8 +51,8 @@ class WorldReader {
     return where;
   }
 
-  void error(const YAML::Node& node, const std::string& message, const std::string& mend = "") {
-    errors_.error("world.invalid", at(node.Mark()), message, mend);
+  void error(const YAML::Node& node, const std::string& message, const std::string& fix = "") {
+    errors_.error("world.invalid", at(node.Mark()), message, fix);
   }
 
   // True where `node` is a map; every key that is not among `known` is an error.

@@ -75,7 +75,7 @@ std::vector<std::string> addresses_of(const std::vector<std::string>& peers,
   for (std::size_t i = 0; i < peers.size(); ++i) {
     if (search->addresses[i].empty())
       throw NetworkError("ROS_STATIC_PEERS names '" + peers[i] +
-                         "', which is no address and no host that is known here; mend or remove it");
+                         "', which is no address and no host that is known here; fix or remove it");
   }
   return search->addresses;
 }

@@ -183,7 +183,7 @@ std::optional<SideFile> Search::read(const fs::path& path, Diagnostics& skipped)
   try {
     return read_side_file(path);
   } catch (const InputError& error) {
-    for (const Diagnostic& d : error.diagnostics()) skipped.note(d.rule, d.where, d.message, d.mend);
+    for (const Diagnostic& d : error.diagnostics()) skipped.note(d.rule, d.where, d.message, d.fix);
     return std::nullopt;
   }
 }
@@ -345,7 +345,7 @@ void report(const ControllersSearch& search, Diagnostics& diagnostics) {
     diagnostics.warning(
         "up.controllers_unreadable", why.where,
         fmt::format("this file, which may hold the robot's controllers, cannot be used: {}", why.message),
-        why.mend);
+        why.fix);
   }
   for (const auto* notes : {&search.skipped, &search.choices}) {
     for (const Diagnostic& d : notes->all()) diagnostics.add(d);

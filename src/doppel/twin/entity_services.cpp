@@ -30,7 +30,7 @@ std::string joined(const std::vector<Diagnostic>& diagnostics) {
     if (!out.empty()) out += "; ";
     if (diagnostic.where.known()) out += diagnostic.where.place() + ": ";
     out += diagnostic.message;
-    if (!diagnostic.mend.empty()) out += fmt::format(" ({})", diagnostic.mend);
+    if (!diagnostic.fix.empty()) out += fmt::format(" ({})", diagnostic.fix);
   }
   return out;
 }

@@ -52,8 +52,8 @@ class Reader {
   Reader(const MeshFinder& find_mesh, Diagnostics& notes) : find_mesh_(find_mesh), notes_(notes) {}
 
  protected:
-  void error(const XmlNode& node, const std::string& message, const std::string& mend = "") {
-    errors_.error(kInvalid, node.where, message, mend);
+  void error(const XmlNode& node, const std::string& message, const std::string& fix = "") {
+    errors_.error(kInvalid, node.where, message, fix);
   }
   void has_no_effect(const XmlNode& node) {
     notes_.note("entity.no_effect", node.where, fmt::format("<{}> has no effect on an object", node.name));
@@ -197,7 +197,7 @@ class Reader {
       mesh.path = find_mesh_(uri).string();
     } catch (const InputError& refused) {
       for (const Diagnostic& diagnostic : refused.diagnostics())
-        errors_.error(diagnostic.rule, node.where, diagnostic.message, diagnostic.mend);
+        errors_.error(diagnostic.rule, node.where, diagnostic.message, diagnostic.fix);
     }
     return mesh;
   }

@@ -198,11 +198,11 @@ std::optional<Diagnostic> lost_motion(const ModelJoint& old, const ModelJoint& j
     problem.message =
         fmt::format("joint '{}' would not follow '{}' any more{}", joint.name, source->mimic->joint,
                     did_you_mean(source->mimic->joint, to.model().scalar_joint_names()));
-    problem.mend = "correct the <mimic>, or remove it";
+    problem.fix = "correct the <mimic>, or remove it";
   } else if (old.scalar() && joint.type == JointType::fixed && source->type != JointType::fixed) {
     problem.where = source->axis_source;
     problem.message = fmt::format("joint '{}' would stand still: its axis is zero", joint.name);
-    problem.mend = "correct the axis";
+    problem.fix = "correct the axis";
   } else {
     return std::nullopt;
   }
@@ -231,7 +231,7 @@ void find_lost_range(const RobotMachine& from, const Instance& state, const Robo
     problem.message = fmt::format(
         "joint '{}' stands at {:.4g} and would have the limits [{:.4g}, {:.4g}] instead of [{:.4g}, {:.4g}]",
         joint.name, q, joint.lower, joint.upper, old.lower, old.upper);
-    problem.mend = "correct lower and upper; where they are meant, move the joint inside of them first";
+    problem.fix = "correct lower and upper; where they are meant, move the joint inside of them first";
     refused.push_back(std::move(problem));
   }
 }

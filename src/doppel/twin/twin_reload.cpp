@@ -38,7 +38,7 @@ void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, 
   };
   for (const Diagnostic& d : said.all()) {
     if (d.rule == "up.controllers_unreadable" && d.where.known() && ours(*d.where.file))
-      throw InputError(d.rule, d.where, d.message, d.mend);
+      throw InputError(d.rule, d.where, d.message, d.fix);
   }
   for (const std::filesystem::path& file : before.declaring_files) {
     if (is_controllers_file(file)) continue;

@@ -62,20 +62,20 @@ class Parser {
   }
 
  private:
-  [[noreturn]] void fail(std::size_t offset, const std::string& what, const std::string& mend = "") const {
+  [[noreturn]] void fail(std::size_t offset, const std::string& what, const std::string& fix = "") const {
     throw InputError("xml.not_well_formed", locate(place(offset)), "the XML is not well-formed: " + what,
-                     mend.empty() ? "correct the XML at this place; nothing of the file was used" : mend);
+                     fix.empty() ? "correct the XML at this place; nothing of the file was used" : fix);
   }
   // What XML forbids, and urdfdom reads: refused, or said where the rules are lenient.
-  void tolerate(std::size_t offset, const std::string& what, const std::string& mend = "") {
-    if (!lenient_) fail(offset, what, mend);
-    warn(offset, what + "; urdfdom reads on, xacro and other readers of XML refuse the file", mend);
+  void tolerate(std::size_t offset, const std::string& what, const std::string& fix = "") {
+    if (!lenient_) fail(offset, what, fix);
+    warn(offset, what + "; urdfdom reads on, xacro and other readers of XML refuse the file", fix);
   }
-  void warn(std::size_t offset, const std::string& what, const std::string& mend) {
+  void warn(std::size_t offset, const std::string& what, const std::string& fix) {
     constexpr std::size_t kMostWarnings = 20;
     if (tolerated_.size() < kMostWarnings)
       tolerated_.push_back({Severity::warning, "xml.tolerated", "the XML is not well-formed: " + what,
-                            locate(place(offset)), mend.empty() ? "correct the XML at this place" : mend});
+                            locate(place(offset)), fix.empty() ? "correct the XML at this place" : fix});
   }
   [[noreturn]] void unclosed(std::size_t offset) const {
     const TreeNode& node = *open_.back();

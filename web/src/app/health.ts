@@ -7,7 +7,7 @@ export interface Finding {
   file: string;
   line: number;
   column: number;
-  mend: string;
+  fix: string;
   consequence: string;
 }
 
@@ -16,7 +16,7 @@ export function readFindings(text: string): { findings: Finding[]; file: string;
     const raw = JSON.parse(text) as { findings?: Partial<Finding>[]; file?: string; mass?: number };
     const findings = (raw.findings ?? []).map((f) => ({
       rule: f.rule ?? '', severity: f.severity ?? 'note', subject: f.subject ?? '', message: f.message ?? '', file: f.file ?? '',
-      line: f.line ?? 0, column: f.column ?? 0, mend: f.mend ?? '', consequence: f.consequence ?? '',
+      line: f.line ?? 0, column: f.column ?? 0, fix: f.fix ?? '', consequence: f.consequence ?? '',
     }));
     const rank: Record<string, number> = { error: 0, warning: 1, note: 2 };
     findings.sort((a, b) => (rank[a.severity] ?? 3) - (rank[b.severity] ?? 3));

@@ -46,7 +46,7 @@ export function healthPanel(app: App): Panel {
     const about = find(finding);
     const written = !about ? undefined : about.joint ? sources.joints.get(about.joint.name) : sources.links.get(twin.tree!.links[about.link]!);
     const place = finding.file ? { file: sources.whole(finding.file), line: finding.line, column: finding.column } : written;
-    const facts: [string, Child][] = [['leads to', finding.consequence], ['mend', finding.mend], ['where', place ? placeLabel(place) : ''], ['rule', finding.rule]];
+    const facts: [string, Child][] = [['leads to', finding.consequence], ['fix', finding.fix], ['where', place ? placeLabel(place) : ''], ['rule', finding.rule]];
     const name = about ? about.joint?.name ?? twin.tree!.links[about.link]! : '';
     return h('details', { class: 'finding' },
       h('summary', {}, h('span', { class: `tag ${finding.severity}` }, finding.severity), ' ', finding.subject ? `${finding.subject}: ` : '', finding.message),

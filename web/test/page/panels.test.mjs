@@ -46,7 +46,7 @@ test('parameters: set, told by the row when the node refuses, and changed by som
   await input('constraints.goal_time').fill('-3');
   await input('constraints.goal_time').press('Enter');
   await row('constraints.goal_time').locator('.parameter-error').waitFor();
-  assert.equal(await input('constraints.goal_time').inputValue(), '-3', 'what was typed stays, to be mended');
+  assert.equal(await input('constraints.goal_time').inputValue(), '-3', 'what was typed stays, to be corrected');
   await input('constraints.goal_time').fill('abc');
   await input('constraints.goal_time').press('Enter');
   await waitFor(() => document.querySelector('.parameter-error:not([hidden])')?.textContent.includes('no number'));

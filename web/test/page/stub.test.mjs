@@ -122,8 +122,8 @@ check('a thousand joints do not freeze the page', 1000, async (page, stub) => {
 const LONG = 'Lift (upright) whose name goes beyond every row_and_has_no_spaces_towards_its_very_end';
 const LIFT = `<robot name="A robot with a name too long for a narrow bar"><link name="base"/><link name="Column"><visual><geometry><box size="0.1 0.1 0.4"/></geometry></visual></link>
   <joint name="${LONG}" type="prismatic"><parent link="base"/><child link="Column"/><axis xyz="0 0 1"/><limit lower="0" upper="0.8" effort="200" velocity="0.5"/></joint></robot>`;
-const FINDINGS = { findings: [{ rule: 'name.x', severity: 'note', subject: `joint '${LONG}'`, message: 'is long', file: 'urdf/lift.urdf', line: 2, column: 3, mend: 'a shorter one', consequence: 'long lines' },
-  { rule: 'name.y', severity: 'warning', subject: "link 'Column'", message: 'is not ASCII', mend: '', consequence: '' }] };
+const FINDINGS = { findings: [{ rule: 'name.x', severity: 'note', subject: `joint '${LONG}'`, message: 'is long', file: 'urdf/lift.urdf', line: 2, column: 3, fix: 'a shorter one', consequence: 'long lines' },
+  { rule: 'name.y', severity: 'warning', subject: "link 'Column'", message: 'is not ASCII', fix: '', consequence: '' }] };
 const SOURCES = { links: { Column: { file: '/home/me/lift/urdf/lift.urdf', line: 1, column: 58 } }, joints: {} };
 
 check('on a phone long names stay within the page, and findings tell where they are written', LIFT, async (page, stub) => {

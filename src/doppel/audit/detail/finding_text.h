@@ -7,9 +7,9 @@
 
 namespace doppel {
 
-inline std::string mend_of(const Finding& finding) {
+inline std::string fix_of(const Finding& finding) {
   const RuleInfo* rule = find_rule(finding.rule);
-  return !finding.mend.empty() || rule == nullptr ? finding.mend : std::string(rule->mend);
+  return !finding.fix.empty() || rule == nullptr ? finding.fix : std::string(rule->fix);
 }
 
 inline std::string consequence_of(const Finding& finding) {

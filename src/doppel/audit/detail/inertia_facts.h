@@ -26,7 +26,7 @@ bool possible(const Components& c);
 Eigen::Matrix3d expected_tensor(const LinkShape& shape, double mass);
 
 struct Slip {
-  Components mended;
+  Components corrected;
   std::string what;  // "the sign of iyy"
 };
 // The one change of a sign, a power of ten or two exchanged components that makes the tensor possible and,

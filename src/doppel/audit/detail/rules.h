@@ -16,9 +16,9 @@ class Findings {
   // The severity is the rule's own, unless a lower one is given. The id must stand in the table. The
   // reference holds until the next add().
   Finding& add(std::string_view rule, std::string subject, SourceLocation where, std::string message,
-               std::string mend = "");
+               std::string fix = "");
   Finding& add(std::string_view rule, Severity severity, std::string subject, SourceLocation where,
-               std::string message, std::string mend = "");
+               std::string message, std::string fix = "");
   [[nodiscard]] std::vector<Finding>& all() { return all_; }
   [[nodiscard]] const std::vector<Finding>& all() const { return all_; }
   // What a rule has said about this subject already; null: nothing.

@@ -147,7 +147,7 @@ TEST_F(Sheet, TellsAnExportersDefaultOnceAndMendsIt) {
     ASSERT_THAT(f.repair, SizeIs(1)) << f.rule;
     const auto& set = std::get<SetLimit>(f.repair[0].action);
     EXPECT_TRUE(set.effort == 3.5 || set.velocity == 6.2) << f.rule;  // of 6.8 V: none was said
-    EXPECT_THAT(f.mend, HasSubstr("DS3240"));
+    EXPECT_THAT(f.fix, HasSubstr("DS3240"));
   }
   EXPECT_EQ(errors, 2u) << "one for the effort, one for the velocity, whichever rule tells them";
 }

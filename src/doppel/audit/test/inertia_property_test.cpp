@@ -106,8 +106,8 @@ TEST_F(TensorProperty, AnOfferedSlipIsTheOnlyOneAndPossible) {
     broken[which] = -broken[which];
     const auto slip = only_slip(broken, inertial, shape);
     ASSERT_TRUE(slip.has_value());
-    EXPECT_TRUE(possible(slip->mended));
-    EXPECT_EQ(slip->mended, truth);
+    EXPECT_TRUE(possible(slip->corrected));
+    EXPECT_EQ(slip->corrected, truth);
     ++offered;
   }
   EXPECT_EQ(offered, 300);

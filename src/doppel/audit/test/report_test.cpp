@@ -41,7 +41,7 @@ TEST_F(Reports, JsonHasItsFields) {
   bool through_macro = false;
   for (const Json& f : json["findings"]) {
     for (const char* field : {"rule", "severity", "subject", "message", "file", "line", "column", "stack",
-                              "mend", "consequence", "fixable"}) {
+                              "fix", "consequence", "fixable"}) {
       EXPECT_TRUE(f.contains(field)) << field;
     }
     for (const Json& call : f["stack"]) {
@@ -146,7 +146,7 @@ TEST(RuleTable, IsSortedWholeAndWithoutDoubles) {
   const auto& rules = rule_table();
   EXPECT_GT(rules.size(), 100U);
   for (std::size_t i = 0; i < rules.size(); ++i) {
-    EXPECT_FALSE(rules[i].title.empty() || rules[i].failure.empty() || rules[i].mend.empty()) << rules[i].id;
+    EXPECT_FALSE(rules[i].title.empty() || rules[i].failure.empty() || rules[i].fix.empty()) << rules[i].id;
     EXPECT_NE(rules[i].profiles & kAllProfiles, 0U) << rules[i].id;
     if (i > 0) {
       EXPECT_LT(rules[i - 1].id, rules[i].id);

@@ -44,7 +44,7 @@ TEST(BundledRobots, TheZeroMomentsGetTheTransverseOnesAndAreCalledAnUpperBound) 
   const auto found = std::find_if(report.findings.begin(), report.findings.end(),
                                   [](const Finding& f) { return f.rule == "inertia.rounded_zero"; });
   ASSERT_NE(found, report.findings.end());
-  EXPECT_NE(found->mend.find("upper bound"), std::string::npos);
+  EXPECT_NE(found->fix.find("upper bound"), std::string::npos);
   std::map<std::string, double> given;
   for (const Operation& o : found->repair) {
     const auto& set = std::get<SetInertia>(o.action);

@@ -162,7 +162,7 @@ TEST_F(Controllers, HaveParametersOfTheRightNameAndType) {
   const auto whole =
       of("controllers.whole_number", manager() + section("[elbow]", "    constraints: {goal_time: 2}\n"));
   ASSERT_THAT(whole, SizeIs(1));
-  EXPECT_THAT(whole[0].mend, HasSubstr("2.0"));
+  EXPECT_THAT(whole[0].fix, HasSubstr("2.0"));
   EXPECT_THAT(
       of("controllers.whole_number", manager() + section("[elbow]", "    constraints: {goal_time: 2.0}\n")),
       IsEmpty());
@@ -235,7 +235,7 @@ TEST_F(Package, InstallsWhatTheDescriptionNeeds) {
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].subject, "folder 'meshes'");
   EXPECT_EQ(found[0].where.line, 3);
-  EXPECT_THAT(found[0].mend, HasSubstr("install(DIRECTORY meshes"));
+  EXPECT_THAT(found[0].fix, HasSubstr("install(DIRECTORY meshes"));
   for (const char* good : {"install(DIRECTORY urdf meshes DESTINATION share/${PROJECT_NAME}/)",
                            "foreach(dir urdf meshes)\n install(DIRECTORY ${dir}/ DESTINATION "
                            "share/${PROJECT_NAME}/${dir})\nendforeach()",
@@ -295,7 +295,7 @@ TEST_F(Package, IsNamedOnceAndForAll) {
   };
   const auto found = of("package.name_mismatch", mesh("r_desription"));
   ASSERT_THAT(found, SizeIs(1));
-  EXPECT_THAT(found[0].mend, HasSubstr("r_description"));
+  EXPECT_THAT(found[0].fix, HasSubstr("r_description"));
   EXPECT_THAT(of("package.name_mismatch", mesh("r_description")), IsEmpty());
   EXPECT_THAT(of("package.name_mismatch", mesh("s_description")), IsEmpty()) << "another robot's package";
   EXPECT_THAT(of("package.dependency", mesh("s_description")), SizeIs(1));
@@ -340,7 +340,7 @@ TEST_F(Package, LaunchesWhatWasMeant) {
   const auto mapping = expand("");
   ASSERT_THAT(mapping, SizeIs(1));
   EXPECT_EQ(mapping[0].where.line, 2);
-  EXPECT_THAT(mapping[0].mend, HasSubstr("'use_sim': 'true'"));
+  EXPECT_THAT(mapping[0].fix, HasSubstr("'use_sim': 'true'"));
   EXPECT_THAT(expand(", mappings={'use_sim': 'true'}"), IsEmpty());
   write("launch/gazebo.launch.py", "doc = xacro.process_file(path)\nstart('rviz2')\n");
   EXPECT_THAT(of("package.launch_mapping"), IsEmpty()) << "looking needs no simulator";

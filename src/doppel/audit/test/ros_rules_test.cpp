@@ -115,7 +115,7 @@ TEST_F(Ros2Control, KnowsPluginsOfTodayAndBefore) {
   const auto old =
       of("ros2_control.old_plugin", hardware(driven("elbow"), "ign_ros2_control/IgnitionSystem"));
   ASSERT_THAT(old, SizeIs(1));
-  EXPECT_THAT(old[0].mend, HasSubstr("gz_ros2_control/GazeboSimSystem"));
+  EXPECT_THAT(old[0].fix, HasSubstr("gz_ros2_control/GazeboSimSystem"));
   const auto typo =
       of("ros2_control.plugin_name", hardware(driven("elbow"), "gz_ros2_control/GazeboSymSystem"));
   ASSERT_THAT(typo, SizeIs(1));

@@ -269,7 +269,7 @@ TEST_F(WholeAudit, ANearFileIsNamed) {
   const AuditReport report = check(robot(p));
   const Finding* found = find(report, "mesh.missing");
   ASSERT_NE(found, nullptr) << told(report);
-  EXPECT_NE(found->mend.find("wrist.obj"), std::string::npos) << found->mend;
+  EXPECT_NE(found->fix.find("wrist.obj"), std::string::npos) << found->fix;
 }
 
 TEST_F(WholeAudit, PlacesLeadThroughMacros) {

@@ -90,7 +90,7 @@ class JointTrajectoryController : public Controller {
   [[nodiscard]] std::string describe(const Ending& ending) const;
   void answer_query(const QueryState::Request& request, QueryState::Response& response);
   [[nodiscard]] Time now() const { return context_->node->bus().now(); }
-  void warn(const char* rule, std::string message, std::string mend) const;
+  void warn(const char* rule, std::string message, std::string fix) const;
 
   ControllerContext* context_ = nullptr;
   jtc::Settings settings_;

@@ -25,7 +25,7 @@ struct PidGains {
   double error_deadband = 0;          // no integration while |error| is not above it
 };
 
-// Why these gains cannot be used, naming the gain and the mend; ok otherwise.
+// Why these gains cannot be used, naming the gain and the fix; ok otherwise.
 Status check_gains(const PidGains& gains);
 
 class Pid {

@@ -23,7 +23,7 @@ struct MessageRules {
   bool effort_commanded = false;
 };
 
-// A refusal is one sentence for the sender, with joint, point (counted from 1) and mend.
+// A refusal is one sentence for the sender, with joint, point (counted from 1) and fix.
 Status check_message(const trajectory_msgs::msg::JointTrajectory& message, const MessageRules& rules,
                      Time now);
 

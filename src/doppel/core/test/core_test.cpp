@@ -37,7 +37,7 @@ TEST(Diagnostics, ThrowsAllErrorsAtOnceAndOnlyErrors) {
     d.throw_if_errors();
     FAIL();
   } catch (const InputError& e) {
-    EXPECT_STREQ(e.what(), "x:2:3: error: wrong [c.d]\n  mend: do this\nx:4:5: error: worse [e.f]");
+    EXPECT_STREQ(e.what(), "x:2:3: error: wrong [c.d]\n  fix: do this\nx:4:5: error: worse [e.f]");
   }
 }
 

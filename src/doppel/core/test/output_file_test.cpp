@@ -28,7 +28,7 @@ TEST(OutputFileTest, WholeOrNotAtAll) {
     return Diagnostic{};
   };
   EXPECT_EQ(refused(folder / "missing" / "a").rule, "output.unwritable");
-  EXPECT_NE(refused(folder / "missing" / "a").mend.find("missing"), std::string::npos);
+  EXPECT_NE(refused(folder / "missing" / "a").fix.find("missing"), std::string::npos);
   EXPECT_EQ(refused(folder).rule, "output.unwritable");
   if (std::filesystem::exists("/dev/full")) {
     EXPECT_NE(refused("/dev/full").message.find("No space"), std::string::npos);

@@ -53,7 +53,7 @@ TEST(AssumedMasses, OneWarningNamesAllLinksAndWhatToDo) {
   EXPECT_THAT(diagnostics.all()[0].message,
               HasSubstr("7 links move and have no mass; guessed from the distances"));
   EXPECT_THAT(diagnostics.all()[0].message, HasSubstr("'link3'"));
-  EXPECT_THAT(diagnostics.all()[0].mend, HasSubstr("<inertial>"));
+  EXPECT_THAT(diagnostics.all()[0].fix, HasSubstr("<inertial>"));
 }
 
 TEST(AssumedMasses, DrivesHoldTheGuessTwiceOver) {
@@ -122,7 +122,7 @@ TEST(AssumedMasses, OneLinkIsSpokenOfInTheSingular) {
   const auto told = [](const RobotDescription& robot) {
     Diagnostics diagnostics;
     compile_model(robot, BaseKind::fixed, diagnostics);
-    return diagnostics.all().at(0).message + " | " + diagnostics.all().at(0).mend;
+    return diagnostics.all().at(0).message + " | " + diagnostics.all().at(0).fix;
   };
   RobotDescription robot = one_link(0.0);
   EXPECT_THAT(told(robot), HasSubstr("a link moves and has no mass; guessed from its length: 'l' "));

@@ -53,7 +53,7 @@ std::string link_of(const XmlNode& joint, std::string_view end);  // end: "paren
 // -- values that no description could hold (nonsense.cpp)
 struct Nonsense {
   std::string key;  // of the setting; empty: what stands behind the operation's name
-  std::string message, mend;
+  std::string message, fix;
 };
 std::optional<Nonsense> nonsense_in(const OperationAction& action);
 

@@ -286,7 +286,7 @@ TEST(Overlay, AListThatIsBakedIsOneNote) {
   EXPECT_TRUE(bench.diagnostics.all().empty());
   bench.apply(overlay);
   ASSERT_EQ(bench.diagnostics.all().size(), 1U);
-  EXPECT_EQ(bench.diagnostics.all()[0].mend, "the overlay can go");
+  EXPECT_EQ(bench.diagnostics.all()[0].fix, "the overlay can go");
 }
 
 TEST(Overlay, WhatStandsOnTheWorldIsNotAttachedAgain) {

@@ -199,13 +199,13 @@ TEST_P(StateContract, ADivergedStateIsCopiedAsOne) {
   clone->step();
   EXPECT_TRUE(same_bits(bits(*clone), before));
   EXPECT_EQ(clone->time(), engine->time());
-  const auto mended = engine->clone();
-  mended->reset();
-  EXPECT_FALSE(mended->diverged());
-  run(*mended, 0.1);
+  const auto recovered = engine->clone();
+  recovered->reset();
+  EXPECT_FALSE(recovered->diverged());
+  run(*recovered, 0.1);
   const auto never = engine->compiled()->make_engine();
   run(*never, 0.1);
-  EXPECT_TRUE(same_bits(bits(*mended), bits(*never)));
+  EXPECT_TRUE(same_bits(bits(*recovered), bits(*never)));
 }
 
 // s of this thread alone, so that others on the machine do not count.
