@@ -280,12 +280,12 @@ void print(const std::vector<Row>& rows, const Options& options) {
     proper_of_largest.push_back(r.reference_proper / r.proper);
     of_largest.push_back(r.reference_expansion / r.expansion);
   }
-  const auto tell = [](const char* what, const std::vector<double>& all, const std::vector<double>& of_20) {
+  const auto print = [](const char* what, const std::vector<double>& all, const std::vector<double>& of_20) {
     fmt::print("median ratio of {} {:.0f}; of the 20 largest {:.0f} (least {:.0f})\n", what, median(all),
                median(of_20), *std::min_element(of_20.begin(), of_20.end()));
   };
-  tell("expansions proper", proper, proper_of_largest);
-  tell("expansions with reading and writing", expansion, of_largest);
+  print("expansions proper", proper, proper_of_largest);
+  print("expansions with reading and writing", expansion, of_largest);
 }
 
 }  // namespace

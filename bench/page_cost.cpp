@@ -95,16 +95,16 @@ int main(int argc, char** argv) {
   double messages = 0;
   for (int round = 0; round < rounds; ++round) {
     alone.push_back(load_of_block(twin));
-    std::uint64_t heard = 0;
+    std::uint64_t received = 0;
     {
       const Listener page(server.port());
       load_of_block(twin);  // connecting and subscribing is not what is measured
-      heard = page.messages();
+      received = page.messages();
       watched.push_back(load_of_block(twin));
-      heard = page.messages() - heard;
+      received = page.messages() - received;
     }
     load_of_block(twin);  // nor is leaving
-    messages += static_cast<double>(heard) / to_seconds(kBlock) / rounds;
+    messages += static_cast<double>(received) / to_seconds(kBlock) / rounds;
     cost.push_back(watched.back() - alone.back());
   }
   fmt::print("{}: {} rounds of {:g} s in real time, medians\n", scenario.robots.front().target, rounds,

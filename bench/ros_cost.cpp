@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
   const ros2::Bridge bridge(twin.bus(), {.network = bench::own_domain(), .diagnostics_node = ""}, log);
 
   load_of_block(twin);  // settle into the hold, and warm up
-  std::vector<double> alone, heard, cost;
+  std::vector<double> alone, listened, cost;
   double sent = 0;
   std::string received;
   for (int round = 0; round < rounds; ++round) {
@@ -111,17 +111,17 @@ int main(int argc, char** argv) {
       for (std::size_t i = 0; i < kPeers; ++i) peers.push_back(std::make_unique<bench::Peer>("--subscribe"));
       gather(twin, bridge, kPeers);
       const std::uint64_t before = bridge.status().sent;
-      heard.push_back(load_of_block(twin));
+      listened.push_back(load_of_block(twin));
       sent += static_cast<double>(bridge.status().sent - before) / to_seconds(kBlock) / rounds;
       for (const auto& peer : peers) received = peer->end();
     }
     gather(twin, bridge, 0);
-    cost.push_back(heard.back() - alone.back());
+    cost.push_back(listened.back() - alone.back());
   }
   fmt::print("omarm_one at 1 kHz: {} rounds of {:g} s in real time, medians\n", rounds, to_seconds(kBlock));
   fmt::print("  nobody listens    {:7.3f} % of its time in which the loop works\n", 100 * median(alone));
   fmt::print("  {} subscribers     {:7.3f} %  ({:.0f} messages/s to each; the last one got, lost: {})\n",
-             kPeers, 100 * median(heard), sent, received.substr(0, received.find('\n')));
+             kPeers, 100 * median(listened), sent, received.substr(0, received.find('\n')));
   fmt::print("  the network costs {:7.3f} % of the loop's time  (least {:.3f}, most {:.3f})\n",
              100 * median(cost), 100 * *std::min_element(cost.begin(), cost.end()),
              100 * *std::max_element(cost.begin(), cost.end()));

@@ -85,8 +85,8 @@ function(doppel_module)
   endif()
 endfunction()
 
-# A library that is loaded when it is first needed (core/late_library.h): bin/lib<NAME>.so.
-function(doppel_late_library)
+# A library that is loaded when it is first needed (core/plugin_module.h): bin/lib<NAME>.so.
+function(doppel_plugin_module)
   cmake_parse_arguments(LATE "" "NAME;MODULE" "SOURCES;LINKS" ${ARGN})
   add_library(${LATE_NAME} MODULE ${LATE_SOURCES})
   doppel_units(${LATE_NAME} library)
@@ -102,7 +102,7 @@ endfunction()
 add_custom_target(doppel_engines)
 function(doppel_engine)
   cmake_parse_arguments(ENGINE "" "NAME" "SOURCES;LINKS" ${ARGN})
-  doppel_late_library(NAME doppel_engine_${ENGINE_NAME} SOURCES ${ENGINE_SOURCES}
+  doppel_plugin_module(NAME doppel_engine_${ENGINE_NAME} SOURCES ${ENGINE_SOURCES}
     LINKS ${ENGINE_LINKS} doppel_physics)
   add_dependencies(doppel_engines doppel_engine_${ENGINE_NAME})
   target_link_options(doppel_engine_${ENGINE_NAME} PRIVATE LINKER:--exclude-libs,ALL

@@ -61,7 +61,7 @@ class SamplesInEngines : public TwinFixture, public ::testing::WithParamInterfac
       publish(command.topic, command.type, command.yaml);
       for (double t = 0; t < command.seconds - 1e-9; t += 0.5) {
         run(0.5);
-        for (auto& message : heard<sensor_msgs::msg::JointState>("/joint_states"))
+        for (auto& message : received<sensor_msgs::msg::JointState>("/joint_states"))
           out.push_back(std::move(message));
       }
     }

@@ -127,9 +127,9 @@ TEST_F(Entities, AProgramMayPutThemInByTheEngine) {
   CollisionMeshes meshes;
   twin_->engine().spawn(make_instance(post, meshes, diagnostics_));
   run(0.1);
-  const auto told = heard<MarkerArray>("/doppel/objects");
-  ASSERT_FALSE(told.empty());
-  EXPECT_EQ(told.back().markers.at(0).text, "post");
+  const auto markers = received<MarkerArray>("/doppel/objects");
+  ASSERT_FALSE(markers.empty());
+  EXPECT_EQ(markers.back().markers.at(0).text, "post");
 }
 
 TEST_F(Entities, AreToldAndPlacedInFrames) {
@@ -179,16 +179,16 @@ TEST_F(Entities, AreMarkers) {
   bring_up("lab_arm");
   listen("/doppel/objects");
   run(0.1);
-  auto told = heard<MarkerArray>("/doppel/objects");
-  ASSERT_EQ(told.size(), 1u) << "once, that there are none";
-  EXPECT_TRUE(told[0].markers.empty());
+  auto markers = received<MarkerArray>("/doppel/objects");
+  ASSERT_EQ(markers.size(), 1u) << "once, that there are none";
+  EXPECT_TRUE(markers[0].markers.empty());
   spawn("ball", ball("ball"), at(1, 0, 1));
   spawn("post", ball("post", 0), at(-1, 0, 1));
   run(0.4);
-  told = heard<MarkerArray>("/doppel/objects");
-  EXPECT_GE(told.size(), 9u);
-  EXPECT_LE(told.size(), 13u) << "25 Hz while it falls";
-  const MarkerArray last = told.back();
+  markers = received<MarkerArray>("/doppel/objects");
+  EXPECT_GE(markers.size(), 9u);
+  EXPECT_LE(markers.size(), 13u) << "25 Hz while it falls";
+  const MarkerArray last = markers.back();
   ASSERT_EQ(last.markers.size(), 2u);
   EXPECT_EQ(last.markers[0].text, "ball");
   EXPECT_EQ(last.markers[0].ns, "objects");
@@ -198,14 +198,14 @@ TEST_F(Entities, AreMarkers) {
   EXPECT_LT(last.markers[0].pose.position.z, 0.99);
   const int post = last.markers[1].id;
   remove("ball");
-  told = heard<MarkerArray>("/doppel/objects");
-  ASSERT_EQ(told.size(), 1u) << "also while time stands";
-  ASSERT_EQ(told[0].markers.size(), 2u);
-  EXPECT_EQ(told[0].markers[0].id, post) << "ids are kept";
-  EXPECT_EQ(told[0].markers[1].action, Marker::DELETE);
-  EXPECT_EQ(told[0].markers[1].id, last.markers[0].id);
+  markers = received<MarkerArray>("/doppel/objects");
+  ASSERT_EQ(markers.size(), 1u) << "also while time stands";
+  ASSERT_EQ(markers[0].markers.size(), 2u);
+  EXPECT_EQ(markers[0].markers[0].id, post) << "ids are kept";
+  EXPECT_EQ(markers[0].markers[1].action, Marker::DELETE);
+  EXPECT_EQ(markers[0].markers[1].id, last.markers[0].id);
   run(0.5);
-  EXPECT_TRUE(heard<MarkerArray>("/doppel/objects").empty()) << "nothing moves";
+  EXPECT_TRUE(received<MarkerArray>("/doppel/objects").empty()) << "nothing moves";
 }
 
 TEST_F(Entities, TouchTheGroundWithTheirWeight) {
@@ -214,9 +214,9 @@ TEST_F(Entities, TouchTheGroundWithTheirWeight) {
   run(1.0);
   listen("/gazebo/contacts");
   run(0.5);
-  const auto told = heard<gazebo_msgs::msg::ContactsState>("/gazebo/contacts");
-  EXPECT_NEAR(static_cast<double>(told.size()), 15.0, 2.0);
-  const auto& states = told.back().states;
+  const auto markers = received<gazebo_msgs::msg::ContactsState>("/gazebo/contacts");
+  EXPECT_NEAR(static_cast<double>(markers.size()), 15.0, 2.0);
+  const auto& states = markers.back().states;
   const auto touch = std::ranges::find_if(states, [](const auto& s) {
     return s.collision1_name == "ball::link::collision" || s.collision2_name == "ball::link::collision";
   });
@@ -255,8 +255,8 @@ class EntityStates : public Entities {
   }
   Marker marker(const std::string& name) {
     run(0.001);
-    for (const MarkerArray& told : heard<MarkerArray>("/doppel/objects")) {
-      for (const Marker& one : told.markers) {
+    for (const MarkerArray& markers : received<MarkerArray>("/doppel/objects")) {
+      for (const Marker& one : markers.markers) {
         if (one.text == name) last_ = one;
       }
     }
@@ -287,10 +287,10 @@ TEST_F(EntityStates, OfAShapeAreWhatItsMarkerTells) {
   EXPECT_NEAR(shape.orientation.z, std::sqrt(0.5), 1e-9);
   expect_same(marker("can").pose, shape);
   // What a marker tells may be sent back: nothing jumps.
-  const std::string told =
+  const std::string markers =
       "pose: {position: {x: 1.1, y: 2, z: 3.2}, orientation: {z: 0.70710678118654752, w: "
       "0.70710678118654752}}";
-  EXPECT_THAT(put("can::link::collision", told), HasSubstr("success: true"));
+  EXPECT_THAT(put("can::link::collision", markers), HasSubstr("success: true"));
   EXPECT_TRUE(where("can").isApprox(Eigen::Vector3d(1, 2, 3), 1e-9)) << where("can").transpose();
 }
 
@@ -404,7 +404,7 @@ TEST_F(EntitiesOfAWorld, StandInTheFrameThatTfCallsWorld) {
   EXPECT_NEAR(X_WR.translation().z(), 0.2, 1e-9);
   const bool root_is_world = twin_->robot().model().links.front().name == "world";
   double ground = 0;
-  const auto frames = heard<tf2_msgs::msg::TFMessage>("/tf_static");
+  const auto frames = received<tf2_msgs::msg::TFMessage>("/tf_static");
   ASSERT_FALSE(frames.empty());
   for (const auto& transform : frames.back().transforms) {
     if (transform.child_frame_id == "ground") ground = transform.transform.translation.z;
@@ -412,11 +412,11 @@ TEST_F(EntitiesOfAWorld, StandInTheFrameThatTfCallsWorld) {
   EXPECT_NEAR(ground, root_is_world ? -0.2 : 0.0, 1e-9) << "and so does the ground";
   listen("/doppel/objects");
   run(0.1);
-  const auto told = heard<MarkerArray>("/doppel/objects");
-  ASSERT_FALSE(told.empty());
-  EXPECT_EQ(told.back().markers.at(0).text, "shelf");
-  EXPECT_NEAR(told.back().markers.at(0).pose.position.z, root_is_world ? 0.3 : 0.5, 1e-9);
-  expect_same(told.back().markers.at(0).pose, state_of("shelf").pose);
+  const auto markers = received<MarkerArray>("/doppel/objects");
+  ASSERT_FALSE(markers.empty());
+  EXPECT_EQ(markers.back().markers.at(0).text, "shelf");
+  EXPECT_NEAR(markers.back().markers.at(0).pose.position.z, root_is_world ? 0.3 : 0.5, 1e-9);
+  expect_same(markers.back().markers.at(0).pose, state_of("shelf").pose);
   spawn("post", ball("post", 0), at(3, 0, 1), "world");
   EXPECT_NEAR(state_of("post").pose.position.z, 1, 1e-9);
   EXPECT_NEAR(marker("post").pose.position.z, 1, 1e-9);

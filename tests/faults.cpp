@@ -40,10 +40,10 @@ namespace {
 // libstdc++ 12 takes a variant of strings and vectors for never valueless and, where copying one fails,
 // destroys what was not made; so allocations up to the size of a description, which is such a string, are
 // left alone.
-constexpr std::size_t kSmallestStruck = 64 * 1024;
+constexpr std::size_t kMinFaultSize = 64 * 1024;
 
 void* take(std::size_t size, std::size_t alignment) {
-  void* const memory = size >= kSmallestStruck && strikes(Fault::allocation) ? nullptr
+  void* const memory = size >= kMinFaultSize && strikes(Fault::allocation) ? nullptr
                        : alignment == 0
                            ? std::malloc(size == 0 ? 1 : size)
                            : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);

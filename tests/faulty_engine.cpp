@@ -112,7 +112,7 @@ class FaultyWorld final : public CompiledWorld {
 
 void FaultyEngine::become(std::shared_ptr<const CompiledWorld> world, std::span<const int> /*kept*/) {
   call();
-  inner_->go_on_with(static_cast<const FaultyWorld&>(*world).inner());
+  inner_->continue_with(static_cast<const FaultyWorld&>(*world).inner());
   world_ = std::move(world);
 }
 

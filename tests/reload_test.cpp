@@ -72,7 +72,7 @@ TEST_F(Reload, ATrajectoryGoesOnThroughAnEditOfLimitsAndInertia) {
   const auto before = positions();
   const Time time = twin_->now();
   edit("urdf/omarm.xacro", "velocity=\"5.2\"", "velocity=\"4.4\"");
-  EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
+  EXPECT_EQ(reload(), Twin::Reload::controllers_kept);
   EXPECT_EQ(twin_->now(), time);
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-6) << name;
   EXPECT_EQ(twin_->robot()
@@ -115,7 +115,7 @@ TEST_F(Reload, AnEditThatChangesNothingThatMovesLeavesTheMotionAlone) {
   run(1.0);
   const auto before = positions();
   for (int i = 0; i < 20; ++i) {
-    EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
+    EXPECT_EQ(reload(), Twin::Reload::controllers_kept);
     run(0.1);
   }
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-5) << name << " crept away";
@@ -125,7 +125,7 @@ TEST_F(Reload, TheControllersYamlIsReadAgain) {
   run(0.2);
   const auto before = positions();
   edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 200");
-  EXPECT_EQ(reload(), Twin::Reload::controllers_made_anew);
+  EXPECT_EQ(reload(), Twin::Reload::controllers_recreated);
   EXPECT_EQ(twin_->robot().controller_manager().period(), Duration(5'000'000));
   for (const char* name : {"omarm_arm_controller", "omarm_gripper_controller", "joint_state_broadcaster"})
     expect_state(name, ControllerState::active);
@@ -164,7 +164,7 @@ TEST_F(Reload, AnOverlayThatAppearsIsApplied) {
   run(0.2);
   std::ofstream(folder_ / "urdf/omarm.overlay.yaml")
       << "- set_limit: Revolute 1\n  velocity: 2.5\n  was: {velocity: 5.2}\n";
-  EXPECT_EQ(reload(), Twin::Reload::controllers_went_on);
+  EXPECT_EQ(reload(), Twin::Reload::controllers_kept);
   EXPECT_EQ(twin_->robot()
                 .model()
                 .joints[static_cast<std::size_t>(twin_->robot().model().find_joint("Revolute 1"))]
@@ -232,7 +232,7 @@ TEST_F(Reload, AFoundControllersFileThatIsLostIsRefusedAndPickedUpWhenItIsRestor
   std::ofstream(file) << whole;
   EXPECT_NO_THROW(reload());
   edit("config/ros2_controllers.yaml", "update_rate: ", "update_rate: 1");
-  EXPECT_EQ(reload(), Twin::Reload::controllers_made_anew);
+  EXPECT_EQ(reload(), Twin::Reload::controllers_recreated);
 }
 
 TEST_F(Reload, EveryFileThatMattersIsWatched) {

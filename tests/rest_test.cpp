@@ -34,7 +34,7 @@ const std::map<std::string, std::string>& restless() {
 struct Outcome {
   std::string refusal;
   bool diverged = false;
-  std::vector<std::string> complaints;
+  std::vector<std::string> unsettled;
 };
 
 Outcome outcome_of(const fs::path& target) {
@@ -52,9 +52,9 @@ Outcome outcome_of(const fs::path& target) {
     }
     out.diverged = twin.diverged();
     if (!twin.robot().rest()) {
-      out.complaints.push_back("rest was not looked at");
+      out.unsettled.push_back("rest was not looked at");
     } else {
-      out.complaints = twin.robot().rest()->complaints;
+      out.unsettled = twin.robot().rest()->unsettled;
     }
   } catch (const InputError& error) {
     out.refusal = error.what();
@@ -69,11 +69,10 @@ void expect_rest(const std::string& name, const fs::path& target) {
   EXPECT_FALSE(outcome.diverged);
   const auto known = restless().find(name);
   if (known == restless().end()) {
-    EXPECT_THAT(outcome.complaints, IsEmpty());
+    EXPECT_THAT(outcome.unsettled, IsEmpty());
   } else {
-    EXPECT_THAT(outcome.complaints, ::testing::Each(HasSubstr(known->second)));
-    EXPECT_THAT(outcome.complaints, ::testing::Not(IsEmpty()))
-        << "it is at rest now: remove it from the list";
+    EXPECT_THAT(outcome.unsettled, ::testing::Each(HasSubstr(known->second)));
+    EXPECT_THAT(outcome.unsettled, ::testing::Not(IsEmpty())) << "it is at rest now: remove it from the list";
   }
 }
 

@@ -164,16 +164,16 @@ std::string read(const fs::path& file) {
 TEST(Health, WhatTheJudgementThrowsIsReportedOnTheTopic) {
   Bus bus;
   Node reader(bus, "/reader");
-  std::string heard;
+  std::string received;
   reader.subscribe<std_msgs::msg::String>("/doppel/health",
-                                          [&](const auto& message) { heard = message.data; });
+                                          [&](const auto& message) { received = message.data; });
   HealthPublisher health(bus, "", []() -> std::string { throw 42; });
   health.look_at(RobotDescription());
-  for (int i = 0; i < 1000 && heard.empty(); ++i) {
+  for (int i = 0; i < 1000 && received.empty(); ++i) {
     bus.wait(std::chrono::milliseconds(10));
     bus.spin();
   }
-  EXPECT_NE(heard.find("health.failed"), std::string::npos) << heard;
+  EXPECT_NE(received.find("health.failed"), std::string::npos) << received;
 }
 
 TEST(Ros2Doc, ListsWhatARunningTwinOffers) {

@@ -92,16 +92,16 @@ TEST_F(Services, PicturesFollowWhileTimeStands) {
   bring_up("lab_arm");
   run(0.5);
   for (const char* topic : {"/clock", "/tf", "/joint_states"}) listen(topic);
-  heard<rosgraph_msgs::msg::Clock>("/clock");
+  received<rosgraph_msgs::msg::Clock>("/clock");
   call("/gazebo/set_state", "doppel_msgs/srv/SetState", "{names: [j1], positions: [0.4], velocities: []}");
-  const auto states = heard<sensor_msgs::msg::JointState>("/joint_states");
+  const auto states = received<sensor_msgs::msg::JointState>("/joint_states");
   ASSERT_EQ(states.size(), 1u);
   const auto j1 = std::ranges::find(states[0].name, "j1") - states[0].name.begin();
   EXPECT_NEAR(states[0].position[static_cast<std::size_t>(j1)], 0.4, 1e-9);
   call("/gazebo/set_state", "doppel_msgs/srv/SetState", "{names: [j1], positions: [0.3], velocities: []}");
-  EXPECT_EQ(heard<tf2_msgs::msg::TFMessage>("/tf").size(), 1u);
+  EXPECT_EQ(received<tf2_msgs::msg::TFMessage>("/tf").size(), 1u);
   call("/gazebo/reset_world", "std_srvs/srv/Empty", "{}");
-  const auto clocks = heard<rosgraph_msgs::msg::Clock>("/clock");
+  const auto clocks = received<rosgraph_msgs::msg::Clock>("/clock");
   ASSERT_EQ(clocks.size(), 1u);
   EXPECT_EQ(from_msg(clocks[0].clock), Time{});
 }
@@ -111,7 +111,7 @@ TEST_F(Services, JointLoadsTellWhatGravityAsks) {
   run(1.0);
   listen("/doppel/joint_loads");
   run(1.0);
-  const auto loads = heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
+  const auto loads = received<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
   EXPECT_NEAR(static_cast<double>(loads.size()), 5.0, 1.0);
   const auto expected = twin_->robot().gravity_sag();
   ASSERT_EQ(loads.back().joint_names.size(), expected.size());
@@ -131,10 +131,10 @@ TEST_F(Services, JointLoadsAreTheSlopeOfThePotentialEnergy) {
     bring_up(robot);
     listen("/doppel/joint_loads");
     run(0.3);
-    heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
+    received<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
     twin_->publish_state();
     twin_->between_steps();
-    const auto loads = heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
+    const auto loads = received<doppel_msgs::msg::JointLoads>("/doppel/joint_loads");
     ASSERT_EQ(loads.size(), 1u);
     const Engine& engine = twin_->engine();
     Instance& instance = twin_->robot().instance();
@@ -163,7 +163,7 @@ TEST_F(Services, JointsSagAsTold) {
   run(2.0);
   listen("/doppel/joint_loads");
   run(0.3);
-  const auto loads = heard<doppel_msgs::msg::JointLoads>("/doppel/joint_loads").back();
+  const auto loads = received<doppel_msgs::msg::JointLoads>("/doppel/joint_loads").back();
   const Instance& robot = twin_->robot().instance();
   const Model& model = robot.model();
   for (std::size_t i = 0; i < loads.joint_names.size(); ++i) {

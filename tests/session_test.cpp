@@ -76,12 +76,12 @@ TEST_F(SessionTest, HealthIsJudgedOnceItBegins) {
   TwinSession session(*twin_, options_, log_);
   listen("/doppel/health");
   run(0.05);
-  EXPECT_THAT(heard<std_msgs::msg::String>("/doppel/health"), IsEmpty());
+  EXPECT_THAT(received<std_msgs::msg::String>("/doppel/health"), IsEmpty());
   session.begin();
   listen("/doppel/health");
   std::string health;
   EXPECT_TRUE(until([&] {
-    for (const auto& message : heard<std_msgs::msg::String>("/doppel/health")) health = message.data;
+    for (const auto& message : received<std_msgs::msg::String>("/doppel/health")) health = message.data;
     return !health.empty();
   }));
   EXPECT_THAT(health, HasSubstr("\"findings\""));

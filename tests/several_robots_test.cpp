@@ -162,7 +162,7 @@ TEST_F(SeveralRobots, RobotsThatMeetTouchAndTheContactNamesBoth) {
   go_to("right", reach, 1.0);
   run(1.5);
   bool met = false;
-  for (const auto& message : heard<gazebo_msgs::msg::ContactsState>("/gazebo/contacts")) {
+  for (const auto& message : received<gazebo_msgs::msg::ContactsState>("/gazebo/contacts")) {
     for (const auto& state : message.states) {
       const std::string both = state.collision1_name + " " + state.collision2_name;
       met = met || (both.find("left::") != std::string::npos && both.find("right::") != std::string::npos);
@@ -322,7 +322,7 @@ TEST_F(RobotsComeAndGo, AReloadKeepsWhoCameAndLeavesOutWhoWent) {
   run(0.5);
   const double before = q("left", "Revolute 1");
   Diagnostics said;
-  EXPECT_EQ(twin_->replace(twin_->prepare(twin_->running(), said)), Twin::Reload::controllers_went_on);
+  EXPECT_EQ(twin_->replace(twin_->prepare(twin_->running(), said)), Twin::Reload::controllers_kept);
   EXPECT_EQ(twin_->name(), "left, guest");
   EXPECT_NEAR(q("left", "Revolute 1"), before, 1e-12);
   run(0.3);
@@ -341,7 +341,7 @@ class RobotsOfAWorld : public SeveralRobots {
     scenario.world = file_;
     bring_up(scenario);
   }
-  std::string refusal() {
+  std::string error_of() {
     try {
       up();
     } catch (const InputError& error) {
@@ -369,16 +369,16 @@ TEST_F(RobotsOfAWorld, AreBroughtUpAsTheFileSays) {
 TEST_F(RobotsOfAWorld, AreRefusedAtTheirPlaceInTheFile) {
   write(
       "robots:\n  - {robot: omarm_one, namespaec: left}\n  - {namespace: right}\n  - {robot: x, tf: boht}\n");
-  const std::string said = refusal();
+  const std::string said = error_of();
   EXPECT_THAT(said, HasSubstr(":2:"));
   EXPECT_THAT(said, HasSubstr("did you mean 'namespace'?"));
   EXPECT_THAT(said, HasSubstr(":3:"));
   EXPECT_THAT(said, HasSubstr("needs the key 'robot'"));
   EXPECT_THAT(said, HasSubstr("did you mean 'both'?"));
   write("robots:\n  - {robot: omarm_one, namespace: a}\n  - {robot: omarm_one, namespace: a}\n");
-  EXPECT_THAT(refusal(), HasSubstr(":3:"));
+  EXPECT_THAT(error_of(), HasSubstr(":3:"));
   write("robots: []\n");
-  EXPECT_THAT(refusal(), HasSubstr("no robot is named"));
+  EXPECT_THAT(error_of(), HasSubstr("no robot is named"));
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ class Spawn : public TwinFixture {
     WorldRobot asked;
     asked.name_space = "guest";
     asked.X_WR = make_pose({3, 0, 0}, {0, 0, 0});
-    const auto newcomer = twin_->prepare_robot(twin_->running(), asked, xml_, diagnostics_);
+    const auto joining = twin_->prepare_robot(twin_->running(), asked, xml_, diagnostics_);
     Twin undisturbed(scenario("first"), log_, diagnostics_);
     while (undisturbed.now() < twin_->now()) {
       undisturbed.between_steps();
@@ -79,7 +79,7 @@ class Spawn : public TwinFixture {
       SCOPED_TRACE(n);
       arm(kind, n);
       try {
-        twin_->add_robot(newcomer);
+        twin_->add_robot(joining);
         disarm();
       } catch (...) {
         disarm();

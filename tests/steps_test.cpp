@@ -13,7 +13,7 @@
 #include "doppel/physics/step_scheme.h"
 #include "doppel/physics/test/engine_fixture.h"
 #include "doppel/physics/test/reference_motion.h"
-#include "doppel/twin/machine.h"
+#include "doppel/twin/compiled_scenario.h"
 
 namespace doppel {
 namespace {
@@ -87,7 +87,7 @@ std::unique_ptr<Engine> alone(const RobotDescription& robot, std::shared_ptr<con
 struct Bench {
   explicit Bench(const Arm& arm) : machine(arm.scenario, diagnostics) {}
 
-  [[nodiscard]] const RobotMachine& robot() const { return *machine.robots.front(); }
+  [[nodiscard]] const CompiledRobot& robot() const { return *machine.robots.front(); }
   [[nodiscard]] const Model& model() const { return robot().model(); }
   [[nodiscard]] Eigen::Vector3d gravity() const { return {0, 0, -9.81}; }
   std::unique_ptr<Engine> engine(Integrator integrator, double step) {
@@ -118,7 +118,7 @@ struct Bench {
   }
 
   Diagnostics diagnostics;
-  Machine machine;
+  CompiledScenario machine;
 };
 
 void start(Engine& engine, const Model& model, const Eigen::VectorXd& q) {
@@ -252,7 +252,7 @@ struct Fall {
   const Model& model;
 
   explicit Fall(const Arm& arm)
-      : robot(bare(Machine(arm.scenario, diagnostics).robots.front()->description())),
+      : robot(bare(CompiledScenario(arm.scenario, diagnostics).robots.front()->description())),
         shared(std::make_shared<const Model>(compile_model(robot, BaseKind::fixed, diagnostics))),
         model(*shared) {}
   std::unique_ptr<Engine> engine(Integrator integrator, double step) {

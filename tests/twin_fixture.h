@@ -72,7 +72,7 @@ class TwinFixture : public ::testing::Test {
   }
   // What has come on a topic of this type since the last call; other topics' messages are thrown away.
   template <class M>
-  std::vector<M> heard(const std::string& name) {
+  std::vector<M> received(const std::string& name) {
     TopicId id = 0;
     for (const TopicInfo& topic : twin_->bus().topics()) {
       if (topic.name == name) id = topic.id;

@@ -115,9 +115,9 @@ TEST_F(Twins, TheSameInputsGiveTheSameBitsAlsoWithAListener) {
             R"({joint_names: ["Revolute 1","Revolute 2","Revolute 3","Revolute 4","Revolute 5","Revolute 6"],
 points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 1}}]})");
     run(1.5);
-    std::size_t heard = 0;
-    for (Edge::Incoming message; edge_->next(message);) ++heard;
-    EXPECT_EQ(heard > 100, listen);
+    std::size_t received = 0;
+    for (Edge::Incoming message; edge_->next(message);) ++received;
+    EXPECT_EQ(received > 100, listen);
     return twin_->state_hash();
   };
   const std::uint64_t alone = hash_of_run(false);

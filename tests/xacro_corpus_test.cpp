@@ -169,19 +169,20 @@ void set_environment(const Json& variables) {
     setenv(name.c_str(), value.get<std::string>().c_str(), 1);
 }
 
-std::string judge_error(const InputError& error, const Json& record) {
-  const std::string told = portable(error.what(), record["packages"]);
-  if (record["expect"] == "ok") return "refused: " + told;
+std::string describe_error(const InputError& error, const Json& record) {
+  const std::string message = portable(error.what(), record["packages"]);
+  if (record["expect"] == "ok") return "refused: " + message;
   const Json& wanted = record["error"];
   std::string subject = wanted["subject"];
   if (subject.starts_with("line ")) subject = ":" + subject.substr(5) + ":";
   const std::string rule = rule_of(wanted["kind"]);
   if (error.diagnostics().front().rule != rule)
-    return "refused by " + error.diagnostics().front().rule + ", not by " + rule + ": " + told;
-  return told.find(subject) == std::string::npos ? "the error does not name " + subject + ": " + told : "";
+    return "refused by " + error.diagnostics().front().rule + ", not by " + rule + ": " + message;
+  return message.find(subject) == std::string::npos ? "the error does not name " + subject + ": " + message
+                                                    : "";
 }
 
-std::string judge(const Json& record) {
+std::string problem_of(const Json& record) {
   set_environment(record["env"]);
   const fs::path input = corpus() / record["input"].get<std::string>();
   PackageResolver resolver;
@@ -200,7 +201,7 @@ std::string judge(const Json& record) {
     const XmlNode wanted = load_xml((corpus() / record["expected"].get<std::string>()).string());
     return difference(result.tree.node(), wanted, record["packages"], "");
   } catch (const InputError& error) {
-    return judge_error(error, record);
+    return describe_error(error, record);
   }
 }
 
@@ -212,7 +213,7 @@ TEST(XacroCorpus, EveryRobotExpandsAsTheReferenceExpandsIt) {
   fs::current_path(corpus());
   std::size_t failed = 0;
   for (const Json& record : manifest) {
-    const std::string fault = judge(record);
+    const std::string fault = problem_of(record);
     if (fault.empty()) continue;
     ++failed;
     ADD_FAILURE() << record["id"].get<std::string>() << ": " << fault;

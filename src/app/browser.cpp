@@ -30,7 +30,7 @@ bool is_installed(const std::string& program) {
   return false;
 }
 
-bool somebody_sits_here() {
+bool has_desktop_session() {
   return (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && !is_set("SSH_CONNECTION") &&
          isatty(STDOUT_FILENO) != 0 && is_installed("xdg-open");
 }
@@ -68,7 +68,7 @@ Browser::~Browser() {
 }
 
 void Browser::open(const std::string& url) {
-  if (opener_.joinable() || !somebody_sits_here()) return;
+  if (opener_.joinable() || !has_desktop_session()) return;
   opener_ = guarded_thread([url] { spawn_browser(url); },
                            [&log = log_](const std::string& what) {
                              log.warning("server", fmt::format("the browser cannot be started: {}", what));

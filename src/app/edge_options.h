@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "doppel/bus/ros_arguments.h"
-#include "doppel/session/judgement.h"
+#include "doppel/session/audit_result.h"
 #include "doppel/session/ros_edge.h"
 #include "doppel/session/server_edge.h"
 #include "doppel/session/session.h"

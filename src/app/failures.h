@@ -3,7 +3,7 @@
 
 #include <exception>
 
-#include "app/tell.h"
+#include "app/print_stderr.h"
 #include "doppel/core/diagnostic.h"
 
 namespace doppel::app {
@@ -16,10 +16,10 @@ int with_failures_reported(const Work& work) {
   try {
     return work();
   } catch (const InputError& error) {
-    tell("{}\n", error.what());
+    print_stderr("{}\n", error.what());
     return kBadInput;
   } catch (const std::exception& error) {
-    tell("error: {}\n", error.what());
+    print_stderr("error: {}\n", error.what());
     return 1;
   }
 }

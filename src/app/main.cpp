@@ -7,8 +7,8 @@
 #include <filesystem>
 
 #include "app/failures.h"
+#include "app/print_stderr.h"
 #include "app/process.h"
-#include "app/tell.h"
 #include "app/up.h"
 #include "app/verbs/verbs.h"
 #include "app/view.h"
@@ -16,7 +16,7 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
 #include "doppel/ros2/environment.h"
-#include "doppel/session/left_work.h"
+#include "doppel/session/abandoned_thread.h"
 
 namespace {
 
@@ -102,7 +102,8 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
     }
     if (next == nullptr) {
       if (!names.empty() && !word.starts_with('-')) {
-        doppel::app::tell("error: '{}' is no verb of {}{}\n", word, path, doppel::did_you_mean(word, names));
+        doppel::app::print_stderr("error: '{}' is no verb of {}{}\n", word, path,
+                                  doppel::did_you_mean(word, names));
         return kBadInput;
       }
       break;
@@ -110,7 +111,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
     deepest = next;
     path += " " + next->get_name();
   }
-  doppel::app::tell("error: {}\n  fix: {} --help tells how it is used\n", error.what(), path);
+  doppel::app::print_stderr("error: {}\n  fix: {} --help tells how it is used\n", error.what(), path);
   return kBadInput;
 }
 
@@ -181,7 +182,7 @@ int main(int argc, char** argv) {
   doppel::app::fill_standard_files();
   doppel::ros2::forget_statistics();
   const int exit_code = run(argc, argv);
-  if (doppel::work_left_behind()) {
+  if (doppel::has_abandoned_thread()) {
     std::fflush(nullptr);
     std::_Exit(exit_code);
   }

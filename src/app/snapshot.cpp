@@ -35,8 +35,8 @@ namespace {
 Json rest_of(const std::optional<RestReport>& rest) {
   if (!rest) return nullptr;
   return {{"time_s", to_seconds(rest->at)},
-          {"joints_at_rest", rest->complaints.empty()},
-          {"complaints", rest->complaints},
+          {"joints_at_rest", rest->unsettled.empty()},
+          {"complaints", rest->unsettled},
           {"base_linear", number(rest->base_linear)},
           {"base_angular", number(rest->base_angular)}};
 }

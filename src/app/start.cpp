@@ -9,9 +9,9 @@
 #include <cstdlib>
 
 #include "app/failures.h"
+#include "app/print_stderr.h"
 #include "app/process.h"
 #include "app/start_check.h"
-#include "app/tell.h"
 #include "app/verbs/verbs.h"
 
 namespace {
@@ -22,7 +22,7 @@ using doppel::app::kBadInput;
   std::string program = root + "/build/bin/doppel";
   words[0] = program.data();
   execv(program.c_str(), words);
-  doppel::app::tell("error: '{}' cannot be started; run tools/build doppel\n", program);
+  doppel::app::print_stderr("error: '{}' cannot be started; run tools/build doppel\n", program);
   std::exit(1);
 }
 
@@ -37,7 +37,7 @@ int expand(int argc, char** argv) {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() == 0) return app.exit(error);
-      doppel::app::tell("error: {}\n  fix: doppel xacro --help tells how it is used\n", error.what());
+      doppel::app::print_stderr("error: {}\n  fix: doppel xacro --help tells how it is used\n", error.what());
       return kBadInput;
     }
     return exit_code;
@@ -49,7 +49,7 @@ int expand(int argc, char** argv) {
 int main(int argc, char** argv) {
   doppel::app::fill_standard_files();
   if (argc < 2) {
-    doppel::app::tell("error: doppel-start is run by the script doppel, with its folder\n");
+    doppel::app::print_stderr("error: doppel-start is run by the script doppel, with its folder\n");
     return kBadInput;
   }
   const std::string root = argv[1];

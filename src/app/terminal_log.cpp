@@ -1,6 +1,6 @@
 #include "app/terminal_log.h"
 
-#include "app/tell.h"
+#include "app/print_stderr.h"
 #include "doppel/messages/printable.h"
 
 namespace doppel::app {
@@ -34,9 +34,9 @@ std::vector<LogLine> TerminalLog::recent() {
 
 void TerminalLog::print(const LogLine& line) {
   if (line.severity == Severity::note) {
-    tell("  {}: {}\n", line.origin, line.text);
+    print_stderr("  {}: {}\n", line.origin, line.text);
   } else {
-    tell("  {}: {}: {}\n", to_string(line.severity), line.origin, line.text);
+    print_stderr("  {}: {}: {}\n", to_string(line.severity), line.origin, line.text);
   }
 }
 

@@ -15,9 +15,9 @@
 #include "app/described_scenario.h"
 #include "app/edge_options.h"
 #include "app/live_table.h"
+#include "app/print_stderr.h"
 #include "app/process.h"
 #include "app/snapshot.h"
-#include "app/tell.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
 #include "doppel/bus/rosout.h"
@@ -141,24 +141,26 @@ void print_gravity(const TwinRobot& robot) {
   bool heading = false;
   for (const SagReport& sag : robot.gravity_sag()) {
     if (std::abs(sag.sag) < 5e-4 && sag.margin >= 0) continue;
-    tell("  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}{}\n", heading ? "" : "gravity", sag.joint,
-         sag.torque, sag.sag,
-         sag.most > sag.least ? fmt::format(", with friction {:+.4f} to {:+.4f}", sag.least, sag.most) : "",
-         sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
+    print_stderr(
+        "  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}{}\n", heading ? "" : "gravity", sag.joint,
+        sag.torque, sag.sag,
+        sag.most > sag.least ? fmt::format(", with friction {:+.4f} to {:+.4f}", sag.least, sag.most) : "",
+        sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
     heading = true;
   }
 }
 
 void print_robot(TwinRobot& robot) {
   const Model& model = robot.model();
-  tell("{}{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name,
-       robot.name_space().empty() ? "" : fmt::format(" in /{}", robot.name_space()), model.links.size(),
-       model.joints.size(), model.driven_joint_names().size(), model.total_mass * 1e3);
+  print_stderr("{}{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name,
+               robot.name_space().empty() ? "" : fmt::format(" in /{}", robot.name_space()),
+               model.links.size(), model.joints.size(), model.driven_joint_names().size(),
+               model.total_mass * 1e3);
 }
 
 void print_controllers(TwinRobot& robot) {
-  tell("  controllers  {}\n               from {}\n",
-       controllers_text(robot.controller_manager().controllers()), robot.controllers_origin());
+  print_stderr("  controllers  {}\n               from {}\n",
+               controllers_text(robot.controller_manager().controllers()), robot.controllers_origin());
 }
 
 void print_contacts(const CompiledWorld& world) {
@@ -167,19 +169,19 @@ void print_contacts(const CompiledWorld& world) {
   for (const ExcludedPair& pair : excluded) {
     if (pair.at_start) touching.push_back(world.name_of(pair.a) + " + " + world.name_of(pair.b));
   }
-  tell("  contact      ground and links; {} pairs of neighbours left out\n",
-       excluded.size() - touching.size());
+  print_stderr("  contact      ground and links; {} pairs of neighbours left out\n",
+               excluded.size() - touching.size());
   if (touching.empty()) return;
   const std::size_t shown = std::min(touching.size(), kPairsShown);
-  tell("               and what touches at the start: {}{}\n",
-       fmt::join(touching.begin(), touching.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
-       touching.size() > shown ? fmt::format(" and {} more", touching.size() - shown) : "");
+  print_stderr("               and what touches at the start: {}{}\n",
+               fmt::join(touching.begin(), touching.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+               touching.size() > shown ? fmt::format(" and {} more", touching.size() - shown) : "");
 }
 
 void print_physics(Twin& twin, const std::string& engine) {
-  tell("  physics      {}, {:g} Hz; {}\n", engine, 1.0 / to_seconds(twin.step_size()),
-       twin.bus().sim_time() ? "simulated time on /clock stamps every message"
-                             : "the wall's time stamps every message, there is no /clock");
+  print_stderr("  physics      {}, {:g} Hz; {}\n", engine, 1.0 / to_seconds(twin.step_size()),
+               twin.bus().sim_time() ? "simulated time on /clock stamps every message"
+                                     : "the wall's time stamps every message, there is no /clock");
 }
 
 void print_twin_banner(Twin& twin, const std::string& engine) {
@@ -195,7 +197,7 @@ void print_twin_banner(Twin& twin, const std::string& engine) {
     print_controllers(*robot);
     print_gravity(*robot);
   }
-  tell("one world\n");
+  print_stderr("one world\n");
   print_physics(twin, engine);
   print_contacts(twin.engine().world());
 }
@@ -216,7 +218,7 @@ int report_end(Twin& twin, Summary summary, bool json) {
   }
   if (json) fmt::print("{}\n", to_json(summary));
   if (summary.run.end == RunEnd::diverged) {
-    tell(
+    print_stderr(
         "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
         "finite number\n  fix: look for tiny masses on strong joints, or choose a smaller step in a "
         "world file (--world)\n",
@@ -224,9 +226,9 @@ int report_end(Twin& twin, Summary summary, bool json) {
     return 1;
   }
   if (!json) {
-    tell("{}: {:.2f} s simulated in {:.2f} s, {:.2f} x real time\n", summary.robot,
-         to_seconds(summary.run.simulated), static_cast<double>(summary.run.wall.count()) * 1e-9,
-         summary.run.real_time_factor());
+    print_stderr("{}: {:.2f} s simulated in {:.2f} s, {:.2f} x real time\n", summary.robot,
+                 to_seconds(summary.run.simulated), static_cast<double>(summary.run.wall.count()) * 1e-9,
+                 summary.run.real_time_factor());
   }
   return 0;
 }
@@ -258,7 +260,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   Twin twin(scenario, log, diagnostics);
   const Rosout rosout(twin.bus());
   log.add_sink(rosout.sink());
-  tell_unused(ros, twin.bus(), diagnostics);
+  report_unused(ros, twin.bus(), diagnostics);
   print_diagnostics(diagnostics, true);
 
   TwinSession session(twin, session_with, log);
@@ -267,7 +269,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   summary.robot = twin.name();
   summary.engine = twin.engine().world().capabilities().name;
   print_twin_banner(twin, summary.engine);
-  tell("{}", session.banner());
+  print_stderr("{}", session.banner());
   if (!options.headless && !options.json && !options.edges.no_open)
     browser.open(session.server().server().page_url());
 
@@ -277,7 +279,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   Runner runner(twin, runner_options);
   runner.on_first_step([&] {
     summary.startup_ms = milliseconds_since_process_start();
-    tell("  ready        {:.0f} ms after the start\n", summary.startup_ms);
+    print_stderr("  ready        {:.0f} ms after the start\n", summary.startup_ms);
     session.begin();
   });
   summary.run = run_twin(runner, twin, terminal, summary, table, stop_requested);

@@ -10,8 +10,8 @@
 #include "app/browser.h"
 #include "app/described_scenario.h"
 #include "app/edge_options.h"
+#include "app/print_stderr.h"
 #include "app/process.h"
-#include "app/tell.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
 #include "doppel/bus/rosout.h"
@@ -31,11 +31,11 @@ struct ViewOptions {
 
 void print_viewer_banner(const Viewer& viewer, const Session& session) {
   const Model& model = viewer.model();
-  tell("{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
-       model.joints.size(), model.driven_joint_names().size());
-  tell("  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
-  tell("{}", session.banner());
-  tell("  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
+  print_stderr("{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
+               model.joints.size(), model.driven_joint_names().size());
+  print_stderr("  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
+  print_stderr("{}", session.banner());
+  print_stderr("  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
 }
 
 // Until `stop`; frames that could not be kept up with are left out.
@@ -61,7 +61,7 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
   Viewer viewer(scenario, log, diagnostics);
   const Rosout rosout(viewer.bus());
   log.add_sink(rosout.sink());
-  tell_unused(ros, viewer.bus(), diagnostics);
+  report_unused(ros, viewer.bus(), diagnostics);
   print_diagnostics(diagnostics, true);
 
   ViewSession session(viewer, scenario.robots.front(), session_with, log);

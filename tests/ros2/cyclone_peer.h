@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "patience.h"
+#include "eventually.h"
 
 namespace doppel::ros2_testing {
 

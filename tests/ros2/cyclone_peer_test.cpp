@@ -105,9 +105,9 @@ TEST_F(CyclonePeerTest, CommandsATrajectory) {
   trajectory.points_ = {1, 1, &point, false};
   // The controller reads commands with best effort, as Jazzy's does: one sent before the twin knows this peer
   // is lost.
-  int heard = 0;
+  int received = 0;
   EXPECT_TRUE(states.next([&](const JointState& state) {
-    if (heard++ % 100 == 0) commands.publish(trajectory);  // twice as long as the trajectory takes
+    if (received++ % 100 == 0) commands.publish(trajectory);  // twice as long as the trajectory takes
     return std::abs(position_of(state, "Revolute 1") - 0.25) < 0.01 &&
            std::abs(position_of(state, "Revolute 6") - 0.5) < 0.01;
   }));

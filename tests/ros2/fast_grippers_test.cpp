@@ -33,7 +33,7 @@ struct GripperCommand {
     goal.command_().max_effort_() = 0.1;
     return goal;
   }
-  static std::optional<double> position(const auto& told) { return told.position_(); }
+  static std::optional<double> position(const auto& message) { return message.position_(); }
 };
 
 struct ParallelGripperCommand {
@@ -51,8 +51,8 @@ struct ParallelGripperCommand {
     goal.command_().effort_() = {0.1};
     return goal;
   }
-  static std::optional<double> position(const auto& told) {
-    const auto& state = told.state_();
+  static std::optional<double> position(const auto& message) {
+    const auto& state = message.state_();
     if (state.name_() != std::vector<std::string>{kJoint} || state.position_().size() != 1)
       return std::nullopt;
     return state.position_()[0];

@@ -19,7 +19,7 @@
 #include <typeinfo>
 #include <vector>
 
-#include "patience.h"
+#include "eventually.h"
 
 namespace doppel::ros2_testing {
 

@@ -110,7 +110,7 @@ class HostileNetwork : public FastTwinTest {
       bad.publish(body);
       ++sent;
       // The first answer may be on its way before the message is looked at, the second cannot.
-      for (int i = 0; i < 2; ++i) ASSERT_NO_FATAL_FAILURE(expect_parameters_are_told(witness));
+      for (int i = 0; i < 2; ++i) ASSERT_NO_FATAL_FAILURE(expect_parameters_are_reported(witness));
     }
     EXPECT_TRUE(eventually([&] { return (refused = counter("refused") - before) >= sent; }))
         << refused << " of " << sent;
@@ -119,18 +119,18 @@ class HostileNetwork : public FastTwinTest {
   // The controller reads commands with best effort, as Jazzy's does, and so hears nothing of whom the twin
   // does not know yet. Discovery tells of writers in order: who is answered, is known with all that it had
   // before.
-  static void expect_to_be_known(FastPeer& newcomer) {
-    ParameterClient client(newcomer, kGetParameters);
-    expect_parameters_are_told(client);
+  static void expect_to_be_known(FastPeer& joining) {
+    ParameterClient client(joining, kGetParameters);
+    expect_parameters_are_reported(client);
   }
   // Simulated time goes on, services answer, and the arm obeys.
   void expect_twin_is_well() {
     ASSERT_TRUE(twin().process().running());
-    FastPeer newcomer(own_domain());
-    auto states = newcomer.subscribe<JointState_>("rt/joint_states");
-    auto commands = newcomer.advertise<JointTrajectory_>(kTrajectoryTopic);
+    FastPeer joining(own_domain());
+    auto states = joining.subscribe<JointState_>("rt/joint_states");
+    auto commands = joining.advertise<JointTrajectory_>(kTrajectoryTopic);
     ASSERT_TRUE(eventually([&] { return commands.matched() > 0; })) << "a newcomer is not seen";
-    ASSERT_NO_FATAL_FAILURE(expect_to_be_known(newcomer));
+    ASSERT_NO_FATAL_FAILURE(expect_to_be_known(joining));
     static double goal = 0.1;
     goal = 0.3 - goal;
     JointTrajectory_ trajectory;
@@ -145,7 +145,7 @@ class HostileNetwork : public FastTwinTest {
       return false;
     })) << "the arm does not obey";
   }
-  static void expect_parameters_are_told(ParameterClient& client) {
+  static void expect_parameters_are_reported(ParameterClient& client) {
     rcl_interfaces::srv::dds_::GetParameters_Request_ request;
     request.names_() = {"joints"};
     const auto answer = client.call(request);
@@ -259,11 +259,11 @@ class Garbage {
       body[2] = 16;  // octets to inline QoS
       body[3] = 0;
     }
-    const std::size_t told = random_() % 4 == 0 ? random_() % 65536 : body.size();
+    const std::size_t declared = random_() % 4 == 0 ? random_() % 65536 : body.size();
     bytes.push_back(kKinds[random_() % std::size(kKinds)]);
     bytes.push_back(static_cast<std::uint8_t>(random_() % 2 == 0 ? random_() : 1 | (random_() & 6)));
-    bytes.push_back(static_cast<std::uint8_t>(told));
-    bytes.push_back(static_cast<std::uint8_t>(told >> 8));
+    bytes.push_back(static_cast<std::uint8_t>(declared));
+    bytes.push_back(static_cast<std::uint8_t>(declared >> 8));
     bytes.insert(bytes.end(), body.begin(), body.end());
   }
   int socket_;
@@ -295,7 +295,7 @@ TEST_F(HostileNetwork, GarbageOnItsPortsChangesNothing) {
     }
     // Which also leaves the twin's sockets time to be read.
     if (i % 100 == 0) {
-      ASSERT_NO_FATAL_FAILURE(expect_parameters_are_told(witness));
+      ASSERT_NO_FATAL_FAILURE(expect_parameters_are_reported(witness));
     }
     ASSERT_TRUE(twin().process().running());
   }

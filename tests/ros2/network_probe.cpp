@@ -18,7 +18,7 @@
 namespace doppel::ros2_testing {
 namespace {
 
-int hear(FastPeer& peer) {
+int receive(FastPeer& peer) {
   using namespace controller_manager_msgs::srv::dds_;  // NOLINT
   auto states = peer.subscribe<sensor_msgs::msg::dds_::JointState_>("rt/joint_states");
   if (!states.next().has_value()) {
@@ -55,7 +55,7 @@ int run(int count, char** words) {
   }
   if (count < 3) return 2;
   FastPeer peer(std::atoi(words[1]), options);
-  return std::strcmp(words[count - 1], "hear") == 0 ? hear(peer) : hold(peer);
+  return std::strcmp(words[count - 1], "hear") == 0 ? receive(peer) : hold(peer);
 }
 
 }  // namespace

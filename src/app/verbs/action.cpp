@@ -8,7 +8,7 @@ namespace doppel::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kCancelPatience = std::chrono::seconds(5);
+constexpr auto kCancelTimeout = std::chrono::seconds(5);
 
 struct ActionOptions {
   std::string name, type, yaml;
@@ -18,7 +18,8 @@ struct ActionOptions {
 int list_actions(Shell& shell, const ActionOptions& options) {
   Client& twin = shell.twin();
   for (const std::string& name : action_list(twin)) {
-    say("{}", options.types ? fmt::format("{} [{}]\n", name, find_action_type(twin, name)) : name + "\n");
+    print_line("{}",
+               options.types ? fmt::format("{} [{}]\n", name, find_action_type(twin, name)) : name + "\n");
   }
   return 0;
 }
@@ -28,10 +29,10 @@ int show_action(Shell& shell, const ActionOptions& options) {
   const std::string name = absolute(options.name);
   const std::string type = find_action_type(twin, name);
   const Client::Service& service = twin.services().at(name + "/_action/send_goal");
-  say("Action: {}\nType: {}\nAction clients: {}\n", name, type, service.clients.size());
-  for (const std::string& client : service.clients) say("    {}\n", client);
-  say("Action servers: {}\n", service.providers.size());
-  for (const std::string& server : service.providers) say("    {}\n", server);
+  print_line("Action: {}\nType: {}\nAction clients: {}\n", name, type, service.clients.size());
+  for (const std::string& client : service.clients) print_line("    {}\n", client);
+  print_line("Action servers: {}\n", service.providers.size());
+  for (const std::string& server : service.providers) print_line("    {}\n", server);
   return 0;
 }
 
@@ -58,7 +59,7 @@ GoalOutcome follow(Client& twin, ActionGoal& goal, bool feedback, Clock::time_po
         until));
     if (!message.cdr.empty()) {
       const std::string text = goal.feedback_yaml(message.cdr);
-      if (!text.empty()) say("Feedback:\n{}\n", indented(text));
+      if (!text.empty()) print_line("Feedback:\n{}\n", indented(text));
     }
     if (done) return outcome;
     if (Clock::now() >= until) throw ClientError("the goal does not end");
@@ -66,23 +67,23 @@ GoalOutcome follow(Client& twin, ActionGoal& goal, bool feedback, Clock::time_po
 }
 
 int report_goal(const GoalOutcome& outcome) {
-  say("Result:\n{}\nGoal finished with status: {}\n", indented(outcome.result_yaml),
-      status_name(outcome.status));
+  print_line("Result:\n{}\nGoal finished with status: {}\n", indented(outcome.result_yaml),
+             status_name(outcome.status));
   return outcome.status == kSucceeded ? 0 : 1;
 }
 
 int send_goal(Shell& shell, const ActionOptions& options) {
   const ActionSupport* type = find_action(options.type);
   if (type == nullptr) {
-    wrong_use(fmt::format("'{}' is no known action type{}", options.type,
-                          did_you_mean(options.type, action_names())),
-              "'doppel interface list' shows all");
+    throw_usage_error(fmt::format("'{}' is no known action type{}", options.type,
+                                  did_you_mean(options.type, action_names())),
+                      "'doppel interface list' shows all");
   }
   const Bytes goal_cdr = to_request(*type->goal, options.yaml);
   const std::string name = absolute(options.name);
   Client& twin = shell.twin();
   if (const std::string offered = find_action_type(twin, name); offered != type->name) {
-    wrong_use(fmt::format("{} is a {}, not a {}", name, offered, type->name));
+    throw_usage_error(fmt::format("{} is a {}, not a {}", name, offered, type->name));
   }
   Shell::catch_interrupts();
   if (options.feedback) {
@@ -90,14 +91,14 @@ int send_goal(Shell& shell, const ActionOptions& options) {
     if (twin.topics().contains(topic)) twin.subscribe(topic);
   }
   ActionGoal goal(twin, name, *type, goal_cdr);
-  say("Goal accepted with ID: {}\n\n", to_string(goal.id()));
+  print_line("Goal accepted with ID: {}\n\n", to_string(goal.id()));
   try {
     return report_goal(follow(twin, goal, options.feedback, Clock::now() + kForever));
   } catch (const Interrupted&) {
     Shell::clear_interrupt();
     print_note("Canceling goal...");
     goal.cancel();
-    return report_goal(follow(twin, goal, false, Clock::now() + kCancelPatience));
+    return report_goal(follow(twin, goal, false, Clock::now() + kCancelTimeout));
   }
 }
 

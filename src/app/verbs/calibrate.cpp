@@ -56,7 +56,7 @@ class Calibration {
     if (!options_.lerobot.empty()) take_lerobot();
     if (measured_.empty()) ask();
     if (measured_.empty()) return 1;
-    for (auto& [joint, measurements] : measured_) results_.push_back(judge(*joint, std::move(measurements)));
+    for (auto& [joint, measurements] : measured_) results_.push_back(fit(*joint, std::move(measurements)));
     refuse_repetition();
     if (options_.as_offsets) {
       for (const std::string& said : baked_zeros()) print_note("warning: " + said);
@@ -106,7 +106,7 @@ class Calibration {
     }
   }
 
-  Result judge(const Joint& joint, std::vector<Measurement> measurements) const {
+  Result fit(const Joint& joint, std::vector<Measurement> measurements) const {
     Result result;
     result.joint = &joint;
     result.measurements = std::move(measurements);
@@ -185,49 +185,53 @@ class Calibration {
   void print_fit(const Result& result) const {
     const Joint& joint = *result.joint;
     const JointFit& fit = result.fit;
-    say("{}\n", joint.name);
-    say("  direction  {}\n", fit.direction < 0 ? "the machine turns the other way" : "the same");
-    say("  zero       the machine says {:.4f} {} where the model is at 0\n", in_unit(joint, fit.offset),
-        unit(joint));
-    say("  scale      {:.6g} of the machine's per one of the model's\n", fit.scale);
-    say("  residuals ");
-    for (const double residual : fit.residuals) say(" {:+.3f}", in_unit(joint, residual));
-    say(" {}\n", unit(joint));
+    print_line("{}\n", joint.name);
+    print_line("  direction  {}\n", fit.direction < 0 ? "the machine turns the other way" : "the same");
+    print_line("  zero       the machine says {:.4f} {} where the model is at 0\n",
+               in_unit(joint, fit.offset), unit(joint));
+    print_line("  scale      {:.6g} of the machine's per one of the model's\n", fit.scale);
+    print_line("  residuals ");
+    for (const double residual : fit.residuals) print_line(" {:+.3f}", in_unit(joint, residual));
+    print_line(" {}\n", unit(joint));
     if (std::abs(fit.scale - 1.0) > kScaleTolerance) {
-      say("  warning    a scale cannot be put into geometry; give the driver {:.6g}, or look for a gear, a "
+      print_line(
+          "  warning    a scale cannot be put into geometry; give the driver {:.6g}, or look for a gear, a "
           "wrong pulse "
           "range, a slipped horn\n",
           fit.scale);
     }
     if (!fit.unwrapped.empty()) {
-      say("  warning    does the machine count from 0 to 360 degrees? The scale would be 1 with");
+      print_line("  warning    does the machine count from 0 to 360 degrees? The scale would be 1 with");
       for (std::size_t i = 0; i < fit.unwrapped.size(); ++i)
-        say(" {:.6g}={:.6g}", in_unit(joint, result.measurements[i].model), in_unit(joint, fit.unwrapped[i]));
-      say("\n");
+        print_line(" {:.6g}={:.6g}", in_unit(joint, result.measurements[i].model),
+                   in_unit(joint, fit.unwrapped[i]));
+      print_line("\n");
     }
   }
 
   void print_text(const std::filesystem::path& file) const {
     for (const Result& result : results_) {
       print_fit(result);
-      if (result.operations.empty()) say("  nothing to correct\n");
+      if (result.operations.empty()) print_line("  nothing to correct\n");
       for (const Operation& operation : result.operations)
-        say("  correction {}\n", describe(operation.action));
+        print_line("  correction {}\n", describe(operation.action));
       if (!result.operations.empty()) {
         const Eigen::Vector3d none = Eigen::Vector3d::Zero(), axis = result.axis + none,
                               rpy = result.rpy + none;
-        say("             axis {:.9g} {:.9g} {:.9g}, rpy {:.10g} {:.10g} {:.10g}\n", axis.x(), axis.y(),
-            axis.z(), rpy.x(), rpy.y(), rpy.z());
+        print_line("             axis {:.9g} {:.9g} {:.9g}, rpy {:.10g} {:.10g} {:.10g}\n", axis.x(),
+                   axis.y(), axis.z(), rpy.x(), rpy.y(), rpy.z());
       }
     }
-    if (!file.empty()) say("written to {}\n", file.string());
-    if (options_.dry_run) say("nothing was written (--dry-run)\n");
+    if (!file.empty()) print_line("written to {}\n", file.string());
+    if (options_.dry_run) print_line("nothing was written (--dry-run)\n");
     const bool baked =
         std::any_of(results_.begin(), results_.end(), [](const Result& r) { return !r.operations.empty(); });
     if (baked) {
-      say("take the driver's offsets for these joints away: kept in both places they would count twice\n");
+      print_line(
+          "take the driver's offsets for these joints away: kept in both places they would count twice\n");
       if (options_.limits == "keep") {
-        say("the limits keep their numbers, now the machine's; --limits move keeps their places instead\n");
+        print_line(
+            "the limits keep their numbers, now the machine's; --limits move keeps their places instead\n");
       }
     }
   }
@@ -235,14 +239,15 @@ class Calibration {
   void print_offsets() const {
     for (const Result& result : results_) {
       print_fit(result);
-      say("  <joint name=\"{}\">\n", escape_xml(result.joint->name, true));
-      say("    <param name=\"servo_direction\">{}</param>\n", result.fit.direction);
-      say("    <param name=\"servo_offset_{}\">{:.9g}</param>\n", unit(*result.joint),
-          in_unit(*result.joint, result.fit.offset));
-      say("    <param name=\"servo_scale\">{:.9g}</param>\n", result.fit.scale);
-      say("  </joint>\n");
+      print_line("  <joint name=\"{}\">\n", escape_xml(result.joint->name, true));
+      print_line("    <param name=\"servo_direction\">{}</param>\n", result.fit.direction);
+      print_line("    <param name=\"servo_offset_{}\">{:.9g}</param>\n", unit(*result.joint),
+                 in_unit(*result.joint, result.fit.offset));
+      print_line("    <param name=\"servo_scale\">{:.9g}</param>\n", result.fit.scale);
+      print_line("  </joint>\n");
     }
-    say("the driver's rule: machine = direction * scale * model + offset; the description stays as it is\n");
+    print_line(
+        "the driver's rule: machine = direction * scale * model + offset; the description stays as it is\n");
   }
 
   void print_offsets_json() const {
@@ -259,7 +264,7 @@ class Calibration {
     }
     out["rule"] = "machine = direction * scale * model + offset";
     out["warnings"] = baked_zeros();
-    say("{}\n", out.dump(2));
+    print_line("{}\n", out.dump(2));
   }
 
   void print_json(const std::filesystem::path& file) const {
@@ -281,7 +286,7 @@ class Calibration {
       out["joints"].push_back(std::move(joint));
     }
     out["written"] = file.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(file.string());
-    say("{}\n", out.dump(2));
+    print_line("{}\n", out.dump(2));
   }
 
   // -- the conversation
@@ -308,8 +313,8 @@ class Calibration {
     for (const Joint& joint : robot_.joints) {
       if (joint.type != JointType::fixed && !joint.mimic) names.push_back(joint.name);
     }
-    say("The joints of '{}':\n", robot_.name);
-    for (std::size_t i = 0; i < names.size(); ++i) say("  {:>2}  {}\n", i + 1, names[i]);
+    print_line("The joints of '{}':\n", robot_.name);
+    for (std::size_t i = 0; i < names.size(); ++i) print_line("  {:>2}  {}\n", i + 1, names[i]);
     while (true) {
       std::string name = answer("joint, by number or name (empty: done): ");
       if (name.empty()) return;
@@ -317,7 +322,7 @@ class Calibration {
         if (name == std::to_string(i + 1)) name = names[i];
       }
       if (std::find(names.begin(), names.end(), name) == names.end()) {
-        say("  no such joint{}\n", did_you_mean(name, names));
+        print_line("  no such joint{}\n", did_you_mean(name, names));
         continue;
       }
       ask_poses(name);
@@ -325,7 +330,8 @@ class Calibration {
   }
 
   void ask_poses(const std::string& name) {
-    say("Put the model and the machine into the same pose, twice or more, at least 60 degrees apart.\n");
+    print_line(
+        "Put the model and the machine into the same pose, twice or more, at least 60 degrees apart.\n");
     std::string text = name + ":";
     for (int pose = 1;; ++pose) {
       const std::string model =
@@ -347,18 +353,18 @@ class Calibration {
     while (true) {
       std::string said = answer(question);
       if ((may_be_empty && said.empty()) || measured_number(said)) return said;
-      say("  '{}' is no number; write for instance 45 or -12.5\n", said);
+      print_line("  '{}' is no number; write for instance 45 or -12.5\n", said);
     }
   }
 
   bool fitted(const std::string& name, const std::string& text) {
     try {
       const NamedMeasurements named = parse_measurements(text, robot_);
-      print_fit(judge(*robot_.find_joint(name), named.measurements));
+      print_fit(fit(*robot_.find_joint(name), named.measurements));
       measured(name, named.measurements);
       return true;
     } catch (const InputError& problem) {
-      say("{}\n", problem.what());
+      print_line("{}\n", problem.what());
       return false;
     }
   }

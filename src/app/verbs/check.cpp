@@ -10,18 +10,18 @@
 
 #include "app/described_scenario.h"
 #include "app/edge_options.h"
-#include "app/tell.h"
+#include "app/print_stderr.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/verbs.h"
 #include "doppel/audit/report_places.h"
 #include "doppel/core/names.h"
 #include "doppel/overlay/overlay.h"
-#include "doppel/session/judgement.h"
+#include "doppel/session/audit_result.h"
 
 namespace doppel::app {
 namespace {
 
-constexpr int kPipedWidth = 100, kNarrowest = 40, kWidest = 140;
+constexpr int kPipedWidth = 100, kMinWidth = 40, kMaxWidth = 140;
 
 struct CheckOptions {
   std::vector<std::string> words, profiles;
@@ -49,9 +49,10 @@ TextStyle style_for(const std::string& colour) {
   style.colour = colour == "always" || (colour == "auto" && terminal && std::getenv("NO_COLOR") == nullptr);
   winsize size{};
   const bool known = terminal && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-  style.width = known ? std::clamp<int>(size.ws_col, kNarrowest, kWidest) : kPipedWidth;
+  style.width = known ? std::clamp<int>(size.ws_col, kMinWidth, kMaxWidth) : kPipedWidth;
   if (const char* columns = std::getenv("COLUMNS"); !known && columns != nullptr) {
-    if (const int asked = std::atoi(columns); asked > 0) style.width = std::clamp(asked, kNarrowest, kWidest);
+    if (const int asked = std::atoi(columns); asked > 0)
+      style.width = std::clamp(asked, kMinWidth, kMaxWidth);
   }
   return style;
 }
@@ -79,14 +80,15 @@ AuditReport fix(DescriptionTarget& target, const AuditOptions& options, const Au
                 bool quiet) {
   const std::vector<Operation> repairs = repairs_of(before, target);
   if (repairs.empty()) {
-    if (!quiet) tell("nothing to fix: no finding has exactly one repair\n");
+    if (!quiet) print_stderr("nothing to fix: no finding has exactly one repair\n");
     return before;
   }
   const auto file = add_to_overlay(target.target.description, repairs);
   if (!quiet) {
-    tell("wrote {} correction{} to {}:\n", repairs.size(), repairs.size() == 1 ? "" : "s", file.string());
-    for (const Operation& repair : repairs) tell("  {}\n", describe(repair.action));
-    tell("\n");
+    print_stderr("wrote {} correction{} to {}:\n", repairs.size(), repairs.size() == 1 ? "" : "s",
+                 file.string());
+    for (const Operation& repair : repairs) print_stderr("  {}\n", describe(repair.action));
+    print_stderr("\n");
   }
   return audit_target(target, options);
 }
@@ -106,7 +108,7 @@ void add_run(const CheckOptions& o, const DescriptionTarget& target, AuditReport
   if (!o.controllers.empty()) scenario.robots.front().controllers = o.controllers;
   std::vector<Finding> found;
   try {
-    found = judge_run(scenario);
+    found = audit_run(scenario);
   } catch (const InputError& error) {
     found = refusal_report(error, target.target.description).findings;
     for (Finding& finding : found) {
@@ -118,11 +120,11 @@ void add_run(const CheckOptions& o, const DescriptionTarget& target, AuditReport
                          std::make_move_iterator(found.end()));
 }
 
-Judgement judged(const CheckOptions& o, AuditOptions options) {
+AuditResult audited(const CheckOptions& o, AuditOptions options) {
   options.datasheet_folder = bundled_folders().datasheets;
   if (!o.datasheet.empty()) options.datasheet = o.datasheet;
   if (!o.controllers.empty()) options.controllers = o.controllers;
-  return judge(o.words.front(), [&] {
+  return audit_result(o.words.front(), [&] {
     DescriptionTarget target = open_target(o.words);
     AuditReport report = audit_target(target, options);
     if (o.fix) report = fix(target, options, report, o.quiet);
@@ -142,11 +144,11 @@ int check(const CheckOptions& o) {
   }
   AuditOptions options;
   options.profiles = chosen_profiles(o.profiles);
-  const Judgement judgement = judged(o, options);
+  const AuditResult result = audited(o, options);
   // Whoever reads the report by program reads what is refused there as well; a person reads it on stderr.
-  if (!judgement.refused || o.json || o.sarif || o.github) print_report(judgement.report, o);
-  if (judgement.refused) throw *judgement.refused;
-  return judgement.report.count(Severity::error) > 0 ? 1 : 0;
+  if (!result.refused || o.json || o.sarif || o.github) print_report(result.report, o);
+  if (result.refused) throw *result.refused;
+  return result.report.count(Severity::error) > 0 ? 1 : 0;
 }
 
 }  // namespace

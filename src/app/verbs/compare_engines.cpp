@@ -11,7 +11,7 @@
 #include <memory>
 
 #include "app/described_scenario.h"
-#include "app/tell.h"
+#include "app/print_stderr.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/motion_subject.h"
 #include "app/verbs/output.h"
@@ -105,7 +105,7 @@ JointPath read_path(const std::filesystem::path& file, const Model& model) {
 }
 
 // What comes after the end of the motions is not compared.
-void warn_of_rest(const std::filesystem::path& file, const JointPath& path, double duration) {
+void warn_of_motion(const std::filesystem::path& file, const JointPath& path, double duration) {
   if (path.times.back() <= duration) return;
   Diagnostics out;
   out.warning("cli.trajectory", make_location(file.string()),
@@ -188,18 +188,18 @@ int run_compare(const CompareVerb& options) {
   Scenario scenario = described_scenario(options.robot);
   if (!options.world.empty()) scenario.world = options.world;
   Diagnostics diagnostics;
-  Machine machine(scenario, diagnostics);
+  CompiledScenario machine(scenario, diagnostics);
   print_diagnostics(diagnostics);
   MotionSubject subject = motion_subject(machine);
   if (!chosen.trajectory.empty()) {
     subject.path = read_path(chosen.trajectory, *subject.robot.model);
-    warn_of_rest(chosen.trajectory, subject.path, options.duration);
+    warn_of_motion(chosen.trajectory, subject.path, options.duration);
   }
   std::vector<ComparedEngine> engines;
   for (const std::string& name : names) {
     const EngineCapabilities& can = engine_module(name).capabilities;
     Diagnostics lacks;
-    report_lacks(can, subject.world, {&subject.robot, 1}, lacks);
+    report_missing_capabilities(can, subject.world, {&subject.robot, 1}, lacks);
     print_diagnostics(lacks);
     engines.push_back({subject, fmt::format("{} {}", can.name, can.version)});
     engines.back().subject.engine = name;
@@ -214,7 +214,7 @@ int run_compare(const CompareVerb& options) {
     const auto now = std::chrono::steady_clock::now();
     if (now - last < kProgressPeriod) return;
     last = now;
-    tell("compare-engines: {} in {} ...\n", what, engine);
+    print_stderr("compare-engines: {} in {} ...\n", what, engine);
   };
   const Comparison result = compare_engines(engines, wanted);
   if (!options.plot.empty()) write_plots(result, options.plot);

@@ -31,8 +31,9 @@ std::string find_manager(Client& twin, const std::string& asked) {
   if (!asked.empty()) return absolute(asked);
   const std::vector<std::string> managers = find_managers(twin);
   if (managers.size() > 1)
-    wrong_use(fmt::format("there are {} controller managers: {}", managers.size(), fmt::join(managers, ", ")),
-              fmt::format("say which is meant: --ns ROBOT, or --controller-manager {}", managers.front()));
+    throw_usage_error(
+        fmt::format("there are {} controller managers: {}", managers.size(), fmt::join(managers, ", ")),
+        fmt::format("say which is meant: --ns ROBOT, or --controller-manager {}", managers.front()));
   return managers.empty() ? absolute("controller_manager") : managers.front();
 }
 
@@ -60,8 +61,8 @@ std::string service(const ControlOptions& options, std::string_view name) {
 }
 
 void print_list(const char* heading, const std::vector<std::string>& names) {
-  say("\t{}:\n", heading);
-  for (const std::string& name : names) say("\t\t{}\n", name);
+  print_line("\t{}:\n", heading);
+  for (const std::string& name : names) print_line("\t\t{}\n", name);
 }
 
 int controllers(Shell& shell, const ControlOptions& options) {
@@ -73,9 +74,9 @@ int controllers(Shell& shell, const ControlOptions& options) {
     type_width = std::max(type_width, c.type.size());
   }
   for (const auto& c : all) {
-    say("{:<{}} {:<{}}  {}\n", c.name, name_width, c.type, type_width, c.state);
+    print_line("{:<{}} {:<{}}  {}\n", c.name, name_width, c.type, type_width, c.state);
     if (!options.verbose) continue;
-    say("\tupdate_rate: {} Hz\n", c.update_rate);
+    print_line("\tupdate_rate: {} Hz\n", c.update_rate);
     print_list("claimed interfaces", c.claimed_interfaces);
     print_list("required command interfaces", c.required_command_interfaces);
     print_list("required state interfaces", c.required_state_interfaces);
@@ -86,7 +87,7 @@ int controllers(Shell& shell, const ControlOptions& options) {
 int controller_types(Shell& shell, const ControlOptions& options) {
   const auto all = call<srv::ListControllerTypes>(shell.twin(), service(options, "list_controller_types"));
   for (std::size_t i = 0; i < all.types.size(); ++i) {
-    say("{:<70} {}\n", all.types[i], i < all.base_classes.size() ? all.base_classes[i] : "");
+    print_line("{:<70} {}\n", all.types[i], i < all.base_classes.size() ? all.base_classes[i] : "");
   }
   return 0;
 }
@@ -99,11 +100,11 @@ std::string availability(const msg::HardwareInterface& interface) {
 int hardware_interfaces(Shell& shell, const ControlOptions& options) {
   const auto all =
       call<srv::ListHardwareInterfaces>(shell.twin(), service(options, "list_hardware_interfaces"));
-  say("command interfaces\n");
+  print_line("command interfaces\n");
   for (const auto& interface : all.command_interfaces)
-    say("\t{} {}\n", interface.name, availability(interface));
-  say("state interfaces\n");
-  for (const auto& interface : all.state_interfaces) say("\t{}\n", interface.name);
+    print_line("\t{} {}\n", interface.name, availability(interface));
+  print_line("state interfaces\n");
+  for (const auto& interface : all.state_interfaces) print_line("\t{}\n", interface.name);
   return 0;
 }
 
@@ -131,16 +132,16 @@ int hardware_components(Shell& shell, const ControlOptions& options) {
   const auto parameters = failed ? shell.twin().parameters() : std::vector<NamedParameter>{};
   int number = 0;
   for (const auto& c : all.component) {
-    say("Hardware Component {}\n\tname: {}\n\ttype: {}\n\tplugin name: {}\n\tstate: id={} label={}\n",
-        ++number, c.name, c.type, c.plugin_name, c.state.id, c.state.label);
+    print_line("Hardware Component {}\n\tname: {}\n\ttype: {}\n\tplugin name: {}\n\tstate: id={} label={}\n",
+               ++number, c.name, c.type, c.plugin_name, c.state.id, c.state.label);
     if (const std::string fault = fault_of(parameters, options, c.name); !fault.empty())
-      say("\tfault: {}\n", fault);
-    say("\tread/write rate: {} Hz\n\tis_async: {}\n\tcommand interfaces\n", c.rw_rate, c.is_async);
+      print_line("\tfault: {}\n", fault);
+    print_line("\tread/write rate: {} Hz\n\tis_async: {}\n\tcommand interfaces\n", c.rw_rate, c.is_async);
     for (const auto& interface : c.command_interfaces)
-      say("\t\t{} {}\n", interface.name, availability(interface));
+      print_line("\t\t{} {}\n", interface.name, availability(interface));
     if (!options.verbose) continue;
-    say("\tstate interfaces\n");
-    for (const auto& interface : c.state_interfaces) say("\t\t{} [available]\n", interface.name);
+    print_line("\tstate interfaces\n");
+    for (const auto& interface : c.state_interfaces) print_line("\t\t{} [available]\n", interface.name);
   }
   return 0;
 }
@@ -211,7 +212,7 @@ int load_controllers(Shell& shell, const ControlOptions& options) {
   Client& twin = shell.twin();
   const std::string before = state_of(twin, options, options.name);
   if (!before.empty() && (before == options.state || options.state.empty())) {
-    say("{} is loaded and {} already\n", options.name, before);
+    print_line("{} is loaded and {} already\n", options.name, before);
     return 0;
   }
   if (before.empty()) {
@@ -224,11 +225,11 @@ int load_controllers(Shell& shell, const ControlOptions& options) {
     }
   }
   if (options.state.empty()) {
-    say("Successfully loaded controller {}\n", options.name);
+    print_line("Successfully loaded controller {}\n", options.name);
     return 0;
   }
   bring_to_state(twin, options, options.name, before.empty() ? "unconfigured" : before, options.state);
-  say("Successfully loaded controller {} into state {}\n", options.name, options.state);
+  print_line("Successfully loaded controller {} into state {}\n", options.name, options.state);
   return 0;
 }
 
@@ -237,20 +238,21 @@ int set_state(Shell& shell, const ControlOptions& options) {
   const std::string before = state_of(twin, options, options.name);
   if (before.empty()) not_loaded(twin, options, options.name);
   if (before == options.state) {
-    say("{} is {} already\n", options.name, before);
+    print_line("{} is {} already\n", options.name, before);
     return 0;
   }
   bring_to_state(twin, options, options.name, before, options.state);
-  say("Successfully set {} to {}\n", options.name, options.state);
+  print_line("Successfully set {} to {}\n", options.name, options.state);
   return 0;
 }
 
 int switch_controllers(Shell& shell, const ControlOptions& options) {
   using Request = srv::SwitchController::Request;
   if (options.activate.empty() && options.deactivate.empty()) {
-    wrong_use("there is nothing to switch", "name controllers after --activate or --deactivate");
+    throw_usage_error("there is nothing to switch", "name controllers after --activate or --deactivate");
   }
-  if (options.strict && options.best_effort) wrong_use("--strict and --best-effort exclude each other");
+  if (options.strict && options.best_effort)
+    throw_usage_error("--strict and --best-effort exclude each other");
   Client& twin = shell.twin();
   for (const auto* names : {&options.activate, &options.deactivate}) {
     for (const std::string& name : *names) {
@@ -259,7 +261,7 @@ int switch_controllers(Shell& shell, const ControlOptions& options) {
   }
   switch_to(twin, options, options.activate, options.deactivate,
             options.strict ? Request::STRICT : Request::BEST_EFFORT);
-  say("Successfully switched controllers\n");
+  print_line("Successfully switched controllers\n");
   return 0;
 }
 
@@ -269,7 +271,7 @@ int unload(Shell& shell, const ControlOptions& options) {
   if (!call<srv::UnloadController>(twin, service(options, "unload_controller"), {options.name}).ok) {
     throw ClientError(fmt::format("{} could not be unloaded; is it active still?", options.name));
   }
-  say("Successfully unloaded controller {}\n", options.name);
+  print_line("Successfully unloaded controller {}\n", options.name);
   return 0;
 }
 

@@ -9,7 +9,7 @@
 #include <csignal>
 #include <memory>
 
-#include "app/tell.h"
+#include "app/print_stderr.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
@@ -58,16 +58,16 @@ std::string choose_format(const ConvertOptions& options) {
   return wanted;
 }
 
-void tell_of_absolute_paths(const std::string& text, const std::string& out) {
-  Diagnostics said;
-  warn_of_absolute_paths(text, out.empty() || out == "-" ? "stdout" : out, said);
-  print_diagnostics(said);
+void report_absolute_paths(const std::string& text, const std::string& out) {
+  Diagnostics diagnostics;
+  warn_of_absolute_paths(text, out.empty() || out == "-" ? "stdout" : out, diagnostics);
+  print_diagnostics(diagnostics);
 }
 
 // On stderr, and only where somebody looks at it.
-bool tell_progress(double done) {
+bool print_progress(double done) {
   if (isatty(STDERR_FILENO) != 0) {
-    tell("\r  looking for collisions {:3.0f} %{}", 100 * done, done < 1 ? "" : "\n");
+    print_stderr("\r  looking for collisions {:3.0f} %{}", 100 * done, done < 1 ? "" : "\n");
     std::fflush(stderr);
   }
   return !interrupted.load();
@@ -81,7 +81,7 @@ int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot
   sampling.samples = options.samples;
   sampling.seed = options.seed;
   sampling.detail = options.hulls ? CollisionDetail::hulls : CollisionDetail::triangles;
-  sampling.progress = tell_progress;
+  sampling.progress = print_progress;
   struct sigaction action {
   }, before{};
   action.sa_handler = [](int) { interrupted.store(true); };
@@ -89,12 +89,12 @@ int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot
   const SelfCollisions found = find_self_collisions(robot, model, sampling);
   sigaction(SIGINT, &before, nullptr);
   if (found.cancelled) {
-    tell("\ninterrupted; nothing was written\n");
+    print_stderr("\ninterrupted; nothing was written\n");
     return kInterrupted;
   }
   deliver(to_srdf(model, groups, found.disabled), options.out);
-  tell("{}: {} group{}; of {} pairs of links {} need no collision checking\n", robot.name, groups.size(),
-       groups.size() == 1 ? "" : "s", found.checked_pairs, found.disabled.size());
+  print_stderr("{}: {} group{}; of {} pairs of links {} need no collision checking\n", robot.name,
+               groups.size(), groups.size() == 1 ? "" : "s", found.checked_pairs, found.disabled.size());
   return 0;
 }
 
@@ -112,7 +112,7 @@ int run_convert(const ConvertOptions& options) {
   MeshFiles meshes(placement);
   if (format == "urdf") {
     const std::string text = to_urdf(robot, meshes);
-    tell_of_absolute_paths(text, options.out);
+    report_absolute_paths(text, options.out);
     meshes.write();
     deliver(text, options.out);
     return 0;
@@ -127,7 +127,7 @@ int run_convert(const ConvertOptions& options) {
   const std::string text = format == "sdf" ? to_sdf(robot, model, meshes, diagnostics)
                                            : to_mjcf(robot, model, meshes, diagnostics);
   print_diagnostics(diagnostics);
-  if (format == "sdf") tell_of_absolute_paths(text, options.out);
+  if (format == "sdf") report_absolute_paths(text, options.out);
   meshes.write();
   deliver(text, options.out);
   return 0;

@@ -6,8 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "app/print_stderr.h"
 #include "app/process.h"
-#include "app/tell.h"
 #include "doppel/overlay/overlay.h"
 #include "doppel/target/controllers_search.h"
 
@@ -75,9 +75,9 @@ void print_diagnostics(const Diagnostics& diagnostics, bool notes) {
     // What is said of several places in the same words is said once.
     const std::size_t many = std::exchange(places[{diagnostic.rule, diagnostic.message}], 0);
     if (many == 0) continue;
-    Diagnostic told = diagnostic;
-    if (many > 1) told.message = fmt::format("at {} places: {}", many, diagnostic.message);
-    tell("{}\n", told.str());
+    Diagnostic shown = diagnostic;
+    if (many > 1) shown.message = fmt::format("at {} places: {}", many, diagnostic.message);
+    print_stderr("{}\n", shown.str());
   }
 }
 

@@ -58,14 +58,14 @@ class Printer {
     const std::string& what = added ? change.to : change.from;
     std::string line = fmt::format("{} {:<12} {}", sign, change.subject, change.name);
     if ((added || removed) && !what.empty()) line += fmt::format("  ({})", what);
-    say("{}\n", line);
+    print_line("{}\n", line);
   }
 
   void aspect(const Change& change, std::size_t width) {
     const std::string arrow =
         change.from.empty() ? change.to : fmt::format("{} -> {}", change.from, change.to);
     const std::string meaning = change.meaning.empty() ? "" : painted("36", "  " + change.meaning);
-    say("    {:<{}}  {}{}\n", change.aspect, width, arrow, meaning);
+    print_line("    {:<{}}  {}{}\n", change.aspect, width, arrow, meaning);
   }
 
   // Aspects of one subject stand in one column.
@@ -90,9 +90,9 @@ class Printer {
     for (const auto& [subject, count] : subjects)
       text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count, subject,
                           count == 1 || subject == "ros2_control" ? "" : "s");
-    say("{}\n", changes_.empty() ? "the same machine"
-                : text.empty()   ? "the robot as a whole differs"
-                                 : text + " differ");
+    print_line("{}\n", changes_.empty() ? "the same machine"
+                       : text.empty()   ? "the robot as a whole differs"
+                                        : text + " differ");
   }
 
   const std::vector<Change>& changes_;
@@ -104,7 +104,7 @@ int run_diff(const DiffOptions& options) {
   const std::vector<Change> changes = compare(a.robot, b.robot);
   try {
     if (options.json) {
-      say("{}\n", to_json(changes));
+      print_line("{}\n", to_json(changes));
     } else {
       const bool colour =
           options.color == "always" || (options.color == "auto" && isatty(STDOUT_FILENO) != 0);

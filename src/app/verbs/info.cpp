@@ -35,10 +35,10 @@ OverlayState overlay_state(DescriptionTarget& target) {
   if (!std::filesystem::exists(file)) return state;
   state.file = file;
   const Overlay overlay = read_overlay(file);
-  Diagnostics told_on_loading;
+  Diagnostics reported_on_loading;
   ExpandedDescription expanded =
-      expand_description(target.target.description, target.arguments, target.resolver, told_on_loading);
-  const auto outcomes = apply_overlay(overlay, expanded, target.resolver, told_on_loading);
+      expand_description(target.target.description, target.arguments, target.resolver, reported_on_loading);
+  const auto outcomes = apply_overlay(overlay, expanded, target.resolver, reported_on_loading);
   const auto count = [&outcomes](OperationState wanted) {
     return static_cast<std::size_t>(std::count_if(
         outcomes.begin(), outcomes.end(), [wanted](const OperationOutcome& o) { return o.state == wanted; }));

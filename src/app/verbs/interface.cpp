@@ -12,27 +12,27 @@ struct ShowOptions {
 
 int show_interface(Shell&, const ShowOptions& options) {
   if (const ServiceSupport* service = find_service(options.type)) {
-    say("{}---\n{}", show_type(*service->request->description()),
-        show_type(*service->response->description()));
+    print_line("{}---\n{}", show_type(*service->request->description()),
+               show_type(*service->response->description()));
   } else if (const ActionSupport* action = find_action(options.type)) {
-    say("{}---\n{}---\n{}", show_type(*action->goal->description()),
-        show_type(*action->result->description()), show_type(*action->feedback->description()));
+    print_line("{}---\n{}---\n{}", show_type(*action->goal->description()),
+               show_type(*action->result->description()), show_type(*action->feedback->description()));
   } else if (const TypeSupport* type = find_type(options.type)) {
-    say("{}", show_type(*type->description()));
+    print_line("{}", show_type(*type->description()));
   } else {
     std::vector<std::string> names = type_names();
     for (const auto& more : {service_names(), action_names()})
       names.insert(names.end(), more.begin(), more.end());
-    wrong_use(fmt::format("'{}' is no known type{}", options.type, did_you_mean(options.type, names)),
-              "'doppel interface list' shows all");
+    throw_usage_error(fmt::format("'{}' is no known type{}", options.type, did_you_mean(options.type, names)),
+                      "'doppel interface list' shows all");
   }
   return 0;
 }
 
 int list_interfaces(Shell&, const NoOptions&) {
   const auto print = [](const char* heading, const std::vector<std::string>& names) {
-    say("{}:\n", heading);
-    for (const std::string& name : names) say("    {}\n", name);
+    print_line("{}:\n", heading);
+    for (const std::string& name : names) print_line("    {}\n", name);
   };
   print("Messages", type_names());
   print("Services", service_names());

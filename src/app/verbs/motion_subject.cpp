@@ -17,7 +17,7 @@ void check_duration(double seconds) {
       "two seconds show most of it; a chaotic motion shows no more after that");
 }
 
-MotionSubject motion_subject(Machine& machine) {
+MotionSubject motion_subject(CompiledScenario& machine) {
   MotionSubject out;
   const CompiledWorld& world = machine.engine->world();
   const int robot = instance_of(*machine.engine, *machine.robots.front()).index();

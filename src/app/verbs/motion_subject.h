@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "doppel/twin/machine.h"
+#include "doppel/twin/compiled_scenario.h"
 #include "doppel/verification/motion.h"
 
 namespace doppel::app {
@@ -14,6 +14,6 @@ inline constexpr std::chrono::seconds kProgressPeriod{2};  // between two lines 
 void check_duration(double seconds);
 
 // The machine's first robot, and what else stands in its world.
-MotionSubject motion_subject(Machine& machine);
+MotionSubject motion_subject(CompiledScenario& machine);
 
 }  // namespace doppel::app

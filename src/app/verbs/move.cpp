@@ -6,7 +6,7 @@
 #include <map>
 #include <numbers>
 
-#include "app/tell.h"
+#include "app/print_stderr.h"
 #include "app/verbs/controllers.h"
 #include "app/verbs/goals.h"
 #include "app/verbs/verbs.h"
@@ -33,7 +33,8 @@ struct MoveOptions {
 std::pair<std::string, double> parse_target(const std::string& text) {
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos || equals == 0) {
-    wrong_use(fmt::format("'{}' is no target", text), "write \"Joint=1.2\" (rad or m) or \"Joint=90deg\"");
+    throw_usage_error(fmt::format("'{}' is no target", text),
+                      "write \"Joint=1.2\" (rad or m) or \"Joint=90deg\"");
   }
   std::string_view number = std::string_view(text).substr(equals + 1);
   if (number.starts_with('+')) number.remove_prefix(1);
@@ -42,7 +43,8 @@ std::pair<std::string, double> parse_target(const std::string& text) {
   const std::string_view unit = number.substr(static_cast<std::size_t>(end - number.data()));
   const bool known_unit = unit.empty() || unit == "rad" || unit == "m" || unit == "deg";
   if (problem != std::errc() || !known_unit || !std::isfinite(value)) {
-    wrong_use(fmt::format("'{}' is no position in '{}'", number, text), "write 1.2 (rad or m) or 90deg");
+    throw_usage_error(fmt::format("'{}' is no position in '{}'", number, text),
+                      "write 1.2 (rad or m) or 90deg");
   }
   return {text.substr(0, equals), unit == "deg" ? value * std::numbers::pi / 180 : value};
 }
@@ -146,7 +148,7 @@ class Progress {
  public:
   explicit Progress(const Positions& targets) : targets_(targets), visible_(isatty(STDERR_FILENO) != 0) {}
   ~Progress() {
-    if (visible_ && drawn_) tell("\r\033[K");
+    if (visible_ && drawn_) print_stderr("\r\033[K");
   }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -161,7 +163,7 @@ class Progress {
       const auto found = positions.find(joint);
       if (found != positions.end()) line += fmt::format("  {} {:.3f} → {:.3f}", joint, found->second, target);
     }
-    tell("\r\033[K{}", line);
+    print_stderr("\r\033[K{}", line);
   }
 
  private:
@@ -199,7 +201,7 @@ void wait_for_all(Client& twin, std::vector<Running>& running, const Positions& 
 int report_moves(const std::vector<Running>& running, const Positions& targets, const Positions& positions) {
   for (const auto& [joint, target] : targets) {
     const auto found = positions.find(joint);
-    if (found != positions.end()) say("{}: {:.4f} (wanted {:.4f})\n", joint, found->second, target);
+    if (found != positions.end()) print_line("{}: {:.4f} (wanted {:.4f})\n", joint, found->second, target);
   }
   int exit_code = 0;
   for (const Running& r : running) {
@@ -215,7 +217,8 @@ int move(Shell& shell, const MoveOptions& options) {
   Positions targets;
   for (const std::string& text : options.targets) {
     const auto [joint, position] = parse_target(text);
-    if (!targets.emplace(joint, position).second) wrong_use(fmt::format("'{}' has two targets", joint));
+    if (!targets.emplace(joint, position).second)
+      throw_usage_error(fmt::format("'{}' has two targets", joint));
   }
   Client& twin = shell.twin();
   // Controllers and their topics are in the manager's namespace.

@@ -15,10 +15,10 @@ struct NodeOptions {
 int list_nodes(Shell& shell, const NodeOptions& options) {
   const std::vector<std::string> names = node_names(shell.twin(), options.hidden);
   if (options.count) {
-    say("{}\n", names.size());
+    print_line("{}\n", names.size());
     return 0;
   }
-  for (const std::string& name : names) say("{}\n", name);
+  for (const std::string& name : names) print_line("{}\n", name);
   return 0;
 }
 
@@ -30,19 +30,19 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
 template <class Entry>
 void print_part(const char* heading, const std::map<std::string, Entry>& entries,
                 std::vector<std::string> Entry::*nodes, const std::string& node, bool hidden) {
-  say("  {}:\n", heading);
+  print_line("  {}:\n", heading);
   for (const auto& [name, entry] : entries) {
-    if (has(entry.*nodes, node) && (hidden || !is_hidden(name))) say("    {}: {}\n", name, entry.type);
+    if (has(entry.*nodes, node) && (hidden || !is_hidden(name))) print_line("    {}: {}\n", name, entry.type);
   }
 }
 
 void print_actions(const char* heading, Client& twin, std::vector<std::string> Client::Service::*nodes,
                    const std::string& node) {
-  say("  {}:\n", heading);
+  print_line("  {}:\n", heading);
   for (const auto& [name, service] : twin.services()) {
     if (!has(service.*nodes, node) || !name.ends_with(kSendGoal)) continue;
-    say("    {}: {}\n", name.substr(0, name.size() - kSendGoal.size()),
-        service.type.substr(0, service.type.rfind("_SendGoal")));
+    print_line("    {}: {}\n", name.substr(0, name.size() - kSendGoal.size()),
+               service.type.substr(0, service.type.rfind("_SendGoal")));
   }
 }
 
@@ -54,7 +54,7 @@ int show_node(Shell& shell, const NodeOptions& options) {
     print_note(
         fmt::format("warning: there are {} nodes of the name {}; what follows is of all", count, node));
   const bool hidden = options.hidden;
-  say("{}\n", node);
+  print_line("{}\n", node);
   print_part("Subscribers", twin.topics(), &Client::Topic::subscribers, node, hidden);
   print_part("Publishers", twin.topics(), &Client::Topic::publishers, node, hidden);
   print_part("Service Servers", twin.services(), &Client::Service::providers, node, hidden);

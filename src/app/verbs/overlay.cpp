@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "app/tell.h"
+#include "app/print_stderr.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
@@ -65,7 +65,7 @@ struct Corrected {
 constexpr std::array kStates{OperationState::applied, OperationState::already_there, OperationState::changed,
                              OperationState::no_target, OperationState::no_fingerprint};
 
-bool is_fine(OperationState state) {
+bool is_effective(OperationState state) {
   return state == OperationState::applied || state == OperationState::already_there;
 }
 
@@ -99,7 +99,7 @@ std::string show_text(const Corrected& c) {
     const auto line = [&](const char* name, const std::string& text) {
       if (!text.empty()) out += fmt::format("{:>21}{:<10}{}\n", "", name, text);
     };
-    if (!is_fine(outcome.state)) line("problem", outcome.message);
+    if (!is_effective(outcome.state)) line("problem", outcome.message);
     line("why", operation.why);
     for (const std::string& evidence : operation.evidence) line("evidence", evidence);
   }
@@ -135,7 +135,8 @@ std::string show_json(const Corrected& c) {
 int show_overlay(const OverlayOptions& o) {
   const Corrected c(o.words);
   deliver(o.json ? show_json(c) : show_text(c));
-  return std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_fine(outcome.state); }) ? 0 : 1;
+  return std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_effective(outcome.state); }) ? 0
+                                                                                                          : 1;
 }
 
 // -- add, remove, stamp
@@ -218,7 +219,7 @@ void refuse_new_errors(const std::vector<Diagnostic>& before, const Corrected& c
 }
 
 // What is a warning where a whole robot would not load is a refusal where a correction is about to be made.
-void throw_refusals(const Diagnostics& said) {
+void throw_warnings_as_errors(const Diagnostics& said) {
   std::vector<Diagnostic> refused;
   for (Diagnostic diagnostic : said.all()) {
     static const std::vector<std::string> kOfStates{"overlay.already_there", "overlay.changed",
@@ -240,7 +241,7 @@ int add(const OverlayOptions& o) {
   one.operations = {operation};
   Diagnostics said;
   const OperationOutcome outcome = apply_overlay(one, c.corrected, c.target.resolver, said).front();
-  throw_refusals(said);
+  throw_warnings_as_errors(said);
   if (outcome.state != OperationState::applied) {
     throw InputError(
         "overlay.nothing_to_do", {},
@@ -248,7 +249,7 @@ int add(const OverlayOptions& o) {
   }
   refuse_new_errors(before, c, operation);
   const fs::path file = add_to_overlay(c.target.target.description, {operation});
-  tell("{}: {}\n", file.string(), describe(operation.action));
+  print_stderr("{}: {}\n", file.string(), describe(operation.action));
   return 0;
 }
 
@@ -281,7 +282,7 @@ int remove_operation(const OverlayOptions& o) {
   const Corrected c(words);
   const std::size_t i = checked_index(c, number);
   remove_from_overlay(c.overlay, i);
-  tell("{}: no longer: {}\n", c.overlay.file.string(), describe(c.overlay.operations[i].action));
+  print_stderr("{}: no longer: {}\n", c.overlay.file.string(), describe(c.overlay.operations[i].action));
   return 0;
 }
 
@@ -289,8 +290,8 @@ bool stamp_one(const Corrected& c, std::size_t i) {
   Operation operation = c.overlay.operations[i];
   take_fingerprint(operation, c.before(i));
   stamp_overlay(c.overlay, i, operation);
-  tell("{}: made for the description as it stands: {}\n", c.overlay.file.string(),
-       describe(operation.action));
+  print_stderr("{}: made for the description as it stands: {}\n", c.overlay.file.string(),
+               describe(operation.action));
   return true;
 }
 
@@ -307,7 +308,7 @@ int stamp(const OverlayOptions& o) {
     if (i >= c.overlay.operations.size()) break;
     if (c.overlay.operations[i].was.empty()) stamped = stamp_one(c, i);
   }
-  if (!stamped) tell("every operation has its fingerprint\n");
+  if (!stamped) print_stderr("every operation has its fingerprint\n");
   return 0;
 }
 
@@ -327,7 +328,7 @@ void copy_meshes(const std::vector<std::pair<fs::path, fs::path>>& copies) {
       throw InputError("file.unwritable", make_location(to.string()),
                        fmt::format("'{}' cannot be written: {}", to.string(), problem.message()));
     }
-    tell("{}: written\n", to.string());
+    print_stderr("{}: written\n", to.string());
   }
 }
 
@@ -340,18 +341,19 @@ void settle(Corrected& c, const fs::path& beside) {
       settle_meshes(c.corrected.root, folder, name.empty() ? "" : fmt::format("package://{}/", name)));
 }
 
-void say_that_it_can_go(const Corrected& c) {
+void report_fully_baked(const Corrected& c) {
   const bool all =
-      std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_fine(outcome.state); });
+      std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_effective(outcome.state); });
   if (all && !c.outcomes.empty())
-    tell("{}: every correction stands in the sources now; this file can go\n", shown_path(c.overlay.file));
+    print_stderr("{}: every correction stands in the sources now; this file can go\n",
+                 shown_path(c.overlay.file));
 }
 
 int bake_sources(Corrected& c, const OverlayOptions& o) {
   std::vector<BakedFile> files = bake_in_place(c.plain, c.corrected);
   if (files.empty()) {
-    tell("there is nothing to bake: {}\n", c.outcomes.empty() ? "no corrections" : counts(c));
-    say_that_it_can_go(c);
+    print_stderr("there is nothing to bake: {}\n", c.outcomes.empty() ? "no corrections" : counts(c));
+    report_fully_baked(c);
     return 0;
   }
   if (!o.dry_run) {
@@ -363,8 +365,8 @@ int bake_sources(Corrected& c, const OverlayOptions& o) {
     });
   }
   for (const BakedFile& file : files)
-    tell("{}: {}\n", shown_path(file.file), o.dry_run ? "would be patched" : "patched");
-  if (!o.dry_run) say_that_it_can_go(c);
+    print_stderr("{}: {}\n", shown_path(file.file), o.dry_run ? "would be patched" : "patched");
+  if (!o.dry_run) report_fully_baked(c);
   return 0;
 }
 

@@ -23,9 +23,9 @@ int list_parameters(Shell& shell, const ParamOptions& options) {
     by_node[parameter.node].push_back(parameter.name);
   }
   for (auto& [node, names] : by_node) {
-    if (all) say("{}:\n", node);
+    if (all) print_line("{}:\n", node);
     std::ranges::sort(names);
-    for (const std::string& name : names) say("  {}\n", name);
+    for (const std::string& name : names) print_line("  {}\n", name);
   }
   return 0;
 }
@@ -60,7 +60,10 @@ int get(Shell& shell, const ParamOptions& options) {
   const NamedParameter parameter = find(shell.twin(), options);
   const auto* text = std::get_if<std::string>(&parameter.value);
   const bool is_set = !std::holds_alternative<std::monostate>(parameter.value);
-  say("{}{}\n", heading(parameter.value), text != nullptr ? *text : is_set ? to_string(parameter.value) : "");
+  print_line("{}{}\n", heading(parameter.value),
+             text != nullptr ? *text
+             : is_set        ? to_string(parameter.value)
+                             : "");
   return 0;
 }
 
@@ -73,14 +76,14 @@ int set(Shell& shell, const ParamOptions& options) {
   }
   const Status status = twin.set_parameter(parameter.node, parameter.name, value);
   if (!status) throw ClientError(fmt::format("setting the parameter failed: {}", status.why()));
-  say("Set parameter successful\n");
+  print_line("Set parameter successful\n");
   return 0;
 }
 
 template <class Value, class Step>
 void print_range(Value from, Value to, Step step) {
-  say("    Min value: {}\n    Max value: {}\n", from, to);
-  if (step != Step{}) say("    Step: {}\n", step);
+  print_line("    Min value: {}\n    Max value: {}\n", from, to);
+  if (step != Step{}) print_line("    Step: {}\n", step);
 }
 
 // As ros2param calls the types of a descriptor.
@@ -100,15 +103,15 @@ int describe(Shell& shell, const ParamOptions& options) {
   if (response.descriptors.empty())
     throw ClientError(fmt::format("{} does not describe '{}'", parameter.node, parameter.name));
   const auto& about = response.descriptors.front();
-  say("Parameter name: {}\n  Type: {}\n", parameter.name, described_type(about.type));
-  if (!about.description.empty()) say("  Description: {}\n", about.description);
-  say("  Constraints:\n");
-  if (about.read_only) say("    Read only: true\n");
+  print_line("Parameter name: {}\n  Type: {}\n", parameter.name, described_type(about.type));
+  if (!about.description.empty()) print_line("  Description: {}\n", about.description);
+  print_line("  Constraints:\n");
+  if (about.read_only) print_line("    Read only: true\n");
   for (const auto& range : about.floating_point_range)
     print_range(range.from_value, range.to_value, range.step);
   for (const auto& range : about.integer_range) print_range(range.from_value, range.to_value, range.step);
   if (!about.additional_constraints.empty())
-    say("    Additional constraints: {}\n", about.additional_constraints);
+    print_line("    Additional constraints: {}\n", about.additional_constraints);
   return 0;
 }
 
@@ -159,7 +162,7 @@ int load_parameters(Shell& shell, const ParamOptions& options) {
   int exit_code = 0;
   for (const ParameterOverride& parameter : overrides.all()) {
     if (const Status status = twin.set_parameter(node, parameter.name, parameter.value)) {
-      say("Set parameter {} successful\n", parameter.name);
+      print_line("Set parameter {} successful\n", parameter.name);
     } else {
       exit_code = 1;
       print_note(fmt::format("Set parameter {} failed: {}", parameter.name, status.why()));

@@ -10,7 +10,7 @@ namespace {
 struct ServiceOptions {
   std::string name, second, third;
   bool types = false, hidden = false, count = false;
-  double patience = 10;
+  double timeout = 10;
 };
 
 int list_services(Shell& shell, const ServiceOptions& options) {
@@ -19,27 +19,27 @@ int list_services(Shell& shell, const ServiceOptions& options) {
     if (is_hidden(name) && !options.hidden) continue;
     ++count;
     if (options.count) continue;
-    say("{}", options.types ? fmt::format("{} [{}]\n", name, service.type) : name + "\n");
+    print_line("{}", options.types ? fmt::format("{} [{}]\n", name, service.type) : name + "\n");
   }
-  if (options.count) say("{}\n", count);
+  if (options.count) print_line("{}\n", count);
   return 0;
 }
 
 int print_service_type(Shell& shell, const ServiceOptions& options) {
-  say("{}\n", shell.twin().find_service(absolute(options.name)).type);
+  print_line("{}\n", shell.twin().find_service(absolute(options.name)).type);
   return 0;
 }
 
 int show_service(Shell& shell, const ServiceOptions& options) {
   const Client::Service& service = shell.twin().find_service(absolute(options.name));
-  say("Type: {}\nClients count: {}\nServices count: {}\n", service.type, service.clients.size(),
-      service.providers.size());
+  print_line("Type: {}\nClients count: {}\nServices count: {}\n", service.type, service.clients.size(),
+             service.providers.size());
   return 0;
 }
 
 int find_services(Shell& shell, const ServiceOptions& options) {
   for (const auto& [name, service] : shell.twin().services()) {
-    if (service.type == options.name) say("{}\n", name);
+    if (service.type == options.name) print_line("{}\n", name);
   }
   return 0;
 }
@@ -53,8 +53,8 @@ bool looks_like_type(const std::string& text) {
 
 const ServiceSupport& known_service(const std::string& type) {
   if (const ServiceSupport* support = find_service(type)) return *support;
-  wrong_use(fmt::format("'{}' is no known service type{}", type, did_you_mean(type, service_names())),
-            "'doppel interface list' shows all");
+  throw_usage_error(fmt::format("'{}' is no known service type{}", type, did_you_mean(type, service_names())),
+                    "'doppel interface list' shows all");
 }
 
 int call_service(Shell& shell, const ServiceOptions& options) {
@@ -62,21 +62,22 @@ int call_service(Shell& shell, const ServiceOptions& options) {
   const bool typed = looks_like_type(options.second);
   const ServiceSupport* support = typed ? &known_service(options.second) : nullptr;
   const std::string& yaml = typed ? options.third : options.second;
-  if (!typed && !options.third.empty()) wrong_use(fmt::format("'{}' is no service type", options.second));
+  if (!typed && !options.third.empty())
+    throw_usage_error(fmt::format("'{}' is no service type", options.second));
   Client& twin = shell.twin();
   const Client::Service& service = twin.find_service(name);
   if (support == nullptr) support = find_service(service.type);
   if (support == nullptr)
     throw ClientError(fmt::format("{} is a {}, which this program does not know", name, service.type));
   if (support->name != service.type)
-    wrong_use(fmt::format("{} is a {}, not a {}", name, service.type, support->name));
+    throw_usage_error(fmt::format("{} is a {}, not a {}", name, service.type, support->name));
   const Bytes request = to_request(*support->request, yaml.empty() ? "{}" : yaml);
   const Bytes response = call_raw(
-      twin, name, request, std::chrono::milliseconds(static_cast<std::int64_t>(options.patience * 1000)));
+      twin, name, request, std::chrono::milliseconds(static_cast<std::int64_t>(options.timeout * 1000)));
   std::string text;
   if (const Status status = support->response->cdr_to_yaml(response, text); !status)
     throw ClientError(status.why());
-  say("{}", text);
+  print_line("{}", text);
   return 0;
 }
 
@@ -121,7 +122,7 @@ void add_service(CLI::App& app, int& exit_code) {
         verb.add_option("service", options.name, "Name of the service")->required();
         verb.add_option("type", options.second, "Its type; may be left out");
         verb.add_option("values", options.third, "The request as YAML");
-        verb.add_option("--timeout", options.patience, "Seconds to wait for the response (default 10)")
+        verb.add_option("--timeout", options.timeout, "Seconds to wait for the response (default 10)")
             ->check(CLI::PositiveNumber);
       },
       call_service);

@@ -7,7 +7,7 @@
 #include <csignal>
 #include <cstdio>
 
-#include "app/tell.h"
+#include "app/print_stderr.h"
 #include "doppel/bus/name_rules.h"
 #include "doppel/client/websocket_client.h"
 #include "doppel/core/names.h"
@@ -28,8 +28,8 @@ std::uint16_t parse_port(const char* text) {
   std::uint16_t port = 0;
   const auto [end, problem] = std::from_chars(view.data(), view.data() + view.size(), port);
   if (problem != std::errc() || end != view.data() + view.size() || port == 0) {
-    wrong_use(fmt::format("DOPPEL_PORT is '{}', which is no port", text),
-              "unset it, or give a number from 1 to 65535");
+    throw_usage_error(fmt::format("DOPPEL_PORT is '{}', which is no port", text),
+                      "unset it, or give a number from 1 to 65535");
   }
   return port;
 }
@@ -109,7 +109,8 @@ std::string checked_namespace(std::string asked) {
   if (asked.empty()) return asked;
   if (!asked.starts_with('/')) asked.insert(0, 1, '/');
   if (const Status fine = check_namespace(asked); !fine)
-    wrong_use(fmt::format("--ns: {}", fine.why()), "give a robot's namespace, for instance --ns left");
+    throw_usage_error(fmt::format("--ns: {}", fine.why()),
+                      "give a robot's namespace, for instance --ns left");
   return asked;
 }
 
@@ -117,7 +118,7 @@ bool is_remote_by_default() {
   const char* value = std::getenv("DOPPEL_REMOTE");
   const std::string_view text = value == nullptr ? "" : value;
   if (!text.empty() && text != "0" && text != "1")
-    wrong_use(fmt::format("DOPPEL_REMOTE is '{}'", text), "set it to 1 or 0, or unset it");
+    throw_usage_error(fmt::format("DOPPEL_REMOTE is '{}'", text), "set it to 1 or 0, or unset it");
   return text == "1";
 }
 
@@ -129,10 +130,10 @@ void print_out(std::string_view text) {
 }
 
 void print_note(std::string_view text) {
-  tell("{}\n", text);
+  print_stderr("{}\n", text);
 }
 
-void wrong_use(std::string message, std::string fix) {
+void throw_usage_error(std::string message, std::string fix) {
   throw InputError("cli.use", {}, std::move(message), std::move(fix));
 }
 
@@ -174,11 +175,11 @@ int run_verb(const CLI::App& verb, Connection connection, const std::function<in
   connection.remote = asks_for_graph(&verb);
   chosen_namespace = checked_namespace(asked_namespace(&verb));
   if (connection.remote && connection.port != 0)
-    wrong_use("--port names a twin, --remote asks for the ROS 2 graph", "give one of them");
+    throw_usage_error("--port names a twin, --remote asks for the ROS 2 graph", "give one of them");
   if (connection.port == 0) connection.remote = connection.remote || is_remote_by_default();
   if (connection.spin_time > 0 && !connection.remote)
-    wrong_use("--spin-time is for the ROS 2 graph",
-              "a twin tells at once what it has; add --remote, or leave it away");
+    throw_usage_error("--spin-time is for the ROS 2 graph",
+                      "a twin tells at once what it has; add --remote, or leave it away");
   Shell shell(connection);
   try {
     return run(shell);
@@ -209,8 +210,8 @@ bool is_hidden(std::string_view name) {
 
 const TypeSupport& known_type(const std::string& name) {
   if (const TypeSupport* type = find_type(name)) return *type;
-  wrong_use(fmt::format("'{}' is no known message type{}", name, did_you_mean(name, type_names())),
-            "'doppel interface list' shows all");
+  throw_usage_error(fmt::format("'{}' is no known message type{}", name, did_you_mean(name, type_names())),
+                    "'doppel interface list' shows all");
 }
 
 std::vector<std::string> node_names(Client& twin, bool hidden) {
@@ -229,8 +230,8 @@ std::string find_node_name(Client& twin, const std::string& name) {
 Bytes to_request(const TypeSupport& type, std::string_view yaml) {
   Bytes cdr;
   if (const Status status = type.yaml_to_cdr(yaml, cdr); !status) {
-    wrong_use(fmt::format("the text is no {}: {}", type.name, status.why()),
-              fmt::format("'doppel interface show {}' lists its fields", type.name));
+    throw_usage_error(fmt::format("the text is no {}: {}", type.name, status.why()),
+                      fmt::format("'doppel interface show {}' lists its fields", type.name));
   }
   return cdr;
 }

@@ -23,11 +23,11 @@ void print_out(std::string_view text);   // flushed; throws OutputClosed
 void print_note(std::string_view text);  // to stderr, with a line's end
 
 template <class... Args>
-void say(fmt::format_string<Args...> format, Args&&... args) {
+void print_line(fmt::format_string<Args...> format, Args&&... args) {
   print_out(fmt::format(format, std::forward<Args>(args)...));
 }
 
-[[noreturn]] void wrong_use(std::string message, std::string fix = "");  // exit code 2
+[[noreturn]] void throw_usage_error(std::string message, std::string fix = "");  // exit code 2
 
 inline constexpr auto kForever = std::chrono::hours(24 * 365);  // for waits that something else ends
 

@@ -22,10 +22,10 @@ struct DeleteOptions {
 };
 
 template <Service S>
-int call_and_say(Client& twin, const std::string& service, const typename S::Request& request) {
+int call_and_print(Client& twin, const std::string& service, const typename S::Request& request) {
   const auto answer = decode<typename S::Response>(call_raw(twin, service, to_cdr(request), kSpawnTimeout));
   if (!answer.success) throw ClientError(answer.status_message);
-  say("{}\n", answer.status_message);
+  print_line("{}\n", answer.status_message);
   return 0;
 }
 
@@ -42,14 +42,14 @@ int spawn(Shell& shell, const SpawnOptions& options) {
   request.robot_namespace = request.name;
   request.xml = loaded.robot.xml;
   request.initial_pose = to_pose_msg(parse_place(options.place, "--at"));
-  return call_and_say<SpawnEntity>(shell.twin(), "/spawn_entity", request);
+  return call_and_print<SpawnEntity>(shell.twin(), "/spawn_entity", request);
 }
 
 int delete_entity(Shell& shell, const DeleteOptions& options) {
   using gazebo_msgs::srv::DeleteEntity;
   DeleteEntity::Request request;
   request.name = options.name;
-  return call_and_say<DeleteEntity>(shell.twin(), "/delete_entity", request);
+  return call_and_print<DeleteEntity>(shell.twin(), "/delete_entity", request);
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ int stop(Shell& shell, const StopOptions& options) {
     try {
       const char* service = options.reset ? "reset_emergency_stop" : "emergency_stop";
       const auto response = call<std_srvs::srv::Trigger>(twin, fmt::format("{}/{}", manager, service));
-      say("{}: {}\n", manager, response.message);
+      print_line("{}: {}\n", manager, response.message);
       if (!response.success) exit_code = 1;
     } catch (const ClientError& problem) {
       print_note(fmt::format("{}: {}", manager, problem.what()));

@@ -47,8 +47,8 @@ class Frames {
     return true;
   }
 
-  [[nodiscard]] bool heard_moving() const { return heard_moving_; }
-  [[nodiscard]] bool heard_fixed() const { return heard_fixed_; }
+  [[nodiscard]] bool has_dynamic() const { return has_dynamic_; }
+  [[nodiscard]] bool has_static() const { return has_static_; }
   [[nodiscard]] bool moving_expected() const {
     const auto found = twin_.topics().find(moving_topic_);
     return found != twin_.topics().end() && !found->second.publishers.empty();
@@ -75,7 +75,7 @@ class Frames {
 
   void take(const Client::Received& message) {
     const bool fixed = message.topic == fixed_topic_;
-    (fixed ? heard_fixed_ : heard_moving_) = true;
+    (fixed ? has_static_ : has_dynamic_) = true;
     for (const auto& t : decode<tf2_msgs::msg::TFMessage>(message.cdr).transforms) {
       Frame& frame = frames_[t.child_frame_id];
       const auto& p = t.transform.translation;
@@ -101,7 +101,7 @@ class Frames {
 
   Client& twin_;
   std::map<std::string, Frame> frames_;
-  bool heard_moving_ = false, heard_fixed_ = false;
+  bool has_dynamic_ = false, has_static_ = false;
 };
 
 void print_transform(const Pose& X, Time stamp) {
@@ -139,7 +139,7 @@ int echo_transform(Shell& shell, const TfOptions& options) {
     const auto found = [&] { return frames.look_up(options.parent, options.child, X, stamp); };
     // A frame that nobody has named yet is its own root, so that only what is known is taken for an answer.
     const auto known = [&] {
-      return (frames.heard_moving() || !frames.moving_expected()) && frames.heard_fixed() && found();
+      return (frames.has_dynamic() || !frames.moving_expected()) && frames.has_static() && found();
     };
     if (!frames.gather(known, Clock::now() + kFramesTimeout) && !found()) {
       check_frame(frames, options.parent);
@@ -166,8 +166,8 @@ void print_subtree(const std::multimap<std::string, std::string>& children, cons
   const auto [first, last] = children.equal_range(name);
   for (auto it = first; it != last; ++it) {
     const bool is_last = std::next(it) == last;
-    say("{}{} {}{}\n", indent, is_last ? "└─" : "├─", it->second,
-        frames.all().at(it->second).fixed ? "  (fixed)" : "");
+    print_line("{}{} {}{}\n", indent, is_last ? "└─" : "├─", it->second,
+               frames.all().at(it->second).fixed ? "  (fixed)" : "");
     print_subtree(children, frames, it->second, indent + (is_last ? "   " : "│  "));
   }
 }
@@ -175,12 +175,12 @@ void print_subtree(const std::multimap<std::string, std::string>& children, cons
 int tree(Shell& shell, const TfOptions&) {
   Frames frames(shell.twin());
   const auto enough = [&] {
-    return frames.heard_fixed() && (frames.heard_moving() || !frames.moving_expected());
+    return frames.has_static() && (frames.has_dynamic() || !frames.moving_expected());
   };
   if (!frames.gather(enough, Clock::now() + kFramesTimeout) && frames.all().empty()) {
     throw ClientError("nothing has come over /tf and /tf_static; is the twin paused?");
   }
-  if (!frames.heard_moving() && frames.moving_expected()) {
+  if (!frames.has_dynamic() && frames.moving_expected()) {
     print_note("note: nothing comes over /tf, so that moving frames are missing; is the twin paused?");
   }
   std::multimap<std::string, std::string> children;
@@ -190,7 +190,7 @@ int tree(Shell& shell, const TfOptions&) {
     if (!frames.all().contains(frame.parent)) roots.insert(frame.parent);
   }
   for (const std::string& root : roots) {
-    say("{}\n", root);
+    print_line("{}\n", root);
     print_subtree(children, frames, root, "");
   }
   return 0;

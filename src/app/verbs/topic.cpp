@@ -23,11 +23,12 @@ std::string counted(std::size_t count, const char* what) {
 }
 
 void list_verbose(Client& twin, const ListOptions& options, bool published) {
-  say("{} topics:\n", published ? "Published" : "Subscribed");
+  print_line("{} topics:\n", published ? "Published" : "Subscribed");
   for (const auto& [name, topic] : twin.topics()) {
     const auto& nodes = published ? topic.publishers : topic.subscribers;
     if (nodes.empty() || (is_hidden(name) && !options.hidden)) continue;
-    say(" * {} [{}] {}\n", name, topic.type, counted(nodes.size(), published ? "publisher" : "subscriber"));
+    print_line(" * {} [{}] {}\n", name, topic.type,
+               counted(nodes.size(), published ? "publisher" : "subscriber"));
   }
 }
 
@@ -35,7 +36,7 @@ int list_topics(Shell& shell, const ListOptions& options) {
   Client& twin = shell.twin();
   if (options.verbose) {
     list_verbose(twin, options, true);
-    say("\n");
+    print_line("\n");
     list_verbose(twin, options, false);
     return 0;
   }
@@ -46,12 +47,12 @@ int list_topics(Shell& shell, const ListOptions& options) {
     ++count;
     if (options.count) continue;
     if (options.types) {
-      say("{} [{}]\n", name, topic.type);
+      print_line("{} [{}]\n", name, topic.type);
     } else {
-      say("{}\n", name);
+      print_line("{}\n", name);
     }
   }
-  if (options.count) say("{}\n", count);
+  if (options.count) print_line("{}\n", count);
   return 0;
 }
 
@@ -68,7 +69,7 @@ int echo_topic(Shell& shell, const EchoOptions& options) {
     const TypeSupport& type = twin.message_type(topic);
     if (!options.field.empty()) {
       if (const Status status = check_field_path(*type.description(), options.field); !status)
-        wrong_use(status.why());
+        throw_usage_error(status.why());
     }
     twin.subscribe(topic);
     Client::Received message;
@@ -78,7 +79,7 @@ int echo_topic(Shell& shell, const EchoOptions& options) {
                                 ? type.cdr_to_yaml(message.cdr, text)
                                 : field_as_yaml(*type.description(), message.cdr, options.field, text);
       if (!status) throw ClientError(status.why());
-      say("{}---\n", text);
+      print_line("{}---\n", text);
       if (options.once) break;
     }
   } catch (const Interrupted&) {
@@ -148,8 +149,8 @@ int hz(Shell& shell, const RateOptions& options) {
   watch(shell, options.topic, add, [&] {
     if (gaps.empty()) return;
     const Spread spread = spread_of(gaps);
-    say("average rate: {:.3f}\n\tmin: {:.3f}s max: {:.3f}s std dev: {:.5f}s window: {}\n", 1 / spread.mean,
-        spread.least, spread.most, spread.deviation, gaps.size() + 1);
+    print_line("average rate: {:.3f}\n\tmin: {:.3f}s max: {:.3f}s std dev: {:.5f}s window: {}\n",
+               1 / spread.mean, spread.least, spread.most, spread.deviation, gaps.size() + 1);
   });
   return 0;
 }
@@ -166,7 +167,8 @@ int delay(Shell& shell, const RateOptions& options) {
   const auto& fields = type.description()->fields;
   if (fields.empty() || fields.front().type == nullptr ||
       fields.front().type->name != std_msgs::msg::Header::kType)
-    wrong_use(fmt::format("{} is a {}, which has no header to tell when it was made", topic, type.name));
+    throw_usage_error(
+        fmt::format("{} is a {}, which has no header to tell when it was made", topic, type.name));
   std::deque<double> delays;
   std::optional<Time> clock;
   const std::size_t window = options.window > 0 ? options.window : 10'000;
@@ -181,8 +183,8 @@ int delay(Shell& shell, const RateOptions& options) {
   const auto report = [&] {
     if (delays.empty()) return;
     const Spread spread = spread_of(delays);
-    say("average delay: {:.3f}\n\tmin: {:.3f}s max: {:.3f}s std dev: {:.5f}s window: {}\n", spread.mean,
-        spread.least, spread.most, spread.deviation, delays.size());
+    print_line("average delay: {:.3f}\n\tmin: {:.3f}s max: {:.3f}s std dev: {:.5f}s window: {}\n",
+               spread.mean, spread.least, spread.most, spread.deviation, delays.size());
   };
   watch(shell, topic, add, report, options.sim_time ? "/clock" : "");
   return 0;
@@ -210,9 +212,9 @@ int bw(Shell& shell, const RateOptions& options) {
       most = std::max(most, size);
     }
     const double seconds = std::chrono::duration<double>(Clock::now() - sizes.front().first).count();
-    say("{}/s from {} messages\n\tMessage size mean: {} min: {} max: {}\n", bytes_text(sum / seconds),
-        sizes.size(), bytes_text(sum / static_cast<double>(sizes.size())),
-        bytes_text(static_cast<double>(least)), bytes_text(static_cast<double>(most)));
+    print_line("{}/s from {} messages\n\tMessage size mean: {} min: {} max: {}\n", bytes_text(sum / seconds),
+               sizes.size(), bytes_text(sum / static_cast<double>(sizes.size())),
+               bytes_text(static_cast<double>(least)), bytes_text(static_cast<double>(most)));
   });
   return 0;
 }
@@ -225,37 +227,37 @@ struct TopicInfoOptions {
 // As rclpy prints a TopicEndpointInfo; what the connection does not tell is left out.
 void print_end(const Client::Endpoint& end, const char* kind) {
   const std::size_t slash = end.node.rfind('/');
-  say("Node name: {}\nNode namespace: {}\nTopic type: {}\n", end.node.substr(slash + 1),
-      slash == 0 ? "/" : end.node.substr(0, slash), end.type);
-  if (!end.type_hash.empty()) say("Topic type hash: {}\n", end.type_hash);
-  say("Endpoint type: {}\n", kind);
-  if (!end.gid.empty()) say("GID: {}\n", end.gid);
-  if (!end.qos.empty()) say("QoS profile:\n");
-  for (const auto& [name, value] : end.qos) say("  {}: {}\n", name, value);
-  say("\n");
+  print_line("Node name: {}\nNode namespace: {}\nTopic type: {}\n", end.node.substr(slash + 1),
+             slash == 0 ? "/" : end.node.substr(0, slash), end.type);
+  if (!end.type_hash.empty()) print_line("Topic type hash: {}\n", end.type_hash);
+  print_line("Endpoint type: {}\n", kind);
+  if (!end.gid.empty()) print_line("GID: {}\n", end.gid);
+  if (!end.qos.empty()) print_line("QoS profile:\n");
+  for (const auto& [name, value] : end.qos) print_line("  {}: {}\n", name, value);
+  print_line("\n");
 }
 
 int show_topic(Shell& shell, const TopicInfoOptions& options) {
   const Client::Topic& topic = shell.twin().find_topic(absolute(options.name));
   const char* gap = options.verbose ? "\n\n" : "\n";
-  say("Type: {}{}Publisher count: {}{}", topic.type, gap, topic.publishers.size(), gap);
+  print_line("Type: {}{}Publisher count: {}{}", topic.type, gap, topic.publishers.size(), gap);
   for (std::size_t i = 0; options.verbose && i < topic.publisher_ends.size(); ++i)
     print_end(topic.publisher_ends[i], "PUBLISHER");
-  say("Subscription count: {}{}", topic.subscribers.size(), gap);
+  print_line("Subscription count: {}{}", topic.subscribers.size(), gap);
   for (std::size_t i = 0; options.verbose && i < topic.subscriber_ends.size(); ++i)
     print_end(topic.subscriber_ends[i], "SUBSCRIPTION");
   return 0;
 }
 
 int print_topic_type(Shell& shell, const TopicInfoOptions& options) {
-  say("{}\n", shell.twin().find_topic(absolute(options.name)).type);
+  print_line("{}\n", shell.twin().find_topic(absolute(options.name)).type);
   return 0;
 }
 
 int find_topics(Shell& shell, const TopicInfoOptions& options) {
   const TypeSupport& type = known_type(options.name);
   for (const auto& [name, topic] : shell.twin().topics()) {
-    if (topic.type == type.name) say("{}\n", name);
+    if (topic.type == type.name) print_line("{}\n", name);
   }
   return 0;
 }
@@ -266,26 +268,26 @@ struct PubOptions {
   double rate = 1;
   std::size_t times = 0;
   int wait_for = -1;  // subscribers; -1: one where the number of messages is limited
-  double patience = 5;
+  double timeout = 5;
 };
 
-void wait_for_subscribers(Client& twin, const std::string& topic, std::size_t count, double patience) {
+void wait_for_subscribers(Client& twin, const std::string& topic, std::size_t count, double timeout) {
   const auto subscribers = [&] {
     const auto found = twin.topics().find(topic);
     return found == twin.topics().end() ? 0 : found->second.subscribers.size();
   };
   const auto until =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience));
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout));
   if (subscribers() < count)
     print_note(fmt::format("waiting for {} on {} ...", counted(count, "subscriber"), topic));
   if (twin.wait_until([&] { return subscribers() >= count; }, until)) return;
-  std::vector<std::string> heard;
+  std::vector<std::string> subscribed;
   for (const auto& [name, entry] : twin.topics()) {
-    if (!entry.subscribers.empty() && !is_hidden(name)) heard.push_back(name);
+    if (!entry.subscribers.empty() && !is_hidden(name)) subscribed.push_back(name);
   }
   throw ClientError(subscribers() > 0
                         ? fmt::format("only {} on {}", counted(subscribers(), "subscriber"), topic)
-                        : fmt::format("no subscriber on {}{}", topic, did_you_mean(topic, heard)));
+                        : fmt::format("no subscriber on {}{}", topic, did_you_mean(topic, subscribed)));
 }
 
 // A type that this program does not know is as those have it who are at the other end.
@@ -304,12 +306,12 @@ int pub(Shell& shell, const PubOptions& options) {
   Client& twin = shell.twin();
   const auto known = twin.topics().find(topic);
   if (known != twin.topics().end() && !known->second.type.empty() && known->second.type != type.name) {
-    wrong_use(fmt::format("{} is a {}, not a {}", topic, known->second.type, type.name));
+    throw_usage_error(fmt::format("{} is a {}, not a {}", topic, known->second.type, type.name));
   }
   const std::size_t times = options.once ? 1 : options.times;
   const std::size_t wanted =
       options.wait_for >= 0 ? static_cast<std::size_t>(options.wait_for) : (times > 0 ? 1 : 0);
-  if (wanted > 0) wait_for_subscribers(twin, topic, wanted, options.patience);
+  if (wanted > 0) wait_for_subscribers(twin, topic, wanted, options.timeout);
   Shell::catch_interrupts();
   try {
     auto due = Clock::now();
@@ -367,7 +369,7 @@ void add_pub(CLI::App& group, int& exit_code) {
         verb.add_option("-w,--wait-matching-subscriptions", options.wait_for,
                         "Wait for so many subscribers first")
             ->check(CLI::NonNegativeNumber);
-        verb.add_option("--max-wait-time-secs", options.patience, "How long to wait for them (default 5)")
+        verb.add_option("--max-wait-time-secs", options.timeout, "How long to wait for them (default 5)")
             ->check(CLI::PositiveNumber);
       },
       pub);

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "app/described_scenario.h"
-#include "app/tell.h"
+#include "app/print_stderr.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/motion_subject.h"
 #include "app/verbs/output.h"
@@ -21,7 +21,7 @@
 namespace doppel::app {
 namespace {
 
-constexpr double kFewestSteps = 10, kMostSteps = 2e5;  // of which samples are kept
+constexpr double kMinSteps = 10, kMaxSteps = 2e5;  // of which samples are kept
 
 struct VerifyVerb {
   DescribedBy robot;
@@ -50,10 +50,10 @@ std::vector<MotionKind> chosen_motions(const std::vector<std::string>& names) {
 
 void check_numbers(const VerifyVerb& options) {
   check_duration(options.duration);
-  if (options.step != 0 && !(options.step >= kShortestStep && options.step <= kLongestStep)) {
+  if (options.step != 0 && !(options.step >= kMinStep && options.step <= kMaxStep)) {
     throw InputError(
         "cli.step", {},
-        fmt::format("--step is {} s, but must be from {} to {}", options.step, kShortestStep, kLongestStep),
+        fmt::format("--step is {} s, but must be from {} to {}", options.step, kMinStep, kMaxStep),
         "write 0.001 for a step of 1 ms");
   }
   if (options.within && !(*options.within > 0 && std::isfinite(*options.within)))
@@ -83,10 +83,10 @@ int run_verify(const VerifyVerb& options) {
     const auto now = std::chrono::steady_clock::now();
     if (now - last < kProgressPeriod) return;
     last = now;
-    tell("verify: {}, run {} of {} ...\n", name_of(kind), run, kRuns);
+    print_stderr("verify: {}, run {} of {} ...\n", name_of(kind), run, kRuns);
   };
   Diagnostics diagnostics;
-  Machine machine(scenario, diagnostics);
+  CompiledScenario machine(scenario, diagnostics);
   print_diagnostics(diagnostics);
   if (!options.plot.empty()) {
     const std::vector<std::filesystem::path> sources = machine.files(scenario);
@@ -97,12 +97,11 @@ int run_verify(const VerifyVerb& options) {
   if (options.step > 0) world.step = from_seconds(options.step);
   if (!options.integrator.empty()) world.integrator = integrator_named(options.integrator, "cli.integrator");
   const double steps = options.duration / to_seconds(world.step);
-  if (!(steps >= kFewestSteps && steps <= kMostSteps)) {
-    throw InputError(
-        "cli.duration", {},
-        fmt::format("{} s are {:.0f} steps of {:g} ms, but must be from {:.0f} to {:.0f}", options.duration,
-                    steps, to_seconds(world.step) * 1e3, kFewestSteps, kMostSteps),
-        "choose --duration or --step otherwise");
+  if (!(steps >= kMinSteps && steps <= kMaxSteps)) {
+    throw InputError("cli.duration", {},
+                     fmt::format("{} s are {:.0f} steps of {:g} ms, but must be from {:.0f} to {:.0f}",
+                                 options.duration, steps, to_seconds(world.step) * 1e3, kMinSteps, kMaxSteps),
+                     "choose --duration or --step otherwise");
   }
   const Verification result = verify(subject, wanted);
   if (!options.plot.empty()) deliver(verification_svg(result), options.plot);

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "app/print_stderr.h"
 #include "app/process.h"
-#include "app/tell.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 
@@ -65,9 +65,9 @@ ExpansionRequest read_words(const std::vector<std::string>& words) {
 void print_messages(const Diagnostics& diagnostics, int verbosity) {
   for (const Diagnostic& d : diagnostics.all()) {
     if (d.rule == "xacro.message" && d.severity == Severity::note)
-      tell("{}\n", d.message);
+      print_stderr("{}\n", d.message);
     else if (verbosity > 0)
-      tell("{}\n", d.str());
+      print_stderr("{}\n", d.str());
   }
 }
 

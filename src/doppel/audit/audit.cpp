@@ -127,7 +127,7 @@ void sort_by_weight(std::vector<Finding>& findings, const std::vector<std::files
                    [&](const Finding& a, const Finding& b) { return key(a) < key(b); });
 }
 
-void keep_chosen(std::vector<Finding>& findings, unsigned profiles) {
+void keep_profiles(std::vector<Finding>& findings, unsigned profiles) {
   std::erase_if(findings, [&](const Finding& f) {
     const RuleInfo* rule = find_rule(f.rule);
     return rule != nullptr && (rule->profiles & profiles) == 0;
@@ -175,7 +175,7 @@ AuditReport audit(const std::filesystem::path& file, const XacroArguments& argum
   report.robot = robot.name;
   report.file = file;
   report.findings = std::move(found.all());
-  keep_chosen(report.findings, options.profiles);
+  keep_profiles(report.findings, options.profiles);
   sort_by_weight(report.findings, expanded.files);
   report.links = robot.links.size();
   report.joints = robot.joints.size();

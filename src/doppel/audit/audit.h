@@ -25,7 +25,7 @@ struct RuleInfo {
   Severity severity;         // the usual one; a finding may be graded lower where it is harmless
   std::string_view title;    // what is wrong, in a few words
   std::string_view failure;  // what it leads to downstream: the failure that the rule prevents
-  std::string_view fix;     // what to do in general
+  std::string_view fix;      // what to do in general
   unsigned profiles = kAllProfiles;
 };
 // Every rule, sorted by id, those of the parsers (urdf.*, xacro.*, mesh.*, overlay.*) included.

@@ -9,7 +9,7 @@ namespace doppel::audit_rules {
 namespace {
 
 // Said by rules of this room, with more around it.
-bool told_elsewhere(const std::string& rule) {
+bool reported_elsewhere(const std::string& rule) {
   static const Names kRules{"control.unknown_joint", "control.joint_twice", "control.joint_not_driven",
                             "control.mimic_joint"};
   return contains(kRules, rule);
@@ -87,7 +87,7 @@ void check_parameters(const AuditInput& in, const ControllersFile& file, Declare
   } catch (const InputError& error) {
     complete = false;
     for (const Diagnostic& d : error.diagnostics()) {
-      if (told_elsewhere(d.rule)) continue;
+      if (reported_elsewhere(d.rule)) continue;
       out.add("controllers.parameter", file.named ? Severity::error : Severity::warning, c.subject(), d.where,
               d.message, d.fix);
     }

@@ -147,9 +147,10 @@ void count_tree(const XmlNode& root, DescriptionStatistics& out) {
   out.duplicate_joint_names = repeated(joints);
   out.links_with_two_parents = repeated(children);
   for (const std::string& end : ends) out.joint_links_undefined += links.contains(end) ? 0 : 1;
-  std::set<std::string> told;
+  std::set<std::string> reported;
   for (const XmlNode& node : root.children) {
-    if (!node.is("link") || children.contains(name_of(node)) || !told.insert(name_of(node)).second) continue;
+    if (!node.is("link") || children.contains(name_of(node)) || !reported.insert(name_of(node)).second)
+      continue;
     out.root_links.push_back(name_of(node));
   }
 }

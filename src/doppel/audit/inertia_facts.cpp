@@ -21,21 +21,21 @@ bool plausible(const Components& c, const Eigen::Matrix3d& expected) {
   return true;
 }
 
-std::vector<Slip> slips(const Components& c) {
-  std::vector<Slip> out;
+std::vector<TensorTypo> typos(const Components& c) {
+  std::vector<TensorTypo> out;
   for (std::size_t i = 0; i < 6; ++i) {
     if (c[i] == 0) continue;
-    Slip sign{c, fmt::format("the sign of {}", kComponentNames[i])};
+    TensorTypo sign{c, fmt::format("the sign of {}", kComponentNames[i])};
     sign.corrected[i] = -c[i];
     out.push_back(sign);
     for (const int power : {-3, -2, -1, 1, 2, 3}) {
-      Slip tenfold{c, fmt::format("a power of ten in {}", kComponentNames[i])};
+      TensorTypo tenfold{c, fmt::format("a power of ten in {}", kComponentNames[i])};
       // Divided by a whole power, 965 becomes 96.5 and not 96.50000000000001.
       tenfold.corrected[i] = power > 0 ? c[i] * std::pow(10.0, power) : c[i] / std::pow(10.0, -power);
       out.push_back(tenfold);
     }
     for (std::size_t j = i + 1; j < 6; ++j) {
-      Slip exchanged{c, fmt::format("{} and {} exchanged", kComponentNames[i], kComponentNames[j])};
+      TensorTypo exchanged{c, fmt::format("{} and {} exchanged", kComponentNames[i], kComponentNames[j])};
       std::swap(exchanged.corrected[i], exchanged.corrected[j]);
       out.push_back(exchanged);
     }
@@ -74,19 +74,20 @@ Eigen::Matrix3d expected_tensor(const LinkShape& shape, double mass) {
   return Eigen::Vector3d(s.y() + s.z(), s.x() + s.z(), s.x() + s.y()).asDiagonal();
 }
 
-std::optional<Slip> only_slip(const Components& written, const Inertial& inertial,
-                              const std::optional<LinkShape>& shape) {
+std::optional<TensorTypo> only_typo(const Components& written, const Inertial& inertial,
+                                    const std::optional<LinkShape>& shape) {
   std::optional<Eigen::Matrix3d> expected;
   if (shape && inertial.mass > 0) {
     const Eigen::Matrix3d R = rotation_from_rpy(inertial.origin.rpy);
     expected = R.transpose() * expected_tensor(*shape, inertial.mass) * R;
   }
-  std::vector<Slip> fitting;
-  for (Slip& slip : slips(written)) {
-    if (!possible(slip.corrected) || (expected && !plausible(slip.corrected, *expected))) continue;
-    const bool known = std::any_of(fitting.begin(), fitting.end(),
-                                   [&](const Slip& other) { return other.corrected == slip.corrected; });
-    if (!known) fitting.push_back(std::move(slip));
+  std::vector<TensorTypo> fitting;
+  for (TensorTypo& typo : typos(written)) {
+    if (!possible(typo.corrected) || (expected && !plausible(typo.corrected, *expected))) continue;
+    const bool known = std::any_of(fitting.begin(), fitting.end(), [&](const TensorTypo& other) {
+      return other.corrected == typo.corrected;
+    });
+    if (!known) fitting.push_back(std::move(typo));
   }
   return fitting.size() == 1 ? std::optional(std::move(fitting.front())) : std::nullopt;
 }

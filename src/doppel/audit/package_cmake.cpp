@@ -17,10 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 using package_files::joined, package_files::without_trailing_slash;
 
-constexpr std::size_t kMostCommands = 20'000;  // run; loops in loops multiply
-constexpr int kDeepestLoop = 16;
-constexpr int kMostReplacements = 64;        // in one text
-constexpr std::size_t kLongestValue = 4096;  // of a variable, which may double at every set()
+constexpr std::size_t kMaxCommands = 20'000;  // run; loops in loops multiply
+constexpr int kMaxLoopDepth = 16;
+constexpr int kMaxReplacements = 64;           // in one text
+constexpr std::size_t kMaxValueLength = 4096;  // of a variable, which may double at every set()
 
 struct Command {
   std::string name;
@@ -98,7 +98,7 @@ class CMakeReader {
   void run(std::span<const Command> commands, int depth) {
     for (std::size_t i = 0; i < commands.size() && !given_up_; ++i) {
       const Command& c = commands[i];
-      if (++steps_ > kMostCommands) return give_up(c, "its loops run more commands than are followed");
+      if (++steps_ > kMaxCommands) return give_up(c, "its loops run more commands than are followed");
       if (c.name == "project" && !c.arguments.empty()) {
         out_.project = c.arguments.front();
         out_.project_source = file_.place(c.at);
@@ -111,13 +111,13 @@ class CMakeReader {
         install(c);
       } else if (c.name == "include" || c.name == "add_subdirectory" || c.name == "function" ||
                  c.name == "macro" || c.name == "ament_auto_package" || c.name == "file") {
-        brings_more(c);
+        may_install_more(c);
       }
     }
   }
 
   // Commands that may install what is not written here.
-  void brings_more(const Command& c) {
+  void may_install_more(const Command& c) {
     if (c.name == "ament_auto_package") {
       const auto to_share = std::find(c.arguments.begin(), c.arguments.end(), "INSTALL_TO_SHARE");
       if (to_share == c.arguments.end()) return;
@@ -152,7 +152,7 @@ class CMakeReader {
     const auto body = commands.subspan(start + 1, std::min(end, commands.size()) - start - 1);
     auto list = commands[start].arguments;
     if (list.empty()) return end;
-    if (depth == kDeepestLoop) {
+    if (depth == kMaxLoopDepth) {
       give_up(commands[start], "its loops are nested deeper than is followed");
       return end;
     }
@@ -172,7 +172,7 @@ class CMakeReader {
     int replaced = 0;
     for (std::size_t at = text.find("${"); at != std::string::npos; at = text.find("${")) {
       const std::size_t end = text.find('}', at);
-      if (end == std::string::npos || ++replaced > kMostReplacements) return std::nullopt;
+      if (end == std::string::npos || ++replaced > kMaxReplacements) return std::nullopt;
       const std::string name = text.substr(at + 2, end - at - 2);
       std::string value;
       if (name == "CATKIN_PACKAGE_SHARE_DESTINATION") {
@@ -186,7 +186,7 @@ class CMakeReader {
         return std::nullopt;
       }
       text.replace(at, end - at + 1, value);
-      if (text.size() > kLongestValue) return std::nullopt;
+      if (text.size() > kMaxValueLength) return std::nullopt;
     }
     if (text.starts_with("./")) text.erase(0, 2);
     return text;

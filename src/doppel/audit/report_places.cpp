@@ -13,9 +13,9 @@ bool of_a_path(char c) {
          std::string_view("/._-~").find(c) != std::string_view::npos;
 }
 
-class Shortener {
+class PathShortener {
  public:
-  explicit Shortener(const std::filesystem::path& folder)
+  explicit PathShortener(const std::filesystem::path& folder)
       : folder_(folder), prefix_(folder.has_relative_path() ? folder.string() + "/" : "") {}
 
   [[nodiscard]] std::string path(const std::string& path) const { return shown_path(path, folder_); }
@@ -47,11 +47,11 @@ class Shortener {
     return where;
   }
 
-  template <class Told>
-  void shorten(Told& told) const {
-    told.message = text(std::move(told.message));
-    told.fix = text(std::move(told.fix));
-    told.where = place(std::move(told.where));
+  template <class Item>
+  void shorten(Item& item) const {
+    item.message = text(std::move(item.message));
+    item.fix = text(std::move(item.fix));
+    item.where = place(std::move(item.where));
   }
 
  private:
@@ -62,13 +62,13 @@ class Shortener {
 }  // namespace
 
 void shorten_places(AuditReport& report, const std::filesystem::path& folder) {
-  const Shortener shortener(folder);
+  const PathShortener shortener(folder);
   for (Finding& finding : report.findings) shortener.shorten(finding);
   report.file = shortener.path(report.file.string());
 }
 
 InputError with_short_places(const InputError& error, const std::filesystem::path& folder) {
-  const Shortener shortener(folder);
+  const PathShortener shortener(folder);
   std::vector<Diagnostic> diagnostics = error.diagnostics();
   for (Diagnostic& diagnostic : diagnostics) shortener.shorten(diagnostic);
   return InputError(std::move(diagnostics));

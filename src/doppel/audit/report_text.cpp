@@ -15,7 +15,7 @@ namespace {
 using audit_rules::Layout;
 using audit_rules::Tone;
 
-constexpr std::size_t kWidestSubject = 26;
+constexpr std::size_t kMaxSubjectWidth = 26;
 
 Tone tone_of(Severity severity) {
   return severity == Severity::error ? Tone::bad : severity == Severity::warning ? Tone::careful : Tone::calm;
@@ -110,7 +110,7 @@ class Report {
     const std::string place = f.where.known() ? places_(f.where) : "";
     if (!message) {
       page_.entry(4, f.subject, column, place, Tone::quiet);
-    } else if (column <= kWidestSubject) {
+    } else if (column <= kMaxSubjectWidth) {
       page_.entry(2, f.subject, column, f.message);
       if (!place.empty()) page_.quiet(2 + column + 2, place);
     } else {

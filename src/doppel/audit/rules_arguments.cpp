@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostSwitches = 4;  // each costs two expansions
+constexpr int kMaxSwitches = 4;  // each costs two expansions
 
 struct ArgumentUse {
   std::string name;
@@ -173,7 +173,7 @@ void check_switches(const AuditInput& in, const Arguments& arguments, Findings& 
     if (!switches_simulation(name) || !arguments.used.contains(name)) continue;
     // What stands in a condition switches; only what is handed on needs the proof.
     if (arguments.conditions.find("$(arg " + name + ")") != std::string::npos) continue;
-    if (++tried > kMostSwitches) return;
+    if (++tried > kMaxSwitches) return;
     try {
       PackageResolver resolver = in.resolver;
       Diagnostics ignored;

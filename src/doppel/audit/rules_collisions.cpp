@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDepth = 1e-3;            // m; less is a touch, not an overlap
 constexpr double kNeighbourShare = 0.5;    // of the smaller body's least width
-constexpr std::size_t kMostTold = 50;      // pairs
+constexpr std::size_t kMaxReported = 50;   // pairs
 constexpr std::size_t kTriangles = 10000;  // looked at in one audit, which is to take milliseconds
 
 // Links that fixed joints make one body, and which bodies share a joint.
@@ -138,7 +138,7 @@ class Overlaps {
               [](const auto& a, const auto& b) { return a.depth > b.depth; });
     const std::size_t told_before = out_.all().size();
     for (std::size_t i = 0; i < contacts.size(); ++i) {
-      if (out_.all().size() - told_before == kMostTold) return tell_rest(contacts.size() - i);
+      if (out_.all().size() - told_before == kMaxReported) return report_rest(contacts.size() - i);
       const LinkContact& contact = contacts[i];
       if (bodies_.neighbours(contact.link_a, contact.link_b)) {
         neighbours(contact);
@@ -154,7 +154,7 @@ class Overlaps {
     return fmt::format("links '{}' and '{}'", link(c.link_a).name, link(c.link_b).name);
   }
 
-  void tell_rest(std::size_t pairs) {
+  void report_rest(std::size_t pairs) {
     out_.add("collision.overlap", Severity::note, "the robot", in_.robot.source,
              fmt::format("{} more pairs of links touch less deeply; the deepest ones are listed", pairs),
              "correct those first");

@@ -148,7 +148,7 @@ Offer offer_of(const RobotDescription& robot) {
 }
 
 // "; it offers 'velocity'", "; 'j1' offers 'positon', 'j3' offers 'velocity'"; empty: they offer nothing.
-std::string told_offers(const std::set<std::string>& offered, const Names& joints) {
+std::string offers_text(const std::set<std::string>& offered, const Names& joints) {
   std::vector<std::pair<Names, Names>> groups;  // what is offered, by whom
   for (const std::string& joint : joints) {
     Names interfaces;
@@ -190,7 +190,7 @@ void check_interfaces(const AuditInput& in, const ControllersFile& file, const D
       out.add(commands ? "controllers.command_interface" : "controllers.state_interface",
               file.named ? Severity::error : Severity::warning, c.subject(), where,
               fmt::format("it wants the {} interface '{}' of {}, which <ros2_control> does not offer{}", kind,
-                          interface, quoted_list(missing), told_offers(offered, missing)),
+                          interface, quoted_list(missing), offers_text(offered, missing)),
               fmt::format("add <{}_interface name=\"{}\"/> to the joint, or take another interface", kind,
                           interface));
     }
@@ -266,12 +266,12 @@ void check_rates(const ControllersFile& file, Findings& out) {
 // ROS 2 gives every interface to one active controller; the YAML does not say which ones are started.
 void check_claims(const ControllersFile& file, Findings& out) {
   std::map<std::string, const DeclaredController*> holder;
-  std::set<std::pair<const DeclaredController*, const DeclaredController*>> told;
+  std::set<std::pair<const DeclaredController*, const DeclaredController*>> reported;
   for (const DeclaredController& c : file.controllers) {
     for (const auto& [interface, where] : c.interfaces(true)) {
       for (const std::string& joint : c.driven_joints()) {
         const auto [first, fresh] = holder.emplace(joint + "/" + interface, &c);
-        if (fresh || first->second == &c || !told.insert({first->second, &c}).second) continue;
+        if (fresh || first->second == &c || !reported.insert({first->second, &c}).second) continue;
         out.add("controllers.shared_claim", c.subject(), where,
                 fmt::format("it wants '{}/{}', and so does '{}'; only one of them can be active", joint,
                             interface, first->second->name),

@@ -30,9 +30,9 @@ struct Quantity {
   std::string sheet;  // "DS3240: 36 kg cm at 5 V"
 };
 
-class SheetCheck {
+class DatasheetCheck {
  public:
-  SheetCheck(const AuditInput& in, Findings& out) : in_(in), out_(out) {}
+  DatasheetCheck(const AuditInput& in, Findings& out) : in_(in), out_(out) {}
 
   void check(const JointDrive& drive, const fs::path& file) {
     const Joint* joint = in_.robot.find_joint(drive.joint);
@@ -72,7 +72,7 @@ class SheetCheck {
   }
 
   // A finding of another rule about the same limit of the same joint.
-  Finding* told_already(const std::string& subject, std::string_view quantity) {
+  Finding* reported_already(const std::string& subject, std::string_view quantity) {
     for (Finding& finding : out_.all()) {
       const bool same = finding.subject == subject && finding.severity != Severity::note &&
                         !finding.rule.starts_with("datasheet.");
@@ -103,7 +103,7 @@ class SheetCheck {
     operation.why = "the limit is what the actuator can do";
     operation.evidence = {q.sheet};
     const std::string fix = fmt::format("write {}=\"{:g}\" ({})", q.name, honest, q.sheet);
-    if (Finding* other = told_already(subject, q.name)) {
+    if (Finding* other = reported_already(subject, q.name)) {
       other->fix = fix;
       if (above) other->severity = Severity::error;  // a doubt before, and the sheet proves it
       if (other->repair.empty()) other->repair.push_back(std::move(operation));
@@ -180,7 +180,7 @@ void check_datasheet(const AuditInput& in, Findings& out) {
   }
   if (!sheet) return;
   const auto drives = sheet->actuator ? all_driven(in.robot, *sheet->actuator) : sheet->drives;
-  SheetCheck check(in, out);
+  DatasheetCheck check(in, out);
   for (const JointDrive& drive : drives) check.check(drive, sheet->file);
 }
 

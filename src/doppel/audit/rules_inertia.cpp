@@ -129,9 +129,9 @@ void report_impossible(const Link& link, const Body& body, const Components& c,
   const double excess = triangle_excess(moments);
   const bool rounding = positive && excess <= kRoundedExcess;
   // Without a shape to hold it against, a power of ten that would do is a guess.
-  const auto slip = rounding || !computable(link, shape) ? std::nullopt : only_slip(c, *link.inertial, shape);
+  const auto typo = rounding || !computable(link, shape) ? std::nullopt : only_typo(c, *link.inertial, shape);
   std::string fix =
-      slip ? fmt::format("correct {}: nothing else of the kind makes it possible", slip->what) : "";
+      typo ? fmt::format("correct {}: nothing else of the kind makes it possible", typo->what) : "";
   const bool wrong = !positive || excess > kWrongExcess;
   const Severity severity = graded(link, body, wrong ? Severity::error : Severity::warning);
   Finding& f =
@@ -145,8 +145,8 @@ void report_impossible(const Link& link, const Body& body, const Components& c,
                                      shown(moments)),
                          fix);
   if (severity != Severity::error) return;
-  if (slip) {
-    f.repair = {set_components(link.name, c, slip->corrected, slip->what)};
+  if (typo) {
+    f.repair = {set_components(link.name, c, typo->corrected, typo->what)};
   } else if (computable(link, shape)) {
     f.repair = {compute(link, "no body can have the tensor that was written")};
     f.fix = "compute it from the link's shape and mass";
@@ -212,7 +212,7 @@ bool check_tensor(const Link& link, const Body& body, const std::optional<LinkSh
 
 // It has an <inertial>, which the parser refuses.
 bool refused(const Link& link, const Findings& out) {
-  return out.told("urdf.inertial", subject(link));
+  return out.has("urdf.inertial", subject(link));
 }
 
 void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Findings& out) {
@@ -226,7 +226,7 @@ void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Finding
   }
   for (const Body& body : all) {
     const bool refused = std::any_of(body.links.begin(), body.links.end(),
-                                     [&](const Link* l) { return out.told("urdf.inertial", subject(*l)); });
+                                     [&](const Link* l) { return out.has("urdf.inertial", subject(*l)); });
     if (body.joint == nullptr || body.weighed || refused) continue;
     const Link& link = *body.links.front();
     const bool has_shape = std::any_of(body.links.begin(), body.links.end(), [](const Link* l) {
@@ -258,16 +258,16 @@ void check_inertia(const AuditInput& in, Findings& out) {
   const std::vector<Body> all = bodies(in.robot);
   check_unweighed(in, all, out);
   RoundedLinks rounded_links;
-  UnitDoubts doubts;
+  SuspectUnits suspects;
   for (const Body& body : all) {
     for (const Link* link : body.links) {
       if (!link->inertial || !readable(in, *link, out) || !check_mass(*link, body, out)) continue;
       const auto shape = link_shape(*link);
       const bool sound = check_tensor(*link, body, shape, rounded_links, out);
-      if (shape) check_against_shape(*link, *shape, sound, doubts, out);
+      if (shape) check_against_shape(*link, *shape, sound, suspects, out);
     }
   }
-  report_units(doubts, out);
+  report_units(suspects, out);
   report_rounded(rounded_links.few_digits, Severity::error, out);
   report_rounded(rounded_links.chosen, Severity::warning, out);
   check_twins(in, out);

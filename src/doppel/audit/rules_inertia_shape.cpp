@@ -8,9 +8,9 @@
 namespace doppel::audit_rules {
 namespace {
 
-constexpr double kUsualLightest = 200, kUsualHeaviest = 12000;  // printed shells to machined lead
-constexpr double kPowerSlack = 0.4;                             // decades by which a solid guess is off
-constexpr double kOutside = 0.05;                               // of the link's size
+constexpr double kMinUsualDensity = 200, kMaxUsualDensity = 12000;  // printed shells to machined lead
+constexpr double kPowerSlack = 0.4;                                 // decades by which a solid guess is off
+constexpr double kOutside = 0.05;                                   // of the link's size
 constexpr double kFarCentre = 2;  // m; nearer, it may be in another link's frame
 constexpr double kConcentrated = 0.05;
 constexpr double kPlaceholder = 0.005;  // m: boxes of a millimetre stand for frames, not for parts
@@ -35,7 +35,7 @@ double furthest(const LinkShape& shape, const Eigen::Vector3d& p) {
 }
 
 // True where the mass can be believed.
-bool check_density(const Link& link, const LinkShape& shape, UnitDoubts& doubts, Findings& out) {
+bool check_density(const Link& link, const LinkShape& shape, SuspectUnits& suspects, Findings& out) {
   const double mass = link.inertial->mass;
   const bool closed = shape.solid.volume > 0;
   const double volume = closed ? shape.solid.volume : shape.hull_volume;
@@ -44,8 +44,8 @@ bool check_density(const Link& link, const LinkShape& shape, UnitDoubts& doubts,
   const double certain = shape.hull_volume > 0 ? mass / shape.hull_volume : density;
   const std::string said =
       fmt::format("{:g} kg in {:.3g} cm^3 are {:.3g} kg/m^3", mass, volume * 1e6, density);
-  if (certain > kMaxDensity * 10 && density / 1e3 > kUsualLightest && density / 1e3 < kUsualHeaviest) {
-    doubts.all.push_back({UnitOf::mass, 3, &link, said, "in grams"});
+  if (certain > kMaxDensity * 10 && density / 1e3 > kMinUsualDensity && density / 1e3 < kMaxUsualDensity) {
+    suspects.all.push_back({UnitOf::mass, 3, &link, said, "in grams"});
     return false;
   }
   if (certain > kMaxDensity || (closed && density < kMinDensity)) {
@@ -58,14 +58,14 @@ bool check_density(const Link& link, const LinkShape& shape, UnitDoubts& doubts,
   return true;
 }
 
-void check_centre(const Link& link, const LinkShape& shape, UnitDoubts& doubts, Findings& out) {
+void check_centre(const Link& link, const LinkShape& shape, SuspectUnits& suspects, Findings& out) {
   const Eigen::Vector3d com = link.inertial->origin.xyz;
   const double outside = centre_outside(link, shape);
   if (outside == 0) return;
   const bool in_millimetres = com.norm() > kFarCentre && outside > 3 * shape.size() &&
                               distance_outside(shape, com * 1e-3) <= kOutside * shape.size();
   if (in_millimetres) {
-    doubts.all.push_back(
+    suspects.all.push_back(
         {UnitOf::centre, 3, &link,
          fmt::format("its centre of mass, {:g} {:g} {:g} m, is {:.3g} m outside of its shape", com.x(),
                      com.y(), com.z(), outside),
@@ -96,14 +96,14 @@ bool isotropic(const Components& c) {
 }
 
 // True where the tensor is off by a power of a thousand.
-bool check_tensor_units(const Link& link, const LinkShape& shape, UnitDoubts& doubts) {
+bool check_tensor_units(const Link& link, const LinkShape& shape, SuspectUnits& suspects) {
   const Components c = components_of(*link.inertial);
   const double ratio = tensor_of(c).trace() / expected_tensor(shape, link.inertial->mass).trace();
   if (isotropic(c) || !std::isfinite(ratio) || !(ratio > 0)) return false;
   const double decades = std::log10(ratio);
   const int power = static_cast<int>(std::round(decades / 3)) * 3;
   if (power == 0 || std::abs(decades - power) > kPowerSlack) return false;
-  doubts.all.push_back(
+  suspects.all.push_back(
       {UnitOf::tensor, power, &link,
        fmt::format("its moments of inertia are {:.2g} times what its shape and mass have", ratio),
        "in " + units_of(power)});
@@ -136,15 +136,15 @@ bool doubted(const Link& link, const Findings& out) {
   const std::string name = subject(link);
   for (const char* rule : {"mesh.unit", "mesh.scale_zero", "shape.units", "shape.zero_size", "urdf.geometry",
                            "urdf.number", "urdf.vector"}) {
-    if (out.told(rule, name)) return true;
+    if (out.has(rule, name)) return true;
   }
   return false;
 }
 
 // Its meshes are mirrored by mistake, and the centre of mass is right.
 bool mirrored(const Link& link, const Findings& out) {
-  const auto told = out.find("mesh.scale_negative", subject(link));
-  return told != nullptr && told->severity == Severity::error;
+  const auto scale = out.find("mesh.scale_negative", subject(link));
+  return scale != nullptr && scale->severity == Severity::error;
 }
 
 }  // namespace
@@ -160,14 +160,14 @@ bool computable(const Link& link, const std::optional<LinkShape>& shape) {
   return density > kMinDensity && density < kMaxDensity;
 }
 
-void check_against_shape(const Link& link, const LinkShape& shape, bool sound, UnitDoubts& doubts,
+void check_against_shape(const Link& link, const LinkShape& shape, bool sound, SuspectUnits& suspects,
                          Findings& out) {
   if (shape.size() < kPlaceholder || doubted(link, out)) return;
-  ++doubts.judged;
-  const bool believable = check_density(link, shape, doubts, out);
-  if (!mirrored(link, out)) check_centre(link, shape, doubts, out);
+  ++suspects.compared;
+  const bool believable = check_density(link, shape, suspects, out);
+  if (!mirrored(link, out)) check_centre(link, shape, suspects, out);
   if (!sound || !believable) return;
-  if (check_tensor_units(link, shape, doubts) || check_axes(link, shape, out)) return;
+  if (check_tensor_units(link, shape, suspects) || check_axes(link, shape, out)) return;
   check_gyration(link, shape, out);
 }
 

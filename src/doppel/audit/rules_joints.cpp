@@ -47,7 +47,7 @@ bool misspelt(const AuditInput& in, const Joint& joint, std::string_view element
   const XmlNode* node = element_at(in.expanded.root, joint.source);
   return node != nullptr &&
          std::any_of(node->children.begin(), node->children.end(), [&](const XmlNode& child) {
-           return child.kind == XmlNode::Kind::element && surely_meant(child.name, element);
+           return child.kind == XmlNode::Kind::element && is_near_certain_match(child.name, element);
          });
 }
 

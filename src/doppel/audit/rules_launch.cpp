@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostDependencies = 50;  // told of one package
+constexpr std::size_t kMaxDependencies = 50;  // told of one package
 
 struct LaunchFile {
   SideFile file;
@@ -144,7 +144,7 @@ bool brought_by(const std::string& name, const Names& dependencies) {
   });
 }
 
-void check_packages(const LaunchFile& file, const PackageManifest& manifest, Names& told, Findings& out) {
+void check_packages(const LaunchFile& file, const PackageManifest& manifest, Names& reported, Findings& out) {
   for (const std::string_view open : {"package=", "FindPackageShare(", "get_package_share_directory("}) {
     for (std::size_t at = file.text.find(open); at != std::string::npos; at = file.text.find(open, at + 1)) {
       const std::size_t quote = at + open.size();
@@ -152,9 +152,10 @@ void check_packages(const LaunchFile& file, const PackageManifest& manifest, Nam
       const std::size_t end = file.text.find(file.text[quote], quote + 1);
       if (end == std::string::npos) break;
       const std::string name = file.text.substr(quote + 1, end - quote - 1);
-      if (name == manifest.name || brought_by(name, manifest.dependencies) || contains(told, name)) continue;
-      if (told.size() == kMostDependencies) return;
-      told.push_back(name);
+      if (name == manifest.name || brought_by(name, manifest.dependencies) || contains(reported, name))
+        continue;
+      if (reported.size() == kMaxDependencies) return;
+      reported.push_back(name);
       out.add("package.launch_dependency", file.subject(), file.place(at),
               fmt::format("it uses the package '{}', which package.xml does not depend on", name),
               fmt::format("add <exec_depend>{}</exec_depend> to package.xml", name));
@@ -165,14 +166,14 @@ void check_packages(const LaunchFile& file, const PackageManifest& manifest, Nam
 }  // namespace
 
 void check_launch(const AuditInput& in, const PackageManifest& manifest, Findings& out) {
-  Names told;
+  Names reported;
   const bool fixed = fixed_to_world(in.robot);
   const std::vector<LaunchFile> files = launch_files(in.options.package_folder, out);
   const std::string wanted = files.empty() ? "" : simulation_switch(in);
   for (const LaunchFile& file : files) {
     if (fixed) check_spawn_height(file, out);
     check_mapping(file, wanted, out);
-    check_packages(file, manifest, told, out);
+    check_packages(file, manifest, reported, out);
   }
 }
 

@@ -173,7 +173,7 @@ void check_sign(const MeshUse& use, const std::vector<MeshUse>& uses, Findings& 
 double reach_of(const RobotDescription& robot, const Findings& out) {
   double sum = 0;
   for (const Joint& joint : robot.joints) {
-    const double unit = out.told("joint.origin_units", subject(joint)) ? 1e-3 : 1.0;
+    const double unit = out.has("joint.origin_units", subject(joint)) ? 1e-3 : 1.0;
     sum += unit * joint.origin.xyz.norm();
   }
   return sum;
@@ -242,9 +242,9 @@ void check_visuals_as_collisions(const RobotDescription& robot, Findings& out) {
 // folder is not there, one for all.
 void fold_missing(Findings& out) {
   std::vector<Finding>& all = out.all();
-  std::set<std::string> told;
+  std::set<std::string> reported;
   std::erase_if(all, [&](const Finding& f) {
-    return f.rule == "mesh.missing" && !told.insert(f.subject + f.message).second;
+    return f.rule == "mesh.missing" && !reported.insert(f.subject + f.message).second;
   });
   const auto alike = [](const Finding& f) {
     return f.rule == "mesh.missing" && !f.fix.starts_with("did you mean");
@@ -291,7 +291,7 @@ void check_meshes(const AuditInput& in, Findings& out) {
     if (!placed.emplace(use.link, use.mesh->path).second) continue;
     check_sign(use, uses, out);
     // A scale that cannot be read counts as 1.
-    if (check_scale(use, out) && !out.told("urdf.vector", subject(*use.link)))
+    if (check_scale(use, out) && !out.has("urdf.vector", subject(*use.link)))
       check_unit(use, reach, extents, out);
   }
   check_visuals_as_collisions(in.robot, out);

@@ -103,7 +103,7 @@ bool slip_of(std::string_view written, std::string_view own) {
     written.remove_suffix(own.size() - word);
     own.remove_suffix(own.size() - word);
   }
-  return surely_meant(written, own);
+  return is_near_certain_match(written, own);
 }
 
 void check_names(const AuditInput& in, const Package& package,

@@ -170,7 +170,7 @@ void check_initial_value(const HardwareJoint& joint, const Joint& urdf, Findings
 void check_duplicates(const AuditInput& in, Findings& out) {
   std::map<std::string, const Hardware*> components;
   std::map<std::string, std::pair<const Hardware*, SourceLocation>> seen;
-  std::set<std::string> told;
+  std::set<std::string> reported;
   for (const Hardware& hardware : in.robot.hardware) {
     const auto [first, fresh] = components.emplace(hardware.name, &hardware);
     if (!fresh && !hardware.name.empty()) {
@@ -184,7 +184,7 @@ void check_duplicates(const AuditInput& in, Findings& out) {
         const auto note = [&](const char* kind, const Interface& interface) {
           const std::string full = fmt::format("{} {}/{}", kind, joint.name, interface.name);
           const auto [before, is_new] = seen.emplace(full, std::pair{&hardware, interface.source});
-          if (is_new || joint.name.empty() || !told.insert(joint.name).second) return;
+          if (is_new || joint.name.empty() || !reported.insert(joint.name).second) return;
           out.add("ros2_control.duplicate_interface", subject_of(joint), interface.source,
                   fmt::format("the {} interface '{}/{}' is offered twice; the other is at {}{}", kind,
                               joint.name, interface.name, before->second.second.place(),

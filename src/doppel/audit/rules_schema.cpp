@@ -69,7 +69,7 @@ class SchemaCheck {
     const std::vector<std::string> homes = homes_of(child.name);
     const std::vector<std::string> valid = words(kind.children);
     const auto near = nearest_name(child.name, valid);
-    const bool meant = near && surely_meant(child.name, *near);
+    const bool meant = near && is_near_certain_match(child.name, *near);
     // <limits> in a joint without <limit> is a slip, though <ros2_control> has an element of that name.
     if (!homes.empty() && !(meant && parent.first(*near) == nullptr)) {
       // A colour for what is not drawn loses nothing.

@@ -83,7 +83,7 @@ const typename Elements::value_type* largest_primitive(const Elements& elements)
 
 // All of a link's shapes are primitives, and as written it weighs less than the air that it displaces; a
 // thousandth of it has the density of a part.
-bool light_as_nothing(const Link& link, const LinkShape& shape) {
+bool lighter_than_air(const Link& link, const LinkShape& shape) {
   if (!link.inertial || !(link.inertial->mass > 0) || !(shape.solid.volume > 0)) return false;
   const double density = link.inertial->mass / shape.solid.volume;
   return shape.size() > kLarge && density < kLighterThanAir && density * 1e9 > kMinDensity &&
@@ -96,7 +96,7 @@ void check_units(const Link& link, double reach, Findings& out) {
   if ((visual == nullptr && !link.visuals.empty()) || (visual == nullptr && collision == nullptr)) return;
   const auto shape = link_shape(link);
   if (!shape) return;
-  const bool certain = light_as_nothing(link, *shape);
+  const bool certain = lighter_than_air(link, *shape);
   const bool beyond = !link.inertial && reach > 0 && shape->bounds.sizes().minCoeff() > kWall &&
                       shape->size() > kBeyondReach * reach;
   if (!certain && !beyond) return;

@@ -7,24 +7,24 @@
 namespace doppel::audit_rules {
 namespace {
 
-constexpr std::size_t kFewestLinks = 3;
+constexpr std::size_t kMinLinks = 3;
 
-bool alike(const UnitDoubt& a, const UnitDoubt& b) {
+bool alike(const SuspectUnit& a, const SuspectUnit& b) {
   return a.of == b.of && a.power == b.power;
 }
 
 // Copies of one placeholder agree with each other about nothing.
-std::size_t different(const std::vector<const UnitDoubt*>& doubts) {
+std::size_t different(const std::vector<const SuspectUnit*>& suspects) {
   std::set<std::pair<double, Components>> seen;
-  for (const UnitDoubt* doubt : doubts)
-    seen.emplace(doubt->link->inertial->mass, components_of(*doubt->link->inertial));
+  for (const SuspectUnit* suspect : suspects)
+    seen.emplace(suspect->link->inertial->mass, components_of(*suspect->link->inertial));
   return seen.size();
 }
 
-void report_agreed(const std::vector<const UnitDoubt*>& doubts, Findings& out) {
+void report_agreed(const std::vector<const SuspectUnit*>& suspects, Findings& out) {
   std::vector<std::string> names;
-  for (const UnitDoubt* doubt : doubts) names.push_back(doubt->link->name);
-  const UnitDoubt& first = *doubts.front();
+  for (const SuspectUnit* suspect : suspects) names.push_back(suspect->link->name);
+  const SuspectUnit& first = *suspects.front();
   out.add("inertia.units", first.power > 0 ? Severity::error : Severity::warning,
           fmt::format("{} links", names.size()), first.link->inertial->source,
           fmt::format("{}, and likewise in {}: they are {}", first.said,
@@ -32,28 +32,29 @@ void report_agreed(const std::vector<const UnitDoubt*>& doubts, Findings& out) {
           "convert them to kg, m and kg m^2, or export them again in these units");
 }
 
-void report_alone(const UnitDoubt& doubt, Findings& out) {
-  Finding& f = out.add("inertia.units", Severity::note, subject(*doubt.link), doubt.link->inertial->source,
-                       fmt::format("{}; was it written {}?", doubt.said, doubt.meant),
-                       "nothing, if it is a placeholder or the shape stands for something else");
+void report_alone(const SuspectUnit& suspect, Findings& out) {
+  Finding& f =
+      out.add("inertia.units", Severity::note, subject(*suspect.link), suspect.link->inertial->source,
+              fmt::format("{}; was it written {}?", suspect.said, suspect.meant),
+              "nothing, if it is a placeholder or the shape stands for something else");
   f.consequence = "if it is a slip of units, the link turns and falls like another body";
 }
 
 }  // namespace
 
-void report_units(const UnitDoubts& doubts, Findings& out) {
-  std::vector<const UnitDoubt*> waiting;
-  for (const UnitDoubt& doubt : doubts.all) waiting.push_back(&doubt);
+void report_units(const SuspectUnits& suspects, Findings& out) {
+  std::vector<const SuspectUnit*> waiting;
+  for (const SuspectUnit& suspect : suspects.all) waiting.push_back(&suspect);
   while (!waiting.empty()) {
-    const UnitDoubt& first = *waiting.front();
+    const SuspectUnit& first = *waiting.front();
     const auto others = std::stable_partition(waiting.begin(), waiting.end(),
-                                              [&](const UnitDoubt* d) { return alike(*d, first); });
-    const std::vector<const UnitDoubt*> group(waiting.begin(), others);
+                                              [&](const SuspectUnit* d) { return alike(*d, first); });
+    const std::vector<const SuspectUnit*> group(waiting.begin(), others);
     waiting.erase(waiting.begin(), others);
-    if (different(group) >= kFewestLinks && 2 * group.size() > doubts.judged) {
+    if (different(group) >= kMinLinks && 2 * group.size() > suspects.compared) {
       report_agreed(group, out);
     } else {
-      for (const UnitDoubt* doubt : group) report_alone(*doubt, out);
+      for (const SuspectUnit* suspect : group) report_alone(*suspect, out);
     }
   }
 }

@@ -7,7 +7,7 @@
 namespace doppel::audit_rules {
 namespace {
 
-constexpr std::size_t kNarrowest = 24;  // of a text's column: below that it goes over the edge
+constexpr std::size_t kMinWidth = 24;  // of a text's column: below that it goes over the edge
 
 std::string harmless(std::string_view text) {
   std::string out(text);
@@ -74,7 +74,7 @@ void Layout::line(const std::vector<std::pair<Tone, std::string>>& parts) {
 
 void Layout::wrapped(std::size_t at, std::size_t indent, const std::string& text, Tone tone) {
   const std::string clean = harmless(text);
-  const std::size_t edge = std::max(width_, indent + kNarrowest);
+  const std::size_t edge = std::max(width_, indent + kMinWidth);
   std::string row;
   const auto flush = [&] {
     out_ += toned(tone, row);

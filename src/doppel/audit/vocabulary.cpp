@@ -115,7 +115,7 @@ const ElementKind* find_kind(const std::vector<std::string_view>& path) {
   return best;
 }
 
-bool surely_meant(std::string_view written, std::string_view meant) {
+bool is_near_certain_match(std::string_view written, std::string_view meant) {
   const std::size_t apart = edit_distance(written, meant);
   return apart <= 2 && 2 * apart < written.size();
 }

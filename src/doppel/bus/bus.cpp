@@ -165,7 +165,7 @@ void Bus::Impl::deliver_last(Topic& topic, const std::shared_ptr<bus_detail::Edg
   if (!room.empty()) {
     std::ranges::copy(topic.last, room.begin());
     link->commit(topic.last.size());
-  } else if (link->could_ever_take(topic.last.size())) {
+  } else if (link->fits_in_ring(topic.last.size())) {
     bus.post([this, &topic, link] { deliver_last(topic, link); });
   }
 }
@@ -254,7 +254,7 @@ Bus::~Bus() = default;
 namespace {
 
 // A node may be put together from several parts; it is told of once, with what its first part asked for.
-std::vector<EndpointInfo> told(const std::vector<Endpoint>& endpoints) {
+std::vector<EndpointInfo> endpoint_infos(const std::vector<Endpoint>& endpoints) {
   std::vector<EndpointInfo> infos;
   for (const Endpoint& endpoint : endpoints) {
     const bool known = std::ranges::any_of(infos, [&endpoint](const EndpointInfo& info) {
@@ -269,8 +269,8 @@ std::vector<TopicInfo> topics_of(const Bus::Impl& impl) {
   std::vector<TopicInfo> infos;
   for (const auto& [name, topic] : impl.by_name) {
     if (topic->publishers.empty() && topic->subscribers.empty()) continue;
-    infos.push_back({topic->id, name, topic->support->name, topic->latched, told(topic->publishers),
-                     told(topic->subscribers), topic->received.load(std::memory_order_relaxed)});
+    infos.push_back({topic->id, name, topic->support->name, topic->latched, endpoint_infos(topic->publishers),
+                     endpoint_infos(topic->subscribers), topic->received.load(std::memory_order_relaxed)});
   }
   return infos;
 }
@@ -294,25 +294,25 @@ std::vector<std::string> nodes_of(const Bus::Impl& impl) {
 
 }  // namespace
 
-Bus::Impl::Told Bus::Impl::tell() const {
+Bus::Impl::GraphReport Bus::Impl::graph_report() const {
   return {topics_of(*this), services_of(*this), nodes_of(*this), services};
 }
 
 std::vector<TopicInfo> Bus::topics() const {
   const std::lock_guard lock(impl_->mutex);
-  const Impl::Told* const before = impl_->told_instead();
+  const Impl::GraphReport* const before = impl_->graph_before_stage();
   return before != nullptr ? before->topics : topics_of(*impl_);
 }
 
 std::vector<ServiceInfo> Bus::services() const {
   const std::lock_guard lock(impl_->mutex);
-  const Impl::Told* const before = impl_->told_instead();
+  const Impl::GraphReport* const before = impl_->graph_before_stage();
   return before != nullptr ? before->services : services_of(*impl_);
 }
 
 std::vector<std::string> Bus::nodes() const {
   const std::lock_guard lock(impl_->mutex);
-  const Impl::Told* const before = impl_->told_instead();
+  const Impl::GraphReport* const before = impl_->graph_before_stage();
   return before != nullptr ? before->nodes : nodes_of(*impl_);
 }
 

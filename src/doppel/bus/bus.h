@@ -143,7 +143,7 @@ class Node {
 struct EdgeOptions {
   std::size_t ring_bytes = std::size_t{8} << 20;  // how much it may lag before messages are dropped for it
   // Whether what it sends in comes back to it where it subscribes. A network must not be told what it said.
-  bool hears_itself = true;
+  bool receives_own = true;
 };
 
 // An edge's view: everything here may be called from the edge's one thread, wake() from any. It must go

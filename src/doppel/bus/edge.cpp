@@ -15,8 +15,8 @@ using bus_detail::RecordHeader;
 
 // To wake an edge costs the loop a system call of some microseconds. While messages come again and again, an
 // edge that waits for them looks by itself after short naps, so that the loop pays nothing.
-constexpr std::chrono::microseconds kNap{150};
-constexpr int kMostNaps = 12;  // without a message, before it asks to be woken
+constexpr std::chrono::microseconds kPollInterval{150};
+constexpr int kMaxEmptyPolls = 12;  // without a message, before it asks to be woken
 
 // Whether an edge is still there to be answered. Held while an answer runs, so that the edge waits for it to
 // end.
@@ -93,7 +93,7 @@ class EdgeImpl : public Edge {
     }
     taken_ = record.data() != nullptr;
     if (!taken_) return false;
-    quiet_naps_ = 0;
+    empty_polls_ = 0;
     RecordHeader header;
     std::memcpy(&header, record.data(), sizeof(header));
     message = {header.topic, Time(header.stamp), record.subspan(sizeof(header))};
@@ -104,10 +104,10 @@ class EdgeImpl : public Edge {
     if (taken_) link_->ring().pop();
     taken_ = false;
     const auto end = std::chrono::steady_clock::now() + at_most;
-    while (link_->ring().front().data() == nullptr && quiet_naps_ < kMostNaps) {
-      if (end - std::chrono::steady_clock::now() < kNap) break;
-      ++quiet_naps_;
-      if (is_woken_within(kNap)) return;
+    while (link_->ring().front().data() == nullptr && empty_polls_ < kMaxEmptyPolls) {
+      if (end - std::chrono::steady_clock::now() < kPollInterval) break;
+      ++empty_polls_;
+      if (is_woken_within(kPollInterval)) return;
     }
     if (link_->front_or_arm().data() == nullptr) is_woken_within(end - std::chrono::steady_clock::now());
   }
@@ -151,7 +151,7 @@ class EdgeImpl : public Edge {
   std::shared_ptr<EdgeLink> link_;
   std::shared_ptr<Liveness> liveness_ = std::make_shared<Liveness>();
   bool taken_ = false;  // the record at the ring's front has been handed out
-  int quiet_naps_ = kMostNaps;
+  int empty_polls_ = kMaxEmptyPolls;
   mutable bool fd_is_watched_ = false;
 };
 
@@ -200,7 +200,7 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
 
 EdgeImpl::Target EdgeImpl::find_target(std::string_view name, std::string& why) const {
   const std::lock_guard lock(impl_.mutex);
-  const Bus::Impl::Told* const before = impl_.told_instead();
+  const Bus::Impl::GraphReport* const before = impl_.graph_before_stage();
   const auto& services = before != nullptr ? before->entries : impl_.services;
   const auto found = services.find(name);
   if (found != services.end()) return {found->second, found->second->decode};

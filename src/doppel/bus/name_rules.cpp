@@ -9,7 +9,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kLongest = 255;
+constexpr std::size_t kMaxLength = 255;
 constexpr std::string_view kTopicScheme = "rostopic://", kServiceScheme = "rosservice://";
 
 bool is_letter(char c) {
@@ -86,9 +86,9 @@ std::string logger_name(std::string_view full_name) {
 
 Status check_node_name(std::string_view name) {
   if (name.empty()) return Status::refused("a node's name cannot be empty");
-  if (name.size() > kLongest)
+  if (name.size() > kMaxLength)
     return Status::refused(
-        fmt::format("a node's name has at most {} letters, this one {}", kLongest, name.size()));
+        fmt::format("a node's name has at most {} letters, this one {}", kMaxLength, name.size()));
   return check_token(name, name, "name of a node");
 }
 
@@ -199,7 +199,7 @@ std::string NameRules::resolve(NameKind kind, std::string_view name, std::string
   return whole;
 }
 
-void NameRules::tell_unused(Diagnostics& diagnostics) const {
+void NameRules::report_unused(Diagnostics& diagnostics) const {
   for (const Rule& rule : rules_) {
     if (rule.used) continue;
     const bool unknown_node = !rule.node.empty() && !nodes_.contains(rule.node);

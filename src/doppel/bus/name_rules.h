@@ -57,7 +57,7 @@ class NameRules {
   std::string resolve(NameKind kind, std::string_view name, std::string_view node);
 
   // A warning for each rule that has fitted nothing so far, with the nearest name that there was.
-  void tell_unused(Diagnostics& diagnostics) const;
+  void report_unused(Diagnostics& diagnostics) const;
 
  private:
   enum class Target { node_name, node_namespace, topic, service, topic_and_service };

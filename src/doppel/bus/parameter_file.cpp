@@ -13,8 +13,8 @@ namespace doppel {
 namespace {
 
 constexpr const char* kParameters = "ros__parameters";
-constexpr int kDeepest = 64;                 // of nested maps; a YAML alias can contain itself
-constexpr std::size_t kMostValues = 20'000;  // aliases of aliases multiply
+constexpr int kMaxDepth = 64;               // of nested maps; a YAML alias can contain itself
+constexpr std::size_t kMaxValues = 20'000;  // aliases of aliases multiply
 
 std::vector<std::string> tokens_of(std::string_view node) {
   std::vector<std::string> tokens;
@@ -54,7 +54,7 @@ class Reader {
   explicit Reader(FileName file) : file_(std::move(file)) {}
 
   void read_nodes(const YAML::Node& map, const std::string& path, int depth) {
-    if (depth > kDeepest) return too_deep(map);
+    if (depth > kMaxDepth) return too_deep(map);
     for (const auto& entry : map) {
       const SourceLocation place = place_of(entry.first);
       if (!check_key(entry.first)) continue;
@@ -132,7 +132,7 @@ class Reader {
   }
 
   void read_parameters(const YAML::Node& map, const std::string& prefix, int depth) {
-    if (depth > kDeepest || ++values_ > kMostValues) return too_deep(map);
+    if (depth > kMaxDepth || ++values_ > kMaxValues) return too_deep(map);
     std::vector<std::pair<std::string, SourceLocation>> seen;
     for (const auto& entry : map) {
       if (!check_key(entry.first, &seen)) continue;
@@ -210,7 +210,7 @@ std::string how_to_fit(const ParameterValue& value, const ParameterValue& wanted
 }
 
 // Parameters that every node of ROS 2 has, whether it cares or not.
-bool known_to_every_node(std::string_view name) {
+bool is_standard_parameter(std::string_view name) {
   return name == "use_sim_time" || name == "start_type_description_service" ||
          name.starts_with("qos_overrides.");
 }
@@ -259,7 +259,7 @@ ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* ove
 void report_unused(const ParameterOverrides& overrides, const std::string& node,
                    const std::vector<std::string>& valid_names, Diagnostics& diagnostics) {
   for (const ParameterOverride& o : overrides.all()) {
-    if (o.used || known_to_every_node(o.name)) continue;
+    if (o.used || is_standard_parameter(o.name)) continue;
     diagnostics.warning("parameter.unknown", o.source,
                         fmt::format("'{}' has no parameter '{}', so this value does nothing{}", node, o.name,
                                     did_you_mean(o.name, valid_names)));

@@ -69,9 +69,9 @@ msg::ParameterDescriptor describe(const Parameters::Declared& declared) {
   descriptor.dynamic_typing = declared.options.dynamic_typing;
   if (const auto& range = declared.options.range) {
     if (std::holds_alternative<double>(declared.value)) {
-      constexpr double kMost = std::numeric_limits<double>::max();
+      constexpr double kMax = std::numeric_limits<double>::max();
       descriptor.floating_point_range.push_back(
-          {std::clamp(range->from, -kMost, kMost), std::clamp(range->to, -kMost, kMost), 0});
+          {std::clamp(range->from, -kMax, kMax), std::clamp(range->to, -kMax, kMax), 0});
     } else {
       descriptor.integer_range.push_back({whole(range->from), whole(range->to), 0});
     }

@@ -195,7 +195,7 @@ ParameterValue Parameters::declare(std::string name, ParameterValue initial, Par
   auto set = converted(initial, before->value);
   const bool fits = set && fits_options(options, *set);
   before->options = std::move(options);
-  tell(name, fits ? std::move(*set) : std::move(initial));
+  update_read_only(name, fits ? std::move(*set) : std::move(initial));
   return before->value;
 }
 
@@ -265,10 +265,10 @@ Status Parameters::set_all(std::vector<std::pair<std::string, ParameterValue>> w
 // Whoever sets names without end, from the network, is stopped before memory ends.
 Status Parameters::check_undeclared(std::string_view name, std::size_t more) const {
   if (name.empty()) return Status::refused("parameter name must not be empty");
-  if (undeclared_.size() + more <= kMostUndeclared) return {};
+  if (undeclared_.size() + more <= kMaxUndeclared) return {};
   return Status::refused(fmt::format(
       "parameter '{}' cannot be set because it was not declared, and {} undeclared ones are there already",
-      name, kMostUndeclared));
+      name, kMaxUndeclared));
 }
 
 void Parameters::store(const std::string& name, const ParameterValue& value, Event& event,
@@ -288,12 +288,14 @@ void Parameters::store(const std::string& name, const ParameterValue& value, Eve
     gone.splice(gone.end(), declared_, found);
   } else {
     found->value = value;
-    const auto told = [&found](const auto& list) { return std::ranges::find(list, &*found) != list.end(); };
-    if (!told(event.declared) && !told(event.changed)) event.changed.push_back(&*found);
+    const auto is_listed = [&found](const auto& list) {
+      return std::ranges::find(list, &*found) != list.end();
+    };
+    if (!is_listed(event.declared) && !is_listed(event.changed)) event.changed.push_back(&*found);
   }
 }
 
-void Parameters::tell(std::string_view name, ParameterValue value) {
+void Parameters::update_read_only(std::string_view name, ParameterValue value) {
   Declared* declared = find_mine(name);
   if (declared == nullptr || declared->value == value) return;
   declared->value = std::move(value);

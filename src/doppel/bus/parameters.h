@@ -63,10 +63,10 @@ class Parameters {
   };
 
   // rclcpp's allow_undeclared_parameters: setting an unknown name declares it, with dynamic typing, and
-  // asking for one is answered with "not set". At most kMostUndeclared can be there.
+  // asking for one is answered with "not set". At most kMaxUndeclared can be there.
   void allow_undeclared() { allows_undeclared_ = true; }
   [[nodiscard]] bool allows_undeclared() const { return allows_undeclared_; }
-  static constexpr std::size_t kMostUndeclared = 1000;
+  static constexpr std::size_t kMaxUndeclared = 1000;
 
   // The value it has now: `initial`, or what was set before the declaration if undeclared names are allowed
   // and it fits. Throws std::logic_error if declared before.
@@ -79,7 +79,7 @@ class Parameters {
   // All of them or, with the first reason against it, none.
   Status set_all(std::vector<std::pair<std::string, ParameterValue>> wanted);
   // Whoever declared a read-only parameter says what it is now.
-  void tell(std::string_view name, ParameterValue value);
+  void update_read_only(std::string_view name, ParameterValue value);
   void on_change(Listener listener) { listeners_.push_back(std::move(listener)); }
   void on_event(std::function<void(const Event&)> listener) { on_event_ = std::move(listener); }
   [[nodiscard]] const std::list<Declared>& all() const { return declared_; }

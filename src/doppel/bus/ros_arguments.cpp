@@ -121,7 +121,7 @@ void read_section(std::span<const std::string> words, RosArguments& out, std::ve
   if (!errors.empty()) throw InputError(std::move(errors));
 }
 
-bool is_meant(const std::string& pattern, const Node& node) {
+bool applies_to(const std::string& pattern, const Node& node) {
   if (pattern.empty() || pattern.find('*') != std::string::npos) return true;
   for (const std::string* name : {&node.name(), &node.given_name()}) {
     if (pattern == *name || "/" + pattern == *name) return true;
@@ -131,15 +131,15 @@ bool is_meant(const std::string& pattern, const Node& node) {
 
 }  // namespace
 
-void tell_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnostics) {
-  bus.names().tell_unused(diagnostics);
+void report_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnostics) {
+  bus.names().report_unused(diagnostics);
   for (const auto& given : arguments.parameters) {
     const auto* parameter = std::get_if<GivenParameter>(&given);
     if (parameter == nullptr) continue;
     bool met = false, taken = false;
     std::vector<std::string> names;
     bus.each_node([&](Node& node) {
-      if (!is_meant(parameter->node, node)) return;
+      if (!applies_to(parameter->node, node)) return;
       met = true;
       taken = taken || node.parameters().find(parameter->name) != nullptr;
       for (std::string& name : node.parameters().names()) names.push_back(std::move(name));

@@ -42,6 +42,6 @@ RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names
 class Bus;
 
 // A warning for each renaming and each parameter that fits nothing on the bus, with the nearest name.
-void tell_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnostics);
+void report_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnostics);
 
 }  // namespace doppel

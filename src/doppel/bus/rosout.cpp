@@ -38,7 +38,7 @@ void fill_place(rcl_interfaces::msg::Log& line, const std::source_location& wher
 }
 
 // What the sinks hold: the log may outlive the bus.
-struct Rosout::Door {
+struct Rosout::Endpoint {
   std::mutex mutex;
   Bus* bus = nullptr;
 };
@@ -69,20 +69,20 @@ struct Rosout::Impl {
   Publisher<Line> topic;
 };
 
-Rosout::Rosout(Bus& bus) : impl_(std::make_shared<Impl>(bus)), door_(std::make_shared<Door>()) {
-  door_->bus = &bus;
+Rosout::Rosout(Bus& bus) : impl_(std::make_shared<Impl>(bus)), endpoint_(std::make_shared<Endpoint>()) {
+  endpoint_->bus = &bus;
 }
 
 Rosout::~Rosout() {
-  const std::lock_guard lock(door_->mutex);
-  door_->bus = nullptr;
+  const std::lock_guard lock(endpoint_->mutex);
+  endpoint_->bus = nullptr;
 }
 
 Log::Sink Rosout::sink() const {
-  return [door = door_, weak = std::weak_ptr(impl_)](const LogLine& line) {
-    const std::lock_guard lock(door->mutex);
-    if (door->bus == nullptr) return;
-    door->bus->post([weak, line] {
+  return [endpoint = endpoint_, weak = std::weak_ptr(impl_)](const LogLine& line) {
+    const std::lock_guard lock(endpoint->mutex);
+    if (endpoint->bus == nullptr) return;
+    endpoint->bus->post([weak, line] {
       if (const auto impl = weak.lock()) impl->publish(line);
     });
   };

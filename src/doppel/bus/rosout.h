@@ -28,9 +28,9 @@ class Rosout {
 
  private:
   struct Impl;
-  struct Door;
+  struct Endpoint;
   std::shared_ptr<Impl> impl_;
-  std::shared_ptr<Door> door_;
+  std::shared_ptr<Endpoint> endpoint_;
 };
 
 }  // namespace doppel

@@ -96,7 +96,7 @@ BusStage::BusStage(Bus& bus) : bus_(bus), saved_(std::make_unique<Saved>()) {
   saved_->by_name = impl.by_name;
   saved_->services = impl.services;
   saved_->nodes = impl.nodes;
-  impl.before_stage = std::make_unique<const Bus::Impl::Told>(impl.tell());
+  impl.before_stage = std::make_unique<const Bus::Impl::GraphReport>(impl.graph_report());
   impl.stages = std::this_thread::get_id();
   for (std::size_t i = 0; i < only_edges.size(); ++i) put(only_edges[i], *impl.topics[i]);
   impl.services.clear();
@@ -122,7 +122,7 @@ BusStage::~BusStage() {
 void BusStage::commit() {
   Bus::Impl& impl = *bus_.impl_;
   std::unique_ptr<Saved> replaced = std::make_unique<Saved>(), former;  // freed outside the lock
-  std::unique_ptr<const Bus::Impl::Told> told;
+  std::unique_ptr<const Bus::Impl::GraphReport> graph;
   const std::lock_guard lock(impl.mutex);
   for (std::size_t i = 0; i < saved_->topics.size(); ++i)
     replaced->topics.push_back(joined(saved_->topics[i], *impl.topics[i]));
@@ -132,7 +132,7 @@ void BusStage::commit() {
   for (std::size_t i = 0; i < replaced->topics.size(); ++i) put(replaced->topics[i], *impl.topics[i]);
   impl.services.swap(replaced->services);
   impl.nodes.swap(replaced->nodes);
-  told = std::move(impl.before_stage);
+  graph = std::move(impl.before_stage);
   impl.graph_changed();
   former = std::move(saved_);
 }

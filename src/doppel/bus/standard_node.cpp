@@ -15,9 +15,9 @@ using type_description_interfaces::srv::GetTypeDescription;
 
 constexpr const char* kParameterEvents = "/parameter_events";
 constexpr const char* kClock = "/clock";
-constexpr std::size_t kMostLoggers = 1000;  // that somebody gives a level
+constexpr std::size_t kMaxLoggers = 1000;  // that somebody gives a level
 
-void tell_changes(Node& node) {
+void publish_changes(Node& node) {
   const auto events = node.advertise<ParameterEvent>(kParameterEvents, Qos::parameter_events());
   node.parameters().on_event([&node, events](const Parameters::Event& event) {
     if (!events.has_listeners()) return;
@@ -105,7 +105,7 @@ void serve_logger_levels(Node& node) {
     SetLoggerLevels::Response response;
     for (const Level& wanted : request.levels) {
       const bool known = wanted.level % 10 == 0 && wanted.level <= Level::LOG_LEVEL_FATAL;
-      const bool room = levels.contains(wanted.name) || levels.size() < kMostLoggers;
+      const bool room = levels.contains(wanted.name) || levels.size() < kMaxLoggers;
       if (known && room) levels[wanted.name] = wanted.level;
       response.results.push_back({known && room, known ? "" : "Invalid logger level"});
     }
@@ -132,7 +132,7 @@ void make_standard(Node& node, bool own_clock) {
   node.advertise<rcl_interfaces::msg::Log>("/rosout", Qos::rosout());
   serve_parameters(node);
   serve_type_descriptions(node);
-  tell_changes(node);
+  publish_changes(node);
   node.subscribe<ParameterEvent>(
       kParameterEvents, [](const auto&) {}, Qos::parameter_events());
   if (!own_clock) declare_sim_time(node);

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kWorstResidual = 5.0 * kDegree;
-constexpr double kLeastMotion = 0.05;  // machine per model: less is a joint that did not turn
-constexpr double kSmallestScale = 0.5, kLargestScale = 2.0;
+constexpr double kMinMotion = 0.05;  // machine per model: less is a joint that did not turn
+constexpr double kMinScale = 0.5, kMaxScale = 2.0;
 constexpr double kZeroTolerance = 1e-9;  // rad or m
 
 bool slides(const Joint& joint) {
@@ -48,7 +48,7 @@ void check_joint(const Joint& joint) {
 }
 
 double least_spread(const Joint& joint) {
-  if (!slides(joint)) return kLeastSpread;
+  if (!slides(joint)) return kMinSpread;
   return joint.limits ? (joint.limits->upper - joint.limits->lower) / 3.0 : 0.0;
 }
 
@@ -148,11 +148,11 @@ JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements
   check_spread(joint, measurements);
   const Line line = line_through(measurements);
   const double slope = line.slope;
-  if (std::abs(slope) < kLeastMotion) {
+  if (std::abs(slope) < kMinMotion) {
     refuse(joint, "calibrate.no_motion", "the machine's numbers hardly differ, although the model's do",
            "check that this joint is the one that was driven");
   }
-  if (std::abs(slope) < kSmallestScale || std::abs(slope) > kLargestScale) {
+  if (std::abs(slope) < kMinScale || std::abs(slope) > kMaxScale) {
     refuse(
         joint, "calibrate.scale",
         fmt::format(

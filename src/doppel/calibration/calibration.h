@@ -33,8 +33,8 @@ struct JointFit {
   [[nodiscard]] double worst_residual() const;
 };
 
-inline constexpr double kLeastSpread = 60.0 * 0.017453292519943295;  // rad, between the model's values
-inline constexpr double kScaleTolerance = 0.02;                      // more than this is no error of reading
+inline constexpr double kMinSpread = 60.0 * 0.017453292519943295;  // rad, between the model's values
+inline constexpr double kScaleTolerance = 0.02;                    // more than this is no error of reading
 
 // Throws InputError: fewer than two measurements, all within 60 degrees (for a prismatic joint: within a
 // third of its range), a machine that did not move, a scale

@@ -27,7 +27,7 @@ std::string last_name(const std::vector<Operation>& operations, std::size_t i) {
 }
 
 // Whoever made the older one: a wrong one is taken out, not turned back by a second.
-bool does_it_again(const Operation& old, const Operation& fresh) {
+bool is_repetition_of(const Operation& old, const Operation& fresh) {
   if (std::holds_alternative<FlipAxis>(old.action)) return std::holds_alternative<FlipAxis>(fresh.action);
   const auto* before = std::get_if<BakeZero>(&old.action);
   const auto* now = std::get_if<BakeZero>(&fresh.action);
@@ -51,7 +51,7 @@ std::optional<std::size_t> correction_made_of(const std::vector<Operation>& corr
                                               const std::string& joint, const std::vector<Operation>& fresh) {
   for (const std::size_t i : zeros_of(corrections, joint)) {
     const bool again = std::ranges::any_of(fresh, [&](const Operation& operation) {
-      return share_a_measurement(corrections[i], operation) || does_it_again(corrections[i], operation);
+      return share_a_measurement(corrections[i], operation) || is_repetition_of(corrections[i], operation);
     });
     if (again) return i;
   }

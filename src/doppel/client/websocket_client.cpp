@@ -26,18 +26,18 @@ using boost::system::error_code;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kInterruptCheck = std::chrono::milliseconds(20);
-constexpr std::size_t kLargestMessage = std::size_t{256} << 20;
-constexpr std::size_t kMostUnread = 100'000;  // messages that nobody has taken yet
+constexpr std::size_t kMaxMessageBytes = std::size_t{256} << 20;
+constexpr std::size_t kMaxUnread = 100'000;  // messages that nobody has taken yet
 
 }  // namespace
 
-struct WebSocketClient::Impl : Heard {
+struct WebSocketClient::Impl : ReceiveBuffer {
   explicit Impl(ClientOptions chosen) : options(std::move(chosen)) {
     connect();
     read();
     send(foxglove::to_frame(foxglove::WatchGraph{true}));
     // The server answers in order: with the graph, all that it sends to a newcomer is here.
-    if (!wait([this] { return graph_known; }, Clock::now() + options.patience)) {
+    if (!wait([this] { return graph_known; }, Clock::now() + options.timeout)) {
       throw ClientError(fmt::format("the twin on port {} did not answer in time", options.port));
     }
   }
@@ -69,7 +69,7 @@ struct WebSocketClient::Impl : Heard {
                   beast::string_view(foxglove::kSubprotocol.data(), foxglove::kSubprotocol.size()));
       request.set(beast::http::field::user_agent, "doppel");
     }));
-    socket.read_message_max(kLargestMessage);
+    socket.read_message_max(kMaxMessageBytes);
     websocket::response_type response;
     bool done = false;
     const std::string target = options.token.empty() ? "/" : "/?token=" + options.token;
@@ -78,7 +78,7 @@ struct WebSocketClient::Impl : Heard {
                              failed = outcome;
                              done = true;
                            });
-    io.run_for(options.patience);
+    io.run_for(options.timeout);
     if (!done)
       throw ClientError(fmt::format("port {} is open, but nothing there speaks WebSocket", options.port));
     if (failed) {
@@ -213,7 +213,7 @@ struct WebSocketClient::Impl : Heard {
   }
   void handle(const foxglove::MessageData& data) {
     const auto offer = offers.find(data.subscription);  // a subscription has its channel's id
-    if (offer == offers.end() || inbox.size() >= kMostUnread) return;
+    if (offer == offers.end() || inbox.size() >= kMaxUnread) return;
     inbox.push_back({offer->second.topic, offer->second.schema_name, data.stamp,
                      Bytes(data.payload.begin(), data.payload.end())});
   }
@@ -232,7 +232,7 @@ struct WebSocketClient::Impl : Heard {
 
   // The answer to a request with an id; what the server refused on the way is in `errors`.
   void await_request(const std::string& id) {
-    if (!wait([&] { return answered_request == id; }, Clock::now() + options.patience)) {
+    if (!wait([&] { return answered_request == id; }, Clock::now() + options.timeout)) {
       throw ClientError("the twin did not answer in time; is its loop running?");
     }
   }
@@ -262,7 +262,7 @@ WebSocketClient::~WebSocketClient() = default;
 const std::string& WebSocketClient::server_name() const {
   return impl_->name;
 }
-Heard& WebSocketClient::heard() const {
+ReceiveBuffer& WebSocketClient::buffer() const {
   return *impl_;
 }
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "doppel/client/heard.h"
+#include "doppel/client/buffered_client.h"
 
 namespace doppel {
 
@@ -15,12 +15,12 @@ struct ClientOptions {
   std::string host = "127.0.0.1";
   std::uint16_t port = 8700;
   std::string token;                                  // where the twin asks for one
-  std::chrono::milliseconds patience{5000};           // for what should come at once
+  std::chrono::milliseconds timeout{5000};            // for what should come at once
   std::function<bool()> interrupted;                  // asked every 20 ms or so; may be empty
   std::function<void(const std::string&)> on_status;  // warnings that belong to no request
 };
 
-class WebSocketClient : public HearingClient {
+class WebSocketClient : public BufferedClient {
  public:
   // Returns when it knows all topics, services and nodes that there are.
   explicit WebSocketClient(ClientOptions options);
@@ -45,7 +45,7 @@ class WebSocketClient : public HearingClient {
                        const ParameterValue& value) override;
 
  private:
-  [[nodiscard]] Heard& heard() const override;
+  [[nodiscard]] ReceiveBuffer& buffer() const override;
 
   struct Impl;
   std::unique_ptr<Impl> impl_;

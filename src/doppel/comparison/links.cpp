@@ -55,9 +55,9 @@ std::string size_text(const Geometry& geometry) {
 bool same_file(const MeshGeometry& a, const MeshGeometry& b) {
   if (a.path == b.path) return a.path.empty() ? a.uri == b.uri : true;
   if (a.path.empty() || b.path.empty()) return size_text(a) == size_text(b);
-  constexpr std::size_t kLargest = std::size_t{1} << 30;
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
   try {
-    return read_file(a.path, kLargest) == read_file(b.path, kLargest);
+    return read_file(a.path, kMaxBytes) == read_file(b.path, kMaxBytes);
   } catch (const InputError&) {
     return false;
   }

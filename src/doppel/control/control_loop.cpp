@@ -15,8 +15,8 @@ namespace doppel {
 namespace {
 
 constexpr const char* kOrigin = "control_loop";
-constexpr Duration kGatePatience = std::chrono::milliseconds(5);  // between looks whether the loop ends
-constexpr Duration kLeastStall = std::chrono::milliseconds(100);
+constexpr Duration kGateTimeout = std::chrono::milliseconds(5);  // between looks whether the loop ends
+constexpr Duration kMinStall = std::chrono::milliseconds(100);
 constexpr int kStallPeriods = 10;
 constexpr Duration kSecond = std::chrono::seconds(1);
 
@@ -65,7 +65,7 @@ ControlLoop::ControlLoop(ControllerManager& manager, LoopGate& gate, Time begin,
       gate_(gate),
       log_(log),
       period_(manager.period()),
-      stall_(options.stall > Duration{} ? options.stall : std::max(kLeastStall, kStallPeriods * period_)),
+      stall_(options.stall > Duration{} ? options.stall : std::max(kMinStall, kStallPeriods * period_)),
       now_(begin),
       last_tick_(Clock::now().time_since_epoch().count()),
       second_(Clock::now()),
@@ -107,7 +107,7 @@ void ControlLoop::run() {
   Clock::time_point due = Clock::now();
   while (!ends_) {
     sleep_until(due);
-    while (!gate_.try_lock_for(kGatePatience)) {
+    while (!gate_.try_lock_for(kGateTimeout)) {
       if (ends_) return;
     }
     const auto begun = Clock::now();

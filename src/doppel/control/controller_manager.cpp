@@ -116,13 +116,14 @@ void ControllerManager::Impl::choose_rate(LoadedController& c) {
   c.period = period * c.ticks_per_update;
   c.context.update_rate = rate_of(c.period);
   if (asked != 0 && differs(rate, c.context.update_rate)) {
-    tell(log, c.name,
-         {Severity::warning, "control.rate_rounded",
-          fmt::format("{:g} Hz does not divide the controller manager's {:g} Hz; '{}' is updated every {} "
-                      "tick{}, at {:g} Hz",
-                      rate, rate_of(period), c.name, c.ticks_per_update, c.ticks_per_update == 1 ? "" : "s",
-                      c.context.update_rate),
-          written->source, fmt::format("choose a rate that divides {:g}", rate_of(period))});
+    log_diagnostic(
+        log, c.name,
+        {Severity::warning, "control.rate_rounded",
+         fmt::format("{:g} Hz does not divide the controller manager's {:g} Hz; '{}' is updated every {} "
+                     "tick{}, at {:g} Hz",
+                     rate, rate_of(period), c.name, c.ticks_per_update, c.ticks_per_update == 1 ? "" : "s",
+                     c.context.update_rate),
+         written->source, fmt::format("choose a rate that divides {:g}", rate_of(period))});
   }
 }
 
@@ -134,11 +135,11 @@ void ControllerManager::Impl::declare_written_type(LoadedController& c) {
   const ParameterValue value = declare_parameter(c.node->parameters(), &c.overrides, "type", written->value,
                                                  {.description = "as the file says", .dynamic_typing = true});
   if (value == ParameterValue(c.type)) return;
-  tell(log, c.name,
-       {Severity::warning, "control.other_type",
-        fmt::format("the type '{}' here does nothing: '{}' is a '{}', as {} was told", to_string(value),
-                    c.name, c.type, options.name),
-        written->source, "say the same in both places"});
+  log_diagnostic(log, c.name,
+                 {Severity::warning, "control.other_type",
+                  fmt::format("the type '{}' here does nothing: '{}' is a '{}', as {} was told",
+                              to_string(value), c.name, c.type, options.name),
+                  written->source, "say the same in both places"});
 }
 
 void ControllerManager::Impl::load(const std::string& name, const std::string& given_type) {
@@ -205,7 +206,7 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   initialise(*c);
   Diagnostics unused;
   report_unused(c->overrides, name, c->node->parameters().names(), unused);
-  for (const Diagnostic& finding : unused.all()) tell(log, name, finding);
+  for (const Diagnostic& finding : unused.all()) log_diagnostic(log, name, finding);
   return c;
 }
 
@@ -315,7 +316,7 @@ void ControllerManager::Impl::housekeeping(Time the_time) {
     c->controller->housekeeping(now);
     c->next_housekeeping = std::max(c->next_housekeeping + c->housekeeping_period, now);
   }
-  limiter.tell(now, log);
+  limiter.report(now, log);
   publish_diagnostics();
 }
 
@@ -358,8 +359,8 @@ Status ControllerManager::unload(const std::string& name) {
 void ControllerManager::start(std::span<const std::string> names) {
   impl_->start(names);
 }
-void ControllerManager::start_what_fits(std::span<const std::string> names) {
-  impl_->start_what_fits(names);
+void ControllerManager::start_compatible(std::span<const std::string> names) {
+  impl_->start_compatible(names);
 }
 void ControllerManager::model_changed(const Model& model) {
   impl_->model = &model;
@@ -457,16 +458,16 @@ void ControllerManager::stall_hardware() noexcept {
   for (const auto& component : impl_->resources.components()) component->hardware->on_stall();
 }
 
-LoopWish ControllerManager::loop_wish() const {
-  LoopWish wish;
+LoopSettings ControllerManager::loop_settings() const {
+  LoopSettings settings;
   if (const ParameterOverride* priority = impl_->own.find("thread_priority")) {
     if (const auto* value = std::get_if<std::int64_t>(&priority->value))
-      wish.thread_priority = static_cast<int>(*value);
+      settings.thread_priority = static_cast<int>(*value);
   }
   if (const ParameterOverride* lock = impl_->own.find("lock_memory")) {
-    if (const auto* value = std::get_if<bool>(&lock->value)) wish.lock_memory = *value;
+    if (const auto* value = std::get_if<bool>(&lock->value)) settings.lock_memory = *value;
   }
-  return wish;
+  return settings;
 }
 
 void ControllerManager::report_loop(const LoopStatistics& statistics) {

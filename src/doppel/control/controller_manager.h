@@ -32,7 +32,7 @@ struct ControllerManagerOptions {
 };
 
 // What the YAML says of a loop with a thread of its own, by ros2_control's names.
-struct LoopWish {
+struct LoopSettings {
   int thread_priority = 50;  // SCHED_FIFO
   bool lock_memory = true;
 };
@@ -98,11 +98,11 @@ class ControllerManager {
   // The same of a file that nobody named: what cannot be loaded, configured or have its interfaces is left
   // out with a warning and not loaded; of two that claim one interface the trajectory controller, else the
   // first one, is active and the other inactive, with a note.
-  void start_what_fits(std::span<const std::string> names);
+  void start_compatible(std::span<const std::string> names);
 
   // In the loop, once every period(). No allocation, no lock, no throw.
   [[nodiscard]] Duration period() const;
-  [[nodiscard]] LoopWish loop_wish() const;
+  [[nodiscard]] LoopSettings loop_settings() const;
   void tick(Time now);
   // Between ticks, after each: deals with what has failed in it. Costs one load where nothing has.
   void settle(Time now);

@@ -14,8 +14,9 @@ namespace {
 
 constexpr double kSlack =
     1e-6;  // rad, m, ...: rounding in somebody's file is held to the limit, but not told
-constexpr Duration kQuiet = std::chrono::seconds(1);            // without intervention: the episode is over
-constexpr Duration kPatience = std::chrono::milliseconds(250);  // so that the most is known when it is told
+constexpr Duration kEpisodeTimeout = std::chrono::seconds(1);  // without intervention: the episode is over
+constexpr Duration kReportDelay =
+    std::chrono::milliseconds(250);  // so that the most is known when it is told
 
 bool beyond(double asked, double limit) {
   return std::abs(asked) > limit + kSlack * std::max(1.0, limit);
@@ -184,16 +185,16 @@ std::string JointLimiter::sentence(const Entry& entry, Kind kind) {
                      asked, unit, effort ? joint.effort : joint.velocity, unit);
 }
 
-void JointLimiter::tell(Time now, const Log& log) {
+void JointLimiter::report(Time now, const Log& log) {
   for (Entry& entry : entries_) {
     for (std::size_t kind = 0; kind < kKinds; ++kind) {
       Episode& episode = entry.episodes[kind];
       if (!episode.open) continue;
       const bool rewound = now < episode.last;  // the simulation was reset
-      const bool over = rewound || now - episode.last > kQuiet;
-      if (!episode.told && (over || kind == kNotFinite || now - episode.began >= kPatience)) {
+      const bool over = rewound || now - episode.last > kEpisodeTimeout;
+      if (!episode.reported && (over || kind == kNotFinite || now - episode.began >= kReportDelay)) {
         log.warning(entry.controller, sentence(entry, static_cast<Kind>(kind)));
-        episode.told = true;
+        episode.reported = true;
       }
       if (over) episode.open = false;
     }

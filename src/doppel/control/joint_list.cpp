@@ -37,7 +37,7 @@ SourceLocation place_of(const ControllerContext& context, std::string_view param
   return index < found->elements.size() ? found->elements[index] : found->source;
 }
 
-void tell(const Log& log, const std::string& origin, const Diagnostic& finding) {
+void log_diagnostic(const Log& log, const std::string& origin, const Diagnostic& finding) {
   std::string text = finding.where.known() ? finding.where.str() + ": " : "";
   text += finding.message;
   if (!finding.rule.empty()) text += fmt::format(" [{}]", finding.rule);
@@ -85,7 +85,7 @@ std::vector<std::string> check_joints(const ControllerContext& context, const st
       }
       if (joint.mimics()) {
         const std::string& leader = model.joints[static_cast<std::size_t>(joint.mimic_leader)].name;
-        tell(
+        log_diagnostic(
             *context.log, context.name,
             {Severity::warning, "control.mimic_joint",
              fmt::format("joint '{}' mimics '{}' and has no motor of its own; left out of what '{}' commands",

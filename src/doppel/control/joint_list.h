@@ -28,6 +28,6 @@ std::vector<std::string> check_joints(const ControllerContext& context, const st
 SourceLocation place_of(const ControllerContext& context, std::string_view parameter, std::size_t index = 0);
 
 // Writes a finding to the log, with its place and fix.
-void tell(const Log& log, const std::string& origin, const Diagnostic& finding);
+void log_diagnostic(const Log& log, const std::string& origin, const Diagnostic& finding);
 
 }  // namespace doppel

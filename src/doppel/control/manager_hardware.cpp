@@ -163,7 +163,7 @@ void ControllerManager::Impl::note_fault(ResourceTable::Component& c, const std:
   Parameters& parameters = its_node->second->parameters();
   if (parameters.find(kFault) == nullptr)
     parameters.declare(kFault, std::string(), {"why it is not active; empty: nothing has failed", true, {}});
-  parameters.tell(kFault, why);
+  parameters.update_read_only(kFault, why);
 }
 
 void ControllerManager::Impl::settle(Time the_time) {

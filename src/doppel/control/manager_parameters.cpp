@@ -60,11 +60,11 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
                        {"of a switch that does not say", false, strictness});
   declare_idle_parameters(parameters, own);
   report_unused(own, options.name, parameters.names(), diagnostics);
-  report_sections_of_nobody(diagnostics);
+  report_unused_sections(diagnostics);
 }
 
 // A section whose name is nearly that of a declared controller without one is a typo of it.
-void ControllerManager::Impl::report_sections_of_nobody(Diagnostics& diagnostics) const {
+void ControllerManager::Impl::report_unused_sections(Diagnostics& diagnostics) const {
   if (file == nullptr) return;
   std::vector<std::string> without, with;
   for (const std::string& section : file->nodes())
@@ -97,13 +97,13 @@ std::vector<std::pair<std::string, std::string>> ControllerManager::Impl::declar
 
 // The parameter of the manager that is one text or many; none where it is not there.
 std::vector<std::string> ControllerManager::Impl::texts_of(const std::string& parameter) {
-  const auto* told = node.parameters().find(parameter);
-  if (told == nullptr) return {};
-  if (const auto* one = std::get_if<std::string>(&told->value)) return {*one};
-  if (const auto* many = std::get_if<std::vector<std::string>>(&told->value)) return *many;
+  const auto* value = node.parameters().find(parameter);
+  if (value == nullptr) return {};
+  if (const auto* one = std::get_if<std::string>(&value->value)) return {*one};
+  if (const auto* many = std::get_if<std::vector<std::string>>(&value->value)) return *many;
   throw InputError("control.not_texts", {},
                    fmt::format("the parameter '{}' of {} is {}, where a string or a string_array is wanted",
-                               told->name, node.name(), parameter_type_name(told->value)));
+                               value->name, node.name(), parameter_type_name(value->value)));
 }
 
 // A file that a controller's parameters stand in: beside the manager's file where it is one that stands

@@ -106,7 +106,7 @@ void ControllerManager::Impl::report_left_out(std::span<const std::string> names
   for (auto& [name, why] : left_out) {
     why.message += fmt::format("{} '{}' is left out{}", why.message.ends_with('?') ? "" : ";", name,
                                others ? ", the others run" : "");
-    tell(log, options.name, why);
+    log_diagnostic(log, options.name, why);
   }
   left_out.clear();
 }
@@ -123,7 +123,7 @@ LoadedController* ControllerManager::Impl::try_to_load(const std::string& name) 
   }
 }
 
-std::vector<std::string> ControllerManager::Impl::that_fit(std::vector<LoadedController*> wanted) {
+std::vector<std::string> ControllerManager::Impl::compatible_of(std::vector<LoadedController*> wanted) {
   const auto rank = [](const LoadedController* c) {
     if (c->commands.empty()) return 0;
     return c->type == "joint_trajectory_controller/JointTrajectoryController" ? 1 : 2;
@@ -147,11 +147,12 @@ std::vector<std::string> ControllerManager::Impl::that_fit(std::vector<LoadedCon
     const auto taken = std::find_if(c->commands.begin(), c->commands.end(),
                                     [&](const std::string& command) { return holders.contains(command); });
     if (taken != c->commands.end()) {
-      tell(log, options.name,
-           {Severity::note, "control.claimed_twice",
-            fmt::format("'{}' stays inactive: '{}' holds the command interface '{}', which it claims too",
-                        c->name, holders[*taken], *taken),
-            place_of_interface(*c, *taken), "choose with --activate which one is to run"});
+      log_diagnostic(
+          log, options.name,
+          {Severity::note, "control.claimed_twice",
+           fmt::format("'{}' stays inactive: '{}' holds the command interface '{}', which it claims too",
+                       c->name, holders[*taken], *taken),
+           place_of_interface(*c, *taken), "choose with --activate which one is to run"});
       continue;
     }
     for (const std::string& command : c->commands) holders[command] = c->name;
@@ -161,14 +162,14 @@ std::vector<std::string> ControllerManager::Impl::that_fit(std::vector<LoadedCon
   return out;
 }
 
-void ControllerManager::Impl::start_what_fits(std::span<const std::string> names) {
+void ControllerManager::Impl::start_compatible(std::span<const std::string> names) {
   std::vector<LoadedController*> wanted;
   for (const std::string& name : names) {
     LoadedController* const c = try_to_load(name);
     if (c != nullptr && c->state == ControllerState::inactive) wanted.push_back(c);
   }
   // One by one, for one that refuses must not keep the others from running.
-  for (const std::string& name : that_fit(std::move(wanted))) {
+  for (const std::string& name : compatible_of(std::move(wanted))) {
     const std::vector<std::string> one{name};
     if (const Status status = switch_controllers(one, {}, Strictness::strict); !status) {
       leave_out(name, {{Severity::warning, "control.start", status.why(),

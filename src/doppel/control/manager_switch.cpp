@@ -75,7 +75,7 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
   // switched.
   const auto unknown = [&](const std::string& name, std::span<const std::string> list) {
     const bool all = std::all_of(list.begin(), list.end(), [&](const auto& n) { return find(n) == nullptr; });
-    (all ? plan.conflicts : plan.refusals)
+    (all ? plan.conflicts : plan.problems)
         .push_back(fmt::format("no controller '{}' is loaded{}", name, did_you_mean(name, names)));
   };
   for (const std::string& name : deactivate) {
@@ -83,7 +83,7 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
     if (c == nullptr) {
       unknown(name, deactivate);
     } else if (c->state != ControllerState::active) {
-      if (strict) plan.refusals.push_back(fmt::format("'{}' is not active", name));
+      if (strict) plan.problems.push_back(fmt::format("'{}' is not active", name));
     } else if (!contains(plan.stop, c)) {
       plan.stop.push_back(c);
     }
@@ -93,9 +93,9 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
     if (c == nullptr) {
       unknown(name, activate);
     } else if (c->state == ControllerState::unconfigured) {
-      plan.refusals.push_back(fmt::format("'{}' is not configured", name));
+      plan.problems.push_back(fmt::format("'{}' is not configured", name));
     } else if (c->state == ControllerState::active && !contains(plan.stop, c)) {
-      if (strict) plan.refusals.push_back(fmt::format("'{}' is active already", name));
+      if (strict) plan.problems.push_back(fmt::format("'{}' is active already", name));
     } else if (!contains(plan.start, c)) {
       plan.start.push_back(c);
     }
@@ -144,14 +144,14 @@ Status ControllerManager::Impl::switch_controllers(std::span<const std::string> 
                                                    Strictness strictness, bool* nothing_to_do) {
   const Plan wanted = plan(activate, deactivate, strictness);
   if (!wanted.conflicts.empty()) {
-    std::vector<std::string> why = wanted.refusals;
+    std::vector<std::string> why = wanted.problems;
     why.insert(why.end(), wanted.conflicts.begin(), wanted.conflicts.end());
     return Status::refused(joined(why));
   }
-  if (!wanted.refusals.empty() && strictness == Strictness::strict)
-    return Status::refused(joined(wanted.refusals));
-  for (const std::string& refusal : wanted.refusals)
-    log.warning(options.name, "left out of the switch: " + refusal);
+  if (!wanted.problems.empty() && strictness == Strictness::strict)
+    return Status::refused(joined(wanted.problems));
+  for (const std::string& problem : wanted.problems)
+    log.warning(options.name, "left out of the switch: " + problem);
   const bool nothing_left = wanted.stop.empty() && wanted.start.empty();
   if (nothing_to_do != nullptr) *nothing_to_do = nothing_left;
   if (nothing_left) return {};

@@ -201,7 +201,7 @@ std::string& ResourceTable::claimed_by(std::size_t command) {
   return commands_[command].component->claimed_by[commands_[command].index];
 }
 
-void note_thrown(ThrownInLoop& text) noexcept {
+void note_thrown(LoopExceptionText& text) noexcept {
   try {
     throw;
   } catch (const std::exception& problem) {
@@ -216,7 +216,7 @@ void note_thrown(ThrownInLoop& text) noexcept {
 template <class Call>
 void ResourceTable::guarded(Component& c, const char* during, const Call& call) noexcept {
   HardwareReturn answer = HardwareReturn::error;
-  ThrownInLoop thrown{};
+  LoopExceptionText thrown{};
   try {
     answer = call();
   } catch (...) {

@@ -87,18 +87,18 @@ void CommandForwarder::receive(const std_msgs::msg::Float64MultiArray& message) 
   }
   if (!why.empty()) {
     // A stream of bad commands is told once.
-    if (!complained_) log_->error(name_, why + "; refused, the last good command holds");
-    complained_ = true;
+    if (!error_logged_) log_->error(name_, why + "; refused, the last good command holds");
+    error_logged_ = true;
     return;
   }
-  complained_ = false;
+  error_logged_ = false;
   commanded_ = message_came_ = true;
   for (std::size_t i = 0; i < values_.size(); ++i) values_[i] = message.data[source_[i]];
 }
 
 Status CommandForwarder::on_activate() {
   active_ = true;
-  commanded_ = complained_ = message_came_ = timed_out_ = timeout_logged_ = false;
+  commanded_ = error_logged_ = message_came_ = timed_out_ = timeout_logged_ = false;
   return {};
 }
 

@@ -158,8 +158,8 @@ Status GripperController::accept(const GoalId& id, const Command& command) {
   max_effort_ = command.effort.value_or(settings_.max_effort);
   max_velocity_ = command.velocity.value_or(settings_.max_velocity);
   last_movement_ = context_->node->bus().now();
-  if (kind_ == Kind::effort && max_effort_ == 0 && !complained_) {
-    complained_ = true;
+  if (kind_ == Kind::effort && max_effort_ == 0 && !error_logged_) {
+    error_logged_ = true;
     context_->log->warning(context_->name,
                            "the goal allows an effort of 0, so the gripper will not move; give "
                            "max_effort");
@@ -177,7 +177,7 @@ Status GripperController::cancel(const GoalId& id) {
   return {};
 }
 
-void GripperController::judge(Time now) {
+void GripperController::check_goal(Time now) {
   if (!goal_ || ended_) return;
   if (std::abs(target_ - position_) < settings_.goal_tolerance) {
     ended_ = Outcome{position_, computed_, false, true};
@@ -205,7 +205,7 @@ void GripperController::drive(Duration period) {
 void GripperController::update(Time now, Duration period) {
   position_ = state_handles[0].get();
   velocity_ = state_handles[1].get();
-  judge(now);
+  check_goal(now);
   drive(period);
 }
 

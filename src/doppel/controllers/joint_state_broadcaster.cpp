@@ -47,11 +47,12 @@ void JointStateBroadcaster::on_init(ControllerContext& context) {
   states_.header.frame_id = dynamic_.header.frame_id = frame;
   joints_ = check_joints(context, "joints", joints_, JointUse::observed);
   if (joints_.empty() != interfaces_.empty()) {
-    tell(*context.log, context.name,
-         {Severity::warning, "control.broadcasts_all",
-          fmt::format("'{}' alone selects nothing: as long as '{}' is empty, every state is published",
-                      joints_.empty() ? "interfaces" : "joints", joints_.empty() ? "joints" : "interfaces"),
-          place_of(context, joints_.empty() ? "interfaces" : "joints"), "write both, or neither"});
+    log_diagnostic(
+        *context.log, context.name,
+        {Severity::warning, "control.broadcasts_all",
+         fmt::format("'{}' alone selects nothing: as long as '{}' is empty, every state is published",
+                     joints_.empty() ? "interfaces" : "joints", joints_.empty() ? "joints" : "interfaces"),
+         place_of(context, joints_.empty() ? "interfaces" : "joints"), "write both, or neither"});
   }
   bus_ = &context.node->bus();
   const std::string prefix = local ? "~/" : "";

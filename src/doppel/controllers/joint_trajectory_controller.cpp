@@ -145,7 +145,7 @@ void JointTrajectoryController::seed_states() {
 
 Status JointTrajectoryController::on_deactivate() {
   active_ = false;
-  tell_endings();
+  report_endings();
   if (goal_) {
     finish(*goal_, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,
            "Current goal cancelled during deactivate transition.");
@@ -185,7 +185,8 @@ void JointTrajectoryController::take_tuning(const std::string& changed) {
 }
 
 void JointTrajectoryController::warn(const char* rule, std::string message, std::string fix) const {
-  tell(*context_->log, context_->name, {Severity::warning, rule, std::move(message), {}, std::move(fix)});
+  log_diagnostic(*context_->log, context_->name,
+                 {Severity::warning, rule, std::move(message), {}, std::move(fix)});
 }
 
 }  // namespace doppel

@@ -72,7 +72,7 @@ void JointTrajectoryController::size_state_message() {
   }
 }
 
-void JointTrajectoryController::tell_state(Time now) {
+void JointTrajectoryController::publish_state(Time now) {
   if (!state_topic_.has_listeners()) return;
   auto& m = state_message_;
   m.header.stamp = to_time_msg(context_->node->bus().stamp(now));
@@ -210,8 +210,8 @@ void JointTrajectoryController::set_scaling(double factor) {
   scaling_ = factor;
   if (settings_.scaling_state.empty() || !settings_.scaling_command.empty()) {
     scaling_command_ = factor;
-  } else if (!scaling_told_) {
-    scaling_told_ = true;
+  } else if (!scaling_reported_) {
+    scaling_reported_ = true;
     warn("control.jtc_scaling_overwritten",
          fmt::format("the hardware's '{}' will overwrite the speed scaling factor", settings_.scaling_state),
          "name speed_scaling.command_interface too, so that the hardware learns of it");
@@ -228,16 +228,16 @@ Status JointTrajectoryController::accept_goal(const GoalId& id, const FollowJoin
   if (!active_) return refuse(fmt::format("'{}' is not active; activate it first", context_->name));
   const TrajectoryMessage trajectory = in_own_time(goal.trajectory);
   if (Status fine = check(trajectory); !fine) return refuse(fine.why());
-  tell_endings();
+  report_endings();
   if (goal_) {
     finish(*goal_, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,
            "Current goal preempted by new incoming action.");
   }
   adopt(trajectory);
-  std::string complaint;
-  tolerances_ = jtc::tolerances_of(goal, tuning_.tolerances, settings_.joints, settings_.ignored, complaint);
-  if (!complaint.empty()) {
-    context_->log->error(context_->name, complaint + "; the goal is judged by the default tolerances");
+  std::string problem;
+  tolerances_ = jtc::tolerances_of(goal, tuning_.tolerances, settings_.joints, settings_.ignored, problem);
+  if (!problem.empty()) {
+    context_->log->error(context_->name, problem + "; the goal is judged by the default tolerances");
   }
   goal_ = id;
   followed_goal_ = false;
@@ -269,7 +269,7 @@ void JointTrajectoryController::finish(const GoalId& id, GoalStatus status, std:
 // -- what goes out at action_monitor_rate
 
 void JointTrajectoryController::housekeeping(Time now) {
-  tell_endings();
+  report_endings();
   if (scaling_unusable_) {
     warn(
         "control.jtc_bad_scaling",
@@ -302,7 +302,7 @@ void JointTrajectoryController::send_feedback(Time now) {
   action_->publish_feedback(*goal_, feedback);
 }
 
-void JointTrajectoryController::tell_endings() {
+void JointTrajectoryController::report_endings() {
   using Result = FollowJointTrajectory::Result;
   if (goal_ended_) {
     const Ending ending = *goal_ended_;

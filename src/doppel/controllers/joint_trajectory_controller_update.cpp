@@ -22,7 +22,7 @@ void JointTrajectoryController::update(Time now, Duration period) {
   interfaces_.read(state_);
   exchange_scaling();
   if (current_ != nullptr) follow(now, period);
-  tell_state(now);
+  publish_state(now);
 }
 
 void JointTrajectoryController::take_next() {
@@ -58,7 +58,7 @@ void JointTrajectoryController::follow(Time now, Duration period) {
   if (!known) return;
   compute_errors();
   followed_goal_ = goal_.has_value();
-  const Ending ending = judge(first);
+  const Ending ending = check_goal(first);
   if (ending.kind != Ending::Kind::path_violated && ending.kind != Ending::Kind::goal_missed) {
     write_commands(now, period);
   }
@@ -87,18 +87,18 @@ void JointTrajectoryController::compute_errors() {
   }
 }
 
-JointTrajectoryController::Ending JointTrajectoryController::judge(bool first) const {
+JointTrajectoryController::Ending JointTrajectoryController::check_goal(bool first) const {
   Ending ending;
   if (holding_) return ending;
   const bool before_end = trajectory_time_ < current_->end_time();
   jtc::Violation on_path, at_goal;
   for (std::size_t j = 0; j < settings_.joints.size(); ++j) {
-    const auto judge_joint = [&](const jtc::StateTolerance& tolerance, jtc::Violation& worst) {
+    const auto check_joint = [&](const jtc::StateTolerance& tolerance, jtc::Violation& worst) {
       jtc::check(tolerance, j, error_.positions[j], error_.velocities[j], error_.accelerations[j], worst);
     };
     // The first sample is on the path even where it is the last point, so that a far jump is caught.
-    if (before_end || first) judge_joint(tolerances_.path[j], on_path);
-    if (!before_end) judge_joint(tolerances_.goal[j], at_goal);
+    if (before_end || first) check_joint(tolerances_.path[j], on_path);
+    if (!before_end) check_joint(tolerances_.goal[j], at_goal);
   }
   ending.goal = goal_;
   ending.trajectory_time = to_seconds(reference_time_);

@@ -235,9 +235,9 @@ Settings declare_settings(ControllerContext& context) {
   }
   declare_constraints(declarer, settings);
   if (open_loop) {
-    tell(*context.log, context.name,
-         {Severity::warning, "control.jtc_deprecated", "'open_loop_control' is deprecated",
-          place_of(context, "open_loop_control"), "write interpolate_from_desired_state: true"});
+    log_diagnostic(*context.log, context.name,
+                   {Severity::warning, "control.jtc_deprecated", "'open_loop_control' is deprecated",
+                    place_of(context, "open_loop_control"), "write interpolate_from_desired_state: true"});
   }
   return settings;
 }
@@ -298,8 +298,9 @@ Status check_configuration(const Settings& settings, std::vector<std::size_t>& j
 
 void warn_of_idle_settings(const ControllerContext& context, const Settings& settings, const Tuning& tuning) {
   const auto warn = [&](const char* rule, std::string message, std::string_view parameter, std::string fix) {
-    tell(*context.log, context.name,
-         {Severity::warning, rule, std::move(message), place_of(context, parameter), std::move(fix)});
+    log_diagnostic(
+        *context.log, context.name,
+        {Severity::warning, rule, std::move(message), place_of(context, parameter), std::move(fix)});
   };
   const std::string commands =
       fmt::format("command_interfaces [{}]", fmt::join(settings.command_interfaces, ", "));

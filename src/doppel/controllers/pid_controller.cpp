@@ -213,11 +213,11 @@ void PidController::follow(std::size_t index, double reference, double reference
 void PidController::receive(const control_msgs::msg::MultiDOFCommand& message) {
   if (!active_ || chained_) return;
   if (const std::string why = fault_of(message); !why.empty()) {
-    if (!complained_) log_->error(name_, why + "; refused, the last good one holds");
-    complained_ = true;
+    if (!error_logged_) log_->error(name_, why + "; refused, the last good one holds");
+    error_logged_ = true;
     return;
   }
-  complained_ = false;
+  error_logged_ = false;
   for (std::size_t i = 0; i < message.values.size(); ++i) {
     const auto dof = message.dof_names.empty() ? dofs_.begin() + static_cast<std::ptrdiff_t>(i)
                                                : std::find_if(dofs_.begin(), dofs_.end(), [&](const Dof& d) {
@@ -232,7 +232,7 @@ void PidController::receive(const control_msgs::msg::MultiDOFCommand& message) {
 
 Status PidController::on_activate() {
   active_ = true;
-  complained_ = chained_ = false;
+  error_logged_ = chained_ = false;
   for (std::size_t i = 0; i < dofs_.size(); ++i) {
     follow(i, kNaN, 0.0);
     dofs_[i].last_error = kNaN;
@@ -254,28 +254,28 @@ void PidController::step(std::size_t index, double dt) {
   Dof& dof = dofs_[index];
   const std::size_t first = index * interfaces_.size();
   const double measured = state_handles[first].get();
-  auto& told = state_.dof_states[index];
+  auto& state = state_.dof_states[index];
   const double reference = reference_handles[first].get();
-  told.reference = reference;
-  told.feedback = measured;
-  told.time_step = dt;
+  state.reference = reference;
+  state.feedback = measured;
+  state.time_step = dt;
   if (!std::isfinite(reference) || !std::isfinite(measured)) return;
   const double error = dof.wraps ? short_way(reference - measured) : reference - measured;
   double error_dot = 0;
   if (interfaces_.size() == 2) {
-    told.feedback_dot = state_handles[first + 1].get();
+    state.feedback_dot = state_handles[first + 1].get();
     const double reference_dot = reference_handles[first + 1].get();
-    error_dot = (std::isfinite(reference_dot) ? reference_dot : 0.0) - told.feedback_dot;
+    error_dot = (std::isfinite(reference_dot) ? reference_dot : 0.0) - state.feedback_dot;
   } else if (std::isfinite(dof.last_error)) {
     const double change = error - dof.last_error;
     error_dot = (dof.wraps ? short_way(change) : change) / dt;
   }
   dof.last_error = error;
   const double feedforward = use_feedforward_ ? dof.feedforward * reference : 0.0;
-  told.error = error;
-  told.error_dot = error_dot;
-  told.output = feedforward + dof.pid.compute(error, error_dot, dt);
-  command_handles[index].set(told.output);
+  state.error = error;
+  state.error_dot = error_dot;
+  state.output = feedforward + dof.pid.compute(error, error_dot, dt);
+  command_handles[index].set(state.output);
 }
 
 void PidController::update(Time now, Duration period) {

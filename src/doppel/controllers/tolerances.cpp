@@ -80,19 +80,19 @@ void check(const StateTolerance& tolerance, std::size_t joint, double position_e
 
 Tolerances tolerances_of(const control_msgs::action::FollowJointTrajectory::Goal& goal,
                          const Tolerances& defaults, const Names& joints, const Names& ignored,
-                         std::string& complaint) {
+                         std::string& problem) {
   Tolerances tolerances = defaults;
-  complaint.clear();
+  problem.clear();
   const double goal_time = to_seconds(from_msg(goal.goal_time_tolerance));
   if (!resolve(goal_time, defaults.goal_time, tolerances.goal_time)) {
-    complaint = fmt::format(
+    problem = fmt::format(
         "goal_time_tolerance is {:g} s; use a positive time, 0 for the default or -1 for none", goal_time);
   }
-  if (complaint.empty())
-    complaint = take(goal.path_tolerance, "path_tolerance", joints, ignored, tolerances.path);
-  if (complaint.empty())
-    complaint = take(goal.goal_tolerance, "goal_tolerance", joints, ignored, tolerances.goal);
-  return complaint.empty() ? tolerances : defaults;
+  if (problem.empty())
+    problem = take(goal.path_tolerance, "path_tolerance", joints, ignored, tolerances.path);
+  if (problem.empty())
+    problem = take(goal.goal_tolerance, "goal_tolerance", joints, ignored, tolerances.goal);
+  return problem.empty() ? tolerances : defaults;
 }
 
 }  // namespace doppel::jtc

@@ -22,16 +22,16 @@ class Search {
 
   void look(const XmlNode& node, const std::string& inside) {
     const std::string place = inside + "<" + node.name + ">";
-    for (const XmlAttribute& attribute : node.attributes) tell(attribute.value, place);
-    tell(node.content(), place);
+    for (const XmlAttribute& attribute : node.attributes) warn(attribute.value, place);
+    warn(node.content(), place);
     for (const XmlNode& child : node.children) {
       if (child.kind == XmlNode::Kind::element) look(child, node.name == "robot" ? "" : place);
     }
   }
 
  private:
-  void tell(const std::string& value, const std::string& place) {
-    if (!is_path(value) || !told_.insert(value).second) return;
+  void warn(const std::string& value, const std::string& place) {
+    if (!is_path(value) || !reported_.insert(value).second) return;
     diagnostics_.warning(
         "convert.absolute_path", make_location(file_),
         fmt::format("{} holds '{}', a path that only this machine has", place, value),
@@ -40,7 +40,7 @@ class Search {
 
   const std::string& file_;
   Diagnostics& diagnostics_;
-  std::set<std::string> told_;
+  std::set<std::string> reported_;
 };
 
 }  // namespace

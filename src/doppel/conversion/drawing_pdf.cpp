@@ -13,7 +13,7 @@ namespace doppel {
 namespace {
 
 // A page is at most 200 inches on a side (appendix C); a larger drawing is scaled down to that.
-constexpr double kLargestPage = 14400;
+constexpr double kMaxPageSize = 14400;
 constexpr double kRound = 0.5523;  // control points of a quarter circle
 
 constexpr std::array<const char*, 11> kPdfTones = {
@@ -82,7 +82,7 @@ std::string literal(std::string_view utf8) {
 }  // namespace
 
 std::string to_pdf(const Drawing& drawing) {
-  const double scale = std::min(1.0, kLargestPage / std::max(drawing.width, drawing.height));
+  const double scale = std::min(1.0, kMaxPageSize / std::max(drawing.width, drawing.height));
   const double width = scale * drawing.width, height = scale * drawing.height;
   std::string content = fmt::format("{0:.6f} 0 0 -{0:.6f} 0 {1:.2f} cm 1 J 1 j\n", scale, height);
   for (const auto& item : drawing.items) {

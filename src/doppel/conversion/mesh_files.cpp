@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLargestMesh = std::size_t{1} << 30;
+constexpr std::size_t kMaxMeshBytes = std::size_t{1} << 30;
 
 std::string lower_extension(const fs::path& file) {
   const std::string text = lowered(file.extension().string());
@@ -110,7 +110,8 @@ void MeshFiles::write() const {
                        "choose another with --copy-meshes DIR");
     }
     if (!planned.as_obj && fs::equivalent(planned.from, to, failed)) continue;
-    write_whole(to, planned.as_obj ? obj_text(planned.from) : read_file(planned.from.string(), kLargestMesh));
+    write_whole(to,
+                planned.as_obj ? obj_text(planned.from) : read_file(planned.from.string(), kMaxMeshBytes));
   }
 }
 

@@ -19,7 +19,7 @@
 namespace doppel {
 namespace {
 
-class MjcfWriter final : private MjcfTerms {
+class MjcfWriter final : private MjcfNaming {
  public:
   MjcfWriter(const RobotDescription& robot, const Model& model, MeshFiles& files, Diagnostics& diagnostics)
       : robot_(robot), model_(model), files_(files), diagnostics_(diagnostics) {

@@ -108,9 +108,9 @@ class Finder {
     for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
       if (!in_arm(joint)) continue;
       const int above = moving_above(joint);
-      const bool goes_on = above >= 0 && chain_of[above] >= 0 && moving_children[above + 1] == 1;
-      if (!goes_on) chains.emplace_back();
-      chain_of[joint] = goes_on ? chain_of[above] : static_cast<int>(chains.size()) - 1;
+      const bool continues = above >= 0 && chain_of[above] >= 0 && moving_children[above + 1] == 1;
+      if (!continues) chains.emplace_back();
+      chain_of[joint] = continues ? chain_of[above] : static_cast<int>(chains.size()) - 1;
       chains[chain_of[joint]].push_back(joint);
     }
     for (std::vector<int>& chain : chains) {

@@ -4,15 +4,15 @@ namespace doppel {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__)
-constexpr std::size_t kMostSpare = 0;  // so that the use of what is gone is found
+constexpr std::size_t kMaxSpare = 0;  // so that the use of what is gone is found
 #elif defined(__has_feature)
 #if __has_feature(address_sanitizer)
-constexpr std::size_t kMostSpare = 0;
+constexpr std::size_t kMaxSpare = 0;
 #else
-constexpr std::size_t kMostSpare = 32;
+constexpr std::size_t kMaxSpare = 32;
 #endif
 #else
-constexpr std::size_t kMostSpare = 32;
+constexpr std::size_t kMaxSpare = 32;
 #endif
 
 thread_local bool thread_ends = false;
@@ -24,7 +24,7 @@ thread_local Spare spare;
 
 }  // namespace
 
-void* Arena::allocate_anew(std::size_t bytes, std::size_t alignment) {
+void* Arena::allocate_slow(std::size_t bytes, std::size_t alignment) {
   const std::size_t needed = bytes + alignment;
   const auto fit = [&](std::byte* block) {
     return block + (alignment - reinterpret_cast<std::size_t>(block) % alignment) % alignment;
@@ -52,7 +52,7 @@ void* Arena::allocate_anew(std::size_t bytes, std::size_t alignment) {
 
 void Arena::release() noexcept {
   for (Block& block : blocks_) {
-    if (thread_ends || spare.blocks.size() >= kMostSpare) break;
+    if (thread_ends || spare.blocks.size() >= kMaxSpare) break;
     try {
       spare.blocks.push_back(std::move(block));
     } catch (const std::bad_alloc&) {

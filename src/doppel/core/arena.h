@@ -30,7 +30,7 @@ class Arena {
 
   [[nodiscard]] void* allocate(std::size_t bytes, std::size_t alignment = alignof(std::max_align_t)) {
     const std::size_t padding = (alignment - reinterpret_cast<std::size_t>(at_) % alignment) % alignment;
-    if (padding + bytes > static_cast<std::size_t>(end_ - at_)) return allocate_anew(bytes, alignment);
+    if (padding + bytes > static_cast<std::size_t>(end_ - at_)) return allocate_slow(bytes, alignment);
     std::byte* const out = at_ + padding;
     at_ = out + bytes;
     return out;
@@ -68,7 +68,7 @@ class Arena {
   using Block = std::unique_ptr<std::byte[]>;
   static constexpr std::size_t kFirst = std::size_t{8} << 10, kBlock = std::size_t{64} << 10;
 
-  void* allocate_anew(std::size_t bytes, std::size_t alignment);
+  void* allocate_slow(std::size_t bytes, std::size_t alignment);
   void release() noexcept;
   void take(Arena& other) noexcept {
     blocks_ = std::exchange(other.blocks_, {});

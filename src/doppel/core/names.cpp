@@ -69,12 +69,12 @@ bool begins_with(std::string_view longer, std::string_view shorter) {
 
 // The rank is twice the edit distance, with equal words or an extension before a changed letter, and that
 // before a sibling.
-struct Nearness {
+struct NameDistance {
   std::size_t distance, rank;
   bool is_sibling;
 };
 
-Nearness nearness(std::string_view name, std::string_view candidate) {
+NameDistance nearness(std::string_view name, std::string_view candidate) {
   const std::vector<std::string> written = words_of(name), there = words_of(candidate);
   const bool reordered =
       written.size() > 1 && std::is_permutation(written.begin(), written.end(), there.begin(), there.end());
@@ -94,7 +94,7 @@ std::optional<std::string> nearest_name(std::string_view name, std::span<const s
   std::size_t best_rank = 0;
   bool by_chance = false;  // one sibling is as near as another
   for (const std::string& candidate : candidates) {
-    const Nearness near = nearness(name, candidate);
+    const NameDistance near = nearness(name, candidate);
     if (near.distance > furthest || (best != nullptr && near.rank > best_rank)) continue;
     if (best != nullptr && near.rank == best_rank) {
       by_chance = by_chance || (near.is_sibling && candidate != *best);

@@ -19,23 +19,22 @@ namespace fs = std::filesystem;
 [[noreturn]] void refuse(const fs::path& file, int reason) {
   std::string fix = "choose another place for it";
   if (reason == ENOENT) fix = fmt::format("make the folder '{}' first", file.parent_path().string());
-  if (reason == ENOSPC || reason == EDQUOT)
-    fix = "make room on the disk; what was there before is untouched";
+  if (reason == ENOSPC || reason == EDQUOT) fix = "make room on the disk; what was there before is untouched";
   if (reason == EISDIR) fix = "give the name of a file";
   throw InputError("output.unwritable", make_location(file.string()),
                    fmt::format("the file cannot be written: {}", std::strerror(reason)), fix);
 }
 
 // A file that goes when it is not wanted in the end.
-class Draft {
+class TemporaryFile {
  public:
-  explicit Draft(const fs::path& file) : file_(file), name_((file.string() + ".XXXXXX")) {
+  explicit TemporaryFile(const fs::path& file) : file_(file), name_((file.string() + ".XXXXXX")) {
     descriptor_ = mkstemp(name_.data());
     if (descriptor_ < 0) refuse(file_, errno);
   }
-  Draft(const Draft&) = delete;
-  Draft& operator=(const Draft&) = delete;
-  ~Draft() {
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
     if (descriptor_ >= 0) close(descriptor_);
     if (!done_) unlink(name_.c_str());
   }
@@ -83,9 +82,9 @@ void write_whole(const fs::path& file, std::string_view content) {
     if (written < 0 || static_cast<std::size_t>(written) != content.size()) refuse(file, reason);
     return;
   }
-  Draft draft(fs::is_symlink(file, none) ? fs::canonical(file) : file);
-  draft.write(content);
-  draft.put_in_place();
+  TemporaryFile temporary(fs::is_symlink(file, none) ? fs::canonical(file) : file);
+  temporary.write(content);
+  temporary.put_in_place();
 }
 
 }  // namespace doppel

@@ -17,11 +17,11 @@ namespace fs = std::filesystem;
 // A .urdf that xacro is not asked for is read as urdfdom reads it.
 XmlTree read_tree(const fs::path& file) {
   try {
-    return load_xml_tree(file.string(), XmlKeep::content);
+    return load_xml_tree(file.string(), XmlContent::content);
   } catch (const InputError& strict) {
     if (file.extension() == ".xacro" || strict.diagnostics().front().rule != "xml.not_well_formed") throw;
     try {
-      XmlTree tree = load_xml_tree(file.string(), XmlKeep::content, XmlRules::lenient);
+      XmlTree tree = load_xml_tree(file.string(), XmlContent::content, XmlRules::lenient);
       if (!needs_xacro(tree)) return tree;
     } catch (const InputError&) {
       throw strict;

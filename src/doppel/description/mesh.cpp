@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <unordered_map>
 
-#include "doppel/core/late_library.h"
+#include "doppel/core/plugin_module.h"
 #include "doppel/description/detail/mesh.h"
 #include "doppel/xml/xml.h"
 
@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLargestMesh = std::size_t{1} << 30;       // bytes
-constexpr std::size_t kLargestForeign = std::size_t{256} << 20;  // for assimp, which takes many times that
+constexpr std::size_t kMaxMeshBytes = std::size_t{1} << 30;      // bytes
+constexpr std::size_t kMaxAssimpBytes = std::size_t{256} << 20;  // for assimp, which takes many times that
 
 struct Bits {
   std::array<std::uint32_t, 3> words;
@@ -33,9 +33,9 @@ struct BitsHash {
 };
 
 // Scaled, with one vertex for corners at one place; points that no triangle uses are left out.
-class Welder {
+class VertexWelder {
  public:
-  Welder(const mesh::Soup& soup, const Eigen::Vector3d& scale)
+  VertexWelder(const mesh::TriangleSoup& soup, const Eigen::Vector3d& scale)
       : soup_(soup), scale_(scale), index_(soup.points.size(), kNone) {
     places_.reserve(soup.points.size());
   }
@@ -70,15 +70,15 @@ class Welder {
     return index_[point] = found->second;
   }
 
-  const mesh::Soup& soup_;
+  const mesh::TriangleSoup& soup_;
   const Eigen::Vector3d scale_;
   std::vector<std::uint32_t> index_;  // by point: its vertex
   std::unordered_map<Bits, std::uint32_t, BitsHash> places_;
   TriangleMesh out_;
 };
 
-TriangleMesh finished(const mesh::Soup& soup, const std::string& name, const Eigen::Vector3d& scale) {
-  TriangleMesh out = Welder(soup, scale).weld();
+TriangleMesh finished(const mesh::TriangleSoup& soup, const std::string& name, const Eigen::Vector3d& scale) {
+  TriangleMesh out = VertexWelder(soup, scale).weld();
   if (out.triangles.empty()) {
     throw InputError("mesh.empty", make_location(name), "the mesh has no triangles",
                      "export it again with its faces");
@@ -110,8 +110,8 @@ void check_foreign(const std::string& path) {
   const fs::file_status status = fs::status(path, failed);
   if (!fs::is_regular_file(status))
     mesh::refuse(path, 0, fs::exists(status) ? "it is not a regular file" : "the file does not exist");
-  if (fs::file_size(path, failed) > kLargestForeign || failed)
-    mesh::refuse(path, 0, fmt::format("it is larger than {} MB", kLargestForeign >> 20));
+  if (fs::file_size(path, failed) > kMaxAssimpBytes || failed)
+    mesh::refuse(path, 0, fmt::format("it is larger than {} MB", kMaxAssimpBytes >> 20));
 }
 
 // What our own reader refuses, and RViz and Gazebo show, because assimp reads it. Where assimp does not
@@ -136,10 +136,10 @@ void mesh::refuse(const std::string& name, int line, std::string message) {
                    "STL, OBJ, COLLADA (.dae) and glTF are read; export it again as one of them");
 }
 
-mesh::Soup mesh::read_by_assimp(const std::string& path) {
-  using Import = bool (*)(const std::string& path, Soup& soup, std::string& problem);
-  static const auto import = reinterpret_cast<Import>(late_symbol("doppel_assimp", "doppel_import_mesh"));
-  Soup soup;
+mesh::TriangleSoup mesh::read_by_assimp(const std::string& path) {
+  using Import = bool (*)(const std::string& path, TriangleSoup& soup, std::string& problem);
+  static const auto import = reinterpret_cast<Import>(plugin_symbol("doppel_assimp", "doppel_import_mesh"));
+  TriangleSoup soup;
   std::string problem;
   if (!import(path, soup, problem)) refuse(path, 0, fmt::format("the mesh cannot be read: {}", problem));
   return soup;
@@ -173,7 +173,7 @@ TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale) {
   std::string format = lower(fs::path(path).extension().string());
   if (!format.empty()) format.erase(0, 1);
   if (format == "stl" || format == "obj" || format == "dae") {
-    const std::string bytes = read_file(path, kLargestMesh);
+    const std::string bytes = read_file(path, kMaxMeshBytes);
     refuse_pointer(bytes, path);
     try {
       return parse_mesh(bytes, format, path, scale);

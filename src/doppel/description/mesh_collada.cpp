@@ -18,8 +18,8 @@ namespace {
 
 using Transform = Eigen::Affine3d;
 
-constexpr std::size_t kMostTriangles = 20'000'000;
-constexpr int kMostNodes = 200'000, kDeepest = 100;  // nodes may show others, and those others again
+constexpr std::size_t kMaxTriangles = 20'000'000;
+constexpr int kMaxNodes = 200'000, kMaxDepth = 100;  // nodes may show others, and those others again
 
 class ColladaReader {
  public:
@@ -27,7 +27,7 @@ class ColladaReader {
     collect_ids(root);
   }
 
-  Soup read() {
+  TriangleSoup read() {
     Transform X = Transform::Identity();
     if (const XmlNode* asset = root_.first("asset")) {
       if (const XmlNode* unit = asset->first("unit"); unit != nullptr && unit->find("meter") != nullptr) {
@@ -118,7 +118,7 @@ class ColladaReader {
   }
 
   void show_node(const XmlNode& node, const Transform& X_parent, int depth) {
-    if (++nodes_ > kMostNodes || depth > kDeepest)
+    if (++nodes_ > kMaxNodes || depth > kMaxDepth)
       refuse_at(node, "the scene's nodes show each other without end");
     Transform X = X_parent;
     for (const XmlNode& child : node.children) {
@@ -263,8 +263,8 @@ class ColladaReader {
 
   void show_part(const XmlNode& part, const Transform& X) {
     const Layout layout = layout_of(part);
-    if (soup_.triangles.size() > kMostTriangles ||
-        soup_.points.size() + layout.points->size() > 3 * kMostTriangles)
+    if (soup_.triangles.size() > kMaxTriangles ||
+        soup_.points.size() + layout.points->size() > 3 * kMaxTriangles)
       refuse_at(part, "the scene shows more than twenty million triangles");
     const std::size_t first = soup_.triangles.size();
     const auto base = static_cast<std::uint32_t>(soup_.points.size());
@@ -330,13 +330,13 @@ class ColladaReader {
   const std::string& name_;
   std::unordered_map<std::string, const XmlNode*> ids_;
   std::map<const XmlNode*, std::vector<Eigen::Vector3d>> points_;  // by source
-  Soup soup_;
+  TriangleSoup soup_;
   int nodes_ = 0;
 };
 
 }  // namespace
 
-Soup read_collada(std::string_view bytes, const std::string& name) {
+TriangleSoup read_collada(std::string_view bytes, const std::string& name) {
   const XmlNode root = parse_xml(bytes, name);
   if (root.name != "COLLADA")
     refuse(name, root.where.line, fmt::format("the root element is <{}>, not <COLLADA>", root.name));

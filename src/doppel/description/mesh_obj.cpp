@@ -13,7 +13,7 @@ class ObjReader {
   ObjReader(std::string_view bytes, const std::string& name, const Sidecar& sidecar)
       : text_(bytes), name_(name), sidecar_(sidecar) {}
 
-  Soup read() {
+  TriangleSoup read() {
     while (!text_.at_end()) {
       const std::string_view word = text_.word_in_line();
       if (word == "v") {
@@ -108,7 +108,7 @@ class ObjReader {
   TextScanner text_;
   const std::string& name_;
   const Sidecar& sidecar_;
-  Soup soup_;
+  TriangleSoup soup_;
   std::vector<std::uint32_t> corners_;
   std::vector<std::string> libraries_;
   std::string material_;
@@ -116,7 +116,7 @@ class ObjReader {
 
 }  // namespace
 
-Soup read_obj(std::string_view bytes, const std::string& name, const Sidecar& sidecar) {
+TriangleSoup read_obj(std::string_view bytes, const std::string& name, const Sidecar& sidecar) {
   return ObjReader(bytes, name, sidecar).read();
 }
 

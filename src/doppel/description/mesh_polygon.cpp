@@ -16,7 +16,7 @@ bool inside(const Point& a, const Point& b, const Point& c, const Point& p) {
 }
 
 // The polygon in the plane where it is largest, counter-clockwise.
-std::vector<Point> flattened(const Soup& soup, const std::vector<std::uint32_t>& corners) {
+std::vector<Point> flattened(const TriangleSoup& soup, const std::vector<std::uint32_t>& corners) {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Newell's
   for (std::size_t i = 0; i < corners.size(); ++i) {
     normal += soup.points[corners[i]].cross(soup.points[corners[(i + 1) % corners.size()]]);
@@ -46,20 +46,21 @@ bool is_ear(const std::vector<Point>& points, const std::vector<std::size_t>& le
   return true;
 }
 
-void add_fan(Soup& soup, const std::vector<std::uint32_t>& corners, const std::vector<std::size_t>& left) {
+void add_fan(TriangleSoup& soup, const std::vector<std::uint32_t>& corners,
+             const std::vector<std::size_t>& left) {
   for (std::size_t i = 2; i < left.size(); ++i)
     soup.triangles.push_back({corners[left[0]], corners[left[i - 1]], corners[left[i]]});
 }
 
 }  // namespace
 
-void add_polygon(Soup& soup, const std::vector<std::uint32_t>& corners) {
+void add_polygon(TriangleSoup& soup, const std::vector<std::uint32_t>& corners) {
   std::vector<std::size_t> left(corners.size());
   for (std::size_t i = 0; i < left.size(); ++i) left[i] = i;
-  if (corners.size() > 3 && corners.size() <= kMostCorners) {
+  if (corners.size() > 3 && corners.size() <= kMaxPolygonCorners) {
     const std::vector<Point> points = flattened(soup, corners);
     bool found = true;
-    while (left.size() > 3 && found && soup.ear_tests < kMostEarTests) {
+    while (left.size() > 3 && found && soup.ear_tests < kMaxEarTests) {
       found = false;
       for (std::size_t i = 0; i < left.size(); ++i) {
         if (!is_ear(points, left, i, soup.ear_tests)) continue;

@@ -17,7 +17,7 @@ std::uint32_t little_endian(const char* p) {
   return b[0] | b[1] << 8 | b[2] << 16 | static_cast<std::uint32_t>(b[3]) << 24;
 }
 
-void add_corner(Soup& soup, const Eigen::Vector3f& p, const std::string& name, int line) {
+void add_corner(TriangleSoup& soup, const Eigen::Vector3f& p, const std::string& name, int line) {
   if (!p.allFinite()) {
     refuse(name, line,
            fmt::format("a corner of triangle {} is not a finite number", soup.points.size() / 3 + 1));
@@ -29,8 +29,8 @@ void add_corner(Soup& soup, const Eigen::Vector3f& p, const std::string& name, i
   }
 }
 
-Soup read_binary(std::string_view bytes, const std::string& name, std::size_t count) {
-  Soup soup;
+TriangleSoup read_binary(std::string_view bytes, const std::string& name, std::size_t count) {
+  TriangleSoup soup;
   soup.points.reserve(3 * count);
   soup.triangles.reserve(count);
   for (std::size_t t = 0; t < count; ++t) {
@@ -47,8 +47,8 @@ Soup read_binary(std::string_view bytes, const std::string& name, std::size_t co
   return soup;
 }
 
-Soup read_ascii(std::string_view bytes, const std::string& name) {
-  Soup soup;
+TriangleSoup read_ascii(std::string_view bytes, const std::string& name) {
+  TriangleSoup soup;
   TextScanner text(bytes);
   std::size_t corners_of_loop = 0;
   for (std::string_view word = text.word(); !word.empty(); word = text.word()) {
@@ -84,7 +84,7 @@ bool is_ascii(std::string_view bytes) {
 
 }  // namespace
 
-Soup read_stl(std::string_view bytes, const std::string& name) {
+TriangleSoup read_stl(std::string_view bytes, const std::string& name) {
   const std::size_t declared = bytes.size() >= kHeader ? little_endian(bytes.data() + 80) : 0;
   const bool fits = bytes.size() >= kHeader && declared <= (bytes.size() - kHeader) / kRecord;
   const bool exact = fits && bytes.size() == kHeader + declared * kRecord;

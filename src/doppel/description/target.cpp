@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLargestCandidate = std::size_t{16} << 20;  // bytes; a larger one is named
+constexpr std::size_t kMaxCandidateBytes = std::size_t{16} << 20;  // bytes; a larger one is named
 
 fs::path package_of(const fs::path& description) {
   std::error_code none;
@@ -25,7 +25,7 @@ fs::path package_of(const fs::path& description) {
 bool stands_alone(const fs::path& file) {
   std::string xml;
   try {
-    xml = read_file(file.string(), kLargestCandidate);
+    xml = read_file(file.string(), kMaxCandidateBytes);
   } catch (const InputError&) {
     return false;
   }

@@ -11,7 +11,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kMostPlaces = 8;  // of those that a mesh was looked for in, for one message
+constexpr std::size_t kMaxPlaces = 8;  // of those that a mesh was looked for in, for one message
 
 class Parser {
  public:
@@ -97,10 +97,9 @@ Geometry Parser::mesh(const XmlNode& node, UrdfReader& read) {
   const bool is_file = !found.path.empty() && !std::filesystem::is_directory(found.path, none);
   if (!is_file) {
     std::string tried;
-    for (std::size_t i = 0; i < found.tried.size() && i < kMostPlaces; ++i)
-      tried += "\n    " + found.tried[i];
-    if (found.tried.size() > kMostPlaces)
-      tried += fmt::format("\n    and {} more", found.tried.size() - kMostPlaces);
+    for (std::size_t i = 0; i < found.tried.size() && i < kMaxPlaces; ++i) tried += "\n    " + found.tried[i];
+    if (found.tried.size() > kMaxPlaces)
+      tried += fmt::format("\n    and {} more", found.tried.size() - kMaxPlaces);
     diagnostics_.warning(
         "mesh.missing", node.where,
         fmt::format("the mesh '{}' is not found; a marked box takes its place. Tried:{}", out.uri, tried),

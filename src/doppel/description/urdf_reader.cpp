@@ -57,8 +57,7 @@ std::optional<double> UrdfReader::number_of(const XmlNode& node, const std::stri
 
 void UrdfReader::fault(std::string rule, const SourceLocation& where, std::string message, std::string fix) {
   faulty_ = true;
-  if (instead_.empty())
-    return diagnostics_.error(std::move(rule), where, std::move(message), std::move(fix));
+  if (instead_.empty()) return diagnostics_.error(std::move(rule), where, std::move(message), std::move(fix));
   diagnostics_.warning(rule_, where,
                        fmt::format("{}{} {}", message, message.ends_with('?') ? "" : ";", instead_),
                        std::move(fix));

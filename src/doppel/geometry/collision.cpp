@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "doppel/core/late_library.h"
+#include "doppel/core/plugin_module.h"
 #include "doppel/description/mesh.h"
 #include "doppel/geometry/detail/convex.h"
 #include "doppel/geometry/detail/surface.h"
@@ -43,7 +43,7 @@ std::optional<ConvexShape> convex_shape(const Geometry& geometry) {
 const SurfaceFunctions& surfaces() {
   using Entry = const SurfaceFunctions* (*)();
   static const SurfaceFunctions* const functions =
-      reinterpret_cast<Entry>(late_symbol(kSurfaceModule, kSurfaceEntry))();
+      reinterpret_cast<Entry>(plugin_symbol(kSurfaceModule, kSurfaceEntry))();
   return *functions;
 }
 

@@ -52,7 +52,7 @@ class Difference {
   ConvexDepth solve(const Vector3d& towards, bool exact);
 
  private:
-  static constexpr int kMostPoints = 400;
+  static constexpr int kMaxPoints = 400;
   static constexpr double kExact = 1e-8;  // m
 
   [[nodiscard]] Vector3d furthest(const Vector3d& d) const {
@@ -178,7 +178,7 @@ bool Difference::grow(const Vector3d& point, int seen_from) {
 ConvexDepth Difference::solve(const Vector3d& towards, bool exact) {
   double least = furthest(towards).dot(towards);  // over every direction looked at: a way out
   if (least <= kTouching || !start(towards)) return {};
-  while (static_cast<int>(points_.size()) < kMostPoints) {
+  while (static_cast<int>(points_.size()) < kMaxPoints) {
     const int at = nearest_face();
     const Face& face = faces_[at];
     const Vector3d point = furthest(face.normal);

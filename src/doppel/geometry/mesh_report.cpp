@@ -74,8 +74,8 @@ void find_hull(const TriangleMesh& mesh, MeshReport& out) {
 MeshReport report_mesh(const std::filesystem::path& file) {
   MeshReport out;
   std::error_code failed;
-  if (const auto size = std::filesystem::file_size(file, failed); !failed && size > kLargestMeasured) {
-    out.problem = fmt::format("it is larger than {} MB and was not measured", kLargestMeasured >> 20);
+  if (const auto size = std::filesystem::file_size(file, failed); !failed && size > kMaxMeasuredBytes) {
+    out.problem = fmt::format("it is larger than {} MB and was not measured", kMaxMeasuredBytes >> 20);
     out.rule = "audit.skipped";
     return out;
   }

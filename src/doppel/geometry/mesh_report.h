@@ -18,7 +18,7 @@ namespace doppel {
 // All in the file's own units and frame, before the URDF's scale.
 struct MeshReport {
   std::string problem;  // not empty: the file cannot be read, and why
-  std::string rule;     // of the problem: "mesh.unreadable"; "audit.skipped" above kLargestMeasured
+  std::string rule;     // of the problem: "mesh.unreadable"; "audit.skipped" above kMaxMeasuredBytes
   std::string remark;   // not empty: only a lenient reader took the file; why ours did not
   std::size_t vertices = 0, triangles = 0;
   std::size_t degenerate = 0;  // triangles of no area
@@ -34,7 +34,7 @@ struct MeshReport {
   [[nodiscard]] bool watertight() const { return open_edges == 0 && crossed_edges == 0; }
 };
 inline constexpr std::size_t kHullVertices = 500;
-inline constexpr std::uintmax_t kLargestMeasured = std::uintmax_t{128} << 20;  // bytes: some seconds
+inline constexpr std::uintmax_t kMaxMeasuredBytes = std::uintmax_t{128} << 20;  // bytes: some seconds
 
 // Never throws; what is wrong stands in `problem`.
 MeshReport report_mesh(const std::filesystem::path& file);

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "doppel mesh report 2\n";
-constexpr std::streamoff kLargestFile = 1 << 20;
+constexpr std::streamoff kMaxFileBytes = 1 << 20;
 
 // FNV-1a, 64 bits.
 std::uint64_t hash(std::string_view bytes) {
@@ -107,7 +107,7 @@ std::optional<MeshReport> read_cache(const fs::path& entry, const std::string& k
   std::ifstream in(entry, std::ios::binary | std::ios::ate);
   if (!in) return std::nullopt;
   const auto size = static_cast<std::streamoff>(in.tellg());
-  if (size <= 0 || size > kLargestFile) return std::nullopt;
+  if (size <= 0 || size > kMaxFileBytes) return std::nullopt;
   std::string bytes(static_cast<std::size_t>(size), '\0');
   in.seekg(0);
   in.read(bytes.data(), size);

@@ -13,10 +13,10 @@
 namespace doppel {
 namespace {
 
-constexpr double kThickness = 0.3;  // of a bar's length
-constexpr double kShortest = 0.1;   // of the longest bar
-constexpr double kHeld = 0.5;       // of a drive's effort that gravity may ask for
-constexpr double kLeastScale = 1e-4;
+constexpr double kThickness = 0.3;       // of a bar's length
+constexpr double kMinLengthRatio = 0.1;  // of the longest bar
+constexpr double kHeld = 0.5;            // of a drive's effort that gravity may ask for
+constexpr double kMinScale = 1e-4;
 constexpr std::size_t kNamesShown = 8;
 const Eigen::Vector3d kGravity{0, 0, -9.81};  // m/s^2, in the root link's axes
 
@@ -29,9 +29,9 @@ MassProperties bar(const Eigen::Vector3d& end) {
   return transformed(solid_cylinder(0.5 * kThickness * length, length), X);
 }
 
-class Guess {
+class MassEstimator {
  public:
-  Guess(Model& model, const std::vector<const Link*>& sources) : model_(model), sources_(sources) {
+  MassEstimator(Model& model, const std::vector<const Link*>& sources) : model_(model), sources_(sources) {
     const std::size_t links = model.links.size();
     body_.assign(links, 0);
     X_BL_.assign(links, Pose::Identity());
@@ -83,7 +83,7 @@ class Guess {
     Eigen::Vector3d end = reach_of(body);
     double longest = 0.0;
     for (std::size_t i = 1; i < body_.size(); ++i) longest = std::max(longest, reach_of(i).norm());
-    const double least = longest > 0 ? kShortest * longest : 0.02;
+    const double least = longest > 0 ? kMinLengthRatio * longest : 0.02;
     if (end.norm() < least)
       end = least * (end.norm() > 1e-9 ? end.normalized().eval() : Eigen::Vector3d::UnitZ().eval());
     return bar(end);
@@ -121,27 +121,27 @@ double scale_to_drives(const Model& model, std::string& weakest) {
       weakest = joint.name;
     }
   }
-  return std::max(scale, kLeastScale);
+  return std::max(scale, kMinScale);
 }
 
 }  // namespace
 
 void assume_masses(Model& model, const std::vector<const Link*>& sources, Diagnostics& diagnostics) {
-  const Guess guess(model, sources);
-  const std::vector<std::size_t> bodies = guess.massless();
+  const MassEstimator estimator(model, sources);
+  const std::vector<std::size_t> bodies = estimator.massless();
   if (bodies.empty()) return;
   std::size_t by_length = 0;
   for (const std::size_t body : bodies) {
-    MassProperties assumed = guess.by_shapes(body);
-    if (!(assumed.mass > kSmallestSolid)) {
-      assumed = guess.by_length(body);
+    MassProperties assumed = estimator.by_shapes(body);
+    if (!(assumed.mass > kMinSolidMass)) {
+      assumed = estimator.by_length(body);
       ++by_length;
     }
     if (!physical_defect(assumed).empty()) assumed = physical_repair(assumed);
     model.links[body].inertia = assumed;
   }
   std::string weakest;
-  const double scale = guess.any_written() ? 1.0 : scale_to_drives(model, weakest);
+  const double scale = estimator.any_written() ? 1.0 : scale_to_drives(model, weakest);
   std::string names;
   double total = 0.0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {

@@ -12,8 +12,8 @@
 namespace doppel {
 namespace {
 
-constexpr double kTriangleTolerance = 1e-6;       // of the largest moment: what is lost by writing few digits
-constexpr double kSmallestMomentFraction = 1e-3;  // of the largest: a repaired tensor stays well conditioned
+constexpr double kTriangleTolerance = 1e-6;  // of the largest moment: what is lost by writing few digits
+constexpr double kMinMomentFraction = 1e-3;  // of the largest: a repaired tensor stays well conditioned
 
 Eigen::Vector3d principal_moments(const Eigen::Matrix3d& I) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
@@ -22,7 +22,7 @@ Eigen::Vector3d principal_moments(const Eigen::Matrix3d& I) {
 // A mass without a tensor is spread like the link's own solid; without one, it is a ball of kAssumedDensity.
 MassProperties spread(const Link& link, const Inertial& inertial) {
   MassProperties body = link_solid(link);
-  if (!(body.mass > kSmallestSolid) || !physical_defect(body).empty())
+  if (!(body.mass > kMinSolidMass) || !physical_defect(body).empty())
     body = solid_ball(std::cbrt(0.75 * inertial.mass / (std::numbers::pi * kAssumedDensity)));
   body.I *= inertial.mass / body.mass;
   body.mass = inertial.mass;
@@ -52,7 +52,7 @@ MassProperties physical_repair(const MassProperties& body) {
   // A tensor of zeros says nothing; a ball of 1 cm radius is the least that a body of that mass can be taken
   // for.
   const double largest = std::max(moments.maxCoeff(), 0.4 * body.mass * 1e-4 * 1e-3);
-  moments = moments.cwiseMax(kSmallestMomentFraction * largest);
+  moments = moments.cwiseMax(kMinMomentFraction * largest);
   for (int i = 0; i < 3; ++i) {
     double& a = moments[(i + 1) % 3];
     double& b = moments[(i + 2) % 3];

@@ -10,8 +10,8 @@
 namespace doppel {
 namespace {
 
-constexpr double kBoxFraction = 0.3;   // of its box that an open mesh fills
-constexpr double kLeastFilled = 0.02;  // of its box: a "solid" below that is a surface
+constexpr double kBoxFraction = 0.3;  // of its box that an open mesh fills
+constexpr double kMinFilled = 0.02;   // of its box: a "solid" below that is a surface
 
 MassProperties solid(double volume, const Eigen::Vector3d& moments_per_mass) {
   const double mass = volume * kAssumedDensity;
@@ -31,7 +31,7 @@ MassProperties mesh_solid(const MeshGeometry& mesh) {
   if (bounds.isEmpty()) return {};
   const SolidProperties properties = solid_properties(triangles.vertices, triangles.triangles);
   const double filled = std::abs(properties.volume) / bounds.volume();
-  if (filled >= kLeastFilled && filled <= 1.0) {
+  if (filled >= kMinFilled && filled <= 1.0) {
     MassProperties body = properties.unit;
     const double factor = properties.volume < 0 ? -kAssumedDensity : kAssumedDensity;
     body.mass *= factor;
@@ -82,7 +82,7 @@ MassProperties solid_ball(double radius) {
 
 MassProperties link_solid(const Link& link) {
   MassProperties out = sum_of_shapes(link.collisions);
-  if (!(out.mass > kSmallestSolid)) out = sum_of_shapes(link.visuals);
+  if (!(out.mass > kMinSolidMass)) out = sum_of_shapes(link.visuals);
   return out;
 }
 

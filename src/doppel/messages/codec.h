@@ -36,7 +36,7 @@ template <Message M>
 Status from_cdr(std::span<const std::byte> bytes, M& message);
 
 // A text that is made when it is first asked for; any thread.
-class LateText {
+class LazyText {
  public:
   template <class Make>
   const std::string& get(Make make) const {
@@ -76,14 +76,14 @@ class TypeSupport {
   virtual Status recode(std::span<const std::byte> cdr, Bytes& out) const = 0;
 
  private:
-  LateText hash_;
+  LazyText hash_;
 };
 
 struct ServiceSupport {
   std::string name;  // "std_srvs/srv/Trigger"
   const TypeSupport* request;
   const TypeSupport* response;
-  LateText late_hash = {};
+  LazyText late_hash = {};
 
   [[nodiscard]] const std::string& hash() const;
 };
@@ -91,7 +91,7 @@ struct ServiceSupport {
 struct ActionSupport {
   std::string name;  // "control_msgs/action/FollowJointTrajectory"
   const TypeSupport *goal, *result, *feedback;
-  LateText late_hash = {};
+  LazyText late_hash = {};
 
   [[nodiscard]] const std::string& hash() const;
 };

@@ -20,8 +20,8 @@ using type_description_interfaces::msg::IndividualTypeDescription;
 
 namespace {
 
-constexpr std::size_t kLongestName = 255, kDeepest = 64;
-constexpr double kLargestInitial = 9e15;  // whole numbers beyond it are not exact in a double
+constexpr std::size_t kMaxNameLength = 255, kMaxDepth = 64;
+constexpr double kMaxInitialValue = 9e15;  // whole numbers beyond it are not exact in a double
 
 // By rosidl's ids; `message` also stands for those that no ROS 2 type has: long double, fixed strings.
 constexpr FieldKind kKinds[] = {
@@ -37,13 +37,13 @@ bool is_name(std::string_view name) {
   const auto good = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
   };
-  return !name.empty() && name.size() <= kLongestName && !(name[0] >= '0' && name[0] <= '9') &&
+  return !name.empty() && name.size() <= kMaxNameLength && !(name[0] >= '0' && name[0] <= '9') &&
          std::ranges::all_of(name, good);
 }
 
 // "package/msg/Name"
 bool is_type_name(std::string_view name) {
-  if (name.size() > kLongestName) return false;
+  if (name.size() > kMaxNameLength) return false;
   const std::size_t first = name.find('/'), last = name.rfind('/');
   if (first == std::string_view::npos || first == last) return false;
   return is_name(name.substr(0, first)) && is_name(name.substr(first + 1, last - first - 1)) &&
@@ -54,7 +54,7 @@ double initial_value(FieldKind kind, const std::string& text) {
   if (kind == FieldKind::boolean) return text == "True" ? 1 : 0;
   double value = 0;
   std::from_chars(text.data(), text.data() + text.size(), value);
-  return std::abs(value) <= kLargestInitial ? value : 0;
+  return std::abs(value) <= kMaxInitialValue ? value : 0;
 }
 
 // A type's description, which comes first, and those of all types that it refers to, at places that stay:
@@ -112,7 +112,7 @@ class DescriptionReader {
     Entry& entry = found->second;
     if (entry.state == Entry::done) return entry.type;
     if (entry.state == Entry::begun) return refuse_type(fmt::format("{} contains itself", name));
-    if (depth > kDeepest) return refuse_type(fmt::format("{} lies too deep", name));
+    if (depth > kMaxDepth) return refuse_type(fmt::format("{} lies too deep", name));
     entry.state = Entry::begun;
     for (const Field& field : entry.said->fields) {
       add(*entry.type, field, depth);

@@ -19,12 +19,12 @@
 namespace doppel {
 namespace {
 
-struct Refusal {
+struct ParseError {
   std::string why;
 };
 
 [[noreturn]] void refuse(const YAML::Mark& mark, const std::string& why) {
-  throw Refusal{fmt::format("{}:{}: {}", mark.line + 1, mark.column + 1, why)};
+  throw ParseError{fmt::format("{}:{}: {}", mark.line + 1, mark.column + 1, why)};
 }
 
 std::string shown(const YAML::Node& node) {
@@ -373,8 +373,8 @@ Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml, Bytes& ou
       reader.message(type, document);
     }
     return {};
-  } catch (const Refusal& refusal) {
-    return Status::refused(refusal.why);
+  } catch (const ParseError& error) {
+    return Status::refused(error.why);
   } catch (const YAML::Exception& e) {
     return Status::refused(fmt::format("{}:{}: not YAML: {}", e.mark.line + 1, e.mark.column + 1, e.msg));
   }

@@ -53,23 +53,23 @@ PrincipalInertia principal_inertia(const Eigen::Matrix3d& I) {
   return out;
 }
 
-MjcfBodies::MjcfBodies(const Model& model, MjcfTerms& terms) : model_(model), terms_(terms) {
+MjcfBodies::MjcfBodies(const Model& model, MjcfNaming& terms) : model_(model), naming_(terms) {
   children_.resize(model.links.size());
   for (std::size_t i = 0; i < model.joints.size(); ++i)
     children_[static_cast<std::size_t>(model.joints[i].parent_link)].push_back(static_cast<int>(i));
 }
 
 XmlNode MjcfBodies::body(int link, const Pose& X_PL, int joint) {
-  XmlNode out = element("body", {{"name", terms_.body_name(link)}});
+  XmlNode out = element("body", {{"name", naming_.body_name(link)}});
   mjcf_place(out, X_PL);
   if (joint >= 0) add_joint(joint, out);
-  if (const auto inertia = terms_.inertia(link)) out.children.push_back(inertial_of(*inertia));
+  if (const auto inertia = naming_.inertia(link)) out.children.push_back(inertial_of(*inertia));
   fill(link, out);
   return out;
 }
 
 void MjcfBodies::fill(int link, XmlNode& body_of_link) {
-  terms_.add_shapes(link, body_of_link);
+  naming_.add_shapes(link, body_of_link);
   for (const int child : children_[static_cast<std::size_t>(link)]) {
     const ModelJoint& joint = model_.joints[static_cast<std::size_t>(child)];
     body_of_link.children.push_back(body(joint.child_link, joint.X_PJ, child));
@@ -97,17 +97,17 @@ void MjcfBodies::add_joint(int index, XmlNode& body_of_joint) const {
       return;
     }
     case JointType::floating:
-      if (terms_.free_joint(index)) {
-        out.push_back(element("freejoint", {{"name", terms_.joint_name(index, "")}}));
+      if (naming_.free_joint(index)) {
+        out.push_back(element("freejoint", {{"name", naming_.joint_name(index, "")}}));
         return;
       }
       for (int axis = 0; axis < 3; ++axis) {
         out.push_back(
-            element("joint", {{"name", terms_.joint_name(index, std::string_view("xyz").substr(axis, 1))},
+            element("joint", {{"name", naming_.joint_name(index, std::string_view("xyz").substr(axis, 1))},
                               {"type", "slide"},
                               {"axis", decimals(Eigen::Vector3d::Unit(axis))}}));
       }
-      out.push_back(element("joint", {{"name", terms_.joint_name(index, "turn")}, {"type", "ball"}}));
+      out.push_back(element("joint", {{"name", naming_.joint_name(index, "turn")}, {"type", "ball"}}));
       return;
   }
 }
@@ -116,17 +116,17 @@ XmlNode MjcfBodies::dof(int index, std::string_view part, const char* type,
                         const Eigen::Vector3d& axis) const {
   const ModelJoint& joint = model_.joints[static_cast<std::size_t>(index)];
   XmlNode out =
-      element("joint", {{"name", terms_.joint_name(index, part)}, {"type", type}, {"axis", decimals(axis)}});
-  if (std::isfinite(joint.lower) && std::isfinite(joint.upper) && terms_.limits(joint)) {
+      element("joint", {{"name", naming_.joint_name(index, part)}, {"type", type}, {"axis", decimals(axis)}});
+  if (std::isfinite(joint.lower) && std::isfinite(joint.upper) && naming_.limits(joint)) {
     add_attribute(out, "limited", "true");
     // MuJoCo refuses an empty range; a joint that is held in one place has a very small one.
     add_attribute(out, "range", mjcf_range(joint.lower, std::max(joint.upper, joint.lower + 1e-6)));
   }
-  terms_.complete(joint, out);
+  naming_.complete(joint, out);
   return out;
 }
 
-std::vector<XmlNode> mjcf_couplings(const Model& model, const MjcfTerms& terms) {
+std::vector<XmlNode> mjcf_couplings(const Model& model, const MjcfNaming& terms) {
   std::vector<XmlNode> out;
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const ModelJoint& joint = model.joints[i];

@@ -2,7 +2,7 @@
 // The one writer of a Model as MJCF: bodies with their inertias, joints, shapes and couplings. It serves two
 // documents: that of MuJoCo's engine (physics/mujoco/mjcf.h: names by index, drives and damping outside of
 // the text) and that of people who work in MuJoCo (conversion/mjcf.h: the user's names, meshes, actuators).
-// What differs is asked of MjcfTerms.
+// What differs is asked of MjcfNaming.
 // Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
 
 #include <Eigen/Geometry>
@@ -31,9 +31,9 @@ struct PrincipalInertia {
 PrincipalInertia principal_inertia(const Eigen::Matrix3d& I);
 
 // What a document says in words of its own.
-class MjcfTerms {
+class MjcfNaming {
  public:
-  virtual ~MjcfTerms() = default;
+  virtual ~MjcfNaming() = default;
   [[nodiscard]] virtual std::string body_name(int link) const = 0;
   // `part`: "" for a joint of one degree of freedom; "x", "y", "angle" of a planar one; "x", "y", "z", "turn"
   // of a floating one.
@@ -52,7 +52,7 @@ class MjcfTerms {
 class MjcfBodies {
  public:
   // Both have to outlive it.
-  MjcfBodies(const Model& model, MjcfTerms& terms);
+  MjcfBodies(const Model& model, MjcfNaming& terms);
 
   // The tree from the root link on, which stands at X_WR.
   XmlNode tree(const Pose& X_WR) { return body(0, X_WR, -1); }
@@ -67,12 +67,12 @@ class MjcfBodies {
                             const Eigen::Vector3d& axis) const;
 
   const Model& model_;
-  MjcfTerms& terms_;
+  MjcfNaming& naming_;
   std::vector<std::vector<int>> children_;  // joints below each link
 };
 
 // Every mimic joint as an <equality>'s <joint>.
-std::vector<XmlNode> mjcf_couplings(const Model& model, const MjcfTerms& terms);
+std::vector<XmlNode> mjcf_couplings(const Model& model, const MjcfNaming& terms);
 
 // type and size of a <geom>; its pose follows by mjcf_place().
 void mjcf_size(XmlNode& geom, const Box& box);

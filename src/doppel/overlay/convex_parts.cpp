@@ -180,9 +180,9 @@ Part examined(std::vector<Triangle> surface, double least) {
 }  // namespace
 
 std::vector<std::vector<Eigen::Vector3d>> convex_parts(const std::vector<Triangle>& surface) {
-  const double least = kLeastGain * hull_volume(surface);
+  const double least = kMinGain * hull_volume(surface);
   std::vector<Part> parts{examined(surface, least)};
-  while (parts.size() < kMostParts) {
+  while (parts.size() < kMaxParts) {
     const auto widest = std::max_element(parts.begin(), parts.end(),
                                          [](const Part& a, const Part& b) { return a.gain < b.gain; });
     if (widest->gain <= least) break;

@@ -11,7 +11,7 @@ namespace {
 using namespace overlay_detail;
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLargestOverlay = 4 << 20;
+constexpr std::size_t kMaxOverlayBytes = 4 << 20;
 
 // The file's lines, each with its end, and the lines that every operation takes.
 struct FileLines {
@@ -93,7 +93,7 @@ void write_checked(const fs::path& file, const std::string& text, const std::vec
 }
 
 std::string read_text(const fs::path& file) {
-  return read_file(file.string(), kLargestOverlay);
+  return read_file(file.string(), kMaxOverlayBytes);
 }
 
 bool same_settings(const Operation& a, const Operation& b) {

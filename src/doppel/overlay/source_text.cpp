@@ -8,7 +8,7 @@
 namespace doppel::overlay_detail {
 namespace {
 
-constexpr std::size_t kLargestSource = std::size_t{64} << 20;
+constexpr std::size_t kMaxSourceBytes = std::size_t{64} << 20;
 constexpr auto npos = std::string::npos;
 
 bool ends_name(char c) {
@@ -17,7 +17,7 @@ bool ends_name(char c) {
 
 }  // namespace
 
-SourceText::SourceText(const std::filesystem::path& file) : text_(read_file(file.string(), kLargestSource)) {
+SourceText::SourceText(const std::filesystem::path& file) : text_(read_file(file.string(), kMaxSourceBytes)) {
   lines_.push_back(text_.starts_with("\xef\xbb\xbf") ? 3 : 0);
   for (std::size_t at = text_.find('\n'); at != npos; at = text_.find('\n', at + 1)) lines_.push_back(at + 1);
 }

@@ -261,7 +261,7 @@ void OperationReader::check_values(const OperationAction& action) const {
   if (name_ == "set_dynamics") need_one_of({"damping", "friction"});
   if (name_ == "set_origin") need_one_of({"xyz", "rpy"});
   if (name_ == "set_inertia") need_one_of({"mass", "com", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
-  const auto found = nonsense_in(action);
+  const auto found = invalid_value_in(action);
   if (!found) return;
   fail(found->key.empty() ? target_ : node_[found->key], "overlay.nonsense",
        fmt::format("{}: {}", name_, found->message), found->fix);

@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kDeepest = 8;
-constexpr std::size_t kMostFolders = 4000;
+constexpr int kMaxDepth = 8;
+constexpr std::size_t kMaxFolders = 4000;
 constexpr int kLevelsWithoutWorkspace = 2;
 
 bool is_left_out(const std::string& name) {
@@ -57,7 +57,7 @@ bool may_be_crawled(const fs::path& folder) {
 PackageIndex crawl_packages(const fs::path& root) {
   PackageIndex out;
   std::deque<std::pair<fs::path, int>> queue{{root, 0}};
-  for (std::size_t seen = 0; !queue.empty() && seen < kMostFolders; ++seen) {
+  for (std::size_t seen = 0; !queue.empty() && seen < kMaxFolders; ++seen) {
     const auto [folder, depth] = std::move(queue.front());
     queue.pop_front();
     Content content = content_of(folder);
@@ -67,7 +67,7 @@ PackageIndex crawl_packages(const fs::path& root) {
       out.packages.emplace(package_name(folder), folder);
       if (depth > 0) continue;
     }
-    if (depth == kDeepest) continue;
+    if (depth == kMaxDepth) continue;
     for (fs::path& below : content.folders) queue.emplace_back(std::move(below), depth + 1);
   }
   return out;

@@ -126,7 +126,7 @@ CollisionMesh make_collision_mesh(const Vertices& all) {
   const Eigen::Vector3d extent = high - low;
   if (extent.minCoeff() > std::max(kFlatness * extent.maxCoeff(), kThinnest)) {
     out.hull = std::make_shared<const CollisionHull>(
-        CollisionHull{vertices.size() > kMostHullVertices ? extreme_vertices(vertices) : vertices});
+        CollisionHull{vertices.size() > kMaxHullVertices ? extreme_vertices(vertices) : vertices});
     return out;
   }
   out.box_size = extent.cwiseMax(kThickenedTo);

@@ -34,7 +34,7 @@ struct CollisionMesh {
 };
 
 // Above this many vertices only those are kept that are extreme in one of kSupportDirections directions.
-inline constexpr std::size_t kMostHullVertices = 500;
+inline constexpr std::size_t kMaxHullVertices = 500;
 inline constexpr int kSupportDirections = 300;
 
 // Flat means thinner than a ten-thousandth of its length: no hull can be computed, so a box of at least 1 mm

@@ -10,7 +10,7 @@ namespace {
 // damping stiffness * step the implicit integrator lands on the reference in one step, whatever the inertia;
 // a load that gives an acceleration a leaves an error of a * step^2 / 1000.
 constexpr double kIdealStiffness = 1000.0;
-constexpr double kLeastInertia = 1e-6;  // kg m^2 or kg
+constexpr double kMinInertia = 1e-6;  // kg m^2 or kg
 
 }  // namespace
 
@@ -21,7 +21,7 @@ Drive::Drive(int joint, const ServoParameters& servo, double carried, Duration s
       fastest_(servo.velocity * step_),
       stream_gap_(kStreamGap / step) {
   if (servo_.ideal) {
-    servo_.stiffness = kIdealStiffness * std::max(carried, kLeastInertia) / (step_ * step_);
+    servo_.stiffness = kIdealStiffness * std::max(carried, kMinInertia) / (step_ * step_);
     servo_.damping = servo_.stiffness * step_;
     servo_.effort = kInfinity;
   }

@@ -213,10 +213,10 @@ std::optional<const Instance> Engine::find(std::string_view name) const {
 
 void Engine::set_instances(std::vector<ModelInstance> instances) {
   Diagnostics notes;  // of what was read before, with the instances
-  go_on_with(world_->with(std::move(instances), notes));
+  continue_with(world_->with(std::move(instances), notes));
 }
 
-void Engine::go_on_with(std::shared_ptr<const CompiledWorld> world) {
+void Engine::continue_with(std::shared_ptr<const CompiledWorld> world) {
   std::vector<int> kept;
   for (const ModelInstance& instance : world->instances()) {
     const int before = world_->find(instance.name);

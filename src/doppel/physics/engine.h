@@ -240,7 +240,7 @@ class Engine {
   // state, drives and loads. Throw InputError (a name taken); nothing has changed then.
   void set_instances(std::vector<ModelInstance> instances);
   // The same with a compilation that was made beforehand, on any thread, by world().with().
-  void go_on_with(std::shared_ptr<const CompiledWorld> world);
+  void continue_with(std::shared_ptr<const CompiledWorld> world);
   void spawn(ModelInstance instance);
   bool remove(std::string_view name);  // false: no such instance
 

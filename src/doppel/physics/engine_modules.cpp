@@ -6,8 +6,8 @@
 #include <map>
 #include <mutex>
 
-#include "doppel/core/late_library.h"
 #include "doppel/core/names.h"
+#include "doppel/core/plugin_module.h"
 
 namespace doppel {
 namespace {
@@ -50,7 +50,7 @@ Registry& registry() {
 std::vector<KnownEngine> known_engines() {
   std::vector<KnownEngine> out;
   for (const Known& known : kKnown)
-    out.push_back({known.name, known.package, late_library_exists(library_of(known.name))});
+    out.push_back({known.name, known.package, plugin_module_exists(library_of(known.name))});
   const std::lock_guard lock(registry().mutex);
   for (const auto& [name, module] : registry().modules) {
     if (std::ranges::find(out, name, &KnownEngine::name) == out.end()) out.push_back({name, "", true});
@@ -73,7 +73,7 @@ const EngineModule& engine_module(const std::string& name) {
   if (!there) refuse(name, names);
   using Export = const EngineModule* (*)();
   const auto exported =
-      reinterpret_cast<Export>(late_symbol(library_of(name), "doppel_engine_module"));  // NOLINT
+      reinterpret_cast<Export>(plugin_symbol(library_of(name), "doppel_engine_module"));  // NOLINT
   const std::lock_guard lock(registry().mutex);
   return registry().modules.emplace(name, *exported()).first->second;
 }
@@ -87,7 +87,7 @@ std::shared_ptr<const CompiledWorld> compile_world(const std::string& engine, Wo
                                                    std::vector<ModelInstance> instances,
                                                    Diagnostics& diagnostics) {
   const EngineModule& module = engine_module(engine);
-  report_lacks(module.capabilities, settings, instances, diagnostics);
+  report_missing_capabilities(module.capabilities, settings, instances, diagnostics);
   return module.compile(std::move(settings), std::move(instances), diagnostics);
 }
 

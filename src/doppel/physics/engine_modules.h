@@ -35,10 +35,10 @@ void register_engine(EngineModule module);
 
 // What the instances and settings need that the engine lacks, each a warning that names the joint, link or
 // key and says what happens instead.
-void report_lacks(const EngineCapabilities& engine, const WorldSettings& settings,
-                  std::span<const ModelInstance> instances, Diagnostics& diagnostics);
+void report_missing_capabilities(const EngineCapabilities& engine, const WorldSettings& settings,
+                                 std::span<const ModelInstance> instances, Diagnostics& diagnostics);
 
-// compile() of the named engine after report_lacks().
+// compile() of the named engine after report_missing_capabilities().
 std::shared_ptr<const CompiledWorld> compile_world(const std::string& engine, WorldSettings settings,
                                                    std::vector<ModelInstance> instances,
                                                    Diagnostics& diagnostics);

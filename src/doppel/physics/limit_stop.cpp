@@ -19,7 +19,7 @@ double restitution_of(double z) {
 }
 
 double damping_ratio_of(double restitution) {
-  double less = 0.0, more = kMostDamped;
+  double less = 0.0, more = kMaxDamped;
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (less + more);
     (restitution_of(middle) > restitution ? less : more) = middle;

@@ -14,7 +14,7 @@ namespace {
 constexpr double kFriction = 0.8;  // Coulomb, where no <gazebo> mu1 says otherwise
 constexpr const char* kObjectLink = "link";
 // Engines refuse bodies of about 1e-15 kg; nothing that is measured can tell less than this from zero.
-constexpr double kLightest = 1e-9;  // kg
+constexpr double kMinMass = 1e-9;  // kg
 
 bool has_size(const Geometry& geometry) {
   if (const auto* box = std::get_if<Box>(&geometry)) return box->size.minCoeff() > 0;
@@ -137,7 +137,7 @@ void check(const WorldObject& object) {
     throw InputError("world.size", object.source, fmt::format("object '{}' has no size", object.name),
                      "write positive sizes, m");
   }
-  if (object.mass != 0 && !(object.mass >= kLightest) && std::isfinite(object.mass)) {
+  if (object.mass != 0 && !(object.mass >= kMinMass) && std::isfinite(object.mass)) {
     throw InputError("world.mass", object.source,
                      fmt::format("object '{}' has a mass of {:g} kg, which no engine can simulate",
                                  object.name, object.mass),

@@ -2,7 +2,7 @@
 
 #include "doppel/physics/mujoco_extras.h"
 
-#include "doppel/core/late_library.h"
+#include "doppel/core/plugin_module.h"
 
 namespace doppel {
 namespace {
@@ -13,14 +13,14 @@ constexpr const char* kModule = "doppel_engine_mujoco";
 
 double measure_bare_step_rate(const Engine& engine, int steps) {
   using Measure = double (*)(const Engine&, int);
-  return reinterpret_cast<Measure>(late_symbol(kModule, "doppel_mujoco_bare_step_rate"))(  // NOLINT
+  return reinterpret_cast<Measure>(plugin_symbol(kModule, "doppel_mujoco_bare_step_rate"))(  // NOLINT
       engine, steps);
 }
 
 void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> acceleration,
                              std::span<double> tau) {
   using Solve = void (*)(const Engine&, const double*, double*);
-  reinterpret_cast<Solve>(late_symbol(kModule, "doppel_mujoco_inverse_dynamics"))(  // NOLINT
+  reinterpret_cast<Solve>(plugin_symbol(kModule, "doppel_mujoco_inverse_dynamics"))(  // NOLINT
       engine, acceleration.data(), tau.data());
 }
 

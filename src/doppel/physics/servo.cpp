@@ -96,13 +96,13 @@ std::vector<ServoParameters> choose_servos(const Model& model, const ServoOption
     const double whole_effort = std::min(joint.effort / (slides ? kFullEffortSlideError : kFullEffortError),
                                          inertia[at] * kStiffestFrequency * kStiffestFrequency);
     servo.stiffness = std::max({inertia[at] * options.natural_frequency * options.natural_frequency,
-                                held / (slides ? kLargestSlideSag : kLargestSag), whole_effort});
+                                held / (slides ? kMaxSlideSag : kMaxSag), whole_effort});
     servo.damping = 2.0 * options.damping_ratio *
                     std::sqrt(servo.stiffness * std::max(inertia[at], standing.inertia[at]));
     servo.effort = joint.effort;
     servo.velocity = joint.velocity;
     if (std::isfinite(joint.effort))
-      servo.rotor_inertia = std::max(0.0, joint.effort * kShortestSpinUp / joint.velocity - inertia[at]);
+      servo.rotor_inertia = std::max(0.0, joint.effort * kMinSpinUp / joint.velocity - inertia[at]);
     servo.ideal = options.ideal;
   }
   return servos;

@@ -23,13 +23,13 @@
 
 namespace doppel {
 
-inline constexpr double kLargestSag = 0.005;            // rad, over the sampled configurations
-inline constexpr double kLargestSlideSag = 0.0005;      // m
+inline constexpr double kMaxSag = 0.005;                // rad, over the sampled configurations
+inline constexpr double kMaxSlideSag = 0.0005;          // m
 inline constexpr double kFullEffortError = 0.1;         // rad
 inline constexpr double kFullEffortSlideError = 0.005;  // m
 inline constexpr double kStiffestFrequency = 500.0;     // rad/s
 inline constexpr Duration kStreamGap{50'000'000};       // 50 ms
-inline constexpr double kShortestSpinUp = 1e-4;         // s, from standstill to the velocity limit
+inline constexpr double kMinSpinUp = 1e-4;              // s, from standstill to the velocity limit
 
 struct ServoParameters {
   double stiffness = 0;         // N m/rad or N/m
@@ -37,7 +37,7 @@ struct ServoParameters {
   double effort = kInfinity;    // N m or N
   double velocity = kInfinity;  // rad/s or m/s
   // kg m^2 or kg, of the motor behind its gear while the joint is commanded by effort: so much that the whole
-  // effort takes kShortestSpinUp to reach the velocity limit (a motor's mechanical time constant is 5 to 50
+  // effort takes kMinSpinUp to reach the velocity limit (a motor's mechanical time constant is 5 to 50
   // ms). Zero where what the joint carries is more. Without it a 5 N m servo turns a bare horn of 1e-6 kg m^2
   // by 5000 rad/s in 1 ms.
   double rotor_inertia = 0;
@@ -54,7 +54,7 @@ struct ServoOptions {
 
 // stiffness = I w^2 and damping = 2 z sqrt(stiffness I) with I = carried_inertia. Two things raise the
 // stiffness: gravity and the joint's own Coulomb friction, where they would hold it off its target by more
-// than kLargestSag (a load beyond the effort limit does not count); and the drive's strength, which is all
+// than kMaxSag (a load beyond the effort limit does not count); and the drive's strength, which is all
 // given at an error of kFullEffortError, as a wrist's drive is as strong as its data sheet says however
 // little it carries (but never beyond kStiffestFrequency). Where a robot with a floating root stands on a
 // joint's link (a leg, a wheel), load and damping are also those of the rest of the robot on that link.

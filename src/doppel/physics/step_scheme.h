@@ -16,14 +16,14 @@
 
 namespace doppel {
 
-inline constexpr int kMostStages = 4;
+inline constexpr int kMaxStages = 4;
 
 struct StepScheme {
   int stages = 1;
   int order = 1;  // of a motion without springs, dampers, friction, limits and contacts
-  using Table = std::array<std::array<double, kMostStages>, kMostStages>;
+  using Table = std::array<std::array<double, kMaxStages>, kMaxStages>;
   Table alpha{}, gamma{};  // strictly lower triangular; lower triangular with `diagonal` on the diagonal
-  std::array<double, kMostStages> b{};
+  std::array<double, kMaxStages> b{};
   double diagonal = 1;
   // Semi-implicit Euler: positions move with the velocity of the step's end, springs count at the position of
   // its start. False: springs are implicit as dampers are.

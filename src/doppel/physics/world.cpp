@@ -137,9 +137,8 @@ class WorldReader {
 
   Duration step(const YAML::Node& node) {
     const double seconds = number(node, "step");
-    if (seconds >= kShortestStep && seconds <= kLongestStep) return from_seconds(seconds);
-    error(node,
-          fmt::format("step is {} s, but must be from {} to {} s", seconds, kShortestStep, kLongestStep),
+    if (seconds >= kMinStep && seconds <= kMaxStep) return from_seconds(seconds);
+    error(node, fmt::format("step is {} s, but must be from {} to {} s", seconds, kMinStep, kMaxStep),
           "write 0.001 for a step of 1 ms");
     return World{}.step;
   }

@@ -43,7 +43,7 @@ inline const char* name_of(Integrator integrator) {
 Integrator integrator_named(const std::string& name, const std::string& rule,
                             const SourceLocation& where = {});
 
-inline constexpr double kShortestStep = 1e-6, kLongestStep = 0.02;  // s
+inline constexpr double kMinStep = 1e-6, kMaxStep = 0.02;  // s
 
 struct WorldSettings {
   std::string name = "empty";

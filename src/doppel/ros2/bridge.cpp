@@ -17,38 +17,38 @@
 
 namespace doppel::ros2 {
 
-// PacedWork and JoinedNetwork are outside of the anonymous namespace, because Bridge::Impl, which holds both,
-// has external linkage.
+// RateLimitedTask and JoinedNetwork are outside of the anonymous namespace, because Bridge::Impl, which holds
+// both, has external linkage.
 
 // Work that is asked for at any time, and done at most once in a period.
-class PacedWork {
+class RateLimitedTask {
  public:
-  explicit PacedWork(std::chrono::milliseconds period) : period_(period) {}
-  void ask() { asked_ = true; }
+  explicit RateLimitedTask(std::chrono::milliseconds period) : period_(period) {}
+  void request() { requested_ = true; }
   [[nodiscard]] bool is_due(SteadyTime now) {
-    if (!asked_ || now < next_) return false;
-    asked_ = false;
+    if (!requested_ || now < next_) return false;
+    requested_ = false;
     next_ = now + period_;
     return true;
   }
   [[nodiscard]] SteadyTime next(SteadyTime otherwise) const {
-    return asked_ ? std::min(next_, otherwise) : otherwise;
+    return requested_ ? std::min(next_, otherwise) : otherwise;
   }
 
  private:
   const std::chrono::milliseconds period_;
-  bool asked_ = true;
+  bool requested_ = true;
   SteadyTime next_{};
 };
 
 // What there is while the participant is.
 struct JoinedNetwork {
   JoinedNetwork(Bus& bus, Edge& edge, std::unique_ptr<Participant> made, NetworkStatus& status,
-                Refusals& refusals, Unoffered& unoffered, ToBridge to_bridge)
+                RejectionLog& rejections, UnbridgedLog& unbridged, PostToBridge post_to_bridge)
       : participant(std::move(made)),
         graph(*participant),
-        topics(bus, edge, *participant, status, refusals, unoffered),
-        services(edge, *participant, status, refusals, unoffered, std::move(to_bridge)) {}
+        topics(bus, edge, *participant, status, rejections, unbridged),
+        services(edge, *participant, status, rejections, unbridged, std::move(post_to_bridge)) {}
 
   std::unique_ptr<Participant> participant;
   Graph graph;
@@ -61,9 +61,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-constexpr std::size_t kMostPassed = 256;  // messages to the network before others have their turn
-constexpr milliseconds kIdle{50};         // the bus does not tell when its graph changes
-constexpr milliseconds kHeldBack{1};      // while the loop, or a client, is waited for
+constexpr std::size_t kMaxPassed = 256;        // messages to the network before others have their turn
+constexpr milliseconds kIdlePollPeriod{50};    // the bus does not tell when its graph changes
+constexpr milliseconds kBackpressureDelay{1};  // while the loop, or a client, is waited for
 constexpr milliseconds kDiagnostics{1000};
 
 class RemoteServiceImpl : public RemoteService {
@@ -131,12 +131,12 @@ struct Bridge::Impl {
   void leave(const std::string& problem);
   bool work(SteadyTime now);
   bool work_with_network(SteadyTime now);
-  bool pass_on();
+  bool forward_messages();
   void follow_bus(SteadyTime now);
   void announce();
   void take_snapshot();
-  void tell_status(SteadyTime now);
-  void hear_complaints();
+  void publish_status(SteadyTime now);
+  void read_middleware_log();
   void wait(SteadyTime now);
 
   Bus& bus;
@@ -144,18 +144,18 @@ struct Bridge::Impl {
   const Log& log;
   const MakeParticipant make_participant;
   std::unique_ptr<Edge> edge =
-      bus.attach(kBridgeName, {.ring_bytes = options.ring_bytes, .hears_itself = false});
+      bus.attach(kBridgeName, {.ring_bytes = options.ring_bytes, .receives_own = false});
   std::shared_ptr<BridgeMailbox> mailbox = std::make_shared<BridgeMailbox>(*edge);
   std::optional<NetworkDiagnostics> diagnostics;
 
   // The bridge's thread only.
   NetworkStatus now_so_far;
-  Refusals refusals{log, now_so_far};
-  Unoffered unoffered{log};
+  RejectionLog rejections{log, now_so_far};
+  UnbridgedLog unbridged{log};
   NetworkWarnings warnings{log};
   std::unique_ptr<JoinedNetwork> network;
-  BridgedClients clients{bus, *edge, now_so_far, unoffered};
-  PacedWork follow{milliseconds(10)}, match{milliseconds(5)}, graph_update{milliseconds(20)},
+  BridgedClients clients{bus, *edge, now_so_far, unbridged};
+  RateLimitedTask follow{milliseconds(10)}, match{milliseconds(5)}, graph_update{milliseconds(20)},
       status_update{milliseconds(20)}, diagnosis{kDiagnostics};
   std::uint64_t seen_version = ~std::uint64_t{0}, seen_discovery = ~std::uint64_t{0};
   bool look = true, some_wait = false;  // at the readers; for a client or for the loop
@@ -191,7 +191,7 @@ void Bridge::Impl::join() {
     with.is_cancelled = [this] { return stop.load(); };
     auto participant = make_participant(with, [box = mailbox] { box->activity(); });
     network =
-        std::make_unique<JoinedNetwork>(bus, *edge, std::move(participant), now_so_far, refusals, unoffered,
+        std::make_unique<JoinedNetwork>(bus, *edge, std::move(participant), now_so_far, rejections, unbridged,
                                         [box = mailbox](auto task) { box->post(std::move(task)); });
     clients.set_participant(network->participant.get());
     now_so_far.state = NetworkStatus::State::joined;
@@ -207,25 +207,25 @@ void Bridge::Impl::leave(const std::string& problem) {
   now_so_far.state = NetworkStatus::State::absent;
   now_so_far.problem = problem;
   log.warning("ros2", fmt::format("no ROS 2 network: {}", problem));
-  follow.ask();
-  status_update.ask();
+  follow.request();
+  status_update.request();
 }
 
 bool Bridge::Impl::work(SteadyTime now) {
   const bool had_tasks = mailbox->run();
   if (mailbox->had_activity()) {
     look = true;
-    match.ask();
-    graph_update.ask();
+    match.request();
+    graph_update.request();
   }
   look = look || had_tasks;
-  if (bus.graph_version() != seen_version) follow.ask();
+  if (bus.graph_version() != seen_version) follow.request();
   if (follow.is_due(now)) follow_bus(now);
   bool more = network != nullptr && work_with_network(now);
-  more = pass_on() || more;
+  more = forward_messages() || more;
   if (clients.has_changed() && network != nullptr) announce();
-  diagnosis.ask();
-  tell_status(now);
+  diagnosis.request();
+  publish_status(now);
   return more;
 }
 
@@ -239,10 +239,10 @@ bool Bridge::Impl::work_with_network(SteadyTime now) {
     more = network->services.take() || (left && !held_back);
     some_wait = some_wait || (left && held_back);
     look = left || more;
-    status_update.ask();
+    status_update.request();
   }
   if (match.is_due(now)) {
-    if (network->topics.match()) match.ask();
+    if (network->topics.match()) match.request();
     clients.match();
     const std::lock_guard lock(mutex);
     matches = network->topics.matches();
@@ -252,12 +252,12 @@ bool Bridge::Impl::work_with_network(SteadyTime now) {
 }
 
 // What the loop has published, to the network.
-bool Bridge::Impl::pass_on() {
+bool Bridge::Impl::forward_messages() {
   Edge::Incoming message;
-  for (std::size_t i = 0; i < kMostPassed; ++i) {
+  for (std::size_t i = 0; i < kMaxPassed; ++i) {
     if (!edge->next(message)) return false;
     if (network != nullptr) network->topics.pass(message);
-    status_update.ask();
+    status_update.request();
   }
   return true;
 }
@@ -269,8 +269,8 @@ void Bridge::Impl::follow_bus(SteadyTime now) {
   if (network == nullptr) return;
   bool waits = network->topics.follow(bus.topics(), now);
   waits = network->services.follow(services, now) || waits;
-  if (waits) follow.ask();
-  match.ask();
+  if (waits) follow.request();
+  match.request();
   announce();
 }
 
@@ -281,7 +281,7 @@ void Bridge::Impl::announce() {
   network->services.announce(announcement);
   clients.announce(announcement);
   network->graph.set_own_nodes(announcement.nodes());
-  graph_update.ask();
+  graph_update.request();
 }
 
 void Bridge::Impl::take_snapshot() {
@@ -296,13 +296,13 @@ void Bridge::Impl::take_snapshot() {
   const auto participants = network->participant->participants();
   now_so_far.participants = static_cast<std::size_t>(std::ranges::count_if(
       participants, [&own](const ParticipantInfo& participant) { return participant.gid != own; }));
-  status_update.ask();
+  status_update.request();
   const std::lock_guard lock(mutex);
   next->version = snapshot->version + 1;
   snapshot = std::move(next);
 }
 
-void Bridge::Impl::tell_status(SteadyTime now) {
+void Bridge::Impl::publish_status(SteadyTime now) {
   if (status_update.is_due(now)) {
     const std::lock_guard lock(mutex);
     status = now_so_far;
@@ -310,25 +310,26 @@ void Bridge::Impl::tell_status(SteadyTime now) {
     status.lost += edge->dropped();
   }
   if (!diagnosis.is_due(now)) return;
-  if (network != nullptr) hear_complaints();
-  if (diagnostics.has_value()) diagnostics->tell(status);
+  if (network != nullptr) read_middleware_log();
+  if (diagnostics.has_value()) diagnostics->publish(status);
 }
 
 // The middleware goes on after what it complains of; the first one is said, for it may be all there is.
-void Bridge::Impl::hear_complaints() {
-  const bool first = now_so_far.complaints.count == 0;
-  now_so_far.complaints = network->participant->complaints();
-  now_so_far.complaints.latest = printable(now_so_far.complaints.latest);  // names of peers stand in it
+void Bridge::Impl::read_middleware_log() {
+  const bool first = now_so_far.middleware_log.count == 0;
+  now_so_far.middleware_log = network->participant->middleware_log();
+  now_so_far.middleware_log.latest =
+      printable(now_so_far.middleware_log.latest);  // names of peers stand in it
   now_so_far.refused_datagrams = network->participant->refused_datagrams();
-  if (first && now_so_far.complaints.count > 0)
+  if (first && now_so_far.middleware_log.count > 0)
     log.warning("ros2", fmt::format("Fast DDS complains: {}; more of it is counted on /diagnostics, not told",
-                                    now_so_far.complaints.latest));
-  status_update.ask();
+                                    now_so_far.middleware_log.latest));
+  status_update.request();
 }
 
 void Bridge::Impl::wait(SteadyTime now) {
-  SteadyTime until = now + (some_wait ? kHeldBack : kIdle);
-  for (const PacedWork* paced : {&follow, &match, &graph_update, &status_update, &diagnosis}) {
+  SteadyTime until = now + (some_wait ? kBackpressureDelay : kIdlePollPeriod);
+  for (const RateLimitedTask* paced : {&follow, &match, &graph_update, &status_update, &diagnosis}) {
     until = paced->next(until);
   }
   edge->wait(std::chrono::ceil<milliseconds>(std::max(until - now, steady_clock::duration{})));

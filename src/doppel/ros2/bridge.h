@@ -40,13 +40,13 @@ struct NetworkStatus {
   std::uint64_t refused = 0;     // messages and requests: malformed, or not of the topic's type
   std::uint64_t lost = 0;        // on the way here, as DDS tells, and here, where the loop did not keep up
   std::uint64_t unanswered = 0;  // requests whose client has gone or never came within reach
-  struct Refusal {
+  struct Rejections {
     std::uint64_t count = 0;
     std::string reason;  // the last one
   };
-  std::map<std::string, Refusal> refusals;  // by topic or service
-  std::uint64_t refused_datagrams = 0;      // that were no messages of RTPS
-  Complaints complaints;                    // of the middleware
+  std::map<std::string, Rejections> rejections;  // by topic or service
+  std::uint64_t refused_datagrams = 0;           // that were no messages of RTPS
+  MiddlewareLog middleware_log;                  // of the middleware
 };
 
 // Who is on the network, this bus's nodes included; see Graph.

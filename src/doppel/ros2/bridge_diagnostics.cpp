@@ -12,9 +12,9 @@ NetworkDiagnostics::NetworkDiagnostics(Bus& bus, const BridgeOptions& options)
   topic_ = node_.advertise<DiagnosticArray>("/diagnostics", {.depth = 1});
 }
 
-void NetworkDiagnostics::tell(const NetworkStatus& now) {
+void NetworkDiagnostics::publish(const NetworkStatus& now) {
   if (!topic_.has_listeners()) return;
-  const std::uint64_t refused = now.refused - std::exchange(refused_told_, now.refused);
+  const std::uint64_t refused = now.refused - std::exchange(refused_published_, now.refused);
   DiagnosticStatus status;
   status.name = "doppel: ros2 network";
   status.hardware_id = fmt::format("domain {}", network_.domain);
@@ -44,11 +44,11 @@ void NetworkDiagnostics::tell(const NetworkStatus& now) {
   add("lost", fmt::format("{}", now.lost));
   add("requests that could not be answered", fmt::format("{}", now.unanswered));
   add("complaints of Fast DDS",
-      now.complaints.count == 0
+      now.middleware_log.count == 0
           ? "0"
-          : fmt::format("{}, the last: {}", now.complaints.count, now.complaints.latest));
-  for (const auto& [name, refusal] : now.refusals)
-    add(fmt::format("refused on {}", name), fmt::format("{}, the last: {}", refusal.count, refusal.reason));
+          : fmt::format("{}, the last: {}", now.middleware_log.count, now.middleware_log.latest));
+  for (const auto& [name, rejected] : now.rejections)
+    add(fmt::format("refused on {}", name), fmt::format("{}, the last: {}", rejected.count, rejected.reason));
   DiagnosticArray message;
   message.status.push_back(std::move(status));
   bus_.post([&bus = bus_, topic = topic_, message = std::move(message)]() mutable {

@@ -7,9 +7,9 @@
 namespace doppel::ros2 {
 namespace {
 
-constexpr std::size_t kMostCalls = 64;  // of one service, unanswered: more wait in DDS' history
+constexpr std::size_t kMaxCalls = 64;  // of one service, unanswered: more wait in DDS' history
 // How long an answer waits for its client's reader: to be known here, and then to be in step.
-constexpr std::chrono::milliseconds kPatience{2000}, kSettling{20};
+constexpr std::chrono::milliseconds kMatchTimeout{2000}, kInStepTimeout{20};
 
 }  // namespace
 
@@ -21,7 +21,7 @@ bool BridgedServices::follow(const std::vector<ServiceInfo>& infos, SteadyTime n
     served.seen = true;
     served.gone_since = {};
     if (served.server != nullptr) continue;
-    waits = !unoffered_.attempt(info.name, [&] {
+    waits = !unbridged_.attempt(info.name, [&] {
       served.server = std::make_shared<ServiceServer>(participant_, service_spec(info.name, info.type));
     }) || waits;
   }
@@ -30,7 +30,7 @@ bool BridgedServices::follow(const std::vector<ServiceInfo>& infos, SteadyTime n
     waits = waits || !served.seen;
   }
   std::erase_if(services_, [now](const auto& entry) {
-    return !entry.second.seen && now - entry.second.gone_since >= kGrace;
+    return !entry.second.seen && now - entry.second.gone_since >= kGracePeriod;
   });
   return waits;
 }
@@ -49,18 +49,19 @@ void BridgedServices::call(const Key& key, Served& served) {
       ++status_.unanswered;
     }
   };
-  edge_.call(key.name, request_.cdr,
-             [here, to_bridge = to_bridge_, share = calls_.share(request_.cdr.size())](
-                 Status status, Bytes response) mutable {
-               to_bridge([here, share = std::move(share), status = std::move(status),
-                          response = std::move(response)]() mutable { here(status, std::move(response)); });
-             });
+  edge_.call(
+      key.name, request_.cdr,
+      [here, post_to_bridge = post_to_bridge_, share = calls_.share(request_.cdr.size())](
+          Status status, Bytes response) mutable {
+        post_to_bridge([here, share = std::move(share), status = std::move(status),
+                        response = std::move(response)]() mutable { here(status, std::move(response)); });
+      });
 }
 
 void BridgedServices::finish(const Key& key, const Served& served, const SampleIdentity& to,
                              const Status& status, Bytes response) {
   if (*served.calls > 0) --*served.calls;
-  if (!status) return refusals_.add(key.name, to.writer, status.why());
+  if (!status) return rejections_.add(key.name, to.writer, status.why());
   const auto now = std::chrono::steady_clock::now();
   Answer answer{served.server, to, std::move(response), now, nullptr};
   if (respond(answer, now)) return;
@@ -77,9 +78,10 @@ bool BridgedServices::respond(const Answer& answer, SteadyTime now) {
   using Sent = ServiceServer::Sent;
   const auto server = answer.server.lock();
   const auto waited = now - answer.made;
-  const auto when = waited < kSettling ? ServiceServer::When::in_step : ServiceServer::When::matched;
+  const auto when = waited < kInStepTimeout ? ServiceServer::When::in_step : ServiceServer::When::matched;
   const auto sent = server == nullptr ? Sent::client_gone : server->respond(answer.to, answer.cdr, when);
-  if (sent == Sent::not_yet_in_step || (sent == Sent::not_yet_matched && waited < kPatience)) return false;
+  if (sent == Sent::not_yet_in_step || (sent == Sent::not_yet_matched && waited < kMatchTimeout))
+    return false;
   if (sent != Sent::yes) ++status_.unanswered;
   return true;
 }
@@ -94,7 +96,7 @@ bool BridgedServices::take() {
   for (auto& [key, served] : services_) {
     if (served.server == nullptr || !served.server->requests().is_ready()) continue;
     const auto is_held_back = [this, &calls = *served.calls] {
-      return calls >= kMostCalls || calls_.is_full();
+      return calls >= kMaxCalls || calls_.is_full();
     };
     while (!is_held_back() && served.server->take(request_)) call(key, served);
     more = more || !is_held_back();
@@ -134,7 +136,7 @@ void BridgedClients::set_participant(Participant* participant) {
 
 void BridgedClients::connect(ClientCore& core, Client& client) {
   if (participant_ == nullptr) return;
-  unoffered_.attempt(core.service.name,
+  unbridged_.attempt(core.service.name,
                      [&] { client.client = std::make_unique<ServiceClient>(*participant_, core.service); });
 }
 

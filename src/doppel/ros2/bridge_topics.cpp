@@ -13,8 +13,8 @@ namespace {
 
 // A node's depth is that of its own queue, behind the bus; here a burst waits for the bridge's thread.
 constexpr std::size_t kReaderDepth = 100;
-constexpr std::size_t kMostAtOnce = 64;  // samples of one reader, before others have their turn
-constexpr std::size_t kMostTold = 256;   // refusals that are said; all are counted
+constexpr std::size_t kMaxAtOnce = 64;   // samples of one reader, before others have their turn
+constexpr std::size_t kMaxLogged = 256;  // refusals that are said; all are counted
 
 // What of a bus's topic is for the network: its nodes, and what other edges, the page or a shell, send in.
 std::vector<doppel::EndpointInfo> for_network(std::vector<doppel::EndpointInfo> ends, bool edges_too) {
@@ -26,21 +26,21 @@ std::vector<doppel::EndpointInfo> for_network(std::vector<doppel::EndpointInfo> 
 
 }  // namespace
 
-void Refusals::add(const std::string& name, const Gid& sender, const std::string& reason) {
+void RejectionLog::add(const std::string& name, const Gid& sender, const std::string& reason) {
   ++status_.refused;
-  auto& refusal = status_.refusals[name];
-  ++refusal.count;
-  refusal.reason = reason;
-  if (told_.size() >= kMostTold) return;
-  if (!told_.emplace(name, std::vector(sender.prefix().begin(), sender.prefix().end())).second) return;
+  auto& rejected = status_.rejections[name];
+  ++rejected.count;
+  rejected.reason = reason;
+  if (logged_.size() >= kMaxLogged) return;
+  if (!logged_.emplace(name, std::vector(sender.prefix().begin(), sender.prefix().end())).second) return;
   log_.warning(
       "ros2",
       fmt::format("{}: refused what a peer on the network sent: {}; more of the same is counted, not told",
                   name, reason));
 }
 
-void Unoffered::tell(const std::string& name, const std::string& reason) {
-  if (told_.size() < kMostTold && told_.emplace(name, reason).second)
+void UnbridgedLog::log(const std::string& name, const std::string& reason) {
+  if (logged_.size() < kMaxLogged && logged_.emplace(name, reason).second)
     log_.warning("ros2", fmt::format("{} cannot be offered to the network: {}", name, reason));
 }
 
@@ -72,7 +72,7 @@ bool BridgedTopics::follow_ends(const Topic& topic, std::vector<Endpoint<End>>& 
         ends, [&info](const auto& end) { return end.node == info.node && end.qos == info.qos; });
     if (found == ends.end()) {
       const auto add = [&] { ends.push_back({info.node, info.qos, make(spec(topic, info.qos))}); };
-      all = unoffered_.attempt(topic.name, add) && all;
+      all = unbridged_.attempt(topic.name, add) && all;
     } else {
       found->seen = true;
       found->gone_since = {};
@@ -89,7 +89,7 @@ bool BridgedTopics::end_ends(std::vector<Endpoint<End>>& ends, SteadyTime now) {
     waits = waits || !end.seen;
   }
   std::erase_if(ends, [&](const auto& end) {
-    if (end.seen || now - end.gone_since < kGrace) return false;
+    if (end.seen || now - end.gone_since < kGracePeriod) return false;
     if constexpr (std::is_same_v<End, Reader>) lost_by_gone_ += end.end->lost();
     return true;
   });
@@ -209,7 +209,7 @@ bool BridgedTopics::take_from(Topic& topic, std::size_t which) {
   if (!reader.is_ready()) return false;
   const auto share = backlog_.share();
   bool handed = false, more = true;
-  for (std::size_t i = 0; i < kMostAtOnce && !backlog_.is_full(); ++i) {
+  for (std::size_t i = 0; i < kMaxAtOnce && !backlog_.is_full(); ++i) {
     more = reader.take(sample_);
     if (!more) break;
     const Gid& writer = sample_.identity.writer;
@@ -222,7 +222,7 @@ bool BridgedTopics::take_from(Topic& topic, std::size_t which) {
       share->add(sample_.cdr.size());
       handed = true;
     } else {
-      refusals_.add(topic.name, writer, status.why());
+      rejections_.add(topic.name, writer, status.why());
     }
   }
   if (handed) bus_.post([share] { share->end(); });

@@ -11,15 +11,16 @@
 namespace doppel::ros2 {
 namespace {
 
-constexpr std::size_t kMostSaid = 1000;  // pairs at a time: a crowd of strangers must not fill the memory
+constexpr std::size_t kMaxPairsReported =
+    1000;                                // pairs at a time: a crowd of strangers must not fill the memory
 constexpr std::size_t kMachineSize = 4;  // bytes of the vendor and the machine
 constexpr int kProcesses = 1 << 16;      // that the two bytes after them tell apart
 
 // The one process of this machine whose id ends in those two bytes; 0: none, or several.
 int process_of(const Gid& gid) {
-  constexpr int kMostProcesses = 1 << 22;  // of Linux
+  constexpr int kMaxProcesses = 1 << 22;  // of Linux
   int found = 0;
-  for (int id = gid.bytes[kMachineSize] | gid.bytes[kMachineSize + 1] << 8; id < kMostProcesses;
+  for (int id = gid.bytes[kMachineSize] | gid.bytes[kMachineSize + 1] << 8; id < kMaxProcesses;
        id += kProcesses) {
     std::error_code none;
     if (id == 0 || !std::filesystem::exists(fmt::format("/proc/{}", id), none)) continue;
@@ -43,7 +44,7 @@ std::string place_of(const Gid& other, const Gid& own) {
 
 bool NetworkWarnings::is_new(const GraphEndpoint& own_end, const GraphEndpoint& other_end) {
   const std::pair pair(own_end.gid, other_end.gid);
-  if (lasting_.size() < kMostSaid) lasting_.insert(pair);
+  if (lasting_.size() < kMaxPairsReported) lasting_.insert(pair);
   return lasting_.contains(pair) && !said_.contains(pair);
 }
 

@@ -39,12 +39,12 @@ ContextOptions read_options(std::vector<std::string>& words) {
 }
 
 // Sets it while it is there.
-class Turn {
+class SpinGuard {
  public:
-  explicit Turn(bool& turns) : turns_(turns) { turns_ = true; }
-  ~Turn() { turns_ = false; }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
+  explicit SpinGuard(bool& turns) : turns_(turns) { turns_ = true; }
+  ~SpinGuard() { turns_ = false; }
+  SpinGuard(const SpinGuard&) = delete;
+  SpinGuard& operator=(const SpinGuard&) = delete;
 
  private:
   bool& turns_;
@@ -132,7 +132,7 @@ struct Context::Impl {
   // Runs what has come and what is due.
   void turn() {
     if (spins) throw std::logic_error("a callback cannot spin its context; ask with async_send_request()");
-    const Turn turning(spins);
+    const SpinGuard turning(spins);
     bus.set_now(ros_now());
     bus.spin();
     const auto all = timers;  // callbacks may make timers

@@ -18,7 +18,7 @@ namespace msg = rmw_dds_common::msg;
 constexpr const char* kTopic = "ros_discovery_info";  // not mangled
 constexpr const char* kNoNode = "_CREATED_BY_BARE_DDS_APP_";
 // A list may come before its participant is known, or be read after that has gone: then it never will be.
-constexpr std::chrono::seconds kNeverCame{10};
+constexpr std::chrono::seconds kFirstInfoTimeout{10};
 
 EndpointSpec spec(History history) {
   EndpointSpec result{kTopic, dds_type(msg::ParticipantEntitiesInfo::kType),
@@ -117,7 +117,7 @@ struct Graph::Impl {
   }
 
   void take();
-  void forget_the_gone(const std::map<Gid, ParticipantInfo>& present);
+  void erase_missing(const std::map<Gid, ParticipantInfo>& present);
   void list_nodes(const std::map<Gid, ParticipantInfo>& present);
   void list_endpoints(const std::map<Gid, ParticipantInfo>& present);
   [[nodiscard]] std::map<Gid, const std::string*> node_names() const;
@@ -138,11 +138,11 @@ void Graph::Impl::take() {
   }
 }
 
-void Graph::Impl::forget_the_gone(const std::map<Gid, ParticipantInfo>& present) {
+void Graph::Impl::erase_missing(const std::map<Gid, ParticipantInfo>& present) {
   const auto now = std::chrono::steady_clock::now();
   for (auto at = claims.begin(); at != claims.end();) {
     const bool is_there = present.contains(at->first);
-    const bool has_gone = !is_there && (at->second.was_there || now - at->second.made > kNeverCame);
+    const bool has_gone = !is_there && (at->second.was_there || now - at->second.made > kFirstInfoTimeout);
     at->second.was_there |= is_there;
     at = has_gone ? claims.erase(at) : std::next(at);
   }
@@ -231,7 +231,7 @@ bool Graph::update() {
   impl_->version = version;
   std::map<Gid, ParticipantInfo> present;
   for (ParticipantInfo& p : impl_->participant.participants()) present.emplace(p.gid, std::move(p));
-  impl_->forget_the_gone(present);
+  impl_->erase_missing(present);
   impl_->list_nodes(present);
   impl_->list_endpoints(present);
   return true;

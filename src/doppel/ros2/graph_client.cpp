@@ -17,10 +17,10 @@ using namespace std::chrono_literals;
 constexpr auto kInterruptCheck = 20ms;
 // Discovery: news come within milliseconds of each other. Who is there but has not said yet what nodes it has
 // gets more time: that is what a busy machine looks like.
-constexpr auto kQuiet = 250ms;
-constexpr auto kLongestLook = 2000ms, kLongestIncomplete = 5000ms;
+constexpr auto kSettleTime = 250ms;
+constexpr auto kMaxDiscoveryTime = 2000ms, kMaxIncompleteTime = 5000ms;
 constexpr auto kLinger = 100ms;  // as `ros2 topic pub --keep-alive`
-constexpr std::size_t kMostUnread = 100'000;
+constexpr std::size_t kMaxUnread = 100'000;
 
 void drain(int fd) {
   std::uint64_t count = 0;
@@ -71,7 +71,7 @@ GraphClient::Impl::Impl(GraphClientOptions chosen, const MakeParticipant& make)
   }
   graph = std::make_unique<Graph>(*participant);
   announce();
-  look_around();
+  discover();
 }
 
 GraphClient::Impl::~Impl() {
@@ -111,16 +111,16 @@ bool GraphClient::Impl::is_alone() const {
   return std::ranges::all_of(known, [this](const ParticipantInfo& one) { return is_own(one.gid); });
 }
 
-void GraphClient::Impl::look_around() {
+void GraphClient::Impl::discover() {
   const auto begin = Clock::now();
   changed_at = begin;
   const auto settled = [&] {
     if (options.spin_time) return false;
     const auto now = Clock::now();
-    if (is_alone()) return now - begin > kLongestLook;
-    return is_complete() && (now - changed_at > kQuiet || now - begin > kLongestLook);
+    if (is_alone()) return now - begin > kMaxDiscoveryTime;
+    return is_complete() && (now - changed_at > kSettleTime || now - begin > kMaxDiscoveryTime);
   };
-  wait(settled, begin + options.spin_time.value_or(kLongestIncomplete));
+  wait(settled, begin + options.spin_time.value_or(kMaxIncompleteTime));
   if (is_alone()) {
     warn(
         fmt::format("nobody answers in ROS 2's domain {}, range {} (ROS_DOMAIN_ID, "
@@ -152,7 +152,7 @@ void GraphClient::Impl::turn() {
   Sample sample;
   for (auto& [topic, subscription] : subscriptions) {
     while (subscription.reader->take(sample)) {
-      if (inbox.size() < kMostUnread)
+      if (inbox.size() < kMaxUnread)
         inbox.push_back({topic, subscription.type, Time(sample.source_timestamp), sample.cdr});
     }
   }
@@ -190,7 +190,7 @@ void GraphClient::Impl::rebuild() {
     }
     if (!entry.providers.empty()) services.emplace(service.name, std::move(entry));
   }
-  warn_of_deaf_ends();
+  warn_of_incompatible_publishers();
 }
 
 // Tells the others which endpoints this node has.
@@ -209,7 +209,7 @@ GraphClient::GraphClient(GraphClientOptions options, const MakeParticipant& make
     : impl_(std::make_unique<Impl>(std::move(options), make)) {}
 GraphClient::~GraphClient() = default;
 
-Heard& GraphClient::heard() const {
+ReceiveBuffer& GraphClient::buffer() const {
   return *impl_;
 }
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/client/heard.h"
+#include "doppel/client/buffered_client.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/participant.h"
 
@@ -21,12 +21,12 @@ struct GraphClientOptions {
   // How long to look who is there; nothing: until no news have come for a short while, 2 s at most, or 5 s
   // where somebody has not said yet what nodes it has.
   std::optional<std::chrono::milliseconds> spin_time;
-  std::chrono::milliseconds patience{5000};                   // for what should come at once
+  std::chrono::milliseconds timeout{5000};                    // for what should come at once
   std::function<bool()> interrupted;                          // asked every 20 ms or so; may be empty
   std::function<void(const std::string& warning)> on_status;  // may be empty
 };
 
-class GraphClient : public HearingClient {
+class GraphClient : public BufferedClient {
  public:
   using MakeParticipant = std::function<std::unique_ptr<Participant>(const ParticipantOptions& options,
                                                                      std::function<void()> on_activity)>;
@@ -63,7 +63,7 @@ class GraphClient : public HearingClient {
                        const ParameterValue& value) override;
 
  private:
-  [[nodiscard]] Heard& heard() const override;
+  [[nodiscard]] ReceiveBuffer& buffer() const override;
 
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -46,9 +46,9 @@ ServiceClient& GraphClient::Impl::service_client(const std::string& name) {
 std::uint32_t GraphClient::Impl::begin_call(const std::string& service, std::span<const std::byte> request) {
   ServiceClient& client = service_client(service);
   const auto available = [&] { return client.is_available(); };
-  if (!wait(available, Clock::now() + options.patience)) {
+  if (!wait(available, Clock::now() + options.timeout)) {
     throw ClientError(fmt::format("service {} is announced, but no server of it came within reach in {} s",
-                                  service, seconds(options.patience)));
+                                  service, seconds(options.timeout)));
   }
   const auto sequence = client.send(request);
   if (!sequence) throw ClientError("the request to " + service + " could not be sent");
@@ -80,9 +80,9 @@ doppel::Client::Answer GraphClient::Impl::ask(const std::string& service, const 
   const std::uint32_t call = begin_call(service, request);
   Answer answer;
   bool taken = false;
-  if (!wait([&] { return taken = taken || take(call, answer); }, Clock::now() + options.patience)) {
+  if (!wait([&] { return taken = taken || take(call, answer); }, Clock::now() + options.timeout)) {
     pending.erase(call);
-    return {false, fmt::format("it did not answer within {} s", seconds(options.patience)), {}};
+    return {false, fmt::format("it did not answer within {} s", seconds(options.timeout)), {}};
   }
   return answer;
 }

@@ -113,7 +113,7 @@ void GraphClient::publish(const std::string& topic, const std::string& type, std
 }
 
 // Publishers that came later and offer less than was asked for.
-void GraphClient::Impl::warn_of_deaf_ends() {
+void GraphClient::Impl::warn_of_incompatible_publishers() {
   for (const auto& [name, subscription] : subscriptions) {
     const GraphTopic topic = topic_of_others(name);
     for (const GraphEndpoint& end : topic.publishers) {

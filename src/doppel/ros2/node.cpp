@@ -55,8 +55,8 @@ Time Node::now() const {
 
 void Node::follow_clock(bool use_sim_time) {
   use_sim_time_ = use_sim_time;
-  if (!use_sim_time || hears_clock_) return;
-  hears_clock_ = true;
+  if (!use_sim_time || has_clock_) return;
+  has_clock_ = true;
   node_->subscribe<rosgraph_msgs::msg::Clock>(
       "/clock",
       [this](const rosgraph_msgs::msg::Clock& message) {

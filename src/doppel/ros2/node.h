@@ -216,7 +216,7 @@ class Node {
   Context& context_;
   std::unique_ptr<doppel::Node> node_;
   ParameterOverrides overrides_;
-  bool use_sim_time_ = false, hears_clock_ = false;
+  bool use_sim_time_ = false, has_clock_ = false;
   doppel::Publisher<rcl_interfaces::msg::Log> rosout_;
 };
 

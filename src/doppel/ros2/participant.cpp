@@ -1,6 +1,6 @@
 #include "doppel/ros2/participant.h"
 
-#include "doppel/core/late_library.h"
+#include "doppel/core/plugin_module.h"
 #include "doppel/ros2/detail/participant.h"
 #include "doppel/ros2/detail/static_peers.h"
 #include "doppel/ros2/environment.h"
@@ -11,7 +11,7 @@ std::unique_ptr<Participant> make_participant(const ParticipantOptions& options,
                                               std::function<void()> on_activity) {
   try {
     static const auto make =
-        reinterpret_cast<detail::MakeParticipant>(late_symbol("doppel_fastdds", detail::kMakeParticipant));
+        reinterpret_cast<detail::MakeParticipant>(plugin_symbol("doppel_fastdds", detail::kMakeParticipant));
     ParticipantOptions resolved = options;
     resolved.static_peers = addresses_of(options.static_peers, options.is_cancelled);
     return std::unique_ptr<Participant>(make(resolved, std::move(on_activity)));

@@ -84,8 +84,8 @@ class Writer {
   virtual ~Writer() = default;
   [[nodiscard]] virtual const Gid& gid() const = 0;
   // The identity of what was written; nothing where the writer's history is full (reliable, keep all), for
-  // the next 100 ms either, or the bytes are more than kLargestSample (rtps_guard.h). `related` goes with the
-  // sample, as rmw_fastrtps joins answers to requests.
+  // the next 100 ms either, or the bytes are more than kMaxSampleBytes (rtps_guard.h). `related` goes with
+  // the sample, as rmw_fastrtps joins answers to requests.
   virtual std::optional<SampleIdentity> write(std::span<const std::byte> cdr,
                                               const SampleIdentity* related = nullptr) = 0;
   // Drops what is kept, for readers that come later (transient local) or have yet to acknowledge it; how many
@@ -114,7 +114,7 @@ class Reader {
 };
 
 // What the middleware has had to complain of so far in this process; it goes here and not to the terminal.
-struct Complaints {
+struct MiddlewareLog {
   std::uint64_t count = 0;
   std::string latest;
 };
@@ -123,8 +123,8 @@ struct ParticipantOptions;  // environment.h
 
 // What a participant keeps of the network, itself included; who comes when it has so many, of either kind, is
 // not seen until some leave, which is a complaint.
-constexpr std::size_t kMostParticipants = 250;
-constexpr std::size_t kMostEndpoints = 10'000;  // readers, and as many writers
+constexpr std::size_t kMaxParticipants = 250;
+constexpr std::size_t kMaxEndpoints = 10'000;  // readers, and as many writers
 
 class Participant {
  public:
@@ -138,7 +138,7 @@ class Participant {
   [[nodiscard]] virtual std::uint64_t discovery_version() const = 0;
   [[nodiscard]] virtual std::vector<EndpointInfo> endpoints() const = 0;
   [[nodiscard]] virtual std::vector<ParticipantInfo> participants() const = 0;
-  [[nodiscard]] virtual Complaints complaints() const = 0;
+  [[nodiscard]] virtual MiddlewareLog middleware_log() const = 0;
   // Of those that came here, how many were no messages of RTPS or asked for absurd amounts of memory.
   [[nodiscard]] virtual std::uint64_t refused_datagrams() const = 0;
 };

@@ -17,14 +17,14 @@ constexpr std::uint32_t kSentinel = 1;
 // In the bodies of DATA and DATA_FRAG, and of HEARTBEAT and GAP, which both tell two sequence numbers.
 constexpr std::size_t kOffsetAt = 2, kOffsetFrom = 4;
 constexpr std::size_t kWriterAt = 4, kFirstSequenceAt = 8, kSecondSequenceAt = 16, kHeartbeatCountAt = 24,
-                      kLeastHeartbeat = 28, kLeastGap = 28;
+                      kMinHeartbeat = 28, kMinGap = 28;
 // In that of ACKNACK: the reader, the writer, and the first number that the reader may miss.
-constexpr std::size_t kAcknowledgedAt = 8, kLeastAcknowledgement = 24;
+constexpr std::size_t kAcknowledgedAt = 8, kMinAcknowledgement = 24;
 // In that of DATA_FRAG.
 constexpr std::size_t kFirstFragmentAt = 20, kFragmentCountAt = 24, kFragmentSizeAt = 26, kSampleSizeAt = 28,
-                      kLeastFragment = 32;
-constexpr std::int64_t kLargestSequence = std::int64_t{1} << 40;  // 35 years at 1 kHz
-constexpr std::size_t kMostWriters = 10'000;  // those of strangers must not fill the memory
+                      kMinFragment = 32;
+constexpr std::int64_t kMaxSequence = std::int64_t{1} << 40;  // 35 years at 1 kHz
+constexpr std::size_t kMaxWriters = 10'000;                   // those of strangers must not fill the memory
 
 std::int64_t sequence(const std::uint8_t* bytes, bool little) {
   const std::uint64_t high = rtps::number(bytes, 4, little);
@@ -47,7 +47,7 @@ std::optional<std::span<const std::uint8_t>> behind_parameters(std::span<const s
 // Fast DDS takes the sizes of the parts at their word and subtracts them from the whole.
 bool is_possible_data(std::uint8_t kind, std::uint8_t flags, std::span<const std::uint8_t> body) {
   const bool little = (flags & rtps::kLittleEndian) != 0;
-  const std::size_t fixed = kind == rtps::kData ? rtps::kMinDataSize : kLeastFragment;
+  const std::size_t fixed = kind == rtps::kData ? rtps::kMinDataSize : kMinFragment;
   if (body.size() < fixed) return false;
   const std::size_t begin = kOffsetFrom + rtps::number(&body[kOffsetAt], 2, little);
   if (begin < fixed || begin > body.size()) return false;
@@ -60,22 +60,22 @@ bool is_possible_data(std::uint8_t kind, std::uint8_t flags, std::span<const std
   const std::uint64_t count = rtps::number(&body[kFragmentCountAt], 2, little);
   const std::uint64_t size = rtps::number(&body[kFragmentSizeAt], 2, little);
   const std::uint64_t whole = rtps::number(&body[kSampleSizeAt], 4, little);
-  if (first == 0 || count == 0 || size == 0 || whole > kLargestSample || (first - 1) * size >= whole)
+  if (first == 0 || count == 0 || size == 0 || whole > kMaxSampleBytes || (first - 1) * size >= whole)
     return false;
-  const std::uint64_t told = std::min(count * size, whole - (first - 1) * size);
-  return (first + count - 2) * size < whole && payload->size() >= told && payload->size() < told + 4;
+  const std::uint64_t declared = std::min(count * size, whole - (first - 1) * size);
+  return (first + count - 2) * size < whole && payload->size() >= declared && payload->size() < declared + 4;
 }
 
 }  // namespace
 
 bool RtpsGuard::admits_claim(const Writer& writer, const Claim& claim) {
-  if (claim.sequence < 0 || claim.sequence > kLargestSequence) return false;
+  if (claim.sequence < 0 || claim.sequence > kMaxSequence) return false;
   Progress& progress = writers_[writer];
   const std::int64_t jump = claim.sequence - progress.reached;
   const std::int64_t further = claim.sequence - progress.leap.sequence;
   const bool confirms = progress.leap != Claim{} && progress.leap != claim && further >= 0 &&
-                        further <= kLargestJump && jump <= kLargestLeap;
-  const bool fits = confirms || jump <= kLargestJump;
+                        further <= kMaxSequenceJump && jump <= kMaxSequenceLeap;
+  const bool fits = confirms || jump <= kMaxSequenceJump;
   progress.leap = fits ? Claim{} : claim;
   if (fits) progress.reached = std::max(progress.reached, claim.sequence);
   return fits;
@@ -83,15 +83,15 @@ bool RtpsGuard::admits_claim(const Writer& writer, const Claim& claim) {
 
 // Nothing is believed of a gap that its writer's samples and heartbeats do not say.
 bool RtpsGuard::admits_gap(const Writer& writer, std::int64_t first, std::int64_t end) {
-  if (first < 0 || end < 0 || end > kLargestSequence) return false;
+  if (first < 0 || end < 0 || end > kMaxSequence) return false;
   const auto known = writers_.find(writer);
   const std::int64_t reached = known != writers_.end() ? known->second.reached : 0;
   if (end > first) gaps_ += end - first;
-  return gaps_ <= kWidestGap && end - reached <= kLargestJump;
+  return gaps_ <= kMaxGap && end - reached <= kMaxSequenceJump;
 }
 
 void RtpsGuard::note_acknowledgement(std::span<const std::uint8_t> body, bool little, const Writer& sender) {
-  if (body.size() < kLeastAcknowledgement || sequence(&body[kAcknowledgedAt], little) <= 0) return;
+  if (body.size() < kMinAcknowledgement || sequence(&body[kAcknowledgedAt], little) <= 0) return;
   Acknowledgement& noted = acknowledgements_.emplace_back();
   std::copy_n(sender.begin(), kPrefixSize, noted.reader.begin());
   std::copy_n(body.begin(), 4, noted.reader.begin() + kPrefixSize);
@@ -104,7 +104,7 @@ bool RtpsGuard::admits_submessage(std::uint8_t kind, std::uint8_t flags, std::sp
   const bool is_data = kind == rtps::kData || kind == rtps::kDataFragment;
   if (kind == rtps::kAcknowledgement) note_acknowledgement(body, little, writer);
   if (!is_data && kind != rtps::kHeartbeat && kind != rtps::kGap) return true;
-  const std::size_t least = kind == rtps::kHeartbeat ? kLeastHeartbeat : kLeastGap;
+  const std::size_t least = kind == rtps::kHeartbeat ? kMinHeartbeat : kMinGap;
   if (is_data ? !is_possible_data(kind, flags, body) : body.size() < least) return false;
   std::memcpy(writer.data() + kPrefixSize, &body[is_data ? rtps::kDataWriterAt : kWriterAt], 4);
   if (is_data) return admits_claim(writer, {sequence(&body[rtps::kDataSequenceAt], little)});
@@ -117,7 +117,7 @@ bool RtpsGuard::admits_submessage(std::uint8_t kind, std::uint8_t flags, std::sp
 bool RtpsGuard::admits(std::span<const std::uint8_t> datagram) {
   acknowledgements_.clear();
   if (datagram.size() < rtps::kHeaderSize || std::memcmp(datagram.data(), "RTPS", 4) != 0) return false;
-  if (writers_.size() > kMostWriters) writers_.clear();
+  if (writers_.size() > kMaxWriters) writers_.clear();
   gaps_ = 0;
   Writer writer{};
   std::memcpy(writer.data(), &datagram[kPrefixAt], kPrefixSize);

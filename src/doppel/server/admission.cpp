@@ -111,9 +111,9 @@ std::string make_token() {
 }
 
 Status check_token(std::string_view token) {
-  if (token.size() < kShortestToken) {
+  if (token.size() < kMinTokenLength) {
     return Status::refused(fmt::format("it has {} characters; {} are the fewest that nobody guesses",
-                                       token.size(), kShortestToken));
+                                       token.size(), kMinTokenLength));
   }
   const auto plain = [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.' || c == '~';

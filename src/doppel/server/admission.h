@@ -44,7 +44,7 @@ class Admission {
 std::string make_token();
 // Refused: too short, or with characters that an address or a cookie would have to escape.
 Status check_token(std::string_view token);
-constexpr std::size_t kShortestToken = 16;
+constexpr std::size_t kMinTokenLength = 16;
 
 // "localhost:8700", "127.0.0.1", "[::1]:8700": the Host header of a request that was meant for this machine.
 bool is_local_host(std::string_view host);

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 // Why the folder is not this user's alone, "" if it is: others must not be able to point shells at their
 // ports.
-std::string distrust(const fs::path& folder) {
+std::string ownership_problem(const fs::path& folder) {
   struct stat facts {};
   if (lstat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode) || facts.st_uid != geteuid() ||
       (facts.st_mode & 077) != 0) {
@@ -98,7 +98,7 @@ Announcement::Announcement(std::string robot, std::uint16_t port, const std::str
     problem_ = fmt::format("cannot make {}: {}", folder.string(), std::strerror(errno));
     return;
   }
-  problem_ = distrust(folder);
+  problem_ = ownership_problem(folder);
   if (!problem_.empty()) return;
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const nlohmann::json object{{"pid", getpid()},
@@ -130,7 +130,7 @@ Announcement::~Announcement() {
 
 std::vector<RunningTwin> find_running() {
   std::vector<RunningTwin> twins;
-  if (!distrust(announcement_folder()).empty()) return twins;
+  if (!ownership_problem(announcement_folder()).empty()) return twins;
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(announcement_folder(), failed)) {
     if (entry.path().extension() != ".json") continue;

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLongestUri = 4096;
+constexpr std::size_t kMaxUriLength = 4096;
 constexpr std::array<std::string_view, 16> kCompanions{".png", ".jpg",  ".jpeg", ".bmp", ".gif", ".tga",
                                                        ".tif", ".tiff", ".webp", ".dds", ".mtl", ".stl",
                                                        ".obj", ".dae",  ".glb",  ".gltf"};
@@ -111,7 +111,7 @@ std::shared_ptr<const AssetTable> AssetLibrary::table() {
 }
 
 AssetLibrary::Answer AssetLibrary::read(std::string_view uri) {
-  if (uri.size() > kLongestUri || uri.find('\0') != std::string_view::npos)
+  if (uri.size() > kMaxUriLength || uri.find('\0') != std::string_view::npos)
     return refuse(uri, "that is no URI of a file");
   const auto known = table();
   const std::string decoded = percent_decoded(uri);
@@ -174,9 +174,9 @@ AssetLibrary::Answer AssetLibrary::read_open(int fd, const fs::path& file, std::
   struct stat facts {};
   if (fstat(fd, &facts) != 0) return refuse(uri, std::strerror(errno));
   if (!S_ISREG(facts.st_mode)) return refuse(uri, "it is no regular file");
-  if (static_cast<std::uint64_t>(facts.st_size) > kMostBytes) {
+  if (static_cast<std::uint64_t>(facts.st_size) > kMaxBytes) {
     return refuse(
-        uri, fmt::format("it has {} MiB, and {} MiB are the most", facts.st_size >> 20, kMostBytes >> 20));
+        uri, fmt::format("it has {} MiB, and {} MiB are the most", facts.st_size >> 20, kMaxBytes >> 20));
   }
   const Stamp stamp{
       .inode = facts.st_ino,

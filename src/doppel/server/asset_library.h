@@ -53,7 +53,7 @@ AssetTable make_asset_table(const RobotFiles& files);
 // All functions may be called from any thread.
 class AssetLibrary {
  public:
-  static constexpr std::size_t kMostBytes = std::size_t{64} << 20;  // of one file
+  static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;  // of one file
 
   // From now on these, and no others.
   void offer(RobotFiles files);

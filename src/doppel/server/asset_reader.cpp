@@ -16,7 +16,7 @@ AssetReader::~AssetReader() {
 void AssetReader::fetch(std::string uri, std::function<void(AssetLibrary::Answer)> done) {
   {
     const std::lock_guard lock(mutex_);
-    wishes_.push_back({std::move(uri), std::move(done)});
+    requests_.push_back({std::move(uri), std::move(done)});
     if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
   }
   wake_.notify_all();
@@ -25,19 +25,19 @@ void AssetReader::fetch(std::string uri, std::function<void(AssetLibrary::Answer
 void AssetReader::run() {
   std::unique_lock lock(mutex_);
   while (true) {
-    wake_.wait(lock, [this] { return ending_ || !wishes_.empty(); });
+    wake_.wait(lock, [this] { return ending_ || !requests_.empty(); });
     if (ending_) return;
-    const Wish wish = std::move(wishes_.front());
-    wishes_.pop_front();
+    const ReadRequest request = std::move(requests_.front());
+    requests_.pop_front();
     lock.unlock();
     AssetLibrary::Answer answer;
     try {
-      answer = library_->read(wish.uri);
+      answer = library_->read(request.uri);
     } catch (...) {
       answer.why = thrown_text();  // out of memory, or a file system that answers nonsense
     }
     try {
-      wish.done(std::move(answer));
+      request.done(std::move(answer));
     } catch (...) {  // no memory to hand it on: this request stays unanswered, the next ones do not
     }
     lock.lock();

@@ -26,7 +26,7 @@ class AssetReader {
   void fetch(std::string uri, std::function<void(AssetLibrary::Answer)> done);
 
  private:
-  struct Wish {
+  struct ReadRequest {
     std::string uri;
     std::function<void(AssetLibrary::Answer)> done;
   };
@@ -35,7 +35,7 @@ class AssetReader {
   std::shared_ptr<AssetLibrary> library_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Wish> wishes_;
+  std::deque<ReadRequest> requests_;
   bool ending_ = false;
   std::thread thread_;
 };

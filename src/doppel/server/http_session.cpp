@@ -7,11 +7,11 @@
 namespace doppel::net {
 namespace {
 
-constexpr std::size_t kMostHeader = 8192, kMostBody = 1024;  // bytes; nothing here is asked for with a body
-constexpr std::size_t kMostRequests = 200;                   // of one connection
-constexpr auto kSendPatience = std::chrono::seconds(30);
-constexpr auto kLingering = std::chrono::milliseconds(500);
-constexpr std::size_t kMostLingered = 65536;  // bytes
+constexpr std::size_t kMaxHeader = 8192, kMaxBody = 1024;  // bytes; nothing here is asked for with a body
+constexpr std::size_t kMaxRequests = 200;                  // of one connection
+constexpr auto kSendTimeout = std::chrono::seconds(30);
+constexpr auto kLingerTimeout = std::chrono::milliseconds(500);
+constexpr std::size_t kMaxLingeredBytes = 65536;  // bytes
 
 std::string_view view(beast::string_view text) {
   return {text.data(), text.size()};
@@ -20,7 +20,7 @@ std::string_view view(beast::string_view text) {
 }  // namespace
 
 HttpSession::HttpSession(tcp::socket socket, Context& context)
-    : context_(context), stream_(std::move(socket)), buffer_(2 * kMostHeader) {
+    : context_(context), stream_(std::move(socket)), buffer_(2 * kMaxHeader) {
   context_.visitors.insert(this);
   error_code ignored;
   stream_.socket().set_option(tcp::no_delay(true), ignored);  // what is said is said at once, as a client too
@@ -32,11 +32,11 @@ HttpSession::~HttpSession() {
 
 void HttpSession::read() {
   parser_.emplace();
-  parser_->header_limit(kMostHeader);
-  parser_->body_limit(kMostBody);
+  parser_->header_limit(kMaxHeader);
+  parser_->body_limit(kMaxBody);
   waiting_since_ = std::chrono::steady_clock::now();
   // For all of the request, however slowly it drips in, and for the idle time before it.
-  stream_.expires_after(context_.options.http_patience);
+  stream_.expires_after(context_.options.http_timeout);
   http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code failed, std::size_t) {
     self->waiting_since_ = std::chrono::steady_clock::time_point::max();
     if (failed) return self->unreadable(failed);
@@ -52,9 +52,9 @@ void HttpSession::close() {
 }
 
 void HttpSession::unreadable(error_code why) {
-  requests_ = kMostRequests;  // whatever follows cannot be told from the rest of this one
+  requests_ = kMaxRequests;  // whatever follows cannot be told from the rest of this one
   if (why == http::error::header_limit || why == http::error::buffer_overflow)
-    return reply(http_problem(431, fmt::format("the header of a request has {} bytes at most", kMostHeader)));
+    return reply(http_problem(431, fmt::format("the header of a request has {} bytes at most", kMaxHeader)));
   if (why == http::error::body_limit)
     return reply(http_problem(413, "nothing here is asked for with a body"));
   const bool gone = why == http::error::end_of_stream || why == http::error::partial_message;
@@ -72,22 +72,22 @@ void HttpSession::answer(const Request& request) {
   if (request.count(http::field::origin) != 0) who.origin = view(request[http::field::origin]);
   if (const Status welcome = context_.admission.check(who); !welcome)
     return reply(http_problem(403, welcome.why()));
-  if (websocket::is_upgrade(request)) return welcome_client(request);
-  const HttpFacts facts{.name = context_.options.name,
-                        .url = context_.url,
-                        .clients = context_.hub.clients(),
-                        .topics = context_.hub.topic_count()};
-  HttpAnswer answer = answer_http({.method = view(request.method_string()),
-                                   .target = who.target,
-                                   .accept_encoding = view(request[http::field::accept_encoding]),
-                                   .if_none_match = view(request[http::field::if_none_match])},
-                                  context_.page, facts);
+  if (websocket::is_upgrade(request)) return upgrade(request);
+  const ServerSummary facts{.name = context_.options.name,
+                            .url = context_.url,
+                            .clients = context_.hub.clients(),
+                            .topics = context_.hub.topic_count()};
+  HttpResponse answer = http_response_to({.method = view(request.method_string()),
+                                          .target = who.target,
+                                          .accept_encoding = view(request[http::field::accept_encoding]),
+                                          .if_none_match = view(request[http::field::if_none_match])},
+                                         context_.page, facts);
   if (std::string cookie = context_.admission.cookie_for(who.target); !cookie.empty())
     answer.headers.emplace_back("Set-Cookie", std::move(cookie));
   reply(std::move(answer));
 }
 
-void HttpSession::welcome_client(const Request& request) {
+void HttpSession::upgrade(const Request& request) {
   const std::string_view subprotocol = choose_subprotocol(view(request[http::field::sec_websocket_protocol]));
   if (subprotocol.empty()) return reply(http_problem(400, "the subprotocol here is foxglove.websocket.v1"));
   if (context_.clients.size() >= context_.options.max_clients) {
@@ -97,13 +97,13 @@ void HttpSession::welcome_client(const Request& request) {
   std::make_shared<WebSocketSession>(stream_.release_socket(), context_)->accept(request, subprotocol);
 }
 
-void HttpSession::reply(HttpAnswer answer) {
+void HttpSession::reply(HttpResponse answer) {
   answer_ = std::move(answer);
   const bool readable = parser_->is_done();
   response_ = {};
   response_.result(answer_.status);
   response_.version(readable ? parser_->get().version() : 11);
-  response_.keep_alive(readable && parser_->get().keep_alive() && requests_ < kMostRequests);
+  response_.keep_alive(readable && parser_->get().keep_alive() && requests_ < kMaxRequests);
   response_.set(http::field::server, "doppel");
   response_.set(http::field::cache_control, "no-store");
   response_.set("X-Content-Type-Options", "nosniff");
@@ -117,13 +117,13 @@ void HttpSession::reply(HttpAnswer answer) {
     const bool head = readable && parser_->get().method() == http::verb::head;
     if (!head) response_.body() = {content.data(), content.size()};
   }
-  stream_.expires_after(kSendPatience);
+  stream_.expires_after(kSendTimeout);
   http::async_write(stream_, response_, [self = shared_from_this()](error_code failed, std::size_t) {
     if (failed) return;
     if (self->response_.keep_alive()) return self->read();
     error_code ignored;
     self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-    self->stream_.expires_after(kLingering);
+    self->stream_.expires_after(kLingerTimeout);
     self->linger();
   });
 }
@@ -134,7 +134,7 @@ void HttpSession::linger() {
   stream_.async_read_some(asio::buffer(discarded_),
                           [self = shared_from_this()](error_code failed, std::size_t size) {
                             self->lingered_ += size;
-                            if (!failed && self->lingered_ < kMostLingered) self->linger();
+                            if (!failed && self->lingered_ < kMaxLingeredBytes) self->linger();
                           });
 }
 

@@ -15,8 +15,8 @@ namespace {
 
 // From the bus, before clients are written to again: after a hitch many large messages would else overflow
 // the queue of a client that is quick enough.
-constexpr std::size_t kMostBytesAtOnce = 16384;
-constexpr std::size_t kMostJson = std::size_t{1} << 20;  // bytes, of one payload
+constexpr std::size_t kMaxBytesAtOnce = 16384;
+constexpr std::size_t kMaxJson = std::size_t{1} << 20;  // bytes, of one payload
 
 bool is_topic_name(std::string_view name) {
   const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '/'; };
@@ -36,8 +36,8 @@ Status to_cdr_form(std::string_view encoding, const TypeSupport& type, foxglove:
     return {};
   }
   // JSON is YAML, but YAML is more: its aliases would make gigabytes of a short text.
-  if (payload.size() > kMostJson)
-    return Status::refused(fmt::format("JSON of more than {} bytes; use cdr", kMostJson));
+  if (payload.size() > kMaxJson)
+    return Status::refused(fmt::format("JSON of more than {} bytes; use cdr", kMaxJson));
   const std::string_view text = payload.empty() ? "{}" : as_text(payload);
   if (!foxglove::is_json(text)) return Status::refused("that is no JSON");
   return type.yaml_to_cdr(text, out);
@@ -360,7 +360,7 @@ void Hub::send_data(const ChannelState& channel, Client& client, std::uint32_t s
 bool Hub::pump(std::size_t most) {
   Edge::Incoming message;
   std::size_t passed = 0;
-  for (std::size_t i = 0; i < most && passed < kMostBytesAtOnce; ++i) {
+  for (std::size_t i = 0; i < most && passed < kMaxBytesAtOnce; ++i) {
     if (!edge_->next(message)) return false;
     now_ = message.stamp;
     const auto found = channels_.find(message.topic);

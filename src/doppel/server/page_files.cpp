@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{16} << 20;  // of one file
-constexpr std::size_t kMostFiles = 1000;
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t{16} << 20;  // of one file
+constexpr std::size_t kMaxFiles = 1000;
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kTypes{{
     {".html", "text/html; charset=utf-8"},
@@ -42,7 +42,7 @@ std::string_view type_of(const fs::path& file) {
 std::optional<std::string> read_file(const fs::path& file) {
   std::error_code failed;
   if (!fs::is_regular_file(fs::symlink_status(file, failed)) || failed) return std::nullopt;
-  if (fs::file_size(file, failed) > kMostBytes || failed) return std::nullopt;
+  if (fs::file_size(file, failed) > kMaxBytes || failed) return std::nullopt;
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
   return std::string(std::istreambuf_iterator<char>(in), {});
@@ -91,7 +91,7 @@ void PageFiles::read() {
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder_ / "assets", none)) {
     auto file = read_page_file(entry.path());
-    if (!file || files_.size() >= kMostFiles) continue;
+    if (!file || files_.size() >= kMaxFiles) continue;
     file->immutable = has_hash(entry.path().stem().string());
     files_.emplace("/assets/" + entry.path().filename().string(), std::move(*file));
   }

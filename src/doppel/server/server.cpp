@@ -21,11 +21,11 @@ using namespace net;  // NOLINT: the one file that puts them together
 
 namespace {
 
-constexpr std::size_t kMostVisitors = 64;         // connections that are no clients (yet); a page opens six
-constexpr std::size_t kMostMessagesAtOnce = 256;  // from the bus, before clients are heard again
-constexpr std::size_t kMostReported = 20;         // different exceptions
+constexpr std::size_t kMaxPendingConnections = 64;  // connections that are no clients (yet); a page opens six
+constexpr std::size_t kMaxMessagesAtOnce = 256;     // from the bus, before clients are heard again
+constexpr std::size_t kMaxReported = 20;            // different exceptions
 constexpr auto kTick = std::chrono::milliseconds(50);
-constexpr auto kFarewell = std::chrono::milliseconds(100);
+constexpr auto kCloseTimeout = std::chrono::milliseconds(100);
 
 std::string checked_token(const ServerOptions& options, bool loopback) {
   if (options.token.empty()) return loopback ? "" : make_token();
@@ -71,19 +71,19 @@ struct Server::Impl {
 
   // What a client's handler throws drops that client's connection and nothing else.
   void run() {
-    while (!go_on_after([this] { io.run(); })) {
+    while (!catch_errors([this] { io.run(); })) {
     }
   }
 
   // False: it threw, which is reported, the first time in these words.
   template <class Work>
-  bool go_on_after(const Work& work) {
+  bool catch_errors(const Work& work) {
     try {
       work();
       return true;
     } catch (...) {
       const std::string what = thrown_text();
-      if (reported.size() < kMostReported && reported.insert(what).second)
+      if (reported.size() < kMaxReported && reported.insert(what).second)
         log.error("server",
                   fmt::format("the server goes on after: {}; the same again is not reported", what));
       return false;
@@ -94,8 +94,8 @@ struct Server::Impl {
     acceptor.async_accept([this](error_code failed, tcp::socket socket) {
       if (failed == asio::error::operation_aborted || stopping) return;
       if (!failed) {
-        go_on_after([&] {
-          if (context.visitors.size() >= kMostVisitors) make_room();
+        catch_errors([&] {
+          if (context.visitors.size() >= kMaxPendingConnections) close_longest_waiting();
           std::make_shared<HttpSession>(std::move(socket), context)->read();
         });
         return accept();
@@ -109,7 +109,7 @@ struct Server::Impl {
   }
 
   // Who has kept us waiting for longest goes: an idle connection, or one that drips its request in.
-  void make_room() {
+  void close_longest_waiting() {
     const auto longest = std::ranges::min_element(context.visitors, {}, &HttpSession::waiting_since);
     if (longest != context.visitors.end()) (*longest)->close();
   }
@@ -123,7 +123,7 @@ struct Server::Impl {
   void drain_bus() {
     if (stopping) return;
     bool more = false;
-    go_on_after([&] { more = hub.pump(kMostMessagesAtOnce); });
+    catch_errors([&] { more = hub.pump(kMaxMessagesAtOnce); });
     if (!more) return follow_bus();
     asio::post(io, [this] { drain_bus(); });
   }
@@ -138,7 +138,7 @@ struct Server::Impl {
     tick_timer.async_wait([this](error_code failed) {
       ticking = !failed && !stopping && hub.clients() > 0;
       if (!ticking) return;
-      go_on_after([this] { hub.tick(); });
+      catch_errors([this] { hub.tick(); });
       tick();
     });
   }
@@ -154,13 +154,13 @@ struct Server::Impl {
     for (WebSocketSession* client : context.clients) {
       client->close(websocket::close_code::going_away, "the twin has ended");
     }
-    wait_for_farewells(std::chrono::steady_clock::now() + kFarewell);
+    wait_for_close_frames(std::chrono::steady_clock::now() + kCloseTimeout);
   }
 
-  void wait_for_farewells(std::chrono::steady_clock::time_point until) {
+  void wait_for_close_frames(std::chrono::steady_clock::time_point until) {
     if (context.clients.empty() || std::chrono::steady_clock::now() > until) return io.stop();
     tick_timer.expires_after(std::chrono::milliseconds(2));
-    tick_timer.async_wait([this, until](error_code) { wait_for_farewells(until); });
+    tick_timer.async_wait([this, until](error_code) { wait_for_close_frames(until); });
   }
 
   [[nodiscard]] std::string token_query() const { return token.empty() ? "" : "/?token=" + token; }

@@ -33,7 +33,7 @@ struct ServerOptions {
   double bytes_per_second = 100e6, byte_burst = 200e6;
   std::size_t client_queue_bytes = std::size_t{16}
                                    << 20;  // what may wait for a slow client before messages are skipped
-  std::chrono::milliseconds http_patience{10'000};  // for a whole request, and between two
+  std::chrono::milliseconds http_timeout{10'000};  // for a whole request, and between two
 };
 
 class Server {

@@ -39,11 +39,11 @@ void WebSocketSession::or_end(const Work& work) {
 
 void WebSocketSession::accept(const Request& request, std::string_view subprotocol) {
   beast::get_lowest_layer(socket_).expires_never();
-  websocket::stream_base::timeout patience{};
-  patience.handshake_timeout = std::chrono::seconds(10);
-  patience.idle_timeout = std::chrono::seconds(60);  // with pings; who answers none is gone
-  patience.keep_alive_pings = true;
-  socket_.set_option(patience);
+  websocket::stream_base::timeout timeouts{};
+  timeouts.handshake_timeout = std::chrono::seconds(10);
+  timeouts.idle_timeout = std::chrono::seconds(60);  // with pings; who answers none is gone
+  timeouts.keep_alive_pings = true;
+  socket_.set_option(timeouts);
   socket_.set_option(websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
     response.set(http::field::sec_websocket_protocol,
                  beast::string_view(subprotocol.data(), subprotocol.size()));
@@ -81,8 +81,8 @@ void WebSocketSession::close(websocket::close_code code, std::string_view reason
   if (closing_) return;
   closing_ = true;
   queue_.clear();
-  constexpr std::size_t kMostReason = 123;  // RFC 6455, 5.5
-  const std::string_view short_reason = reason.substr(0, kMostReason);
+  constexpr std::size_t kMaxReason = 123;  // RFC 6455, 5.5
+  const std::string_view short_reason = reason.substr(0, kMaxReason);
   // Not at once: the caller may be in the middle of the hub's work.
   asio::post(socket_.get_executor(), [self = shared_from_this(), code, text = std::string(short_reason)] {
     self->leave();

@@ -13,7 +13,7 @@
 #include "doppel/core/guarded_thread.h"
 #include "doppel/core/shown_path.h"
 #include "doppel/messages/std_msgs.h"
-#include "doppel/session/left_work.h"
+#include "doppel/session/abandoned_thread.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {
@@ -21,8 +21,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kPatient = 10;  // the thread's niceness: the loop comes first
-constexpr std::chrono::milliseconds kFarewell{200};
+constexpr int kThreadNiceness = 10;  // the thread's niceness: the loop comes first
+constexpr std::chrono::milliseconds kShutdownTimeout{200};
 
 std::string absolute_file(const SourceLocation& where) {
   std::error_code none;
@@ -70,8 +70,8 @@ std::string to_json(const SourcePlaces& places) {
 }
 
 // What the loop publishes with; tasks that come after the end find it gone.
-struct HealthPublisher::Outlet {
-  Outlet(Bus& bus, const std::string& name_space) : node(bus, in_namespace(name_space, "doppel")) {
+struct HealthPublisher::Publishers {
+  Publishers(Bus& bus, const std::string& name_space) : node(bus, in_namespace(name_space, "doppel")) {
     health = node.advertise<std_msgs::msg::String>("~/health", {.depth = 1, .latched = true});
     sources = node.advertise<std_msgs::msg::String>("~/sources", {.depth = 1, .latched = true});
   }
@@ -80,11 +80,12 @@ struct HealthPublisher::Outlet {
 };
 
 // What the publisher and its thread share.
-struct HealthPublisher::Desk {
-  Desk(Bus& the_bus, std::weak_ptr<Outlet> the_outlet) : bus(the_bus), outlet(std::move(the_outlet)) {}
+struct HealthPublisher::SharedState {
+  SharedState(Bus& the_bus, std::weak_ptr<Publishers> the_publishers)
+      : bus(the_bus), publishers(std::move(the_publishers)) {}
 
-  void run(const std::function<std::string()>& judge) {
-    setpriority(PRIO_PROCESS, 0, kPatient);  // on Linux: of this thread
+  void run(const std::function<std::string()>& make_report) {
+    setpriority(PRIO_PROCESS, 0, kThreadNiceness);  // on Linux: of this thread
     std::unique_lock lock(mutex);
     while (true) {
       busy = false;
@@ -95,21 +96,21 @@ struct HealthPublisher::Desk {
       busy = true;
       lock.unlock();
       try {
-        publish(&Outlet::sources, to_json(places));
-        publish(&Outlet::health, judge());
+        publish(&Publishers::sources, to_json(places));
+        publish(&Publishers::health, make_report());
       } catch (...) {
-        publish(&Outlet::health, failure_json(thrown_text()));
+        publish(&Publishers::health, failure_json(thrown_text()));
       }
       lock.lock();
     }
   }
 
-  void publish(Publisher<std_msgs::msg::String> Outlet::*topic, std::string text) {
+  void publish(Publisher<std_msgs::msg::String> Publishers::*topic, std::string text) {
     const std::lock_guard lock(mutex);
     if (ending) return;
     std_msgs::msg::String message;
     message.data = std::move(text);
-    bus.post([weak = outlet, topic, message = std::move(message)] {
+    bus.post([weak = publishers, topic, message = std::move(message)] {
       const auto open = weak.lock();
       if (open) ((*open).*topic).publish(message, open->node.bus().now());
     });
@@ -122,30 +123,33 @@ struct HealthPublisher::Desk {
   }
 
   Bus& bus;  // until `ending`
-  std::weak_ptr<Outlet> outlet;
+  std::weak_ptr<Publishers> publishers;
   std::mutex mutex;
   std::condition_variable change;
   std::optional<SourcePlaces> wanted;  // not yet told
   bool busy = false, ending = false;
 };
 
-HealthPublisher::HealthPublisher(Bus& bus, const std::string& name_space, std::function<std::string()> judge)
-    : outlet_(std::make_shared<Outlet>(bus, name_space)), desk_(std::make_shared<Desk>(bus, outlet_)) {
+HealthPublisher::HealthPublisher(Bus& bus, const std::string& name_space,
+                                 std::function<std::string()> make_report)
+    : publishers_(std::make_shared<Publishers>(bus, name_space)),
+      shared_(std::make_shared<SharedState>(bus, publishers_)) {
   // Without memory for a text there is none for a report of it either: the topics keep their last message.
-  thread_ = guarded_thread([desk = desk_, judge = std::move(judge)] { desk->run(judge); },
-                           [desk = desk_](const std::string&) { desk->end(); });
+  thread_ =
+      guarded_thread([shared = shared_, make_report = std::move(make_report)] { shared->run(make_report); },
+                     [shared = shared_](const std::string&) { shared->end(); });
 }
 
 HealthPublisher::~HealthPublisher() {
-  std::unique_lock lock(desk_->mutex);
-  desk_->ending = true;
-  desk_->change.notify_all();
-  const bool rests = desk_->change.wait_for(lock, kFarewell, [this] { return !desk_->busy; });
+  std::unique_lock lock(shared_->mutex);
+  shared_->ending = true;
+  shared_->change.notify_all();
+  const bool rests = shared_->change.wait_for(lock, kShutdownTimeout, [this] { return !shared_->busy; });
   lock.unlock();
   if (rests) {
     thread_.join();
   } else {
-    leave_work_behind();
+    mark_thread_abandoned();
     thread_.detach();
   }
 }
@@ -153,10 +157,10 @@ HealthPublisher::~HealthPublisher() {
 void HealthPublisher::look_at(const RobotDescription& robot) {
   SourcePlaces places = source_places(robot);
   {
-    const std::lock_guard lock(desk_->mutex);
-    desk_->wanted = std::move(places);
+    const std::lock_guard lock(shared_->mutex);
+    shared_->wanted = std::move(places);
   }
-  desk_->change.notify_all();
+  shared_->change.notify_all();
 }
 
 }  // namespace doppel

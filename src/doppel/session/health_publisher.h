@@ -33,7 +33,7 @@ class HealthPublisher {
   // The loop's thread. name_space: the robot's ("left"), before the topics. `judge` makes the text of
   // /doppel/health, on this publisher's thread; it may go on after the publisher has ended, so it owns what
   // it needs.
-  HealthPublisher(Bus& bus, const std::string& name_space, std::function<std::string()> judge);
+  HealthPublisher(Bus& bus, const std::string& name_space, std::function<std::string()> make_report);
   // A judgement that takes long (a mesh of a million triangles) is left behind; see process.h.
   ~HealthPublisher();
   HealthPublisher(const HealthPublisher&) = delete;
@@ -43,10 +43,10 @@ class HealthPublisher {
   void look_at(const RobotDescription& robot);
 
  private:
-  struct Outlet;
-  struct Desk;
-  std::shared_ptr<Outlet> outlet_;
-  std::shared_ptr<Desk> desk_;  // with the thread
+  struct Publishers;
+  struct SharedState;
+  std::shared_ptr<Publishers> publishers_;
+  std::shared_ptr<SharedState> shared_;  // with the thread
   std::thread thread_;
 };
 

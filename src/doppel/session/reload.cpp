@@ -11,7 +11,7 @@ namespace doppel {
 namespace {
 
 constexpr const char* kOrigin = "reload";
-constexpr std::chrono::milliseconds kQuiet{20};  // after an editor's last stroke
+constexpr std::chrono::milliseconds kDebounceTime{20};  // after an editor's last stroke
 
 std::string names_of(const std::vector<std::filesystem::path>& files) {
   std::string out;
@@ -27,7 +27,7 @@ Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> 
     return [&twin, before, running = twin.running()](Diagnostics& said) -> Reloadable::TakeOver {
       return [&twin, before, fresh = twin.prepare(running, said)] {
         before(*fresh);
-        return twin.replace(fresh) == Twin::Reload::controllers_went_on
+        return twin.replace(fresh) == Twin::Reload::controllers_kept
                    ? "joints and controllers went on"
                    : "joints kept their state, controllers were made anew";
       };
@@ -71,7 +71,7 @@ Reloader::~Reloader() {
 
 void Reloader::run() {
   while (!ending_) {
-    const auto changed = watcher_.wait(kQuiet);
+    const auto changed = watcher_.wait(kDebounceTime);
     if (changed.empty()) return;
     reload(changed);
     if (!what_.afterwards) continue;
@@ -84,24 +84,24 @@ void Reloader::run() {
 }
 
 bool Reloader::on_loop(const std::function<void()>& task) {
-  struct Errand {
+  struct LoopTask {
     // By the loop, which then runs it, or by the end, after which it must not.
     std::atomic<bool> taken{false};
     std::promise<void> done;
   };
-  const auto errand = std::make_shared<Errand>();
-  auto future = errand->done.get_future();
-  what_.bus.post([task, errand] {
-    if (errand->taken.exchange(true)) return;
+  const auto loop_task = std::make_shared<LoopTask>();
+  auto future = loop_task->done.get_future();
+  what_.bus.post([task, loop_task] {
+    if (loop_task->taken.exchange(true)) return;
     try {
       task();
-      errand->done.set_value();
+      loop_task->done.set_value();
     } catch (...) {  // belongs to the thread that waits, not to the loop
-      errand->done.set_exception(std::current_exception());
+      loop_task->done.set_exception(std::current_exception());
     }
   });
   while (future.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
-    if (ending_ && !errand->taken.exchange(true)) return false;
+    if (ending_ && !loop_task->taken.exchange(true)) return false;
   }
   future.get();
   return true;
@@ -129,8 +129,8 @@ void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
     if (!apply(outcome, said)) return;
     const auto took =
         std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin);
-    log_.note(kOrigin,
-              fmt::format("{} applied in {} ms; {}", names_of(changed), (took + kQuiet).count(), outcome));
+    log_.note(kOrigin, fmt::format("{} applied in {} ms; {}", names_of(changed),
+                                   (took + kDebounceTime).count(), outcome));
     for (const Diagnostic& diagnostic : said.all()) {
       if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
     }

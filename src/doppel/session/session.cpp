@@ -1,6 +1,6 @@
 #include "doppel/session/session.h"
 
-#include "doppel/session/offered_files.h"
+#include "doppel/session/served_files.h"
 
 namespace doppel {
 
@@ -19,7 +19,7 @@ TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& l
   });
   if (!options.reload) return;
   const auto before = [this](const Twin::Replacement& next) {
-    assets_->offer(both(offered_files(Twin::instances(next)), files()));
+    assets_->offer(both(served_files(Twin::instances(next)), files()));
   };
   const auto afterwards = [this] {
     assets_->offer(files());
@@ -38,7 +38,7 @@ void TwinSession::begin() {
 }
 
 RobotFiles TwinSession::files() const {
-  return offered_files(twin_.engine().world().instances());
+  return served_files(twin_.engine().world().instances());
 }
 
 // A robot of text has no file to judge.

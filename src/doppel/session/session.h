@@ -9,8 +9,8 @@
 #include <string>
 
 #include "doppel/core/log.h"
+#include "doppel/session/audit_result.h"
 #include "doppel/session/health_publisher.h"
-#include "doppel/session/judgement.h"
 #include "doppel/session/reload.h"
 #include "doppel/session/ros_edge.h"
 #include "doppel/session/server_edge.h"

@@ -23,10 +23,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostPackages = 200;  // beside the description's
-constexpr std::size_t kMostYamlFiles =
+constexpr std::size_t kMaxPackages = 200;  // beside the description's
+constexpr std::size_t kMaxYamlFiles =
     500;  // of a folder: whose controllers stand in the last is not known before
-constexpr std::size_t kMostListed = 4;
+constexpr std::size_t kMaxListed = 4;
 
 struct Candidate {
   ControllersFile file;
@@ -45,10 +45,10 @@ struct Candidate {
 };
 
 // The first controller's type; nothing where no controller is declared.
-std::optional<ParameterOverride> first_type(const std::vector<ParameterOverride>& told) {
-  const auto type =
-      std::find_if(told.begin(), told.end(), [](const auto& o) { return o.name.ends_with(".type"); });
-  return type == told.end() ? std::nullopt : std::optional(*type);
+std::optional<ParameterOverride> first_type(const std::vector<ParameterOverride>& overrides) {
+  const auto type = std::find_if(overrides.begin(), overrides.end(),
+                                 [](const auto& o) { return o.name.ends_with(".type"); });
+  return type == overrides.end() ? std::nullopt : std::optional(*type);
 }
 
 // Throws InputError for values of the manager's own that would keep it from coming up.
@@ -90,10 +90,9 @@ std::set<std::string> words_with_digits(const std::string& name) {
 
 std::string listed(const std::vector<Candidate>& candidates) {
   std::string out;
-  for (std::size_t i = 0; i < candidates.size() && i < kMostListed; ++i)
+  for (std::size_t i = 0; i < candidates.size() && i < kMaxListed; ++i)
     out += "\n    " + candidates[i].file.path.string();
-  if (candidates.size() > kMostListed)
-    out += fmt::format("\n    and {} more", candidates.size() - kMostListed);
+  if (candidates.size() > kMaxListed) out += fmt::format("\n    and {} more", candidates.size() - kMaxListed);
   return out;
 }
 
@@ -113,7 +112,7 @@ std::vector<std::string> launch_texts(const fs::path& package) {
   std::vector<std::string> out;
   std::error_code none;
   for (const fs::path& entry : list_side_folder(package / "launch").entries) {
-    if (out.size() == kMostSideFiles || !fs::is_regular_file(entry, none)) continue;
+    if (out.size() == kMaxSideFiles || !fs::is_regular_file(entry, none)) continue;
     try {
       out.push_back(read_side_file(entry).text);
     } catch (const InputError&) {
@@ -241,7 +240,7 @@ std::vector<fs::path> Search::yaml_files(const fs::path& package, Diagnostics& s
     }
   }
   for (const fs::path& folder : folders) {
-    for (fs::path& file : side_files_of(folder, {".yaml", ".yml"}, skipped, kMostYamlFiles))
+    for (fs::path& file : side_files_of(folder, {".yaml", ".yml"}, skipped, kMaxYamlFiles))
       out.push_back(std::move(file));
   }
   std::sort(out.begin(), out.end());
@@ -288,7 +287,7 @@ std::vector<Candidate> Search::candidates_beside() {
   std::size_t packages = 0;
   for (const fs::path& entry : list_side_folder(package.parent_path()).entries) {
     if (entry == package || !fs::is_directory(entry, none) || !is_package(entry)) continue;
-    if (++packages > kMostPackages) break;
+    if (++packages > kMaxPackages) break;
     for (Candidate& one : candidates_of(entry, false)) out.push_back(std::move(one));
   }
   return out;

@@ -21,7 +21,7 @@ SideFile read_side_file(const fs::path& file) {
   SideFile out;
   out.path = file;
   try {
-    out.text = read_file(file.string(), kLargestSideFile);
+    out.text = read_file(file.string(), kMaxSideFileBytes);
   } catch (const InputError& error) {
     throw InputError("audit.skipped", make_location(file.string()), error.diagnostics().front().message,
                      "nothing, if it is not needed; else make it a regular file of usual size");
@@ -37,7 +37,7 @@ SideFolder list_side_folder(const fs::path& folder) {
   std::error_code failed;
   fs::directory_iterator entry(folder, failed);
   for (const fs::directory_iterator end; !failed && entry != end; entry.increment(failed)) {
-    if (out.entries.size() == kMostSideEntries) {
+    if (out.entries.size() == kMaxSideEntries) {
       out.complete = false;
       break;
     }
@@ -61,7 +61,7 @@ std::vector<fs::path> side_files_of(const fs::path& folder, const std::vector<st
         all.complete
             ? fmt::format("{} files are more than are looked at; the first {} are", found, all.entries.size())
             : fmt::format("the folder has more than {} entries; the first of them are looked at",
-                          kMostSideEntries),
+                          kMaxSideEntries),
         "nothing, if the others do not concern this robot");
   }
   return std::move(all.entries);

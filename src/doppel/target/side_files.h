@@ -12,9 +12,9 @@
 
 namespace doppel {
 
-inline constexpr std::size_t kLargestSideFile = std::size_t{1} << 20;  // bytes
-inline constexpr std::size_t kMostSideEntries = 4096;                  // looked at in one folder
-inline constexpr std::size_t kMostSideFiles = 64;                      // read of one folder
+inline constexpr std::size_t kMaxSideFileBytes = std::size_t{1} << 20;  // bytes
+inline constexpr std::size_t kMaxSideEntries = 4096;                    // looked at in one folder
+inline constexpr std::size_t kMaxSideFiles = 64;                        // read of one folder
 
 struct SideFile {
   std::filesystem::path path;
@@ -24,13 +24,13 @@ struct SideFile {
   [[nodiscard]] SourceLocation place(std::size_t at) const;
 };
 
-// Throws InputError "audit.skipped": not a regular file, unreadable, or larger than kLargestSideFile.
+// Throws InputError "audit.skipped": not a regular file, unreadable, or larger than kMaxSideFileBytes.
 SideFile read_side_file(const std::filesystem::path& file);
 
 // The names in a folder, sorted, links to folders not followed; nothing for a folder that cannot be read.
 struct SideFolder {
   std::vector<std::filesystem::path> entries;
-  bool complete = true;  // false: there are more than kMostSideEntries
+  bool complete = true;  // false: there are more than kMaxSideEntries
 };
 SideFolder list_side_folder(const std::filesystem::path& folder);
 
@@ -38,6 +38,6 @@ SideFolder list_side_folder(const std::filesystem::path& folder);
 // note.
 std::vector<std::filesystem::path> side_files_of(const std::filesystem::path& folder,
                                                  const std::vector<std::string>& extensions,
-                                                 Diagnostics& skipped, std::size_t most = kMostSideFiles);
+                                                 Diagnostics& skipped, std::size_t most = kMaxSideFiles);
 
 }  // namespace doppel

@@ -131,7 +131,7 @@ Duration period_in_steps(double rate, Duration step, const SourceLocation& where
   return period;
 }
 
-ControlStack::ControlStack(Bus& bus, const RobotMachine& machine, Instance instance, const Options& options,
+ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance instance, const Options& options,
                            const Log& log, Diagnostics& diagnostics)
     : model_(machine.shared_model()),
       first_model_(model_),
@@ -150,7 +150,7 @@ ControlStack::ControlStack(Bus& bus, const RobotMachine& machine, Instance insta
   diagnostics.throw_if_errors();
 }
 
-void ControlStack::add_hardware(const RobotMachine& machine, Instance instance, const Options& options,
+void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
                                 Diagnostics& diagnostics) {
   HardwareRegistry registry = options.hardware;
   register_simulated_hardware(registry, instance);
@@ -171,29 +171,29 @@ void ControlStack::add_hardware(const RobotMachine& machine, Instance instance, 
   }
 }
 
-void ControlStack::start(const ControllerWish& wish, const Log& log) {
-  what_fits_ = wish.what_fits;
-  if (wish.what_fits) {
-    manager_->start_what_fits(wish.active);
-    for (const std::string& name : wish.active) {
+void ControlStack::start(const ControllerSelection& selection, const Log& log) {
+  only_compatible_ = selection.only_compatible;
+  if (selection.only_compatible) {
+    manager_->start_compatible(selection.active);
+    for (const std::string& name : selection.active) {
       if (!is_loaded(*manager_, name)) left_out_.push_back(name);
     }
   } else {
-    manager_->start(wish.active);
+    manager_->start(selection.active);
   }
-  for (const std::string& name : wish.inactive) {
+  for (const std::string& name : selection.inactive) {
     if (is_loaded(*manager_, name)) continue;
     try {
       manager_->load(name);
     } catch (const InputError& problem) {
-      if (!wish.what_fits) throw;
+      if (!selection.only_compatible) throw;
       log.warning(name, problem.what());
       continue;
     }
     if (const Status configured = manager_->configure(name); !configured) log.warning(name, configured.why());
   }
-  if (wish.what_fits) hold_the_rest(wish, log);
-  if (wish.stopped) manager_->stop("the machine before the edit");
+  if (selection.only_compatible) hold_unclaimed_joints(selection, log);
+  if (selection.stopped) manager_->stop("the machine before the edit");
 }
 
 bool ControlStack::make(const GeneratedController& controller, bool active, const Log& log) {
@@ -227,8 +227,8 @@ void ControlStack::make_idle(GeneratedController idle, const Log& log) {
   make(idle, false, log);
 }
 
-void ControlStack::hold_the_rest(const ControllerWish& wish, const Log& log) {
-  for (const GeneratedController& idle : wish.idle) make_idle(idle, log);
+void ControlStack::hold_unclaimed_joints(const ControllerSelection& selection, const Log& log) {
+  for (const GeneratedController& idle : selection.idle) make_idle(idle, log);
   const auto running = manager_->controllers();
   const bool seen = std::any_of(running.begin(), running.end(),
                                 [](const ControllerView& c) { return c.type == kBroadcaster; });
@@ -240,7 +240,7 @@ void ControlStack::hold_the_rest(const ControllerWish& wish, const Log& log) {
   bool velocities = true;
   for (const ModelJoint& joint : model_->joints) {
     if (!joint.scalar() || joint.mimics() || !offer.commands.contains(joint.name) ||
-        offer.driven.contains(joint.name) || among(wish.released, joint.name))
+        offer.driven.contains(joint.name) || among(selection.released, joint.name))
       continue;
     const bool position = offer.positions.contains(joint.name);
     (position ? held : offer.speeds.contains(joint.name) ? stopped : passive).push_back(joint.name);
@@ -255,12 +255,12 @@ void ControlStack::hold_the_rest(const ControllerWish& wish, const Log& log) {
        log);
   hold({"velocity_controller", kVelocities, stopped, {}}, log);
   if (!passive.empty()) {
-    tell(log, kManager,
-         {Severity::note, "up.joints_passive",
-          fmt::format("no controller drives {}, which take{} efforts only: passive; {} freely",
-                      quoted_names(passive), passive.size() == 1 ? "s" : "",
-                      passive.size() == 1 ? "it moves" : "they move"),
-          make_location(controllers_.name()), "start a controller for their effort"});
+    log_diagnostic(log, kManager,
+                   {Severity::note, "up.joints_passive",
+                    fmt::format("no controller drives {}, which take{} efforts only: passive; {} freely",
+                                quoted_names(passive), passive.size() == 1 ? "s" : "",
+                                passive.size() == 1 ? "it moves" : "they move"),
+                    make_location(controllers_.name()), "start a controller for their effort"});
   }
 }
 
@@ -270,56 +270,58 @@ void ControlStack::hold(GeneratedController wanted, const Log& log) {
   if (wanted.joints.empty()) return;
   wanted.name = free_name(*manager_, wanted.name);
   if (!make(wanted, true, log)) return;
-  tell(log, kManager,
-       {Severity::note, "up.joints_held",
-        fmt::format("no controller that is loaded drives {}; '{}' was made to hold {}",
-                    quoted_names(wanted.joints), wanted.name, wanted.joints.size() == 1 ? "it" : "them"),
-        make_location(controllers_.name()),
-        "add them to a controller, or give another file with --controllers FILE"});
+  log_diagnostic(
+      log, kManager,
+      {Severity::note, "up.joints_held",
+       fmt::format("no controller that is loaded drives {}; '{}' was made to hold {}",
+                   quoted_names(wanted.joints), wanted.name, wanted.joints.size() == 1 ? "it" : "them"),
+       make_location(controllers_.name()),
+       "add them to a controller, or give another file with --controllers FILE"});
 }
 
-ControllerWish ControlStack::wish_of(const std::vector<std::string>& activate) const {
-  ControllerWish wish;
-  wish.active = activate;
-  wish.what_fits = activate.empty() && !named_;
+ControllerSelection ControlStack::selection_of(const std::vector<std::string>& activate) const {
+  ControllerSelection selection;
+  selection.active = activate;
+  selection.only_compatible = activate.empty() && !named_;
   for (const auto& [name, type] : manager_->declared_controllers()) {
     if (activate.empty()) {
-      wish.active.push_back(name);
+      selection.active.push_back(name);
     } else if (std::find(activate.begin(), activate.end(), name) == activate.end()) {
-      wish.inactive.push_back(name);
+      selection.inactive.push_back(name);
     }
   }
-  return wish;
+  return selection;
 }
 
-ControllerWish ControlStack::present_wish() const {
-  ControllerWish wish;
-  wish.what_fits = what_fits_;
-  wish.stopped = manager_->is_stopped();
+ControllerSelection ControlStack::present_selection() const {
+  ControllerSelection selection;
+  selection.only_compatible = only_compatible_;
+  selection.stopped = manager_->is_stopped();
   for (const ControllerView& controller : manager_->controllers()) {
     const bool active = controller.state == ControllerState::active ||
                         among(manager_->stopped_controllers(), controller.name);
     const auto made = std::find_if(generated_.begin(), generated_.end(),
                                    [&](const GeneratedController& g) { return g.name == controller.name; });
     if (made == generated_.end()) {
-      (active ? wish.active : wish.inactive).push_back(controller.name);
+      (active ? selection.active : selection.inactive).push_back(controller.name);
     } else if (!active) {
-      wish.idle.push_back(*made);
+      selection.idle.push_back(*made);
     }
   }
   for (const auto& [name, type] : manager_->declared_controllers()) {
-    if (!among(left_out_, name)) wish.declared.push_back(name);
+    if (!among(left_out_, name)) selection.declared.push_back(name);
   }
   const Offer offer = offer_of(*manager_);
   for (const std::set<std::string>* joints : {&offer.positions, &offer.speeds}) {
     for (const std::string& joint : *joints) {
-      if (!offer.driven.contains(joint) && !among(wish.released, joint)) wish.released.push_back(joint);
+      if (!offer.driven.contains(joint) && !among(selection.released, joint))
+        selection.released.push_back(joint);
     }
   }
-  return wish;
+  return selection;
 }
 
-void ControlStack::take_over(const RobotMachine& machine, Instance now) {
+void ControlStack::take_over(const CompiledRobot& machine, Instance now) {
   manager_->model_changed(machine.model());
   model_ = machine.shared_model();  // the one before is let go when nobody looks at it any more
   rebind(now);

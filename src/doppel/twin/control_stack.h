@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "doppel/control/controller_manager.h"
-#include "doppel/twin/robot_machine.h"
+#include "doppel/twin/compiled_robot.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {
@@ -21,11 +21,11 @@ struct GeneratedController {
 };
 
 // Which controllers are to be active, and which only loaded and configured.
-struct ControllerWish {
+struct ControllerSelection {
   std::vector<std::string> active, inactive;
   std::vector<std::string> declared;  // in the YAML that they come from
   // Nobody chose them: what does not fit is left out, and what no controller drives is held where it is.
-  bool what_fits = false;
+  bool only_compatible = false;
   // Before an edit: generated controllers that were switched off, and joints that could be held and that
   // nothing drove. Both stay as they were.
   std::vector<GeneratedController> idle;
@@ -48,24 +48,24 @@ class ControlStack {
   // Throws InputError for what is wrong in the YAML or among the interfaces. Each component of the
   // description is made by what is registered for its plugin's name, and simulated where nothing is; a note
   // says so.
-  ControlStack(Bus& bus, const RobotMachine& machine, Instance instance, const Options& options,
+  ControlStack(Bus& bus, const CompiledRobot& machine, Instance instance, const Options& options,
                const Log& log, Diagnostics& diagnostics);
 
   // Throws InputError; nothing is active then. Where `wish.what_fits`, nothing is refused: a
   // joint_state_broadcaster is added where none runs, and a joint_trajectory_controller over the joints that
   // take positions and that no controller drives, but for `wish.released`, with a note.
-  void start(const ControllerWish& wish, const Log& log);
+  void start(const ControllerSelection& selection, const Log& log);
   // All that the YAML declares, or what `activate` names and the rest inactive.
-  [[nodiscard]] ControllerWish wish_of(const std::vector<std::string>& activate) const;
+  [[nodiscard]] ControllerSelection selection_of(const std::vector<std::string>& activate) const;
   // What runs now.
-  [[nodiscard]] ControllerWish present_wish() const;
+  [[nodiscard]] ControllerSelection present_selection() const;
 
   // Some component is no simulation: it wants a loop by the wall's clock.
   [[nodiscard]] bool has_real_hardware() const { return real_; }
   [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
   // The machine has the same structure as the one before; drives and claims go on in its instance.
-  void take_over(const RobotMachine& machine, Instance now);
+  void take_over(const CompiledRobot& machine, Instance now);
   // References of drives that hold a position, on their way to their targets.
   void carry_references(const Instance& before, Instance now) const;
   // The same instance under another handle.
@@ -76,9 +76,9 @@ class ControlStack {
   [[nodiscard]] const Model& model() const { return *model_; }
 
  private:
-  void add_hardware(const RobotMachine& machine, Instance instance, const Options& options,
+  void add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
                     Diagnostics& diagnostics);
-  void hold_the_rest(const ControllerWish& wish, const Log& log);
+  void hold_unclaimed_joints(const ControllerSelection& selection, const Log& log);
   void hold(GeneratedController wanted, const Log& log);
   // As it was before an edit, with those of its joints that are still there.
   void make_idle(GeneratedController idle, const Log& log);
@@ -88,8 +88,8 @@ class ControlStack {
   // The second one is what the hardware was initialised with, which may point to it for ever.
   std::shared_ptr<const Model> model_, first_model_;
   ParameterFile controllers_;
-  bool named_;              // by the user
-  bool what_fits_ = false;  // of the wish that it was started with
+  bool named_;                    // by the user
+  bool only_compatible_ = false;  // of the wish that it was started with
   std::vector<GeneratedController> generated_;
   std::vector<std::string> left_out_;  // that the file declares; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;

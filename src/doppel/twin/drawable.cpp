@@ -15,7 +15,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 1> kForgiven
     {"urdf.joint_type", "it is drawn as fixed"},
 }};
 
-void forgive(const Diagnostics& found, Diagnostics& told) {
+void forgive(const Diagnostics& found, Diagnostics& out) {
   std::vector<Diagnostic> refused;
   for (Diagnostic diagnostic : found.all()) {
     const auto named = [&](const auto& forgiven) { return forgiven.first == diagnostic.rule; };
@@ -28,15 +28,15 @@ void forgive(const Diagnostics& found, Diagnostics& told) {
       diagnostic.severity = Severity::warning;
       diagnostic.message += fmt::format("; {}", forgiven->second);
     }
-    told.add(std::move(diagnostic));
+    out.add(std::move(diagnostic));
   }
   if (!refused.empty()) throw InputError(std::move(refused));
 }
 
 }  // namespace
 
-void make_drawable(const Diagnostics& found, Diagnostics& told) {
-  forgive(found, told);
+void make_drawable(const Diagnostics& found, Diagnostics& out) {
+  forgive(found, out);
 }
 
 }  // namespace doppel

@@ -48,8 +48,8 @@ Status find_in_robots(const Scene& scene, const std::string& name, const Find& f
     if (found < 0) continue;
     if (robot >= 0) {
       return Status::refused(fmt::format("'{}' is of several robots; write for instance '{}::{}'",
-                                         name.substr(0, kLongestName), scene.instance(robot).name(),
-                                         name.substr(0, kLongestName)));
+                                         name.substr(0, kMaxNameLength), scene.instance(robot).name(),
+                                         name.substr(0, kMaxNameLength)));
     }
     robot = index;
     part = found;
@@ -71,8 +71,8 @@ Status refusal(const Scene& scene, const std::string& name, const std::vector<st
     }
   }
   const std::string& wrong = scope >= 0 ? parts[1] : parts.front();
-  return Status::refused(fmt::format("there is no entity '{}'{}", name.substr(0, kLongestName),
-                                     did_you_mean(wrong.substr(0, kLongestName), names)));
+  return Status::refused(fmt::format("there is no entity '{}'{}", name.substr(0, kMaxNameLength),
+                                     did_you_mean(wrong.substr(0, kMaxNameLength), names)));
 }
 
 }  // namespace

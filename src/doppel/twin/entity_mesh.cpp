@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kLargestMesh = std::uintmax_t{16} << 20;
+constexpr std::uintmax_t kMaxMeshBytes = std::uintmax_t{16} << 20;
 constexpr const char* kRule = "entity.mesh";
 
 // Both without "." and "..".
@@ -85,7 +85,7 @@ fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolve
   if (std::ranges::none_of(folders, really_holds) && package_above(real).empty())
     throw refuse("is a link that leads out of the robot's packages");
   if (!is_mesh_name(real)) throw refuse("is a link to what is no .stl, .obj or .dae");
-  if (fs::file_size(real, failed) > kLargestMesh || failed)
+  if (fs::file_size(real, failed) > kMaxMeshBytes || failed)
     throw refuse("is larger than 16 MB, and would stop the loop for too long");
   return real;
 }

@@ -46,10 +46,10 @@ EntityServices::EntityServices(Bus& bus, const Scene& scene, const Log& log, Cal
 
 Status EntityServices::check_name(const std::string& name) const {
   if (name.empty()) return Status::refused("the entity has no name, neither in the request nor in the xml");
-  if (name.size() > kLongestName || !is_printable(name) || name.find("::") != std::string::npos) {
+  if (name.size() > kMaxNameLength || !is_printable(name) || name.find("::") != std::string::npos) {
     return Status::refused(fmt::format(
         "a name has at most {} bytes of UTF-8, all of it printable and not only blanks, and no '::'",
-        kLongestName));
+        kMaxNameLength));
   }
   const int taken = scene_.find(name);
   const bool link = std::ranges::any_of(
@@ -59,8 +59,8 @@ Status EntityServices::check_name(const std::string& name) const {
   if (taken >= 0)
     return Status::refused(
         fmt::format("there is an object '{}' already; choose another name, or delete it", name));
-  if (scene_.objects().size() >= kMostObjects)
-    return Status::refused(fmt::format("the world has {} objects, which is the most it takes", kMostObjects));
+  if (scene_.objects().size() >= kMaxObjects)
+    return Status::refused(fmt::format("the world has {} objects, which is the most it takes", kMaxObjects));
   return {};
 }
 
@@ -197,9 +197,9 @@ void EntityServices::move(const Entity& entity, EntityMotion motion) {
 
 // Once, however often a client tries.
 void EntityServices::tell_refusal(const char* service, const Status& status) {
-  if (status.ok() || status.why() == told_) return;
-  told_ = status.why();
-  log_.warning("gazebo", fmt::format("{}: {}", service, told_));
+  if (status.ok() || status.why() == last_error_) return;
+  last_error_ = status.why();
+  log_.warning("gazebo", fmt::format("{}: {}", service, last_error_));
 }
 
 void EntityServices::offer_coming_and_going() {

@@ -17,10 +17,10 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kLargestText = std::size_t{1} << 20;
-constexpr double kSmallest = 1e-4, kLargest = 1e3;   // m
-constexpr double kLightest = 1e-6, kHeaviest = 1e6;  // kg
-constexpr double kMostFriction = 100;
+constexpr std::size_t kMaxTextBytes = std::size_t{1} << 20;
+constexpr double kMinSize = 1e-4, kMaxSize = 1e3;  // m
+constexpr double kMinMass = 1e-6, kMaxMass = 1e6;  // kg
+constexpr double kMaxFriction = 100;
 constexpr const char* kInvalid = "entity.invalid";
 
 std::vector<std::string> words_of(const std::string& text) {
@@ -133,7 +133,7 @@ class Reader {
   }
   void check_sizes(const XmlNode& node, const Geometry& shape) {
     const auto check = [&](const char* what, double value) {
-      check_range(node, what, value, kSmallest, kLargest, "m");
+      check_range(node, what, value, kMinSize, kMaxSize, "m");
     };
     if (const auto* box = std::get_if<Box>(&shape)) {
       for (const double side : box->size) check("side", side);
@@ -153,8 +153,8 @@ class Reader {
     check_range(node, "distance", pose.translation().cwiseAbs().maxCoeff(), 0, kMaxEntityDistance, "m");
   }
   double mass_from(const XmlNode& node, std::optional<double> value) {
-    if (!value) return kLightest;  // told already
-    check_range(node, "mass", *value, kLightest, kHeaviest, "kg");
+    if (!value) return kMinMass;  // told already
+    check_range(node, "mass", *value, kMinMass, kMaxMass, "kg");
     return *value;
   }
 
@@ -289,7 +289,7 @@ class SdfReader : private Reader {
       mu = mu == nullptr ? nullptr : mu->first(below);
     if (mu == nullptr) return;
     object.friction = number(*mu).value_or(object.friction);
-    check_range(*mu, "friction", object.friction, 0, kMostFriction, "");
+    check_range(*mu, "friction", object.friction, 0, kMaxFriction, "");
   }
 
   void read_color(const XmlNode& visual, WorldObject& object) {
@@ -322,9 +322,9 @@ class SdfReader : private Reader {
   }
   double length(const XmlNode& shape, const char* name) {
     const XmlNode* node = shape.first(name);
-    if (node != nullptr) return number(*node).value_or(kSmallest);
+    if (node != nullptr) return number(*node).value_or(kMinSize);
     error(shape, fmt::format("<{}> has no <{}>", shape.name, name));
-    return kSmallest;
+    return kMinSize;
   }
   Eigen::Vector3d vector(const XmlNode& shape, const char* name) {
     const XmlNode* node = shape.first(name);
@@ -419,7 +419,7 @@ class UrdfEntityReader : private Reader {
   Geometry geometry(const XmlNode& shape) {
     const auto length = [&](const char* name) {
       from_.required(shape, name);
-      return from_.number(shape, name).value_or(kSmallest);
+      return from_.number(shape, name).value_or(kMinSize);
     };
     if (shape.is("box")) {
       from_.required(shape, "size");
@@ -443,9 +443,9 @@ class UrdfEntityReader : private Reader {
 }  // namespace
 
 WorldObject read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Diagnostics& notes) {
-  if (xml.size() > kLargestText)
+  if (xml.size() > kMaxTextBytes)
     throw InputError(kInvalid, {},
-                     fmt::format("the xml has {} bytes; at most {} are read", xml.size(), kLargestText));
+                     fmt::format("the xml has {} bytes; at most {} are read", xml.size(), kMaxTextBytes));
   const XmlNode root = parse_xml(xml, "xml");
   if (root.is("sdf")) return SdfReader(find_mesh, notes).read(root);
   if (root.is("robot")) return UrdfEntityReader(find_mesh, notes).read(root);
@@ -455,7 +455,7 @@ WorldObject read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, D
 }
 
 std::string robot_in_xml(std::string_view xml) {
-  if (xml.size() > kLargestText) return "";
+  if (xml.size() > kMaxTextBytes) return "";
   try {
     const XmlNode root = parse_xml(xml, "xml");
     const auto links =

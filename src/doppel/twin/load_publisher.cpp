@@ -4,7 +4,7 @@
 
 namespace doppel {
 
-LoadPublisher::LoadPublisher(Bus& bus, std::shared_ptr<const RobotMachine> machine)
+LoadPublisher::LoadPublisher(Bus& bus, std::shared_ptr<const CompiledRobot> machine)
     : machine_(std::move(machine)), node_(bus, in_namespace(machine_->name_space(), "doppel")) {
   topic_ = node_.advertise<doppel_msgs::msg::JointLoads>("~/joint_loads");
 }

@@ -16,18 +16,18 @@ bool LoopMeter::update(WallTime now, std::uint64_t steps, const LoopPhases& phas
   const auto mean = [count](std::chrono::nanoseconds then, std::chrono::nanoseconds since) {
     return static_cast<double>((since - then).count()) * 1e-3 / count;
   };
-  Means means;
-  means.known = true;
-  means.real_time_factor =
+  Averages averages;
+  averages.known = true;
+  averages.real_time_factor =
       count * static_cast<double>(step.count()) /
       static_cast<double>(std::chrono::duration_cast<std::chrono::nanoseconds>(elapsed).count());
-  means.control = mean(phases_.control, phases.control);
-  means.physics = mean(phases_.physics, phases.physics);
-  means.publish = mean(phases_.publish, phases.publish);
-  means.bus = mean(phases_.bus, phases.bus);
-  means.idle = mean(phases_.idle, phases.idle);
+  averages.control = mean(phases_.control, phases.control);
+  averages.physics = mean(phases_.physics, phases.physics);
+  averages.publish = mean(phases_.publish, phases.publish);
+  averages.bus = mean(phases_.bus, phases.bus);
+  averages.idle = mean(phases_.idle, phases.idle);
   restart(now, steps, phases);
-  means_ = means;
+  means_ = averages;
   return true;
 }
 

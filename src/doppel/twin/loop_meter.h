@@ -21,7 +21,7 @@ class LoopMeter {
  public:
   using WallTime = std::chrono::steady_clock::time_point;
 
-  struct Means {
+  struct Averages {
     bool known = false;           // they are of a whole window since restart()
     double real_time_factor = 0;  // simulated per wall second
     double control = 0, physics = 0, publish = 0, bus = 0, idle = 0;  // microseconds per step
@@ -31,14 +31,14 @@ class LoopMeter {
   void restart(WallTime now, std::uint64_t steps, const LoopPhases& phases);
   // After each step. True: a window was over, and means() are new.
   bool update(WallTime now, std::uint64_t steps, const LoopPhases& phases, Duration step);
-  [[nodiscard]] const Means& means() const { return means_; }
+  [[nodiscard]] const Averages& averages() const { return means_; }
 
  private:
   static constexpr std::chrono::milliseconds kWindow{500};
   WallTime begin_;
   std::uint64_t steps_ = 0;
   LoopPhases phases_;
-  Means means_;
+  Averages means_;
 };
 
 }  // namespace doppel

@@ -12,7 +12,7 @@ namespace {
 
 using visualization_msgs::msg::Marker;
 
-constexpr std::size_t kGoneToldAgain = 32;
+constexpr std::size_t kMaxDeletedRepeated = 32;
 constexpr double kMoved = 1e-5;  // m, and of a rotation matrix's entries
 
 // Shape, size and colour.
@@ -69,7 +69,7 @@ ObjectPublisher::ObjectPublisher(Bus& bus, const Scene& scene) : scene_(scene), 
 
 // An object keeps its id as long as it is there under its name.
 void ObjectPublisher::list() {
-  const auto before = static_cast<std::ptrdiff_t>(told_.size());
+  const auto before = static_cast<std::ptrdiff_t>(published_.size());
   std::vector<Marker> old(message_.markers.begin(), message_.markers.begin() + before);
   message_.markers.clear();
   for (const int index : scene_.objects()) {
@@ -80,9 +80,9 @@ void ObjectPublisher::list() {
     message_.markers.push_back(std::move(marker));
   }
   for (const Marker& marker : old) gone_.push_back(marker.id);
-  while (gone_.size() > kGoneToldAgain) gone_.pop_front();
+  while (gone_.size() > kMaxDeletedRepeated) gone_.pop_front();
   for (const std::int32_t id : gone_) message_.markers.push_back(deletion(id));
-  told_.assign(scene_.objects().size(), std::nullopt);
+  published_.assign(scene_.objects().size(), std::nullopt);
 }
 
 bool ObjectPublisher::update_poses() {
@@ -91,8 +91,8 @@ bool ObjectPublisher::update_poses() {
   for (std::size_t i = 0; i < scene_.objects().size(); ++i) {
     const Instance object = scene_.instance(scene_.objects()[i]);
     const Pose X_TS = X_TW * object.base_pose() * shape_in_object(object.made_of());
-    if (told_[i] && (X_TS.matrix() - told_[i]->matrix()).cwiseAbs().maxCoeff() <= kMoved) continue;
-    told_[i] = X_TS;
+    if (published_[i] && (X_TS.matrix() - published_[i]->matrix()).cwiseAbs().maxCoeff() <= kMoved) continue;
+    published_[i] = X_TS;
     message_.markers[i].pose = to_pose_msg(X_TS);
     moved = true;
   }

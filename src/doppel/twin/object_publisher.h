@@ -11,16 +11,16 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/messages/visualization_msgs.h"
-#include "doppel/twin/due.h"
+#include "doppel/twin/publish_schedule.h"
 #include "doppel/twin/scene.h"
-#include "doppel/twin/ticking.h"
+#include "doppel/twin/tickable.h"
 
 namespace doppel {
 
 // The URI under which listeners are told of an object's mesh; one without a scheme is its file's.
 std::string mesh_resource(const MeshGeometry& mesh);
 
-class ObjectPublisher : public Ticking {
+class ObjectPublisher : public Tickable {
  public:
   // The scene outlives it.
   ObjectPublisher(Bus& bus, const Scene& scene);
@@ -43,9 +43,9 @@ class ObjectPublisher : public Ticking {
   const Scene& scene_;
   Node node_;
   Publisher<visualization_msgs::msg::MarkerArray> topic_;
-  Due due_{Duration{40'000'000}};
+  PublishSchedule due_{Duration{40'000'000}};
   visualization_msgs::msg::MarkerArray message_;  // first the objects, in the scene's order, then the deleted
-  std::vector<std::optional<Pose>> told_;         // [objects] as published last
+  std::vector<std::optional<Pose>> published_;    // [objects] as published last
   std::deque<std::int32_t> gone_;                 // the last that went
   std::int32_t next_id_ = 0;
   bool listed_ = false;

@@ -10,8 +10,8 @@
 namespace doppel {
 namespace {
 
-constexpr int kMostWindows = 5;      // in which a slow oscillation turns often enough
-constexpr int kLeastTurns = 4;       // of the direction
+constexpr int kMaxWindows = 5;       // in which a slow oscillation turns often enough
+constexpr int kMinTurns = 4;         // of the direction
 constexpr double kStillThere = 0.5;  // of the first half's amplitude: what decays faster only settles
 constexpr double kArrived = 1e-9;    // rad or m between reference and target
 constexpr double kNearStep = 0.2;    // of the step's rate: a frequency above is the step's doing
@@ -68,22 +68,22 @@ void OscillationWatch::look(const Instance& robot, Time now) {
     watched.rising = rising;
     watched.sum += q;
     ++watched.steps;
-    if (now - watched.since >= kOscillationTime) judge(watched, index, now);
+    if (now - watched.since >= kOscillationTime) evaluate(watched, index, now);
   }
 }
 
-void OscillationWatch::judge(Watched& watched, int joint, Time now) {
+void OscillationWatch::evaluate(Watched& watched, int joint, Time now) {
   const bool slides = model_->joints[static_cast<std::size_t>(joint)].type == JointType::prismatic;
   const Extent whole{std::min(watched.early.low, watched.late.low),
                      std::max(watched.early.high, watched.late.high)};
   const double amplitude = whole.amplitude();
   const double sag = std::abs(watched.target - watched.sum / watched.steps);
-  const bool shakes = amplitude >= (slides ? kLeastSlideOscillation : kLeastOscillation) &&
+  const bool shakes = amplitude >= (slides ? kMinSlideOscillation : kMinOscillation) &&
                       amplitude >= kStillThere * watched.before;
-  if (!shakes || watched.windows >= kMostWindows) return restart(watched, now);
+  if (!shakes || watched.windows >= kMaxWindows) return restart(watched, now);
   ++watched.windows;
   const double lasted = to_seconds(kOscillationTime) * watched.windows;
-  if (watched.turns >= kLeastTurns && amplitude >= kOscillationSags * sag &&
+  if (watched.turns >= kMinTurns && amplitude >= kOscillationSags * sag &&
       (watched.windows > 1 || watched.late.amplitude() >= kStillThere * watched.early.amplitude())) {
     watched.what = {joint, amplitude, 0.5 * watched.turns / lasted, sag};
     watched.reported = watched.waiting = found_ = true;

@@ -40,15 +40,15 @@ std::string cause_of(int index, const Instance& robot, const std::vector<Contact
 
 }  // namespace
 
-std::string to_string(const Unrest& unrest, bool slides) {
+std::string to_string(const UnsettledJoint& unsettled, bool slides) {
   const char* const unit = slides ? "m" : "rad";
-  std::string out = unrest.where.known() ? unrest.where.place() + ": " : "";
-  const bool moving = !(std::abs(unrest.speed) <= kRestSpeed);
-  out += fmt::format("joint '{}' (link '{}') ", unrest.joint, unrest.link);
-  if (moving) out += fmt::format("moves at {:.3g} {}/s", unrest.speed, unit);
-  if (unrest.beyond > kBeyondLimit)
-    out += fmt::format("{}{:.3g} {} beyond its limit", moving ? ", " : "stands ", unrest.beyond, unit);
-  return out + ": " + unrest.cause;
+  std::string out = unsettled.where.known() ? unsettled.where.place() + ": " : "";
+  const bool moving = !(std::abs(unsettled.speed) <= kRestSpeed);
+  out += fmt::format("joint '{}' (link '{}') ", unsettled.joint, unsettled.link);
+  if (moving) out += fmt::format("moves at {:.3g} {}/s", unsettled.speed, unit);
+  if (unsettled.beyond > kBeyondLimit)
+    out += fmt::format("{}{:.3g} {} beyond its limit", moving ? ", " : "stands ", unsettled.beyond, unit);
+  return out + ": " + unsettled.cause;
 }
 
 bool at_effort_limit(const Instance& robot, int joint) {
@@ -56,9 +56,9 @@ bool at_effort_limit(const Instance& robot, int joint) {
   return std::abs(robot.drive_effort()[at]) >= kAtLimit * robot.made_of().servos[at].effort;
 }
 
-std::vector<Unrest> find_unrest(const RobotDescription& robot, const Instance& instance) {
+std::vector<UnsettledJoint> find_unsettled_joints(const RobotDescription& robot, const Instance& instance) {
   const Model& model = instance.model();
-  std::vector<Unrest> out;
+  std::vector<UnsettledJoint> out;
   std::vector<Contact> contacts;
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];
@@ -97,9 +97,9 @@ bool RestCheck::look(const RobotDescription& robot, const Instance& instance) {
   const Model& model = instance.model();
   RestReport& report = report_.emplace();
   report.at = engine.time();
-  for (const Unrest& unrest : find_unrest(robot, instance)) {
-    const ModelJoint& joint = model.joints[static_cast<std::size_t>(model.find_joint(unrest.joint))];
-    report.complaints.push_back(to_string(unrest, joint.type == JointType::prismatic));
+  for (const UnsettledJoint& unsettled : find_unsettled_joints(robot, instance)) {
+    const ModelJoint& joint = model.joints[static_cast<std::size_t>(model.find_joint(unsettled.joint))];
+    report.unsettled.push_back(to_string(unsettled, joint.type == JointType::prismatic));
   }
   if (!model.joints.empty() && model.joints.front().type == JointType::floating) {
     const FrameVelocity base = instance.link_velocity(model.joints.front().child_link);

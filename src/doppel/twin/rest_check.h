@@ -19,7 +19,7 @@ inline constexpr double kRestSpeed = 0.1;          // rad/s or m/s
 inline constexpr double kBeyondLimit = 0.01;  // rad or m: a loaded drive stands a little beyond its limit
 
 // A scalar joint that moves, or stands beyond its limits.
-struct Unrest {
+struct UnsettledJoint {
   std::string joint, link;         // the link that it moves
   double position = 0, speed = 0;  // rad or m; per s
   double beyond = 0;               // outside of its limits; 0: inside
@@ -28,11 +28,11 @@ struct Unrest {
 };
 
 // "joint 'knee' (link 'shank') moves at 3.2 rad/s: ..."
-std::string to_string(const Unrest& unrest, bool slides);
+std::string to_string(const UnsettledJoint& unsettled, bool slides);
 
 struct RestReport {
   Duration at{};
-  std::vector<std::string> complaints;       // one for each joint that is not at rest, in the model's order
+  std::vector<std::string> unsettled;        // one for each joint that is not at rest, in the model's order
   bool base_touches = true;                  // a floating robot touches the ground or an object
   double base_linear = 0, base_angular = 0;  // speed of a floating root, m/s and rad/s
 };
@@ -41,7 +41,7 @@ struct RestReport {
 bool at_effort_limit(const Instance& robot, int joint);
 
 // What is not at rest now. Allocates only where something is not.
-std::vector<Unrest> find_unrest(const RobotDescription& robot, const Instance& instance);
+std::vector<UnsettledJoint> find_unsettled_joints(const RobotDescription& robot, const Instance& instance);
 
 class RestCheck {
  public:

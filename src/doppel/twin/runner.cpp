@@ -11,8 +11,8 @@
 namespace doppel {
 namespace {
 
-constexpr std::chrono::milliseconds kGiveUp{100};  // further behind than this, the schedule is moved
-constexpr std::chrono::milliseconds kPauseNap{2};
+constexpr std::chrono::milliseconds kMaxScheduleLag{100};  // further behind than this, the schedule is moved
+constexpr std::chrono::milliseconds kPausedPollInterval{2};
 constexpr std::uint64_t kStepsAtOnce = 100;  // while paused, between looks at what comes in
 
 void sleep_until(std::chrono::steady_clock::time_point due) {
@@ -77,7 +77,7 @@ Runner::Clock::time_point Runner::keep_pace(Clock::time_point now) {
   }
   const auto late = now - due;
   statistics_.lateness.add(late);
-  if (late > kGiveUp) {
+  if (late > kMaxScheduleLag) {
     ++statistics_.overruns;
     view_.overruns.store(statistics_.overruns, std::memory_order_relaxed);
     restart_schedule();
@@ -96,10 +96,10 @@ LoopPhases Runner::phases() const {
 // Waits until a step is due and only then runs what has come in: a command waits for no step that it could
 // have had a part in.
 void Runner::begin_step() {
-  const auto told = Clock::now();
-  bus_ += told - measured_;
-  const auto due = keep_pace(told);
-  idle_ += due - told;
+  const auto after_bus = Clock::now();
+  bus_ += after_bus - measured_;
+  const auto due = keep_pace(after_bus);
+  idle_ += due - after_bus;
   twin_.between_steps();
   measured_ = Clock::now();
   bus_ += measured_ - due;
@@ -112,9 +112,9 @@ void Runner::step_and_measure() {
   step_ += measured_ - begun;
 }
 
-void Runner::tell(Clock::time_point now) {
+void Runner::publish_status(Clock::time_point now) {
   if (!twin_.time_control().paused && meter_.update(now, twin_.steps(), phases(), twin_.step_size()))
-    view_.real_time_factor.store(meter_.means().real_time_factor, std::memory_order_relaxed);
+    view_.real_time_factor.store(meter_.averages().real_time_factor, std::memory_order_relaxed);
   const auto held = twin_.hold();
   status_.publish_due({twin_.now(), twin_.steps(), twin_.time_control(), meter_, statistics_}, now);
 }
@@ -130,8 +130,8 @@ void Runner::rest_while_paused(const std::atomic<bool>& stop) {
     for (std::uint64_t i = 0; i < steps; ++i) twin_.step();
     control.steps_owed -= steps;
     if (steps > 0) twin_.publish_state();
-    tell(Clock::now());
-    if (control.steps_owed == 0) sleep_until(Clock::now() + kPauseNap);
+    publish_status(Clock::now());
+    if (control.steps_owed == 0) sleep_until(Clock::now() + kPausedPollInterval);
     twin_.between_steps();
   }
   view_.paused.store(false, std::memory_order_relaxed);
@@ -171,7 +171,7 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
       const auto held = twin_.hold();
       std::exchange(on_first_step_, nullptr)();
     }
-    tell(measured_);
+    publish_status(measured_);
   }
   if (statistics_.end == RunEnd::duration_reached)
     keep_pace(Clock::now());  // the last step's time has to pass, too

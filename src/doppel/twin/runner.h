@@ -76,7 +76,7 @@ class Runner {
   // Sleeps until the next step is due; the time then.
   Clock::time_point keep_pace(Clock::time_point now);
   void restart_schedule();
-  void tell(Clock::time_point now);
+  void publish_status(Clock::time_point now);
   [[nodiscard]] LoopPhases phases() const;
 
   Twin& twin_;

@@ -17,7 +17,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kMostLoads = 256;
+constexpr std::size_t kMaxLoads = 256;
 constexpr double kMaxTimeFactor = 1e6;
 
 }  // namespace
@@ -25,7 +25,7 @@ constexpr double kMaxTimeFactor = 1e6;
 SimulatorServices::SimulatorServices(Bus& bus, const Scene& scene, TimeControl& time_control,
                                      Callbacks callbacks)
     : scene_(scene), time_control_(time_control), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
-  loads_.reserve(kMostLoads);
+  loads_.reserve(kMaxLoads);
   make_standard(node_);
   offer_time_services();
   offer_step();
@@ -105,7 +105,7 @@ Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Tim
   load.name = instance.name();
   load.model = instance.made_of().model;
   std::erase_if(loads_, [this](const Load& old) { return old.end <= scene_.now(); });
-  if (loads_.size() >= kMostLoads)
+  if (loads_.size() >= kMaxLoads)
     return Status::refused("too many efforts and wrenches act at once; clear some");
   const Duration acts = from_msg(duration);
   if (acts == Duration::zero()) {

@@ -12,7 +12,7 @@
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/gazebo_msgs.h"
 #include "doppel/twin/scene.h"
-#include "doppel/twin/ticking.h"
+#include "doppel/twin/tickable.h"
 
 namespace doppel {
 
@@ -23,7 +23,7 @@ struct TimeControl {
   double speed = 1.0;            // simulated per wall second; 0: as fast as possible
 };
 
-class SimulatorServices : public Ticking {
+class SimulatorServices : public Tickable {
  public:
   struct Callbacks {
     std::function<void()> reset;          // back to the start

@@ -12,7 +12,7 @@ namespace doppel {
 namespace {
 
 constexpr const char *kWorld = "world", *kGround = "ground";
-constexpr double kLongestPeriod = 1e6;  // s, of /tf
+constexpr double kMaxPeriod = 1e6;  // s, of /tf
 
 void write_transform(const Pose& X, geometry_msgs::msg::Transform& out) {
   const geometry_msgs::msg::Pose pose = to_pose_msg(X);
@@ -104,7 +104,7 @@ void StatePublisher::declare_parameters(const RobotDescription& robot, Parameter
              "description");
        }});
   const auto take_frequency = [this](double frequency) {
-    period_ = frequency > 0 ? from_seconds(std::min(1.0 / frequency, kLongestPeriod)) : Duration{};
+    period_ = frequency > 0 ? from_seconds(std::min(1.0 / frequency, kMaxPeriod)) : Duration{};
   };
   take_frequency(
       declare<double>(parameters, &written, "publish_frequency", 50.0,

@@ -43,22 +43,22 @@ void StatusPublisher::publish_due(const Loop& loop, WallTime now) {
 }
 
 void StatusPublisher::publish_status(const Loop& loop, WallTime now) {
-  const LoopMeter::Means means = loop.control.paused ? LoopMeter::Means{} : loop.meter.means();
+  const LoopMeter::Averages averages = loop.control.paused ? LoopMeter::Averages{} : loop.meter.averages();
   const LatenessHistogram& lateness = loop.run.lateness;
   status_.sim_time = to_seconds(loop.time);
   status_.wall_time = std::chrono::duration<double>(now - begin_).count();
   status_.steps = loop.steps;
-  status_.real_time_factor = means.real_time_factor;
+  status_.real_time_factor = averages.real_time_factor;
   status_.paused = loop.control.paused;
   status_.speed = loop.control.speed;
   status_.lateness_p50 = seconds(lateness.percentile(0.5));
   status_.lateness_p99 = seconds(lateness.percentile(0.99));
   status_.lateness_max = seconds(lateness.worst());
-  status_.time_control = means.control;
-  status_.time_physics = means.physics;
-  status_.time_publish = means.publish;
-  status_.time_bus = means.bus;
-  status_.time_idle = means.idle;
+  status_.time_control = averages.control;
+  status_.time_physics = averages.physics;
+  status_.time_publish = averages.publish;
+  status_.time_bus = averages.bus;
+  status_.time_idle = averages.idle;
   status_.overruns = loop.run.overruns;
   status_.skipped = bus_.skipped();
   status_topic_.publish(status_, loop.time);
@@ -66,10 +66,10 @@ void StatusPublisher::publish_status(const Loop& loop, WallTime now) {
 
 void StatusPublisher::publish_diagnostics(const Loop& loop) {
   using diagnostic_msgs::msg::DiagnosticStatus;
-  const LoopMeter::Means& means = loop.meter.means();
+  const LoopMeter::Averages& averages = loop.meter.averages();
   const double wanted = loop.control.speed;
-  const bool overran = loop.run.overruns > overruns_told_;
-  const bool slow = means.known && wanted > 0 && means.real_time_factor < kSlow * wanted;
+  const bool overran = loop.run.overruns > overruns_reported_;
+  const bool slow = averages.known && wanted > 0 && averages.real_time_factor < kSlow * wanted;
   DiagnosticStatus status;
   status.name = "doppel: loop";
   status.hardware_id = robot_;
@@ -78,25 +78,26 @@ void StatusPublisher::publish_diagnostics(const Loop& loop) {
     status.message = "paused";
   } else if (overran) {
     status.message = fmt::format("fell 100 ms behind the clock {} times in the last second",
-                                 loop.run.overruns - overruns_told_);
+                                 loop.run.overruns - overruns_reported_);
   } else if (slow) {
     status.message =
-        fmt::format("runs at {:.2f} x real time instead of {:g}", means.real_time_factor, wanted);
+        fmt::format("runs at {:.2f} x real time instead of {:g}", averages.real_time_factor, wanted);
   } else {
-    status.message = means.known ? fmt::format("runs at {:.2f} x real time", means.real_time_factor) : "runs";
+    status.message =
+        averages.known ? fmt::format("runs at {:.2f} x real time", averages.real_time_factor) : "runs";
   }
-  overruns_told_ = loop.run.overruns;
+  overruns_reported_ = loop.run.overruns;
   const auto add = [&status](const char* key, std::string value) {
     status.values.push_back({key, std::move(value)});
   };
   add("simulated time (s)", fmt::format("{:.3f}", to_seconds(loop.time)));
-  add("real-time factor", fmt::format("{:.3f}", means.real_time_factor));
+  add("real-time factor", fmt::format("{:.3f}", averages.real_time_factor));
   add("wanted speed", wanted > 0 ? fmt::format("{:g}", wanted) : "as fast as possible");
-  add("control (us per step)", fmt::format("{:.2f}", means.control));
-  add("physics (us per step)", fmt::format("{:.2f}", means.physics));
-  add("publish (us per step)", fmt::format("{:.2f}", means.publish));
-  add("bus (us per step)", fmt::format("{:.2f}", means.bus));
-  add("idle (us per step)", fmt::format("{:.2f}", means.idle));
+  add("control (us per step)", fmt::format("{:.2f}", averages.control));
+  add("physics (us per step)", fmt::format("{:.2f}", averages.physics));
+  add("publish (us per step)", fmt::format("{:.2f}", averages.publish));
+  add("bus (us per step)", fmt::format("{:.2f}", averages.bus));
+  add("idle (us per step)", fmt::format("{:.2f}", averages.idle));
   add("lateness p99 (us)", fmt::format("{:.1f}", loop.run.lateness.percentile(0.99)));
   add("overruns", fmt::format("{}", loop.run.overruns));
   add("messages skipped for slow clients", fmt::format("{}", bus_.skipped()));

@@ -46,7 +46,7 @@ class StatusPublisher {
   doppel_msgs::msg::TwinStatus status_;  // as it was told last
   Time last_time_{};                     // one that runs backwards has been reset
   std::string robot_;
-  std::uint64_t overruns_told_ = 0;
+  std::uint64_t overruns_reported_ = 0;
 };
 
 }  // namespace doppel

@@ -39,7 +39,7 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
       bus({.names = scenario.ros.names,
            .sim_time = !scenario.wall_stamps,
            .report = [&the_log](const std::string& problem) { the_log.error("bus", problem); }}),
-      machine(std::make_unique<Machine>(scenario, diagnostics)) {
+      machine(std::make_unique<CompiledScenario>(scenario, diagnostics)) {
   follow_wall(machine->engine->time());
   controllers = builtin_controllers();
   hardware = HardwareRegistry::with_builtin();
@@ -49,7 +49,7 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
   add_world_ticks();
   for (const auto& robot : robots) {
     robot->make_publishers();
-    if (scenario.start_controllers) robot->start(robot->first_wish());
+    if (scenario.start_controllers) robot->start(robot->first_selection());
   }
   // Once nothing of the others is left to be made, which they would run beside.
   const std::lock_guard held(gate);
@@ -60,8 +60,8 @@ Twin::Impl::~Impl() {
   if (builder.joinable()) builder.join();
 }
 
-std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const RobotMachine> robot,
-                                                  std::optional<TwinRobot::Past> past,
+std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const CompiledRobot> robot,
+                                                  std::optional<TwinRobot::History> past,
                                                   Diagnostics& diagnostics) {
   const std::string manager = bus.names().node(in_namespace(robot->name_space(), "controller_manager"));
   for (const auto& other : robots) {

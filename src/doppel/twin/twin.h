@@ -57,14 +57,14 @@ class Twin {
   // -- robots that come and go
   // Made ready on any thread, beside what runs: description, model, shapes, the world compiled with it, and
   // its controllers rehearsed. Throws InputError.
-  struct Newcomer;
-  [[nodiscard]] std::shared_ptr<Newcomer> prepare_robot(const std::shared_ptr<const Running>& running,
-                                                        const WorldRobot& robot, const std::string& urdf,
-                                                        Diagnostics& diagnostics) const;
+  struct JoiningRobot;
+  [[nodiscard]] std::shared_ptr<JoiningRobot> prepare_robot(const std::shared_ptr<const Running>& running,
+                                                            const WorldRobot& robot, const std::string& urdf,
+                                                            Diagnostics& diagnostics) const;
   // The loop's thread, between steps. No bit of the others' state changes by it. Compiles only where
   // instances came or went since running(). Throws InputError: its name is taken, or its controllers do not
   // come up; nothing has changed then.
-  void add_robot(const std::shared_ptr<Newcomer>& newcomer);
+  void add_robot(const std::shared_ptr<JoiningRobot>& joining);
   // With its controllers, topics and services. Refused: no robot has this namespace, it has none, or it is
   // the only one.
   Status remove_robot(const std::string& name_space);
@@ -82,7 +82,7 @@ class Twin {
   // with the same links, joints, interfaces and controllers' YAML have their controllers go on with what they
   // are doing; the others' are made anew, and those that were active are so again. Throws InputError where
   // they cannot, or where a robot came or went since prepare(); the old machine runs on then.
-  enum class Reload { controllers_went_on, controllers_made_anew };
+  enum class Reload { controllers_kept, controllers_recreated };
   Reload replace(const std::shared_ptr<Replacement>& replacement);
   // What it is made of, before it takes over.
   [[nodiscard]] static std::vector<ModelInstance> instances(const Replacement& replacement);

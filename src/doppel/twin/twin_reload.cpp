@@ -11,22 +11,22 @@ namespace doppel {
 namespace {
 
 // What ran goes on where it is still declared; what the YAML declares newly is treated as at the start.
-ControllerWish renewed(const ControllerWish& before,
-                       const std::vector<std::pair<std::string, std::string>>& declared,
-                       const Scenario& scenario, const WorldRobot& robot) {
-  ControllerWish wish = before;
+ControllerSelection renewed(const ControllerSelection& before,
+                            const std::vector<std::pair<std::string, std::string>>& declared,
+                            const Scenario& scenario, const WorldRobot& robot) {
+  ControllerSelection selection = before;
   const auto gone = [&declared](const std::string& name) {
     return std::none_of(declared.begin(), declared.end(), [&name](const auto& d) { return d.first == name; });
   };
-  std::erase_if(wish.active, gone);
-  std::erase_if(wish.inactive, gone);
+  std::erase_if(selection.active, gone);
+  std::erase_if(selection.inactive, gone);
   for (const auto& [name, type] : declared) {
     const bool known =
         std::find(before.declared.begin(), before.declared.end(), name) != before.declared.end();
     if (known || !scenario.start_controllers) continue;
-    (robot.activate.empty() ? wish.active : wish.inactive).push_back(name);
+    (robot.activate.empty() ? selection.active : selection.inactive).push_back(name);
   }
-  return wish;
+  return selection;
 }
 
 // A file that was found, and that an edit has broken, emptied or deleted, is waited for: what it declares
@@ -57,20 +57,20 @@ void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, 
 }
 
 // What runs must run on, whoever chose it; what comes new may be left out where nobody chose it.
-void start_in_rehearsal(ControlStack& control, const Log& quiet, const ControllerWish& ran_before,
-                        const ControllerWish& wish) {
-  ControllerWish ran = wish;
-  ran.what_fits = false;
+void rehearse_start(ControlStack& control, const Log& quiet, const ControllerSelection& ran_before,
+                    const ControllerSelection& selection) {
+  ControllerSelection ran = selection;
+  ran.only_compatible = false;
   std::erase_if(ran.active, [&](const std::string& name) {
     return std::find(ran_before.active.begin(), ran_before.active.end(), name) == ran_before.active.end();
   });
   control.start(ran, quiet);
-  if (wish.what_fits) control.start(wish, quiet);
+  if (selection.only_compatible) control.start(selection, quiet);
 }
 
 }  // namespace
 
-void rehearse(const RobotMachine& machine, Instance instance, const Scenario& scenario,
+void rehearse(const CompiledRobot& machine, Instance instance, const Scenario& scenario,
               const ControllerRegistry& controllers, const HardwareRegistry& hardware,
               const std::function<void(ControlStack&, const Log&)>& start, Diagnostics& diagnostics) {
   Bus bus({.names = scenario.ros.names, .sim_time = !scenario.wall_stamps});
@@ -87,24 +87,24 @@ void rehearse(const RobotMachine& machine, Instance instance, const Scenario& sc
   const StatePublisher state(bus, machine.description(), machine.shared_model(), options);
 }
 
-std::map<std::string, ControllerWish> Twin::Impl::present_wishes() const {
-  std::map<std::string, ControllerWish> out;
-  for (const auto& robot : robots) out[robot->name_space()] = robot->present_wish();
+std::map<std::string, ControllerSelection> Twin::Impl::present_selections() const {
+  std::map<std::string, ControllerSelection> out;
+  for (const auto& robot : robots) out[robot->name_space()] = robot->present_selection();
   return out;
 }
 
 // Puts the robots of a new machine in the place of those that run. All of it is built beside them, and until
 // it is complete nothing of theirs is let go: what throws on the way leaves them as they were.
-class Twin::Impl::Succession {
+class Twin::Impl::RobotReplacement {
  public:
-  Succession(Impl& twin, std::unique_ptr<Machine>& machine)
+  RobotReplacement(Impl& twin, std::unique_ptr<CompiledScenario>& machine)
       : twin_(twin), machine_(machine), stage_(twin.bus) {
     refuse_real_hardware();
-    goes_on_.reserve(machine->robots.size());
+    kept_robots_.reserve(machine->robots.size());
     std::swap(twin_.machine, machine_);
     former_ = std::exchange(twin_.robots, {});
   }
-  ~Succession() {
+  ~RobotReplacement() {
     if (done_) return;
     try {
       undo();
@@ -112,20 +112,20 @@ class Twin::Impl::Succession {
       twin_.log.error("reload", "the machine that runs could not be put back whole: " + thrown_text());
     }
   }
-  Succession(const Succession&) = delete;
-  Succession& operator=(const Succession&) = delete;
+  RobotReplacement(const RobotReplacement&) = delete;
+  RobotReplacement& operator=(const RobotReplacement&) = delete;
 
   // True: every robot's controllers go on.
-  bool run(const std::map<std::string, ControllerWish>& wishes) {
+  bool run(const std::map<std::string, ControllerSelection>& selections) {
     twin_.robots.reserve(twin_.machine->robots.size());
     bool same = twin_.machine->robots.size() == former_.size();
     for (const auto& machine : twin_.machine->robots) {
       const std::size_t before = index_of(*machine);
-      if (before < former_.size() && goes_on(*former_[before], *machine)) {
+      if (before < former_.size() && is_kept(*former_[before], *machine)) {
         hand_over(before, machine);
       } else {
         same = false;
-        make(before, machine, wishes);
+        make(before, machine, selections);
       }
     }
     twin_.renew_handles();
@@ -136,23 +136,23 @@ class Twin::Impl::Succession {
   }
 
  private:
-  struct GoesOn {
+  struct KeptRobot {
     std::size_t index = 0;  // in former_
-    std::shared_ptr<const RobotMachine> machine;
+    std::shared_ptr<const CompiledRobot> machine;
     Instance instance;
     TickList publishers;  // that were there before, once new ones are made
     bool has_publishers = false;
   };
 
   // former_.size(): none had its namespace.
-  [[nodiscard]] std::size_t index_of(const RobotMachine& machine) const {
+  [[nodiscard]] std::size_t index_of(const CompiledRobot& machine) const {
     const auto found = std::ranges::find_if(former_, [&](const auto& robot) {
       return robot != nullptr && robot->name_space() == machine.name_space();
     });
     return static_cast<std::size_t>(found - former_.begin());
   }
 
-  [[nodiscard]] bool goes_on(const TwinRobot& robot, const RobotMachine& machine) const {
+  [[nodiscard]] bool is_kept(const TwinRobot& robot, const CompiledRobot& machine) const {
     return same_structure(robot.machine(), machine) &&
            machine_->engine->world().settings().step == twin_.machine->world.step;
   }
@@ -174,9 +174,9 @@ class Twin::Impl::Succession {
     }
   }
 
-  void hand_over(std::size_t before, const std::shared_ptr<const RobotMachine>& machine) {
+  void hand_over(std::size_t before, const std::shared_ptr<const CompiledRobot>& machine) {
     TwinRobot& robot = *former_[before];
-    GoesOn& entry = goes_on_.emplace_back();
+    KeptRobot& entry = kept_robots_.emplace_back();
     entry.index = before;
     entry.machine = robot.shared_machine();
     entry.instance = robot.instance();
@@ -187,18 +187,18 @@ class Twin::Impl::Succession {
     entry.has_publishers = true;
   }
 
-  void make(std::size_t before, const std::shared_ptr<const RobotMachine>& machine,
-            const std::map<std::string, ControllerWish>& wishes) {
-    std::optional<TwinRobot::Past> past;
+  void make(std::size_t before, const std::shared_ptr<const CompiledRobot>& machine,
+            const std::map<std::string, ControllerSelection>& selections) {
+    std::optional<TwinRobot::History> past;
     if (before < former_.size()) past = former_[before]->past();
     Diagnostics reported_before;
     twin_.robots.push_back(twin_.make_robot(machine, std::move(past), reported_before));
     TwinRobot& made = *twin_.robots.back();
-    const auto wish = wishes.find(made.name_space());
-    if (wish != wishes.end()) {
-      made.start(wish->second);
+    const auto selection = selections.find(made.name_space());
+    if (selection != selections.end()) {
+      made.start(selection->second);
     } else if (twin_.scenario.start_controllers) {
-      made.start(made.first_wish());
+      made.start(made.first_selection());
     }
     made.make_publishers();
     made.start_loop();
@@ -206,15 +206,15 @@ class Twin::Impl::Succession {
 
   void undo() {
     for (auto& robot : twin_.robots) {
-      const auto entry = std::ranges::find_if(goes_on_, [&](const GoesOn& e) {
+      const auto entry = std::ranges::find_if(kept_robots_, [&](const KeptRobot& e) {
         return former_[e.index] == nullptr && e.machine->name_space() == robot->name_space();
       });
-      if (entry != goes_on_.end()) former_[entry->index] = std::move(robot);
+      if (entry != kept_robots_.end()) former_[entry->index] = std::move(robot);
     }
     twin_.robots.clear();  // those that were made, with their nodes
     std::swap(twin_.machine, machine_);
     twin_.robots = std::move(former_);
-    for (GoesOn& entry : goes_on_) {
+    for (KeptRobot& entry : kept_robots_) {
       TwinRobot& robot = *twin_.robots[entry.index];
       robot.take_over(entry.machine, entry.instance);
       if (entry.has_publishers) robot.restore_publishers(std::move(entry.publishers));
@@ -225,10 +225,10 @@ class Twin::Impl::Succession {
   }
 
   Impl& twin_;
-  std::unique_ptr<Machine>& machine_;  // the one that does not run
+  std::unique_ptr<CompiledScenario>& machine_;  // the one that does not run
   std::optional<BusStage> stage_;
   std::vector<std::unique_ptr<TwinRobot>> former_;
-  std::vector<GoesOn> goes_on_;
+  std::vector<KeptRobot> kept_robots_;
   bool done_ = false;
 };
 
@@ -242,14 +242,14 @@ Twin::Reload Twin::Impl::replace(Replacement& fresh) {
   }
   refuse_lost_range(*machine, *fresh.machine);
   carry_over_state(*machine, *fresh.machine);
-  Succession succession(*this, fresh.machine);
-  return succession.run(fresh.wishes) ? Reload::controllers_went_on : Reload::controllers_made_anew;
+  RobotReplacement replacement(*this, fresh.machine);
+  return replacement.run(fresh.selections) ? Reload::controllers_kept : Reload::controllers_recreated;
 }
 
 std::shared_ptr<const Twin::Running> Twin::running() const {
   auto out = std::make_shared<Running>();
   out->robots = {impl_->machine->robots, impl_->machine->world.robots};
-  out->wishes = impl_->present_wishes();
+  out->selections = impl_->present_selections();
   out->world = impl_->machine->engine->compiled();
   return out;
 }
@@ -258,22 +258,24 @@ std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Run
                                                  Diagnostics& diagnostics) const {
   auto fresh = std::make_shared<Replacement>();
   fresh->running = running;
-  fresh->machine = std::make_unique<Machine>(impl_->scenario, diagnostics, &running->robots);
+  fresh->machine = std::make_unique<CompiledScenario>(impl_->scenario, diagnostics, &running->robots);
   for (const auto& robot : fresh->machine->robots) {
-    const auto ran = running->wishes.find(robot->name_space());
-    const bool is_new = ran == running->wishes.end();
+    const auto ran = running->selections.find(robot->name_space());
+    const bool is_new = ran == running->selections.end();
     for (const auto& before : running->robots.now) {
       if (before->name_space() == robot->name_space())
         refuse_lost_controllers(before->setup(), robot->setup(), diagnostics);
     }
     const auto start = [&](ControlStack& control, const Log& quiet) {
       if (is_new) {
-        if (impl_->scenario.start_controllers) control.start(control.wish_of(robot->asked().activate), quiet);
+        if (impl_->scenario.start_controllers)
+          control.start(control.selection_of(robot->asked().activate), quiet);
         return;
       }
-      ControllerWish& wish = fresh->wishes[robot->name_space()];
-      wish = renewed(ran->second, control.manager().declared_controllers(), impl_->scenario, robot->asked());
-      start_in_rehearsal(control, quiet, ran->second, wish);
+      ControllerSelection& selection = fresh->selections[robot->name_space()];
+      selection =
+          renewed(ran->second, control.manager().declared_controllers(), impl_->scenario, robot->asked());
+      rehearse_start(control, quiet, ran->second, selection);
     };
     rehearse(*robot, instance_of(*fresh->machine->engine, *robot), impl_->scenario, impl_->controllers,
              impl_->hardware, start, diagnostics);

@@ -14,10 +14,10 @@ namespace doppel {
 namespace {
 
 constexpr const char* kRestOrigin = "physics";
-constexpr std::size_t kUnrestShown = 5;
+constexpr std::size_t kMaxUnsettledShown = 5;
 constexpr Duration kHousekeepingPeriod{5'000'000};  // controllers choose slower rates of their own
 
-class Transforms : public Ticking {
+class Transforms : public Tickable {
  public:
   Transforms(const TwinRobot& robot, std::unique_ptr<StatePublisher> publisher, Time now)
       : robot_(robot), publisher_(std::move(publisher)) {
@@ -49,9 +49,9 @@ class Transforms : public Ticking {
   Pace pace_;
 };
 
-class Loads : public Ticking {
+class LoadMonitor : public Tickable {
  public:
-  Loads(const TwinRobot& robot, Bus& bus) : robot_(robot), publisher_(bus, robot.shared_machine()) {}
+  LoadMonitor(const TwinRobot& robot, Bus& bus) : robot_(robot), publisher_(bus, robot.shared_machine()) {}
 
   void between_steps(Time now) override { publisher_.publish_due(robot_.instance(), now); }
   void show(Time /*now*/) override { publisher_.at_once(); }
@@ -62,10 +62,10 @@ class Loads : public Ticking {
 };
 
 // Reports each joint once, by its name and a message.
-class Oscillations : public Ticking {
+class OscillationMonitor : public Tickable {
  public:
   using Report = std::function<void(const std::string&, std::string)>;
-  Oscillations(const TwinRobot& robot, Report report)
+  OscillationMonitor(const TwinRobot& robot, Report report)
       : robot_(robot), watch_(robot.machine().shared_model()), report_(std::move(report)) {}
 
   [[nodiscard]] bool at_every_step() const override { return true; }
@@ -84,9 +84,9 @@ class Oscillations : public Ticking {
   const Report report_;
 };
 
-class Rest : public Ticking {
+class RestMonitor : public Tickable {
  public:
-  Rest(const TwinRobot& robot, RestCheck& check, std::function<void()> report)
+  RestMonitor(const TwinRobot& robot, RestCheck& check, std::function<void()> report)
       : robot_(robot), check_(check), report_(std::move(report)) {}
 
   void between_steps(Time /*now*/) override {
@@ -101,12 +101,12 @@ class Rest : public Ticking {
 
 }  // namespace
 
-TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const RobotMachine> machine,
-                     Instance instance, std::optional<Past> past, Diagnostics& diagnostics)
+TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledRobot> machine,
+                     Instance instance, std::optional<History> past, Diagnostics& diagnostics)
     : around_(around),
       machine_(std::move(machine)),
       instance_(instance),
-      past_(past ? std::move(*past) : Past{RestCheck(instance), {}, kEmptyHash}) {
+      history_(past ? std::move(*past) : History{RestCheck(instance), {}, kEmptyHash}) {
   own_log_.add_sink([&log = around_.log, name_space = name_space()](const LogLine& line) {
     log.line(line.severity, name_space + "/" + line.origin, line.text);
   });
@@ -126,24 +126,25 @@ TickList TwinRobot::make_publishers() {
   fresh.add(std::make_unique<Transforms>(
       *this, std::make_unique<StatePublisher>(around_.bus, description(), machine_->shared_model(), options),
       instance_.engine().time()));
-  fresh.add(std::make_unique<Oscillations>(*this, [this](const std::string& joint, std::string message) {
-    report_oscillation(joint, std::move(message));
-  }));
+  fresh.add(
+      std::make_unique<OscillationMonitor>(*this, [this](const std::string& joint, std::string message) {
+        report_oscillation(joint, std::move(message));
+      }));
   if (around_.scenario.start_controllers)
-    fresh.add(std::make_unique<Rest>(*this, past_.rest, [this] { report_rest(); }));
-  fresh.add(std::make_unique<Loads>(*this, around_.bus));
+    fresh.add(std::make_unique<RestMonitor>(*this, history_.rest, [this] { report_rest(); }));
+  fresh.add(std::make_unique<LoadMonitor>(*this, around_.bus));
   return std::exchange(ticks_, std::move(fresh));
 }
 
 void TwinRobot::start_loop() {
   if (!control_->has_real_hardware()) return;
-  const LoopWish wish = control_->manager().loop_wish();
+  const LoopSettings settings = control_->manager().loop_settings();
   loop_ = std::make_unique<ControlLoop>(
       control_->manager(), around_.gate, instance_.engine().time(),
-      ControlLoopOptions{wish.thread_priority, wish.lock_memory, Duration{}}, log());
+      ControlLoopOptions{settings.thread_priority, settings.lock_memory, Duration{}}, log());
 }
 
-void TwinRobot::take_over(std::shared_ptr<const RobotMachine> machine, Instance now) {
+void TwinRobot::take_over(std::shared_ptr<const CompiledRobot> machine, Instance now) {
   control_->take_over(*machine, now);
   machine_ = std::move(machine);
   instance_ = now;
@@ -159,7 +160,7 @@ void TwinRobot::between_steps(Time now) {
   if (now >= next_housekeeping_) {
     control_->manager().housekeeping(control_time(now));
     next_housekeeping_ = now + kHousekeepingPeriod;
-    ticks_.hasten(now);  // who asks for more transforms need not wait as long as they were rare
+    ticks_.advance_due_times(now);  // who asks for more transforms need not wait as long as they were rare
   }
   ticks_.between_steps(now);
 }
@@ -177,7 +178,7 @@ void TwinRobot::show(Time now) {
 
 void TwinRobot::after_step(Time now) {
   ticks_.after_step(now);
-  past_.hash = mixed(mixed(mixed(past_.hash, instance_.q()), instance_.v()), instance_.drive_effort());
+  history_.hash = mixed(mixed(mixed(history_.hash, instance_.q()), instance_.v()), instance_.drive_effort());
 }
 
 std::string TwinRobot::controllers_origin() const {
@@ -233,15 +234,15 @@ std::vector<SagReport> TwinRobot::gravity_sag() const {
 void TwinRobot::report_rest() {
   if (!rest()) return;
   const RestReport& report = *rest();
-  for (std::size_t i = 0; i < std::min(report.complaints.size(), kUnrestShown); ++i) {
+  for (std::size_t i = 0; i < std::min(report.unsettled.size(), kMaxUnsettledShown); ++i) {
     log().warning(kRestOrigin, fmt::format("not at rest {:g} s after the start, without a command: {}",
-                                           to_seconds(kRestTime), report.complaints[i]));
+                                           to_seconds(kRestTime), report.unsettled[i]));
   }
-  if (report.complaints.size() > kUnrestShown)
+  if (report.unsettled.size() > kMaxUnsettledShown)
     log().warning(kRestOrigin,
-                  fmt::format("... and {} more joints", report.complaints.size() - kUnrestShown));
+                  fmt::format("... and {} more joints", report.unsettled.size() - kMaxUnsettledShown));
   const double speed = std::max(report.base_linear, report.base_angular);
-  if (speed > kRestSpeed && report.complaints.empty()) {
+  if (speed > kRestSpeed && report.unsettled.empty()) {
     log().note(
         kRestOrigin,
         fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: {} (--base fixed holds it)",
@@ -252,8 +253,8 @@ void TwinRobot::report_rest() {
 }
 
 void TwinRobot::report_oscillation(const std::string& joint, std::string message) {
-  past_.oscillations.push_back({joint, std::move(message)});
-  log().warning(kRestOrigin, past_.oscillations.back().message);
+  history_.oscillations.push_back({joint, std::move(message)});
+  log().warning(kRestOrigin, history_.oscillations.back().message);
 }
 
 }  // namespace doppel

@@ -16,7 +16,7 @@
 #include "doppel/twin/rest_check.h"
 #include "doppel/twin/scenario.h"
 #include "doppel/twin/state_publisher.h"
-#include "doppel/twin/ticking.h"
+#include "doppel/twin/tickable.h"
 
 namespace doppel {
 
@@ -50,14 +50,14 @@ class TwinRobot {
     std::shared_ptr<StaticTransforms> statics;
   };
   // What outlasts a machine: what was found so far, and the hash.
-  struct Past {
+  struct History {
     RestCheck rest;
     std::vector<OscillationReport> oscillations;
     std::uint64_t hash = 0;
   };
   // Controllers are not loaded, and nothing is published yet. Throws InputError.
-  TwinRobot(const Surroundings& around, std::shared_ptr<const RobotMachine> machine, Instance instance,
-            std::optional<Past> past, Diagnostics& diagnostics);
+  TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledRobot> machine, Instance instance,
+            std::optional<History> past, Diagnostics& diagnostics);
   ~TwinRobot() { loop_.reset(); }  // before anything that it could be using goes
   TwinRobot(const TwinRobot&) = delete;
   TwinRobot& operator=(const TwinRobot&) = delete;
@@ -68,14 +68,16 @@ class TwinRobot {
   TickList make_publishers();
   void restore_publishers(TickList before) { ticks_ = std::move(before); }
   // Throws InputError; nothing is active then.
-  void start(const ControllerWish& wish) { control_->start(wish, log()); }
+  void start(const ControllerSelection& selection) { control_->start(selection, log()); }
   // Real hardware is served by the wall's clock from now on, beside the simulation. With the gate.
   void start_loop();
   // What is to run where nothing has run before.
-  [[nodiscard]] ControllerWish first_wish() const { return control_->wish_of(machine_->asked().activate); }
+  [[nodiscard]] ControllerSelection first_selection() const {
+    return control_->selection_of(machine_->asked().activate);
+  }
   // A machine of the same structure takes over; controllers go on. Publishers are to be made anew then. The
   // one before can take over again, and is as it was then.
-  void take_over(std::shared_ptr<const RobotMachine> machine, Instance now);
+  void take_over(std::shared_ptr<const CompiledRobot> machine, Instance now);
   void carry_references(const Instance& before) { control_->carry_references(before, instance_); }
   void rebind(Instance instance);
   // Before what came in runs: what has failed since the last tick is dealt with.
@@ -110,26 +112,26 @@ class TwinRobot {
 
   [[nodiscard]] const std::string& name() const { return machine_->name(); }
   [[nodiscard]] const std::string& name_space() const { return machine_->name_space(); }  // "left"
-  [[nodiscard]] const RobotMachine& machine() const { return *machine_; }
-  [[nodiscard]] const std::shared_ptr<const RobotMachine>& shared_machine() const { return machine_; }
+  [[nodiscard]] const CompiledRobot& machine() const { return *machine_; }
+  [[nodiscard]] const std::shared_ptr<const CompiledRobot>& shared_machine() const { return machine_; }
   [[nodiscard]] const Model& model() const { return machine_->model(); }
   [[nodiscard]] Duration step() const { return instance_.engine().world().settings().step; }
   [[nodiscard]] const RobotDescription& description() const { return machine_->description(); }
   [[nodiscard]] Instance& instance() { return instance_; }
   [[nodiscard]] const Instance& instance() const { return instance_; }
   [[nodiscard]] ControllerManager& controller_manager() { return control_->manager(); }
-  [[nodiscard]] ControllerWish present_wish() const { return control_->present_wish(); }
+  [[nodiscard]] ControllerSelection present_selection() const { return control_->present_selection(); }
   [[nodiscard]] std::string controllers_origin() const;
   [[nodiscard]] std::vector<JointSnapshot> joints() const;  // scalar joints, in the model's order
   // What was not at rest kRestTime after the start; none: not yet, no controllers were to start, or somebody
   // commanded the robot.
-  [[nodiscard]] const std::optional<RestReport>& rest() const { return past_.rest.report(); }
+  [[nodiscard]] const std::optional<RestReport>& rest() const { return history_.rest.report(); }
   // What oscillated while its drive held it, so far.
-  [[nodiscard]] const std::vector<OscillationReport>& oscillations() const { return past_.oscillations; }
+  [[nodiscard]] const std::vector<OscillationReport>& oscillations() const { return history_.oscillations; }
   [[nodiscard]] std::vector<SagReport> gravity_sag() const;  // at the present pose
   // Over the bits of every q, v and drive effort at every step so far.
-  [[nodiscard]] std::uint64_t state_hash() const { return past_.hash; }
-  [[nodiscard]] const Past& past() const { return past_; }
+  [[nodiscard]] std::uint64_t state_hash() const { return history_.hash; }
+  [[nodiscard]] const History& past() const { return history_; }
 
  private:
   [[nodiscard]] const Log& log() const { return name_space().empty() ? around_.log : own_log_; }
@@ -138,11 +140,11 @@ class TwinRobot {
 
   Surroundings around_;
   Log own_log_;  // where there is a namespace: the twin's, with the namespace before each origin
-  std::shared_ptr<const RobotMachine> machine_;
+  std::shared_ptr<const CompiledRobot> machine_;
   Instance instance_;
   std::unique_ptr<ControlStack> control_;
   std::unique_ptr<ControlLoop> loop_;  // null: no hardware is real, the twin ticks the manager
-  Past past_;
+  History history_;
   TickList ticks_;
   std::uint64_t steps_per_tick_ = 1, next_tick_ = 0;
   Time next_housekeeping_ = Time::min();

@@ -13,7 +13,7 @@ namespace doppel {
 namespace {
 
 constexpr const char* kSpawnLogOrigin = "gazebo";
-constexpr int kMostBuilds = 3;  // of one robot beside the loop, while others come and go
+constexpr int kMaxBuilds = 3;  // of one robot beside the loop, while others come and go
 
 // Meshes and controllers' files that lie in no package are not read: whoever may call a service must not be
 // able to read any file of the machine by it. Throws InputError.
@@ -43,9 +43,9 @@ void refuse_taken(const std::string& name_space) {
 
 }  // namespace
 
-std::shared_ptr<Twin::Newcomer> Twin::prepare_robot(const std::shared_ptr<const Running>& running,
-                                                    const WorldRobot& robot, const std::string& urdf,
-                                                    Diagnostics& diagnostics) const {
+std::shared_ptr<Twin::JoiningRobot> Twin::prepare_robot(const std::shared_ptr<const Running>& running,
+                                                        const WorldRobot& robot, const std::string& urdf,
+                                                        Diagnostics& diagnostics) const {
   const Impl& twin = *impl_;
   if (const Status fine = check_namespace("/" + robot.name_space); !fine) {
     throw InputError("up.namespace", robot.source,
@@ -66,23 +66,23 @@ std::shared_ptr<Twin::Newcomer> Twin::prepare_robot(const std::shared_ptr<const 
   World world;
   static_cast<WorldSettings&>(world) = running->world->settings();
   CollisionMeshes meshes;
-  const auto machine = std::make_shared<RobotMachine>(robot, twin.scenario, world, std::move(description),
-                                                      meshes, diagnostics);
+  const auto machine = std::make_shared<CompiledRobot>(robot, twin.scenario, world, std::move(description),
+                                                       meshes, diagnostics);
   const auto alone =
       compile_world(twin.scenario.engine, world, {machine->instance()}, diagnostics)->make_engine();
   const Instance instance = instance_of(*alone, *machine);
   machine->report_choices(instance, diagnostics);
   const auto start = [&](ControlStack& control, const Log& quiet) {
-    if (twin.scenario.start_controllers) control.start(control.wish_of(robot.activate), quiet);
+    if (twin.scenario.start_controllers) control.start(control.selection_of(robot.activate), quiet);
   };
   rehearse(*machine, instance, twin.scenario, twin.controllers, twin.hardware, start, diagnostics);
-  auto newcomer = std::make_shared<Newcomer>();
-  newcomer->machine = machine;
-  newcomer->compile_into(running->world);
-  return newcomer;
+  auto joining = std::make_shared<JoiningRobot>();
+  joining->machine = machine;
+  joining->compile_into(running->world);
+  return joining;
 }
 
-void Twin::Newcomer::compile_into(std::shared_ptr<const CompiledWorld> world) {
+void Twin::JoiningRobot::compile_into(std::shared_ptr<const CompiledWorld> world) {
   std::vector<ModelInstance> instances = world->instances();
   instances.push_back(machine->instance());
   Diagnostics said_before;
@@ -90,28 +90,28 @@ void Twin::Newcomer::compile_into(std::shared_ptr<const CompiledWorld> world) {
   without = std::move(world);
 }
 
-void Twin::Impl::add_robot(Newcomer& newcomer) {
+void Twin::Impl::add_robot(JoiningRobot& joining) {
   const auto held = hold();
-  const RobotMachine& fresh = *newcomer.machine;
+  const CompiledRobot& fresh = *joining.machine;
   if (find(fresh.name_space()) != nullptr) refuse_taken(fresh.name_space());
   Engine& engine = *machine->engine;
-  if (newcomer.without != engine.compiled()) newcomer.compile_into(engine.compiled());
-  engine.go_on_with(newcomer.with);
+  if (joining.without != engine.compiled()) joining.compile_into(engine.compiled());
+  engine.continue_with(joining.with);
   const std::size_t before = robots.size();
   try {
     Diagnostics overlaps, reported_before;
     report_overlaps(fresh, engine, overlaps);
     for (const Diagnostic& one : overlaps.all()) log.warning(kSpawnLogOrigin, one.str());
-    robots.push_back(make_robot(newcomer.machine, std::nullopt, reported_before));
-    machine->robots.push_back(newcomer.machine);
+    robots.push_back(make_robot(joining.machine, std::nullopt, reported_before));
+    machine->robots.push_back(joining.machine);
     renew_handles();
     robots.back()->make_publishers();
-    if (scenario.start_controllers) robots.back()->start(robots.back()->first_wish());
+    if (scenario.start_controllers) robots.back()->start(robots.back()->first_selection());
     robots.back()->start_loop();
   } catch (...) {
     robots.resize(before);
     machine->robots.resize(before);
-    engine.go_on_with(newcomer.without);
+    engine.continue_with(joining.without);
     renew_handles();
     throw;
   }
@@ -143,7 +143,7 @@ struct Twin::Impl::Spawning {
   std::function<void(const Status&)> done;
   std::shared_ptr<const Running> running;      // at the call
   std::shared_ptr<const CompiledWorld> world;  // that it is to come into
-  std::shared_ptr<Newcomer> newcomer;
+  std::shared_ptr<JoiningRobot> joining;
   Diagnostics said;
   std::string why;  // it cannot come
   int builds = 0;
@@ -167,11 +167,11 @@ void Twin::Impl::build(const std::shared_ptr<Spawning>& spawning) {
   ++spawning->builds;
   const auto work = [this, spawning] {
     try {
-      if (spawning->newcomer == nullptr) {
-        spawning->newcomer =
+      if (spawning->joining == nullptr) {
+        spawning->joining =
             twin.prepare_robot(spawning->running, spawning->robot, spawning->urdf, spawning->said);
       } else {
-        spawning->newcomer->compile_into(spawning->world);
+        spawning->joining->compile_into(spawning->world);
       }
     } catch (...) {
       spawning->why = thrown_text();
@@ -187,9 +187,9 @@ void Twin::Impl::settle(const std::shared_ptr<Spawning>& spawning) {
   try {
     if (spawning->why.empty()) {
       spawning->world = machine->engine->compiled();
-      if (spawning->newcomer->without != spawning->world && spawning->builds < kMostBuilds)
+      if (spawning->joining->without != spawning->world && spawning->builds < kMaxBuilds)
         return build(spawning);
-      add_robot(*spawning->newcomer);
+      add_robot(*spawning->joining);
       for (const Diagnostic& one : spawning->said.all()) log.line(one.severity, kSpawnLogOrigin, one.str());
     }
   } catch (...) {
@@ -199,8 +199,8 @@ void Twin::Impl::settle(const std::shared_ptr<Spawning>& spawning) {
   spawning->done(spawning->why.empty() ? Status() : Status::refused(spawning->why));
 }
 
-void Twin::add_robot(const std::shared_ptr<Newcomer>& newcomer) {
-  impl_->add_robot(*newcomer);
+void Twin::add_robot(const std::shared_ptr<JoiningRobot>& joining) {
+  impl_->add_robot(*joining);
 }
 
 void Twin::on_robots_changed(std::function<void()> callback) {

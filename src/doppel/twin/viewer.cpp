@@ -24,7 +24,7 @@ namespace {
 constexpr const char* kCommand = "joint_command";
 constexpr const char* kViewerLogOrigin = "joint_state_publisher";
 constexpr Duration kIdlePublishPeriod{100'000'000};  // between two publications while nothing moves
-constexpr std::size_t kMostComplaints = 50;          // whoever sends made-up names does not fill the log
+constexpr std::size_t kMaxWarnings = 50;             // whoever sends made-up names does not fill the log
 
 // A joint's position as it may be: within the limits; where it turns for ever, within a turn.
 double allowed(const ModelJoint& joint, double position) {
@@ -84,7 +84,7 @@ struct Viewer::Impl {
     joints.clear();
     for (std::size_t i = 0; i < model.joints.size(); ++i)
       joints.emplace(model.joints[i].name, static_cast<int>(i));
-    complaints.clear();
+    warned.clear();
     latched_due = changed = true;
   }
 
@@ -102,10 +102,10 @@ struct Viewer::Impl {
     picture->model->apply_mimics(q);
   }
 
-  void complain(const std::string& key, const std::string& text) {
-    if (complaints.size() >= kMostComplaints || !complaints.insert(key).second) return;
+  void warn_once(const std::string& key, const std::string& text) {
+    if (warned.size() >= kMaxWarnings || !warned.insert(key).second) return;
     log.warning(kViewerLogOrigin, fmt::format("{}: {}", kCommand, text));
-    if (complaints.size() == kMostComplaints)
+    if (warned.size() == kMaxWarnings)
       log.warning(kViewerLogOrigin, fmt::format("{}: more of this kind is not told", kCommand));
   }
 
@@ -113,18 +113,18 @@ struct Viewer::Impl {
   const ModelJoint* find(const std::string& name) {
     const auto found = joints.find(name);
     if (found == joints.end()) {
-      complain(name, fmt::format("the robot has no joint '{}'{}", name,
-                                 did_you_mean(name, picture->model->driven_joint_names())));
+      warn_once(name, fmt::format("the robot has no joint '{}'{}", name,
+                                  did_you_mean(name, picture->model->driven_joint_names())));
       return nullptr;
     }
     const ModelJoint& joint = picture->model->joints[static_cast<std::size_t>(found->second)];
     if (!joint.scalar()) {
-      complain(name, fmt::format("the joint '{}' has no single position that could be set", name));
+      warn_once(name, fmt::format("the joint '{}' has no single position that could be set", name));
       return nullptr;
     }
     if (joint.mimics()) {
       const auto& leader = picture->model->joints[static_cast<std::size_t>(joint.mimic_leader)];
-      complain(name, fmt::format("the joint '{}' follows '{}'; set that one", name, leader.name));
+      warn_once(name, fmt::format("the joint '{}' follows '{}'; set that one", name, leader.name));
       return nullptr;
     }
     return &joint;
@@ -132,18 +132,18 @@ struct Viewer::Impl {
 
   void take(const sensor_msgs::msg::JointState& command) {
     if (command.position.size() != command.name.size()) {
-      complain("", fmt::format("{} names with {} positions; such a message is left out", command.name.size(),
-                               command.position.size()));
+      warn_once("", fmt::format("{} names with {} positions; such a message is left out", command.name.size(),
+                                command.position.size()));
       return;
     }
     for (std::size_t i = 0; i < command.name.size(); ++i) {
       const ModelJoint* joint = find(command.name[i]);
       if (joint == nullptr) continue;
       if (!std::isfinite(command.position[i])) {
-        complain(joint->name + " is finite",
-                 fmt::format("the position of '{}' is {}, no finite number; it stays "
-                             "where it is",
-                             joint->name, command.position[i]));
+        warn_once(joint->name + " is finite",
+                  fmt::format("the position of '{}' is {}, no finite number; it stays "
+                              "where it is",
+                              joint->name, command.position[i]));
         continue;
       }
       const double position = allowed(*joint, command.position[i]);
@@ -181,7 +181,7 @@ struct Viewer::Impl {
   std::unique_ptr<ViewerPicture> picture;
   std::unique_ptr<StatePublisher> publisher;
   std::unordered_map<std::string, int> joints;  // index by name
-  std::set<std::string> complaints;             // what was told of
+  std::set<std::string> warned;                 // what was told of
   Eigen::VectorXd q;
   sensor_msgs::msg::JointState shown;
   bool changed = true, latched_due = true;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr Duration kSteps[] = {Duration{4'000}, Duration{2'000}};  // over which accelerations are seen
 constexpr double kRate = 1.0, kSlideRate = 0.1;                    // rad/s, m/s
-constexpr double kLeastEffort = 1e-12;                             // N m or N
+constexpr double kMinEffort = 1e-12;                               // N m or N
 constexpr double kPush = 10.0;  // rad/s^2 or m/s^2 that an effort gives the joint's own inertia
 
 // Free bodies joined by joints with damping.
@@ -68,8 +68,9 @@ class EngineStatics {
       WorldSettings world = subject.world;
       world.ground = false;
       world.step = step;
-      Diagnostics heard;
-      engines_.push_back(compile_world(subject.engine, world, {bare(subject.robot)}, heard)->make_engine());
+      Diagnostics diagnostics;
+      engines_.push_back(
+          compile_world(subject.engine, world, {bare(subject.robot)}, diagnostics)->make_engine());
     }
     gravity_R_ = subject.robot.X_WR.linear().transpose() * subject.world.gravity;
   }
@@ -201,7 +202,7 @@ StaticsComparison compare_statics(const std::vector<ComparedEngine>& engines) {
     Difference& joint = out.joints.emplace_back(std::move(statics.joints[j]));
     // What the extrapolation leaves is of second order in the own errors.
     Difference left = joint;
-    for (double& own : left.own) own *= own / std::max(statics.scales[j], kLeastEffort);
+    for (double& own : left.own) own *= own / std::max(statics.scales[j], kMinEffort);
     joint.explanation = explanation_of(left, kSameEffort * statics.scales[j]);
   }
   lead_with_cause(model, out.joints);

@@ -7,9 +7,9 @@
 namespace doppel {
 namespace {
 
-constexpr double kLeastKinetic = 1e-9;  // J: less is no motion whose energy could drift
-constexpr double kContactLook = 0.01;   // s: how often contacts are looked for, which costs a solution each
-constexpr double kThrown = 1.0;         // m/s and rad/s
+constexpr double kMinKinetic = 1e-9;   // J: less is no motion whose energy could drift
+constexpr double kContactLook = 0.01;  // s: how often contacts are looked for, which costs a solution each
+constexpr double kThrown = 1.0;        // m/s and rad/s
 constexpr double kAside = 0.3;  // rad or m: the start of a fall beside the start pose, which may balance
 constexpr double kWay = 0.6;    // rad, of a move where limits allow it; a tenth of it in m
 
@@ -26,10 +26,10 @@ RobotDescription smooth(RobotDescription robot) {
 }
 
 ModelInstance smooth(const ModelInstance& robot) {
-  Diagnostics heard;  // said already, of the robot as it is
+  Diagnostics diagnostics;  // said already, of the robot as it is
   const auto description = std::make_shared<const RobotDescription>(smooth(*robot.description));
   const auto model = std::make_shared<const Model>(
-      compile_model(*description, robot.floating() ? BaseKind::floating : BaseKind::fixed, heard));
+      compile_model(*description, robot.floating() ? BaseKind::floating : BaseKind::fixed, diagnostics));
   InstanceOptions options;
   options.name = robot.name;
   options.X_WR = robot.X_WR;
@@ -41,7 +41,7 @@ ModelInstance smooth(const ModelInstance& robot) {
         robot.q0.segment(robot.model->joints[static_cast<std::size_t>(index)].q, joint.nq);
   }
   CollisionMeshes none;
-  ModelInstance out = make_instance(description, model, options, none, heard);
+  ModelInstance out = make_instance(description, model, options, none, diagnostics);
   for (auto& shapes : out.shapes) shapes.clear();
   return out;
 }
@@ -142,8 +142,8 @@ std::unique_ptr<Engine> Motion::make_engine(Duration step) const {
   world.step = step;
   std::vector<ModelInstance> instances{robot_};
   instances.insert(instances.end(), others_.begin(), others_.end());
-  Diagnostics heard;  // said already
-  return compile_world(engine_, world, std::move(instances), heard)->make_engine();
+  Diagnostics diagnostics;  // said already
+  return compile_world(engine_, world, std::move(instances), diagnostics)->make_engine();
 }
 
 // Whether something touches on the straight way from the start that does not at the start.
@@ -276,7 +276,7 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
     if (robot_contacts(touching) > at_start) out.touches_after = i * h;
   }
   out.diverged = engine->diverged();
-  out.energy_drift = fastest > kLeastKinetic ? drift / fastest : 0.0;
+  out.energy_drift = fastest > kMinKinetic ? drift / fastest : 0.0;
   return out;
 }
 

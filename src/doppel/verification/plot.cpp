@@ -15,8 +15,8 @@ namespace doppel {
 namespace {
 
 constexpr double kLeft = 74, kRight = 92, kTop = 62;
-constexpr int kPoints = 400;      // of a curve: more are not seen
-constexpr double kLeast = 1e-12;  // rad, the lowest value that is drawn
+constexpr int kPoints = 400;    // of a curve: more are not seen
+constexpr double kMin = 1e-12;  // rad, the lowest value that is drawn
 constexpr const char* kColors[] = {"#c0392b", "#2471a3", "#1e8449", "#7d3c98"};
 constexpr const char* kDashes[] = {"", " stroke-dasharray=\"7 3\"", " stroke-dasharray=\"2 3\"",
                                    " stroke-dasharray=\"9 2 2 2\""};
@@ -61,7 +61,7 @@ void LogPlot::panel(std::size_t index, const std::string& verdict, const std::ve
   int low = 0, high = -20;  // decades
   for (const PlottedCurve& of : curves) {
     for (const double value : of.values) {
-      if (!(value >= kLeast)) continue;
+      if (!(value >= kMin)) continue;
       low = std::min(low, static_cast<int>(std::floor(std::log10(value))));
       high = std::max(high, static_cast<int>(std::ceil(std::log10(value))));
     }
@@ -100,7 +100,7 @@ void LogPlot::curve(const std::vector<double>& time, const PlottedCurve& of, std
     // Of the samples that a point stands for, the largest: no peak is lost.
     const auto end = of.values.begin() + static_cast<std::ptrdiff_t>(std::min(of.values.size(), i + stride));
     const double value = *std::max_element(of.values.begin() + static_cast<std::ptrdiff_t>(i), end);
-    const double decade = std::clamp(std::log10(std::max(value, kLeast)), double(low), double(high));
+    const double decade = std::clamp(std::log10(std::max(value, kMin)), double(low), double(high));
     fmt::format_to(std::back_inserter(points), "{:.1f},{:.1f} ", at_time(time[i]),
                    top + kPanelHeight * (high - decade) / (high - low));
   }

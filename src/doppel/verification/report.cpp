@@ -95,7 +95,7 @@ std::string verdict_line(const Verification& of, const MotionVerdict& motion) {
   } else {
     out += fmt::format("{} over {:g} s", errors_of(motion), span);
   }
-  if (motion.order && *motion.order < kLeastSeenOrder) out += "; a shorter step errs no less";
+  if (motion.order && *motion.order < kMinSeenOrder) out += "; a shorter step errs no less";
   if (motion.touches_after) out += fmt::format("; touches after {:.2f} s", *motion.touches_after);
   if (motion.runs_away_after)
     return out + fmt::format("; it runs away after {:.2f} s", *motion.runs_away_after);

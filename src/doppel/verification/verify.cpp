@@ -45,9 +45,9 @@ std::optional<double> order_seen(const Runs& runs, std::size_t samples) {
   return 0.5 * std::log2(coarse / fine);
 }
 
-class Judge {
+class ErrorEstimate {
  public:
-  Judge(const Runs& runs, const std::vector<Coordinate>& coordinates, double order)
+  ErrorEstimate(const Runs& runs, const std::vector<Coordinate>& coordinates, double order)
       : runs_(runs), coordinates_(coordinates), factor_(1.0 / (std::exp2(order) - 1.0)) {}
 
   void write(MotionVerdict& out, std::size_t samples) const {
@@ -85,8 +85,8 @@ class Judge {
   double factor_;
 };
 
-MotionVerdict judge(const MotionSubject& subject, MotionKind kind, const VerifyOptions& options,
-                    const std::string& tool) {
+MotionVerdict verify_motion(const MotionSubject& subject, MotionKind kind, const VerifyOptions& options,
+                            const std::string& tool) {
   MotionVerdict out;
   out.kind = kind;
   const Motion motion(subject, kind, tool);
@@ -108,7 +108,7 @@ MotionVerdict judge(const MotionSubject& subject, MotionKind kind, const VerifyO
   out.span = runs.at[0].time[std::max<std::size_t>(samples, 1) - 1];
   out.order = order_seen(runs, samples);
   const double most = step_scheme(subject.world.integrator).order;
-  Judge(runs, motion.coordinates(), std::clamp(out.order.value_or(most), kLeastSeenOrder, most))
+  ErrorEstimate(runs, motion.coordinates(), std::clamp(out.order.value_or(most), kMinSeenOrder, most))
       .write(out, samples);
   out.touches_after = runs.at[0].touches_after;
   if (kind == MotionKind::smooth) out.energy_drift = runs.at[0].energy_drift;
@@ -144,7 +144,8 @@ Verification verify(const MotionSubject& asked, const VerifyOptions& options) {
   }
   std::vector<MotionKind> motions = options.motions;
   if (motions.empty()) motions.assign(std::begin(kMotions), std::end(kMotions));
-  for (const MotionKind kind : motions) out.motions.push_back(judge(subject, kind, options, out.tool));
+  for (const MotionKind kind : motions)
+    out.motions.push_back(verify_motion(subject, kind, options, out.tool));
   return out;
 }
 

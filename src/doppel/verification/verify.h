@@ -16,10 +16,10 @@ namespace doppel {
 
 inline constexpr double kPerturbation = 1e-9;  // rad or m, of the start
 inline constexpr double kChaoticGrowth =
-    1e6;                              // of the perturbation: then no step makes the motion repeatable
-inline constexpr double kLost = 0.1;  // rad or m: an error above is another motion
-inline constexpr double kLeastSeenOrder = 0.5;  // less: the error does not shrink with the step
-inline constexpr double kStillGood = 0.01;      // rad or m, until when such a motion is called good
+    1e6;                                      // of the perturbation: then no step makes the motion repeatable
+inline constexpr double kLost = 0.1;          // rad or m: an error above is another motion
+inline constexpr double kMinSeenOrder = 0.5;  // less: the error does not shrink with the step
+inline constexpr double kStillGood = 0.01;    // rad or m, until when such a motion is called good
 
 struct VerifyOptions {
   double duration = 2.0;            // s

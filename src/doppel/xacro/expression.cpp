@@ -12,9 +12,9 @@
 namespace doppel {
 
 std::string excerpt(std::string_view expression) {
-  constexpr std::size_t kLongest = 200;
-  if (expression.size() <= kLongest) return std::string(expression);
-  std::size_t end = kLongest;
+  constexpr std::size_t kMaxLength = 200;
+  if (expression.size() <= kMaxLength) return std::string(expression);
+  std::size_t end = kMaxLength;
   while (end > 0 && (static_cast<unsigned char>(expression[end]) & 0xC0) == 0x80) --end;  // whole characters
   return std::string(expression.substr(0, end)) + "...";
 }

@@ -12,7 +12,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::int64_t kLongestRange = 200'000;
+constexpr std::int64_t kMaxRangeLength = 200'000;
 
 Value extreme(ValueList& a, const KeywordArguments& keywords, const char* function, Operator better) {
   if (a.empty()) throw ExpressionError(fmt::format("{}() needs arguments", function));
@@ -91,7 +91,7 @@ Value range(const Arguments& a) {
   const std::int64_t step = a.size() < 3 ? 1 : integer_argument(a, 2, "range");
   if (step == 0) throw ExpressionError("range() with a step of zero");
   const double count = (static_cast<double>(to) - static_cast<double>(from)) / static_cast<double>(step);
-  if (count > static_cast<double>(kLongestRange))
+  if (count > static_cast<double>(kMaxRangeLength))
     throw ExpressionError("range() is too long", "xacro.too_much");
   ValueList out;
   std::int64_t at = from;

@@ -11,7 +11,7 @@
 namespace doppel {
 namespace {
 
-constexpr int kWidest = 10'000;
+constexpr int kMaxWidth = 10'000;
 
 struct Spec {
   std::string fill = " ";
@@ -28,7 +28,7 @@ int read_number(std::string_view text, std::size_t& at) {
   int out = 0;
   for (; at < text.size() && text[at] >= '0' && text[at] <= '9'; ++at) {
     out = out * 10 + (text[at] - '0');
-    if (out > kWidest) throw ExpressionError(fmt::format("the format '{}' is too wide", text));
+    if (out > kMaxWidth) throw ExpressionError(fmt::format("the format '{}' is too wide", text));
   }
   return out;
 }
@@ -251,7 +251,7 @@ class PercentFormat {
     if (at_ < format_.size() && format_[at_] == '*') {
       ++at_;
       const Value& given = argument();
-      if (!given.integral() || std::abs(given.integer()) > kWidest)
+      if (!given.integral() || std::abs(given.integer()) > kMaxWidth)
         throw ExpressionError("'*' of a format needs a whole number");
       return static_cast<int>(given.integer());
     }

@@ -163,9 +163,9 @@ Value capitalised(const Value& subject, bool every_word) {
   return Value(std::move(out));
 }
 
-bool each(const Value& subject, bool (*judge)(char)) {
+bool each(const Value& subject, bool (*predicate)(char)) {
   const std::string& text = text_of(subject);
-  return !text.empty() && std::all_of(text.begin(), text.end(), judge);
+  return !text.empty() && std::all_of(text.begin(), text.end(), predicate);
 }
 
 bool affixed(const Value& subject, const Arguments& a, bool front) {

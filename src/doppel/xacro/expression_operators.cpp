@@ -11,8 +11,8 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kLongest = 1'000'000;  // items or characters that one operation may make
-constexpr std::int64_t kMostBits = WholeNumber::kMostBits;
+constexpr std::size_t kMaxLength = 1'000'000;  // items or characters that one operation may make
+constexpr std::int64_t kMaxBits = WholeNumber::kMaxBits;
 
 [[noreturn]] void unsupported(Operator op, const Value& a, const Value& b) {
   throw ExpressionError(fmt::format("'{}' does not work between {} ({}) and {} ({})", symbol(op), a.brief(),
@@ -24,7 +24,7 @@ constexpr std::int64_t kMostBits = WholeNumber::kMostBits;
                         "xacro.overflow");
 }
 void check_length(std::size_t length) {
-  if (length > kLongest) throw ExpressionError("the result is too long", "xacro.too_much");
+  if (length > kMaxLength) throw ExpressionError("the result is too long", "xacro.too_much");
 }
 
 std::int64_t floor_divide(std::int64_t a, std::int64_t b) {
@@ -59,8 +59,8 @@ Value whole_power(const Value& a, const Value& b) {
     return Value(a.integer() == -1 && b.integer() % 2 == 0 ? std::int64_t{1} : a.integer());
   }
   const WholeNumber base = a.whole_number();
-  if (b.integer() > kMostBits ||
-      (base.bits() - 1) * static_cast<std::size_t>(b.integer()) > WholeNumber::kMostBits)
+  if (b.integer() > kMaxBits ||
+      (base.bits() - 1) * static_cast<std::size_t>(b.integer()) > WholeNumber::kMaxBits)
     overflow(Operator::power, a, b);
   WholeNumber result(std::int64_t{1});
   for (std::int64_t i = 0; i < b.integer(); ++i) result = result * base;
@@ -96,7 +96,7 @@ Value large_integers(Operator op, const Value& a, const Value& b) {
     case Operator::left_shift:
     case Operator::right_shift: {
       if (y.negative()) throw ExpressionError("negative shift count");
-      if (!b.integral() || b.integer() > kMostBits) overflow(op, a, b);
+      if (!b.integral() || b.integer() > kMaxBits) overflow(op, a, b);
       const Value factor = whole_power(Value(std::int64_t{2}), b);
       return large_integers(op == Operator::left_shift ? Operator::multiply : Operator::floor_divide, a,
                             factor);
@@ -190,7 +190,7 @@ Value repeated(const Value& what, std::int64_t times) {
   const auto n = static_cast<std::size_t>(std::clamp<std::int64_t>(times, 0, INT64_C(1) << 40));
   if (what.is<std::string>()) {
     const std::string& text = what.as<std::string>();
-    if (n > 0) check_length(text.size() > kLongest / n ? kLongest + 1 : text.size() * n);
+    if (n > 0) check_length(text.size() > kMaxLength / n ? kMaxLength + 1 : text.size() * n);
     std::string out;
     if (text.empty()) return Value(out);
     out.reserve(text.size() * n);
@@ -198,7 +198,7 @@ Value repeated(const Value& what, std::int64_t times) {
     return Value(std::move(out));
   }
   const ValueList& items = what.values();
-  if (n > 0) check_length(items.size() > kLongest / n ? kLongest + 1 : items.size() * n);
+  if (n > 0) check_length(items.size() > kMaxLength / n ? kMaxLength + 1 : items.size() * n);
   ValueList out;
   if (!items.empty()) {
     for (std::size_t i = 0; i < n; ++i) out.insert(out.end(), items.begin(), items.end());

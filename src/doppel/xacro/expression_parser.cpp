@@ -17,15 +17,15 @@ using Node = const Expression*;
 const Value kTrue(true), kFalse(false);
 
 // How strongly what stands between two operands binds; 0: nothing that does.
-enum Strength : std::uint8_t { kNothing, kOr, kAnd, kNot, kComparison, kBinary };
+enum Precedence : std::uint8_t { kNothing, kOr, kAnd, kNot, kComparison, kBinary };
 struct Binding {
-  std::uint8_t strength = kNothing;
+  std::uint8_t precedence = kNothing;
   Operator op = Operator::none;
 };
 constexpr auto kBindings = [] {
   std::array<Binding, 45> out{};
-  const auto set = [&out](Symbol symbol, int strength, Operator op) {
-    out[static_cast<std::size_t>(symbol)] = {static_cast<std::uint8_t>(strength), op};
+  const auto set = [&out](Symbol symbol, int precedence, Operator op) {
+    out[static_cast<std::size_t>(symbol)] = {static_cast<std::uint8_t>(precedence), op};
   };
   set(Symbol::key_or, kOr, Operator::none);
   set(Symbol::key_and, kAnd, Operator::none);
@@ -62,7 +62,7 @@ class Parser {
 
   Node whole() {
     Node out = expression_list();
-    if (peek().kind != Token::Kind::end) fail(fmt::format("{} was not expected", told(peek())));
+    if (peek().kind != Token::Kind::end) fail(fmt::format("{} was not expected", token_text(peek())));
     return out;
   }
 
@@ -98,7 +98,7 @@ class Parser {
   [[noreturn]] void not_expected(std::string_view text) const {
     fail(fmt::format("'{}' was not expected", text));
   }
-  static std::string told(const Token& token) {
+  static std::string token_text(const Token& token) {
     return token.kind == Token::Kind::string ? "a string" : fmt::format("'{}'", token.text);
   }
   [[nodiscard]] const Token& peek() const { return tokens_[at_]; }  // the end is never passed
@@ -115,7 +115,7 @@ class Parser {
     if (take(symbol)) return;
     fail(peek().kind == Token::Kind::end
              ? fmt::format("a '{}' is missing at the end", spelled(symbol))
-             : fmt::format("{} stands where '{}' was expected", told(peek()), spelled(symbol)));
+             : fmt::format("{} stands where '{}' was expected", token_text(peek()), spelled(symbol)));
   }
   std::string_view name_or(const char* why) {
     if (peek().kind != Token::Kind::name) fail(why);
@@ -216,17 +216,17 @@ class Parser {
     while (true) {
       const Symbol symbol = peek().symbol;
       const Binding found = kBindings[static_cast<std::size_t>(symbol)];
-      if (found.strength < weakest) return left;
-      if (found.strength == kComparison) {
+      if (found.precedence < weakest) return left;
+      if (found.precedence == kComparison) {
         if (symbol == Symbol::key_not && !then(Symbol::key_in)) return left;
         left = comparison(left);
         continue;
       }
       ++at_;
-      const std::array<Node, 2> both{left, operation(found.strength + 1)};
-      const Kind kind = found.strength == kOr    ? Kind::logic_or
-                        : found.strength == kAnd ? Kind::logic_and
-                                                 : Kind::binary;
+      const std::array<Node, 2> both{left, operation(found.precedence + 1)};
+      const Kind kind = found.precedence == kOr    ? Kind::logic_or
+                        : found.precedence == kAnd ? Kind::logic_and
+                                                   : Kind::binary;
       left = operated(kind, found.op, both);
     }
   }
@@ -239,7 +239,7 @@ class Parser {
   Operator comparison_operator() {
     const Symbol symbol = peek().symbol;
     const Binding found = kBindings[static_cast<std::size_t>(symbol)];
-    if (found.strength != kComparison) return Operator::none;
+    if (found.precedence != kComparison) return Operator::none;
     if (symbol == Symbol::key_not && !then(Symbol::key_in)) return Operator::none;
     at_ += symbol == Symbol::key_not ? 2 : 1;
     return symbol == Symbol::key_is && take(Symbol::key_not) ? Operator::is_not : found.op;

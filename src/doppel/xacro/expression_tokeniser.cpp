@@ -13,7 +13,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kMostTokens = 20'000;
+constexpr std::size_t kMaxTokens = 20'000;
 
 constexpr bool starts_name(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
@@ -74,7 +74,7 @@ class Tokeniser {
     while (true) {
       skip();
       if (at_ >= text_.size()) break;
-      if (out.size() >= kMostTokens) throw ExpressionError("the expression is too long");
+      if (out.size() >= kMaxTokens) throw ExpressionError("the expression is too long");
       out.add(next());
     }
     out.add({});

@@ -13,7 +13,7 @@ namespace doppel {
 namespace {
 
 constexpr int kMaxContainerDepth = 64;
-constexpr std::int64_t kHeaviest = 1'000'000;  // characters and items in one value
+constexpr std::int64_t kMaxValueSize = 1'000'000;  // characters and items in one value
 constexpr std::size_t kIndexFrom = 12;
 constexpr std::size_t kFirstContainer = 5;  // in the order of Value::Data: all before hold no other values
 static_assert(std::is_same_v<std::variant_alternative_t<kFirstContainer, Value::Data>, Value::List>);
@@ -75,7 +75,7 @@ void weigh(T& container, const Value& item) {
 template <class T>
 void check(const T& container) {
   if (container.depth > kMaxContainerDepth) throw ExpressionError("lists and dicts are nested too deeply");
-  if (container.weight > kHeaviest) throw ExpressionError("the value is too large", "xacro.too_much");
+  if (container.weight > kMaxValueSize) throw ExpressionError("the value is too large", "xacro.too_much");
 }
 
 std::shared_ptr<const Value::Items> made(ValueList values, std::string shown) {
@@ -208,8 +208,8 @@ Value Value::set(const ValueList& items) {
 
 Value Value::whole(WholeNumber number) {
   if (const auto small = number.small()) return {*small};
-  if (number.bits() > WholeNumber::kMostBits)
-    throw ExpressionError(fmt::format("the whole number needs more than {} bits", WholeNumber::kMostBits),
+  if (number.bits() > WholeNumber::kMaxBits)
+    throw ExpressionError(fmt::format("the whole number needs more than {} bits", WholeNumber::kMaxBits),
                           "xacro.overflow");
   return wrap(Big{std::make_shared<const WholeNumber>(std::move(number))});
 }

@@ -146,8 +146,8 @@ PlainNumber parse_plain(std::string_view text) {
   const bool minus = at != end && *at == '-';
   if (at != end && (minus || *at == '+')) ++at;
   const char* const begin = at;
-  constexpr std::ptrdiff_t kMostDigits = 18;  // that surely fit
-  if (end - begin > kMostDigits + 1) return out;
+  constexpr std::ptrdiff_t kMaxDigits = 18;  // that surely fit
+  if (end - begin > kMaxDigits + 1) return out;
   std::uint64_t sum = 0;
   const auto scan = [&] {
     for (; at != end && static_cast<unsigned char>(*at - '0') < 10; ++at)
@@ -156,7 +156,7 @@ PlainNumber parse_plain(std::string_view text) {
   scan();
   if (at == begin && end - begin < 2) return out;
   if (at == end) {
-    if (end - begin > kMostDigits) return out;
+    if (end - begin > kMaxDigits) return out;
     const auto digits = static_cast<std::int64_t>(sum);
     out.kind = PlainNumber::Kind::whole;
     out.whole = minus ? -digits : digits;
@@ -218,9 +218,9 @@ std::optional<Value> parse_whole(std::string_view text, int base) {
   if (parse_integer(text, small, base)) return Value(small);
   std::string cleaned;
   const WholeText parts = whole_text(text, base, cleaned);
-  if (parts.digits.size() > WholeNumber::kMostBits) return std::nullopt;
+  if (parts.digits.size() > WholeNumber::kMaxBits) return std::nullopt;
   const auto number = WholeNumber::parse(parts.digits, parts.base);
-  if (!number || number->bits() > WholeNumber::kMostBits) return std::nullopt;
+  if (!number || number->bits() > WholeNumber::kMaxBits) return std::nullopt;
   return Value::whole(parts.minus ? -*number : *number);
 }
 

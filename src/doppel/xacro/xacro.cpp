@@ -96,7 +96,7 @@ XacroResult Expander::run(XmlTree source, const fs::path& file,
                           const std::vector<std::pair<std::string, std::string>>& arguments) {
   const StackGuard guard;
   keep_ = source.keep;
-  judge_document(source, kTopLevel);
+  audit_document(source, kTopLevel);
   sources_ = std::move(source.sources);
   sources_.push_back(interpreter_.source());
   for (const auto& [name, value] : arguments) {
@@ -134,7 +134,7 @@ XacroResult Expander::run(XmlTree source, const fs::path& file,
 }
 
 // A file has to declare the prefixes that it uses, but for xacro's own: ros/xacro refuses it else.
-void Expander::judge_document(const XmlTree& tree, const TreeWithin& within) {
+void Expander::audit_document(const XmlTree& tree, const TreeWithin& within) {
   for (Diagnostic warning : tree.tolerated) {
     warning.where.within = steps_of(&within);
     diagnostics_.add(std::move(warning));
@@ -159,7 +159,7 @@ const TreeAttribute& Expander::required(const TreeNode& node, std::string_view n
   std::vector<std::string> names;
   for (const TreeAttribute* a = node.attributes; a != nullptr; a = a->next) names.emplace_back(a->name);
   const auto near = nearest_name(name, names);
-  throw InputError("xacro.missing_attribute", told(node.where, context),
+  throw InputError("xacro.missing_attribute", location_of(node.where, context),
                    fmt::format("<{}> has no attribute '{}'{}", node.name, name,
                                near ? fmt::format("; is '{}' meant?", *near) : ""));
 }
@@ -176,14 +176,15 @@ void Expander::check_attributes(const TreeNode& node, std::initializer_list<std:
       continue;
     const std::vector<std::string> names(known.begin(), known.end());
     diagnostics_.warning(
-        "xacro.unknown_attribute", told(a->where, context),
+        "xacro.unknown_attribute", location_of(a->where, context),
         fmt::format("<{}> knows no attribute '{}'{}", node.name, a->name, did_you_mean(a->name, names)));
   }
 }
 
 void Expander::count_nodes(std::int64_t nodes, const TreeNode& node, const Context& context) {
   if ((interpreter_.budget().nodes -= nodes) >= 0) return;
-  throw InputError("xacro.too_much", outermost(told(node.where, context)), "the expansion grows without end",
+  throw InputError("xacro.too_much", outermost(location_of(node.where, context)),
+                   "the expansion grows without end",
                    "look for a macro that calls itself or doubles its output");
 }
 
@@ -198,7 +199,7 @@ Context Expander::deeper(const TreeNode& node, const Context& context, std::stri
                        fmt::format("files include each other without an end: {}", loop),
                        "take this <xacro:include> out, or put what both need into a third file");
     }
-    throw InputError("xacro.too_deep", outermost(told(node.where, context)),
+    throw InputError("xacro.too_deep", outermost(location_of(node.where, context)),
                      fmt::format("macros and includes are nested more than {} deep, {}{}", deepest, what,
                                  name.empty() ? "" : fmt::format(" '{}'", name)),
                      "look for one that calls or includes itself without an end");
@@ -309,7 +310,8 @@ Attributes Expander::attributes(const TreeNode& in, const Context& context) {
 
 void Expander::element(const TreeNode& in, std::string_view name, const Context& context, Output& out) {
   if (StackGuard::exhausted())
-    throw InputError("xacro.too_deep", outermost(told(in.where, context)), "elements are nested too deeply");
+    throw InputError("xacro.too_deep", outermost(location_of(in.where, context)),
+                     "elements are nested too deeply");
   TreeNode* const made = copy_of(in, context);
   made->name = name;
   if (in.constant) {
@@ -340,7 +342,7 @@ void Expander::settle_barrier(const Output& out) {
 }
 
 void Expander::drop_comments(const TreeNode& in, Output& out) {
-  if (keep_ == XmlKeep::content) return;
+  if (keep_ == XmlContent::content) return;
   TreeNode* at = out.nodes.last;
   while (at != nullptr || barrier_behind(out, at)) {
     if (!barrier_behind(out, at)) {
@@ -362,12 +364,12 @@ std::string_view Expander::property_name(const TreeNode& in, const Context& cont
   const TreeAttribute& attribute = required(in, "name", context);
   const std::string_view name = text_of(attribute, context);
   if (!identifier(name)) {
-    throw InputError("xacro.property_name", told(attribute.where, context),
+    throw InputError("xacro.property_name", location_of(attribute.where, context),
                      fmt::format("'{}' cannot be the name of a property", name),
                      "letters, digits and underscores, no keyword of Python: expressions have to read it");
   }
   if (name.starts_with("__"))
-    throw InputError("xacro.property_name", told(attribute.where, context),
+    throw InputError("xacro.property_name", location_of(attribute.where, context),
                      fmt::format("the name '{}' of a property begins with two underscores", name));
   return name;
 }
@@ -383,7 +385,7 @@ Scope* Expander::property_scope(const TreeNode& in, std::string_view name, const
     while (target != nullptr && target->kind() == Scope::Kind::space) target = target->parent();
   }
   if (target == nullptr)
-    diagnostics_.warning("xacro.scope", told(wanted->where, context),
+    diagnostics_.warning("xacro.scope", location_of(wanted->where, context),
                          fmt::format("the property '{}' has no scope around it; it is not defined", name));
   return target;
 }
@@ -395,7 +397,7 @@ void Expander::property(const TreeNode& in, const Context& context, Output& out)
   const TreeAttribute *value = in.find("value"), *fallback = in.find("default");
   const bool remove = condition_of(in.find("remove"), false, context);
   if ((value != nullptr) + (fallback != nullptr) + remove > 1)
-    throw InputError("xacro.property", told(in.where, context),
+    throw InputError("xacro.property", location_of(in.where, context),
                      fmt::format("value, default and remove exclude each other, in the property '{}'", name));
   if (remove) return context.scope->remove(name);
   if (fallback != nullptr) {
@@ -427,12 +429,12 @@ void Expander::macro(const TreeNode& in, const Context& context, Output& out) {
   made->where = placed(in.where, context);
   if (made->name.starts_with(kPrefix)) {
     diagnostics_.warning(
-        "xacro.macro_name", told(name.where, context),
+        "xacro.macro_name", location_of(name.where, context),
         fmt::format("the macro name '{}' holds the prefix 'xacro:', which is left off", made->name));
     made->name.remove_prefix(kPrefix.size());
   }
   if (made->name.find('.') != std::string_view::npos || made->name == "call")
-    throw InputError("xacro.macro_name", told(name.where, context),
+    throw InputError("xacro.macro_name", location_of(name.where, context),
                      fmt::format("a macro cannot be called '{}'", made->name),
                      "'call' is an element of xacro, and a '.' stands between a namespace and a macro");
   if (const TreeAttribute* parameters = in.find("params"))
@@ -470,7 +472,7 @@ void Expander::insert(const TreeNode& in, const Context& context, Output& out) {
   if (whole) found = context.scope->find_block("*", name);
   if (found == nullptr) {
     throw InputError(
-        "xacro.undefined_block", told(in.where, context), fmt::format("undefined block '{}'", name),
+        "xacro.undefined_block", location_of(in.where, context), fmt::format("undefined block '{}'", name),
         "it has to be a block parameter (*name) of the macro, or a property with elements inside");
   }
   const Block block = *found;
@@ -489,7 +491,7 @@ void Expander::dynamic_element(const TreeNode& in, const Context& context, Outpu
   const TreeAttribute& from = required(in, "xacro:name", context);
   const std::string_view name = text_of(from, context);
   if (name.empty() || name == in.name)
-    throw InputError("xacro.element", told(from.where, context),
+    throw InputError("xacro.element", location_of(from.where, context),
                      fmt::format("<xacro:element> cannot make an element called '{}'", name));
   element_child(in, name, context, out);
 }
@@ -499,7 +501,8 @@ void Expander::added_attribute(const TreeNode& in, const Context& context, Outpu
   const TreeAttribute& value = required(in, "value", context);
   const std::string_view name = text_of(from, context);
   if (name.empty())
-    throw InputError("xacro.attribute", told(from.where, context), "<xacro:attribute> has an empty name");
+    throw InputError("xacro.attribute", location_of(from.where, context),
+                     "<xacro:attribute> has an empty name");
   TreeAttribute made;
   made.name = name;
   made.value = text_of(value, context);
@@ -527,7 +530,8 @@ XacroResult expand_xacro(XmlTree source, const std::filesystem::path& file,
 XacroResult expand_xacro(const std::filesystem::path& file,
                          const std::vector<std::pair<std::string, std::string>>& arguments,
                          const PackageResolver& resolver, Diagnostics& diagnostics) {
-  return expand_xacro(load_xml_tree(file.string(), XmlKeep::content), file, arguments, resolver, diagnostics);
+  return expand_xacro(load_xml_tree(file.string(), XmlContent::content), file, arguments, resolver,
+                      diagnostics);
 }
 
 }  // namespace doppel

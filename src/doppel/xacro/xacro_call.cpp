@@ -35,7 +35,7 @@ void Expander::bind_attributes(Call& call) {
         continue;
       std::vector<std::string> names;
       for (const Macro::Parameter& p : parameters) names.emplace_back(p.name);
-      throw InputError("xacro.unknown_parameter", told(a->where, call.caller),
+      throw InputError("xacro.unknown_parameter", location_of(a->where, call.caller),
                        fmt::format("the macro '{}' has no parameter '{}'{}", call.macro.name, a->name,
                                    did_you_mean(a->name, names)),
                        fmt::format("it is defined at {}", locate(call.macro.where).place()));
@@ -66,7 +66,7 @@ void Expander::bind_blocks(Call& call) {
     if (!p.block()) continue;
     if (next == nullptr) {
       throw InputError(
-          "xacro.missing_block", told(call.node.where, call.caller),
+          "xacro.missing_block", location_of(call.node.where, call.caller),
           fmt::format("the macro '{}' needs a block '{}'", call.macro.name, p.name),
           fmt::format("write the element between <{}> and </{}>", call.node.name, call.node.name));
     }
@@ -121,7 +121,7 @@ void Expander::call(const TreeNode& in, std::string_view name, bool through_call
     context.macros->names(names);
     for (const Command& known : commands()) names.emplace_back(known.name);
     std::sort(names.begin(), names.end());
-    throw InputError("xacro.unknown_macro", told(in.where, context),
+    throw InputError("xacro.unknown_macro", location_of(in.where, context),
                      fmt::format("unknown macro '{}'{}", name, did_you_mean(name, names)),
                      "macros have to be defined or included before they are called");
   }

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostEntries = 100'000;  // of folders, looked at for one pattern
+constexpr int kMaxEntries = 100'000;  // of folders, looked at for one pattern
 
 // Files whose path fits a shell's pattern, in order of their names, whatever the locale.
 struct Matches {
@@ -35,7 +35,7 @@ struct Matches {
     if (part.find_first_of("*?[") == std::string::npos) return look(at / part, next + 1);
     std::vector<std::string> names;
     for (const auto& entry : fs::directory_iterator(at.empty() ? fs::path(".") : at, none)) {
-      if (++looked_ > kMostEntries) {
+      if (++looked_ > kMaxEntries) {
         too_many = true;
         return;
       }
@@ -85,13 +85,13 @@ const TreeNode& Expander::document(const fs::path& file, const Context& inside) 
   try {
     XmlTree read = load_xml_tree(file.string(), keep_);
     sources_.insert(sources_.end(), read.sources.begin(), read.sources.end());
-    judge_document(read, *inside.within);
+    audit_document(read, *inside.within);
     interpreter_.add_document(*read.root);
     return *(parsed_[file.native()] = read.root);
   } catch (const InputError& problem) {
-    Diagnostic told = problem.diagnostics().front();
-    told.where.within = steps_of(inside.within);
-    throw InputError(told);
+    Diagnostic located = problem.diagnostics().front();
+    located.where.within = steps_of(inside.within);
+    throw InputError(located);
   }
 }
 
@@ -104,7 +104,7 @@ void Expander::lift_namespaces(const TreeAttribute* from, Output& out, const Con
       made.where = placed(made.where, context);
       out.parent->set(made, arena_);
     } else if (known->value != a->value) {
-      diagnostics_.warning("xacro.namespace", told(a->where, context),
+      diagnostics_.warning("xacro.namespace", location_of(a->where, context),
                            fmt::format("{} is '{}' here, and '{}' at {}", a->name, a->value, known->value,
                                        locate(known->where).place()));
     }
@@ -137,7 +137,8 @@ void Expander::include(const TreeNode& in, const Context& context, Output& out) 
   }
   for (const TreeNode* child = in.first; child != nullptr; child = child->next) {
     if (child->kind != TreeNode::Kind::element) continue;
-    diagnostics_.warning("xacro.include", told(in.where, context), "elements in <xacro:include> are ignored");
+    diagnostics_.warning("xacro.include", location_of(in.where, context),
+                         "elements in <xacro:include> are ignored");
     break;
   }
   const bool optional = condition_of(in.find("optional"), false, context);

@@ -66,12 +66,12 @@ const Value& Scope::resolved(std::string_view name, Property& property) {
     property.value = interpreted(interpreter_.text(property.text, *this, property.where));
   } catch (const InputError& error) {
     property.busy = false;
-    Diagnostic told = error.diagnostics().front();
+    Diagnostic located = error.diagnostics().front();
     const TreePlace& use = interpreter_.here();
-    if (!told.where.within && use.known())
-      told.where.within = std::make_shared<SourceLocation::Within>(
+    if (!located.where.within && use.known())
+      located.where.within = std::make_shared<SourceLocation::Within>(
           SourceLocation::Within{locate(use), fmt::format("in property '{}'", name)});
-    throw InputError(told);
+    throw InputError(located);
   }
   property.busy = property.lazy = false;
   return property.value;

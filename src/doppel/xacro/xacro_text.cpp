@@ -27,12 +27,12 @@ std::vector<std::string_view> words(std::string_view text) {
 
 // Restores what it points to when it goes.
 template <class T>
-class Restored {
+class ScopedAssignment {
  public:
-  Restored(T& place, T value) : place_(place), before_(place) { place = value; }
-  ~Restored() { place_ = before_; }
-  Restored(const Restored&) = delete;
-  Restored& operator=(const Restored&) = delete;
+  ScopedAssignment(T& place, T value) : place_(place), before_(place) { place = value; }
+  ~ScopedAssignment() { place_ = before_; }
+  ScopedAssignment(const ScopedAssignment&) = delete;
+  ScopedAssignment& operator=(const ScopedAssignment&) = delete;
 
  private:
   T& place_;
@@ -128,7 +128,7 @@ Value Interpreter::text(std::string_view text, Scope& scope, const TreePlace& wh
     throw InputError("xacro.too_deep", locate(where), "properties and expressions are nested too deeply here",
                      "look for one that needs itself");
   }
-  const Restored<const TreePlace*> here(here_, &where);
+  const ScopedAssignment<const TreePlace*> here(here_, &where);
   const std::span<const TextPart> cut = parts(text, where);
   if (cut.size() == 1) return part(cut.front(), scope, where);
   std::string out;

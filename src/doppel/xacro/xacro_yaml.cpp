@@ -10,9 +10,9 @@
 namespace doppel::xacro {
 namespace {
 
-constexpr int kDeepestYaml = 50;
-constexpr std::int64_t kMostNodes = 200'000;
-constexpr std::size_t kLargest = std::size_t{4} << 20;
+constexpr int kMaxYamlDepth = 50;
+constexpr std::int64_t kMaxNodes = 200'000;
+constexpr std::size_t kMaxBytes = std::size_t{4} << 20;
 
 class Converter {
  public:
@@ -20,8 +20,8 @@ class Converter {
       : file_(std::make_shared<const std::string>(file.string())), where_(where) {}
 
   Value value(const YAML::Node& node, int depth) {
-    if (depth > kDeepestYaml) fail(node, "the YAML is nested too deeply");
-    if (++count_ > kMostNodes) fail(node, "the YAML holds too much, its aliases counted");
+    if (depth > kMaxYamlDepth) fail(node, "the YAML is nested too deeply");
+    if (++count_ > kMaxNodes) fail(node, "the YAML holds too much, its aliases counted");
     switch (node.Type()) {
       case YAML::NodeType::Scalar:
         return scalar(node);
@@ -105,7 +105,7 @@ class Converter {
 };
 
 // Documents are only counted; YAML::LoadAll would find them for ever in some texts that are no YAML.
-class Ignoring : public YAML::EventHandler {
+class DocumentCounter : public YAML::EventHandler {
  public:
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
@@ -123,7 +123,7 @@ class Ignoring : public YAML::EventHandler {
 bool more_than_one(const std::string& text) {
   std::istringstream in(text);
   YAML::Parser parser(in);
-  Ignoring ignoring;
+  DocumentCounter ignoring;
   return parser.HandleNextDocument(ignoring) && parser.HandleNextDocument(ignoring);
 }
 
@@ -151,7 +151,7 @@ Value parse_yaml(const std::string& text, const std::filesystem::path& file, con
 Value load_yaml(const std::filesystem::path& file, const TreePlace& where) {
   std::string text;
   try {
-    text = read_file(file.string(), kLargest);
+    text = read_file(file.string(), kMaxBytes);
   } catch (const InputError&) {
     std::error_code none;
     const bool missing = !std::filesystem::exists(file, none);

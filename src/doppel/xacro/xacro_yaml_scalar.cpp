@@ -9,7 +9,7 @@
 namespace doppel::xacro {
 namespace {
 
-class Nothing : public NameScope {
+class EmptyScope : public NameScope {
  public:
   const Value* find(std::string_view) override { return nullptr; }
   [[nodiscard]] std::vector<std::string> names() const override { return {}; }
@@ -160,7 +160,7 @@ std::optional<Value> yaml_quantity(std::string_view tag, std::string_view text) 
   double number = 0;
   if (parse_real(text, number)) return Value(number * unit);
   std::int64_t budget = 100'000;
-  Nothing nothing;
+  EmptyScope nothing;
   const Value value = evaluate(text, nothing, budget);
   if (value.number()) return Value(value.real() * unit);
   if (!value.is<std::string>() || !parse_real(value.as<std::string>(), number)) return std::nullopt;

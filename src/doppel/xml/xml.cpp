@@ -16,7 +16,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kLargestFile = std::size_t{64} << 20;
+constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
 
 void write(const XmlNode& node, int depth, std::string& out) {
   const std::string indent(static_cast<std::size_t>(depth) * 2, ' ');
@@ -72,7 +72,7 @@ std::string XmlNode::content() const {
   return out.substr(begin, out.find_last_not_of(" \t\r\n") - begin + 1);
 }
 
-XmlNode parse_xml(std::string_view text, const std::string& file, XmlKeep keep) {
+XmlNode parse_xml(std::string_view text, const std::string& file, XmlContent keep) {
   return parse_xml_tree(std::string(text), file, keep).node();
 }
 
@@ -96,12 +96,12 @@ std::string read_file(const std::string& file, std::size_t largest) {
   return out;
 }
 
-XmlTree load_xml_tree(const std::string& file, XmlKeep keep, XmlRules rules) {
-  return parse_xml_tree(read_file(file, kLargestFile), file, keep, rules);
+XmlTree load_xml_tree(const std::string& file, XmlContent keep, XmlRules rules) {
+  return parse_xml_tree(read_file(file, kMaxFileBytes), file, keep, rules);
 }
 
 XmlNode load_xml(const std::string& file) {
-  return load_xml_tree(file, XmlKeep::content).node();
+  return load_xml_tree(file, XmlContent::content).node();
 }
 
 void append_escaped(std::string& out, std::string_view text, bool quotes) {

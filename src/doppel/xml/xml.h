@@ -37,8 +37,8 @@ struct XmlNode {
 // nesting and characters are checked, entities of an internal DTD are put in, nothing outside of the file is
 // read. Bounded: 64 MB, 400 levels, 1 MB of entities. UTF-8, UTF-16 with a byte order mark, Latin-1. Throws
 // InputError "xml.not_well_formed" with the place.
-enum class XmlKeep { content, everything };
-XmlNode parse_xml(std::string_view text, const std::string& file, XmlKeep keep = XmlKeep::content);
+enum class XmlContent { content, everything };
+XmlNode parse_xml(std::string_view text, const std::string& file, XmlContent keep = XmlContent::content);
 
 // Reads the file first; throws InputError "file.unreadable" for what is not a regular file or is too large.
 XmlNode load_xml(const std::string& file);

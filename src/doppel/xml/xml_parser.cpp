@@ -16,16 +16,16 @@ namespace {
 
 using namespace xml_characters;
 
-constexpr std::size_t kDeepest = 400;            // consumers of the tree recurse
+constexpr std::size_t kMaxDepth = 400;           // consumers of the tree recurse
 constexpr std::size_t kEntityBytes = 1'000'000;  // that entities may come to
-constexpr std::size_t kLargest = std::size_t{64} << 20;
+constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 constexpr int kEntityDepth = 16;
-constexpr std::size_t kMostParts = 1'000'000;  // elements, attributes, texts
+constexpr std::size_t kMaxParts = 1'000'000;  // elements, attributes, texts
 constexpr std::string_view kBlank = " \t\r\n";
 
 class Parser {
  public:
-  Parser(std::shared_ptr<TreeSource> source, XmlKeep keep, XmlRules rules)
+  Parser(std::shared_ptr<TreeSource> source, XmlContent keep, XmlRules rules)
       : source_(std::move(source)),
         arena_(source_->arena),
         text_(source_->text),
@@ -39,7 +39,7 @@ class Parser {
   }
 
   XmlTree document() {
-    if (text_.size() > kLargest) fail(0, "the file is larger than 64 MB");
+    if (text_.size() > kMaxBytes) fail(0, "the file is larger than 64 MB");
     check_characters();
     XmlTree out;
     out.keep = keep_;
@@ -72,8 +72,8 @@ class Parser {
     warn(offset, what + "; urdfdom reads on, xacro and other readers of XML refuse the file", fix);
   }
   void warn(std::size_t offset, const std::string& what, const std::string& fix) {
-    constexpr std::size_t kMostWarnings = 20;
-    if (tolerated_.size() < kMostWarnings)
+    constexpr std::size_t kMaxWarnings = 20;
+    if (tolerated_.size() < kMaxWarnings)
       tolerated_.push_back({Severity::warning, "xml.tolerated", "the XML is not well-formed: " + what,
                             locate(place(offset)), fix.empty() ? "correct the XML at this place" : fix});
   }
@@ -90,7 +90,7 @@ class Parser {
     return {source_.get(), nullptr, static_cast<std::uint32_t>(std::min(offset, text_.size()))};
   }
   void count_part(std::size_t offset) {
-    if (++parts_ > kMostParts)
+    if (++parts_ > kMaxParts)
       throw InputError("xml.too_much", locate(place(offset)),
                        "there are more than a million elements and attributes");
   }
@@ -204,7 +204,7 @@ class Parser {
         return nullptr;
       }
     }
-    if (keep_ == XmlKeep::content) return nullptr;
+    if (keep_ == XmlContent::content) return nullptr;
     TreeNode* const node = make(comment ? TreeNode::Kind::comment : TreeNode::Kind::instruction, opened);
     node->name = name;
     node->text = with_line_ends(text);
@@ -322,7 +322,7 @@ class Parser {
   // Blank text beside elements says nothing where only the content matters; what is literally blank was not
   // even made.
   void tidy(TreeNode& node) const {
-    if (keep_ == XmlKeep::everything || node.first == node.last) return;
+    if (keep_ == XmlContent::everything || node.first == node.last) return;
     TreeList children{node.first, node.last};
     for (TreeNode *child = node.first, *next = nullptr; child != nullptr; child = next) {
       next = child->next;
@@ -336,9 +336,9 @@ class Parser {
 
   void element() {
     const std::size_t opened = at_++;
-    if (open_.size() >= kDeepest)
+    if (open_.size() >= kMaxDepth)
       throw InputError("xml.too_deep", locate(place(opened)),
-                       fmt::format("elements are nested more than {} deep", kDeepest));
+                       fmt::format("elements are nested more than {} deep", kMaxDepth));
     TreeNode* const node = make(TreeNode::Kind::element, opened);
     node->name = name();
     node->constant = !node->name.starts_with("xacro:");
@@ -491,7 +491,7 @@ class Parser {
         tolerate(begin + bad, "']]>' stands in a text");
     }
     TreeNode& parent = *open_.back();
-    if (keep_ == XmlKeep::content && all_blank && (parent.first != nullptr || !ahead("</"))) return;
+    if (keep_ == XmlContent::content && all_blank && (parent.first != nullptr || !ahead("</"))) return;
     TreeNode* const node = make(TreeNode::Kind::text, begin);
     add(parent, node);
     node->text = plain ? raw : decoded(raw, begin);
@@ -567,7 +567,7 @@ class Parser {
   std::shared_ptr<TreeSource> source_;
   Arena& arena_;
   std::string_view text_;
-  XmlKeep keep_;
+  XmlContent keep_;
   std::size_t at_ = 0;
   std::size_t parts_ = 0;
   TreeNode* root_ = nullptr;
@@ -584,7 +584,7 @@ class Parser {
 
 }  // namespace
 
-XmlTree parse_xml_tree(std::string text, const std::string& file, XmlKeep keep, XmlRules rules) {
+XmlTree parse_xml_tree(std::string text, const std::string& file, XmlContent keep, XmlRules rules) {
   auto source = std::make_shared<TreeSource>();
   source->file = std::make_shared<const std::string>(file);
   if (rules == XmlRules::lenient) {

@@ -12,7 +12,7 @@ const TreeWithin kTopLevel;
 
 namespace {
 
-std::string told(const TreeWithin& within) {
+std::string within_text(const TreeWithin& within) {
   return within.name.empty() ? std::string(within.what) : fmt::format("{} '{}'", within.what, within.name);
 }
 
@@ -81,7 +81,7 @@ class Copier {
     auto& made = steps_[within];
     if (!made) {
       auto step = std::make_shared<SourceLocation::Within>(
-          SourceLocation::Within{place(within->call, within->call.within), told(*within)});
+          SourceLocation::Within{place(within->call, within->call.within), within_text(*within)});
       steps_[within] = step;  // the map may have grown meanwhile
       last_within_ = within;
       return last_step_ = std::move(step);
@@ -104,7 +104,8 @@ std::shared_ptr<const SourceLocation::Within> steps_of(const TreeWithin* within)
   std::shared_ptr<const SourceLocation::Within> out;
   std::shared_ptr<const SourceLocation::Within>* end = &out;
   for (const TreeWithin* w = within; w != nullptr && w != &kTopLevel; w = w->call.within) {
-    auto made = std::make_shared<SourceLocation::Within>(SourceLocation::Within{counted(w->call), told(*w)});
+    auto made =
+        std::make_shared<SourceLocation::Within>(SourceLocation::Within{counted(w->call), within_text(*w)});
     std::shared_ptr<const SourceLocation::Within>* const next = &made->call.within;
     *end = std::move(made);
     end = next;

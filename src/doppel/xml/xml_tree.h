@@ -99,7 +99,7 @@ struct TreeList {
 struct XmlTree {
   TreeList before, after;
   const TreeNode* root = nullptr;
-  XmlKeep keep = XmlKeep::everything;
+  XmlContent keep = XmlContent::everything;
   std::vector<std::shared_ptr<TreeSource>> sources;  // what the nodes refer to
   std::vector<Diagnostic> tolerated;                 // warnings: what XML forbids, and was read all the same
   // The first element or attribute whose prefix no xmlns declares; URDF's own readers take it, xacro does
@@ -116,9 +116,9 @@ struct XmlTree {
 enum class XmlRules { strict, lenient };
 
 // As parse_xml and load_xml, with the same errors.
-XmlTree parse_xml_tree(std::string text, const std::string& file, XmlKeep keep = XmlKeep::everything,
+XmlTree parse_xml_tree(std::string text, const std::string& file, XmlContent keep = XmlContent::everything,
                        XmlRules rules = XmlRules::strict);
-XmlTree load_xml_tree(const std::string& file, XmlKeep keep = XmlKeep::everything,
+XmlTree load_xml_tree(const std::string& file, XmlContent keep = XmlContent::everything,
                       XmlRules rules = XmlRules::strict);
 
 }  // namespace doppel

@@ -25,14 +25,14 @@ bool possible(const Components& c);
 // What a body of this shape and mass would have, solid and even, about its centre of mass.
 Eigen::Matrix3d expected_tensor(const LinkShape& shape, double mass);
 
-struct Slip {
+struct TensorTypo {
   Components corrected;
   std::string what;  // "the sign of iyy"
 };
 // The one change of a sign, a power of ten or two exchanged components that makes the tensor possible and,
 // with a shape, plausible; nothing where there is none or more than one.
-std::optional<Slip> only_slip(const Components& written, const Inertial& inertial,
-                              const std::optional<LinkShape>& shape);
+std::optional<TensorTypo> only_typo(const Components& written, const Inertial& inertial,
+                                    const std::optional<LinkShape>& shape);
 
 Operation set_components(const std::string& link, const Components& was, const Components& now,
                          std::string why);

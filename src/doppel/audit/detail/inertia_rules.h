@@ -19,22 +19,22 @@ bool computable(const Link& link, const std::optional<LinkShape>& shape);
 // What is off by a power of a thousand in one link: a wrong unit, a placeholder, or a shape that stands for
 // something else. Only several links that agree tell which.
 enum class UnitOf { mass, centre, tensor };
-struct UnitDoubt {
+struct SuspectUnit {
   UnitOf of;
   int power;  // it is 10^power too large
   const Link* link;
   std::string said;   // the numbers
   std::string meant;  // "in grams"
 };
-struct UnitDoubts {
-  std::vector<UnitDoubt> all;
-  std::size_t judged = 0;  // links whose shape, mass and tensor could be compared
+struct SuspectUnits {
+  std::vector<SuspectUnit> all;
+  std::size_t compared = 0;  // links whose shape, mass and tensor could be compared
 };
-void report_units(const UnitDoubts& doubts, Findings& out);  // rules_units.cpp
+void report_units(const SuspectUnits& suspects, Findings& out);  // rules_units.cpp
 
 // Mass, centre of mass and tensor against what the link looks like. `sound`: the tensor is one that a body
 // can have. rules_inertia_shape.cpp
-void check_against_shape(const Link& link, const LinkShape& shape, bool sound, UnitDoubts& doubts,
+void check_against_shape(const Link& link, const LinkShape& shape, bool sound, SuspectUnits& suspects,
                          Findings& out);
 
 // How far the centre of mass is outside of the link's shape, where that is further than a guess may be off;

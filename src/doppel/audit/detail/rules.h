@@ -23,7 +23,7 @@ class Findings {
   [[nodiscard]] const std::vector<Finding>& all() const { return all_; }
   // What a rule has said about this subject already; null: nothing.
   [[nodiscard]] const Finding* find(std::string_view rule, std::string_view subject) const;
-  [[nodiscard]] bool told(std::string_view rule, std::string_view subject) const {
+  [[nodiscard]] bool has(std::string_view rule, std::string_view subject) const {
     return find(rule, subject) != nullptr;
   }
 

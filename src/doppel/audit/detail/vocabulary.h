@@ -28,7 +28,7 @@ struct ElementKind {
 const ElementKind* find_kind(const std::vector<std::string_view>& path);
 
 // Near enough to be sure that it was meant: two letters, and less than half of the word.
-bool surely_meant(std::string_view written, std::string_view meant);
+bool is_near_certain_match(std::string_view written, std::string_view meant);
 
 std::vector<std::string> words(std::string_view list);
 bool has_word(std::string_view list, std::string_view word);

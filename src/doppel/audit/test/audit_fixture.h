@@ -68,7 +68,7 @@ class AuditTest : public testing::Test {
                                     [&](const Finding& f) { return f.rule == rule; });
     return found == report.findings.end() ? nullptr : &*found;
   }
-  static std::string told(const AuditReport& report) {
+  static std::string report_text(const AuditReport& report) {
     std::string out;
     for (const Finding& f : report.findings) out += f.rule + " " + f.subject + ": " + f.message + "\n";
     return out;

@@ -20,7 +20,7 @@ class Sheet : public AuditRig {
   static std::string sheet(const std::string& more) {
     return "actuator: X\n" + more + "source: {title: t, url: u, date: 2026-11}\n";
   }
-  std::string refusal(const std::string& yaml) {
+  std::string error_of(const std::string& yaml) {
     write("x.yaml", yaml);
     try {
       load_datasheet(folder_ / "x.yaml", kLibrary);
@@ -59,19 +59,19 @@ TEST_F(Sheet, InterpolatesBetweenVoltagesAndNotBeyond) {
 }
 
 TEST_F(Sheet, RefusesWithAPlaceAndTheNearestName) {
-  EXPECT_THAT(refusal(sheet("stal_torque: []\n")), HasSubstr("x.yaml:2:1"));
-  EXPECT_THAT(refusal(sheet("stal_torque: []\n")), HasSubstr("did you mean 'stall_torque'?"));
-  EXPECT_THAT(refusal(sheet("stall_torque: [{voltage: 5, value: 36, unit: kgcm}]\n")),
+  EXPECT_THAT(error_of(sheet("stal_torque: []\n")), HasSubstr("x.yaml:2:1"));
+  EXPECT_THAT(error_of(sheet("stal_torque: []\n")), HasSubstr("did you mean 'stall_torque'?"));
+  EXPECT_THAT(error_of(sheet("stall_torque: [{voltage: 5, value: 36, unit: kgcm}]\n")),
               HasSubstr("did you mean 'kg cm'?"));
-  EXPECT_THAT(refusal(sheet("stall_torque: [{voltage: 5, value: -1, unit: N m}]\n")),
+  EXPECT_THAT(error_of(sheet("stall_torque: [{voltage: 5, value: -1, unit: N m}]\n")),
               HasSubstr("no number above 0"));
-  EXPECT_THAT(refusal(sheet("stall_torque: [{voltage: 5, value: \"3,6\", unit: N m}]\n")),
+  EXPECT_THAT(error_of(sheet("stall_torque: [{voltage: 5, value: \"3,6\", unit: N m}]\n")),
               HasSubstr("no number above 0"));
-  EXPECT_THAT(refusal("actuator: X\n"), HasSubstr("'source' is missing"));
-  EXPECT_THAT(refusal("arm: a\njoints: {j: ds3241}\n"), HasSubstr("did you mean 'ds3240'?"));
-  EXPECT_THAT(refusal("arm: a\njoints: {j: {actuator: ds3240, redution: 2}}\n"),
+  EXPECT_THAT(error_of("actuator: X\n"), HasSubstr("'source' is missing"));
+  EXPECT_THAT(error_of("arm: a\njoints: {j: ds3241}\n"), HasSubstr("did you mean 'ds3240'?"));
+  EXPECT_THAT(error_of("arm: a\njoints: {j: {actuator: ds3240, redution: 2}}\n"),
               HasSubstr("did you mean 'reduction'?"));
-  EXPECT_THAT(refusal("a: [\n"), HasSubstr("no YAML"));
+  EXPECT_THAT(error_of("a: [\n"), HasSubstr("no YAML"));
 }
 
 TEST_F(Sheet, OfTheLibraryAreWholeAndPlausible) {

@@ -104,10 +104,10 @@ TEST_F(TensorProperty, AnOfferedSlipIsTheOnlyOneAndPossible) {
     Components truth{b.moments[0], 0, 0, b.moments[1], 0, b.moments[2]}, broken = truth;
     const std::size_t which = kDiagonal[static_cast<std::size_t>(i) % 3];
     broken[which] = -broken[which];
-    const auto slip = only_slip(broken, inertial, shape);
-    ASSERT_TRUE(slip.has_value());
-    EXPECT_TRUE(possible(slip->corrected));
-    EXPECT_EQ(slip->corrected, truth);
+    const auto typo = only_typo(broken, inertial, shape);
+    ASSERT_TRUE(typo.has_value());
+    EXPECT_TRUE(possible(typo->corrected));
+    EXPECT_EQ(typo->corrected, truth);
     ++offered;
   }
   EXPECT_EQ(offered, 300);

@@ -116,7 +116,7 @@ TEST_F(Reports, PlacesBelowTheFolderAreRelativeToIt) {
       "r.xacro");
   shorten_places(report, folder_);
   const Finding* twice = find(report, "urdf.duplicate_name");
-  ASSERT_NE(twice, nullptr) << told(report);
+  ASSERT_NE(twice, nullptr) << report_text(report);
   EXPECT_EQ(*twice->where.file, "inc/part.xacro");
   ASSERT_NE(twice->where.within, nullptr);
   EXPECT_EQ(*twice->where.within->call.file, "r.xacro");

@@ -285,7 +285,7 @@ TEST_P(Rules, FireWhereTheyShouldAndOnlyThere) {
   const std::string bad = robot(c.bad);
   const AuditReport report = check(bad);
   const Finding* found = find(report, c.rule);
-  ASSERT_NE(found, nullptr) << bad << told(report);
+  ASSERT_NE(found, nullptr) << bad << report_text(report);
   EXPECT_EQ(found->severity, c.severity) << found->message;
   if (!c.at.empty()) {
     EXPECT_EQ(std::to_string(found->where.line) + ":" + std::to_string(found->where.column),
@@ -293,7 +293,7 @@ TEST_P(Rules, FireWhereTheyShouldAndOnlyThere) {
         << bad;
   }
   const AuditReport fine = check(robot(c.good));
-  EXPECT_EQ(find(fine, c.rule), nullptr) << robot(c.good) << told(fine);
+  EXPECT_EQ(find(fine, c.rule), nullptr) << robot(c.good) << report_text(fine);
 }
 
 TEST_P(Rules, WhatIsFixableIsGoneOnceFixed) {
@@ -314,7 +314,7 @@ TEST_P(Rules, WhatIsFixableIsGoneOnceFixed) {
   }
   add_to_overlay(file, repairs);
   const AuditReport after = check_file(file);
-  EXPECT_EQ(find(after, c.rule), nullptr) << told(after);
+  EXPECT_EQ(find(after, c.rule), nullptr) << report_text(after);
   EXPECT_EQ(find(after, "overlay.changed"), nullptr);
   EXPECT_LT(after.count(Severity::error), report.count(Severity::error) + 1);
 }

@@ -118,7 +118,7 @@ TEST_F(BesideTheDescription, LinksThatLeadToThemselvesAreSkipped) {
 TEST_F(BesideTheDescription, OfAFullFolderTheFirstFilesAreRead) {
   for (int i = 0; i < 70; ++i) write("launch/" + std::to_string(100 + i) + ".launch.py", "pass\n");
   EXPECT_THAT(skipped(), ElementsAre("launch"));
-  for (std::size_t i = 0; i < kMostSideEntries; ++i) write("config/" + std::to_string(i) + ".txt", "");
+  for (std::size_t i = 0; i < kMaxSideEntries; ++i) write("config/" + std::to_string(i) + ".txt", "");
   EXPECT_THAT(skipped(), testing::UnorderedElementsAre("launch"));
   write("config/one_more.yaml", "");
   EXPECT_THAT(skipped(), testing::UnorderedElementsAre("launch", "config"));

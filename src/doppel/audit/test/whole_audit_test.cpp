@@ -11,7 +11,7 @@ class WholeAudit : public AuditTest {};
 
 TEST_F(WholeAudit, ARightRobotHasNoFindingAboveANote) {
   const AuditReport report = check(robot({}));
-  EXPECT_EQ(report.count(Severity::error) + report.count(Severity::warning), 0U) << told(report);
+  EXPECT_EQ(report.count(Severity::error) + report.count(Severity::warning), 0U) << report_text(report);
   EXPECT_EQ(report.links, 2U);
   EXPECT_EQ(report.joints, 1U);
   EXPECT_DOUBLE_EQ(report.mass, 1.0);
@@ -32,7 +32,7 @@ TEST_F(WholeAudit, ALoopOfMovingJointsIsTold) {
                            "<joint name=\"back\" type=\"revolute\"><parent link=\"tip\"/>" +
                            "<child link=\"arm\"/>" + kAxis + kLimit + "</joint>";
   const AuditReport report = check(robot(with(&Parts::more, back)));
-  EXPECT_NE(find(report, "urdf.two_parents"), nullptr) << told(report);
+  EXPECT_NE(find(report, "urdf.two_parents"), nullptr) << report_text(report);
   const std::string ring =
       "<robot name=\"r\"><link name=\"a\">" + kInertial + "</link><link name=\"b\">" + kInertial +
       "</link><joint name=\"j\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/>" + kLimit +
@@ -61,11 +61,11 @@ TEST_F(WholeAudit, OneFaultIsToldOnce) {
        "urdf.geometry"}};
   for (const OneCase& c : cases) {
     const AuditReport report = check(robot(c.parts));
-    EXPECT_NE(find(report, c.rule), nullptr) << told(report);
-    EXPECT_EQ(report.count(E) + report.count(W), 1U) << told(report);
+    EXPECT_NE(find(report, c.rule), nullptr) << report_text(report);
+    EXPECT_EQ(report.count(E) + report.count(W), 1U) << report_text(report);
   }
-  const AuditReport slip = check(robot(l(R"(<limits lower="-1" upper="1" effort="5" velocity="3"/>)")));
-  EXPECT_NE(find(slip, "schema.element")->message.find("did you mean <limit>?"), std::string::npos);
+  const AuditReport typo = check(robot(l(R"(<limits lower="-1" upper="1" effort="5" velocity="3"/>)")));
+  EXPECT_NE(find(typo, "schema.element")->message.find("did you mean <limit>?"), std::string::npos);
 }
 
 TEST_F(WholeAudit, RangesThatDifferAndAreWholeDegreesAreOnesWithARepairEach) {
@@ -78,7 +78,7 @@ TEST_F(WholeAudit, RangesThatDifferAndAreWholeDegreesAreOnesWithARepairEach) {
     const auto& set = std::get<SetLimit>(f.repair.front().action);
     upper[set.joint] = set.upper.value();
   }
-  ASSERT_EQ(upper.size(), 2U) << told(report);
+  ASSERT_EQ(upper.size(), 2U) << report_text(report);
   EXPECT_NEAR(upper["j"], M_PI / 2, 1e-9);
   EXPECT_NEAR(upper["k"], 0.75 * M_PI, 1e-9);
 }
@@ -90,7 +90,7 @@ TEST_F(WholeAudit, AFaultyTensorThatASoundBodyCarriesIsAWarningAndIsLeftAlone) {
                            "<child link=\"lens\"/></joint>";
   const AuditReport report = check(robot(with(&Parts::more, part)));
   const Finding* found = find(report, "inertia.triangle");
-  ASSERT_NE(found, nullptr) << told(report);
+  ASSERT_NE(found, nullptr) << report_text(report);
   EXPECT_EQ(found->severity, W);
   EXPECT_TRUE(found->repair.empty());
 }
@@ -101,7 +101,7 @@ TEST_F(WholeAudit, AnImpossibleTensorWithoutAShapeIsAnErrorWithoutARepair) {
   p.visual = p.collision = "";
   const AuditReport report = check(robot(p));
   const Finding* found = find(report, "inertia.triangle");
-  ASSERT_NE(found, nullptr) << told(report);
+  ASSERT_NE(found, nullptr) << report_text(report);
   EXPECT_EQ(found->severity, E);
   EXPECT_TRUE(found->repair.empty());
 }
@@ -117,7 +117,7 @@ TEST_F(WholeAudit, NothingIsWrittenForWhatIsOnlyDoubted) {
       with(&Parts::limit, limit("-1.570796", "3.14159"))};
   for (const Parts& parts : cases) {
     const AuditReport report = check(robot(parts));
-    EXPECT_EQ(report.count(E), 0U) << told(report);
+    EXPECT_EQ(report.count(E), 0U) << report_text(report);
     for (const Finding& f : report.findings) EXPECT_TRUE(f.repair.empty()) << f.rule << ": " << f.message;
   }
 }
@@ -155,11 +155,11 @@ TEST_F(WholeAudit, AMissingMeshIsToldOnceAndAMissingFolderOnce) {
     return std::count_if(report.findings.begin(), report.findings.end(),
                          [](const Finding& f) { return f.rule == "mesh.missing"; });
   };
-  EXPECT_EQ(missing(), 1) << told(report);
+  EXPECT_EQ(missing(), 1) << report_text(report);
   for (const char* name : {"b", "c", "d", "e"})
     p.more += mesh_link(name, std::string("none/") + name + ".stl");
   report = check(robot(p));
-  EXPECT_EQ(missing(), 1) << told(report);
+  EXPECT_EQ(missing(), 1) << report_text(report);
   EXPECT_EQ(find(report, "mesh.missing")->subject, "5 meshes");
 }
 
@@ -203,7 +203,7 @@ TEST_F(WholeAudit, MeshesAreMeasured) {
     p.more = mesh_link("a", "m.obj", c.scale);
     const AuditReport report = check(robot(p));
     const Finding* found = find(report, c.rule);
-    ASSERT_NE(found, nullptr) << told(report);
+    ASSERT_NE(found, nullptr) << report_text(report);
     EXPECT_EQ(found->severity, c.severity);
   }
   write("m.obj", cube(100));
@@ -224,7 +224,7 @@ TEST_F(WholeAudit, AScaleIsOnlyWrittenWhereOneFileIsMeant) {
   p.more.replace(p.more.rfind("m.obj"), 5, "metres.obj");  // of the <collision>
   const AuditReport report = check(robot(p));
   const Finding* found = find(report, "mesh.unit");
-  ASSERT_NE(found, nullptr) << told(report);
+  ASSERT_NE(found, nullptr) << report_text(report);
   EXPECT_TRUE(found->repair.empty());
 }
 
@@ -242,10 +242,10 @@ TEST_F(WholeAudit, AShapeInDoubtIsNotHeldAgainstTheInertia) {
   const AuditReport large = check(robot(arm("1 1 1", "0 0 -0.2")));
   EXPECT_NE(find(large, "mesh.unit"), nullptr);
   for (const char* rule : {"inertia.density", "inertia.com_outside", "inertia.units", "inertia.gyration"})
-    EXPECT_EQ(find(large, rule), nullptr) << told(large);
+    EXPECT_EQ(find(large, rule), nullptr) << report_text(large);
   const AuditReport mirrored = check(robot(arm("0.001 0.001 -0.001", "0 0 0.15")));
   const Finding* sign = find(mirrored, "mesh.scale_negative");
-  ASSERT_NE(sign, nullptr) << told(mirrored);
+  ASSERT_NE(sign, nullptr) << report_text(mirrored);
   EXPECT_EQ(sign->severity, E);
   EXPECT_EQ(sign->repair.size(), 1U);
   EXPECT_EQ(find(mirrored, "inertia.com_outside"), nullptr);
@@ -268,7 +268,7 @@ TEST_F(WholeAudit, ANearFileIsNamed) {
   p.more = mesh_link("a", "wirst.obj");
   const AuditReport report = check(robot(p));
   const Finding* found = find(report, "mesh.missing");
-  ASSERT_NE(found, nullptr) << told(report);
+  ASSERT_NE(found, nullptr) << report_text(report);
   EXPECT_NE(found->fix.find("wrist.obj"), std::string::npos) << found->fix;
 }
 
@@ -281,7 +281,7 @@ TEST_F(WholeAudit, PlacesLeadThroughMacros) {
       "<xacro:m n=\"a\"/>\n</robot>\n";
   const AuditReport report = check(text, "r.xacro");
   const Finding* found = find(report, "inertia.mass_zero");
-  ASSERT_NE(found, nullptr) << told(report);
+  ASSERT_NE(found, nullptr) << report_text(report);
   EXPECT_EQ(found->where.line, 4);
   ASSERT_NE(found->where.within, nullptr);
   EXPECT_EQ(found->where.within->call.line, 6);

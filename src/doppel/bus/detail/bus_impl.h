@@ -43,9 +43,9 @@ class EdgeLink {
   [[nodiscard]] int fd() const { return fd_; }
   [[nodiscard]] ByteRing& ring() { return ring_; }
   [[nodiscard]] const ByteRing& ring() const { return ring_; }
-  [[nodiscard]] bool could_ever_take(std::size_t size) const { return size + 64 < options_.ring_bytes; }
+  [[nodiscard]] bool fits_in_ring(std::size_t size) const { return size + 64 < options_.ring_bytes; }
   [[nodiscard]] bool wants_from(const EdgeLink* sender) const {
-    return sender != this || options_.hears_itself;
+    return sender != this || options_.receives_own;
   }
 
   // The loop: room for a message's CDR form behind its header; empty: no room. Then commit().
@@ -103,7 +103,7 @@ struct Bus::Impl {
   using ServiceEntries = std::map<std::string, std::shared_ptr<const ServiceEntry>, std::less<>>;
 
   // The graph as others are told of it.
-  struct Told {
+  struct GraphReport {
     std::vector<TopicInfo> topics;
     std::vector<ServiceInfo> services;
     std::vector<std::string> nodes;
@@ -120,13 +120,13 @@ struct Bus::Impl {
   std::vector<Node*> nodes;
   // While a stage is open (stage.h) its graph is nobody's yet: all threads but the one that opened it are
   // told this.
-  std::unique_ptr<const Told> before_stage;
+  std::unique_ptr<const GraphReport> before_stage;
   std::thread::id stages;
 
   // Any thread; the mutex is held.
-  [[nodiscard]] Told tell() const;
+  [[nodiscard]] GraphReport graph_report() const;
   // null: what is there now.
-  [[nodiscard]] const Told* told_instead() const {
+  [[nodiscard]] const GraphReport* graph_before_stage() const {
     return std::this_thread::get_id() == stages ? nullptr : before_stage.get();
   }
 

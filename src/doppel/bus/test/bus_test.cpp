@@ -83,11 +83,11 @@ TEST(Bus, SubscribersAreCalledAtOnce) {
   Node node(bus, "/n");
   const auto publisher = node.advertise<Float64>("x");
   EXPECT_FALSE(publisher.has_listeners());
-  double heard = 0;
-  node.subscribe<Float64>("x", [&](const Float64& m) { heard = m.data; });
+  double received = 0;
+  node.subscribe<Float64>("x", [&](const Float64& m) { received = m.data; });
   EXPECT_TRUE(publisher.has_listeners());
   publisher.publish({2.5}, {});
-  EXPECT_EQ(heard, 2.5);
+  EXPECT_EQ(received, 2.5);
 }
 
 TEST(Bus, TwoNodesMustAgreeOnATopicsType) {
@@ -126,16 +126,16 @@ TEST(Bus, ASubscriberThatThrowsIsReportedOnceAndTheOthersAreCalled) {
   std::vector<std::string> reports;
   Bus bus({.report = [&reports](const std::string& problem) { reports.push_back(problem); }});
   Node node(bus, "/node");
-  int heard = 0;
+  int received = 0;
   const auto throws = [](const Int32& message) {
     if (message.data == 1) throw std::runtime_error("no such thing");
     throw 42;  // NOLINT: no std::exception
   };
   node.subscribe<Int32>("/number", throws);
-  node.subscribe<Int32>("/number", [&heard](const Int32&) { ++heard; });
+  node.subscribe<Int32>("/number", [&received](const Int32&) { ++received; });
   auto publisher = node.advertise<Int32>("/number");
   for (int i = 1; i <= 3; ++i) publisher.publish(Int32{i}, Time{});
-  EXPECT_EQ(heard, 3);
+  EXPECT_EQ(received, 3);
   EXPECT_THAT(reports, ElementsAre(testing::AllOf(HasSubstr("/number"), HasSubstr("no such thing"))));
 }
 
@@ -144,17 +144,17 @@ TEST(Bus, ACallbackMayDestroyItsNodeAndSubscribeMore) {
   Node source(bus, "/source");
   const auto publisher = source.advertise<Int32>("x");
   auto node = std::make_unique<Node>(bus, "/n");
-  int heard = 0;
+  int received = 0;
   node->subscribe<Int32>("x", [&](const Int32&) {
-    ++heard;
-    source.subscribe<Int32>("x", [&heard](const Int32&) { heard += 100; });
+    ++received;
+    source.subscribe<Int32>("x", [&received](const Int32&) { received += 100; });
     node.reset();
   });
   publisher.publish({1}, {});
-  EXPECT_EQ(heard % 100, 1);
-  heard = 0;
+  EXPECT_EQ(received % 100, 1);
+  received = 0;
   publisher.publish({1}, {});
-  EXPECT_EQ(heard, 100);
+  EXPECT_EQ(received, 100);
 }
 
 TEST(Edge, GetsWhatItSubscribedTo) {
@@ -191,9 +191,9 @@ TEST(Edge, LatchedTopicsAreKeptForLateComers) {
   const auto messages = take_all<String>(*edge, topic(bus, "/x").id);
   ASSERT_EQ(messages.size(), 1U);
   EXPECT_EQ(messages[0].data, "last");
-  std::string heard;
-  node.subscribe<String>("x", [&](const String& m) { heard = m.data; });
-  EXPECT_EQ(heard, "last");
+  std::string received;
+  node.subscribe<String>("x", [&](const String& m) { received = m.data; });
+  EXPECT_EQ(received, "last");
 }
 
 TEST(Edge, ALatchedMessageThatFindsTheRingFullComesLater) {
@@ -234,15 +234,15 @@ TEST(Edge, PublishesToNodesAndEdges) {
   Bus bus;
   bus.set_now(milliseconds(5));
   Node node(bus, "/n");
-  double heard = 0;
-  node.subscribe<Float64>("x", [&](const Float64& m) { heard = m.data; });
+  double received = 0;
+  node.subscribe<Float64>("x", [&](const Float64& m) { received = m.data; });
   const auto one = bus.attach("one"), two = bus.attach("two");
   two->subscribe(topic(bus, "/x").id);
   bus.spin();
   ASSERT_TRUE(one->publish("/cli", "/x", "std_msgs/Float64", to_cdr(Float64{4})));
-  EXPECT_EQ(heard, 0) << "nothing happens outside the loop";
+  EXPECT_EQ(received, 0) << "nothing happens outside the loop";
   bus.spin();
-  EXPECT_EQ(heard, 4);
+  EXPECT_EQ(received, 4);
   EXPECT_THAT(names(topic(bus, "/x").publishers), ElementsAre("/cli"));
   EXPECT_EQ(topic(bus, "/x").received, 1U);
   const auto got = take_all<Float64>(*two, topic(bus, "/x").id);
@@ -290,7 +290,7 @@ TEST(Edge, ThatDoesNotHearItselfHearsAllOthers) {
   Bus bus;
   Node node(bus, "/n");
   const auto publisher = node.advertise<Float64>("x", {.depth = 1, .latched = true});
-  const auto net = bus.attach("net", {.hears_itself = false}), page = bus.attach("page");
+  const auto net = bus.attach("net", {.receives_own = false}), page = bus.attach("page");
   const TopicId id = topic(bus, "/x").id;
   for (const auto* edge : {&net, &page}) (*edge)->subscribe(id);
   bus.spin();
@@ -311,7 +311,7 @@ TEST(Edge, ThatDoesNotHearItselfHearsAllOthers) {
 
 TEST(Edge, OnATopicThatOnlyEdgesUseDoesNotHearItselfEither) {
   Bus bus;
-  const auto net = bus.attach("net", {.hears_itself = false}), page = bus.attach("page");
+  const auto net = bus.attach("net", {.receives_own = false}), page = bus.attach("page");
   ASSERT_TRUE(net->publish("/remote", "/x", "std_msgs/msg/Float64", to_cdr(Float64{1})));
   bus.spin();
   const TopicId id = topic(bus, "/x").id;

@@ -76,11 +76,11 @@ TEST(NameRules, ThatFitNothingAreTold) {
   rules.add("joint_states:=js");
   rules.node("/arm");
   rules.resolve(NameKind::topic, "joint_states", "/arm");
-  Diagnostics told;
-  rules.tell_unused(told);
-  ASSERT_EQ(told.all().size(), 2U);
-  EXPECT_THAT(told.all()[0].message, HasSubstr("did you mean 'joint_states'?"));
-  EXPECT_THAT(told.all()[1].message, HasSubstr("did you mean 'arm'?"));
+  Diagnostics diagnostics;
+  rules.report_unused(diagnostics);
+  ASSERT_EQ(diagnostics.all().size(), 2U);
+  EXPECT_THAT(diagnostics.all()[0].message, HasSubstr("did you mean 'joint_states'?"));
+  EXPECT_THAT(diagnostics.all()[1].message, HasSubstr("did you mean 'arm'?"));
 }
 
 TEST(NameRules, HoldForAllThatIsOnTheBus) {
@@ -147,13 +147,13 @@ TEST(RosArguments, ThatFitNothingAreTold) {
   Bus bus({.names = arguments.names});
   Node node(bus, "/arm");
   node.parameters().declare("gain", 1.0);
-  Diagnostics told;
-  tell_unused(arguments, bus, told);
-  ASSERT_EQ(told.all().size(), 4U);
-  EXPECT_THAT(told.all()[0].message, HasSubstr("'x:=y'"));
-  EXPECT_THAT(told.all()[1].message, HasSubstr("did you mean 'gain'?"));
-  EXPECT_THAT(told.all()[2].message, HasSubstr("there is no node 'amr'"));
-  EXPECT_THAT(told.all()[3].message, HasSubstr("none_such"));
+  Diagnostics diagnostics;
+  report_unused(arguments, bus, diagnostics);
+  ASSERT_EQ(diagnostics.all().size(), 4U);
+  EXPECT_THAT(diagnostics.all()[0].message, HasSubstr("'x:=y'"));
+  EXPECT_THAT(diagnostics.all()[1].message, HasSubstr("did you mean 'gain'?"));
+  EXPECT_THAT(diagnostics.all()[2].message, HasSubstr("there is no node 'amr'"));
+  EXPECT_THAT(diagnostics.all()[3].message, HasSubstr("none_such"));
 }
 
 TEST(RosArguments, ThatAreWrongAreTold) {

@@ -60,11 +60,12 @@ Parameters some_parameters() {
 
 TEST(Parameters, KeepTheirTypes) {
   Parameters parameters = some_parameters();
-  std::string heard;
-  parameters.on_change(
-      [&](const std::string& name, const ParameterValue& value) { heard = name + "=" + to_string(value); });
+  std::string received;
+  parameters.on_change([&](const std::string& name, const ParameterValue& value) {
+    received = name + "=" + to_string(value);
+  });
   EXPECT_TRUE(parameters.set("rate", std::int64_t{50}));
-  EXPECT_EQ(heard, "rate=50.0");
+  EXPECT_EQ(received, "rate=50.0");
   EXPECT_THAT(parameters.set("rate", std::string("x")).why(),
               HasSubstr("{rate} is of type {double}, setting it to {string}"));
   EXPECT_THAT(parameters.set("rate", -1.0).why(), HasSubstr("must be positive"));
@@ -76,7 +77,7 @@ TEST(Parameters, KeepTheirTypes) {
   EXPECT_TRUE(parameters.set("gains.a.p", std::int64_t{10}));
   EXPECT_TRUE(parameters.set("offsets", parse_parameter("[1, 2]")));
   EXPECT_TRUE(parameters.set("offsets", parse_parameter("[]")));
-  EXPECT_EQ(heard, "offsets=[]");
+  EXPECT_EQ(received, "offsets=[]");
   EXPECT_EQ(std::get<double>(parameters.find("rate")->value), 50.0);
   EXPECT_THROW(parameters.declare("rate", 1.0), std::logic_error);
 }
@@ -84,8 +85,8 @@ TEST(Parameters, KeepTheirTypes) {
 TEST(Parameters, UndeclaredOnesWhereTheyAreAllowed) {
   Parameters parameters = some_parameters();
   parameters.allow_undeclared();
-  std::vector<std::string> heard, declared, deleted;
-  parameters.on_change([&](const std::string& name, const ParameterValue&) { heard.push_back(name); });
+  std::vector<std::string> received, declared, deleted;
+  parameters.on_change([&](const std::string& name, const ParameterValue&) { received.push_back(name); });
   parameters.on_event([&](const Parameters::Event& event) {
     for (const auto* one : event.declared) declared.push_back(one->name);
     for (const auto* one : event.deleted) deleted.push_back(one->name + "=" + to_string(one->value));
@@ -93,7 +94,7 @@ TEST(Parameters, UndeclaredOnesWhereTheyAreAllowed) {
   EXPECT_TRUE(parameters.set("arm.type", std::string("x/Y")));
   EXPECT_TRUE(parameters.set("arm.type", std::int64_t{1})) << "its type is nobody's word";
   EXPECT_EQ(parameters.find("arm.type")->value, ParameterValue(std::int64_t{1}));
-  EXPECT_THAT(heard, ElementsAre("arm.type", "arm.type"));
+  EXPECT_THAT(received, ElementsAre("arm.type", "arm.type"));
   EXPECT_THAT(declared, ElementsAre("arm.type"));
   EXPECT_FALSE(parameters.set("rate", std::string("x"))) << "declared ones stay checked";
   EXPECT_FALSE(parameters.set_all({{"none", 1.0}, {"rate", -1.0}}));
@@ -119,7 +120,7 @@ TEST(Parameters, WhatWasSetBeforeItsDeclarationCounts) {
 TEST(Parameters, UndeclaredOnesHaveAnEnd) {
   Parameters parameters;
   parameters.allow_undeclared();
-  for (std::size_t i = 0; i < Parameters::kMostUndeclared; ++i)
+  for (std::size_t i = 0; i < Parameters::kMaxUndeclared; ++i)
     ASSERT_TRUE(parameters.set(std::to_string(i), 1.0));
   EXPECT_THAT(parameters.set("more", 1.0).why(), HasSubstr("1000 undeclared ones"));
   EXPECT_TRUE(parameters.set("0", std::monostate{}));

@@ -24,13 +24,13 @@ struct Part {
   Part(Bus& bus, const std::string& says) : node(bus, "/robot"), text(says) {
     state = node.advertise<String>("state", {.depth = 1, .latched = true});
     state.publish({says}, {});
-    node.subscribe<Int32>("command", [this](const Int32& message) { heard.push_back(message.data); });
+    node.subscribe<Int32>("command", [this](const Int32& message) { received.push_back(message.data); });
     node.serve<Trigger>("who", [this](const auto&, auto respond) { respond({true, text}); });
   }
   Node node;
   std::string text;
   Publisher<String> state;
-  std::vector<int> heard;
+  std::vector<int> received;
 };
 
 std::string answer_of(Bus& bus, Edge& edge) {
@@ -76,7 +76,7 @@ TEST(BusStage, WhatFailsLeavesTheFormerNodesAsTheyWere) {
   }
   EXPECT_EQ(answer_of(bus, *edge), "former");
   command(bus, *edge, 7);
-  EXPECT_THAT(former.heard, ElementsAre(7));
+  EXPECT_THAT(former.received, ElementsAre(7));
 }
 
 TEST(BusStage, AfterCommitTheNewerNodesAnswerAndTheFormerOnesCanGo) {
@@ -97,7 +97,7 @@ TEST(BusStage, AfterCommitTheNewerNodesAnswerAndTheFormerOnesCanGo) {
   EXPECT_THAT(bus.nodes(), ElementsAre("/robot", "/world"));
   EXPECT_EQ(bus.services().size(), 2u);
   command(bus, *edge, 9);
-  EXPECT_THAT(next->heard, ElementsAre(9));
+  EXPECT_THAT(next->received, ElementsAre(9));
   // The latched message is the newer one's.
   std::string kept;
   Node late(bus, "/late");

@@ -118,15 +118,16 @@ TEST(StandardNode, MayChooseWhatItLogs) {
   ASSERT_EQ(response.results.size(), 2U);
   EXPECT_TRUE(response.results[0].successful);
   EXPECT_FALSE(response.results[1].successful);
-  std::vector<std::string> heard;
-  node.subscribe<rcl_interfaces::msg::Log>("/rosout", [&](const auto& line) { heard.push_back(line.msg); });
+  std::vector<std::string> received;
+  node.subscribe<rcl_interfaces::msg::Log>("/rosout",
+                                           [&](const auto& line) { received.push_back(line.msg); });
   Log log;
   const Rosout rosout(bus);
   log.add_sink(rosout.sink());
   log.note("arm", "a note");
   log.warning("arm", "a warning");
   bus.spin();
-  EXPECT_THAT(heard, ElementsAre("a warning"));
+  EXPECT_THAT(received, ElementsAre("a warning"));
 }
 
 TEST(Rosout, TellsLinesInTheNameOfTheirNodes) {

@@ -31,7 +31,7 @@ JointState joint_state() {
 TEST(Allocation, PublishingNeverAllocates) {
   Bus bus;
   Node node(bus, "/n");
-  const auto unheard = node.advertise<JointState>("unheard"), heard = node.advertise<JointState>("heard");
+  const auto unheard = node.advertise<JointState>("unheard"), listened = node.advertise<JointState>("heard");
   const auto latched = node.advertise<JointState>("latched", {.depth = 1, .latched = true});
   double sum = 0;
   node.subscribe<JointState>("heard", [&sum](const JointState& m) { sum += m.position[0]; });
@@ -47,7 +47,7 @@ TEST(Allocation, PublishingNeverAllocates) {
   const auto publish = [&] {
     for (int i = 0; i < 100; ++i) {
       unheard.publish(state, milliseconds(i));
-      heard.publish(state, milliseconds(i));
+      listened.publish(state, milliseconds(i));
       latched.publish(state, milliseconds(i));
       bus.spin();
     }
@@ -67,12 +67,12 @@ TEST(Threads, EdgesHearEverythingInOrderWhileTheyTalkBack) {
   const auto publisher = node.advertise<Int32>("down");
   std::vector<int> last_heard(kEdges, -1);
   bool in_order = true;
-  int heard = 0;
+  int listened = 0;
   node.subscribe<Int32>("up", [&](const Int32& m) {
     int& last = last_heard[static_cast<std::size_t>(m.data / kTalks)];
     in_order = in_order && m.data % kTalks == last + 1;
     last = m.data % kTalks;
-    ++heard;
+    ++listened;
   });
   node.serve<SetBool>("~/set", [](const auto& request, const auto& respond) {
     respond({request.data, "yes"});
@@ -120,7 +120,7 @@ TEST(Threads, EdgesHearEverythingInOrderWhileTheyTalkBack) {
   EXPECT_EQ(received, kEdges * kMessages);
   EXPECT_EQ(out_of_order, 0);
   EXPECT_TRUE(in_order);
-  EXPECT_EQ(heard, kEdges * kTalks);
+  EXPECT_EQ(listened, kEdges * kTalks);
   EXPECT_TRUE(bus.topics().at(0).subscribers.empty()) << "edges that have gone are forgotten";
 }
 

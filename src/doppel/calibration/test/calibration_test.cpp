@@ -140,14 +140,14 @@ std::vector<Operation> corrections(const Joint& joint, const std::vector<Measure
 TEST(Calibration, MeasurementsOfTheModelBeforeItsCorrectionAreTold) {
   const Joint joint = revolute("J");
   const std::vector<Operation> made = corrections(joint, degrees({{0, 45}, {90, 135}}));
-  const auto told = [&](const std::vector<Measurement>& again) {
+  const auto repeats = [&](const std::vector<Measurement>& again) {
     return correction_made_of(made, "J", corrections(joint, again)).has_value();
   };
-  EXPECT_TRUE(told(degrees({{0, 45}, {90, 135}})));
-  EXPECT_TRUE(told(degrees({{90, 135}, {0, 45}}))) << "in another order";
-  EXPECT_TRUE(told(degrees({{0, 45}, {60, 105}}))) << "one of them";
-  EXPECT_TRUE(told(degrees({{10, 56}, {80, 125}}))) << "others of the same model";
-  EXPECT_FALSE(told(degrees({{45, 47}, {135, 137}}))) << "of the corrected model";
+  EXPECT_TRUE(repeats(degrees({{0, 45}, {90, 135}})));
+  EXPECT_TRUE(repeats(degrees({{90, 135}, {0, 45}}))) << "in another order";
+  EXPECT_TRUE(repeats(degrees({{0, 45}, {60, 105}}))) << "one of them";
+  EXPECT_TRUE(repeats(degrees({{10, 56}, {80, 125}}))) << "others of the same model";
+  EXPECT_FALSE(repeats(degrees({{45, 47}, {135, 137}}))) << "of the corrected model";
   EXPECT_FALSE(correction_made_of(made, "K", corrections(joint, degrees({{0, 45}, {90, 135}}))));
 }
 

@@ -30,7 +30,7 @@ class Params {
       : description_(description), known_(std::move(known)) {
     for (const auto& [name, value] : description.params) {
       if (std::find(known_.begin(), known_.end(), name) == known_.end())
-        complain(fmt::format("there is no <param> '{}'{}", name, did_you_mean(name, known_)));
+        report_problem(fmt::format("there is no <param> '{}'{}", name, did_you_mean(name, known_)));
     }
   }
   [[nodiscard]] double number(const std::string& name, double otherwise, double least) {
@@ -40,7 +40,7 @@ class Params {
     const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
     if (error != std::errc() || end != text->data() + text->size() || !std::isfinite(value) ||
         value < least) {
-      complain(
+      report_problem(
           fmt::format("<param> '{}' is '{}', where a number from {:g} on is wanted", name, *text, least));
       return otherwise;
     }
@@ -52,8 +52,8 @@ class Params {
     if (text == nullptr) return otherwise;
     const auto found = std::find(options.begin(), options.end(), *text);
     if (found != options.end()) return static_cast<std::size_t>(found - options.begin());
-    complain(fmt::format("<param> '{}' is '{}'{}; it can be {}", name, *text, did_you_mean(*text, options),
-                         fmt::join(options, ", ")));
+    report_problem(fmt::format("<param> '{}' is '{}'{}; it can be {}", name, *text,
+                               did_you_mean(*text, options), fmt::join(options, ", ")));
     return otherwise;
   }
   void throw_if_wrong() const {
@@ -67,7 +67,7 @@ class Params {
     }
     return nullptr;
   }
-  void complain(const std::string& why) {
+  void report_problem(const std::string& why) {
     wrong_.push_back({Severity::error, "hardware.parameter",
                       fmt::format("hardware '{}': {}", description_.name, why), description_.plugin_source,
                       "correct it in the <hardware> element"});

@@ -56,7 +56,7 @@ struct LoadedController {
   std::vector<std::string> fallback;          // controllers that run where its hardware has failed
   std::vector<std::string> references;        // full names that it offers to other controllers
   bool chained = false;                       // an active one commands them
-  ThrownInLoop thrown{};  // by its update(), until somebody between the ticks deals with it
+  LoopExceptionText thrown{};  // by its update(), until somebody between the ticks deals with it
 };
 
 struct ControllerManager::Impl {
@@ -66,7 +66,7 @@ struct ControllerManager::Impl {
 
   // -- manager_parameters.cpp
   void read_own_parameters(Diagnostics& diagnostics);
-  void report_sections_of_nobody(Diagnostics& diagnostics) const;
+  void report_unused_sections(Diagnostics& diagnostics) const;
   [[nodiscard]] std::vector<std::string> texts_of(const std::string& parameter);
   [[nodiscard]] NodeArguments arguments_of(const std::string& name, const std::string& full_name);
   [[nodiscard]] ParameterOverrides overrides_of(const LoadedController& c, const NodeArguments& arguments);
@@ -96,7 +96,7 @@ struct ControllerManager::Impl {
   void change_state(LoadedController& c, ControllerState to);
   struct Plan {
     std::vector<LoadedController*> stop, start;
-    std::vector<std::string> refusals;   // sentences: what is left out of a switch that is no strict one
+    std::vector<std::string> problems;   // sentences: what is left out of a switch that is no strict one
     std::vector<std::string> conflicts;  // sentences: why there is no switch at all, strict or not
   };
   [[nodiscard]] Plan plan(std::span<const std::string> activate, std::span<const std::string> deactivate,
@@ -146,13 +146,13 @@ struct ControllerManager::Impl {
 
   // -- manager_start.cpp
   void start(std::span<const std::string> names);
-  void start_what_fits(std::span<const std::string> names);
+  void start_compatible(std::span<const std::string> names);
   // Loaded and configured, or null and a warning.
   LoadedController* try_to_load(const std::string& name);
   void leave_out(const std::string& name, const std::vector<Diagnostic>& why);
   void report_left_out(std::span<const std::string> names);
   // Of those that were loaded the ones that can be active together; leaves the others out, or inactive.
-  std::vector<std::string> that_fit(std::vector<LoadedController*> wanted);
+  std::vector<std::string> compatible_of(std::vector<LoadedController*> wanted);
   void check_start(const std::vector<LoadedController*>& wanted) const;  // throws InputError
   // Where the controller's YAML wrote the interface's joint; else the file.
   [[nodiscard]] SourceLocation place_of_interface(const LoadedController& loaded,

@@ -28,7 +28,7 @@ class JointLimiter {
   // Lets a last command through (a velocity's zero, say) and forgets the controller.
   void release(std::size_t command, Time now, Duration tick);
   // Logs what happened since; about every 50 ms of simulated time.
-  void tell(Time now, const Log& log);
+  void report(Time now, const Log& log);
 
   // In the loop: from what controllers asked to what is applied. No allocation, no lock, no throw.
   void apply(Time now, Duration tick);
@@ -37,7 +37,7 @@ class JointLimiter {
   enum class Quantity { position, velocity, effort, other };
   enum Kind : std::size_t { kRange, kRate, kMagnitude, kPastLimit, kNotFinite, kKinds };
   struct Episode {
-    bool open = false, told = false;
+    bool open = false, reported = false;
     Time began{}, last{};
     double asked = 0;  // the most so far
   };

@@ -18,15 +18,15 @@
 namespace doppel {
 
 // What was thrown in the loop, as text that is cut off where it is too long; empty: nothing was.
-using ThrownInLoop = std::array<char, 200>;
+using LoopExceptionText = std::array<char, 200>;
 // Of the exception that is being handled. Without allocation.
-void note_thrown(ThrownInLoop& text) noexcept;
+void note_thrown(LoopExceptionText& text) noexcept;
 
 // A read, write or switch of a component that was not ok, until somebody between the ticks deals with it.
 struct HardwareFault {
   const char* during = nullptr;  // "read"; null: none
   HardwareReturn answer = HardwareReturn::ok;
-  ThrownInLoop thrown{};
+  LoopExceptionText thrown{};
   [[nodiscard]] bool any() const { return during != nullptr; }
 };
 

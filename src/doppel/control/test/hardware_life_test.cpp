@@ -165,7 +165,8 @@ TEST(HardwareLife, WhyAComponentIsNotActiveIsOnDiagnosticsAndInItsNodesParameter
   std::string fault;
   rig.bus.each_node([&](Node& node) {
     if (node.name() != "/fakesystem") return;
-    if (const auto* told = node.parameters().find("fault")) fault = std::get<std::string>(told->value);
+    if (const auto* parameter = node.parameters().find("fault"))
+      fault = std::get<std::string>(parameter->value);
   });
   EXPECT_THAT(fault, HasSubstr("error in read: no reply"));
 }

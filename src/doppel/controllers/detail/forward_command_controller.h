@@ -44,7 +44,7 @@ class CommandForwarder : public Controller {
   Duration timeout_{};          // zero: commands hold for ever
   Time last_message_{};
   bool message_came_ = false, timed_out_ = false, timeout_logged_ = false;
-  bool active_ = false, commanded_ = false, complained_ = false;
+  bool active_ = false, commanded_ = false, error_logged_ = false;
 };
 
 // Parameters: joints, interface_name.

@@ -65,14 +65,14 @@ class GripperController : public Controller {
   };
   void read_settings();
   void hold_here();
-  void judge(Time now);
+  void check_goal(Time now);
   void drive(Duration period);
 
   const Kind kind_;
   ControllerContext* context_ = nullptr;
   Settings settings_;
   Pid pid_;
-  bool active_ = false, complained_ = false;
+  bool active_ = false, error_logged_ = false;
   double target_ = 0, max_effort_ = 0, max_velocity_ = 0;
   double position_ = 0, velocity_ = 0;  // measured
   double computed_ = 0;                 // the effort that a result tells

@@ -64,7 +64,7 @@ class JointTrajectoryController : public Controller {
   void follow(Time now, Duration period);
   void begin_trajectory(Time now);
   void compute_errors();
-  [[nodiscard]] Ending judge(bool first) const;
+  [[nodiscard]] Ending check_goal(bool first) const;
   void write_commands(Time now, Duration period);
   void end_with(const Ending& ending);
   void hold_at(std::span<const double> positions);
@@ -74,7 +74,7 @@ class JointTrajectoryController : public Controller {
   // -- between steps, with the world outside (joint_trajectory_controller_io.cpp)
   void open_topics();
   void size_state_message();
-  void tell_state(Time now);
+  void publish_state(Time now);
   void fill_output();
   void receive(const TrajectoryMessage& received);
   [[nodiscard]] TrajectoryMessage in_own_time(TrajectoryMessage message) const;
@@ -85,7 +85,7 @@ class JointTrajectoryController : public Controller {
   void adopt(const TrajectoryMessage& message);
   void warn_of_stamp(const TrajectoryMessage& message);
   void send_feedback(Time now);
-  void tell_endings();
+  void report_endings();
   void finish(const GoalId& id, GoalStatus status, std::int32_t code, std::string text);
   [[nodiscard]] std::string describe(const Ending& ending) const;
   void answer_query(const QueryState::Request& request, QueryState::Response& response);
@@ -105,7 +105,7 @@ class JointTrajectoryController : public Controller {
   jtc::Interfaces interfaces_;
   jtc::Tolerances tolerances_;  // of the present trajectory
   double scaling_ = 1, scaling_command_ = 1;
-  bool scaling_unusable_ = false, scaling_told_ = false;
+  bool scaling_unusable_ = false, scaling_reported_ = false;
 
   // `current_` is followed; `next_` is from the next update on. Each is one of the others, or null.
   jtc::Trajectory* current_ = nullptr;

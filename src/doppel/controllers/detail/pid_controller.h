@@ -47,7 +47,7 @@ class PidController : public Controller {
   const Bus* bus_ = nullptr;
   std::vector<std::string> interfaces_;  // one or two: of reference and measured state
   std::vector<Dof> dofs_;
-  bool use_feedforward_ = false, active_ = false, complained_ = false;
+  bool use_feedforward_ = false, active_ = false, error_logged_ = false;
   bool chained_ = false;  // another controller writes the references
   Publisher<control_msgs::msg::MultiDOFStateStamped> state_topic_;
   control_msgs::msg::MultiDOFStateStamped state_;

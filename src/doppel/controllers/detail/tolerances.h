@@ -38,6 +38,6 @@ void check(const StateTolerance& tolerance, std::size_t joint, double position_e
 // are skipped.
 Tolerances tolerances_of(const control_msgs::action::FollowJointTrajectory::Goal& goal,
                          const Tolerances& defaults, const std::vector<std::string>& joints,
-                         const std::vector<std::string>& ignored, std::string& complaint);
+                         const std::vector<std::string>& ignored, std::string& problem);
 
 }  // namespace doppel::jtc

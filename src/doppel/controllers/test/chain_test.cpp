@@ -165,7 +165,7 @@ pid: {ros__parameters: {dof_names: [a], command_interface: effort, reference_and
   named.manager->start(Names{"forward", "pid"});
   EXPECT_EQ(named.state_of("forward"), ControllerState::active);
   ManagerRig found(yaml, {{"a"}}, ChainRig::effort_driven());
-  found.manager->start_what_fits(Names{"forward", "pid"});
+  found.manager->start_compatible(Names{"forward", "pid"});
   EXPECT_EQ(found.state_of("forward"), ControllerState::active) << found.said();
 }
 

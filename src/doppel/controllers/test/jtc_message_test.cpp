@@ -26,7 +26,7 @@ MessageRules rules() {
 }
 
 // Why a message is refused at t = 100 s; "" if it is taken.
-std::string refusal(const JointTrajectory& message, const MessageRules& by = rules()) {
+std::string error_of(const JointTrajectory& message, const MessageRules& by = rules()) {
   return check_message(message, by, from_seconds(100)).why();
 }
 
@@ -35,116 +35,116 @@ JointTrajectory good() {
 }
 
 TEST(JtcMessage, GoodOnesAreTaken) {
-  EXPECT_THAT(refusal(good()), IsEmpty());
+  EXPECT_THAT(error_of(good()), IsEmpty());
 }
 
 TEST(JtcMessage, B16_PartialJointListRefusedUnlessAllowed) {
   JointTrajectory m = trajectory({"Revolute 1", "Revolute 3"}, {point(1, {1, 2})});
-  EXPECT_THAT(refusal(m), AllOf(HasSubstr("'Revolute 2'"), HasSubstr("allow_partial_joints_goal")));
+  EXPECT_THAT(error_of(m), AllOf(HasSubstr("'Revolute 2'"), HasSubstr("allow_partial_joints_goal")));
   MessageRules partial = rules();
   partial.allow_partial_joints = true;
-  EXPECT_THAT(refusal(m, partial), IsEmpty());
+  EXPECT_THAT(error_of(m, partial), IsEmpty());
 }
 
 TEST(JtcMessage, B17_UnknownJointIsNamedWithTheNearest) {
   JointTrajectory m = good();
   m.joint_names[1] = "Revolut 2";
-  EXPECT_THAT(refusal(m), AllOf(HasSubstr("'Revolut 2'"), HasSubstr("did you mean 'Revolute 2'")));
+  EXPECT_THAT(error_of(m), AllOf(HasSubstr("'Revolut 2'"), HasSubstr("did you mean 'Revolute 2'")));
 }
 
 TEST(JtcMessage, B17_RepeatedNamesAreTakenAndReported) {
   JointTrajectory m = good();
   m.joint_names[1] = "Revolute 1";
-  EXPECT_THAT(refusal(m), IsEmpty());
+  EXPECT_THAT(error_of(m), IsEmpty());
   EXPECT_THAT(repeated_joints(m), ElementsAre("Revolute 1"));
   EXPECT_THAT(repeated_joints(good()), IsEmpty());
 }
 
 TEST(JtcMessage, B18_NoNamesOrNoPointsRefused) {
-  EXPECT_THAT(refusal(trajectory({}, {point(1, {})})), HasSubstr("names no joints"));
-  EXPECT_THAT(refusal(trajectory(kRevoluteJoints, {})), HasSubstr("does not stop the robot"));
+  EXPECT_THAT(error_of(trajectory({}, {point(1, {})})), HasSubstr("names no joints"));
+  EXPECT_THAT(error_of(trajectory(kRevoluteJoints, {})), HasSubstr("does not stop the robot"));
 }
 
 TEST(JtcMessage, B19_LengthsMustMatchTheNames) {
   JointTrajectory m = good();
   m.points[1].positions.pop_back();
-  EXPECT_THAT(refusal(m), AllOf(HasSubstr("point 2 of 2"), HasSubstr("2 positions"), HasSubstr("3 joints")));
+  EXPECT_THAT(error_of(m), AllOf(HasSubstr("point 2 of 2"), HasSubstr("2 positions"), HasSubstr("3 joints")));
   m = good();
   m.points[0].velocities = {1};
-  EXPECT_THAT(refusal(m), HasSubstr("1 velocities"));
+  EXPECT_THAT(error_of(m), HasSubstr("1 velocities"));
   m = good();
   m.points[1].accelerations.push_back(1);
-  EXPECT_THAT(refusal(m), HasSubstr("4 accelerations"));
+  EXPECT_THAT(error_of(m), HasSubstr("4 accelerations"));
 }
 
 TEST(JtcMessage, B20_PositionsAreNeededUnlessIntegrated) {
   JointTrajectory m = trajectory(kRevoluteJoints, {point(1, {}, {0, 0, 0})});
-  EXPECT_THAT(refusal(m), HasSubstr("allow_integration_in_goal_trajectories"));
+  EXPECT_THAT(error_of(m), HasSubstr("allow_integration_in_goal_trajectories"));
   MessageRules integrating = rules();
   integrating.allow_integration = true;
-  EXPECT_THAT(refusal(m, integrating), IsEmpty());
-  EXPECT_THAT(refusal(trajectory(kRevoluteJoints, {point(1, {}, {}, {0, 0, 0})}), integrating), IsEmpty());
-  EXPECT_THAT(refusal(trajectory(kRevoluteJoints, {point(1, {})}), integrating),
+  EXPECT_THAT(error_of(m, integrating), IsEmpty());
+  EXPECT_THAT(error_of(trajectory(kRevoluteJoints, {point(1, {}, {}, {0, 0, 0})}), integrating), IsEmpty());
+  EXPECT_THAT(error_of(trajectory(kRevoluteJoints, {point(1, {})}), integrating),
               HasSubstr("neither positions"));
 }
 
 TEST(JtcMessage, B21_EffortOnlyWhereEffortIsCommanded) {
   JointTrajectory m = trajectory(kRevoluteJoints, {point(1, {1, 1, 1}, {}, {}, {1, 1, 1})});
-  EXPECT_THAT(refusal(m), HasSubstr("command_interfaces"));
+  EXPECT_THAT(error_of(m), HasSubstr("command_interfaces"));
   MessageRules effort = rules();
   effort.effort_commanded = true;
-  EXPECT_THAT(refusal(m, effort), IsEmpty());
+  EXPECT_THAT(error_of(m, effort), IsEmpty());
   m.points[0].effort.pop_back();
-  EXPECT_THAT(refusal(m, effort), HasSubstr("2 effort"));
+  EXPECT_THAT(error_of(m, effort), HasSubstr("2 effort"));
 }
 
 TEST(JtcMessage, B22_TimeMustIncrease) {
   JointTrajectory m = good();
   m.points[1].time_from_start = m.points[0].time_from_start;
-  EXPECT_THAT(refusal(m), AllOf(HasSubstr("point 2 of 2"), HasSubstr("must increase")));
+  EXPECT_THAT(error_of(m), AllOf(HasSubstr("point 2 of 2"), HasSubstr("must increase")));
   m = good();
   m.points[0].time_from_start = to_duration_msg(from_seconds(-0.5));
-  EXPECT_THAT(refusal(m), HasSubstr("negative"));
+  EXPECT_THAT(error_of(m), HasSubstr("negative"));
 }
 
 TEST(JtcMessage, B23_EndsAtRestUnlessAllowed) {
   JointTrajectory m = good();
   m.points[1].velocities[2] = 1e-6;
-  EXPECT_THAT(refusal(m),
+  EXPECT_THAT(error_of(m),
               AllOf(HasSubstr("'Revolute 3'"), HasSubstr("allow_nonzero_velocity_at_trajectory_end")));
   m.points[1].velocities[2] = 1e-8;
-  EXPECT_THAT(refusal(m), IsEmpty());
+  EXPECT_THAT(error_of(m), IsEmpty());
   m.points[1].velocities[2] = -3;
   MessageRules moving = rules();
   moving.allow_nonzero_velocity_at_end = true;
-  EXPECT_THAT(refusal(m, moving), IsEmpty());
+  EXPECT_THAT(error_of(m, moving), IsEmpty());
 }
 
 TEST(JtcMessage, B24_TrajectoriesThatAreOverAreRefused) {
   JointTrajectory m = good();
   m.header.stamp = to_time_msg(from_seconds(97));
-  EXPECT_THAT(refusal(m), AllOf(HasSubstr("ends in the past"), HasSubstr("leave the stamp 0")));
+  EXPECT_THAT(error_of(m), AllOf(HasSubstr("ends in the past"), HasSubstr("leave the stamp 0")));
 }
 
 TEST(JtcMessage, B25_LateOnesAreTakenWhileTheirEndIsAhead) {
   JointTrajectory m = good();
   m.header.stamp = to_time_msg(from_seconds(98.5));
-  EXPECT_THAT(refusal(m), IsEmpty());
+  EXPECT_THAT(error_of(m), IsEmpty());
   m.header.stamp = to_time_msg(from_seconds(200));
-  EXPECT_THAT(refusal(m), IsEmpty());
+  EXPECT_THAT(error_of(m), IsEmpty());
 }
 
 TEST(JtcMessage, NumbersThatAreNoneAreRefusedWithJointAndPoint) {
   for (const double bad : {std::nan(""), kInfinity, -kInfinity}) {
     JointTrajectory m = good();
     m.points[1].positions[1] = bad;
-    EXPECT_THAT(refusal(m), AllOf(HasSubstr("'Revolute 2'"), HasSubstr("positions of point 2 of 2")));
+    EXPECT_THAT(error_of(m), AllOf(HasSubstr("'Revolute 2'"), HasSubstr("positions of point 2 of 2")));
     m = good();
     m.points[1].accelerations[0] = bad;
-    EXPECT_THAT(refusal(m), AllOf(HasSubstr("'Revolute 1'"), HasSubstr("accelerations")));
+    EXPECT_THAT(error_of(m), AllOf(HasSubstr("'Revolute 1'"), HasSubstr("accelerations")));
     m = good();
     m.points[1].velocities[0] = bad;
-    EXPECT_THAT(refusal(m), HasSubstr("velocities of point 2"));
+    EXPECT_THAT(error_of(m), HasSubstr("velocities of point 2"));
   }
 }
 
@@ -182,10 +182,10 @@ TEST(JtcMessage, JointsThatMimicMayBeNamedAndAreIgnored) {
       if (!field->empty()) field->push_back(std::nan(""));
     }
   }
-  EXPECT_THAT(refusal(m, with_mimic), IsEmpty());
+  EXPECT_THAT(error_of(m, with_mimic), IsEmpty());
   EXPECT_EQ(make_trajectory(m, with_mimic, std::vector<double>{0, 0, 0})->joints(), 3u);
   with_mimic.allow_partial_joints = true;
-  EXPECT_THAT(refusal(trajectory({"finger"}, {point(1, {1})}), with_mimic), Not(IsEmpty()));
+  EXPECT_THAT(error_of(trajectory({"finger"}, {point(1, {1})}), with_mimic), Not(IsEmpty()));
 }
 
 }  // namespace

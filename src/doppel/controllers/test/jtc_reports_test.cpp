@@ -30,10 +30,10 @@ TEST(JtcReports, B66_VectorsFollowTheInterfaces) {
       {{kPosition, kEffort}, {kPosition, kVelocity}}};
   for (const auto& [commands, states] : combinations) {
     JtcRig rig(options_of(commands, states));
-    Listener<State> heard(rig.bus, "/arm/controller_state");
+    Listener<State> received(rig.bus, "/arm/controller_state");
     rig.run(5);
-    ASSERT_THAT(heard.messages, SizeIs(5)) << "one for each update";
-    const State& now = heard.messages.back();
+    ASSERT_THAT(received.messages, SizeIs(5)) << "one for each update";
+    const State& now = received.messages.back();
     const auto has = [](const Names& names, const char* name) {
       return std::find(names.begin(), names.end(), name) == names.end() ? 0u : 3u;
     };
@@ -56,9 +56,9 @@ TEST(JtcReports, B66_VectorsFollowTheInterfaces) {
 
 TEST(JtcReports, B66_WithFewerCommandJointsTheOthersHaveNoOutput) {
   JtcRig rig(options_of({kPosition}, {kPosition}, "command_joints: [c, a]"));
-  Listener<State> heard(rig.bus, "/arm/controller_state");
+  Listener<State> received(rig.bus, "/arm/controller_state");
   rig.run(1);
-  const auto& output = heard.messages.back().output.positions;
+  const auto& output = received.messages.back().output.positions;
   ASSERT_THAT(output, SizeIs(3));
   EXPECT_DOUBLE_EQ(output[0], 0);
   EXPECT_TRUE(std::isnan(output[1]));
@@ -66,14 +66,14 @@ TEST(JtcReports, B66_WithFewerCommandJointsTheOthersHaveNoOutput) {
 
 TEST(JtcReports, B67_TimesFromStart) {
   JtcRig rig;
-  Listener<State> heard(rig.bus, "/arm/controller_state");
+  Listener<State> received(rig.bus, "/arm/controller_state");
   rig.say("/arm/speed_scaling_input", SpeedScalingFactor{0.5});
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run(21);
-  EXPECT_EQ(from_msg(heard.messages.back().reference.time_from_start),
+  EXPECT_EQ(from_msg(received.messages.back().reference.time_from_start),
             from_seconds(0.1));  // of the trajectory
-  EXPECT_EQ(from_msg(heard.messages.back().feedback.time_from_start), from_seconds(0.2));  // of the clock
-  EXPECT_DOUBLE_EQ(heard.messages.back().speed_scaling_factor, 0.5);
+  EXPECT_EQ(from_msg(received.messages.back().feedback.time_from_start), from_seconds(0.2));  // of the clock
+  EXPECT_DOUBLE_EQ(received.messages.back().speed_scaling_factor, 0.5);
 }
 
 TEST(JtcReports, B68_OutputOnlyOnceAllCommandsAreNumbers) {
@@ -82,13 +82,13 @@ TEST(JtcReports, B68_OutputOnlyOnceAllCommandsAreNumbers) {
   JtcRig rig(options);
   rig.hardware->set_velocity("a", std::nan(""));  // so that its loop has nothing to say
   rig.start();
-  Listener<State> heard(rig.bus, "/arm/controller_state");
+  Listener<State> received(rig.bus, "/arm/controller_state");
   rig.run(1);
-  EXPECT_THAT(heard.messages.back().output.velocities, IsEmpty());
+  EXPECT_THAT(received.messages.back().output.velocities, IsEmpty());
   EXPECT_DOUBLE_EQ(rig.command("b/velocity"), 0);
   rig.hardware->set_velocity("a", 0);
   rig.run(1);
-  EXPECT_THAT(heard.messages.back().output.velocities, ElementsAre(0, 0, 0));
+  EXPECT_THAT(received.messages.back().output.velocities, ElementsAre(0, 0, 0));
 }
 
 Query::Response query(JtcRig& rig, double time) {
@@ -164,10 +164,10 @@ JtcOptions scaled_hardware(std::string more) {
 
 TEST(JtcReports, B72_TheHardwaresFactorOverrides) {
   JtcRig rig(scaled_hardware("state_interface: speed_scaling/factor"));
-  Listener<State> heard(rig.bus, "/arm/controller_state");
+  Listener<State> received(rig.bus, "/arm/controller_state");
   rig.say("/arm/speed_scaling_input", SpeedScalingFactor{2});
   rig.run(1);
-  EXPECT_DOUBLE_EQ(heard.messages.back().speed_scaling_factor, 0.5);
+  EXPECT_DOUBLE_EQ(received.messages.back().speed_scaling_factor, 0.5);
   EXPECT_EQ(rig.count(Severity::warning, "will overwrite the speed scaling factor"), 1u);
 }
 

@@ -27,11 +27,11 @@ Tolerances defaults() {
 
 struct Outcome {
   Tolerances tolerances;
-  std::string complaint;
+  std::string problem;
 };
 Outcome with(const Goal& goal) {
   Outcome out;
-  out.tolerances = tolerances_of(goal, defaults(), kTwoJoints, {"finger"}, out.complaint);
+  out.tolerances = tolerances_of(goal, defaults(), kTwoJoints, {"finger"}, out.problem);
   return out;
 }
 
@@ -72,7 +72,7 @@ TEST(JtcTolerances, B57_PositiveReplacesZeroKeepsMinusOneErases) {
   goal.goal_tolerance = {{"a", -1, -1, 0}};
   goal.goal_time_tolerance = to_duration_msg(from_seconds(2));
   const Outcome out = with(goal);
-  EXPECT_THAT(out.complaint, IsEmpty());
+  EXPECT_THAT(out.problem, IsEmpty());
   EXPECT_DOUBLE_EQ(out.tolerances.path[0].position, 0.1);
   EXPECT_DOUBLE_EQ(out.tolerances.path[1].position, 0.7);
   EXPECT_DOUBLE_EQ(out.tolerances.path[1].velocity, 0.8);
@@ -99,13 +99,13 @@ TEST(JtcTolerances, B57_NonsenseMakesAllOfThemVoid) {
     goal.path_tolerance = {{"a", 0.9, 0, 0}, {"b", 0, bad, 0}};
     const Outcome out = with(goal);
     EXPECT_TRUE(is_default(out.tolerances));
-    EXPECT_THAT(out.complaint, AllOf(HasSubstr("velocity of joint 'b'"), HasSubstr("path_tolerance")));
+    EXPECT_THAT(out.problem, AllOf(HasSubstr("velocity of joint 'b'"), HasSubstr("path_tolerance")));
   }
   Goal goal;
   goal.path_tolerance = {{"a", 0.9, 0, 0}};
   goal.goal_time_tolerance = to_duration_msg(from_seconds(-3));
   EXPECT_TRUE(is_default(with(goal).tolerances));
-  EXPECT_THAT(with(goal).complaint, HasSubstr("goal_time_tolerance is -3"));
+  EXPECT_THAT(with(goal).problem, HasSubstr("goal_time_tolerance is -3"));
 }
 
 TEST(JtcTolerances, B57_UnknownJointMakesAllOfThemVoid) {
@@ -114,14 +114,14 @@ TEST(JtcTolerances, B57_UnknownJointMakesAllOfThemVoid) {
   goal.goal_tolerance = {{"bb", 0.9, 0, 0}};
   const Outcome out = with(goal);
   EXPECT_TRUE(is_default(out.tolerances));
-  EXPECT_THAT(out.complaint, AllOf(HasSubstr("goal_tolerance"), HasSubstr("'bb'")));
+  EXPECT_THAT(out.problem, AllOf(HasSubstr("goal_tolerance"), HasSubstr("'bb'")));
 }
 
 TEST(JtcTolerances, JointsThatMimicAreSkipped) {
   Goal goal;
   goal.path_tolerance = {{"finger", 0.9, 0, 0}, {"a", 0.4, 0, 0}};
   const Outcome out = with(goal);
-  EXPECT_THAT(out.complaint, IsEmpty());
+  EXPECT_THAT(out.problem, IsEmpty());
   EXPECT_DOUBLE_EQ(out.tolerances.path[0].position, 0.4);
 }
 

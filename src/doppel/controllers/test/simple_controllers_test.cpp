@@ -31,8 +31,8 @@ FakeHardwareOptions offering(Names commands, Names states = {kPosition, kVelocit
 }
 
 template <class M>
-struct Heard {
-  Heard(Bus& bus, const std::string& topic) : node(bus, "/listener") {
+struct Recorder {
+  Recorder(Bus& bus, const std::string& topic) : node(bus, "/listener") {
     node.subscribe<M>(topic, [this](const M& message) { messages.push_back(message); });
   }
   Node node;
@@ -59,8 +59,8 @@ TEST(JointStateBroadcaster, PublishesAllInTheOrderOfTheHardware) {
   options.more_states = {{"gripper force", "newton", 4.5}};
   ManagerRig rig(declared("joint_state_broadcaster/JointStateBroadcaster", "frame_id: world"),
                  {{"a"}, {"b"}, {.name = "finger", .mimics = "a"}}, options);
-  Heard<sensor_msgs::msg::JointState> states(rig.bus, "/joint_states");
-  Heard<control_msgs::msg::DynamicJointState> dynamic(rig.bus, "/dynamic_joint_states");
+  Recorder<sensor_msgs::msg::JointState> states(rig.bus, "/joint_states");
+  Recorder<control_msgs::msg::DynamicJointState> dynamic(rig.bus, "/dynamic_joint_states");
   rig.manager->start(Names{"c"});
   rig.hardware->set_position("a", 0.25);
   rig.hardware->set_velocity("finger", -2);
@@ -89,7 +89,7 @@ TEST(JointStateBroadcaster, SelectsMapsAndAdds) {
       declared("joint_state_broadcaster/JointStateBroadcaster",
                "joints: [b], interfaces: [velocity], extra_joints: [ghost], use_local_topics: true, "
                "map_interface_to_joint_state: {position: velocity, velocity: none}"));
-  Heard<sensor_msgs::msg::JointState> states(rig.bus, "/c/joint_states");
+  Recorder<sensor_msgs::msg::JointState> states(rig.bus, "/c/joint_states");
   rig.manager->start(Names{"c"});
   rig.hardware->set_velocity("b", 3);
   rig.run(1);
@@ -224,7 +224,7 @@ constexpr const char* kPid =
 TEST(PidControllerTest, ComputesFromReferenceAndState) {
   ManagerRig rig(declared("pid_controller/PidController", kPid), {{"a"}, {"b"}}, offering({kEffort}));
   rig.manager->start(Names{"c"});
-  Heard<control_msgs::msg::MultiDOFStateStamped> states(rig.bus, "/c/controller_state");
+  Recorder<control_msgs::msg::MultiDOFStateStamped> states(rig.bus, "/c/controller_state");
   rig.run(1);
   EXPECT_TRUE(std::isnan(rig.manager->command("a/effort")));  // no reference, no effort
   rig.hardware->set_position("a", 0.5);

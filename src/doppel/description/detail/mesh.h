@@ -14,7 +14,7 @@
 
 namespace doppel::mesh {
 
-struct Soup {
+struct TriangleSoup {
   std::vector<Eigen::Vector3f> points;                  // file units
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices into points
   std::optional<Eigen::Vector4f> rgba;
@@ -26,18 +26,18 @@ using Sidecar = std::function<std::string(const std::string& name)>;
 
 // All throw InputError "mesh.unreadable" with the place in the file where there is one. Time and memory are
 // bounded by the size of `bytes`.
-Soup read_stl(std::string_view bytes, const std::string& name);
-Soup read_obj(std::string_view bytes, const std::string& name, const Sidecar& sidecar);
-Soup read_collada(std::string_view bytes, const std::string& name);
+TriangleSoup read_stl(std::string_view bytes, const std::string& name);
+TriangleSoup read_obj(std::string_view bytes, const std::string& name, const Sidecar& sidecar);
+TriangleSoup read_collada(std::string_view bytes, const std::string& name);
 // glTF and whatever else assimp knows. `path` is a regular file of a size that assimp can hold.
-Soup read_by_assimp(const std::string& path);
+TriangleSoup read_by_assimp(const std::string& path);
 
 // Cuts a polygon into triangles: by ears, so that hollow corners stay hollow. Source: G. Meisters, "Polygons
-// have ears", 1975. Corners are indices into soup.points; above kMostCorners, where no ear is
-// found, or once kMostEarTests corners of this soup have been looked at, a fan.
-inline constexpr std::size_t kMostCorners = 256;
-inline constexpr std::size_t kMostEarTests = 50'000'000;  // a second; good files need a few thousand
-void add_polygon(Soup& soup, const std::vector<std::uint32_t>& corners);
+// have ears", 1975. Corners are indices into soup.points; above kMaxPolygonCorners, where no ear is
+// found, or once kMaxEarTests corners of this soup have been looked at, a fan.
+inline constexpr std::size_t kMaxPolygonCorners = 256;
+inline constexpr std::size_t kMaxEarTests = 50'000'000;  // a second; good files need a few thousand
+void add_polygon(TriangleSoup& soup, const std::vector<std::uint32_t>& corners);
 
 [[noreturn]] void refuse(const std::string& name, int line, std::string message);
 

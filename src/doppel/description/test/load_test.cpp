@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 using std::string_literals::operator""s;
 
 struct Reading {
-  std::string xml;   // of what was read
-  std::string told;  // warnings, or the error
+  std::string xml;               // of what was read
+  std::string diagnostics_text;  // warnings, or the error
   bool refused = false;
 };
 
@@ -29,10 +29,10 @@ Reading read(const std::string& name, const std::string& text) {
   try {
     out.xml = to_xml(expand_description(folder / name, {}, resolver, diagnostics).root);
   } catch (const InputError& error) {
-    out.told = error.what();
+    out.diagnostics_text = error.what();
     out.refused = true;
   }
-  for (const Diagnostic& d : diagnostics.all()) out.told += d.str() + "\n";
+  for (const Diagnostic& d : diagnostics.all()) out.diagnostics_text += d.str() + "\n";
   fs::remove_all(folder);
   return out;
 }
@@ -72,10 +72,11 @@ TEST(Load, WhatUrdfdomReadsIsReadWithAWarningAtItsPlace) {
        "not UTF-8, or not text at all"}};
   for (const auto& [text, wanted] : cases) {
     const Reading got = read("a.urdf", text);
-    EXPECT_FALSE(got.refused) << text << "\n" << got.told;
+    EXPECT_FALSE(got.refused) << text << "\n" << got.diagnostics_text;
     EXPECT_NE(got.xml.find("<link name=\"l\"/>"), std::string::npos) << text << "\n" << got.xml;
-    EXPECT_NE(got.told.find(wanted), std::string::npos) << text << "\n" << got.told;
-    EXPECT_NE(got.told.find("[xml.tolerated]"), std::string::npos) << text << "\n" << got.told;
+    EXPECT_NE(got.diagnostics_text.find(wanted), std::string::npos) << text << "\n" << got.diagnostics_text;
+    EXPECT_NE(got.diagnostics_text.find("[xml.tolerated]"), std::string::npos) << text << "\n"
+                                                                               << got.diagnostics_text;
   }
 }
 
@@ -86,7 +87,7 @@ TEST(Load, WhatNoToolReadsStaysRefused) {
         "<robot name=\"a\"><link name=\"l\"></lin></robot>"s, robot("<link fixed/>"), ""s}) {
     const Reading got = read("a.urdf", text);
     EXPECT_TRUE(got.refused) << text;
-    EXPECT_NE(got.told.find("[xml.not_well_formed]"), std::string::npos) << got.told;
+    EXPECT_NE(got.diagnostics_text.find("[xml.not_well_formed]"), std::string::npos) << got.diagnostics_text;
   }
 }
 
@@ -101,9 +102,10 @@ TEST(Load, WhatTheReferenceRefusesInAXacroFileStaysRefusedThere) {
 TEST(Load, BlankLinesAndCommentsBeforeTheDeclarationAreAWarningInAXacroFileToo) {
   const Reading got =
       read("a.xacro", "<!-- hi -->\n\n<?xml version=\"1.0\"?>\n" + robot("<link name=\"${1 + 1}\"/>"));
-  EXPECT_NE(got.xml.find("<link name=\"2\"/>"), std::string::npos) << got.told;
-  EXPECT_NE(got.told.find(":3:1: warning"), std::string::npos) << got.told;
-  EXPECT_NE(got.told.find("ros/xacro refuses the file"), std::string::npos) << got.told;
+  EXPECT_NE(got.xml.find("<link name=\"2\"/>"), std::string::npos) << got.diagnostics_text;
+  EXPECT_NE(got.diagnostics_text.find(":3:1: warning"), std::string::npos) << got.diagnostics_text;
+  EXPECT_NE(got.diagnostics_text.find("ros/xacro refuses the file"), std::string::npos)
+      << got.diagnostics_text;
 }
 
 // As ros/xacro reads them: an encoding that is declared, and is not that of the file, says nothing.
@@ -114,8 +116,8 @@ TEST(Load, UTF8IsReadAsThatWhateverItDeclares) {
     EXPECT_NE(got.xml.find("<link name=\"\xC3\xA4"
                            "2\"/>"),
               std::string::npos)
-        << encoding << got.xml << got.told;
-    EXPECT_EQ(got.told, "") << encoding;
+        << encoding << got.xml << got.diagnostics_text;
+    EXPECT_EQ(got.diagnostics_text, "") << encoding;
   }
 }
 
@@ -123,47 +125,52 @@ TEST(Load, AFileThatNeedsExpansionIsExpandedWithoutANamespace) {
   const std::string text = robot("<link name=\"${1 + 1}\"/>");
   for (const char* name : {"plain.urdf.xacro", "plain.urdf"}) {
     const Reading got = read(name, text);
-    EXPECT_NE(got.xml.find("<link name=\"2\"/>"), std::string::npos) << name << got.xml << got.told;
-    EXPECT_EQ(got.told, "") << name;
+    EXPECT_NE(got.xml.find("<link name=\"2\"/>"), std::string::npos)
+        << name << got.xml << got.diagnostics_text;
+    EXPECT_EQ(got.diagnostics_text, "") << name;
   }
-  EXPECT_NE(read("price.urdf", robot("<gazebo>5$ ${</gazebo>")).told.find("is not closed"),
+  EXPECT_NE(read("price.urdf", robot("<gazebo>5$ ${</gazebo>")).diagnostics_text.find("is not closed"),
             std::string::npos);
-  EXPECT_EQ(read("price.urdf", robot("<gazebo>5$ a</gazebo>")).told, "");
+  EXPECT_EQ(read("price.urdf", robot("<gazebo>5$ a</gazebo>")).diagnostics_text, "");
 }
 
 TEST(Load, AnUndeclaredPrefixIsRefusedInAXacroFileAndReadInAPlainOne) {
   const std::string sensor = "<gazebo><sensor:camera name=\"c\"/></gazebo>";
   const Reading refused = read("ns.xacro", robot(sensor));
   EXPECT_TRUE(refused.refused);
-  EXPECT_NE(refused.told.find("ns.xacro:1:41: error: the prefix 'sensor' is not declared"), std::string::npos)
-      << refused.told;
-  EXPECT_EQ(read("ns.urdf", robot(sensor)).told, "");
+  EXPECT_NE(refused.diagnostics_text.find("ns.xacro:1:41: error: the prefix 'sensor' is not declared"),
+            std::string::npos)
+      << refused.diagnostics_text;
+  EXPECT_EQ(read("ns.urdf", robot(sensor)).diagnostics_text, "");
   EXPECT_EQ(read("ns.xacro",
                  robot("<gazebo xmlns:sensor=\"x\"><sensor:camera sensor:y=\"1\" xml:lang=\"e\"/></gazebo>"))
-                .told,
+                .diagnostics_text,
             "");
   EXPECT_TRUE(read("ns.xacro", robot("<gazebo xmlns:sensor=\"x\"/><sensor:camera/>")).refused);
   EXPECT_TRUE(read("ns.xacro", robot("<gazebo sensor:x=\"1\"/>")).refused);
   const Reading own =
       read("own.xacro", robot("<xacro:property name=\"p\" value=\"7\"/><link name=\"${p}\"/>"));
-  EXPECT_NE(own.xml.find("<link name=\"7\"/>"), std::string::npos) << own.told;
-  EXPECT_NE(own.told.find("own.xacro:1:33: warning: the prefix 'xacro' is not declared"), std::string::npos)
-      << own.told;
+  EXPECT_NE(own.xml.find("<link name=\"7\"/>"), std::string::npos) << own.diagnostics_text;
+  EXPECT_NE(own.diagnostics_text.find("own.xacro:1:33: warning: the prefix 'xacro' is not declared"),
+            std::string::npos)
+      << own.diagnostics_text;
 }
 
 TEST(Load, LeftOverXacroInAPlainUrdfIsAWarningAndInAXacroFileAnError) {
   const std::string space = "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">";
   const std::string text = space + "<link name=\"l\"/><xacro:x/></robot>";
   const Reading got = read("a.urdf", text);
-  EXPECT_NE(got.xml.find("<link name=\"l\"/>"), std::string::npos) << got.told;
+  EXPECT_NE(got.xml.find("<link name=\"l\"/>"), std::string::npos) << got.diagnostics_text;
   EXPECT_EQ(got.xml.find("xacro:x"), std::string::npos);
-  EXPECT_NE(got.told.find("a.urdf:1:77: warning: unknown macro 'x'"), std::string::npos) << got.told;
-  EXPECT_NE(got.told.find("[xacro.left_over]"), std::string::npos) << got.told;
+  EXPECT_NE(got.diagnostics_text.find("a.urdf:1:77: warning: unknown macro 'x'"), std::string::npos)
+      << got.diagnostics_text;
+  EXPECT_NE(got.diagnostics_text.find("[xacro.left_over]"), std::string::npos) << got.diagnostics_text;
   EXPECT_TRUE(read("a.xacro", text).refused);
 
   const Reading undeclared = read("a.urdf", robot("<xacro:x/>"));
-  EXPECT_FALSE(undeclared.refused) << undeclared.told;
-  EXPECT_NE(undeclared.told.find("[xacro.left_over]"), std::string::npos) << undeclared.told;
+  EXPECT_FALSE(undeclared.refused) << undeclared.diagnostics_text;
+  EXPECT_NE(undeclared.diagnostics_text.find("[xacro.left_over]"), std::string::npos)
+      << undeclared.diagnostics_text;
 }
 
 TEST(Load, APackageWithANearNameIsAskedForInWholeSentences) {
@@ -174,14 +181,15 @@ TEST(Load, APackageWithANearNameIsAskedForInWholeSentences) {
   std::ofstream(folder / "a.xacro") << robot("<xacro:include filename=\"$(find arm_descripton)/x.xacro\"/>");
   PackageResolver resolver;
   Diagnostics diagnostics;
-  std::string told;
+  std::string diagnostics_text;
   try {
     expand_description(folder / "a.xacro", {}, resolver, diagnostics);
   } catch (const InputError& error) {
-    told = error.what();
+    diagnostics_text = error.what();
   }
   fs::remove_all(folder);
-  EXPECT_NE(told.find("; did you mean 'arm_description'? Looked in:\n"), std::string::npos) << told;
+  EXPECT_NE(diagnostics_text.find("; did you mean 'arm_description'? Looked in:\n"), std::string::npos)
+      << diagnostics_text;
 }
 
 TEST(Load, AFaultOfXacroInAPlainUrdfThatUsesItIsRefusedAsInAXacroFile) {
@@ -204,8 +212,9 @@ TEST(Load, AFaultOfXacroInAPlainUrdfThatUsesItIsRefusedAsInAXacroFile) {
   for (const auto& [more, rule] : cases) {
     for (const char* name : {"a.urdf", "a.xacro"}) {
       const Reading got = read(name, begin + more + "</robot>");
-      EXPECT_TRUE(got.refused) << name << more << got.told;
-      EXPECT_NE(got.told.find("[" + rule + "]"), std::string::npos) << name << more << got.told;
+      EXPECT_TRUE(got.refused) << name << more << got.diagnostics_text;
+      EXPECT_NE(got.diagnostics_text.find("[" + rule + "]"), std::string::npos)
+          << name << more << got.diagnostics_text;
     }
   }
 }

@@ -77,9 +77,9 @@ TEST(Stl, ADeclaredSizeIsHeldAgainstTheFiles) {
   std::string bytes = binary_stl(tetrahedron());
   const std::uint32_t two_gigabytes = 2'147'483'648u / 50u;
   std::memcpy(bytes.data() + 80, &two_gigabytes, 4);
-  const std::string told = refused(bytes, "stl");
-  EXPECT_NE(told.find("declares 42949672 triangles"), std::string::npos) << told;
-  EXPECT_NE(told.find("the file has 284"), std::string::npos) << told;
+  const std::string message = refused(bytes, "stl");
+  EXPECT_NE(message.find("declares 42949672 triangles"), std::string::npos) << message;
+  EXPECT_NE(message.find("the file has 284"), std::string::npos) << message;
 }
 
 TEST(Stl, WhatIsNoStlIsRefusedWithThePlace) {
@@ -126,18 +126,18 @@ TEST(Obj, AVertexThatIsNotThereIsNamed) {
 
 // Star-shaped polygons: however the ears are cut, the signed area is the polygon's own.
 TEST(Polygons, WhereTheLookForEarsTakesTooLongTheRestAreFans) {
-  mesh::Soup soup;
+  mesh::TriangleSoup soup;
   std::vector<std::uint32_t> star;
-  for (std::uint32_t i = 0; i < mesh::kMostCorners; ++i) {
-    const double angle = 2 * M_PI * i / mesh::kMostCorners, radius = i % 2 == 0 ? 1.0 : 0.2;
+  for (std::uint32_t i = 0; i < mesh::kMaxPolygonCorners; ++i) {
+    const double angle = 2 * M_PI * i / mesh::kMaxPolygonCorners, radius = i % 2 == 0 ? 1.0 : 0.2;
     soup.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0);
     star.push_back(i);
   }
   constexpr std::size_t polygons = 20'000;
   for (std::size_t i = 0; i < polygons; ++i) mesh::add_polygon(soup, star);
-  EXPECT_EQ(soup.triangles.size(), polygons * (mesh::kMostCorners - 2));
-  EXPECT_GE(soup.ear_tests, mesh::kMostEarTests);
-  EXPECT_LT(soup.ear_tests, mesh::kMostEarTests + mesh::kMostCorners * mesh::kMostCorners);
+  EXPECT_EQ(soup.triangles.size(), polygons * (mesh::kMaxPolygonCorners - 2));
+  EXPECT_GE(soup.ear_tests, mesh::kMaxEarTests);
+  EXPECT_LT(soup.ear_tests, mesh::kMaxEarTests + mesh::kMaxPolygonCorners * mesh::kMaxPolygonCorners);
 }
 
 TEST(Polygons, EarsCoverThePolygonOnce) {
@@ -146,7 +146,7 @@ TEST(Polygons, EarsCoverThePolygonOnce) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> radius(0.2F, 1.0F);
   for (int round = 0; round < 300; ++round) {
-    mesh::Soup soup;
+    mesh::TriangleSoup soup;
     const auto n = static_cast<std::uint32_t>(4 + round % 30);
     std::vector<std::uint32_t> corners;
     const Eigen::Vector3f normal =
@@ -265,7 +265,7 @@ TEST(Collada, AgreesWithAssimp) {
                                      "</node><node><scale>1 -2 3</scale>" + kShow + "</node>",
                                  kFaces);
   const TriangleMesh ours = load_mesh(path, kOnes);
-  const mesh::Soup theirs = mesh::read_by_assimp(path);
+  const mesh::TriangleSoup theirs = mesh::read_by_assimp(path);
   Eigen::AlignedBox3f box;
   for (const auto& t : theirs.triangles) {
     for (const auto corner : t) box.extend(theirs.points[corner]);

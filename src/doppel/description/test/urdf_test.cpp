@@ -17,7 +17,7 @@ RobotDescription parse(const std::string& body, Diagnostics& diagnostics) {
   return parse_urdf("<robot name=\"r\">\n" + body + "</robot>", "r.urdf", resolver, diagnostics);
 }
 
-std::string refusal(const std::string& body) {
+std::string error_of(const std::string& body) {
   Diagnostics diagnostics;
   try {
     parse(body, diagnostics);
@@ -65,29 +65,30 @@ TEST(Urdf, KeepsWhatTheFileSaid) {
 }
 
 TEST(Urdf, RefusesWhatIsNoTreeAtItsPlace) {
-  EXPECT_NE(refusal(kPair).find("2 roots, 'a', 'b'"), std::string::npos);
-  EXPECT_NE(refusal(kPair + joint("") +
-                    "<joint name=\"k\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint>")
+  EXPECT_NE(error_of(kPair).find("2 roots, 'a', 'b'"), std::string::npos);
+  EXPECT_NE(error_of(kPair + joint("") +
+                     "<joint name=\"k\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint>")
                 .find("loop"),
             std::string::npos);
-  EXPECT_NE(refusal(kPair + joint("", "<parent link=\"a\"/><child link=\"bb\"/>")).find("did you mean 'b'"),
+  EXPECT_NE(error_of(kPair + joint("", "<parent link=\"a\"/><child link=\"bb\"/>")).find("did you mean 'b'"),
             std::string::npos);
-  EXPECT_NE(refusal(kPair + "<link name=\"a\"/>" + joint("")).find("two links named 'a'"), std::string::npos);
+  EXPECT_NE(error_of(kPair + "<link name=\"a\"/>" + joint("")).find("two links named 'a'"),
+            std::string::npos);
 }
 
 TEST(Urdf, RefusesBadNumbersAllAtOnce) {
   const std::string text =
-      refusal(kPair + joint("<limit lower=\"1,5\" upper=\"nan\" effort=\"3\" velocity=\"4\"/>"));
+      error_of(kPair + joint("<limit lower=\"1,5\" upper=\"nan\" effort=\"3\" velocity=\"4\"/>"));
   EXPECT_NE(text.find("lower=\"1,5\""), std::string::npos) << text;
   EXPECT_NE(text.find("upper=\"nan\""), std::string::npos) << text;
   EXPECT_NE(
-      refusal(kPair + "<joint name=\"j\" type=\"revolut\"><parent link=\"a\"/><child link=\"b\"/></joint>")
+      error_of(kPair + "<joint name=\"j\" type=\"revolut\"><parent link=\"a\"/><child link=\"b\"/></joint>")
           .find("did you mean 'revolute'"),
       std::string::npos);
 }
 
 TEST(Urdf, BrokenXmlNamesTheElementThatIsOpen) {
-  EXPECT_NE(refusal("<link name=\"a\">\n").find("<link>, opened at line 2, column 1"), std::string::npos);
+  EXPECT_NE(error_of("<link name=\"a\">\n").find("<link>, opened at line 2, column 1"), std::string::npos);
 }
 
 class Files : public ::testing::Test {

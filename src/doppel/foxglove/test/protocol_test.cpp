@@ -121,20 +121,20 @@ TEST(Protocol, WhatIsNoFrameIsRefusedWithTheReason) {
 }
 
 TEST(Protocol, BothHalvesUnderstandEachOther) {
-  ServerMessage heard;
+  ServerMessage received;
   ASSERT_TRUE(read_server_text(to_frame(Services{{{.id = 1,
                                                    .name = "/s",
                                                    .type = "a/srv/B",
                                                    .request_schema = "bool x",
                                                    .response_schema = "bool y"}}}),
-                               heard));
-  EXPECT_EQ(std::get<Services>(heard).services.at(0).response_schema, "bool y");
+                               received));
+  EXPECT_EQ(std::get<Services>(received).services.at(0).response_schema, "bool y");
   GraphUpdate graph;
   graph.published = {{"/a", {"/n", "/m"}}};
   graph.removed_services = {"/gone"};
-  ASSERT_TRUE(read_server_text(to_frame(graph), heard));
-  EXPECT_THAT(std::get<GraphUpdate>(heard).published.at(0).ids, ElementsAre("/n", "/m"));
-  EXPECT_THAT(std::get<GraphUpdate>(heard).removed_services, ElementsAre("/gone"));
+  ASSERT_TRUE(read_server_text(to_frame(graph), received));
+  EXPECT_THAT(std::get<GraphUpdate>(received).published.at(0).ids, ElementsAre("/n", "/m"));
+  EXPECT_THAT(std::get<GraphUpdate>(received).removed_services, ElementsAre("/gone"));
   ClientMessage said;
   const FrameBytes payload = bytes({9, 9});
   const FrameBytes frame = to_frame(ServiceCall{4, 5, "json", payload});

@@ -119,20 +119,20 @@ TEST(AssumedMasses, AWrittenMassWithoutATensorIsSpreadLikeTheLinksShape) {
 }
 
 TEST(AssumedMasses, OneLinkIsSpokenOfInTheSingular) {
-  const auto told = [](const RobotDescription& robot) {
+  const auto warnings = [](const RobotDescription& robot) {
     Diagnostics diagnostics;
     compile_model(robot, BaseKind::fixed, diagnostics);
     return diagnostics.all().at(0).message + " | " + diagnostics.all().at(0).fix;
   };
   RobotDescription robot = one_link(0.0);
-  EXPECT_THAT(told(robot), HasSubstr("a link moves and has no mass; guessed from its length: 'l' "));
+  EXPECT_THAT(warnings(robot), HasSubstr("a link moves and has no mass; guessed from its length: 'l' "));
   robot.links[1].visuals.push_back({});
   robot.links[1].visuals[0].geometry = Box{{0.1, 0.2, 0.3}};
-  EXPECT_THAT(told(robot), HasSubstr("guessed from its shapes: 'l' 6 kg | "));
+  EXPECT_THAT(warnings(robot), HasSubstr("guessed from its shapes: 'l' 6 kg | "));
   robot.joints[0].type = JointType::prismatic;
   robot.joints[0].axis = {0, 0, 1};
-  EXPECT_THAT(told(robot), HasSubstr("guessed from its shapes, scaled by 0.085 so that 'j' holds it: "));
-  EXPECT_THAT(told(robot), ::testing::Not(HasSubstr("these")));
+  EXPECT_THAT(warnings(robot), HasSubstr("guessed from its shapes, scaled by 0.085 so that 'j' holds it: "));
+  EXPECT_THAT(warnings(robot), ::testing::Not(HasSubstr("these")));
 }
 
 TEST(AssumedMasses, ShapesOnWeldedLinksCount) {

@@ -41,7 +41,7 @@ TypeDescriptionMessage message(std::vector<Field> fields,
   return out;
 }
 
-std::string refusal(const TypeDescriptionMessage& described) {
+std::string error_of(const TypeDescriptionMessage& described) {
   Status status;
   EXPECT_EQ(described_type(described, status), nullptr);
   EXPECT_FALSE(status);
@@ -114,23 +114,23 @@ TEST(DescribedType, ASequenceOverItsBoundIsRefused) {
 }
 
 TEST(DescribedType, HostileDescriptionsAreRefused) {
-  EXPECT_THAT(refusal(message({field("a", 1, "my_msgs/msg/Other")})), HasSubstr("is not described"));
-  EXPECT_THAT(refusal(message({field("a", 1, "my_msgs/msg/Top")})), HasSubstr("contains itself"));
-  EXPECT_THAT(refusal(message({field("a", 145, "my_msgs/msg/Top")})), HasSubstr("contains itself"));
+  EXPECT_THAT(error_of(message({field("a", 1, "my_msgs/msg/Other")})), HasSubstr("is not described"));
+  EXPECT_THAT(error_of(message({field("a", 1, "my_msgs/msg/Top")})), HasSubstr("contains itself"));
+  EXPECT_THAT(error_of(message({field("a", 145, "my_msgs/msg/Top")})), HasSubstr("contains itself"));
   for (const int kind : {0, 12, 19, 20, 23, 47, 71, 96, 143, 144, 167, 255})
-    EXPECT_THAT(refusal(message({field("a", kind)})), HasSubstr("unknown kind")) << kind;
-  EXPECT_THAT(refusal(message({field("a", 2), field("a", 2)})), HasSubstr("name of its own"));
-  EXPECT_THAT(refusal(message({field("a b", 2)})), HasSubstr("name of its own"));
-  EXPECT_THAT(refusal(message({field("a\"", 2)})), HasSubstr("name of its own"));
-  EXPECT_THAT(refusal(message({field("a", 2 + 48, "", 0)})), HasSubstr("no room"));
-  EXPECT_THAT(refusal(message({field("a", 2 + 96, "", 0)})), HasSubstr("no room"));
-  EXPECT_THAT(refusal(message({field("a", 21)})), HasSubstr("no room"));
-  EXPECT_THAT(refusal(message({field("a", 11 + 48, "", UINT64_MAX)})), HasSubstr("64 MiB"));
+    EXPECT_THAT(error_of(message({field("a", kind)})), HasSubstr("unknown kind")) << kind;
+  EXPECT_THAT(error_of(message({field("a", 2), field("a", 2)})), HasSubstr("name of its own"));
+  EXPECT_THAT(error_of(message({field("a b", 2)})), HasSubstr("name of its own"));
+  EXPECT_THAT(error_of(message({field("a\"", 2)})), HasSubstr("name of its own"));
+  EXPECT_THAT(error_of(message({field("a", 2 + 48, "", 0)})), HasSubstr("no room"));
+  EXPECT_THAT(error_of(message({field("a", 2 + 96, "", 0)})), HasSubstr("no room"));
+  EXPECT_THAT(error_of(message({field("a", 21)})), HasSubstr("no room"));
+  EXPECT_THAT(error_of(message({field("a", 11 + 48, "", UINT64_MAX)})), HasSubstr("64 MiB"));
   TypeDescriptionMessage nameless = message({field("a", 2)});
   nameless.type_description.type_name = "Top";
-  EXPECT_THAT(refusal(nameless), HasSubstr("package/msg/Name"));
+  EXPECT_THAT(error_of(nameless), HasSubstr("package/msg/Name"));
   const IndividualTypeDescription part{.type_name = "my_msgs/msg/Part", .fields = {field("on", 15)}};
-  EXPECT_THAT(refusal(message({field("a", 1, "my_msgs/msg/Part")}, {part, part})),
+  EXPECT_THAT(error_of(message({field("a", 1, "my_msgs/msg/Part")}, {part, part})),
               HasSubstr("described twice"));
 }
 
@@ -144,7 +144,7 @@ TEST(DescribedType, TypesThatGrowWithoutEndAreRefused) {
     chain.push_back(type);
   }
   chain.push_back({.type_name = "my_msgs/msg/T40", .fields = {field("a", 2)}});
-  EXPECT_THAT(refusal(message({field("a", 1, "my_msgs/msg/T0")}, chain)), HasSubstr("64 MiB"));
+  EXPECT_THAT(error_of(message({field("a", 1, "my_msgs/msg/T0")}, chain)), HasSubstr("64 MiB"));
 
   std::vector<IndividualTypeDescription> deep;
   for (int i = 0; i < 100; ++i) {
@@ -152,7 +152,7 @@ TEST(DescribedType, TypesThatGrowWithoutEndAreRefused) {
                     .fields = {field("a", 145, "my_msgs/msg/T" + std::to_string(i + 1))}});
   }
   deep.push_back({.type_name = "my_msgs/msg/T100", .fields = {field("a", 2)}});
-  EXPECT_THAT(refusal(message({field("a", 1, "my_msgs/msg/T0")}, deep)), HasSubstr("too deep"));
+  EXPECT_THAT(error_of(message({field("a", 1, "my_msgs/msg/T0")}, deep)), HasSubstr("too deep"));
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ M read(std::string_view yaml) {
 }
 
 template <class M>
-std::string refusal(std::string_view yaml) {
+std::string error_of(std::string_view yaml) {
   Bytes bytes;
   const Status status = type_support<M>().yaml_to_cdr(yaml, bytes);
   EXPECT_FALSE(status) << yaml;
@@ -86,32 +86,32 @@ TEST(YamlIn, SpecialNumbers) {
 }
 
 TEST(YamlIn, UnknownFieldsAreRefusedWithPlaceAndNearest) {
-  const std::string why = refusal<Trajectory>("joint_names: [a]\npoints:\n- postions: [1]\n");
+  const std::string why = error_of<Trajectory>("joint_names: [a]\npoints:\n- postions: [1]\n");
   EXPECT_THAT(why, HasSubstr("3:3: "));
   EXPECT_THAT(why, HasSubstr("trajectory_msgs/msg/JointTrajectoryPoint has no field 'postions'"));
   EXPECT_THAT(why, HasSubstr("did you mean 'positions'?"));
-  EXPECT_THAT(refusal<std_srvs::srv::Trigger::Request>("{a: 1}"), HasSubstr("no field 'a'"));
+  EXPECT_THAT(error_of<std_srvs::srv::Trigger::Request>("{a: 1}"), HasSubstr("no field 'a'"));
 }
 
 TEST(YamlIn, WrongTypesAreRefused) {
-  EXPECT_THAT(refusal<JointState>("{position: 1}"), HasSubstr("1:12: '1' where 'position' needs a list"));
-  EXPECT_THAT(refusal<JointState>("{position: [a]}"), HasSubstr("'a' where 'position' needs a number"));
-  EXPECT_THAT(refusal<JointState>("{name: [[a]]}"), HasSubstr("needs text"));
-  EXPECT_THAT(refusal<JointState>("{header: 3}"), HasSubstr("where a std_msgs/msg/Header is needed"));
-  EXPECT_THAT(refusal<Int32>("{data: 1.5}"), HasSubstr("needs a whole number"));
-  EXPECT_THAT(refusal<Int32>("{data: 2147483648}"), HasSubstr("does not fit into the int32"));
-  EXPECT_THAT(refusal<std_msgs::msg::Header>("stamp: {nanosec: -1}"),
+  EXPECT_THAT(error_of<JointState>("{position: 1}"), HasSubstr("1:12: '1' where 'position' needs a list"));
+  EXPECT_THAT(error_of<JointState>("{position: [a]}"), HasSubstr("'a' where 'position' needs a number"));
+  EXPECT_THAT(error_of<JointState>("{name: [[a]]}"), HasSubstr("needs text"));
+  EXPECT_THAT(error_of<JointState>("{header: 3}"), HasSubstr("where a std_msgs/msg/Header is needed"));
+  EXPECT_THAT(error_of<Int32>("{data: 1.5}"), HasSubstr("needs a whole number"));
+  EXPECT_THAT(error_of<Int32>("{data: 2147483648}"), HasSubstr("does not fit into the int32"));
+  EXPECT_THAT(error_of<std_msgs::msg::Header>("stamp: {nanosec: -1}"),
               HasSubstr("does not fit into the uint32"));
-  EXPECT_THAT(refusal<std_msgs::msg::Bool>("{data: 1}"), HasSubstr("true or false"));
-  EXPECT_THAT(refusal<std_msgs::msg::ColorRGBA>("{r: 1e300}"), HasSubstr("float32"));
-  EXPECT_THAT(refusal<Int32>("{data: 1, data: 2}"), HasSubstr("given twice"));
-  EXPECT_THAT(refusal<Int32>("[1]"), HasSubstr("write it as {data: ...}"));
-  EXPECT_THAT(refusal<Int32>("{data: "), HasSubstr("not YAML"));
-  EXPECT_THAT(refusal<Int32>("data: 1\n---\ndata: 2\n"), HasSubstr("several documents"));
-  EXPECT_THAT(refusal<String>("data:\n"), HasSubstr("needs text"));
-  EXPECT_THAT(refusal<unique_identifier_msgs::msg::UUID>("{uuid: [1, 2]}"),
+  EXPECT_THAT(error_of<std_msgs::msg::Bool>("{data: 1}"), HasSubstr("true or false"));
+  EXPECT_THAT(error_of<std_msgs::msg::ColorRGBA>("{r: 1e300}"), HasSubstr("float32"));
+  EXPECT_THAT(error_of<Int32>("{data: 1, data: 2}"), HasSubstr("given twice"));
+  EXPECT_THAT(error_of<Int32>("[1]"), HasSubstr("write it as {data: ...}"));
+  EXPECT_THAT(error_of<Int32>("{data: "), HasSubstr("not YAML"));
+  EXPECT_THAT(error_of<Int32>("data: 1\n---\ndata: 2\n"), HasSubstr("several documents"));
+  EXPECT_THAT(error_of<String>("data:\n"), HasSubstr("needs text"));
+  EXPECT_THAT(error_of<unique_identifier_msgs::msg::UUID>("{uuid: [1, 2]}"),
               HasSubstr("needs 16 elements and has 2"));
-  EXPECT_FALSE(refusal<Int32>(std::string(100000, '[')).empty());
+  EXPECT_FALSE(error_of<Int32>(std::string(100000, '[')).empty());
 }
 
 TEST(YamlOut, IsWhatRos2TopicEchoPrints) {
@@ -187,7 +187,7 @@ TEST(Schema, AByteIsNoUint8) {
   const auto status = read<diagnostic_msgs::msg::DiagnosticStatus>("{level: 2, name: arm}");
   EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::ERROR);
   EXPECT_THAT(yaml_of(status), HasSubstr("level: 2\n"));
-  EXPECT_THAT(refusal<diagnostic_msgs::msg::DiagnosticStatus>("{level: 256}"), HasSubstr("level"));
+  EXPECT_THAT(error_of<diagnostic_msgs::msg::DiagnosticStatus>("{level: 256}"), HasSubstr("level"));
 }
 
 TEST(Schema, OfAMarkerIsAsInJazzy) {

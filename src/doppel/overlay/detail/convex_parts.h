@@ -12,8 +12,8 @@ namespace doppel::overlay_detail {
 
 using Triangle = std::array<Eigen::Vector3d, 3>;
 
-inline constexpr std::size_t kMostParts = 12;
-inline constexpr double kLeastGain = 0.02;  // of the volume of the hull of the whole
+inline constexpr std::size_t kMaxParts = 12;
+inline constexpr double kMinGain = 0.02;  // of the volume of the hull of the whole
 
 // The corners of each part, all within the surface's own hull. A surface that spans no volume has no parts.
 std::vector<std::vector<Eigen::Vector3d>> convex_parts(const std::vector<Triangle>& surface);

@@ -50,12 +50,12 @@ std::vector<const XmlNode*> joints_below(const XmlNode& root, std::string_view l
 std::string root_link(const XmlNode& root);  // the first link that is nobody's child; "" without one
 std::string link_of(const XmlNode& joint, std::string_view end);  // end: "parent" or "child"
 
-// -- values that no description could hold (nonsense.cpp)
-struct Nonsense {
+// -- values that no description could hold (invalid_values.cpp)
+struct InvalidValue {
   std::string key;  // of the setting; empty: what stands behind the operation's name
   std::string message, fix;
 };
-std::optional<Nonsense> nonsense_in(const OperationAction& action);
+std::optional<InvalidValue> invalid_value_in(const OperationAction& action);
 
 // -- facts (facts.cpp)
 // Which facts the operation depends on or makes, in the order in which they are written down.

@@ -10,7 +10,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-std::string complaint(const std::string& yaml) {
+std::string error_of(const std::string& yaml) {
   try {
     parse_overlay(yaml, "o.yaml");
   } catch (const InputError& error) {
@@ -20,52 +20,52 @@ std::string complaint(const std::string& yaml) {
 }
 
 TEST(OverlayFile, SaysWhereAndWhatWasMeant) {
-  EXPECT_THAT(complaint("- flip_axs: J 1"),
+  EXPECT_THAT(error_of("- flip_axs: J 1"),
               StartsWith("o.yaml:1:3: error: 'flip_axs' is no operation; did you mean 'flip_axis'?"));
-  EXPECT_THAT(complaint("- flip_axis: J\n  wy: x"),
+  EXPECT_THAT(error_of("- flip_axis: J\n  wy: x"),
               StartsWith("o.yaml:2:3: error: flip_axis has no 'wy'; did you mean 'why'?"));
-  EXPECT_THAT(complaint("- bake_zero: J\n  offset: 45 dg"),
+  EXPECT_THAT(error_of("- bake_zero: J\n  offset: 45 dg"),
               StartsWith("o.yaml:2:11: error: 'dg' is no unit that fits here; did you mean 'deg'?"));
-  EXPECT_THAT(complaint("- bake_zero: J\n  offset: 4,5"), HasSubstr("'4,5' is no number"));
-  EXPECT_THAT(complaint("- bake_zero: J"), HasSubstr("bake_zero needs 'offset'"));
-  EXPECT_THAT(complaint("- set_axis: J\n  axis: 1 0"), HasSubstr("three numbers"));
-  EXPECT_THAT(complaint("- replace_collision: L\n  by: hul"), HasSubstr("did you mean 'hull'"));
-  EXPECT_THAT(complaint("- flip_axis:"), HasSubstr("does not say of what"));
-  EXPECT_THAT(complaint("- flip_axis: a\n  set_axis: b"), HasSubstr("two operations in one"));
-  EXPECT_THAT(complaint("flip_axis: J"), HasSubstr("is a list of operations"));
-  EXPECT_THAT(complaint("- [a"), StartsWith("o.yaml:"));
-  EXPECT_THAT(complaint("- bad: 1\n- worse: 2"), HasSubstr("o.yaml:2:3"));
+  EXPECT_THAT(error_of("- bake_zero: J\n  offset: 4,5"), HasSubstr("'4,5' is no number"));
+  EXPECT_THAT(error_of("- bake_zero: J"), HasSubstr("bake_zero needs 'offset'"));
+  EXPECT_THAT(error_of("- set_axis: J\n  axis: 1 0"), HasSubstr("three numbers"));
+  EXPECT_THAT(error_of("- replace_collision: L\n  by: hul"), HasSubstr("did you mean 'hull'"));
+  EXPECT_THAT(error_of("- flip_axis:"), HasSubstr("does not say of what"));
+  EXPECT_THAT(error_of("- flip_axis: a\n  set_axis: b"), HasSubstr("two operations in one"));
+  EXPECT_THAT(error_of("flip_axis: J"), HasSubstr("is a list of operations"));
+  EXPECT_THAT(error_of("- [a"), StartsWith("o.yaml:"));
+  EXPECT_THAT(error_of("- bad: 1\n- worse: 2"), HasSubstr("o.yaml:2:3"));
 }
 
 TEST(OverlayFile, RefusesWhatNoDescriptionCouldHold) {
-  EXPECT_THAT(complaint("- set_inertia: L\n  mass: -3"),
+  EXPECT_THAT(error_of("- set_inertia: L\n  mass: -3"),
               StartsWith("o.yaml:2:9: error: set_inertia: mass cannot be negative (-3)"));
-  EXPECT_THAT(complaint("- set_inertia: L\n  mass: -3"), HasSubstr("did you mean 3?"));
-  EXPECT_THAT(complaint("- set_inertia: L\n  mass: 0"), HasSubstr("remove_inertial"));
-  EXPECT_THAT(complaint("- set_inertia: L\n  izz: -1e-3"), HasSubstr("did you mean 0.001?"));
-  EXPECT_THAT(complaint("- set_axis: J\n  axis: 0 0 0"), HasSubstr("'axis: 0 0 1'"));
-  EXPECT_THAT(complaint("- set_limit: J\n  effort: -3"), HasSubstr("did you mean 3?"));
-  EXPECT_THAT(complaint("- set_limit: J\n  lower: 3\n  upper: 1"),
+  EXPECT_THAT(error_of("- set_inertia: L\n  mass: -3"), HasSubstr("did you mean 3?"));
+  EXPECT_THAT(error_of("- set_inertia: L\n  mass: 0"), HasSubstr("remove_inertial"));
+  EXPECT_THAT(error_of("- set_inertia: L\n  izz: -1e-3"), HasSubstr("did you mean 0.001?"));
+  EXPECT_THAT(error_of("- set_axis: J\n  axis: 0 0 0"), HasSubstr("'axis: 0 0 1'"));
+  EXPECT_THAT(error_of("- set_limit: J\n  effort: -3"), HasSubstr("did you mean 3?"));
+  EXPECT_THAT(error_of("- set_limit: J\n  lower: 3\n  upper: 1"),
               HasSubstr("did you mean lower 1 and upper 3?"));
-  EXPECT_THAT(complaint("- set_dynamics: J\n  friction: -0.5"), HasSubstr("did you mean 0.5?"));
-  EXPECT_THAT(complaint("- set_mesh_scale: L\n  scale: 0"), HasSubstr("leaves nothing of the mesh"));
-  EXPECT_THAT(complaint("- set_mesh_scale: L\n  scale: [1, 0, 1]"), HasSubstr("leaves nothing of the mesh"));
-  EXPECT_THAT(complaint("- add_mimic: J\n  leader: J"), HasSubstr("'J' cannot follow itself"));
-  EXPECT_THAT(complaint("- set_joint_type: J\n  type: revolut"), HasSubstr("did you mean 'revolute'?"));
-  EXPECT_THAT(complaint("- compute_inertia: L\n  mass: 0"), HasSubstr("mass cannot be 0"));
-  EXPECT_THAT(complaint("- compute_inertia: L\n  density: -7800"), HasSubstr("did you mean 7800?"));
-  EXPECT_THAT(complaint("- rename_link: L\n  to: ''"), HasSubstr("'L' would have no name"));
-  EXPECT_THAT(complaint("- scale_masses: -5"), StartsWith("o.yaml:1:17: error: scale_masses:"));
-  EXPECT_THAT(complaint("- scale_masses: -5"), HasSubstr("did you mean 5?"));
-  EXPECT_EQ(complaint("- set_mesh_scale: L\n  scale: [1, -1, 1]"), "") << "mirrored meshes exist";
+  EXPECT_THAT(error_of("- set_dynamics: J\n  friction: -0.5"), HasSubstr("did you mean 0.5?"));
+  EXPECT_THAT(error_of("- set_mesh_scale: L\n  scale: 0"), HasSubstr("leaves nothing of the mesh"));
+  EXPECT_THAT(error_of("- set_mesh_scale: L\n  scale: [1, 0, 1]"), HasSubstr("leaves nothing of the mesh"));
+  EXPECT_THAT(error_of("- add_mimic: J\n  leader: J"), HasSubstr("'J' cannot follow itself"));
+  EXPECT_THAT(error_of("- set_joint_type: J\n  type: revolut"), HasSubstr("did you mean 'revolute'?"));
+  EXPECT_THAT(error_of("- compute_inertia: L\n  mass: 0"), HasSubstr("mass cannot be 0"));
+  EXPECT_THAT(error_of("- compute_inertia: L\n  density: -7800"), HasSubstr("did you mean 7800?"));
+  EXPECT_THAT(error_of("- rename_link: L\n  to: ''"), HasSubstr("'L' would have no name"));
+  EXPECT_THAT(error_of("- scale_masses: -5"), StartsWith("o.yaml:1:17: error: scale_masses:"));
+  EXPECT_THAT(error_of("- scale_masses: -5"), HasSubstr("did you mean 5?"));
+  EXPECT_EQ(error_of("- set_mesh_scale: L\n  scale: [1, -1, 1]"), "") << "mirrored meshes exist";
 }
 
 TEST(OverlayFile, AMissingKeyIsLookedForAmongTheWrittenOnes) {
-  EXPECT_THAT(complaint("- bake_zero: J\n  ofset: 3"),
+  EXPECT_THAT(error_of("- bake_zero: J\n  ofset: 3"),
               StartsWith("o.yaml:2:3: error: bake_zero has no 'ofset'; did you mean 'offset'?"));
-  EXPECT_THAT(complaint("- set_limit: J"), HasSubstr("give at least one of lower, upper, effort, velocity"));
-  EXPECT_THAT(complaint("- set_limit: J\n  uper: 1"), HasSubstr("did you mean 'upper'?"));
-  EXPECT_THAT(complaint("- set_inertia: L\n  why: x"), HasSubstr("set_inertia sets nothing"));
+  EXPECT_THAT(error_of("- set_limit: J"), HasSubstr("give at least one of lower, upper, effort, velocity"));
+  EXPECT_THAT(error_of("- set_limit: J\n  uper: 1"), HasSubstr("did you mean 'upper'?"));
+  EXPECT_THAT(error_of("- set_inertia: L\n  why: x"), HasSubstr("set_inertia sets nothing"));
 }
 
 TEST(OverlayFile, ReadsNothing) {

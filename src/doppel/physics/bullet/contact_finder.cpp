@@ -41,7 +41,7 @@ ContactFinder::ContactFinder(const std::vector<Piece>& pieces, const std::vector
   dispatcher_.setDispatcherFlags(0);  // thresholds are of the pieces, not of what stands for them
   for (const Piece& piece : pieces)
     thresholds_.push_back(std::max(kNearest, piece.shape->getContactBreakingThreshold(kNear)));
-  points_.reserve(kMostHullVertices);
+  points_.reserve(kMaxHullVertices);
 }
 
 ContactFinder::~ContactFinder() {

@@ -11,9 +11,9 @@ namespace doppel {
 
 // The damping ratio with which a linear spring and damper that never pull give back `restitution` of the
 // speed, and the inverse. Source: Schwager and Poeschel, Granular Matter 9 (2007), equation 22. A restitution
-// below that of kMostDamped, 0.024, counts as that: more damping would only delay the way out.
+// below that of kMaxDamped, 0.024, counts as that: more damping would only delay the way out.
 double damping_ratio_of(double restitution);
 double restitution_of(double damping_ratio);
-inline constexpr double kMostDamped = 3.0;
+inline constexpr double kMaxDamped = 3.0;
 
 }  // namespace doppel

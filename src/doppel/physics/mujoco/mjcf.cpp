@@ -16,14 +16,14 @@ namespace doppel {
 namespace {
 
 // MuJoCo refuses bodies below 1e-15; nothing that is measured can tell these from zero.
-constexpr double kSmallestMass = 1e-9;     // kg
-constexpr double kSmallestMoment = 1e-12;  // kg m^2
+constexpr double kMinMass = 1e-9;     // kg
+constexpr double kMinMoment = 1e-12;  // kg m^2
 
 // Heavy enough for the engine.
 MassProperties simulable(MassProperties body) {
-  body.mass = std::max(body.mass, kSmallestMass);
-  if (principal_inertia(body.I).moments.minCoeff() < kSmallestMoment)
-    body.I += kSmallestMoment * Eigen::Matrix3d::Identity();
+  body.mass = std::max(body.mass, kMinMass);
+  if (principal_inertia(body.I).moments.minCoeff() < kMinMoment)
+    body.I += kMinMoment * Eigen::Matrix3d::Identity();
   return body;
 }
 
@@ -56,9 +56,9 @@ std::string friction_text(double friction) {
 }
 
 // One instance in the engine's words: names by index over all instances.
-class InstanceTerms final : public MjcfTerms {
+class InstanceNaming final : public MjcfNaming {
  public:
-  InstanceTerms(const ModelInstance& instance, const InstanceOffsets& offsets, MeshAssets& assets)
+  InstanceNaming(const ModelInstance& instance, const InstanceOffsets& offsets, MeshAssets& assets)
       : instance_(instance), model_(*instance.model), offsets_(offsets), assets_(assets) {
     lump();
   }
@@ -141,7 +141,7 @@ class PairWriter {
       }
     }
   }
-  [[nodiscard]] bool few() const { return count_ <= kMostListedPairs; }
+  [[nodiscard]] bool few() const { return count_ <= kMaxListedPairs; }
   [[nodiscard]] const std::vector<std::pair<BodyId, BodyId>>& exclusions() const { return exclusions_; }
 
   // Every pair of shapes, where they are few. Else what never collides, for MuJoCo looks for pairs itself;
@@ -190,7 +190,7 @@ class PairWriter {
   void add_pairs(BodyId a, BodyId b) {
     for (std::size_t i = 0; i < shape_count(a); ++i) {
       for (std::size_t k = 0; k < shape_count(b); ++k) {
-        if (++count_ > kMostListedPairs) return;
+        if (++count_ > kMaxListedPairs) return;
         const Shape first = shape_of(a, i), second = shape_of(b, k);
         const std::string friction = decimal(std::max(first.friction, second.friction));
         pairs_.children.push_back(
@@ -288,7 +288,7 @@ MjcfDocument write_document(const WorldSettings& settings, std::span<const Model
   }
   for (std::size_t i = 0; i < instances.size(); ++i) {
     const Model& model = *instances[i].model;
-    InstanceTerms terms(instances[i], offsets[i], assets);
+    InstanceNaming terms(instances[i], offsets[i], assets);
     world.children.push_back(MjcfBodies(model, terms).tree(instances[i].X_WR));
     for (XmlNode& coupling : mjcf_couplings(model, terms)) equality.children.push_back(std::move(coupling));
   }

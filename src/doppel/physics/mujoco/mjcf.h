@@ -26,7 +26,7 @@ std::string mjcf_exclusion_name(std::size_t pair);
 
 // Up to this many pairs of shapes that may touch, each is looked at by itself; beyond it MuJoCo sorts all
 // bodies along an axis in every step, which costs as much as about so many pairs (bench_loop_rate).
-inline constexpr std::size_t kMostListedPairs = 400;
+inline constexpr std::size_t kMaxListedPairs = 400;
 
 struct MjcfDocument {
   std::string text;

@@ -80,7 +80,7 @@ MujocoEngine::MujocoEngine(std::shared_ptr<const MujocoWorld> world)
   for (const CompiledStop& stop : world->stops) springs_.push_back(stop.spring);
   asked_.resize(springs_.size());
   wanted_.resize(springs_.size());
-  for (int i = 0; i < kMostStages; ++i) {
+  for (int i = 0; i < kMaxStages; ++i) {
     k_q_[i].assign(size(m()->nv), 0.0);
     k_v_[i].assign(size(m()->nv), 0.0);
   }

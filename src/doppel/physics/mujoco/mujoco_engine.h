@@ -111,7 +111,7 @@ class MujocoEngine final : public Engine {
   void begin_step();
   bool write_armature();
   void restore_kept();
-  void move_by(const std::array<double, kMostStages>& weights, int stages);
+  void move_by(const std::array<double, kMaxStages>& weights, int stages);
   void enter_stage(int i);
   [[nodiscard]] bool implicit_at(int v) const;
   void write_stage_efforts(int i);
@@ -136,7 +136,7 @@ class MujocoEngine final : public Engine {
   const StepScheme* scheme_ = nullptr;  // of the present step
   // What J holds of each degree of freedom [nv]; derivatives of the stages; a step's move (tangent vectors).
   std::vector<double> linear_damping_, linear_stiffness_;
-  std::array<std::vector<double>, kMostStages> k_q_, k_v_;
+  std::array<std::vector<double>, kMaxStages> k_q_, k_v_;
   std::vector<double> move_;
   mutable std::vector<double> momentum_;  // [nv] scratch
   std::vector<double> asked_, wanted_;    // [springs] law of the stages, weighted; effort without bounds

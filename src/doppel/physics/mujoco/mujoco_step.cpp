@@ -87,7 +87,7 @@ void MujocoEngine::restore_kept() {
 }
 
 // MuJoCo's q and v from the step's start by the weighted derivatives of the first `stages` stages.
-void MujocoEngine::move_by(const std::array<double, kMostStages>& weights, int stages) {
+void MujocoEngine::move_by(const std::array<double, kMaxStages>& weights, int stages) {
   const double h = to_seconds(settings().step);
   restore_kept();
   std::fill(move_.begin(), move_.end(), 0.0);

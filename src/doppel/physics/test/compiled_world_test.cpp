@@ -234,14 +234,14 @@ TEST(EngineModules, WhatAnEngineLacksIsReportedByName) {
   with_friction.joints[0].friction = 0.1;
   instances[0].model = std::make_shared<const Model>(with_friction);
   Diagnostics said;
-  report_lacks(poor, WorldSettings{}, instances, said);
+  report_missing_capabilities(poor, WorldSettings{}, instances, said);
   std::string all;
   for (const Diagnostic& d : said.all()) all += d.str() + "\n";
   EXPECT_THAT(all, HasSubstr("the engine poor has no contacts in"));
   EXPECT_THAT(all, HasSubstr("joint friction of 'swing'"));
   WorldSettings settings;
   settings.integrator = Integrator::rk4;
-  EXPECT_THROW(report_lacks(poor, settings, instances, said), InputError);
+  EXPECT_THROW(report_missing_capabilities(poor, settings, instances, said), InputError);
 }
 
 }  // namespace

@@ -256,7 +256,7 @@ TEST(Contacts, FingersLiftABoxByFriction) {
   EXPECT_LT(later.translation().z(), 0.03) << "let go";
 }
 
-std::string refusal(const WorldObject& object) {
+std::string error_of(const WorldObject& object) {
   try {
     Rig rig(test::make_post(), with(object));
   } catch (const InputError& error) {
@@ -266,11 +266,11 @@ std::string refusal(const WorldObject& object) {
 }
 
 TEST(Objects, AreRefusedInTheUsersTerms) {
-  EXPECT_THAT(refusal(make_object("flat one", Box{{0.1, 0.1, 0}}, {0, 0, 1}, 1)),
+  EXPECT_THAT(error_of(make_object("flat one", Box{{0.1, 0.1, 0}}, {0, 0, 1}, 1)),
               HasSubstr("'flat one' has no size"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(refusal(make_object("nowhere", Sphere{0.1}, {0, nan, 1}, 1)), HasSubstr("'nowhere'"));
-  EXPECT_THAT(refusal(make_object("feather", Sphere{0.1}, {0, 0, 1}, 1e-20)),
+  EXPECT_THAT(error_of(make_object("nowhere", Sphere{0.1}, {0, nan, 1}, 1)), HasSubstr("'nowhere'"));
+  EXPECT_THAT(error_of(make_object("feather", Sphere{0.1}, {0, 0, 1}, 1e-20)),
               HasSubstr("'feather' has a mass of 1e-20 kg"));
 }
 
@@ -329,8 +329,7 @@ TEST(Contact, ListedPairsAreThoseThatAreLookedFor) {
     return std::pair{places, touched};
   };
   const auto [listed, touched_listed] = motion(0);
-  const auto [searched, touched_searched] =
-      motion(220);  // more than kMostListedPairs with the two loose ones
+  const auto [searched, touched_searched] = motion(220);  // more than kMaxListedPairs with the two loose ones
   EXPECT_EQ(touched_listed, touched_searched);
   for (std::size_t i = 0; i < listed.size(); ++i)
     EXPECT_NEAR((listed[i] - searched[i]).norm(), 0.0, 1e-9) << i;

@@ -214,11 +214,11 @@ TEST_P(DrivesContract, AnIdealServoLandsOnItsTarget) {
   if (!can().ideal) GTEST_SKIP() << "no ideal servos";
   InstanceOptions options;
   const RobotDescription description = arm(1.0, 10);
-  Diagnostics heard;
+  Diagnostics notes;
   ServoOptions servo;
   servo.ideal = true;
   options.servos =
-      choose_servos(compile_model(description, BaseKind::fixed, heard), servo, {0, 0, -kGravity});
+      choose_servos(compile_model(description, BaseKind::fixed, notes), servo, {0, 0, -kGravity});
   const auto engine = make(settings(), {robot(description, options)});
   Instance of = engine->instance(0);
   of.set_drive(0, DriveMode::position);
@@ -296,12 +296,12 @@ TEST_P(DrivesContract, AStopWithAStiffnessGivesWayByLoadOverStiffness) {
   if (!can().stops) GTEST_SKIP() << "no stops with a stiffness";
   RobotDescription description = arm(100, 10);
   description.joints[0].limits->lower = 0.4;
-  Diagnostics heard;
+  Diagnostics notes;
   auto shared = std::make_shared<const RobotDescription>(description);
-  Model model = compile_model(description, BaseKind::fixed, heard);
+  Model model = compile_model(description, BaseKind::fixed, notes);
   model.joints[0].stop_stiffness = 500;
   const auto engine =
-      make(settings(), {make_instance(shared, std::make_shared<const Model>(model), {}, meshes_, heard)});
+      make(settings(), {make_instance(shared, std::make_shared<const Model>(model), {}, meshes_, notes)});
   Instance of = engine->instance(0);
   set(of, {0.5});
   run(*engine, 3.0);

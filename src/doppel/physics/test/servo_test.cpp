@@ -49,7 +49,7 @@ TEST(Servo, StiffnessIsRaisedForGravity) {
   const auto& sags = found.sags;
   ASSERT_EQ(sags.size(), 1u);
   EXPECT_NEAR(sags[0].torque, 1.3 * 9.81 * 0.15, 1e-9);
-  EXPECT_LT(std::abs(sags[0].sag), 1.02 * kLargestSag);
+  EXPECT_LT(std::abs(sags[0].sag), 1.02 * kMaxSag);
   EXPECT_NEAR(sags[0].margin, 10 - 1.3 * 9.81 * 0.15, 1e-9);
 }
 

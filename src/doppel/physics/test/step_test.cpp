@@ -24,7 +24,7 @@ constexpr Integrator kAll[] = {Integrator::euler, Integrator::midpoint, Integrat
 
 // Amplification of y' = lambda y over one step, z = h lambda, with J exact.
 std::complex<double> amplification(const StepScheme& s, std::complex<double> z) {
-  std::array<std::complex<double>, kMostStages> k{};
+  std::array<std::complex<double>, kMaxStages> k{};
   std::complex<double> out = 1.0;
   for (int i = 0; i < s.stages; ++i) {
     std::complex<double> right = 1.0;

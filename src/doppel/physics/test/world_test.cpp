@@ -26,7 +26,7 @@ World loaded(const std::string& text) {
   return load_world(written(text), resolver);
 }
 
-std::string refusal(const std::string& text) {
+std::string error_of(const std::string& text) {
   try {
     loaded(text);
   } catch (const InputError& error) {
@@ -72,40 +72,41 @@ TEST(World, AnEmptyFileIsTheEmptyWorld) {
 }
 
 TEST(World, SaysWhereAndWhatIsWrong) {
-  EXPECT_THAT(refusal("gravty: [0, 0, -9.81]"), HasSubstr(".yaml:1:1: error: a world has no key 'gravty'"));
-  EXPECT_THAT(refusal("gravty: [0, 0, -9.81]"), HasSubstr("did you mean 'gravity'"));
-  EXPECT_THAT(refusal("name: a\ngravity: [0, x, 1]"),
+  EXPECT_THAT(error_of("gravty: [0, 0, -9.81]"), HasSubstr(".yaml:1:1: error: a world has no key 'gravty'"));
+  EXPECT_THAT(error_of("gravty: [0, 0, -9.81]"), HasSubstr("did you mean 'gravity'"));
+  EXPECT_THAT(error_of("name: a\ngravity: [0, x, 1]"),
               HasSubstr(":2:14: error: gravity is a number, not 'x'"));
-  EXPECT_THAT(refusal("gravity: [0, 1]"), HasSubstr("a list of 3 numbers"));
-  EXPECT_THAT(refusal("gravity: [0, 0, .nan]"), HasSubstr("is a number"));
-  EXPECT_THAT(refusal("step: 0"), HasSubstr("must be from"));
-  EXPECT_THAT(refusal("step: 1"), HasSubstr("must be from"));
-  EXPECT_THAT(refusal("integrator: implicid"), HasSubstr("did you mean 'implicit'"));
-  EXPECT_THAT(refusal("ground: maybe"), HasSubstr("not 'maybe'"));
-  EXPECT_THAT(refusal("name: a\nname: b"), HasSubstr("stands twice"));
-  EXPECT_THAT(refusal("[1, 2]"), HasSubstr("a map of keys"));
-  EXPECT_THAT(refusal("name: [unclosed"), HasSubstr("not YAML"));
+  EXPECT_THAT(error_of("gravity: [0, 1]"), HasSubstr("a list of 3 numbers"));
+  EXPECT_THAT(error_of("gravity: [0, 0, .nan]"), HasSubstr("is a number"));
+  EXPECT_THAT(error_of("step: 0"), HasSubstr("must be from"));
+  EXPECT_THAT(error_of("step: 1"), HasSubstr("must be from"));
+  EXPECT_THAT(error_of("integrator: implicid"), HasSubstr("did you mean 'implicit'"));
+  EXPECT_THAT(error_of("ground: maybe"), HasSubstr("not 'maybe'"));
+  EXPECT_THAT(error_of("name: a\nname: b"), HasSubstr("stands twice"));
+  EXPECT_THAT(error_of("[1, 2]"), HasSubstr("a map of keys"));
+  EXPECT_THAT(error_of("name: [unclosed"), HasSubstr("not YAML"));
 }
 
 TEST(World, ChecksObjects) {
-  EXPECT_THAT(refusal("objects:\n  - {box: [1, 1, 1]}"), HasSubstr(":2:5: error: an object needs a name"));
-  EXPECT_THAT(refusal("objects:\n  - {name: a}"), HasSubstr("exactly one shape"));
-  EXPECT_THAT(refusal("objects:\n  - {name: a, box: [1, 1, 1], sphere: {radius: 1}}"), HasSubstr("not 2"));
-  EXPECT_THAT(refusal("objects:\n  - {name: a, box: [1, 0, 1]}"), HasSubstr("positive"));
-  EXPECT_THAT(refusal("objects:\n  - {name: a, sphere: {radius: -1}}"), HasSubstr("must be positive"));
-  EXPECT_THAT(refusal("objects:\n  - {name: a, cylinder: {radius: 1}}"), HasSubstr("needs a length"));
-  EXPECT_THAT(refusal("objects:\n  - {name: a, sphere: {radius: 1}, mass: -1}"),
+  EXPECT_THAT(error_of("objects:\n  - {box: [1, 1, 1]}"), HasSubstr(":2:5: error: an object needs a name"));
+  EXPECT_THAT(error_of("objects:\n  - {name: a}"), HasSubstr("exactly one shape"));
+  EXPECT_THAT(error_of("objects:\n  - {name: a, box: [1, 1, 1], sphere: {radius: 1}}"), HasSubstr("not 2"));
+  EXPECT_THAT(error_of("objects:\n  - {name: a, box: [1, 0, 1]}"), HasSubstr("positive"));
+  EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: -1}}"), HasSubstr("must be positive"));
+  EXPECT_THAT(error_of("objects:\n  - {name: a, cylinder: {radius: 1}}"), HasSubstr("needs a length"));
+  EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}, mass: -1}"),
               HasSubstr("cannot be negative"));
-  EXPECT_THAT(refusal("objects:\n  - {name: a, sphere: {radius: 1}}\n  - {name: a, sphere: {radius: 1}}"),
+  EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}}\n  - {name: a, sphere: {radius: 1}}"),
               HasSubstr("the first stands at"));
-  EXPECT_THAT(refusal("objects:\n  - {name: ground, sphere: {radius: 1}}"), HasSubstr("own"));
-  EXPECT_THAT(refusal("objects:\n  - {name: a, mesh: nowhere.stl}"), HasSubstr("'nowhere.stl' is not found"));
-  EXPECT_THAT(refusal("objects:\n  - {name: a, sphere: {radius: 1}, color: [1, 2, 0, 1]}"),
+  EXPECT_THAT(error_of("objects:\n  - {name: ground, sphere: {radius: 1}}"), HasSubstr("own"));
+  EXPECT_THAT(error_of("objects:\n  - {name: a, mesh: nowhere.stl}"),
+              HasSubstr("'nowhere.stl' is not found"));
+  EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}, color: [1, 2, 0, 1]}"),
               HasSubstr("from 0 to 1"));
 }
 
 TEST(World, TellsEveryErrorAtOnce) {
-  const std::string text = refusal("step: 0\nobjects:\n  - {name: a, bx: [1, 1, 1]}");
+  const std::string text = error_of("step: 0\nobjects:\n  - {name: a, bx: [1, 1, 1]}");
   EXPECT_THAT(text, HasSubstr("must be from"));
   EXPECT_THAT(text, HasSubstr("did you mean 'box'"));
 }

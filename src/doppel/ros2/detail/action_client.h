@@ -50,9 +50,9 @@ class ActionClient {
     node.create_subscription<action_msgs::msg::GoalStatusArray>(
         prefix + "status",
         [goals = goals_](const action_msgs::msg::GoalStatusArray& message) {
-          for (const auto& told : message.status_list) {
-            const auto goal = find(*goals, told.goal_info.goal_id.uuid);
-            const auto status = static_cast<GoalStatus>(told.status);
+          for (const auto& of_goal : message.status_list) {
+            const auto goal = find(*goals, of_goal.goal_info.goal_id.uuid);
+            const auto status = static_cast<GoalStatus>(of_goal.status);
             if (goal != nullptr && !is_terminal(status)) goal->status_ = status;  // the result tells the end
           }
         },

@@ -15,8 +15,8 @@ class Backlog {
   };
 
  public:
-  static constexpr std::size_t kMostMessages = 2048;
-  static constexpr std::size_t kMostBytes = std::size_t{64} << 20;
+  static constexpr std::size_t kMaxMessages = 2048;
+  static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
   // Goes with what is handed over; what was added to it counts until end(), for what the loop has run is not
   // destroyed at once. Any thread, one at a time.
@@ -50,8 +50,8 @@ class Backlog {
   }
   // The last message may go beyond the bytes: one that is larger than all of them has to come, too.
   [[nodiscard]] bool is_full() const {
-    return counts_->messages.load(std::memory_order_relaxed) >= kMostMessages ||
-           counts_->bytes.load(std::memory_order_relaxed) >= kMostBytes;
+    return counts_->messages.load(std::memory_order_relaxed) >= kMaxMessages ||
+           counts_->bytes.load(std::memory_order_relaxed) >= kMaxBytes;
   }
 
  private:

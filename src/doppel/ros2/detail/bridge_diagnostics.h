@@ -12,14 +12,14 @@ class NetworkDiagnostics {
   // The loop's thread, as its end.
   NetworkDiagnostics(Bus& bus, const BridgeOptions& options);
   // Any thread: published by the loop, if anybody listens.
-  void tell(const NetworkStatus& status);
+  void publish(const NetworkStatus& status);
 
  private:
   Bus& bus_;
   const ParticipantOptions network_;
   doppel::Node node_;  // of the bus
   doppel::Publisher<diagnostic_msgs::msg::DiagnosticArray> topic_;
-  std::uint64_t refused_told_ = 0;
+  std::uint64_t refused_published_ = 0;
 };
 
 }  // namespace doppel::ros2

@@ -15,18 +15,18 @@
 namespace doppel::ros2 {
 
 // Hands a task to the bridge's thread; any thread. What it has not run when it ends is dropped.
-using ToBridge = std::function<void(std::function<void()>)>;
+using PostToBridge = std::function<void(std::function<void()>)>;
 
 class BridgedServices {
  public:
-  BridgedServices(Edge& edge, Participant& participant, NetworkStatus& status, Refusals& refusals,
-                  Unoffered& unoffered, ToBridge to_bridge)
+  BridgedServices(Edge& edge, Participant& participant, NetworkStatus& status, RejectionLog& rejections,
+                  UnbridgedLog& unbridged, PostToBridge post_to_bridge)
       : edge_(edge),
         participant_(participant),
         status_(status),
-        refusals_(refusals),
-        unoffered_(unoffered),
-        to_bridge_(std::move(to_bridge)) {}
+        rejections_(rejections),
+        unbridged_(unbridged),
+        post_to_bridge_(std::move(post_to_bridge)) {}
 
   // As BridgedTopics::follow.
   bool follow(const std::vector<ServiceInfo>& services, SteadyTime now);
@@ -62,9 +62,9 @@ class BridgedServices {
   Edge& edge_;
   Participant& participant_;
   NetworkStatus& status_;
-  Refusals& refusals_;
-  Unoffered& unoffered_;
-  ToBridge to_bridge_;
+  RejectionLog& rejections_;
+  UnbridgedLog& unbridged_;
+  PostToBridge post_to_bridge_;
   std::map<Key, Served> services_;
   std::deque<Answer> waiting_;
   Backlog calls_, answers_;  // those that wait: for the loop, and for their clients
@@ -88,8 +88,8 @@ struct ClientCore {
 
 class BridgedClients {
  public:
-  BridgedClients(Bus& bus, Edge& edge, NetworkStatus& status, Unoffered& unoffered)
-      : bus_(bus), edge_(edge), status_(status), unoffered_(unoffered) {}
+  BridgedClients(Bus& bus, Edge& edge, NetworkStatus& status, UnbridgedLog& unbridged)
+      : bus_(bus), edge_(edge), status_(status), unbridged_(unbridged) {}
 
   // null: the network cannot be used, calls go to the bus alone. Ends everything that hangs on the last one.
   void set_participant(Participant* participant);
@@ -117,7 +117,7 @@ class BridgedClients {
   Bus& bus_;
   Edge& edge_;
   NetworkStatus& status_;
-  Unoffered& unoffered_;
+  UnbridgedLog& unbridged_;
   Participant* participant_ = nullptr;
   std::set<std::string, std::less<>> local_;
   std::map<std::shared_ptr<ClientCore>, Client> clients_;

@@ -21,24 +21,24 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 inline constexpr const char* kBridgeName = "/_ros2";
 
 // How long an endpoint outlives its node: a controller that is loaded anew keeps its own.
-inline constexpr std::chrono::milliseconds kGrace{250};
+inline constexpr std::chrono::milliseconds kGracePeriod{250};
 
 // Counts what was refused, and says it once for each topic and sender.
-class Refusals {
+class RejectionLog {
  public:
-  Refusals(const Log& log, NetworkStatus& status) : log_(log), status_(status) {}
+  RejectionLog(const Log& log, NetworkStatus& status) : log_(log), status_(status) {}
   void add(const std::string& name, const Gid& sender, const std::string& reason);
 
  private:
   const Log& log_;
   NetworkStatus& status_;
-  std::set<std::pair<std::string, std::vector<std::uint8_t>>> told_;  // name, participant
+  std::set<std::pair<std::string, std::vector<std::uint8_t>>> logged_;  // name, participant
 };
 
 // What the network will not take of the bus, said once each.
-class Unoffered {
+class UnbridgedLog {
  public:
-  explicit Unoffered(const Log& log) : log_(log) {}
+  explicit UnbridgedLog(const Log& log) : log_(log) {}
   // False: the network refused, and whoever asked should try again later.
   template <class Make>
   bool attempt(const std::string& name, const Make& make) {
@@ -46,15 +46,15 @@ class Unoffered {
       make();
       return true;
     } catch (const NetworkError& e) {
-      tell(name, e.what());
+      log(name, e.what());
       return false;
     }
   }
 
  private:
-  void tell(const std::string& name, const std::string& reason);
+  void log(const std::string& name, const std::string& reason);
   const Log& log_;
-  std::set<std::pair<std::string, std::string>> told_;
+  std::set<std::pair<std::string, std::string>> logged_;
 };
 
 // Nodes with what they have on the network, to be announced.
@@ -74,16 +74,17 @@ class Announcement {
 
 class BridgedTopics {
  public:
-  BridgedTopics(Bus& bus, Edge& edge, Participant& participant, NetworkStatus& status, Refusals& refusals,
-                Unoffered& unoffered)
+  BridgedTopics(Bus& bus, Edge& edge, Participant& participant, NetworkStatus& status,
+                RejectionLog& rejections, UnbridgedLog& unbridged)
       : bus_(bus),
         edge_(edge),
         participant_(participant),
         status_(status),
-        refusals_(refusals),
-        unoffered_(unoffered) {}
+        rejections_(rejections),
+        unbridged_(unbridged) {}
 
-  // Makes what is missing, and after kGrace ends what is no longer there. True: it has to be called again.
+  // Makes what is missing, and after kGracePeriod ends what is no longer there. True: it has to be called
+  // again.
   bool follow(const std::vector<TopicInfo>& topics, SteadyTime now);
   // Listens on the bus to what has readers. True: the bus has yet to begin with some of it.
   bool match();
@@ -132,8 +133,8 @@ class BridgedTopics {
   Edge& edge_;
   Participant& participant_;
   NetworkStatus& status_;
-  Refusals& refusals_;
-  Unoffered& unoffered_;
+  RejectionLog& rejections_;
+  UnbridgedLog& unbridged_;
   std::map<TopicId, Topic> topics_;
   std::uint64_t lost_by_gone_ = 0;
   Sample sample_;

@@ -10,14 +10,14 @@
 
 namespace doppel::ros2 {
 
-struct GraphClient::Impl : Heard {
+struct GraphClient::Impl : ReceiveBuffer {
   using Clock = std::chrono::steady_clock;
 
   Impl(GraphClientOptions chosen, const MakeParticipant& make);
   ~Impl();
 
   // -- graph_client.cpp
-  void look_around();
+  void discover();
   [[nodiscard]] bool is_complete() const;  // every participant of ROS 2 has nodes, every endpoint its node
   [[nodiscard]] bool is_alone() const;
   bool wait(const std::function<bool()>& condition, Clock::time_point until);
@@ -31,7 +31,7 @@ struct GraphClient::Impl : Heard {
   [[nodiscard]] GraphTopic topic_of_others(const std::string& name) const;
   [[nodiscard]] QosProfile fitting(const GraphTopic& topic) const;
   Writer& writer(const std::string& topic, const std::string& type);
-  void warn_of_deaf_ends();
+  void warn_of_incompatible_publishers();
   std::shared_ptr<const TypeSupport> ask_for_type(const std::string& node, const std::string& type,
                                                   const std::string& hash, std::string& why);
 

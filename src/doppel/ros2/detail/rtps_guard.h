@@ -11,15 +11,15 @@
 namespace doppel::ros2 {
 
 // Memory for a whole sample is taken when its first fragment comes, on the word of whoever sent it.
-constexpr std::uint32_t kLargestSample = 64u * 1024 * 1024;
+constexpr std::uint32_t kMaxSampleBytes = 64u * 1024 * 1024;
 // Fast DDS counts through all sequence numbers that a heartbeat or a gap leaves out, five million a second,
 // with the reader locked and the port unread: one packet of nonsense would stop it for hours.
-constexpr std::int64_t kLargestJump = 10'000'000;
+constexpr std::int64_t kMaxSequenceJump = 10'000'000;
 // Of a writer that has sent this much more (50 days at 1 kHz) nothing is heard, but all others are.
-constexpr std::int64_t kLargestLeap = std::int64_t{1} << 32;
+constexpr std::int64_t kMaxSequenceLeap = std::int64_t{1} << 32;
 // And it remembers each number of a gap until all before it have come. Writers tell of gaps in their history,
 // which is shorter by far; of what lies before it their heartbeats tell.
-constexpr std::int64_t kWidestGap = 100'000;
+constexpr std::int64_t kMaxGap = 100'000;
 
 // What a reader has said to a writer of the participant that it was sent to: it knows how far that one is.
 struct Acknowledgement {
@@ -32,7 +32,7 @@ struct Acknowledgement {
 class RtpsGuard {
  public:
   // False for what is no RTPS message or one that Fast DDS would read otherwise than this, for fragments of
-  // nothing or of more than kLargestSample, for gaps that are wider than kWidestGap together, and for
+  // nothing or of more than kMaxSampleBytes, for gaps that are wider than kMaxGap together, and for
   // sequence numbers that leap ahead of what their writer has sent before, unless its next heartbeat or
   // sample says so, too (it has been out of reach for hours): the same once more, as of a recording, is not
   // enough.

@@ -35,10 +35,10 @@ bool begins_as_rtps(std::span<const std::uint8_t> datagram) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   doppel::ros2::RtpsGuard guard;
   for (std::span rest(data, size); rest.size() >= 2;) {
-    const std::size_t told = std::size_t{rest[0]} << 8 | rest[1];
+    const std::size_t length = std::size_t{rest[0]} << 8 | rest[1];
     rest = rest.subspan(2);
     // A copy of its own, so that a look beyond the end is seen.
-    const std::vector<std::uint8_t> datagram(rest.begin(), rest.begin() + std::min(told, rest.size()));
+    const std::vector<std::uint8_t> datagram(rest.begin(), rest.begin() + std::min(length, rest.size()));
     if (guard.admits(datagram) && !begins_as_rtps(datagram)) std::abort();
     rest = rest.subspan(datagram.size());
   }

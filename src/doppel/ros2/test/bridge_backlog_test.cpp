@@ -11,23 +11,23 @@ using std_msgs::msg::String;
 class BridgeBacklog : public BridgeTest {};
 
 TEST_F(BridgeBacklog, AFloodWaitsInItsHistoryUntilTheLoopHasRunWhatItGot) {
-  int heard = 0;
-  node.subscribe<Float64>("/in", [&](const Float64&) { ++heard; }, {.depth = 100000});
+  int received = 0;
+  node.subscribe<Float64>("/in", [&](const Float64&) { ++received; }, {.depth = 100000});
   start();
   auto writer = peer->make_writer(topic_spec("/in", kFloat, {.depth = 100000}));
   while (writer->matched() == 0) std::this_thread::yield();
   for (int i = 0; i < 20000; ++i) writer->write(to_cdr(Float64{1}));
   std::this_thread::sleep_for(milliseconds(300));  // the loop stands
   EXPECT_LT(bridge->status().received, 10000U);
-  EXPECT_TRUE(comes_true([&] { return heard == 20000; }));
+  EXPECT_TRUE(comes_true([&] { return received == 20000; }));
 }
 
 // Large ones count by their bytes: more than 64 MB never wait for a loop that stands.
 TEST_F(BridgeBacklog, LargeMessagesAndCallsWaitInTheirHistoriesToo) {
-  constexpr std::size_t kMost = 8, kAll = 12;
+  constexpr std::size_t kMax = 8, kAll = 12;
   const std::string large(std::size_t{8} << 20, 't');
-  std::size_t heard = 0, called = 0;
-  node.subscribe<String>("/in", [&](const String&) { ++heard; }, {.depth = 100});
+  std::size_t received = 0, called = 0;
+  node.subscribe<String>("/in", [&](const String&) { ++received; }, {.depth = 100});
   node.serve<LoadController>("~/load", [&](const auto&, const auto&) { ++called; });
   start();
   auto writer = peer->make_writer(topic_spec("/in", "std_msgs/msg/String", {.depth = 100}));
@@ -37,15 +37,15 @@ TEST_F(BridgeBacklog, LargeMessagesAndCallsWaitInTheirHistoriesToo) {
     writer->write(to_cdr(String{large}));
     client.send(to_cdr(LoadController::Request{large}));
   }
-  while (bridge->status().received < kMost || bridge->status().requests < kMost) std::this_thread::yield();
+  while (bridge->status().received < kMax || bridge->status().requests < kMax) std::this_thread::yield();
   // The bridge has had its turn after those when it has found out that a client's service is there.
   const auto turn = bridge->make_client("/arm", "/arm/load", "controller_manager_msgs/srv/LoadController");
   while (!turn->is_available()) std::this_thread::yield();
   bus.spin();
-  EXPECT_EQ(heard, kMost);
-  EXPECT_EQ(called, kMost);
-  EXPECT_TRUE(comes_true([&] { return heard == kAll && called == kAll; }))
-      << heard << " messages, " << called << " calls";
+  EXPECT_EQ(received, kMax);
+  EXPECT_EQ(called, kMax);
+  EXPECT_TRUE(comes_true([&] { return received == kAll && called == kAll; }))
+      << received << " messages, " << called << " calls";
 }
 
 }  // namespace

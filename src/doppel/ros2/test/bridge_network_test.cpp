@@ -24,7 +24,7 @@ class BridgeNetwork : public ::testing::Test {
  protected:
   template <class Condition>
   bool comes_true(const Condition& condition) {
-    const auto end = steady_clock::now() + kPatience;
+    const auto end = steady_clock::now() + kTimeout;
     while (steady_clock::now() < end) {
       bus.spin();
       if (condition()) return true;
@@ -55,15 +55,15 @@ class BridgeNetwork : public ::testing::Test {
 TEST_F(BridgeNetwork, MessagesGoOutAndComeIn) {
   const auto out = node.advertise<Float64>("/out", {.depth = 1, .latched = true});
   out.publish({1}, {});
-  std::vector<double> heard;
-  node.subscribe<Float64>("/in", [&](const Float64& message) { heard.push_back(message.data); });
+  std::vector<double> received;
+  node.subscribe<Float64>("/in", [&](const Float64& message) { received.push_back(message.data); });
   const auto reader = peer->make_reader(spec("/out", latched_qos()));
   const auto writer = peer->make_writer(spec("/in"));
   ASSERT_TRUE(comes_true([&] { return reader->is_ready() && writer->matched() == 1; }));
   EXPECT_EQ(value_of(*reader), 1);
   writer->write(to_cdr(Float64{2}));
-  ASSERT_TRUE(comes_true([&] { return !heard.empty(); }));
-  EXPECT_THAT(heard, ::testing::ElementsAre(2));
+  ASSERT_TRUE(comes_true([&] { return !received.empty(); }));
+  EXPECT_THAT(received, ::testing::ElementsAre(2));
   EXPECT_TRUE(comes_true([&] { return bridge->status().participants == 1; }));
 }
 

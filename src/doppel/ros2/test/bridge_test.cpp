@@ -96,8 +96,8 @@ TEST_F(BridgeTest, AHistoryOfMessagesIsThereForWhoComesLater) {
 }
 
 TEST_F(BridgeTest, WhatTheNetworkSendsReachesTheNodesOnceAndDoesNotGoBack) {
-  std::vector<double> heard;
-  node.subscribe<Float64>("/in", [&](const Float64& message) { heard.push_back(message.data); });
+  std::vector<double> received;
+  node.subscribe<Float64>("/in", [&](const Float64& message) { received.push_back(message.data); });
   doppel::Node other(bus, "/other");
   int others = 0;
   other.subscribe<Float64>("/in", [&](const Float64&) { ++others; });
@@ -109,11 +109,11 @@ TEST_F(BridgeTest, WhatTheNetworkSendsReachesTheNodesOnceAndDoesNotGoBack) {
   ASSERT_TRUE(comes_true([&] { return writer->matched() == 2 && bridge->matches("/in").readers == 1; }));
   EXPECT_EQ(bridge->matches("/in").writers, 1U);
   for (const double value : {1, 2, 3}) writer->write(to_cdr(Float64{value}));
-  ASSERT_TRUE(comes_true([&] { return heard.size() >= 3; }));
+  ASSERT_TRUE(comes_true([&] { return received.size() >= 3; }));
   ASSERT_TRUE(page->publish("/_page", "/in", kFloat, to_cdr(Float64{4})));
   ASSERT_TRUE(comes_true([&] { return listener->is_ready(); }));
   EXPECT_THAT(take_all(*listener), ElementsAre(4)) << "what the page says is for the network, too";
-  EXPECT_THAT(heard, ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(received, ElementsAre(1, 2, 3, 4));
   EXPECT_EQ(others, 4);
   EXPECT_TRUE(comes_true([&] { return bridge->status().received == 3; }));
 }
@@ -132,8 +132,8 @@ TEST_F(BridgeTest, APageThatPublishesIsAPublisherOnTheNetwork) {
 }
 
 TEST_F(BridgeTest, MalformedMessagesAreCountedAndToldOnce) {
-  int heard = 0;
-  node.subscribe<Float64>("/in", [&](const Float64&) { ++heard; });
+  int received = 0;
+  node.subscribe<Float64>("/in", [&](const Float64&) { ++received; });
   start();
   auto writer = peer->make_writer(topic_spec("/in", kFloat, {.depth = 1000}));
   ASSERT_TRUE(comes_true([&] { return writer->matched() == 1; }));
@@ -143,11 +143,11 @@ TEST_F(BridgeTest, MalformedMessagesAreCountedAndToldOnce) {
     ASSERT_TRUE(comes_true([&] { return bridge->status().refused == static_cast<std::uint64_t>(i) + 1; }));
   }
   writer->write(to_cdr(Float64{1}));
-  EXPECT_TRUE(comes_true([&] { return heard == 1; }));
+  EXPECT_TRUE(comes_true([&] { return received == 1; }));
   const NetworkStatus status = bridge->status();
-  ASSERT_TRUE(status.refusals.contains("/in"));
-  EXPECT_EQ(status.refusals.at("/in").count, 5U);
-  EXPECT_THAT(status.refusals.at("/in").reason, Not(IsEmpty()));
+  ASSERT_TRUE(status.rejections.contains("/in"));
+  EXPECT_EQ(status.rejections.at("/in").count, 5U);
+  EXPECT_THAT(status.rejections.at("/in").reason, Not(IsEmpty()));
   const std::lock_guard lock(mutex);
   EXPECT_THAT(said, ElementsAre(HasSubstr("/in")));
 }
@@ -434,12 +434,12 @@ TEST_F(BridgeTest, WithoutANetworkItSaysSoOnceAndTheBusGoesOn) {
                  [](const auto&, const auto&) -> std::unique_ptr<Participant> {
                    throw NetworkError("there is no interface");
                  });
-  diagnostic_msgs::msg::DiagnosticStatus told;
+  diagnostic_msgs::msg::DiagnosticStatus received;
   node.subscribe<diagnostic_msgs::msg::DiagnosticArray>(
-      "/diagnostics", [&](const auto& message) { told = message.status.at(0); });
-  ASSERT_TRUE(comes_true([&] { return told.level == told.ERROR; }));
-  EXPECT_EQ(told.name, "doppel: ros2 network");
-  EXPECT_EQ(told.message, "there is no interface");
+      "/diagnostics", [&](const auto& message) { received = message.status.at(0); });
+  ASSERT_TRUE(comes_true([&] { return received.level == received.ERROR; }));
+  EXPECT_EQ(received.name, "doppel: ros2 network");
+  EXPECT_EQ(received.message, "there is no interface");
   EXPECT_EQ(bridge->status().state, NetworkStatus::State::absent);
   EXPECT_THAT(said, ElementsAre("no ROS 2 network: there is no interface"));
 }
@@ -466,12 +466,12 @@ TEST_F(BridgeTest, EndsWhileItsPeersAreLookedUp) {
 
 TEST_F(BridgeTest, TellsDiagnosticsHowTheNetworkIs) {
   start({.network = {}, .diagnostics_node = "/doppel"});
-  diagnostic_msgs::msg::DiagnosticStatus told;
+  diagnostic_msgs::msg::DiagnosticStatus received;
   node.subscribe<diagnostic_msgs::msg::DiagnosticArray>(
-      "/diagnostics", [&](const auto& message) { told = message.status.at(0); });
-  ASSERT_TRUE(comes_true([&] { return told.message == "1 other participants"; }));
-  EXPECT_EQ(told.level, told.OK);
-  EXPECT_EQ(told.hardware_id, "domain 0");
+      "/diagnostics", [&](const auto& message) { received = message.status.at(0); });
+  ASSERT_TRUE(comes_true([&] { return received.message == "1 other participants"; }));
+  EXPECT_EQ(received.level, received.OK);
+  EXPECT_EQ(received.hardware_id, "domain 0");
 }
 
 TEST_F(BridgeTest, EndsWithCallsAndMessagesUnderWay) {

@@ -47,7 +47,7 @@ class FakeNetwork {
   // All that follows under the mutex.
   Gid add(Member& member, const EndpointSpec& spec, FakeWriter* writer, FakeReader* reader);
   void remove(const Gid& gid);
-  void tell_all() {
+  void notify_all() {
     ++version_;
     for (const auto& member : members_) member->on_activity();
   }
@@ -185,12 +185,12 @@ class FakeParticipant : public Participant {
     member->on_activity = std::move(on_activity);
     member_ = member.get();
     network_.members_.push_back(std::move(member));
-    network_.tell_all();
+    network_.notify_all();
   }
   ~FakeParticipant() override {
     const std::lock_guard lock(network_.mutex_);
     std::erase_if(network_.members_, [this](const auto& member) { return member.get() == member_; });
-    network_.tell_all();
+    network_.notify_all();
   }
   [[nodiscard]] const Gid& gid() const override { return member_->gid; }
   [[nodiscard]] std::unique_ptr<Writer> make_writer(const EndpointSpec& spec) override {
@@ -218,7 +218,7 @@ class FakeParticipant : public Participant {
     for (const auto& member : network_.members_) infos.push_back({member->gid, "/", "/"});
     return infos;
   }
-  [[nodiscard]] Complaints complaints() const override { return {}; }
+  [[nodiscard]] MiddlewareLog middleware_log() const override { return {}; }
   [[nodiscard]] std::uint64_t refused_datagrams() const override { return 0; }
 
  private:
@@ -256,14 +256,14 @@ inline Gid FakeNetwork::add(Member& member, const EndpointSpec& spec, FakeWriter
     });
   }
   ends_.push_back(end);
-  tell_all();
+  notify_all();
   return end.info.gid;
 }
 
 inline void FakeNetwork::remove(const Gid& gid) {
   const std::lock_guard lock(mutex_);
   std::erase_if(ends_, [&gid](const End& end) { return end.info.gid == gid; });
-  tell_all();
+  notify_all();
 }
 
 }  // namespace doppel::ros2::test

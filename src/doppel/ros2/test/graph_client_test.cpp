@@ -19,7 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 using std_srvs::srv::SetBool;
 using std_srvs::srv::Trigger;
-using test::kPatience;
+using test::kTimeout;
 using test::Peer;
 using test::quiet_context;
 using testing::Contains;
@@ -68,7 +68,7 @@ class GraphClientTest : public testing::Test {
   static std::string next_text(doppel::Client& client) {
     doppel::Client::Received message;
     Text text;
-    if (!client.next(message, Clock::now() + kPatience) || !from_cdr(std::span(message.cdr), text)) return "";
+    if (!client.next(message, Clock::now() + kTimeout) || !from_cdr(std::span(message.cdr), text)) return "";
     return text.data;
   }
 
@@ -147,10 +147,10 @@ TEST_F(GraphClientTest, AServerThatGoesAwayRefuses) {
   doppel::Client::Answer answer;
   bool taken = false;
   ASSERT_TRUE(client.wait_until([&] { return taken = taken || client.take_answer(call, answer); },
-                                Clock::now() + kPatience));
+                                Clock::now() + kTimeout));
   EXPECT_FALSE(answer.ok);
   EXPECT_THAT(answer.why, HasSubstr("went away before it answered"));
-  EXPECT_TRUE(client.wait_until([&] { return client.topics().empty(); }, Clock::now() + kPatience));
+  EXPECT_TRUE(client.wait_until([&] { return client.topics().empty(); }, Clock::now() + kTimeout));
 }
 
 // One whose requests are matched already and whose answers are not yet.
@@ -163,7 +163,7 @@ TEST_F(GraphClientTest, AnotherServerThatComesEndsNoCall) {
       {"rq/lab/bench/neverRequest", "std_srvs::srv::dds_::Trigger_Request_", "", services_qos()});
   ASSERT_TRUE(client.wait_until(
       [&] { return half->matched() == 1 && client.services().at("/lab/bench/never").providers.size() == 2; },
-      Clock::now() + kPatience));
+      Clock::now() + kTimeout));
   ASSERT_TRUE(client.call("/lab/bench/set", to_cdr(SetBool::Request{true})).ok);
   doppel::Client::Answer answer;
   EXPECT_FALSE(client.take_answer(call, answer)) << answer.why;
@@ -209,9 +209,10 @@ TEST_F(GraphClientTest, ANetworkThatCannotBeUsedIsSaid) {
 }
 
 // A participant by hand, which publishes and hears a type that this program does not have, or not so.
-class Stranger {
+class RawParticipant {
  public:
-  Stranger(const test::OwnDomain& domain, const TypeDescription& type, const std::string& node, bool tells)
+  RawParticipant(const test::OwnDomain& domain, const TypeDescription& type, const std::string& node,
+                 bool publishes)
       : type_(description_message(type)),
         participant_(make_participant(test::on_domain(domain), [] {})),
         graph_(*participant_) {
@@ -224,7 +225,7 @@ class Stranger {
                                          .type_hash = type_hash(type),
                                          .qos = default_qos()});
     OwnNode own{.name = node, .readers = {reader_->gid()}, .writers = {writer_->gid()}};
-    if (tells) {
+    if (publishes) {
       server_.emplace(*participant_, ServiceSpec{.name = node + "/get_type_description",
                                                  .type = "type_description_interfaces/srv/GetTypeDescription",
                                                  .request_hash = "",
@@ -235,7 +236,7 @@ class Stranger {
     graph_.set_own_nodes({own});
     thread_ = std::thread([this] { serve(); });
   }
-  ~Stranger() {
+  ~RawParticipant() {
     done_ = true;
     thread_.join();
   }
@@ -281,28 +282,28 @@ TypeDescription one_field(std::string type, const char* field, FieldKind kind) {
 
 TEST_F(GraphClientTest, ATypeThatIsNotCompiledInIsAskedFor) {
   const TypeDescription type = one_field("my_msgs/msg/Odd", "oddness", FieldKind::int32);
-  Stranger stranger(domain_, type, "/stranger", true);
+  RawParticipant stranger(domain_, type, "/stranger", true);
   stranger.publish({std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}, std::byte{7}, std::byte{0},
                     std::byte{0}, std::byte{0}});
   GraphClient client(options());
-  const TypeSupport& told = client.message_type("/strange");
+  const TypeSupport& support = client.message_type("/strange");
   client.subscribe("/strange");
   doppel::Client::Received message;
-  ASSERT_TRUE(client.next(message, Clock::now() + kPatience));
+  ASSERT_TRUE(client.next(message, Clock::now() + kTimeout));
   std::string text;
-  ASSERT_TRUE(told.cdr_to_yaml(message.cdr, text));
+  ASSERT_TRUE(support.cdr_to_yaml(message.cdr, text));
   EXPECT_EQ(text, "oddness: 7\n");
 }
 
 TEST_F(GraphClientTest, ATypeThatIsNotCompiledInCanBePublishedToWhoDescribesIt) {
   const TypeDescription type = one_field("my_msgs/msg/Odd", "oddness", FieldKind::int32);
-  Stranger stranger(domain_, type, "/stranger", true);
+  RawParticipant stranger(domain_, type, "/stranger", true);
   GraphClient client(options());
   Bytes cdr;
   ASSERT_TRUE(client.message_type("/strange_input").yaml_to_cdr("{oddness: 7}", cdr));
   client.publish("/strange_input", type.name, cdr);
   Sample sample;
-  ASSERT_TRUE(client.wait_until([&] { return stranger.reader().take(sample); }, Clock::now() + kPatience));
+  ASSERT_TRUE(client.wait_until([&] { return stranger.reader().take(sample); }, Clock::now() + kTimeout));
   EXPECT_EQ(sample.cdr, cdr);
   const auto ends = stranger.participant().endpoints();
   const auto writer = std::ranges::find(ends, sample.identity.writer, &EndpointInfo::gid);
@@ -311,7 +312,8 @@ TEST_F(GraphClientTest, ATypeThatIsNotCompiledInCanBePublishedToWhoDescribesIt) 
 }
 
 TEST_F(GraphClientTest, ATypeThatNobodyDescribesIsSaid) {
-  Stranger stranger(domain_, one_field("my_msgs/msg/Odd", "oddness", FieldKind::int32), "/stranger", false);
+  RawParticipant stranger(domain_, one_field("my_msgs/msg/Odd", "oddness", FieldKind::int32), "/stranger",
+                          false);
   GraphClient client(options());
   EXPECT_THAT(failure_of([&] { static_cast<void>(client.message_type("/strange")); }),
               HasSubstr("my_msgs/msg/Odd, a type that this program does not know, and /stranger"));
@@ -320,12 +322,12 @@ TEST_F(GraphClientTest, ATypeThatNobodyDescribesIsSaid) {
 TEST_F(GraphClientTest, ATypeOfAnotherDefinitionIsNotReadAsOurs) {
   const TypeDescription type = one_field("std_msgs/msg/String", "number", FieldKind::int32);
   {
-    Stranger stranger(domain_, type, "/stranger", false);
+    RawParticipant stranger(domain_, type, "/stranger", false);
     GraphClient client(options());
     EXPECT_THAT(failure_of([&] { static_cast<void>(client.message_type("/strange")); }),
                 HasSubstr("of another definition"));
   }
-  Stranger stranger(domain_, type, "/teller", true);
+  RawParticipant stranger(domain_, type, "/teller", true);
   GraphClient client(options());
   EXPECT_EQ(client.message_type("/strange").hash(), type_hash(type));
 }

@@ -23,7 +23,7 @@ class Peer {
     thread_ = std::thread([this, options = std::move(options), set_up, &ready] {
       Context context(options);
       const auto contents = set_up(context);
-      context.spin_until([&] { return context.network().state != NetworkStatus::State::joining; }, kPatience);
+      context.spin_until([&] { return context.network().state != NetworkStatus::State::joining; }, kTimeout);
       ready.set_value();
       context.spin_until([this] { return done_.load(); }, std::chrono::hours(1));
     });

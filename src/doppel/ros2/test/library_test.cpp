@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using std_srvs::srv::SetBool;
-using test::kPatience;
+using test::kTimeout;
 using test::Peer;
 using test::quiet_context;
 using testing::HasSubstr;
@@ -49,15 +49,15 @@ TEST_F(LibraryTest, TalksAndListens) {
   });
   Context context(options());
   Node node(context, "listener");
-  std::vector<std::string> heard;
-  node.create_subscription<Text>("chatter", [&](const Text& text) { heard.push_back(text.data); });
-  ASSERT_TRUE(context.spin_until([&] { return heard.size() >= 10; }, kPatience));
-  EXPECT_THAT(heard.front(), HasSubstr("hello "));
+  std::vector<std::string> received;
+  node.create_subscription<Text>("chatter", [&](const Text& text) { received.push_back(text.data); });
+  ASSERT_TRUE(context.spin_until([&] { return received.size() >= 10; }, kTimeout));
+  EXPECT_THAT(received.front(), HasSubstr("hello "));
   const auto sees_talker = [&] {
     const auto graph = context.graph();
     return std::ranges::find(graph->nodes, "/talker", &GraphNode::name) != graph->nodes.end();
   };
-  EXPECT_TRUE(context.spin_until(sees_talker, kPatience));
+  EXPECT_TRUE(context.spin_until(sees_talker, kTimeout));
 }
 
 TEST_F(LibraryTest, LatecomersHearWhatIsLatched) {
@@ -68,10 +68,10 @@ TEST_F(LibraryTest, LatecomersHearWhatIsLatched) {
   });
   Context context(options());
   Node node(context, "late");
-  std::string heard;
-  node.create_subscription<Text>("/description", [&](const Text& text) { heard = text.data; },
+  std::string received;
+  node.create_subscription<Text>("/description", [&](const Text& text) { received = text.data; },
                                  {.depth = 1, .latched = true});
-  EXPECT_TRUE(context.spin_until([&] { return heard == "once"; }, kPatience));
+  EXPECT_TRUE(context.spin_until([&] { return received == "once"; }, kTimeout));
 }
 
 std::unique_ptr<Node> switch_node(Context& context) {
@@ -88,18 +88,18 @@ TEST_F(LibraryTest, CallsServices) {
   Context context(options());
   Node node(context, "caller");
   auto client = node.create_client<SetBool>("/lab/switch/set");
-  const auto response = client.call({true}, kPatience);
+  const auto response = client.call({true}, kTimeout);
   ASSERT_TRUE(response);
   EXPECT_TRUE(response->success);
   EXPECT_EQ(response->message, "was asked");
 
   std::future<SetBool::Response> later = client.async_send_request({false});
-  ASSERT_TRUE(context.spin_until([&] { return later.wait_for(0s) == std::future_status::ready; }, kPatience));
+  ASSERT_TRUE(context.spin_until([&] { return later.wait_for(0s) == std::future_status::ready; }, kTimeout));
   EXPECT_FALSE(later.get().success);
 
   EXPECT_FALSE(node.create_client<SetBool>("/nobody").call({true}, 50ms));
   server.stop();
-  EXPECT_TRUE(context.spin_until([&] { return !client.service_is_ready(); }, kPatience));
+  EXPECT_TRUE(context.spin_until([&] { return !client.service_is_ready(); }, kTimeout));
 }
 
 using Follow = control_msgs::action::FollowJointTrajectory;
@@ -146,32 +146,32 @@ TEST_F(LibraryTest, SendsGoals) {
   Context context(options());
   Node node(context, "mover");
   ActionClient<Follow> client(node, "/arm/follow");
-  ASSERT_TRUE(client.wait_for_action_server(kPatience));
+  ASSERT_TRUE(client.wait_for_action_server(kTimeout));
 
   Follow::Goal wanted;
   auto rejected = client.send_goal(wanted);
-  ASSERT_TRUE(client.wait_for_result(*rejected, kPatience));
+  ASSERT_TRUE(client.wait_for_result(*rejected, kTimeout));
   EXPECT_TRUE(rejected->is_rejected());
 
   wanted.trajectory.points.resize(1);
   int feedbacks = 0;
   auto goal = client.send_goal(
       wanted, {.on_response = {}, .on_feedback = [&](const auto&) { ++feedbacks; }, .on_result = {}});
-  ASSERT_TRUE(context.spin_until([&] { return feedbacks > 2; }, kPatience));
+  ASSERT_TRUE(context.spin_until([&] { return feedbacks > 2; }, kTimeout));
   EXPECT_EQ(goal->status(), GoalStatus::executing);
   finish = true;
-  ASSERT_TRUE(client.wait_for_result(*goal, kPatience));
+  ASSERT_TRUE(client.wait_for_result(*goal, kTimeout));
   EXPECT_EQ(goal->status(), GoalStatus::succeeded);
   EXPECT_EQ(goal->result().error_string, "fine");
 
   finish = false;
   auto canceled = client.send_goal(wanted);
-  ASSERT_TRUE(context.spin_until([&] { return canceled->status() == GoalStatus::executing; }, kPatience));
+  ASSERT_TRUE(context.spin_until([&] { return canceled->status() == GoalStatus::executing; }, kTimeout));
   bool taken = false;
   client.cancel(*canceled, [&](bool canceling) { taken = canceling; });
-  ASSERT_TRUE(client.wait_for_result(*canceled, kPatience));
+  ASSERT_TRUE(client.wait_for_result(*canceled, kTimeout));
   EXPECT_EQ(canceled->status(), GoalStatus::canceled);
-  EXPECT_TRUE(context.spin_until([&] { return taken; }, kPatience));
+  EXPECT_TRUE(context.spin_until([&] { return taken; }, kTimeout));
 }
 
 TEST_F(LibraryTest, NamesAndParametersFollowTheCommandLine) {
@@ -236,8 +236,8 @@ TEST_F(LibraryTest, ACallbackThatSpinsIsToldThatItMustNot) {
   Context context(options());
   Node node(context, "impatient");
   const auto client = node.create_client<SetBool>("nobody");
-  const auto timer = node.create_wall_timer(1ms, [&] { static_cast<void>(client.call({true}, kPatience)); });
-  EXPECT_THROW(context.spin_for(kPatience), std::logic_error);
+  const auto timer = node.create_wall_timer(1ms, [&] { static_cast<void>(client.call({true}, kTimeout)); });
+  EXPECT_THROW(context.spin_for(kTimeout), std::logic_error);
   timer->cancel();
   EXPECT_NO_THROW(context.spin_some());
 }
@@ -250,10 +250,10 @@ TEST_F(LibraryTest, WhatAGoalsCallbackThrowsLeavesTheSpinAndRefuses) {
       {.on_goal = [](const GoalId&, const Follow::Goal&) -> Status { throw std::runtime_error("thrown"); },
        .on_cancel = {}});
   ActionClient<Follow> client(node, "~/follow");
-  ASSERT_TRUE(client.wait_for_action_server(kPatience));
+  ASSERT_TRUE(client.wait_for_action_server(kTimeout));
   const auto goal = client.send_goal({});
-  EXPECT_THROW(client.wait_for_result(*goal, kPatience), std::runtime_error);
-  EXPECT_TRUE(client.wait_for_result(*goal, kPatience));
+  EXPECT_THROW(client.wait_for_result(*goal, kTimeout), std::runtime_error);
+  EXPECT_TRUE(client.wait_for_result(*goal, kTimeout));
   EXPECT_TRUE(goal->is_rejected());
 }
 
@@ -274,27 +274,28 @@ TEST_F(LibraryTest, SpinningEnds) {
 }
 
 TEST_F(LibraryTest, TheLogIsHeardOnRosout) {
-  Peer teller(options(), [](Context& context) {
-    struct Teller {
-      explicit Teller(Context& context) : node(context, "teller", "/lab") {
+  Peer log_source(options(), [](Context& context) {
+    struct LogSource {
+      explicit LogSource(Context& context) : node(context, "teller", "/lab") {
         timer = node.create_wall_timer(5ms, [this] { node.warn("mind the gap"); });
       }
       Node node;
       std::shared_ptr<Timer> timer;
     };
-    return std::make_unique<Teller>(context);
+    return std::make_unique<LogSource>(context);
   });
   Context context(options());
   Node node(context, "reader");
-  std::string heard, file;
+  std::string received, file;
   node.create_subscription<rcl_interfaces::msg::Log>(
       "/rosout",
       [&](const auto& line) {
-        heard = line.name + ": " + line.msg;
+        received = line.name + ": " + line.msg;
         file = line.file;
       },
       Qos::rosout());
-  EXPECT_TRUE(context.spin_until([&] { return heard == "lab.teller: mind the gap"; }, kPatience)) << heard;
+  EXPECT_TRUE(context.spin_until([&] { return received == "lab.teller: mind the gap"; }, kTimeout))
+      << received;
   EXPECT_TRUE(file.ends_with("library_test.cpp")) << file;
 }
 

@@ -17,7 +17,7 @@
 
 namespace doppel::ros2::test {
 
-constexpr std::chrono::seconds kPatience{20};
+constexpr std::chrono::seconds kTimeout{20};
 
 // A domain that no other test program on this machine has at the moment: whoever holds the socket of that
 // name has it.
@@ -58,8 +58,8 @@ class Activity {
     };
   }
   template <class Condition>
-  bool wait(Condition condition, std::chrono::milliseconds patience = kPatience) {
-    const auto end = std::chrono::steady_clock::now() + patience;
+  bool wait(Condition condition, std::chrono::milliseconds timeout = kTimeout) {
+    const auto end = std::chrono::steady_clock::now() + timeout;
     std::unique_lock lock(mutex_);
     while (std::chrono::steady_clock::now() < end) {
       lock.unlock();

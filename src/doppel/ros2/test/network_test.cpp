@@ -153,7 +153,7 @@ std::vector<std::uint8_t> announcement(std::uint16_t number) {
 TEST(Network, ACrowdIsKeptOutAndHurtsNobody) {
   Pair pair;
   ASSERT_TRUE(pair.meet());
-  const std::uint64_t complaints = pair.there->complaints().count;
+  const std::uint64_t middleware_log = pair.there->middleware_log().count;
 
   const Socket stranger;
   const auto announce = [&](std::uint16_t number) {
@@ -161,17 +161,17 @@ TEST(Network, ACrowdIsKeptOutAndHurtsNobody) {
   };
   std::uint16_t announced = 0;
   const auto are_full = [&](const Participant& participant) {
-    return participant.participants().size() >= kMostParticipants;
+    return participant.participants().size() >= kMaxParticipants;
   };
   ASSERT_TRUE(pair.activity.wait([&] {
-    for (int i = 0; i < 10 && announced < 10 * kMostParticipants; ++i) announce(announced++);
+    for (int i = 0; i < 10 && announced < 10 * kMaxParticipants; ++i) announce(announced++);
     return are_full(*pair.here) && are_full(*pair.there);
   }));
   for (std::uint16_t i = 0; i < 50; ++i) announce(announced++);
   pair.expect_to_be_heard();
-  EXPECT_EQ(pair.here->participants().size(), kMostParticipants);
-  EXPECT_EQ(pair.there->participants().size(), kMostParticipants);
-  EXPECT_GT(pair.there->complaints().count, complaints);
+  EXPECT_EQ(pair.here->participants().size(), kMaxParticipants);
+  EXPECT_EQ(pair.there->participants().size(), kMaxParticipants);
+  EXPECT_GT(pair.there->middleware_log().count, middleware_log);
 }
 
 TEST(Network, AParticipantMayGoInTheMiddleOfTraffic) {

@@ -87,9 +87,9 @@ TEST(RtpsGuard, RefusesWhatIsNone) {
 }
 
 TEST(RtpsGuard, RefusesFragmentsThatAskForTooMuchOrAreNone) {
-  EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.sample = kLargestSample})));
+  EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.sample = kMaxSampleBytes})));
   for (const Fragment& f :
-       {Fragment{.sample = kLargestSample + 1}, Fragment{.sample = 0xffffffff}, Fragment{.first = 0},
+       {Fragment{.sample = kMaxSampleBytes + 1}, Fragment{.sample = 0xffffffff}, Fragment{.first = 0},
         Fragment{.count = 0}, Fragment{.size = 0}, Fragment{.first = 5}, Fragment{.first = 4, .count = 2},
         Fragment{.payload = 4}, Fragment{.payload = 16}})
     EXPECT_FALSE(RtpsGuard().admits(with(f)));
@@ -181,20 +181,20 @@ TEST(RtpsGuard, RefusesLeapsThatNobodyHasMade) {
   EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'000, 3)));   // the writer says so again
   EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'002, 4)));
   for (std::uint32_t count = 5; count < 8; ++count)
-    EXPECT_FALSE(guard.admits(heartbeat(1, 2 * kLargestLeap, count)));
+    EXPECT_FALSE(guard.admits(heartbeat(1, 2 * kMaxSequenceLeap, count)));
 }
 
 TEST(RtpsGuard, RefusesGapsThatAreTooWide) {
   RtpsGuard guard;
-  EXPECT_TRUE(guard.admits(gap(1, 1 + kWidestGap)));
-  for (int times = 0; times < 3; ++times) EXPECT_FALSE(guard.admits(gap(3, 4 + kWidestGap)));
-  Datagram many = gap(1, kWidestGap);
-  append_range(many, 0x08, kWidestGap, kWidestGap + 10, 0);
+  EXPECT_TRUE(guard.admits(gap(1, 1 + kMaxGap)));
+  for (int times = 0; times < 3; ++times) EXPECT_FALSE(guard.admits(gap(3, 4 + kMaxGap)));
+  Datagram many = gap(1, kMaxGap);
+  append_range(many, 0x08, kMaxGap, kMaxGap + 10, 0);
   EXPECT_FALSE(guard.admits(many));
 }
 
 TEST(RtpsGuard, RefusesGapsFarFromWhatTheirWriterHasSent) {
-  constexpr std::int64_t kFar = 2 * kLargestJump;
+  constexpr std::int64_t kFar = 2 * kMaxSequenceJump;
   RtpsGuard guard;
   for (int times = 0; times < 3; ++times) EXPECT_FALSE(guard.admits(gap(kFar, kFar + 1)));
   EXPECT_FALSE(guard.admits(heartbeat(1, kFar, 1)));

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "doppel/server/detail/connection.h"
-#include "doppel/server/detail/http_answers.h"
+#include "doppel/server/detail/http_responses.h"
 
 namespace doppel::net {
 
@@ -27,15 +27,15 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
  private:
   void unreadable(error_code why);
   void answer(const Request& request);
-  void welcome_client(const Request& request);
-  void reply(HttpAnswer answer);
+  void upgrade(const Request& request);
+  void reply(HttpResponse answer);
   void linger();
 
   Context& context_;
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
-  HttpAnswer answer_;  // as long as it is being sent
+  HttpResponse answer_;  // as long as it is being sent
   http::response<http::span_body<const char>> response_;
   std::array<char, 1024> discarded_{};
   std::size_t requests_ = 0, lingered_ = 0;

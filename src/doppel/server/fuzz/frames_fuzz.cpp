@@ -2,7 +2,7 @@
 
 #include "doppel/foxglove/foxglove_protocol.h"
 #include "doppel/server/admission.h"
-#include "doppel/server/detail/http_answers.h"
+#include "doppel/server/detail/http_responses.h"
 
 namespace {
 
@@ -14,7 +14,7 @@ void read_header(std::string_view text) {
   static_cast<void>(admission.check({.host = "[::1]:1", .target = text, .cookies = text, .origin = {}}));
   static_cast<void>(admission.cookie_for(text));
   static_cast<void>(doppel::is_local_origin(text) || doppel::choose_subprotocol(text).empty());
-  static_cast<void>(doppel::answer_http(
+  static_cast<void>(doppel::http_response_to(
       {.method = "GET", .target = text, .accept_encoding = text, .if_none_match = text}, page, {}));
 }
 

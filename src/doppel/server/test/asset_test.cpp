@@ -237,9 +237,9 @@ TEST_F(AssetTest, WithoutAPackageOnlyWhatLiesBesideTheMeshesComesAlong) {
 TEST_F(AssetTest, OnlyRegularFilesOfABoundedSize) {
   ASSERT_EQ(mkfifo((folder_ / "arm/meshes/pipe.stl").c_str(), 0600), 0);
   write("arm/meshes/huge.stl", "");
-  fs::resize_file(folder_ / "arm/meshes/huge.stl", AssetLibrary::kMostBytes + 1);
+  fs::resize_file(folder_ / "arm/meshes/huge.stl", AssetLibrary::kMaxBytes + 1);
   write("arm/meshes/most.stl", "");
-  fs::resize_file(folder_ / "arm/meshes/most.stl", AssetLibrary::kMostBytes);
+  fs::resize_file(folder_ / "arm/meshes/most.stl", AssetLibrary::kMaxBytes);
   offer({{"package://arm/meshes/pipe.stl", "arm/meshes/pipe.stl"},
          {"package://arm/meshes/huge.stl", "arm/meshes/huge.stl"},
          {"package://arm/meshes/most.stl", "arm/meshes/most.stl"},
@@ -247,7 +247,7 @@ TEST_F(AssetTest, OnlyRegularFilesOfABoundedSize) {
          {"package://arm/meshes/gone.stl", "arm/meshes/gone.stl"}});
   EXPECT_THAT(get("package://arm/meshes/pipe.stl"), HasSubstr("no regular file"));
   EXPECT_THAT(get("package://arm/meshes/huge.stl"), HasSubstr("64 MiB are the most"));
-  EXPECT_EQ(library_.read("package://arm/meshes/most.stl").bytes->size(), AssetLibrary::kMostBytes);
+  EXPECT_EQ(library_.read("package://arm/meshes/most.stl").bytes->size(), AssetLibrary::kMaxBytes);
   EXPECT_THAT(get("package://arm/meshes"), HasSubstr("no regular file"));
   EXPECT_THAT(get("package://arm/meshes/gone.stl"), HasSubstr("No such file"));
 }

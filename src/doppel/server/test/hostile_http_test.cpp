@@ -23,12 +23,12 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 // A connection on which anything can be said.
-class Visitor {
+class RawConnection {
  public:
-  explicit Visitor(std::uint16_t port) {
+  explicit RawConnection(std::uint16_t port) {
     socket_.connect({boost::asio::ip::address_v4::loopback(), port});
-    const timeval patience{.tv_sec = 20, .tv_usec = 0};
-    setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+    const timeval timeout{.tv_sec = 20, .tv_usec = 0};
+    setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout));
   }
   bool say(const std::string& bytes) {
     boost::system::error_code failed;
@@ -36,7 +36,7 @@ class Visitor {
     return !failed;
   }
   // The next answer; status 0: the server has closed.
-  http::response<http::string_body> hear(bool head = false) {
+  http::response<http::string_body> receive(bool head = false) {
     http::response_parser<http::string_body> parser;
     parser.skip(head);
     boost::system::error_code failed;
@@ -50,7 +50,7 @@ class Visitor {
   }
   http::response<http::string_body> get(const std::string& target, const std::string& more = "") {
     say("GET " + target + " HTTP/1.1\r\nHost: localhost\r\n" + more + "\r\n");
-    return hear();
+    return receive();
   }
   // Reads until the server closes; false: it has not within the socket's patience.
   bool is_closed() {
@@ -91,7 +91,7 @@ class HostileHttpTest : public ::testing::Test {
 };
 
 TEST_F(HostileHttpTest, OneConnectionIsEnoughForThePage) {
-  Visitor visitor(start());
+  RawConnection visitor(start());
   const auto page = visitor.get("/");
   EXPECT_EQ(page.body(), "<html>page</html>");
   EXPECT_EQ(page["X-Content-Type-Options"], "nosniff");
@@ -101,7 +101,7 @@ TEST_F(HostileHttpTest, OneConnectionIsEnoughForThePage) {
   EXPECT_EQ(known.result_int(), 304u);
   EXPECT_EQ(known.body(), "");
   visitor.say("HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\n");
-  const auto head = visitor.hear(true);
+  const auto head = visitor.receive(true);
   EXPECT_EQ(head["Content-Length"], "17");
   EXPECT_EQ(visitor.get("/health").result_int(), 200u) << "the connection is still in step";
   const auto ranged = visitor.get("/", "Range: bytes=0-3\r\n");
@@ -112,19 +112,19 @@ TEST_F(HostileHttpTest, OneConnectionIsEnoughForThePage) {
 }
 
 TEST_F(HostileHttpTest, WhatIsSentAheadIsAnsweredInOrder) {
-  Visitor visitor(start());
+  RawConnection visitor(start());
   std::string ahead;
   for (const char* target : {"/health", "/nothing", "/assets/main-AAAAAAAA.js", "/"})
     ahead += std::string("GET ") + target + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
   visitor.say(ahead);
-  EXPECT_EQ(visitor.hear()["Content-Type"], "application/json");
-  EXPECT_EQ(visitor.hear().result_int(), 404u);
-  EXPECT_EQ(visitor.hear().body(), "script");
-  EXPECT_EQ(visitor.hear().body(), "<html>page</html>");
+  EXPECT_EQ(visitor.receive()["Content-Type"], "application/json");
+  EXPECT_EQ(visitor.receive().result_int(), 404u);
+  EXPECT_EQ(visitor.receive().body(), "script");
+  EXPECT_EQ(visitor.receive().body(), "<html>page</html>");
 }
 
 TEST_F(HostileHttpTest, AConnectionIsGoodForABoundedNumberOfRequests) {
-  Visitor visitor(start());
+  RawConnection visitor(start());
   int answered = 0;
   while (visitor.get("/health").result_int() == 200 && answered < 10'000) ++answered;
   EXPECT_GE(answered, 100);
@@ -139,14 +139,14 @@ TEST_F(HostileHttpTest, NoPathLeadsToTheDisk) {
         "//secret.js"s, "/assets//main-AAAAAAAA.js"s, "/assets/main-AAAAAAAA.js%00.png"s, "/etc/passwd"s,
         "//etc/passwd"s, "/assets\\..\\secret.js"s, "/%c0%ae%c0%ae/secret.js"s,
         "http://localhost/../secret.js"s, "file:///etc/passwd"s, "*"s}) {
-    Visitor visitor(port);
+    RawConnection visitor(port);
     const auto answer = visitor.get(target);
     EXPECT_EQ(answer.result_int(), 404u) << target;
     EXPECT_EQ(answer.body().find("secret"), std::string::npos) << target;
   }
-  Visitor visitor(port);
+  RawConnection visitor(port);
   visitor.say("GET /assets/main-AAAAAAAA.js\0.png HTTP/1.1\r\nHost: localhost\r\n\r\n"s);
-  EXPECT_EQ(visitor.hear().result_int(), 400u);
+  EXPECT_EQ(visitor.receive().result_int(), 400u);
 }
 
 TEST_F(HostileHttpTest, WhatIsNoRequestIsToldSoAndClosed) {
@@ -168,23 +168,23 @@ TEST_F(HostileHttpTest, WhatIsNoRequestIsToldSoAndClosed) {
       {"GET / HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example.org\r\n\r\n", 403},
   };
   for (const auto& [bytes, status] : cases) {
-    Visitor visitor(port);
+    RawConnection visitor(port);
     visitor.say(bytes);
-    EXPECT_EQ(visitor.hear().result_int(), status) << bytes.substr(0, 80);
+    EXPECT_EQ(visitor.receive().result_int(), status) << bytes.substr(0, 80);
   }
   for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH", "FROB"}) {
-    Visitor visitor(port);
+    RawConnection visitor(port);
     visitor.say(std::string(method) + " / HTTP/1.1\r\nHost: localhost\r\n\r\n");
-    const auto answer = visitor.hear();
+    const auto answer = visitor.receive();
     EXPECT_TRUE(answer.result_int() == 405 || answer.result_int() == 400) << method;
     EXPECT_EQ(answer.body().find("page"), std::string::npos);
   }
-  EXPECT_EQ(Visitor(port).get("/").result_int(), 200u);
+  EXPECT_EQ(RawConnection(port).get("/").result_int(), 200u);
 }
 
 TEST_F(HostileHttpTest, WhoDripsARequestInIsClosed) {
-  const std::uint16_t port = start({.http_patience = milliseconds(300)});
-  Visitor dripping(port), silent(port);
+  const std::uint16_t port = start({.http_timeout = milliseconds(300)});
+  RawConnection dripping(port), silent(port);
   const auto begin = steady_clock::now();
   std::string request = "GET / HTTP/1.1\r\nHost: localhost\r\nX: ";
   while (dripping.say(request.empty() ? "x" : std::exchange(request, ""))) {
@@ -196,12 +196,12 @@ TEST_F(HostileHttpTest, WhoDripsARequestInIsClosed) {
 
 TEST_F(HostileHttpTest, ManyWhoDripKeepNobodyElseOut) {
   const std::uint16_t port = start();
-  std::vector<std::unique_ptr<Visitor>> crowd;
+  std::vector<std::unique_ptr<RawConnection>> crowd;
   for (int i = 0; i < 200; ++i) {
-    crowd.push_back(std::make_unique<Visitor>(port));
+    crowd.push_back(std::make_unique<RawConnection>(port));
     crowd.back()->say("GET / HTTP/1.1\r\nHost: loc");
     if (i % 20 == 0) {
-      EXPECT_EQ(Visitor(port).get("/").result_int(), 200u) << i;
+      EXPECT_EQ(RawConnection(port).get("/").result_int(), 200u) << i;
     }
   }
   test::RawClient client(port);
@@ -217,10 +217,10 @@ TEST_F(HostileHttpTest, BeyondLoopbackEverythingNeedsTheToken) {
   const std::string wrong(32, '0');
   for (const std::string& target : {std::string("/"), std::string("/health"),
                                     std::string("/assets/main-AAAAAAAA.js"), "/?token=" + wrong}) {
-    EXPECT_EQ(Visitor(port).get(target).result_int(), 403u) << target;
+    EXPECT_EQ(RawConnection(port).get(target).result_int(), 403u) << target;
   }
   EXPECT_THAT(test::RawClient(port).handshake(), StartsWith("403"));
-  Visitor visitor(port);
+  RawConnection visitor(port);
   const auto page = visitor.get("/?token=" + token);
   EXPECT_EQ(page.result_int(), 200u);
   const std::string cookie(page["Set-Cookie"]);
@@ -249,7 +249,7 @@ TEST_F(HostileHttpTest, ShellsOfTheSameUserFindTheToken) {
   ClientOptions options;
   options.host = twins[0].address;
   options.port = twins[0].port;
-  options.patience = seconds(20);
+  options.timeout = seconds(20);
   EXPECT_THROW(WebSocketClient{options}, ClientError);
   options.token = twins[0].token;
   EXPECT_TRUE(WebSocketClient(options).topics().contains("/joint_states"));
@@ -259,7 +259,7 @@ TEST_F(HostileHttpTest, ATokenThatCanBeGuessedIsRefused) {
   EXPECT_THROW(start({.token = "short"}), InputError);
   EXPECT_THROW(start({.token = "not fit for an address"}), InputError);
   start({.token = "0123456789abcdef"});
-  EXPECT_EQ(Visitor(server_->port()).get("/").result_int(), 403u) << "asked for on loopback as well";
+  EXPECT_EQ(RawConnection(server_->port()).get("/").result_int(), 403u) << "asked for on loopback as well";
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "doppel/server/detail/http_answers.h"
+#include "doppel/server/detail/http_responses.h"
 
 namespace doppel {
 namespace {
@@ -15,13 +15,13 @@ TEST(Http, ChoosesAKnownSubprotocol) {
 }
 
 TEST(Http, TellsWhatRunsWhereThePageIsNotBuilt) {
-  const HttpFacts facts{.name = "arm \"<b>\"", .url = "ws://127.0.0.1:8700", .clients = 2, .topics = 7};
+  const ServerSummary facts{.name = "arm \"<b>\"", .url = "ws://127.0.0.1:8700", .clients = 2, .topics = 7};
   PageFiles none("/nowhere/dist");
   const auto get = [&](std::string_view target, std::string_view method = "GET") {
-    return answer_http({.method = method, .target = target, .accept_encoding = "", .if_none_match = ""}, none,
-                       facts);
+    return http_response_to({.method = method, .target = target, .accept_encoding = "", .if_none_match = ""},
+                            none, facts);
   };
-  const HttpAnswer page = get("/?x=1");
+  const HttpResponse page = get("/?x=1");
   EXPECT_EQ(page.status, 200u);
   EXPECT_NE(page.body.find("ws://127.0.0.1:8700"), std::string::npos);
   EXPECT_NE(page.body.find("<code>./doppel</code> builds it"), std::string::npos);

@@ -3,7 +3,7 @@
 #include <fstream>
 #include <map>
 
-#include "doppel/server/detail/http_answers.h"
+#include "doppel/server/detail/http_responses.h"
 #include "doppel/server/detail/page_files.h"
 
 namespace doppel {
@@ -30,11 +30,12 @@ class PageTest : public ::testing::Test {
     write("assets/secret.txt", "no kind of file that is served");
     write("secret.html", "not in assets");
   }
-  HttpAnswer get(const std::string& target, const std::string& accept = "", const std::string& known = "") {
-    return answer_http({.method = "GET", .target = target, .accept_encoding = accept, .if_none_match = known},
-                       page_, {.name = "arm", .url = "ws://127.0.0.1:8700"});
+  HttpResponse get(const std::string& target, const std::string& accept = "", const std::string& known = "") {
+    return http_response_to(
+        {.method = "GET", .target = target, .accept_encoding = accept, .if_none_match = known}, page_,
+        {.name = "arm", .url = "ws://127.0.0.1:8700"});
   }
-  static std::string header(const HttpAnswer& answer, const std::string& name) {
+  static std::string header(const HttpResponse& answer, const std::string& name) {
     for (const auto& [key, value] : answer.headers) {
       if (key == name) return value;
     }
@@ -49,12 +50,12 @@ TEST_F(PageTest, ServesWhatWasBuilt) {
   page_ = PageFiles(folder_ / "dist");
   EXPECT_NE(get("/").content().find("has not been built"), std::string::npos);
   build();
-  const HttpAnswer index = get("/?token=x");
+  const HttpResponse index = get("/?token=x");
   EXPECT_EQ(index.content(), "<html>");
   EXPECT_EQ(index.content_type, "text/html; charset=utf-8");
   EXPECT_EQ(header(index, "Cache-Control"), "no-cache");
   EXPECT_NE(header(index, "Content-Security-Policy").find("frame-ancestors 'none'"), std::string::npos);
-  const HttpAnswer script = get("/assets/main-EPFJUWFJ.js");
+  const HttpResponse script = get("/assets/main-EPFJUWFJ.js");
   EXPECT_EQ(script.content(), "script");
   EXPECT_EQ(script.content_type, "text/javascript; charset=utf-8");
   EXPECT_EQ(header(script, "Cache-Control"), "public, max-age=31536000, immutable");
@@ -65,13 +66,13 @@ TEST_F(PageTest, SendsThePackedFormToThoseWhoTakeIt) {
   build();
   page_ = PageFiles(folder_ / "dist");
   for (const char* accept : {"gzip", "deflate, gzip;q=1.0, br", "*"}) {
-    const HttpAnswer answer = get("/assets/main-EPFJUWFJ.js", accept);
+    const HttpResponse answer = get("/assets/main-EPFJUWFJ.js", accept);
     EXPECT_EQ(answer.content(), "packed") << accept;
     EXPECT_EQ(header(answer, "Content-Encoding"), "gzip");
     EXPECT_EQ(header(answer, "Vary"), "Accept-Encoding");
   }
   for (const char* accept : {"", "br", "gzip;q=0", "xgzip"}) {
-    const HttpAnswer answer = get("/assets/main-EPFJUWFJ.js", accept);
+    const HttpResponse answer = get("/assets/main-EPFJUWFJ.js", accept);
     EXPECT_EQ(answer.content(), "script") << accept;
     EXPECT_EQ(header(answer, "Content-Encoding"), "");
   }
@@ -85,7 +86,7 @@ TEST_F(PageTest, WhoHasItAlreadyIsToldSo) {
   const std::string packed = header(get("/assets/main-EPFJUWFJ.js", "gzip"), "ETag");
   EXPECT_NE(header(get("/assets/main-EPFJUWFJ.js"), "ETag"), packed) << "they are different bytes";
   for (const std::string& known : {tag, "\"x\", W/" + tag, std::string("*")}) {
-    const HttpAnswer answer = get("/", "", known);
+    const HttpResponse answer = get("/", "", known);
     EXPECT_EQ(answer.status, 304u) << known;
     EXPECT_EQ(answer.content(), "");
   }

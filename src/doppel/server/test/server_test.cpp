@@ -43,7 +43,7 @@ class ServerTest : public ::testing::Test {
   [[nodiscard]] ClientOptions client_options() const {
     ClientOptions options;
     options.port = server_->port();
-    options.patience = seconds(20);
+    options.timeout = seconds(20);
     return options;
   }
 

@@ -5,7 +5,7 @@
 #include <atomic>
 
 #include "doppel/messages/std_msgs.h"
-#include "doppel/session/left_work.h"
+#include "doppel/session/abandoned_thread.h"
 
 namespace doppel {
 namespace {
@@ -47,18 +47,18 @@ TEST_F(HealthPublisherTest, TheLastOfManyLooksIsJudged) {
 }
 
 TEST_F(HealthPublisherTest, AJudgementThatOutlastsThePublisherIsLeftBehindAndTellsNobody) {
-  std::atomic<bool> judges{false}, may_end{false}, has_ended{false};
+  std::atomic<bool> is_auditing{false}, may_end{false}, has_ended{false};
   {
     HealthPublisher publisher(bus_, "", [&] {
-      judges = true;
+      is_auditing = true;
       while (!may_end) std::this_thread::yield();
       has_ended = true;
       return std::string("late");
     });
     publisher.look_at(robot_);
-    while (!judges) std::this_thread::yield();
+    while (!is_auditing) std::this_thread::yield();
   }
-  EXPECT_TRUE(work_left_behind());
+  EXPECT_TRUE(has_abandoned_thread());
   may_end = true;
   while (!has_ended) std::this_thread::yield();
   bus_.wait(milliseconds(200));

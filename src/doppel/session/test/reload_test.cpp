@@ -122,17 +122,17 @@ class RunningTwin : public ReloadTest {
 };
 
 TEST_F(RunningTwin, TakesEditsWhileAnEdgeListensAndRunsOnAfterABrokenOne) {
-  std::atomic<int> judged{0};
-  HealthPublisher health(twin_->bus(), "", [&] { return std::to_string(++judged); });
+  std::atomic<int> audits{0};
+  HealthPublisher health(twin_->bus(), "", [&] { return std::to_string(++audits); });
   const auto look = [&] { health.look_at(twin_->robot().description()); };
   look();
   std::atomic<bool> ends{false};
-  std::atomic<int> heard{0};
+  std::atomic<int> received{0};
   std::thread listener([&, edge = twin_->bus().attach("/listener")] {
     for (const TopicInfo& topic : twin_->bus().topics()) edge->subscribe(topic.id);
     Edge::Incoming message;
     while (!ends) {
-      while (edge->next(message)) ++heard;
+      while (edge->next(message)) ++received;
       edge->wait(milliseconds(10));
     }
   });
@@ -150,8 +150,8 @@ TEST_F(RunningTwin, TakesEditsWhileAnEdgeListensAndRunsOnAfterABrokenOne) {
   }
   ends = true;
   listener.join();
-  EXPECT_GT(heard, 0);
-  EXPECT_GT(judged, 0);
+  EXPECT_GT(received, 0);
+  EXPECT_GT(audits, 0);
 }
 
 }  // namespace

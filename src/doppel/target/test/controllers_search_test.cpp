@@ -131,7 +131,7 @@ TEST_F(ControllersSearchTest, TheLastOfAHundredFilesIsFound) {
 
 TEST_F(ControllersSearchTest, WhatOfAPackageBesideCannotBeReadIsNotReported) {
   package("other");
-  write("other/config/map.yaml", std::string(kLargestSideFile + 1, ' '));
+  write("other/config/map.yaml", std::string(kMaxSideFileBytes + 1, ' '));
   EXPECT_EQ(chosen(), "");
   EXPECT_TRUE(diagnostics_.all().empty());
 }

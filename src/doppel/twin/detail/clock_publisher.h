@@ -6,11 +6,11 @@
 #include "doppel/bus/bus.h"
 #include "doppel/messages/rosgraph_msgs.h"
 #include "doppel/twin/scene.h"
-#include "doppel/twin/ticking.h"
+#include "doppel/twin/tickable.h"
 
 namespace doppel {
 
-class ClockPublisher : public Ticking {
+class ClockPublisher : public Tickable {
  public:
   // The scene outlives it; the rate is rounded to whole steps of its engine.
   ClockPublisher(Bus& bus, const Scene& scene);

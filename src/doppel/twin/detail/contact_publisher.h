@@ -8,13 +8,13 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/messages/gazebo_msgs.h"
-#include "doppel/twin/due.h"
+#include "doppel/twin/publish_schedule.h"
 #include "doppel/twin/scene.h"
-#include "doppel/twin/ticking.h"
+#include "doppel/twin/tickable.h"
 
 namespace doppel {
 
-class ContactPublisher : public Ticking {
+class ContactPublisher : public Tickable {
  public:
   // The scene outlives it.
   ContactPublisher(Bus& bus, const Scene& scene);
@@ -31,7 +31,7 @@ class ContactPublisher : public Ticking {
   const Scene& scene_;
   Node node_;
   Publisher<gazebo_msgs::msg::ContactsState> topic_;
-  Due due_{Duration{33'333'333}};
+  PublishSchedule due_{Duration{33'333'333}};
   std::vector<Contact> contacts_;
 };
 

@@ -18,13 +18,13 @@
 #include "doppel/physics/world_robot.h"
 #include "doppel/twin/detail/entity.h"
 #include "doppel/twin/detail/entity_xml.h"
-#include "doppel/twin/ticking.h"
+#include "doppel/twin/tickable.h"
 
 namespace doppel {
 
-inline constexpr std::size_t kMostObjects = 200;
+inline constexpr std::size_t kMaxObjects = 200;
 
-class EntityServices : public Ticking {
+class EntityServices : public Tickable {
  public:
   struct Callbacks {
     MeshFinder find_mesh;
@@ -60,7 +60,7 @@ class EntityServices : public Ticking {
   const Log& log_;
   Callbacks callbacks_;
   Node node_;
-  std::string told_;  // the refusal that was logged last
+  std::string last_error_;  // the refusal that was logged last
 };
 
 }  // namespace doppel

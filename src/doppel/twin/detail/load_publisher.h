@@ -7,14 +7,14 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/messages/doppel_msgs.h"
-#include "doppel/twin/due.h"
-#include "doppel/twin/robot_machine.h"
+#include "doppel/twin/compiled_robot.h"
+#include "doppel/twin/publish_schedule.h"
 
 namespace doppel {
 
 class LoadPublisher {
  public:
-  LoadPublisher(Bus& bus, std::shared_ptr<const RobotMachine> machine);
+  LoadPublisher(Bus& bus, std::shared_ptr<const CompiledRobot> machine);
 
   // Between steps. `robot`: the machine's instance.
   void publish_due(const Instance& robot, Time now) {
@@ -25,10 +25,10 @@ class LoadPublisher {
  private:
   void publish(const Instance& robot, Time now);
 
-  const std::shared_ptr<const RobotMachine> machine_;
+  const std::shared_ptr<const CompiledRobot> machine_;
   Node node_;
   Publisher<doppel_msgs::msg::JointLoads> topic_;
-  Due due_{Duration{200'000'000}};
+  PublishSchedule due_{Duration{200'000'000}};
   std::optional<Data> data_;  // made for the first listener
   StaticSag static_;
   doppel_msgs::msg::JointLoads message_;

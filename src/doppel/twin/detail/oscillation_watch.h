@@ -15,7 +15,7 @@ namespace doppel {
 inline constexpr Duration kOscillationTime{200'000'000};  // that a held joint may shake
 inline constexpr double kOscillationSags = 10.0;          // by how many times its sag
 // Less is never reported: no encoder of a hobbyist sees it.
-inline constexpr double kLeastOscillation = 1e-4, kLeastSlideOscillation = 1e-5;  // rad, m
+inline constexpr double kMinOscillation = 1e-4, kMinSlideOscillation = 1e-5;  // rad, m
 
 struct Oscillation {
   int joint = -1;
@@ -55,7 +55,7 @@ class OscillationWatch {
   };
   static void restart(Watched& watched, Time now);
   static void open_window(Watched& watched, Time now);
-  void judge(Watched& watched, int joint, Time now);
+  void evaluate(Watched& watched, int joint, Time now);
 
   std::shared_ptr<const Model> model_;
   std::vector<Watched> joints_;  // [joints]

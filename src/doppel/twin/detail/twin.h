@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "doppel/control/control_loop.h"
+#include "doppel/twin/compiled_scenario.h"
 #include "doppel/twin/detail/state_hash.h"
-#include "doppel/twin/machine.h"
 #include "doppel/twin/scene.h"
 #include "doppel/twin/simulator_services.h"
 #include "doppel/twin/twin.h"
@@ -44,18 +44,18 @@ struct Twin::Impl {
     for (const auto& robot : robots) robot->control_at_once(count);
   }
   // Throws InputError where its nodes would have the names of a robot's with another namespace.
-  [[nodiscard]] std::unique_ptr<TwinRobot> make_robot(std::shared_ptr<const RobotMachine> robot,
-                                                      std::optional<TwinRobot::Past> past,
+  [[nodiscard]] std::unique_ptr<TwinRobot> make_robot(std::shared_ptr<const CompiledRobot> robot,
+                                                      std::optional<TwinRobot::History> past,
                                                       Diagnostics& diagnostics);
   [[nodiscard]] TwinRobot* find(std::string_view name_space) const;
 
   // -- twin_reload.cpp
-  class Succession;
+  class RobotReplacement;
   Reload replace(Replacement& fresh);
-  [[nodiscard]] std::map<std::string, ControllerWish> present_wishes() const;
+  [[nodiscard]] std::map<std::string, ControllerSelection> present_selections() const;
 
   // -- twin_robots.cpp
-  void add_robot(Newcomer& newcomer);
+  void add_robot(JoiningRobot& joining);
   Status remove_robot(const std::string& name_space);
   struct Spawning;
   void spawn_robot(WorldRobot robot, std::string urdf, std::function<void(const Status&)> done);
@@ -70,7 +70,7 @@ struct Twin::Impl {
   HardwareRegistry hardware;
   std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();
   TimeControl time_control;
-  std::unique_ptr<Machine> machine;
+  std::unique_ptr<CompiledScenario> machine;
   LoopGate gate;
   Scene scene;
   std::shared_ptr<const CompiledWorld> seen_world;  // that the handles are of
@@ -89,18 +89,18 @@ struct Twin::Impl {
 
 struct Twin::Running {
   RunningRobots robots;
-  std::map<std::string, ControllerWish> wishes;  // by namespace
+  std::map<std::string, ControllerSelection> selections;  // by namespace
   std::shared_ptr<const CompiledWorld> world;
 };
 
 struct Twin::Replacement {
-  std::unique_ptr<Machine> machine;
-  std::map<std::string, ControllerWish> wishes;  // by namespace
-  std::shared_ptr<const Running> running;        // that it was made for
+  std::unique_ptr<CompiledScenario> machine;
+  std::map<std::string, ControllerSelection> selections;  // by namespace
+  std::shared_ptr<const Running> running;                 // that it was made for
 };
 
-struct Twin::Newcomer {
-  std::shared_ptr<const RobotMachine> machine;
+struct Twin::JoiningRobot {
+  std::shared_ptr<const CompiledRobot> machine;
   std::shared_ptr<const CompiledWorld> without, with;  // the world that it comes into, and the same with it
 
   // On any thread. Throws InputError.
@@ -109,7 +109,7 @@ struct Twin::Newcomer {
 
 // A robot on a bus and in a world of its own: its controllers and publishers refuse here what they refuse.
 // Throws InputError.
-void rehearse(const RobotMachine& machine, Instance instance, const Scenario& scenario,
+void rehearse(const CompiledRobot& machine, Instance instance, const Scenario& scenario,
               const ControllerRegistry& controllers, const HardwareRegistry& hardware,
               const std::function<void(ControlStack&, const Log&)>& start, Diagnostics& diagnostics);
 

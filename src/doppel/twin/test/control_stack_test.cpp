@@ -316,7 +316,7 @@ TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
   EXPECT_TRUE(reaches(0.5, 0.25));
   twin.bus().post([&] {
     const auto replacement = twin.prepare(twin.running(), diagnostics);
-    EXPECT_EQ(twin.replace(replacement), Twin::Reload::controllers_went_on);
+    EXPECT_EQ(twin.replace(replacement), Twin::Reload::controllers_kept);
   });
   twin.bus().post([&] { commands.publish({{}, {-0.5, -0.25}}, twin.now()); });
   EXPECT_TRUE(reaches(-0.5, -0.25));
@@ -342,7 +342,7 @@ TEST_F(FoundControllers, ALoopOfRealHardwareThatAnEditBringsWaitsUntilTheEditIsT
   const auto edge = twin.bus().attach("/test");
   for (const TopicInfo& topic : twin.bus().topics())
     if (topic.name == "/joint_states") edge->subscribe(topic.id);
-  const auto heard = [&edge] {
+  const auto received = [&edge] {
     Edge::Incoming message;
     int count = 0;
     while (edge->next(message)) ++count;
@@ -352,13 +352,13 @@ TEST_F(FoundControllers, ALoopOfRealHardwareThatAnEditBringsWaitsUntilTheEditIsT
   write(system_of("Real", "doppel/Loopback", "shoulder"));
   twin.bus().post([&] {
     twin.replace(twin.prepare(twin.running(), diagnostics));
-    heard();
+    received();
     std::this_thread::sleep_for(kManyTicks);
-    EXPECT_EQ(heard(), 0);
+    EXPECT_EQ(received(), 0);
   });
   twin.between_steps();
   std::this_thread::sleep_for(kManyTicks);
-  EXPECT_GT(heard(), 0);
+  EXPECT_GT(received(), 0);
 }
 
 TEST_F(FoundControllers, ARunnersStatusAndWhatALoopOfRealHardwarePublishesReachAnEdgeWhole) {
@@ -385,17 +385,17 @@ TEST_F(FoundControllers, ARunnersStatusAndWhatALoopOfRealHardwarePublishesReachA
   };
   twin.bus().post(hurry);
   runner.run(stop);
-  std::map<std::string, int> heard;
+  std::map<std::string, int> received;
   Edge::Incoming message;
   while (edge->next(message)) {
     ASSERT_TRUE(types.contains(message.topic)) << message.topic;
     Bytes read;
     const Status whole = types[message.topic]->recode(message.cdr, read);
     EXPECT_TRUE(whole.ok()) << types[message.topic]->name << ": " << whole.why();
-    ++heard[types[message.topic]->name];
+    ++received[types[message.topic]->name];
   }
-  EXPECT_GT(heard["sensor_msgs/msg/JointState"], 50);
-  EXPECT_GT(heard["doppel_msgs/msg/TwinStatus"], 50);
+  EXPECT_GT(received["sensor_msgs/msg/JointState"], 50);
+  EXPECT_GT(received["doppel_msgs/msg/TwinStatus"], 50);
 }
 
 TEST_F(FoundControllers, AnEmergencyStopOutlivesAnEditThatMakesTheControllersAnew) {
@@ -410,7 +410,7 @@ TEST_F(FoundControllers, AnEmergencyStopOutlivesAnEditThatMakesTheControllersAne
   twin.robot().controller_manager().stop("the test");
   std::ofstream(folder_ / "config/controllers.yaml") << yaml + "# edited\n";
   const auto replacement = twin.prepare(twin.running(), diagnostics);
-  ASSERT_EQ(twin.replace(replacement), Twin::Reload::controllers_made_anew);
+  ASSERT_EQ(twin.replace(replacement), Twin::Reload::controllers_recreated);
   EXPECT_TRUE(twin.robot().controller_manager().is_stopped());
   ASSERT_TRUE(twin.robot().controller_manager().reset_stop().ok());
   for (const ControllerView& c : twin.robot().controller_manager().controllers())

@@ -24,7 +24,7 @@ WorldObject read(const std::string& xml) {
   return read_entity_xml(xml, any_mesh, notes);
 }
 
-std::string refusal(const std::string& xml) {
+std::string error_of(const std::string& xml) {
   try {
     read(xml);
   } catch (const InputError& error) {
@@ -96,33 +96,33 @@ TEST(EntityXml, AMeshIsAskedFor) {
 }
 
 TEST(EntityXml, WhatIsNoThingIsRefusedWithItsPlace) {
-  EXPECT_THAT(refusal("<sdf><model"), HasSubstr("xml:1"));
-  EXPECT_THAT(refusal(""), Not(HasSubstr("accepted")));
-  EXPECT_THAT(refusal("<world/>"), HasSubstr("neither <sdf> nor <robot>"));
-  EXPECT_THAT(refusal("<sdf version='1.7'/>"), HasSubstr("0 models"));
-  EXPECT_THAT(refusal(model("")), HasSubstr("this has 0"));
-  EXPECT_THAT(refusal(model("<link name='a'/><link name='b'/>")),
+  EXPECT_THAT(error_of("<sdf><model"), HasSubstr("xml:1"));
+  EXPECT_THAT(error_of(""), Not(HasSubstr("accepted")));
+  EXPECT_THAT(error_of("<world/>"), HasSubstr("neither <sdf> nor <robot>"));
+  EXPECT_THAT(error_of("<sdf version='1.7'/>"), HasSubstr("0 models"));
+  EXPECT_THAT(error_of(model("")), HasSubstr("this has 0"));
+  EXPECT_THAT(error_of(model("<link name='a'/><link name='b'/>")),
               HasSubstr("an object is one link, this has 2"));
   EXPECT_THAT(
-      refusal("<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='fixed'/></robot>"),
+      error_of("<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='fixed'/></robot>"),
       HasSubstr("one link"));
-  EXPECT_THAT(refusal(model("<link name='a'/>")), HasSubstr("no shape"));
-  EXPECT_THAT(refusal(link_model("<sphre><radius>1</radius></sphre>")), HasSubstr("did you mean 'sphere'"));
-  EXPECT_THAT(refusal(link_model(kBall + kBall)), HasSubstr("one shape, not two"));
-  EXPECT_THAT(refusal(link_model("<box><size>0.1 0.1</size></box>")), HasSubstr("takes 3 numbers"));
-  EXPECT_THAT(refusal(link_model("<box><size>0.1 0.1 nan</size></box>")), HasSubstr("'nan'"));
-  EXPECT_THAT(refusal(link_model("<box><size>0.1 0.1 0</size></box>")), HasSubstr("the side is 0 m"));
-  EXPECT_THAT(refusal(link_model("<box/>")), HasSubstr("<box> has no <size>"));
-  EXPECT_THAT(refusal(link_model("<sphere><radius>-1</radius></sphere>")), HasSubstr("radius"));
-  EXPECT_THAT(refusal(link_model("<sphere><radius>1e9</radius></sphere>")), HasSubstr("radius"));
-  EXPECT_THAT(refusal(link_model(kBall, "<inertial><mass>-0.1</mass></inertial>")),
+  EXPECT_THAT(error_of(model("<link name='a'/>")), HasSubstr("no shape"));
+  EXPECT_THAT(error_of(link_model("<sphre><radius>1</radius></sphre>")), HasSubstr("did you mean 'sphere'"));
+  EXPECT_THAT(error_of(link_model(kBall + kBall)), HasSubstr("one shape, not two"));
+  EXPECT_THAT(error_of(link_model("<box><size>0.1 0.1</size></box>")), HasSubstr("takes 3 numbers"));
+  EXPECT_THAT(error_of(link_model("<box><size>0.1 0.1 nan</size></box>")), HasSubstr("'nan'"));
+  EXPECT_THAT(error_of(link_model("<box><size>0.1 0.1 0</size></box>")), HasSubstr("the side is 0 m"));
+  EXPECT_THAT(error_of(link_model("<box/>")), HasSubstr("<box> has no <size>"));
+  EXPECT_THAT(error_of(link_model("<sphere><radius>-1</radius></sphere>")), HasSubstr("radius"));
+  EXPECT_THAT(error_of(link_model("<sphere><radius>1e9</radius></sphere>")), HasSubstr("radius"));
+  EXPECT_THAT(error_of(link_model(kBall, "<inertial><mass>-0.1</mass></inertial>")),
               HasSubstr("the mass is -0.1 kg"));
-  EXPECT_THAT(refusal(link_model(kBall, "<inertial><mass>inf</mass></inertial>")), HasSubstr("'inf'"));
-  EXPECT_THAT(refusal(link_model(kBall, "<pose>0 0 1e300 0 0 0</pose>")), HasSubstr("distance"));
-  EXPECT_THAT(refusal("<robot name='r'><link name='l'><collision><geometry><sphere radius='x'/></geometry>"
-                      "</collision></link></robot>"),
+  EXPECT_THAT(error_of(link_model(kBall, "<inertial><mass>inf</mass></inertial>")), HasSubstr("'inf'"));
+  EXPECT_THAT(error_of(link_model(kBall, "<pose>0 0 1e300 0 0 0</pose>")), HasSubstr("distance"));
+  EXPECT_THAT(error_of("<robot name='r'><link name='l'><collision><geometry><sphere radius='x'/></geometry>"
+                       "</collision></link></robot>"),
               HasSubstr("radius=\"x\""));
-  EXPECT_THAT(refusal(std::string(std::size_t{2} << 20, ' ')), HasSubstr("at most"));
+  EXPECT_THAT(error_of(std::string(std::size_t{2} << 20, ' ')), HasSubstr("at most"));
 }
 
 TEST(EntityXml, WhatHasNoEffectIsNoted) {

@@ -40,7 +40,7 @@ TEST(OscillationWatch, AShakenJointIsReportedOnceWithItsFrequency) {
       watched(rig, 2.0, [](double t) { return 20.0 * std::sin(2 * std::numbers::pi * 25 * t); });
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR(found[0].frequency, 25, 2.6);
-  EXPECT_GT(found[0].amplitude, kLeastOscillation);
+  EXPECT_GT(found[0].amplitude, kMinOscillation);
   const std::string text = to_string(found[0], rig.robot);
   EXPECT_THAT(text, HasSubstr("joint 'swing' oscillates by"));
   EXPECT_THAT(text, HasSubstr("Hz while its drive holds it"));

@@ -35,7 +35,7 @@ TEST(RestCheck, HeldJointIsAtRest) {
   rig.hold_all();
   const auto report = rest_of(robot, rig);
   ASSERT_TRUE(report);
-  EXPECT_THAT(report->complaints, IsEmpty());
+  EXPECT_THAT(report->unsettled, IsEmpty());
 }
 
 TEST(RestCheck, NothingIsReportedBeforeHalfASecond) {
@@ -51,7 +51,7 @@ TEST(RestCheck, PassiveJointIsReportedWithItsLinkAndCause) {
   Rig rig(robot);
   const auto report = rest_of(robot, rig);
   ASSERT_TRUE(report);
-  EXPECT_THAT(report->complaints,
+  EXPECT_THAT(report->unsettled,
               ElementsAre(::testing::AllOf(HasSubstr("joint 'hinge' (link 'bar') moves at"),
                                            HasSubstr("no active controller commands it"))));
 }
@@ -62,8 +62,8 @@ TEST(RestCheck, WeakDriveIsTheCause) {
   rig.hold_all();
   const auto report = rest_of(robot, rig, 0.6);
   ASSERT_TRUE(report);
-  ASSERT_EQ(report->complaints.size(), 1u);
-  EXPECT_THAT(report->complaints[0], HasSubstr("its effort limit of 5 N m does not hold it"));
+  ASSERT_EQ(report->unsettled.size(), 1u);
+  EXPECT_THAT(report->unsettled[0], HasSubstr("its effort limit of 5 N m does not hold it"));
 }
 
 TEST(RestCheck, CommandedRobotIsNotJudged) {
@@ -78,7 +78,7 @@ TEST(RestCheck, JointBeyondItsLimitIsReported) {
   const RobotDescription robot = bar(100);
   Rig rig(robot);
   rig.set_state({1.2});
-  const std::vector<Unrest> found = find_unrest(robot, rig.robot);
+  const std::vector<UnsettledJoint> found = find_unsettled_joints(robot, rig.robot);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].beyond, 0.2, 1e-9);
   EXPECT_THAT(to_string(found[0], false), HasSubstr("stands 0.2 rad beyond its limit"));

@@ -42,7 +42,7 @@ class RobotSetups : public ::testing::Test {
     PackageResolver resolver;
     return set_up_robot(scenario, scenario.robots.front(), resolver, diagnostics_);
   }
-  [[nodiscard]] bool told(const std::string& rule) const {
+  [[nodiscard]] bool has(const std::string& rule) const {
     for (const Diagnostic& d : diagnostics_.all()) {
       if (d.rule == rule) return true;
     }
@@ -65,7 +65,7 @@ TEST_F(RobotSetups, SeveralFilesThatFitAreAChoiceThatIsSaid) {
   write("config/a.yaml", kManager);
   write("config/b.yaml", kManager);
   EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/a.yaml").string());
-  EXPECT_TRUE(told("up.controllers_chosen"));
+  EXPECT_TRUE(has("up.controllers_chosen"));
 }
 
 TEST_F(RobotSetups, AllFilesOfThePluginAreRead) {
@@ -86,7 +86,7 @@ TEST_F(RobotSetups, MakesControllersWhereThereAreNone) {
   write_robot("");
   const RobotSetup setup = set_up();
   EXPECT_EQ(setup.controllers_origin, "generated");
-  EXPECT_TRUE(told("up.controllers_generated"));
+  EXPECT_TRUE(has("up.controllers_generated"));
   ParameterOverrides overrides = setup.controllers.overrides_for("joint_trajectory_controller");
   ASSERT_NE(overrides.find("joints"), nullptr);
   EXPECT_EQ(std::get<std::vector<std::string>>(overrides.find("joints")->value),
@@ -98,22 +98,22 @@ TEST_F(RobotSetups, FilesOfOtherRobotsAreNamedInTheNoteOnWhatWasMade) {
   write("config/rover.yaml",
         std::string(kManager) + "    c: {type: a/B}\nc:\n  ros__parameters:\n    joints: [wheel]\n");
   EXPECT_EQ(set_up().controllers_origin, "generated");
-  EXPECT_FALSE(told("up.controllers_of_others")) << "one note, with one remedy";
+  EXPECT_FALSE(has("up.controllers_of_others")) << "one note, with one remedy";
   for (const Diagnostic& d : diagnostics_.all()) {
     if (d.rule == "up.controllers_generated") {
       EXPECT_NE(d.message.find("'wheel' is not a joint here"), std::string::npos) << d.message;
     }
   }
-  EXPECT_TRUE(told("up.controllers_generated"));
+  EXPECT_TRUE(has("up.controllers_generated"));
 }
 
 TEST_F(RobotSetups, SimulationIsChosenAndSaidUnlessTheUserChose) {
   write_robot("");
   EXPECT_NE(set_up().description.robot.find_link("arm true"), nullptr);
-  EXPECT_TRUE(told("up.use_sim"));
+  EXPECT_TRUE(has("up.use_sim"));
   diagnostics_ = {};
   EXPECT_NE(set_up({{"use_sim", "false"}}).description.robot.find_link("arm false"), nullptr);
-  EXPECT_FALSE(told("up.use_sim"));
+  EXPECT_FALSE(has("up.use_sim"));
 }
 
 TEST_F(RobotSetups, ADescriptionThatOnlySimulationBreaksIsTakenWithoutIt) {
@@ -122,7 +122,7 @@ TEST_F(RobotSetups, ADescriptionThatOnlySimulationBreaksIsTakenWithoutIt) {
         "<xacro:arg name=\"use_sim\" default=\"false\"/><link name=\"base\"/>"
         "<xacro:if value=\"$(arg use_sim)\"><p f=\"$(find no_such_package)\"/></xacro:if></robot>");
   EXPECT_NE(set_up().description.robot.find_link("base"), nullptr);
-  EXPECT_TRUE(told("up.use_sim"));
+  EXPECT_TRUE(has("up.use_sim"));
   EXPECT_THROW(set_up({{"use_sim", "true"}}), InputError) << "the user's choice stays the user's";
 }
 

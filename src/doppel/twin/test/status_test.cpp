@@ -22,14 +22,14 @@ TEST(LoopMeter, MeansArePerStepOfTheLastWindow) {
   phases.physics += milliseconds(50);
   phases.idle += milliseconds(400);
   EXPECT_FALSE(meter.update(begin + milliseconds(499), 510, phases, Duration(1'000'000)));
-  EXPECT_FALSE(meter.means().known);
+  EXPECT_FALSE(meter.averages().known);
   ASSERT_TRUE(meter.update(begin + milliseconds(500), 510, phases, Duration(1'000'000)));
-  EXPECT_TRUE(meter.means().known);
-  EXPECT_DOUBLE_EQ(meter.means().real_time_factor, 1.0);
-  EXPECT_DOUBLE_EQ(meter.means().physics, 100.0);
-  EXPECT_DOUBLE_EQ(meter.means().idle, 800.0);
+  EXPECT_TRUE(meter.averages().known);
+  EXPECT_DOUBLE_EQ(meter.averages().real_time_factor, 1.0);
+  EXPECT_DOUBLE_EQ(meter.averages().physics, 100.0);
+  EXPECT_DOUBLE_EQ(meter.averages().idle, 800.0);
   meter.restart(begin + milliseconds(900), 600, phases);
-  EXPECT_FALSE(meter.means().known);
+  EXPECT_FALSE(meter.averages().known);
 }
 
 class StatusTopics : public ::testing::Test {
@@ -41,9 +41,9 @@ class StatusTopics : public ::testing::Test {
     }
     bus_.spin();
   }
-  void tell() { publisher_.publish_due({sim_, steps_, control_, meter_, run_}, now_); }
+  void publish() { publisher_.publish_due({sim_, steps_, control_, meter_, run_}, now_); }
   template <class M>
-  std::vector<M> heard(const std::string& topic) {
+  std::vector<M> received(const std::string& topic) {
     std::vector<M> out;
     Edge::Incoming incoming;
     while (edge_->next(incoming)) {
@@ -68,21 +68,21 @@ class StatusTopics : public ::testing::Test {
 using doppel_msgs::msg::TwinStatus;
 
 TEST_F(StatusTopics, ComesFourTimesASecondAndAtEveryChange) {
-  tell();
+  publish();
   for (int i = 0; i < 1000; ++i) {
     now_ += milliseconds(1);
     sim_ += Time(1'000'000);
-    tell();
+    publish();
   }
-  EXPECT_EQ(heard<TwinStatus>("/doppel/status").size(), 5u);
+  EXPECT_EQ(received<TwinStatus>("/doppel/status").size(), 5u);
   control_.paused = true;
-  tell();
+  publish();
   control_.speed = 2.0;
-  tell();
+  publish();
   sim_ = Time{};
-  tell();
-  tell();
-  const auto changes = heard<TwinStatus>("/doppel/status");
+  publish();
+  publish();
+  const auto changes = received<TwinStatus>("/doppel/status");
   ASSERT_EQ(changes.size(), 3u);
   EXPECT_TRUE(changes[0].paused);
   EXPECT_EQ(changes[1].speed, 2.0);
@@ -90,15 +90,15 @@ TEST_F(StatusTopics, ComesFourTimesASecondAndAtEveryChange) {
   EXPECT_NEAR(changes[2].wall_time, 1.0, 1e-9);
   for (int i = 0; i < 500; ++i) {
     now_ += milliseconds(2);
-    tell();
+    publish();
   }
-  EXPECT_EQ(heard<TwinStatus>("/doppel/status").size(), 4u) << "also while paused";
+  EXPECT_EQ(received<TwinStatus>("/doppel/status").size(), 4u) << "also while paused";
 }
 
 TEST_F(StatusTopics, CountsWhatWasSkipped) {
   bus_.add_skipped(3);
-  tell();
-  EXPECT_EQ(heard<TwinStatus>("/doppel/status").front().skipped, 3u);
+  publish();
+  EXPECT_EQ(received<TwinStatus>("/doppel/status").front().skipped, 3u);
 }
 
 TEST_F(StatusTopics, DiagnosticsWarnOfOverrunsAndOfASlowLoop) {
@@ -106,8 +106,8 @@ TEST_F(StatusTopics, DiagnosticsWarnOfOverrunsAndOfASlowLoop) {
   using diagnostic_msgs::msg::DiagnosticStatus;
   const auto next = [&] {
     now_ += milliseconds(1001);
-    tell();
-    const auto all = heard<DiagnosticArray>("/diagnostics");
+    publish();
+    const auto all = received<DiagnosticArray>("/diagnostics");
     EXPECT_EQ(all.size(), 1u);
     return all.at(0).status.at(0);
   };
@@ -137,16 +137,16 @@ TEST(Runner, TellsWhereItsTimeGoes) {
   Twin twin(scenario, log, diagnostics);
   ::doppel::Runner runner(twin, {.speed = 1.0, .duration = from_seconds(0.8)});
   const auto edge = twin.bus().attach("test");
-  std::vector<TwinStatus> heard;
+  std::vector<TwinStatus> received;
   for (const TopicInfo& topic : twin.bus().topics()) {
     if (topic.name == "/doppel/status") edge->subscribe(topic.id);
   }
   const std::atomic<bool> stop{false};
   const RunStatistics run = runner.run(stop);
   Edge::Incoming incoming;
-  while (edge->next(incoming)) EXPECT_TRUE(from_cdr(incoming.cdr, heard.emplace_back()).ok());
-  ASSERT_GE(heard.size(), 3u);
-  const TwinStatus& last = heard.back();
+  while (edge->next(incoming)) EXPECT_TRUE(from_cdr(incoming.cdr, received.emplace_back()).ok());
+  ASSERT_GE(received.size(), 3u);
+  const TwinStatus& last = received.back();
   EXPECT_FALSE(last.paused);
   EXPECT_GT(last.time_physics, 0.0);
   EXPECT_GT(last.time_control, 0.0);

@@ -105,7 +105,7 @@ class Viewers : public ::testing::Test {
     }
     return out;
   }
-  [[nodiscard]] bool told(const std::string& rule) const {
+  [[nodiscard]] bool has(const std::string& rule) const {
     const auto& all = diagnostics_.all();
     return std::any_of(all.begin(), all.end(), [&](const Diagnostic& d) { return d.rule == rule; });
   }
@@ -271,7 +271,7 @@ TEST_F(Viewers, DrawsWhatCanBeDrawn) {
   view(arm("<limit lower=\"-1\" upper=\"1\"/>", more));
   for (const char* rule : {"urdf.axis_zero", "urdf.limits_crossed", "urdf.mimic_unknown", "urdf.mimic_loop",
                            "urdf.mimic_not_scalar", "urdf.inertial", "urdf.geometry"})
-    EXPECT_TRUE(told(rule)) << rule;
+    EXPECT_TRUE(has(rule)) << rule;
   EXPECT_FALSE(diagnostics_.has_errors());
   command({"crossed", "alone", "round", "after", "still"}, {1.5, 0.5, 0.25, 0.125, 1.0});
   EXPECT_DOUBLE_EQ(at("crossed"), 1.5);

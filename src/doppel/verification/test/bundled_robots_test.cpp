@@ -15,12 +15,13 @@ struct Loaded {
     PackageResolver resolver;
     resolver.add_bundled(robots);
     resolver.add_context(found.description);
-    Diagnostics heard;
+    Diagnostics diagnostics;
     CollisionMeshes meshes;
     const auto description = std::make_shared<const RobotDescription>(
-        load_description(found.description, {}, resolver, heard).robot);
-    const auto model = std::make_shared<const Model>(compile_model(*description, BaseKind::fixed, heard));
-    const ModelInstance robot = make_instance(description, model, {}, meshes, heard);
+        load_description(found.description, {}, resolver, diagnostics).robot);
+    const auto model =
+        std::make_shared<const Model>(compile_model(*description, BaseKind::fixed, diagnostics));
+    const ModelInstance robot = make_instance(description, model, {}, meshes, diagnostics);
     std::vector<ComparedEngine> out;
     for (const KnownEngine& engine : known_engines()) {
       if (engine.available) out.push_back({{robot, {}, WorldSettings{}, engine.name, {}}, engine.name});

@@ -36,18 +36,18 @@ class Compare : public testing::Test {
   // The robot in MuJoCo, and what `change` makes of it in Bullet.
   static std::vector<ComparedEngine> engines(const RobotDescription& robot,
                                              const std::function<void(Model&)>& change = {}) {
-    Diagnostics heard;
+    Diagnostics diagnostics;
     CollisionMeshes meshes;
     WorldSettings world;
     world.ground = false;
     const auto description = std::make_shared<const RobotDescription>(robot);
-    Model model = compile_model(robot, BaseKind::fixed, heard);
+    Model model = compile_model(robot, BaseKind::fixed, diagnostics);
     std::vector<ComparedEngine> out;
     for (const char* const name : {"mujoco", "bullet"}) {
       Model copy = model;
       if (change && std::string_view(name) == "bullet") change(copy);
       ModelInstance instance =
-          make_instance(description, std::make_shared<const Model>(std::move(copy)), {}, meshes, heard);
+          make_instance(description, std::make_shared<const Model>(std::move(copy)), {}, meshes, diagnostics);
       // The same drives, whatever was changed.
       instance.servos = choose_servos(model, {}, world.gravity);
       out.push_back({{std::move(instance), {}, world, name, {}}, name});

@@ -18,14 +18,14 @@ using ::testing::HasSubstr;
 
 MotionSubject subject_of(const RobotDescription& robot, const WorldSettings& world,
                          BaseKind base = BaseKind::fixed, const Eigen::VectorXd& q0 = {}) {
-  Diagnostics heard;
+  Diagnostics diagnostics;
   CollisionMeshes meshes;
   const auto description = std::make_shared<const RobotDescription>(robot);
   InstanceOptions options;
   options.q0 = q0;
   options.gravity = world.gravity;
-  return {make_instance(description, std::make_shared<const Model>(compile_model(robot, base, heard)),
-                        options, meshes, heard),
+  return {make_instance(description, std::make_shared<const Model>(compile_model(robot, base, diagnostics)),
+                        options, meshes, diagnostics),
           {},
           world,
           kDefaultEngine,

@@ -167,10 +167,10 @@ class Tokens {
   Tokens() {}
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const Token& operator[](std::size_t i) const {
-    return i < kRoom ? room_[i] : more_[i - kRoom];
+    return i < kInlineTokens ? room_[i] : more_[i - kInlineTokens];
   }
   void add(const Token& token) {
-    if (size_ < kRoom)
+    if (size_ < kInlineTokens)
       std::construct_at(room_ + size_, token);
     else
       more_.push_back(token);
@@ -178,9 +178,9 @@ class Tokens {
   }
 
  private:
-  static constexpr std::size_t kRoom = 32;
+  static constexpr std::size_t kInlineTokens = 32;
   union {
-    Token room_[kRoom];  // not made before it is used
+    Token room_[kInlineTokens];  // not made before it is used
   };
   std::vector<Token> more_;
   std::size_t size_ = 0;

@@ -13,7 +13,7 @@ namespace doppel {
 
 class WholeNumber {
  public:
-  static constexpr std::size_t kMostBits = 4096;  // that a value of an expression may have
+  static constexpr std::size_t kMaxBits = 4096;  // that a value of an expression may have
 
   WholeNumber() = default;
   explicit WholeNumber(std::int64_t value);

@@ -65,10 +65,10 @@ class Expander {
     return where;
   }
   // For a message.
-  static SourceLocation told(const TreePlace& where, const Context& context) {
+  static SourceLocation location_of(const TreePlace& where, const Context& context) {
     return locate(placed(where, context));
   }
-  void judge_document(const XmlTree& tree, const TreeWithin& within);
+  void audit_document(const XmlTree& tree, const TreeWithin& within);
   static const TreeAttribute& required(const TreeNode& node, std::string_view name, const Context& context);
   Value value_of(const TreeAttribute& a, const Context& context) {
     if (!a.dollar) return Value(std::string(a.value));
@@ -139,7 +139,7 @@ class Expander {
   Arena& arena_;
   Scope document_;
   MacroTable macros_;
-  XmlKeep keep_ = XmlKeep::everything;
+  XmlContent keep_ = XmlContent::everything;
   std::vector<std::shared_ptr<TreeSource>> sources_;  // bodies of macros and blocks lie in them
   std::map<std::string, const TreeNode*> parsed_;
   std::vector<std::string> declared_;

@@ -5,7 +5,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text = "<r>" + std::string(reinterpret_cast<const char*>(data), size) + "</r>";
-  for (const doppel::XmlKeep keep : {doppel::XmlKeep::content, doppel::XmlKeep::everything}) {
+  for (const doppel::XmlContent keep : {doppel::XmlContent::content, doppel::XmlContent::everything}) {
     doppel::PackageResolver resolver;
     doppel::Diagnostics diagnostics;
     try {

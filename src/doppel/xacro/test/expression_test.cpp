@@ -471,9 +471,10 @@ TEST(Expression, ErrorsNameWhatIsWrong) {
       {"1 in 2", "does not work between"},
   };
   for (const auto& [text, wanted] : kTable) {
-    const std::string told = result(text);
-    EXPECT_TRUE(told.starts_with("error: ") && told.find(wanted) != std::string::npos) << text << "\n"
-                                                                                       << told;
+    const std::string result_text = result(text);
+    EXPECT_TRUE(result_text.starts_with("error: ") && result_text.find(wanted) != std::string::npos)
+        << text << "\n"
+        << result_text;
   }
 }
 
@@ -514,10 +515,11 @@ TEST(Expression, IsBoundedWhateverTheText) {
   };
   for (const std::string& text : texts) {
     const auto begin = std::chrono::steady_clock::now();
-    const std::string told = result(text);
+    const std::string result_text = result(text);
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    EXPECT_TRUE(told.starts_with("error: ")) << text.substr(0, 60) << ": " << told.substr(0, 60);
-    EXPECT_LT(told.size(), 1000U) << text.substr(0, 60);
+    EXPECT_TRUE(result_text.starts_with("error: "))
+        << text.substr(0, 60) << ": " << result_text.substr(0, 60);
+    EXPECT_LT(result_text.size(), 1000U) << text.substr(0, 60);
     EXPECT_LT(took.count(), 20.0) << text.substr(0, 60);  // generous: sanitizers and busy machines
   }
 }

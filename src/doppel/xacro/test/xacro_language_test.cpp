@@ -62,7 +62,7 @@ struct Outcome {
 };
 
 Outcome expanded(const std::string& inside, const Given& given = {}, const Files& files = {},
-                 XmlKeep keep = XmlKeep::everything) {
+                 XmlContent keep = XmlContent::everything) {
   const Folder folder(files);
   PackageResolver resolver;
   resolver.add_package("here", folder.path());

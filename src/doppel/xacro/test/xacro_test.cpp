@@ -13,7 +13,7 @@ std::string expanded_robot(const std::string& body,
   try {
     XmlTree tree = parse_xml_tree(
         "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n" + body + "</robot>", "arm.xacro",
-        XmlKeep::content);
+        XmlContent::content);
     const XacroResult result = expand_xacro(std::move(tree), "arm.xacro", arguments, resolver, diagnostics);
     const XmlNode root = result.tree.node();
     std::string out;

@@ -23,7 +23,7 @@ std::string elements(const doppel::XmlNode& node) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   try {
-    doppel::parse_xml_tree(std::string(text), "fuzz.xml", doppel::XmlKeep::content,
+    doppel::parse_xml_tree(std::string(text), "fuzz.xml", doppel::XmlContent::content,
                            doppel::XmlRules::lenient);
   } catch (const doppel::InputError&) {
     // Refused by the strict rules as well, or for its size.

@@ -116,7 +116,7 @@ TEST(Xml, DepthAndSizeAreBounded) {
 }
 
 TEST(Xml, OnlyRegularFilesAreRead) {
-  const auto told = [](const std::string& file) {
+  const auto error_of = [](const std::string& file) {
     try {
       load_xml(file);
     } catch (const InputError& error) {
@@ -124,9 +124,9 @@ TEST(Xml, OnlyRegularFilesAreRead) {
     }
     return std::string();
   };
-  EXPECT_NE(told("/no/such/file").find("No such file"), std::string::npos);
-  EXPECT_NE(told("/tmp").find("it is a folder"), std::string::npos);
-  EXPECT_NE(told("/dev/zero").find("not a regular file"), std::string::npos);
+  EXPECT_NE(error_of("/no/such/file").find("No such file"), std::string::npos);
+  EXPECT_NE(error_of("/tmp").find("it is a folder"), std::string::npos);
+  EXPECT_NE(error_of("/dev/zero").find("not a regular file"), std::string::npos);
 }
 
 TEST(Xml, ADecimalCommaChangesNothing) {

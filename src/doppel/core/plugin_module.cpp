@@ -1,0 +1,34 @@
+#include "doppel/core/plugin_module.h"
+
+#include <dlfcn.h>
+
+#include <filesystem>
+#include <stdexcept>
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path path_of(const std::string& name) {
+  const std::string file = "lib" + name + ".so";
+  std::error_code none;
+  const fs::path beside = fs::read_symlink("/proc/self/exe", none).parent_path() / file;
+  return fs::exists(beside, none) ? beside : fs::path(DOPPEL_MODULE_FOLDER) / file;
+}
+
+}  // namespace
+
+bool plugin_module_exists(const std::string& name) {
+  std::error_code none;
+  return fs::exists(path_of(name), none);
+}
+
+void* plugin_symbol(const std::string& name, const char* symbol) {
+  void* const library = dlopen(path_of(name).c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const found = library == nullptr ? nullptr : dlsym(library, symbol);
+  if (found == nullptr) throw std::runtime_error(std::string("a part of doppel is missing: ") + dlerror());
+  return found;
+}
+
+}  // namespace doppel

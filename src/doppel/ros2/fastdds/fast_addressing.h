@@ -1,0 +1,73 @@
+#pragma once
+// Answers go to whom they are for. DDS gives each sample to all readers of its topic; of forty clients of one
+// service each would get the answers of all, in a history of ten.
+
+#include <fastdds/rtps/common/Locator.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "doppel/ros2/participant.h"
+
+namespace doppel::ros2::fast {
+
+using Places = std::vector<eprosima::fastrtps::rtps::Locator_t>;
+
+// Where readers of replies take datagrams. Any thread.
+class ReaderPlaces {
+ public:
+  void put(const Gid& reader, Places places) {
+    const std::lock_guard lock(mutex_);
+    places_.insert_or_assign(reader, std::move(places));
+  }
+  void remove(const Gid& reader) {
+    const std::lock_guard lock(mutex_);
+    places_.erase(reader);
+  }
+  void remove_participant(const Gid& participant) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(places_, [&](const auto& entry) { return is_same_participant(entry.first, participant); });
+  }
+  // Empty: not known.
+  [[nodiscard]] Places of(const Gid& reader) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = places_.find(reader);
+    return found == places_.end() ? Places() : found->second;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<Gid, Places> places_;
+};
+
+// While it is there, samples of `writer` that this thread sends go to `places` alone, and all others are told
+// that they are not for them. Without places, to all. What is sent again later, on other threads, goes to who
+// has asked for it.
+class AddressingScope {
+ public:
+  AddressingScope(const Gid& writer, Places places) : places_(std::move(places)) {
+    std::copy(writer.bytes.begin() + Gid::kPrefixSize, writer.bytes.end(), writer_.begin());
+    if (!places_.empty()) present_ = this;
+  }
+  ~AddressingScope() { present_ = nullptr; }
+  AddressingScope(const AddressingScope&) = delete;
+  AddressingScope& operator=(const AddressingScope&) = delete;
+
+  // Of this thread; null: everybody.
+  static const AddressingScope* present() { return present_; }
+  [[nodiscard]] const std::array<std::uint8_t, 4>& writer() const { return writer_; }
+  [[nodiscard]] bool is_at(const Places::value_type& place) const {
+    return std::find(places_.begin(), places_.end(), place) != places_.end();
+  }
+
+ private:
+  static inline thread_local const AddressingScope* present_ = nullptr;
+  std::array<std::uint8_t, 4> writer_{};  // its entity
+  Places places_;
+};
+
+}  // namespace doppel::ros2::fast

@@ -1,0 +1,135 @@
+#include "doppel/ros2/fastdds/fast_discovery.h"
+
+#include "doppel/ros2/detail/participant.h"
+#include "doppel/ros2/fastdds/fast_convert.h"
+#include "doppel/ros2/fastdds/fast_log.h"
+
+namespace doppel::ros2::fast {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+
+constexpr const char* kReplies = "rr/";  // what the topics of services' replies begin with
+
+std::string text_of(const std::vector<rtps::octet>& bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+template <class ProxyData>
+EndpointInfo endpoint_of(const ProxyData& data, bool is_writer) {
+  EndpointInfo endpoint;
+  endpoint.gid = gid_of(data.guid());
+  endpoint.is_writer = is_writer;
+  endpoint.topic = data.topicName().to_string();
+  endpoint.type = data.typeName().to_string();
+  endpoint.type_hash = detail::type_hash_of(text_of(data.m_qos.m_userData.getValue()));
+  endpoint.qos = profile_of(data.m_qos);
+  return endpoint;
+}
+
+void log_limit_reached(const std::string& what) {
+  log_message("there are as many " + what +
+              " on the network as are kept; who comes now is not seen until some leave");
+}
+
+}  // namespace
+
+void Discovery::add(ParticipantInfo participant) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto [known, is_new] = participants_.try_emplace(participant.gid);
+    if (known->second == participant) return;  // it announces itself again and again
+    known->second = std::move(participant);
+    if (is_new && participants_.size() == kMaxParticipants) log_limit_reached("participants");
+  }
+  changed();
+}
+
+void Discovery::add(EndpointInfo endpoint) {
+  {
+    const std::lock_guard lock(mutex_);
+    const bool is_writer = endpoint.is_writer;
+    const bool is_new = endpoints_.insert_or_assign(endpoint.gid, std::move(endpoint)).second;
+    if (is_new && is_writer) ++writers_;
+    const std::size_t count = is_writer ? writers_ : endpoints_.size() - writers_;
+    if (is_new && count == kMaxEndpoints) log_limit_reached(is_writer ? "writers" : "readers");
+  }
+  changed();
+}
+
+void Discovery::remove(const Gid& endpoint) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = endpoints_.find(endpoint);
+    if (known == endpoints_.end()) return;
+    if (known->second.is_writer) --writers_;
+    endpoints_.erase(known);
+  }
+  changed();
+}
+
+void Discovery::remove_participant(const Gid& gid) {
+  reply_readers_.remove_participant(gid);
+  {
+    const std::lock_guard lock(mutex_);
+    participants_.erase(gid);
+    std::erase_if(endpoints_, [&](const auto& entry) {
+      if (!is_same_participant(entry.first, gid)) return false;
+      if (entry.second.is_writer) --writers_;
+      return true;
+    });
+  }
+  changed();
+}
+
+void Discovery::changed() {
+  version_.fetch_add(1, std::memory_order_release);
+  on_activity_();
+}
+
+std::vector<EndpointInfo> Discovery::endpoints() const {
+  std::vector<EndpointInfo> result;
+  const std::lock_guard lock(mutex_);
+  result.reserve(endpoints_.size());
+  for (const auto& [gid, endpoint] : endpoints_) result.push_back(endpoint);
+  return result;
+}
+
+std::vector<ParticipantInfo> Discovery::participants() const {
+  std::vector<ParticipantInfo> result;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [gid, participant] : participants_) result.push_back(participant);
+  return result;
+}
+
+void Discovery::on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) {
+  using Info = rtps::ParticipantDiscoveryInfo;
+  const Gid gid = gid_of(info.info.m_guid);
+  if (info.status == Info::REMOVED_PARTICIPANT || info.status == Info::DROPPED_PARTICIPANT)
+    return remove_participant(gid);
+  const std::string data = text_of(info.info.m_userData.getValue());
+  add(ParticipantInfo{gid, info.info.m_participantName.to_string(),
+                      detail::user_data_value(data, "enclave")});
+}
+
+void Discovery::on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) {
+  const Gid gid = gid_of(info.info.guid());
+  if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) {
+    reply_readers_.remove(gid);
+    return remove(gid);
+  }
+  EndpointInfo reader = endpoint_of(info.info, false);
+  if (reader.topic.starts_with(kReplies)) {
+    const auto& places = info.info.remote_locators().unicast;
+    reply_readers_.put(gid, {places.begin(), places.end()});
+  }
+  add(std::move(reader));
+}
+
+void Discovery::on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) {
+  if (info.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER) return remove(gid_of(info.info.guid()));
+  add(endpoint_of(info.info, true));
+}
+
+}  // namespace doppel::ros2::fast

@@ -1,0 +1,49 @@
+#pragma once
+// Who is on the network: what Fast DDS' discovery tells, and this participant's own endpoints.
+
+#include <atomic>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <functional>
+#include <map>
+#include <mutex>
+
+#include "doppel/ros2/fastdds/fast_addressing.h"
+#include "doppel/ros2/participant.h"
+
+namespace doppel::ros2::fast {
+
+class Discovery : public eprosima::fastdds::dds::DomainParticipantListener {
+ public:
+  explicit Discovery(std::function<void()> on_activity) : on_activity_(std::move(on_activity)) {}
+
+  // The own participant is among those.
+  void add(ParticipantInfo participant);
+  void add(EndpointInfo endpoint);
+  void remove(const Gid& endpoint);
+
+  [[nodiscard]] const ReaderPlaces& reply_readers() const { return reply_readers_; }
+  [[nodiscard]] std::uint64_t version() const { return version_.load(std::memory_order_acquire); }
+  [[nodiscard]] std::vector<EndpointInfo> endpoints() const;
+  [[nodiscard]] std::vector<ParticipantInfo> participants() const;
+
+  void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
+                                eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
+  void on_subscriber_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
+                               eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& info) override;
+  void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
+                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) override;
+
+ private:
+  void remove_participant(const Gid& gid);
+  void changed();
+
+  const std::function<void()> on_activity_;
+  std::atomic<std::uint64_t> version_{0};
+  mutable std::mutex mutex_;
+  std::map<Gid, EndpointInfo> endpoints_;
+  std::size_t writers_ = 0;  // among those
+  std::map<Gid, ParticipantInfo> participants_;
+  ReaderPlaces reply_readers_;
+};
+
+}  // namespace doppel::ros2::fast

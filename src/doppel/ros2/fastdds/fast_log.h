@@ -1,0 +1,25 @@
+#pragma once
+// What Fast DDS has to say, kept from the terminal.
+
+#include "doppel/core/thrown.h"
+#include "doppel/ros2/participant.h"
+
+namespace doppel::ros2::fast {
+
+// From now on; the whole process has one log of Fast DDS.
+void catch_log();
+MiddlewareLog middleware_log();
+// As if Fast DDS had said it.
+void log_message(const std::string& text);
+
+// For what Fast DDS' threads run: what it throws would end the process, and is a complaint instead.
+template <class Work>
+void with_logged_exceptions(const Work& work) {
+  try {
+    work();
+  } catch (...) {
+    log_message(thrown_text());
+  }
+}
+
+}  // namespace doppel::ros2::fast

@@ -1,0 +1,200 @@
+#include "doppel/ros2/fastdds/fast_transport.h"
+
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+
+#include <algorithm>
+#include <fastdds/rtps/common/LocatorList.hpp>
+#include <memory>
+
+#include "doppel/ros2/detail/rtps_gap.h"
+#include "doppel/ros2/fastdds/fast_addressing.h"
+#include "doppel/ros2/fastdds/fast_log.h"
+#include "doppel/ros2/fastdds/fast_ports.h"
+#include "doppel/ros2/participant.h"
+
+namespace doppel::ros2::fast {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace udp = eprosima::fastdds::rtps;
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::Duration_t;
+using rtps::IPLocator;
+
+constexpr const char* kLoopback = "127.0.0.1";
+// How many participants of one host can be met by unicast; as rmw_fastrtps has it.
+constexpr std::uint32_t kPeersRange = 32;
+// The kernel gives as much of it as net.core.rmem_max allows; an image comes in bursts.
+constexpr std::uint32_t kSocketBuffer = 4 * 1024 * 1024;
+
+rtps::Locator_t locator(const std::string& address, std::uint32_t port) {
+  rtps::Locator_t result;
+  IPLocator::setIPv4(result, address);
+  result.port = port;
+  return result;
+}
+
+// What the transport does with addresses of peers.
+enum class Reach { all, this_machine, nobody };
+
+// UDP that drops what could not be a message and, if told so, stays on the machine. A ROS 2 process listens
+// on all interfaces and tells the addresses of those; on this machine each of them is reached by loopback,
+// too, which is the only way that a socket bound to 127.0.0.1 may go.
+class GuardedTransport : public udp::ChainingTransport {
+ public:
+  GuardedTransport(const udp::ChainingTransportDescriptor& descriptor, Reach reach,
+                   std::shared_ptr<ReceiveGate> receive_gate)
+      : udp::ChainingTransport(descriptor), reach_(reach), receive_gate_(std::move(receive_gate)) {}
+
+  udp::TransportDescriptorInterface* get_configuration() override {
+    return low_level_transport_->get_configuration();
+  }
+
+  bool transform_remote_locator(const rtps::Locator_t& remote, rtps::Locator_t& result) const override {
+    if (reach_ == Reach::all) return low_level_transport_->transform_remote_locator(remote, result);
+    if (reach_ == Reach::nobody || !IsLocatorSupported(remote) || !is_local_locator(remote)) return false;
+    result = remote;
+    IPLocator::setIPv4(result, kLoopback);
+    return true;
+  }
+
+  bool send(rtps::SenderResource* below, const rtps::octet* data, std::uint32_t size,
+            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& timeout) override {
+    if (reach_ == Reach::nobody) return true;
+    const AddressingScope* const addressee = AddressingScope::present();
+    if (addressee == nullptr) return below->send(data, size, begin, end, timeout);
+    Places to, others;
+    for (; *begin != *end; ++*begin) (addressee->is_at(**begin) ? to : others).push_back(**begin);
+    const auto without = without_samples({data, size}, addressee->writer());
+    const bool told_apart = !to.empty() && !without.empty();
+    if (!told_apart) to.insert(to.end(), others.begin(), others.end());
+    bool sent = send_to(to, below, {data, size}, timeout);
+    if (told_apart) sent = send_to(others, below, without, timeout) && sent;
+    return sent;
+  }
+
+  void receive(udp::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
+               const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    with_logged_exceptions([&] {
+      if (reach_ != Reach::nobody && receive_gate_->admits({data, size}))
+        above->OnDataReceived(data, size, local, remote);
+    });
+  }
+
+ private:
+  static bool send_to(const Places& places, rtps::SenderResource* below, std::span<const rtps::octet> data,
+                      const std::chrono::steady_clock::time_point& timeout) {
+    udp::Locators begin(places.begin()), end(places.end());
+    return places.empty() ||
+           below->send(data.data(), static_cast<std::uint32_t>(data.size()), &begin, &end, timeout);
+  }
+
+  Reach reach_;
+  std::shared_ptr<ReceiveGate> receive_gate_;
+};
+
+class GuardedDescriptor : public udp::ChainingTransportDescriptor {
+ public:
+  GuardedDescriptor(std::shared_ptr<udp::TransportDescriptorInterface> below, Reach reach,
+                    std::shared_ptr<ReceiveGate> receive_gate)
+      : udp::ChainingTransportDescriptor(std::move(below)),
+        reach_(reach),
+        receive_gate_(std::move(receive_gate)) {}
+  udp::TransportInterface* create_transport() const override {
+    return new GuardedTransport(*this, reach_, receive_gate_);
+  }
+
+ private:
+  Reach reach_;
+  std::shared_ptr<ReceiveGate> receive_gate_;
+};
+
+std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach,
+                                                             std::shared_ptr<ReceiveGate> receive_gate) {
+  auto descriptor = std::make_shared<udp::UDPv4TransportDescriptor>();
+  descriptor->maxInitialPeersRange = kPeersRange;
+  descriptor->receiveBufferSize = kSocketBuffer;
+  descriptor->sendBufferSize = kSocketBuffer;
+  if (reach != Reach::all) descriptor->interfaceWhiteList = {kLoopback};
+  return std::make_shared<GuardedDescriptor>(std::move(descriptor), reach, std::move(receive_gate));
+}
+
+Duration_t duration(std::int64_t milliseconds) {
+  return {static_cast<std::int32_t>(milliseconds / 1000),
+          static_cast<std::uint32_t>(milliseconds % 1000 * 1'000'000)};
+}
+
+// A new peer may miss our answer to its announcement (see ReceiveGate) and then waits for the next
+// announcement. On this machine these cost so little that it need not wait for Fast DDS' three seconds.
+void set_announcements(const ParticipantOptions& options, bool stays_here, rtps::BuiltinAttributes& builtin) {
+  const std::int64_t usual = stays_here ? 250 : 1000;
+  builtin.discovery_config.leaseDuration = duration(options.lease.count());
+  builtin.discovery_config.leaseDuration_announcementperiod =
+      duration(std::min<std::int64_t>(options.lease.count() / 3, usual));
+}
+
+}  // namespace
+
+void ReceiveGate::open() {
+  const std::lock_guard lock(mutex_);
+  is_open_ = true;
+  opened_.notify_all();
+}
+
+bool ReceiveGate::admits(std::span<const std::uint8_t> datagram) {
+  std::unique_lock lock(mutex_);
+  if (!guard_.admits(datagram)) {
+    refused_.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
+  for (const Acknowledgement& acknowledgement : guard_.acknowledgements())
+    acknowledgements_->receive(acknowledgement);
+  opened_.wait_for(lock, std::chrono::seconds(1), [&] { return is_open_; });
+  is_open_ = true;
+  return true;
+}
+
+dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
+                                          std::shared_ptr<ReceiveGate> receive_gate) {
+  dds::DomainParticipantQos qos;
+  qos.name(options.enclave);
+  const std::string text = "enclave=" + options.enclave + ";";
+  qos.user_data().setValue({text.begin(), text.end()});
+
+  auto& builtin = qos.wire_protocol().builtin;
+  const bool off = options.range == DiscoveryRange::off;
+  const bool stays = off || (options.range == DiscoveryRange::localhost && options.static_peers.empty());
+  set_announcements(options, stays, builtin);
+  // Else whoever announces thousands, who need not exist, has Fast DDS send to all of them for ever.
+  qos.allocation().participants.maximum = kMaxParticipants;
+  qos.allocation().readers.maximum = kMaxEndpoints / kMaxParticipants;  // of all: the product of the two
+  qos.allocation().writers.maximum = kMaxEndpoints / kMaxParticipants;
+  // Discovery's messages of a participant with many endpoints are longer than what is reserved for one.
+  builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+
+  const Reach reach = off ? Reach::nobody : stays ? Reach::this_machine : Reach::all;
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports.push_back(transport(reach, std::move(receive_gate)));
+
+  const std::string own_address = stays ? kLoopback : "0.0.0.0";
+  const Ports ports = free_ports(options.domain, own_address);
+  builtin.metatrafficUnicastLocatorList.push_back(locator(own_address, ports.discovery));
+  qos.wire_protocol().default_unicast_locator_list.push_back(locator(own_address, ports.data));
+
+  if (off) return qos;
+  // Also in a subnet: programs that keep to this machine do not hear its multicast.
+  builtin.initialPeersList.push_back(locator(kLoopback, 0));
+  for (const std::string& address : options.static_peers)
+    builtin.initialPeersList.push_back(locator(address, 0));  // port 0: those of the first participants
+  if (options.range == DiscoveryRange::localhost) return qos;
+  const rtps::Locator_t group = locator("239.255.0.1", ports.multicast);
+  builtin.metatrafficMulticastLocatorList.push_back(group);
+  builtin.initialPeersList.push_back(group);
+  return qos;
+}
+
+}  // namespace doppel::ros2::fast

@@ -1,0 +1,44 @@
+#pragma once
+// How far the participant's packets go.
+
+#include <atomic>
+#include <condition_variable>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <memory>
+#include <mutex>
+#include <span>
+
+#include "doppel/ros2/detail/rtps_guard.h"
+#include "doppel/ros2/environment.h"
+#include "doppel/ros2/fastdds/fast_acknowledgements.h"
+
+namespace doppel::ros2::fast {
+
+// What comes in from the network.
+//
+// Fast DDS announces a new participant before it listens: answers that come at once would be lost, and with
+// them up to three seconds, until the peer's next announcement. Until open(), datagrams stay in the sockets.
+class ReceiveGate {
+ public:
+  explicit ReceiveGate(std::shared_ptr<Acknowledgements> acknowledgements)
+      : acknowledgements_(std::move(acknowledgements)) {}
+  void open();
+  // Whether Fast DDS shall see the datagram, after a wait for open(), though not for ever: a participant that
+  // could not be made is destroyed unopened.
+  bool admits(std::span<const std::uint8_t> datagram);
+  [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable opened_;
+  bool is_open_ = false;
+  RtpsGuard guard_;
+  const std::shared_ptr<Acknowledgements> acknowledgements_;
+  std::atomic<std::uint64_t> refused_{0};
+};
+
+// Transports, ports, peers and lease by `options`. Throws NetworkError: no interface, no free port.
+eprosima::fastdds::dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
+                                                             std::shared_ptr<ReceiveGate> receive_gate);
+
+}  // namespace doppel::ros2::fast

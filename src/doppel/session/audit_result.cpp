@@ -1,0 +1,117 @@
+#include "doppel/session/audit_result.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <functional>
+
+#include "doppel/audit/report_places.h"
+#include "doppel/target/target.h"
+#include "doppel/twin/twin.h"
+
+namespace doppel {
+
+AuditReport audit_target(OpenedTarget& target, AuditOptions options) {
+  options.package_folder = target.target.package_folder;
+  return audit(target.target.description, target.arguments, target.resolver, options);
+}
+
+namespace {
+
+constexpr double kFarOff = 0.05, kSlideFarOff = 0.005;  // rad, m: from the target, at the effort limit
+
+// Joints that their drives have given up, though they may stand still now.
+void find_weak(const Instance& robot,
+               const std::function<void(const char*, const std::string&, const std::string&)>& add) {
+  for (std::size_t j = 0; j < robot.model().joints.size(); ++j) {
+    const ModelJoint& joint = robot.model().joints[j];
+    const int index = static_cast<int>(j);
+    if (!joint.scalar() || robot.drive(index) != DriveMode::position) continue;
+    const bool slides = joint.type == JointType::prismatic;
+    const double off = robot.drive_target(index) - robot.q()[static_cast<std::size_t>(joint.q)];
+    const double limit = robot.made_of().servos[j].effort;
+    if (std::abs(off) < (slides ? kSlideFarOff : kFarOff)) continue;
+    if (!at_effort_limit(robot, index)) continue;
+    add("run.unrest", joint.name,
+        fmt::format(
+            "joint '{}' stands {:.3g} {} off where its drive holds it: its effort limit of {:.3g} {} does "
+            "not hold it",
+            joint.name, std::abs(off), slides ? "m" : "rad", limit, slides ? "N" : "N m"));
+  }
+}
+
+}  // namespace
+
+std::vector<Finding> audit_run(const Scenario& scenario) {
+  constexpr Duration kRun{1'000'000'000};
+  const Log unheard;
+  Diagnostics said_by_the_audit;
+  Twin twin(scenario, unheard, said_by_the_audit);
+  while (!twin.diverged() && twin.now() < Time(kRun)) {
+    twin.between_steps();
+    twin.step();
+  }
+  twin.between_steps();
+  const RobotDescription& robot = twin.robot().description();
+  std::vector<Finding> out;
+  const auto add = [&](const char* rule, const std::string& joint, const std::string& message) {
+    const Joint* const source = robot.find_joint(joint);
+    Finding finding;
+    finding.rule = rule;
+    finding.subject =
+        source != nullptr ? fmt::format("joint '{}'", joint) : fmt::format("robot '{}'", robot.name);
+    finding.message = message;
+    finding.where = source != nullptr ? source->source : robot.source;
+    out.push_back(std::move(finding));
+  };
+  if (twin.diverged()) {
+    add("run.diverged", "",
+        fmt::format("the numbers run away {:.3f} s after the start", to_seconds(twin.now())));
+    return out;
+  }
+  for (UnsettledJoint& unsettled : find_unsettled_joints(robot, twin.robot().instance())) {
+    unsettled.where = {};  // the finding's own
+    const ModelJoint& joint = twin.robot().model().joints[static_cast<std::size_t>(
+        twin.robot().model().find_joint(unsettled.joint))];
+    add("run.unrest", unsettled.joint, to_string(unsettled, joint.type == JointType::prismatic));
+  }
+  if (out.empty()) find_weak(twin.robot().instance(), add);
+  for (const OscillationReport& found : twin.robot().oscillations())
+    add("run.oscillation", found.joint, found.message);
+  return out;
+}
+
+AuditResult audit_result(const std::string& target, const std::function<AuditReport()>& look) {
+  const std::filesystem::path here = std::filesystem::current_path();
+  try {
+    AuditReport report = look();
+    shorten_places(report, here);
+    return {std::move(report), std::nullopt};
+  } catch (const InputError& error) {
+    InputError refused = with_short_places(error, here);
+    AuditReport report = refusal_report(refused, target);
+    return {std::move(report), std::move(refused)};
+  }
+}
+
+std::string health_json(const WorldRobot& robot, const BundledFolders& bundled) {
+  const auto look = [&] {
+    OpenedTarget target = open_target(robot.target, robot.arguments, bundled.robots);
+    Diagnostics told_before;
+    target.arguments = simulation_arguments(target.target.description, std::move(target.arguments),
+                                            target.resolver, told_before);
+    AuditOptions options;
+    options.controllers = robot.controllers;
+    options.datasheet_folder = bundled.datasheets;
+    return audit_target(target, options);
+  };
+  try {
+    return to_json(audit_result(robot.target, look).report);
+  } catch (const std::exception& error) {
+    return to_json(refusal_report(
+        InputError("health.failed", {}, std::string("the description could not be judged: ") + error.what()),
+        robot.target));
+  }
+}
+
+}  // namespace doppel

@@ -1,0 +1,197 @@
+#include "doppel/twin/compiled_robot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "doppel/core/names.h"
+#include "doppel/target/target.h"
+#include "doppel/twin/simulated_hardware.h"
+
+namespace doppel {
+namespace {
+
+const char* root_name(const Model& model) {
+  const bool floats = !model.joints.empty() && model.joints.front().type == JointType::floating;
+  return model.links[floats ? 1 : 0].name.c_str();
+}
+
+// What was chosen on the user's behalf, with the height at which a floating root stands.
+void report_base(const RobotDescription& robot, const Instance& instance, const BaseChoice& choice,
+                 bool asked_for, Diagnostics& diagnostics) {
+  const Model& model = instance.model();
+  if (asked_for || (model.links.front().name == "world" && choice.kind == BaseKind::fixed)) return;
+  if (choice.kind == BaseKind::floating) {
+    diagnostics.note(
+        "up.base_floating", robot.source,
+        fmt::format("the base floats because {}; it is set on the ground, with '{}' at z = {:.3f} m",
+                    choice.reason, root_name(model), instance.link_pose(1).translation().z()),
+        "--base fixed holds it in the air at the world's origin");
+    return;
+  }
+  diagnostics.note(
+      "up.base_fixed", robot.source,
+      fmt::format("the root link '{}' is fixed to the world: {}", root_name(model), choice.reason),
+      "--base floating lets it fall and move");
+}
+
+void report_weightless(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  for (const ModelLink& link : model.links) {
+    if (link.weightless) names.push_back(link.name);
+  }
+  if (names.empty()) return;
+  diagnostics.note(
+      "up.gravity_off", robot.find_link(names.front())->source,
+      fmt::format("<gazebo> turns gravity off for '{}'{}: no weight, but mass and inertia", names.front(),
+                  names.size() > 1 ? fmt::format(" and {} more links", names.size() - 1) : ""));
+}
+
+// Joints that are described to be driven by effort and carry next to nothing (servo.h).
+void report_rotors(const RobotDescription& robot, const Model& model,
+                   const std::vector<ServoParameters>& servos,
+                   const std::vector<HardwareDescription>& hardware, Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  double largest = 0.0;
+  for (const HardwareDescription& component : hardware) {
+    for (const HardwareJointDescription& entry : component.joints) {
+      const int index = model.find_joint(entry.name);
+      const double rotor = index < 0 ? 0.0 : servos[static_cast<std::size_t>(index)].rotor_inertia;
+      const bool effort = std::any_of(entry.command_interfaces.begin(), entry.command_interfaces.end(),
+                                      [](const auto& i) { return i.name == kEffort; });
+      if (!effort || !(rotor > 0) || robot.hardware.empty()) continue;
+      names.push_back(entry.name);
+      largest = std::max(largest, rotor);
+    }
+  }
+  if (names.empty()) return;
+  const Joint* const first = robot.find_joint(names.front());
+  diagnostics.note(
+      "up.rotor_inertia", first != nullptr ? first->source : robot.source,
+      fmt::format("'{}'{} carries so little that its effort limit would bring it to its velocity limit "
+                  "within 0.1 ms; "
+                  "commanded by effort it has a motor's inertia of up to {:.2g} kg m^2 beside its own",
+                  names.front(), names.size() > 1 ? fmt::format(" and {} more joints", names.size() - 1) : "",
+                  largest),
+      "check the effort limit and the link's inertia against the drive's data sheet");
+}
+
+std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Model& model,
+                                             Diagnostics& diagnostics) {
+  const RobotDescription& robot = setup.description.robot;
+  bool position = false;
+  Diagnostics unknown;  // the simulated hardware reports them itself where it is not replaced
+  std::vector<std::string> names;
+  for (const Joint& joint : robot.joints) names.push_back(joint.name);
+  for (const auto& hardware : robot.hardware) {
+    for (const auto& joint : hardware.joints) {
+      if (robot.find_joint(joint.name) == nullptr) {
+        unknown.warning(
+            "ros2_control.unknown_joint", joint.source,
+            fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have; "
+                        "it is left out{}",
+                        hardware.name, joint.name, did_you_mean(joint.name, names)),
+            "write the joint's name as its <joint> element has it, or remove the entry");
+        continue;
+      }
+      for (const auto& interface : joint.command_interfaces)
+        position = position || interface.name == kPosition;
+    }
+  }
+  if (robot.hardware.empty() || (setup.controllers_origin == "generated" && !position)) {
+    for (const Diagnostic& d : unknown.all()) diagnostics.add(d);
+    diagnostics.note(
+        "up.hardware_generated", robot.source,
+        robot.hardware.empty()
+            ? "there is no <ros2_control>; every joint that can be driven gets simulated interfaces"
+            : "no joint under <ros2_control> takes position commands; every joint that can be driven gets "
+              "simulated interfaces instead");
+    return {generated_hardware(model)};
+  }
+  return robot.hardware;
+}
+
+// All that controllers and their hardware were told of a component.
+std::string signature(const HardwareDescription& hardware) {
+  std::string out = hardware.name + '\n' + hardware.plugin + '\n';
+  for (const auto* parts : {&hardware.joints, &hardware.sensors, &hardware.gpios}) {
+    for (const HardwareJointDescription& part : *parts) {
+      out += "part " + part.name + '\n';
+      for (const auto& i : part.command_interfaces) out += "command " + i.name + '\n';
+      for (const auto& i : part.state_interfaces) out += "state " + i.name + '\n';
+    }
+  }
+  return out;
+}
+
+bool same_joint(const ModelJoint& a, const ModelJoint& b) {
+  return a.name == b.name && a.type == b.type && a.q == b.q && a.v == b.v && a.parent_link == b.parent_link &&
+         a.mimic_leader == b.mimic_leader;
+}
+
+}  // namespace
+
+CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
+                             std::optional<BaseKind> running, PackageResolver& resolver,
+                             CollisionMeshes& meshes, Diagnostics& diagnostics)
+    : asked_(asked),
+      setup_(std::make_shared<const RobotSetup>(set_up_robot(scenario, asked, resolver, diagnostics))) {
+  build(scenario, world, running, meshes, diagnostics);
+}
+
+CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
+                             RobotDescription description, CollisionMeshes& meshes, Diagnostics& diagnostics)
+    : asked_(asked),
+      setup_(std::make_shared<const RobotSetup>(
+          set_up_robot(scenario, asked, std::move(description), diagnostics))) {
+  build(scenario, world, std::nullopt, meshes, diagnostics);
+}
+
+void CompiledRobot::build(const Scenario& scenario, const World& world, std::optional<BaseKind> running,
+                          CollisionMeshes& meshes, Diagnostics& diagnostics) {
+  const RobotDescription& robot = description();
+  const bool has_world = robot.find_link("world") != nullptr;
+  const std::optional<BaseKind> decided = asked_.base || has_world ? asked_.base : running;
+  base_decided_ = decided.has_value();
+  base_ = decided ? BaseChoice{*decided, "it was asked for"} : choose_base(robot);
+  if (!decided && base_.kind == BaseKind::floating && !world.ground)
+    base_ = {BaseKind::fixed, "the world has no ground to stand on"};
+  const auto model = std::make_shared<const Model>(compile_model(robot, base_.kind, diagnostics));
+  InstanceOptions options;
+  options.name = asked_.name_space;
+  options.X_WR = asked_.X_WR.value_or(world.X_WR);
+  options.q0 = model->neutral();
+  apply_initial_values(robot, *model, options.q0, diagnostics);
+  gravity_R_ = options.X_WR.linear().transpose() * world.gravity;
+  options.servos = choose_servos(*model, ServoOptions{.ideal = scenario.ideal}, gravity_R_);
+  options.set_on_ground = true;
+  const std::shared_ptr<const RobotDescription> shared(setup_, &robot);  // the setup lives as long
+  made_ = make_instance(shared, model, options, meshes, diagnostics);
+}
+
+void CompiledRobot::report_choices(const Instance& instance, Diagnostics& diagnostics) {
+  report_base(description(), instance, base_, base_decided_, diagnostics);
+  report_weightless(description(), model(), diagnostics);
+  hardware_ = hardware_of(*setup_, model(), diagnostics);
+  report_rotors(description(), model(), servos(), hardware_, diagnostics);
+}
+
+std::vector<std::filesystem::path> CompiledRobot::files() const {
+  std::vector<std::filesystem::path> out;
+  if (!from_text()) out = files_of(setup_->target, setup_->description);
+  out.insert(out.end(), setup_->controllers_files.begin(), setup_->controllers_files.end());
+  return out;
+}
+
+bool same_structure(const CompiledRobot& a, const CompiledRobot& b) {
+  const auto same_link = [](const ModelLink& x, const ModelLink& y) { return x.name == y.name; };
+  const auto same_hardware = [](const HardwareDescription& x, const HardwareDescription& y) {
+    return signature(x) == signature(y);
+  };
+  return a.setup().controllers.text() == b.setup().controllers.text() && a.asked().tf == b.asked().tf &&
+         std::ranges::equal(a.model().links, b.model().links, same_link) &&
+         std::ranges::equal(a.model().joints, b.model().joints, same_joint) &&
+         std::ranges::equal(a.hardware(), b.hardware(), same_hardware);
+}
+
+}  // namespace doppel

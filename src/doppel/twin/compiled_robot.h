@@ -1,0 +1,65 @@
+#pragma once
+// What a robot's files make before anything is on the bus: description, controllers' YAML, model, hardware,
+// and the instance that stands for it in a world. Immutable once it is built, so that threads share it.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/physics/engine.h"
+#include "doppel/physics/world.h"
+#include "doppel/twin/base_choice.h"
+#include "doppel/twin/robot_setup.h"
+
+namespace doppel {
+
+class CompiledRobot {
+ public:
+  // Throws InputError. `running`: how the base stands of the robot that this one is to replace.
+  CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
+                std::optional<BaseKind> running, PackageResolver& resolver, CollisionMeshes& meshes,
+                Diagnostics& diagnostics);
+  // Of a description that was read from text: no file stands for it, so no edit reaches it.
+  CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
+                RobotDescription description, CollisionMeshes& meshes, Diagnostics& diagnostics);
+
+  // Reports what was chosen on the user's behalf, with the height at which a floating base stands in
+  // `instance`. Once, before the machine is shared.
+  void report_choices(const Instance& instance, Diagnostics& diagnostics);
+
+  [[nodiscard]] const WorldRobot& asked() const { return asked_; }
+  [[nodiscard]] const std::string& name_space() const { return asked_.name_space; }  // "left"
+  [[nodiscard]] const std::string& name() const { return made_.name; }               // of its instance
+  [[nodiscard]] const RobotSetup& setup() const { return *setup_; }
+  [[nodiscard]] const RobotDescription& description() const { return setup_->description.robot; }
+  [[nodiscard]] const Model& model() const { return *made_.model; }
+  [[nodiscard]] const std::shared_ptr<const Model>& shared_model() const { return made_.model; }
+  [[nodiscard]] const ModelInstance& instance() const { return made_; }
+  [[nodiscard]] const std::vector<ServoParameters>& servos() const { return made_.servos; }  // [joints]
+  [[nodiscard]] const std::vector<HardwareDescription>& hardware() const { return hardware_; }
+  [[nodiscard]] BaseKind base() const { return base_.kind; }
+  [[nodiscard]] bool from_text() const { return asked_.target.empty(); }
+  // In the axes of the root link, m/s^2.
+  [[nodiscard]] const Eigen::Vector3d& gravity_R() const { return gravity_R_; }
+  // The description's, the controllers', the meshes.
+  [[nodiscard]] std::vector<std::filesystem::path> files() const;
+
+ private:
+  void build(const Scenario& scenario, const World& world, std::optional<BaseKind> running,
+             CollisionMeshes& meshes, Diagnostics& diagnostics);
+
+  WorldRobot asked_;
+  std::shared_ptr<const RobotSetup> setup_;
+  BaseChoice base_;
+  bool base_decided_ = false;  // by the user or the machine before
+  Eigen::Vector3d gravity_R_ = Eigen::Vector3d::Zero();
+  ModelInstance made_;
+  std::vector<HardwareDescription> hardware_;  // the description's, or one made up
+};
+
+// Whether controllers made for `a` can go on with `b`: the same links, joints, interfaces and controllers'
+// YAML; limits, inertia, geometry and places may differ.
+bool same_structure(const CompiledRobot& a, const CompiledRobot& b);
+
+}  // namespace doppel

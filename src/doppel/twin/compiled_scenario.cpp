@@ -1,0 +1,323 @@
+#include "doppel/twin/compiled_scenario.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+#include "doppel/bus/name_rules.h"
+#include "doppel/core/names.h"
+#include "doppel/physics/engine_modules.h"
+#include "doppel/twin/robot_names.h"
+
+namespace doppel {
+namespace {
+
+constexpr std::size_t kMaxLinksNamed = 8;
+
+bool among(const std::vector<WorldRobot>& robots, const std::string& name_space) {
+  return std::ranges::find(robots, name_space, &WorldRobot::name_space) != robots.end();
+}
+
+// What the scenario and the world file ask for, but for robots that were deleted while they ran.
+std::vector<WorldRobot> robots_asked_for(const Scenario& scenario, const World& world,
+                                         const RunningRobots* running, Diagnostics& diagnostics) {
+  std::vector<WorldRobot> all = scenario.robots;
+  all.insert(all.end(), world.robots.begin(), world.robots.end());
+  name_robots(all, diagnostics);
+  if (running == nullptr) return all;
+  const std::size_t named = scenario.robots.size();
+  std::vector<WorldRobot> out;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool runs = std::ranges::any_of(
+        running->now, [&](const auto& robot) { return robot->name_space() == all[i].name_space; });
+    const bool known = i < named || among(running->in_file, all[i].name_space);
+    if (runs || !known) out.push_back(all[i]);
+  }
+  return out;
+}
+
+std::optional<BaseKind> running_base(const RunningRobots* running, const std::string& name_space) {
+  if (running == nullptr) return std::nullopt;
+  for (const auto& robot : running->now) {
+    if (robot->name_space() == name_space) return robot->base();
+  }
+  return std::nullopt;
+}
+
+void refuse_name(const WorldRobot& robot, const std::string& why, const std::string& what_to_do) {
+  throw InputError("up.namespace", robot.source, fmt::format("the namespace '{}' {}", robot.name_space, why),
+                   what_to_do);
+}
+
+// "omarm_one_2" for a second robot of the target that nobody named.
+std::string free_namespace(const WorldRobot& robot, const std::vector<WorldRobot>& all) {
+  std::string base;
+  for (const char c : std::filesystem::path(robot.target).stem().string()) {
+    const bool allowed = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+    base += allowed ? c : '_';
+  }
+  if (base.empty() || std::isdigit(static_cast<unsigned char>(base.front())) != 0) base = "robot_" + base;
+  for (int i = 2;; ++i) {
+    std::string name = fmt::format("{}_{}", base, i);
+    if (!among(all, name)) return name;
+  }
+}
+
+}  // namespace
+
+void name_robots(std::vector<WorldRobot>& robots, Diagnostics& diagnostics) {
+  bool unnamed = false;
+  std::set<std::string> taken;
+  for (WorldRobot& robot : robots) {
+    if (robot.name_space.empty()) {
+      if (!std::exchange(unnamed, true)) continue;
+      robot.name_space = free_namespace(robot, robots);
+      diagnostics.note("up.namespace_given", robot.source,
+                       fmt::format("a further robot '{}' has no namespace; it is called '{}'", robot.target,
+                                   robot.name_space),
+                       "choose one yourself: --robot TARGET:NAMESPACE, or `namespace:` in the world file");
+    }
+    if (const Status fine = check_namespace("/" + robot.name_space); !fine)
+      refuse_name(robot, "cannot be used: " + fine.why(), "letters, digits and _ make a namespace");
+    if (!taken.insert(robot.name_space).second)
+      refuse_name(robot, "stands for two robots", "give each a namespace of its own");
+  }
+}
+
+Instance instance_of(Engine& engine, const CompiledRobot& robot) {
+  const std::optional<Instance> found = engine.find(robot.name());
+  if (!found) throw std::logic_error("the engine has no robot '" + robot.name() + "'");
+  return *found;
+}
+
+CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagnostics,
+                                   const RunningRobots* running) {
+  resolver.add_bundled(scenario.bundled_robots);
+  for (const WorldRobot& robot : scenario.robots)
+    resolver.add_context(resolve_target(robot.target, scenario.bundled_robots).description);
+  if (scenario.world) world = load_world(*scenario.world, resolver);
+  const std::vector<WorldRobot> asked = robots_asked_for(scenario, world, running, diagnostics);
+  if (asked.empty()) {
+    throw InputError("up.no_robot", {},
+                     "no robot is named, neither by the command line nor by the world file",
+                     "name one: doppel up TARGET, or `robots:` in the world file");
+  }
+  CollisionMeshes meshes;
+  std::vector<std::shared_ptr<CompiledRobot>> fresh;
+  for (const WorldRobot& robot : asked) {
+    fresh.push_back(std::make_shared<CompiledRobot>(
+        robot, scenario, world, running_base(running, robot.name_space), resolver, meshes, diagnostics));
+  }
+  robots.assign(fresh.begin(), fresh.end());
+  if (running != nullptr) {
+    std::ranges::copy_if(running->now, std::back_inserter(robots),
+                         [](const auto& robot) { return robot->from_text(); });
+  }
+  std::vector<ModelInstance> instances;
+  for (const auto& robot : robots) instances.push_back(robot->instance());
+  for (const WorldObject& object : world.objects)
+    instances.push_back(make_instance(object, meshes, diagnostics));
+  engine = compile_world(scenario.engine, world, std::move(instances), diagnostics)->make_engine();
+  for (const auto& robot : fresh) robot->report_choices(instance_of(*engine, *robot), diagnostics);
+  for (const auto& robot : fresh) report_overlaps(*robot, *engine, diagnostics);
+}
+
+std::shared_ptr<const CompiledRobot> CompiledScenario::find(std::string_view name_space) const {
+  const auto found =
+      std::ranges::find_if(robots, [&](const auto& robot) { return robot->name_space() == name_space; });
+  return found == robots.end() ? nullptr : *found;
+}
+
+std::vector<std::filesystem::path> CompiledScenario::files(const Scenario& scenario) const {
+  std::vector<std::filesystem::path> out;
+  for (const auto& robot : robots) {
+    for (std::filesystem::path& file : robot->files()) out.push_back(std::move(file));
+  }
+  if (scenario.world) out.push_back(*scenario.world);
+  return out;
+}
+
+void report_overlaps(const CompiledRobot& robot, const Engine& engine, Diagnostics& diagnostics) {
+  struct Inside {
+    std::vector<std::string> links;
+    double deepest = 0;
+  };
+  const CompiledWorld& world = engine.world();
+  const int here = world.find(robot.name());
+  std::map<int, Inside> inside;  // by the instance that they are in; -1: the ground
+  for (const ExcludedPair& pair : world.excluded_pairs()) {
+    if (!(pair.depth > 0) || pair.a.instance == pair.b.instance) continue;
+    const bool first = pair.a.instance == here;
+    if (!first && pair.b.instance != here) continue;
+    const BodyId own = first ? pair.a : pair.b, other = first ? pair.b : pair.a;
+    const bool robots_pair =
+        !other.is_ground() && !world.instances()[static_cast<std::size_t>(other.instance)].is_object();
+    if (robots_pair && other.instance < here) continue;  // reported of the other one
+    Inside& in = inside[other.instance];
+    in.links.push_back(robot.model().links[static_cast<std::size_t>(own.link)].name);
+    in.deepest = std::max(in.deepest, pair.depth);
+  }
+  for (const auto& [other, in] : inside) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < std::min(in.links.size(), kMaxLinksNamed); ++i)
+      names.push_back(fmt::format("'{}'", in.links[i]));
+    if (in.links.size() > names.size())
+      names.push_back(fmt::format("{} more", in.links.size() - names.size()));
+    const bool ground = other < 0;
+    const ModelInstance* const what = ground ? nullptr : &world.instances()[static_cast<std::size_t>(other)];
+    const Link* const first = robot.description().find_link(in.links.front());
+    diagnostics.warning(
+        "up.starts_inside", first != nullptr ? first->source : robot.description().source,
+        fmt::format("{} up to {:.3g} m inside {}: {}; they pass through each other from now on",
+                    in.links.size() == 1 ? "a link starts" : fmt::format("{} links start", in.links.size()),
+                    in.deepest,
+                    ground ? "the ground"
+                           : fmt::format("the {} '{}'", what->is_object() ? "object" : "robot", what->name),
+                    fmt::join(names, ", ")),
+        ground
+            ? "place the robot higher by a world file (robot: {xyz: [0, 0, 0.5]}), or let it stand (--base "
+              "floating)"
+            : "move the object or the robot in the world file");
+  }
+}
+
+namespace {
+
+// A joint that moved, or followed another one, and that an edit would leave standing or loose.
+std::optional<Diagnostic> lost_motion(const ModelJoint& old, const ModelJoint& joint,
+                                      const CompiledRobot& to) {
+  const Joint* const source = to.description().find_joint(joint.name);
+  if (source == nullptr) return std::nullopt;
+  Diagnostic problem;
+  problem.rule = "reload.motion";
+  if (old.mimics() && !joint.mimics() && source->mimic) {
+    problem.where = source->mimic->source;
+    problem.message =
+        fmt::format("joint '{}' would not follow '{}' any more{}", joint.name, source->mimic->joint,
+                    did_you_mean(source->mimic->joint, to.model().scalar_joint_names()));
+    problem.fix = "correct the <mimic>, or remove it";
+  } else if (old.scalar() && joint.type == JointType::fixed && source->type != JointType::fixed) {
+    problem.where = source->axis_source;
+    problem.message = fmt::format("joint '{}' would stand still: its axis is zero", joint.name);
+    problem.fix = "correct the axis";
+  } else {
+    return std::nullopt;
+  }
+  return problem;
+}
+
+void find_lost_range(const CompiledRobot& from, const Instance& state, const CompiledRobot& to,
+                     std::vector<Diagnostic>& refused) {
+  constexpr double kSlack = 0.01;  // rad or m: a loaded drive stands a little beyond where it is held
+  for (const ModelJoint& joint : to.model().joints) {
+    const int index = from.model().find_joint(joint.name);
+    if (index < 0) continue;
+    const ModelJoint& old = from.model().joints[static_cast<std::size_t>(index)];
+    if (auto lost = lost_motion(old, joint, to)) refused.push_back(std::move(*lost));
+    if (!joint.scalar() || joint.mimics()) continue;
+    if (!old.scalar() || (old.lower == joint.lower && old.upper == joint.upper)) continue;
+    const double q = state.q()[static_cast<std::size_t>(old.q)];
+    const bool was_outside = q < old.lower - kSlack || q > old.upper + kSlack;
+    const bool is_outside = q < joint.lower - kSlack || q > joint.upper + kSlack;
+    const bool lost = joint.upper - joint.lower < 1e-6 && old.upper - old.lower >= 1e-6;
+    if (!lost && (was_outside || !is_outside)) continue;
+    const Joint* source = to.description().find_joint(joint.name);
+    Diagnostic problem;
+    problem.rule = "reload.limits";
+    problem.where = source->limits ? source->limits->source : source->source;
+    problem.message = fmt::format(
+        "joint '{}' stands at {:.4g} and would have the limits [{:.4g}, {:.4g}] instead of [{:.4g}, {:.4g}]",
+        joint.name, q, joint.lower, joint.upper, old.lower, old.upper);
+    problem.fix = "correct lower and upper; where they are meant, move the joint inside of them first";
+    refused.push_back(std::move(problem));
+  }
+}
+
+}  // namespace
+
+void refuse_lost_range(const CompiledScenario& from, const CompiledScenario& to) {
+  std::vector<Diagnostic> refused;
+  for (const auto& robot : to.robots) {
+    const auto before = from.find(robot->name_space());
+    if (before != nullptr) find_lost_range(*before, instance_of(*from.engine, *before), *robot, refused);
+  }
+  if (!refused.empty()) throw InputError(std::move(refused));
+}
+
+namespace {
+
+bool is_robot(const CompiledScenario& machine, const ModelInstance& instance) {
+  return std::ranges::any_of(machine.robots,
+                             [&](const auto& robot) { return robot->name() == instance.name; });
+}
+
+bool in_file(const CompiledScenario& machine, const std::string& object) {
+  return std::ranges::find(machine.world.objects, object, &WorldObject::name) != machine.world.objects.end();
+}
+
+// The new instances but for objects that were deleted while the machine ran, and what was put in.
+std::vector<ModelInstance> instances_after(const CompiledScenario& from, const CompiledScenario& to) {
+  std::vector<ModelInstance> out;
+  const CompiledWorld& there = from.engine->world();
+  for (const ModelInstance& instance : to.engine->world().instances()) {
+    const bool was_in_file = in_file(from, instance.name);
+    if (is_robot(to, instance) || !was_in_file || there.find(instance.name) >= 0) out.push_back(instance);
+  }
+  for (const ModelInstance& instance : there.instances()) {
+    const bool put_in = !is_robot(from, instance) && !in_file(from, instance.name);
+    if (put_in && find_instance(out, instance.name) < 0) out.push_back(instance);
+  }
+  return out;
+}
+
+void carry_over_objects(const CompiledScenario& from, CompiledScenario& to) {
+  std::vector<ModelInstance> instances = instances_after(from, to);
+  const bool as_in_file = std::ranges::equal(instances, to.engine->world().instances(), {},
+                                             &ModelInstance::name, &ModelInstance::name);
+  if (!as_in_file) to.engine->set_instances(std::move(instances));
+  for (std::size_t i = 0; i < to.engine->world().instances().size(); ++i) {
+    Instance object = to.engine->instance(static_cast<int>(i));
+    const std::optional<Instance> before = from.engine->find(object.name());
+    if (is_robot(to, object.made_of()) || !before || is_robot(from, before->made_of())) continue;
+    if (!before->made_of().floating()) {
+      // One that nobody has moved goes where the file, which may have been edited, puts it.
+      if (before->root_pose().isApprox(before->made_of().X_WR, 1e-9)) continue;
+    }
+    object.place(before->base_pose());
+    object.set_base_velocity(before->base_velocity());
+  }
+}
+
+void carry_over_robot(const Instance& from, Instance to) {
+  Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(to.q().data(), to.model().nq);
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(to.model().nv);
+  for (const ModelJoint& joint : to.model().joints) {
+    const int index = from.model().find_joint(joint.name);
+    if (index < 0) continue;
+    const ModelJoint& old = from.model().joints[static_cast<std::size_t>(index)];
+    if (old.nq != joint.nq || old.nv != joint.nv) continue;
+    for (int i = 0; i < joint.nq; ++i) q[joint.q + i] = from.q()[static_cast<std::size_t>(old.q + i)];
+    for (int i = 0; i < joint.nv; ++i) v[joint.v + i] = from.v()[static_cast<std::size_t>(old.v + i)];
+  }
+  to.set_state({q.data(), static_cast<std::size_t>(q.size())},
+               {v.data(), static_cast<std::size_t>(v.size())});
+  to.lift_out_of_ground();  // of what an edit has made larger
+}
+
+}  // namespace
+
+void carry_over_state(const CompiledScenario& from, CompiledScenario& to) {
+  to.engine->set_time(from.engine->time());
+  carry_over_objects(from, to);
+  for (const auto& robot : to.robots) {
+    const auto before = from.find(robot->name_space());
+    if (before != nullptr)
+      carry_over_robot(instance_of(*from.engine, *before), instance_of(*to.engine, *robot));
+  }
+}
+
+}  // namespace doppel

@@ -1,0 +1,123 @@
+#pragma once
+// What ticks in a twin beside engine and controllers: publishers, checks, services, sensors. Each registers
+// in a list, of the world or of one robot; the twin runs the list and knows none of them by name.
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "doppel/core/time.h"
+
+namespace doppel {
+
+// A period in whole steps, at least one.
+inline Duration whole_steps(Duration period, Duration step) {
+  return step * std::max<std::int64_t>(1, (period.count() + step.count() / 2) / step.count());
+}
+
+// When something that is published at a rate is due next, without drift.
+class Pace {
+ public:
+  void restart(Time now) { next_ = now; }
+  Time next(Time now, Duration period) {
+    next_ = next_ + period > now ? std::min(next_ + period, now + period) : now + period;
+    return next_;
+  }
+
+ private:
+  Time next_{};
+};
+
+class Tickable {
+ public:
+  Tickable() = default;
+  virtual ~Tickable() = default;
+  Tickable(const Tickable&) = delete;
+  Tickable& operator=(const Tickable&) = delete;
+
+  // -- in the loop: no allocation, no lock, no throw
+  // Whether before_step() and after_step() are called.
+  [[nodiscard]] virtual bool at_every_step() const { return false; }
+  virtual void before_step(Time /*now*/) {}
+  virtual void after_step(Time /*now*/) {}
+  // What is published in the loop at a rate: called when it is due; the time when it is due next. Asked again
+  // after every housekeeping, so that a rate that has grown need not wait.
+  virtual Time publish(Time /*now*/) { return Time::max(); }
+  // From now on, the latest time of the next publish().
+  [[nodiscard]] virtual Time next_after(Time /*now*/) const { return Time::max(); }
+
+  // -- between steps
+  virtual void between_steps(Time /*now*/) {}
+  // The state was written, time was stepped or set back: everything is shown as it is now.
+  virtual void show(Time /*now*/) {}
+  // The simulation was set back to its start.
+  virtual void reset(Time /*now*/) {}
+  // Instances came or went, or another engine took over: handles are looked up anew.
+  virtual void instances_changed() {}
+  // Another robot has come or gone.
+  virtual void robots_changed(Time /*now*/) {}
+};
+
+class TickList {
+ public:
+  void add(std::unique_ptr<Tickable> what) {
+    if (what->at_every_step()) each_step_.push_back(what.get());
+    all_.push_back({std::move(what), Time::min()});
+    next_ = Time::min();
+  }
+
+  void before_step(Time now) {
+    for (Tickable* what : each_step_) what->before_step(now);
+  }
+  void after_step(Time now) {
+    for (Tickable* what : each_step_) what->after_step(now);
+  }
+  [[nodiscard]] bool is_due(Time now) const { return now >= next_; }
+  void publish_due(Time now) {
+    next_ = Time::max();
+    for (Entry& entry : all_) {
+      if (now >= entry.next) entry.next = entry.what->publish(now);
+      next_ = std::min(next_, entry.next);
+    }
+  }
+  // A rate may have grown since.
+  void advance_due_times(Time now) {
+    for (Entry& entry : all_) {
+      entry.next = std::min(entry.next, entry.what->next_after(now));
+      next_ = std::min(next_, entry.next);
+    }
+  }
+  void between_steps(Time now) {
+    for (Entry& entry : all_) entry.what->between_steps(now);
+  }
+  void show(Time now) {
+    for (Entry& entry : all_) entry.what->show(now);
+  }
+  // Time may have been set back: everything is due.
+  void reset(Time now) {
+    for (Entry& entry : all_) {
+      entry.what->reset(now);
+      entry.next = Time::min();
+    }
+    next_ = Time::min();
+  }
+  void instances_changed() {
+    for (Entry& entry : all_) entry.what->instances_changed();
+  }
+  void robots_changed(Time now) {
+    for (Entry& entry : all_) entry.what->robots_changed(now);
+  }
+
+ private:
+  struct Entry {
+    std::unique_ptr<Tickable> what;
+    Time next;  // of publish()
+  };
+  std::vector<Entry> all_;
+  std::vector<Tickable*> each_step_;
+  Time next_ = Time::max();
+};
+
+}  // namespace doppel
