@@ -13,7 +13,7 @@ class Allocation : public TwinFixture {
   }
 };
 
-TEST_F(Allocation, TheCounterCounts) {
+TEST_F(Allocation, CounterCountsAllocations) {
   EXPECT_EQ(heap_touches_of([] {
               int* volatile escaped = new int(1);  // or the compiler leaves both out
               delete escaped;
@@ -21,7 +21,7 @@ TEST_F(Allocation, TheCounterCounts) {
             2u);
 }
 
-TEST_F(Allocation, NoneInTheLoop) {
+TEST_F(Allocation, LoopDoesNotAllocate) {
   for (const char* robot : {"omarm_one", "lab_arm"}) {
     SCOPED_TRACE(robot);
     bring_up(robot);
@@ -30,7 +30,7 @@ TEST_F(Allocation, NoneInTheLoop) {
   }
 }
 
-TEST_F(Allocation, NoneOnATrajectoryWithAListener) {
+TEST_F(Allocation, TrajectoryWithListenerDoesNotAllocate) {
   bring_up("omarm_one");
   for (const TopicInfo& topic : twin_->bus().topics()) edge_->subscribe(topic.id);
   publish("/omarm_arm_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
@@ -41,7 +41,7 @@ points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 
   EXPECT_EQ(edge_->dropped(), 0u);
 }
 
-TEST_F(Allocation, NoneWithFourRobotsOnTrajectoriesAndAListener) {
+TEST_F(Allocation, FourRobotsWithListenerDoNotAllocate) {
   Scenario scenario;
   for (int i = 0; i < 4; ++i) {
     WorldRobot& robot = scenario.robots.emplace_back();
@@ -61,7 +61,7 @@ points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 
   EXPECT_EQ(count(1.0), 0u);
 }
 
-TEST_F(Allocation, NoneWhereAPushOnAnObjectBeginsAndEnds) {
+TEST_F(Allocation, PushOnObjectDoesNotAllocate) {
   bring_up("lab_arm");
   WorldObject ball;
   ball.name = "a ball whose name is too long to be kept without memory of its own";

@@ -93,7 +93,7 @@ bool same(const Json& a, const Json& b) {
   return a == b || (a.empty() && b.empty() && !a.is_number() && !b.is_number());
 }
 
-TEST_F(AuditCorpus, CountsWhatTheManifestCounts) {
+TEST_F(AuditCorpus, StatisticsMatchManifest) {
   for (const Json& record : cases_) {
     SCOPED_TRACE(record["id"].get<std::string>());
     const DescriptionStatistics counted = count_statistics(load_xml(description(record).string()));
@@ -107,7 +107,7 @@ TEST_F(AuditCorpus, CountsWhatTheManifestCounts) {
   }
 }
 
-TEST_F(AuditCorpus, JudgesAsCheckUrdfJudges) {
+TEST_F(AuditCorpus, VerdictMatchesCheckUrdf) {
   for (const Json& record : cases_) {
     SCOPED_TRACE(record["id"].get<std::string>());
     const UrdfdomVerdict mine = urdfdom_verdict(load_xml(description(record).string()));
@@ -121,7 +121,7 @@ TEST_F(AuditCorpus, JudgesAsCheckUrdfJudges) {
   }
 }
 
-TEST_F(AuditCorpus, AuditsEveryRobotAndKnowsEveryRuleItNames) {
+TEST_F(AuditCorpus, EveryRobotIsAuditedWithKnownRules) {
   for (const Json& record : cases_) {
     SCOPED_TRACE(record["id"].get<std::string>());
     PackageResolver packages = resolver(record);
@@ -141,7 +141,7 @@ TEST_F(AuditCorpus, AuditsEveryRobotAndKnowsEveryRuleItNames) {
 }
 
 // Public robots that somebody uses: what their authors would not call an error is none.
-TEST_F(AuditCorpus, WhatCheckUrdfAcceptsShowsNoError) {
+TEST_F(AuditCorpus, RobotAcceptedByCheckUrdfHasNoError) {
   for (const Json& record : cases_) {
     if (!record["check_urdf"]["ok"].get<bool>()) continue;
     SCOPED_TRACE(record["id"].get<std::string>());

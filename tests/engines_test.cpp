@@ -47,7 +47,7 @@ points: [{positions: [1.57, -1.0, -2.0, -1.57, -1.57, -0.3], time_from_start: {s
      {{"/position_controller/commands", "std_msgs/msg/Float64MultiArray", "{data: [1, 1, 1, 1]}", 4.0}}},
 };
 
-class SamplesInEngines : public TwinFixture, public ::testing::WithParamInterface<Sample> {
+class EngineTrajectoriesTest : public TwinFixture, public ::testing::WithParamInterface<Sample> {
  protected:
   // What /joint_states tells from the start to the end.
   std::vector<sensor_msgs::msg::JointState> run_in(const std::string& engine) {
@@ -70,7 +70,7 @@ class SamplesInEngines : public TwinFixture, public ::testing::WithParamInterfac
   }
 };
 
-TEST_P(SamplesInEngines, AreFollowedAlikeAtEverySample) {
+TEST_P(EngineTrajectoriesTest, SampleTrajectoriesAgreeBetweenEngines) {
   for (const KnownEngine& engine : known_engines()) {
     if (!engine.available || engine.name == kDefaultEngine) continue;
     const auto reference = run_in(kDefaultEngine), other = run_in(engine.name);
@@ -97,7 +97,7 @@ TEST_P(SamplesInEngines, AreFollowedAlikeAtEverySample) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, SamplesInEngines, ::testing::ValuesIn(kSamples),
+INSTANTIATE_TEST_SUITE_P(Robots, EngineTrajectoriesTest, ::testing::ValuesIn(kSamples),
                          [](const auto& of) { return std::string(of.param.robot); });
 
 }  // namespace

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using visualization_msgs::msg::Marker;
 using visualization_msgs::msg::MarkerArray;
 
-class Entities : public TwinFixture {
+class EntityTest : public TwinFixture {
  protected:
   static std::string ball(const std::string& name, double mass = 0.1) {
     const std::string inertial =
@@ -51,7 +51,7 @@ class Entities : public TwinFixture {
   }
 };
 
-TEST_F(Entities, ComeFallAndGo) {
+TEST_F(EntityTest, SpawnedEntityFallsAndIsDeleted) {
   bring_up("lab_arm");
   run(0.2);
   EXPECT_THAT(spawn("ball", ball("x"), at(1, 0, 0.5)), HasSubstr("success: true"));
@@ -63,7 +63,7 @@ TEST_F(Entities, ComeFallAndGo) {
   EXPECT_THAT(remove("ball"), HasSubstr("there is no entity"));
 }
 
-TEST_F(Entities, ANameMayComeFromTheXmlAndTheJointsStayAsTheyAre) {
+TEST_F(EntityTest, NameIsTakenFromXml) {
   bring_up("lab_arm");
   run(0.2);
   const double q = joint("j1").q;
@@ -71,7 +71,7 @@ TEST_F(Entities, ANameMayComeFromTheXmlAndTheJointsStayAsTheyAre) {
   EXPECT_EQ(joint("j1").q, q);
 }
 
-TEST_F(Entities, WhatCannotBeIsRefusedAndChangesNothing) {
+TEST_F(EntityTest, InvalidEntityIsRefusedWithoutChange) {
   bring_up("lab_arm");
   const std::string robot = twin_->robot().name();
   EXPECT_THAT(spawn("a", ball("a")), HasSubstr("success: true"));
@@ -100,7 +100,7 @@ TEST_F(Entities, WhatCannotBeIsRefusedAndChangesNothing) {
   EXPECT_THAT(remove("ground"), HasSubstr("the ground"));
 }
 
-TEST_F(Entities, AreLimitedInNumber) {
+TEST_F(EntityTest, NumberIsLimited) {
   bring_up("lab_arm");
   std::vector<ModelInstance> many = twin_->engine().world().instances();
   CollisionMeshes meshes;
@@ -116,7 +116,7 @@ TEST_F(Entities, AreLimitedInNumber) {
   EXPECT_THAT(spawn("more", ball("more")), HasSubstr("200 objects"));
 }
 
-TEST_F(Entities, AProgramMayPutThemInByTheEngine) {
+TEST_F(EntityTest, EntityAddedByEngineIsListed) {
   bring_up("lab_arm");
   listen("/doppel/objects");
   run(0.1);
@@ -132,7 +132,7 @@ TEST_F(Entities, AProgramMayPutThemInByTheEngine) {
   EXPECT_EQ(markers.back().markers.at(0).text, "post");
 }
 
-TEST_F(Entities, AreToldAndPlacedInFrames) {
+TEST_F(EntityTest, StatesAreReportedInFrames) {
   bring_up("lab_arm");
   spawn("base", ball("base", 0), at(1, 2, 0.5));
   EXPECT_THAT(spawn("near", ball("near", 0), at(0, 0, 1), "base"), HasSubstr("success: true"));
@@ -155,7 +155,7 @@ TEST_F(Entities, AreToldAndPlacedInFrames) {
               HasSubstr("success: false"));
 }
 
-TEST_F(Entities, MayBeThrown) {
+TEST_F(EntityTest, TwistCanBeSet) {
   bring_up("lab_arm");
   spawn("ball", ball("ball"));
   call("/gazebo/set_entity_state", "gazebo_msgs/srv/SetEntityState",
@@ -166,7 +166,7 @@ TEST_F(Entities, MayBeThrown) {
               HasSubstr("y: 3.0"));
 }
 
-TEST_F(Entities, AResetPutsThemBackAndRemovesNone) {
+TEST_F(EntityTest, ResetRestoresPoses) {
   bring_up("lab_arm");
   spawn("ball", ball("ball"), at(1, 0, 1));
   run(0.6);
@@ -175,7 +175,7 @@ TEST_F(Entities, AResetPutsThemBackAndRemovesNone) {
   EXPECT_NEAR(where("ball").z(), 1.0, 1e-9);
 }
 
-TEST_F(Entities, AreMarkers) {
+TEST_F(EntityTest, MarkersArePublished) {
   bring_up("lab_arm");
   listen("/doppel/objects");
   run(0.1);
@@ -208,7 +208,7 @@ TEST_F(Entities, AreMarkers) {
   EXPECT_TRUE(received<MarkerArray>("/doppel/objects").empty()) << "nothing moves";
 }
 
-TEST_F(Entities, TouchTheGroundWithTheirWeight) {
+TEST_F(EntityTest, ContactForceEqualsWeight) {
   bring_up("lab_arm");
   spawn("ball", ball("ball", 0.5), at(1, 0, 0.05));
   run(1.0);
@@ -235,7 +235,7 @@ constexpr const char* kBeside =
     "<inertial><mass>2</mass></inertial><collision name='c'><pose>0 0 0.2 0 0 0</pose>"
     "<geometry><box><size>0.1 0.1 0.1</size></box></geometry></collision></link></model></sdf>";
 
-class EntityStates : public Entities {
+class EntityStateTest : public EntityTest {
  protected:
   gazebo_msgs::msg::EntityState state_of(const std::string& name, const std::string& frame = "") {
     const std::string said = call("/gazebo/get_entity_state", "gazebo_msgs/srv/GetEntityState",
@@ -275,7 +275,7 @@ class EntityStates : public Entities {
   Marker last_;
 };
 
-TEST_F(EntityStates, OfAShapeAreWhatItsMarkerTells) {
+TEST_F(EntityStateTest, StateMatchesMarker) {
   bring_up("lab_arm");
   listen("/doppel/objects");
   ASSERT_THAT(spawn("can", kBeside, at(1, 2, 3)), HasSubstr("success: true"));
@@ -294,7 +294,7 @@ TEST_F(EntityStates, OfAShapeAreWhatItsMarkerTells) {
   EXPECT_TRUE(where("can").isApprox(Eigen::Vector3d(1, 2, 3), 1e-9)) << where("can").transpose();
 }
 
-TEST_F(EntityStates, AShapeMovesAsARigidBody) {
+TEST_F(EntityStateTest, ShapeMovesAsRigidBody) {
   bring_up("lab_arm");
   spawn("can", kBeside, at(1, 2, 3));
   EXPECT_THAT(put("can::link::collision",
@@ -310,7 +310,7 @@ TEST_F(EntityStates, AShapeMovesAsARigidBody) {
   EXPECT_NEAR(body.twist.linear.x, 1 - 2 * 0.1, 1e-9);
 }
 
-TEST_F(EntityStates, ObjectsArePushedAsLinksAre) {
+TEST_F(EntityStateTest, WrenchPushesObject) {
   bring_up("lab_arm");
   spawn("can", kBeside, at(1, 2, 30));
   spawn("post", ball("post", 0), at(-1, 0, 1));
@@ -333,7 +333,7 @@ TEST_F(EntityStates, ObjectsArePushedAsLinksAre) {
               HasSubstr("did you mean 'can'"));
 }
 
-TEST_F(EntityStates, APushEndsWithItsObject) {
+TEST_F(EntityStateTest, WrenchEndsWithObject) {
   bring_up("lab_arm");
   spawn("ball", ball("ball", 1), at(1, 0, 50));
   push("{link_name: ball, wrench: {force: {z: 9.81}}, duration: {sec: -1}}");
@@ -353,7 +353,7 @@ TEST_F(EntityStates, APushEndsWithItsObject) {
 }
 
 // With a world file, edited and deleted from while the twin runs.
-class EntitiesOfAWorld : public EntityStates {
+class WorldEntitiesTest : public EntityStateTest {
  protected:
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -379,7 +379,7 @@ class EntitiesOfAWorld : public EntityStates {
   std::filesystem::path world_;
 };
 
-TEST_F(EntitiesOfAWorld, SurviveAReload) {
+TEST_F(WorldEntitiesTest, EntitiesSurviveReload) {
   EXPECT_THAT(spawn("ball", ball("ball"), at(3, 0, 5)), HasSubstr("success: true"));
   EXPECT_THAT(spawn("post", ball("post", 0), at(-3, 0, 1)), HasSubstr("success: true"));
   EXPECT_THAT(remove("cup"), HasSubstr("success: true"));
@@ -397,7 +397,7 @@ TEST_F(EntitiesOfAWorld, SurviveAReload) {
   EXPECT_NEAR(velocity.linear_W.z(), -0.3 * 9.81, 0.02) << "it goes on falling";
 }
 
-TEST_F(EntitiesOfAWorld, StandInTheFrameThatTfCallsWorld) {
+TEST_F(WorldEntitiesTest, EntitiesAreInWorldFrame) {
   listen("/tf_static");
   run(0.1);
   const Pose X_WR = twin_->robot().instance().link_pose(0);

@@ -34,7 +34,7 @@ std::vector<std::uint64_t> chosen(std::uint64_t count) {
   return {out.begin(), out.end()};
 }
 
-class FaultInjection : public TwinFixture, public ::testing::WithParamInterface<Fault> {
+class FaultInjectionTest : public TwinFixture, public ::testing::WithParamInterface<Fault> {
  protected:
   void SetUp() override {
     register_faulty_engine();
@@ -149,17 +149,17 @@ class FaultInjection : public TwinFixture, public ::testing::WithParamInterface<
   std::string reason_;
 };
 
-TEST_P(FaultInjection, AReplacementOfTheSameStructureThatFailsChangesNothing) {
+TEST_P(FaultInjectionTest, FailedReplacementOfSameStructureChangesNothing) {
   edit("urdf/omarm.xacro", "velocity=\"5.2\"", "velocity=\"4.4\"");
   expect_that_nothing_changes();
 }
 
-TEST_P(FaultInjection, AReplacementWithOtherControllersThatFailsChangesNothing) {
+TEST_P(FaultInjectionTest, FailedReplacementWithOtherControllersChangesNothing) {
   edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 50");
   expect_that_nothing_changes();
 }
 
-INSTANTIATE_TEST_SUITE_P(Points, FaultInjection,
+INSTANTIATE_TEST_SUITE_P(Points, FaultInjectionTest,
                          ::testing::Values(Fault::allocation, Fault::file, Fault::engine),
                          [](const auto& fault) { return kFaultNames[static_cast<int>(fault.param)]; });
 

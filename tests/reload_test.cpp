@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Reload : public TwinFixture {
+class TwinReloadTest : public TwinFixture {
  protected:
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -66,7 +66,7 @@ points: [{positions: [1.0, 1.2, 1.4, 1.5, 1.3, 1.1], time_from_start: {sec: 2}}]
   fs::path folder_;
 };
 
-TEST_F(Reload, ATrajectoryGoesOnThroughAnEditOfLimitsAndInertia) {
+TEST_F(TwinReloadTest, TrajectoryContinuesThroughEditOfLimitsAndInertia) {
   send_trajectory();
   run(1.0);
   const auto before = positions();
@@ -87,7 +87,7 @@ TEST_F(Reload, ATrajectoryGoesOnThroughAnEditOfLimitsAndInertia) {
   EXPECT_NEAR(joint("Revolute 3").q, 1.4, 0.01);
 }
 
-TEST_F(Reload, ALimitThatIsLostIsRefusedAndTheOldMachineRunsOn) {
+TEST_F(TwinReloadTest, LostLimitIsRefused) {
   send_trajectory();
   run(3.0);
   edit("urdf/omarm.xacro", "upper=\"3.141593\"", "uper=\"3.141593\"");
@@ -96,7 +96,7 @@ TEST_F(Reload, ALimitThatIsLostIsRefusedAndTheOldMachineRunsOn) {
   EXPECT_NEAR(joint("Revolute 1").q, 1.0, 0.01);
 }
 
-TEST_F(Reload, ALimitThatTheJointStandsOutsideOfIsRefused) {
+TEST_F(TwinReloadTest, LimitExcludingPositionIsRefused) {
   send_trajectory();
   run(3.0);
   edit("urdf/omarm.xacro", "upper=\"3.141593\"", "upper=\"0.5\"");
@@ -111,7 +111,7 @@ TEST_F(Reload, ALimitThatTheJointStandsOutsideOfIsRefused) {
   EXPECT_NEAR(joint("Revolute 1").q, 1.0, 0.01);
 }
 
-TEST_F(Reload, AnEditThatChangesNothingThatMovesLeavesTheMotionAlone) {
+TEST_F(TwinReloadTest, EditWithoutEffectKeepsMotion) {
   run(1.0);
   const auto before = positions();
   for (int i = 0; i < 20; ++i) {
@@ -121,7 +121,7 @@ TEST_F(Reload, AnEditThatChangesNothingThatMovesLeavesTheMotionAlone) {
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-5) << name << " crept away";
 }
 
-TEST_F(Reload, TheControllersYamlIsReadAgain) {
+TEST_F(TwinReloadTest, ControllersYamlIsReadAgain) {
   run(0.2);
   const auto before = positions();
   edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 200");
@@ -135,7 +135,7 @@ TEST_F(Reload, TheControllersYamlIsReadAgain) {
   EXPECT_NEAR(joint("Revolute 2").q, 1.2, 0.01);
 }
 
-TEST_F(Reload, AStoppedControllerStaysStopped) {
+TEST_F(TwinReloadTest, StoppedControllerStaysStopped) {
   call("/controller_manager/switch_controller", "controller_manager_msgs/srv/SwitchController",
        "{deactivate_controllers: [omarm_gripper_controller], strictness: 2}");
   run(0.1);
@@ -146,7 +146,7 @@ TEST_F(Reload, AStoppedControllerStaysStopped) {
   expect_state("omarm_arm_controller", ControllerState::active);
 }
 
-TEST_F(Reload, ServicesTopicsAndPauseSurvive) {
+TEST_F(TwinReloadTest, ServicesTopicsAndPauseAreKept) {
   twin_->time_control().paused = true;
   twin_->time_control().speed = 0.5;
   const std::uint64_t steps = twin_->steps();
@@ -160,7 +160,7 @@ TEST_F(Reload, ServicesTopicsAndPauseSurvive) {
             std::string::npos);
 }
 
-TEST_F(Reload, AnOverlayThatAppearsIsApplied) {
+TEST_F(TwinReloadTest, NewOverlayIsApplied) {
   run(0.2);
   std::ofstream(folder_ / "urdf/omarm.overlay.yaml")
       << "- set_limit: Revolute 1\n  velocity: 2.5\n  was: {velocity: 5.2}\n";
@@ -172,7 +172,7 @@ TEST_F(Reload, AnOverlayThatAppearsIsApplied) {
             2.5);
 }
 
-TEST_F(Reload, WhatCannotBeUsedChangesNothing) {
+TEST_F(TwinReloadTest, InvalidEditChangesNothing) {
   run(0.5);
   const auto before = positions();
   const std::string text = "<mimic joint=\"Revolute 8\"";
@@ -194,7 +194,7 @@ TEST_F(Reload, WhatCannotBeUsedChangesNothing) {
 }
 
 // Refused before anything that runs is let go: the run goes on bit by bit as if nobody had edited anything.
-TEST_F(Reload, PublishersThatRefuseTheirParametersLeaveTheOldMachineRunning) {
+TEST_F(TwinReloadTest, RefusedPublisherParametersKeepOldRobot) {
   send_trajectory();
   run(1.0);
   const std::uint64_t undisturbed = twin_->state_hash();
@@ -210,7 +210,7 @@ TEST_F(Reload, PublishersThatRefuseTheirParametersLeaveTheOldMachineRunning) {
 }
 
 // Found, not named: the controllers that it declares are not given up for generated ones.
-TEST_F(Reload, AFoundControllersFileThatIsLostIsRefusedAndPickedUpWhenItIsRestored) {
+TEST_F(TwinReloadTest, LostControllersFileIsRefusedUntilRestored) {
   const fs::path file = folder_ / "config/ros2_controllers.yaml";
   std::ifstream in(file);
   const std::string whole{std::istreambuf_iterator<char>(in), {}};
@@ -235,7 +235,7 @@ TEST_F(Reload, AFoundControllersFileThatIsLostIsRefusedAndPickedUpWhenItIsRestor
   EXPECT_EQ(reload(), Twin::Reload::controllers_recreated);
 }
 
-TEST_F(Reload, EveryFileThatMattersIsWatched) {
+TEST_F(TwinReloadTest, EveryUsedFileIsWatched) {
   std::map<std::string, int> names;
   for (const fs::path& file : twin_->files()) ++names[file.filename().string()];
   for (const char* name : {"omarm.xacro", "materials.xacro", "omarm.ros2control", "omarm.gazebo",

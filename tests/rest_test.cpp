@@ -76,7 +76,7 @@ void expect_rest(const std::string& name, const fs::path& target) {
   }
 }
 
-TEST(Rest, BundledRobotsAreAtRestHalfASecondAfterTheStart) {
+TEST(RestAfterStart, BundledRobotsAreAtRestAfterHalfSecond) {
   int robots = 0;
   for (const auto& entry : fs::directory_iterator(DOPPEL_SOURCE_DIR "/robots")) {
     if (!fs::exists(entry.path() / "package.xml")) continue;
@@ -86,9 +86,9 @@ TEST(Rest, BundledRobotsAreAtRestHalfASecondAfterTheStart) {
   EXPECT_GE(robots, 3);
 }
 
-class RestOfCorpus : public ::testing::TestWithParam<int> {};
+class CorpusAtRestTest : public ::testing::TestWithParam<int> {};
 
-TEST_P(RestOfCorpus, EveryRobotThatCheckUrdfAcceptsIsAtRest) {
+TEST_P(CorpusAtRestTest, RobotAcceptedByCheckUrdfIsAtRest) {
   const fs::path corpus = fs::weakly_canonical(fs::path(DOPPEL_SOURCE_DIR) / ".." / "shared" / "corpus");
   std::ifstream in(corpus / "manifest.json");
   if (!in) GTEST_SKIP() << "no corpus at " << corpus;
@@ -102,7 +102,7 @@ TEST_P(RestOfCorpus, EveryRobotThatCheckUrdfAcceptsIsAtRest) {
   EXPECT_GT(index, 200);
 }
 
-INSTANTIATE_TEST_SUITE_P(Shards, RestOfCorpus, ::testing::Range(0, kShards));
+INSTANTIATE_TEST_SUITE_P(Shards, CorpusAtRestTest, ::testing::Range(0, kShards));
 
 }  // namespace
 }  // namespace doppel

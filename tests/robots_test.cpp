@@ -23,7 +23,7 @@ double total_mass(const RobotDescription& robot) {
   return mass;
 }
 
-TEST(Robots, OmArmOneIsTheCorrectedModel) {
+TEST(Robots, OmArmOneEqualsCorrectedModel) {
   const RobotDescription robot = load("omarm_one/urdf/omarm.xacro", {{"use_sim", "true"}});
   EXPECT_EQ(robot.links.size(), 13u);
   EXPECT_EQ(robot.joints.size(), 12u);
@@ -50,13 +50,13 @@ TEST(Robots, OmArmOneIsTheCorrectedModel) {
   EXPECT_EQ(robot.hardware[0].plugin, "gz_ros2_control/GazeboSimSystem");
 }
 
-TEST(Robots, OmArmOneOnTheBenchDrivesItsHardware) {
+TEST(Robots, OmArmOneBenchDrivesHardware) {
   const RobotDescription robot = load("omarm_one/urdf/omarm.xacro");
   ASSERT_EQ(robot.hardware.size(), 1u);
   EXPECT_EQ(robot.hardware[0].plugin, "omarm_hardware/OmArmSystem");
 }
 
-TEST(Robots, TheRawExportCarriesItsSeventeenProblems) {
+TEST(Robots, RawExportHasSeventeenProblems) {
   const RobotDescription robot = load("omarm_one/export/urdf/omarm.xacro");
   EXPECT_EQ(robot.links.size(), 12u);
   EXPECT_EQ(robot.joints.size(), 11u);
@@ -73,7 +73,7 @@ TEST(Robots, TheRawExportCarriesItsSeventeenProblems) {
   EXPECT_EQ(zero_inertia, 4);
 }
 
-TEST(Robots, OmArmZeroHasSevenTiltedJointsAndHalfAKilogram) {
+TEST(Robots, OmArmZeroHasSevenTiltedJointsAndHalfKilogram) {
   const RobotDescription robot = load("omarm_zero/urdf/omarm_zero.xacro");
   int revolute = 0;
   for (const Joint& joint : robot.joints) revolute += joint.type == JointType::revolute ? 1 : 0;
@@ -84,7 +84,7 @@ TEST(Robots, OmArmZeroHasSevenTiltedJointsAndHalfAKilogram) {
   EXPECT_EQ(robot.find_link("base_link")->inertial->mass, 0.2095);
 }
 
-TEST(Robots, LabArmHasFourDrivenJointsAndACamera) {
+TEST(Robots, LabArmHasFourDrivenJointsAndCamera) {
   const RobotDescription robot = load("lab_arm/urdf/arm.urdf.xacro");
   Diagnostics diagnostics;
   const Model model = compile_model(robot, BaseKind::fixed, diagnostics);

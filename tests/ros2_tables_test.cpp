@@ -161,7 +161,7 @@ std::string read(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-TEST(Health, WhatTheJudgementThrowsIsReportedOnTheTopic) {
+TEST(HealthTopic, AuditExceptionIsPublished) {
   Bus bus;
   Node reader(bus, "/reader");
   std::string received;
@@ -176,7 +176,7 @@ TEST(Health, WhatTheJudgementThrowsIsReportedOnTheTopic) {
   EXPECT_NE(received.find("health.failed"), std::string::npos) << received;
 }
 
-TEST(Ros2Doc, ListsWhatARunningTwinOffers) {
+TEST(Ros2Documentation, TablesMatchRunningTwin) {
   const fs::path folder = fs::temp_directory_path() / fmt::format("ros2_tables_{}", getpid());
   fs::create_directories(folder);
   std::ofstream(folder / "arm.urdf") << kRobot;

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-class Ros2Twin : public TwinFixture {
+class Ros2TwinTest : public TwinFixture {
  protected:
   static Scenario scenario_with(std::vector<std::string> words) {
     Scenario scenario;
@@ -52,7 +52,7 @@ class Ros2Twin : public TwinFixture {
   }
 };
 
-TEST_F(Ros2Twin, LivesInANamespaceUnderOtherNames) {
+TEST_F(Ros2TwinTest, NamespaceAndRemappingAreApplied) {
   bring_up(scenario_with({"-r", "__ns:=/left", "-r", "joint_states:=js"}));
   EXPECT_THAT(topics(), AllOf(Contains("/left/js"), Contains("/tf"), Contains("/clock"),
                               Contains("/left/robot_description"),
@@ -64,7 +64,7 @@ TEST_F(Ros2Twin, LivesInANamespaceUnderOtherNames) {
   EXPECT_FALSE(last<sensor_msgs::msg::JointState>("/left/js", 0.2).name.empty());
 }
 
-TEST_F(Ros2Twin, TakesParametersFromTheCommandLine) {
+TEST_F(Ros2TwinTest, CommandLineSetsParameters) {
   bring_up(scenario_with(
       {"-p", "robot_state_publisher:frame_prefix:=left/", "-p", "controller_manager:update_rate:=50"}));
   const auto tf = last<tf2_msgs::msg::TFMessage>("/tf", 0.2);
@@ -81,7 +81,7 @@ TEST_F(Ros2Twin, TakesParametersFromTheCommandLine) {
               StartsWith("right_"));
 }
 
-TEST_F(Ros2Twin, TransformsComeAsOftenAsAskedForAtOnce) {
+TEST_F(Ros2TwinTest, TransformRateChangeIsImmediate) {
   bring_up(scenario_with({"-p", "robot_state_publisher:publish_frequency:=1e-300"}));
   run(0.1);
   EXPECT_TRUE(last<tf2_msgs::msg::TFMessage>("/tf", 0.2).transforms.empty());
@@ -91,7 +91,7 @@ TEST_F(Ros2Twin, TransformsComeAsOftenAsAskedForAtOnce) {
   EXPECT_FALSE(last<tf2_msgs::msg::TFMessage>("/tf", 0.2).transforms.empty());
 }
 
-TEST_F(Ros2Twin, StampedByTheWallRunsAsBefore) {
+TEST_F(Ros2TwinTest, WallClockStampsKeepMotion) {
   Scenario scenario = scenario_with({});
   bring_up(scenario);
   run(0.5);
@@ -107,7 +107,7 @@ TEST_F(Ros2Twin, StampedByTheWallRunsAsBefore) {
   EXPECT_LE(from_msg(states.header.stamp), std::chrono::system_clock::now().time_since_epoch());
 }
 
-TEST_F(Ros2Twin, StampedByTheWallReadsStampsAsTheWalls) {
+TEST_F(Ros2TwinTest, WallClockStampsAreRead) {
   for (const bool wall : {false, true}) {
     Scenario scenario = scenario_with({});
     scenario.robots = {{.target = "omarm_one"}};

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using visualization_msgs::msg::Marker;
 using visualization_msgs::msg::MarkerArray;
 
-class OfferedFiles : public TwinFixture {
+class ServedFilesTest : public TwinFixture {
  protected:
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -72,13 +72,13 @@ class OfferedFiles : public TwinFixture {
   MarkerArray objects_;  // last
 };
 
-TEST_F(OfferedFiles, HoldTheWorldsMeshes) {
+TEST_F(ServedFilesTest, WorldMeshesAreServed) {
   expect_all_can_be_had({"beside", "packed"});
   EXPECT_NE(library_.read("file://" + (folder_ / "world.yaml").string()).why, "");
   EXPECT_EQ(library_.read("file://" + (robot_ / "package.xml").string()).bytes, nullptr);
 }
 
-TEST_F(OfferedFiles, HoldWhatIsSpawnedAtOnceAndAfterAReload) {
+TEST_F(ServedFilesTest, SpawnedMeshesAreServedAfterReload) {
   EXPECT_THAT(spawn("p", "package://omarm_one/meshes/base_electronics.stl"),
               ::testing::HasSubstr("success: true"));
   EXPECT_THAT(spawn("f", "file://" + (robot_ / "meshes/base_link.stl").string()),

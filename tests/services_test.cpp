@@ -12,9 +12,9 @@
 namespace doppel::test {
 namespace {
 
-class Services : public TwinFixture {};
+class TwinServicesTest : public TwinFixture {};
 
-TEST_F(Services, PauseStepAndUnpause) {
+TEST_F(TwinServicesTest, PauseStepsAndUnpauses) {
   bring_up("omarm_one");
   run(0.1);
   call("/gazebo/pause_physics", "std_srvs/srv/Empty", "{}");
@@ -57,13 +57,13 @@ TEST_F(Services, PauseStepAndUnpause) {
   EXPECT_FALSE(many->success);
 }
 
-TEST_F(Services, StepWithoutPauseIsRefused) {
+TEST_F(TwinServicesTest, StepWithoutPauseIsRefused) {
   bring_up("omarm_one");
   EXPECT_NE(call("/gazebo/step", "doppel_msgs/srv/Step", "{steps: 5}").find("success: false"),
             std::string::npos);
 }
 
-TEST_F(Services, SpeedIsCheckedAndTaken) {
+TEST_F(TwinServicesTest, SpeedIsValidatedAndApplied) {
   bring_up("omarm_one");
   call("/gazebo/set_speed", "doppel_msgs/srv/SetSpeed", "{factor: 2.5}");
   EXPECT_EQ(twin_->time_control().speed, 2.5);
@@ -72,7 +72,7 @@ TEST_F(Services, SpeedIsCheckedAndTaken) {
   EXPECT_EQ(twin_->time_control().speed, 2.5);
 }
 
-TEST_F(Services, ResetGoesBackToTheStartAndHolds) {
+TEST_F(TwinServicesTest, ResetRestoresStartAndHolds) {
   bring_up("omarm_one");
   const double start = joint("Revolute 2").q;
   publish("/omarm_arm_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
@@ -88,7 +88,7 @@ points: [{positions: [1.0, 1.2, 1.2, 1.2, 1.2, 1.2], time_from_start: {sec: 1}}]
 }
 
 // While time stands nothing is due; who looks sees what was written all the same.
-TEST_F(Services, PicturesFollowWhileTimeStands) {
+TEST_F(TwinServicesTest, TransformsFollowWhilePaused) {
   bring_up("lab_arm");
   run(0.5);
   for (const char* topic : {"/clock", "/tf", "/joint_states"}) listen(topic);
@@ -106,7 +106,7 @@ TEST_F(Services, PicturesFollowWhileTimeStands) {
   EXPECT_EQ(from_msg(clocks[0].clock), Time{});
 }
 
-TEST_F(Services, JointLoadsTellWhatGravityAsks) {
+TEST_F(TwinServicesTest, JointLoadsMatchGravityTorque) {
   bring_up("lab_arm");
   run(1.0);
   listen("/doppel/joint_loads");
@@ -126,7 +126,7 @@ TEST_F(Services, JointLoadsTellWhatGravityAsks) {
 }
 
 // Against the physics engine's own energy, which knows nothing of how the loads are computed.
-TEST_F(Services, JointLoadsAreTheSlopeOfThePotentialEnergy) {
+TEST_F(TwinServicesTest, JointLoadsAreSlopeOfPotentialEnergy) {
   for (const char* robot : {"lab_arm", "omarm_one", "omarm_zero"}) {
     bring_up(robot);
     listen("/doppel/joint_loads");
@@ -158,7 +158,7 @@ TEST_F(Services, JointLoadsAreTheSlopeOfThePotentialEnergy) {
 }
 
 // A drive at rest stands behind its reference by what is told as its sag, but for what friction holds.
-TEST_F(Services, JointsSagAsTold) {
+TEST_F(TwinServicesTest, SagMatchesReport) {
   bring_up("lab_arm");
   run(2.0);
   listen("/doppel/joint_loads");
@@ -175,7 +175,7 @@ TEST_F(Services, JointsSagAsTold) {
   }
 }
 
-TEST_F(Services, JointEffortActsForItsTimeOnly) {
+TEST_F(TwinServicesTest, JointEffortEndsAfterDuration) {
   Scenario scenario;
   scenario.robots = {{.target = "omarm_one"}};
   scenario.start_controllers = false;
@@ -193,7 +193,7 @@ TEST_F(Services, JointEffortActsForItsTimeOnly) {
   EXPECT_LT(std::abs(joint("Revolute 1").v), 0.05);  // friction has stopped it: the effort is gone
 }
 
-TEST_F(Services, UnknownNamesAreAnsweredWithTheNearest) {
+TEST_F(TwinServicesTest, UnknownNamesAreAnsweredWithNearest) {
   bring_up("omarm_one");
   const std::string answer = call("/gazebo/apply_joint_effort", "gazebo_msgs/srv/ApplyJointEffort",
                                   "{joint_name: 'Revolute_1', effort: 0.5}");
@@ -201,7 +201,7 @@ TEST_F(Services, UnknownNamesAreAnsweredWithTheNearest) {
   EXPECT_NE(answer.find("Revolute 1"), std::string::npos) << answer;
 }
 
-TEST_F(Services, StateCanBeReadAndWritten) {
+TEST_F(TwinServicesTest, StateCanBeReadAndWritten) {
   bring_up("lab_arm");
   run(0.1);
   const std::string answer = call("/gazebo/set_state", "doppel_msgs/srv/SetState",

@@ -64,7 +64,7 @@ class SessionTest : public TwinFixture {
   SessionOptions options_;
 };
 
-TEST_F(SessionTest, TheServerListensAndTheBannerTellsWhere) {
+TEST_F(SessionTest, BannerNamesServerAddress) {
   TwinSession session(*twin_, options_, log_);
   EXPECT_THAT(session.banner(), HasSubstr(session.server().server().url()));
   EXPECT_THAT(session.banner(), Not(HasSubstr("ros 2"))) << "no network was asked for";
@@ -72,7 +72,7 @@ TEST_F(SessionTest, TheServerListensAndTheBannerTellsWhere) {
   EXPECT_FALSE(session.ros().is_open());
 }
 
-TEST_F(SessionTest, HealthIsJudgedOnceItBegins) {
+TEST_F(SessionTest, HealthIsPublishedAfterStart) {
   TwinSession session(*twin_, options_, log_);
   listen("/doppel/health");
   run(0.05);
@@ -87,7 +87,7 @@ TEST_F(SessionTest, HealthIsJudgedOnceItBegins) {
   EXPECT_THAT(health, HasSubstr("\"findings\""));
 }
 
-TEST_F(SessionTest, AnEditIsTakenWhereEditsAreWanted) {
+TEST_F(SessionTest, EditIsAppliedWhereReloadIsEnabled) {
   TwinSession session(*twin_, options_, log_);
   session.begin();
   run(0.05);
@@ -95,7 +95,7 @@ TEST_F(SessionTest, AnEditIsTakenWhereEditsAreWanted) {
   EXPECT_TRUE(until([this] { return upper_limit() == 0.5; }));
 }
 
-TEST_F(SessionTest, AnEditIsLeftAloneWhereEditsAreNotWanted) {
+TEST_F(SessionTest, EditIsIgnoredWhereReloadIsDisabled) {
   options_.reload = false;
   TwinSession session(*twin_, options_, log_);
   session.begin();
@@ -105,7 +105,7 @@ TEST_F(SessionTest, AnEditIsLeftAloneWhereEditsAreNotWanted) {
   EXPECT_EQ(upper_limit(), 1.0);
 }
 
-TEST_F(SessionTest, RobotsThatComeAfterTheSessionHasEndedDoNotReachIt) {
+TEST_F(SessionTest, RobotsSpawnedAfterSessionEndDoNotReachIt) {
   { const TwinSession session(*twin_, options_, log_); }
   const std::string answer =
       call("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
@@ -116,7 +116,7 @@ TEST_F(SessionTest, RobotsThatComeAfterTheSessionHasEndedDoNotReachIt) {
   EXPECT_NE(twin_->engine().world().find("box"), -1) << answer;
 }
 
-TEST(RosNetworkTest, WhatTheCommandLineSaysWinsOverTheEnvironment) {
+TEST(RosNetworkTest, CommandLineOverridesEnvironment) {
   setenv("ROS_DOMAIN_ID", "7", 1);
   Diagnostics diagnostics;
   RosArguments ros;
@@ -130,7 +130,7 @@ TEST(RosNetworkTest, WhatTheCommandLineSaysWinsOverTheEnvironment) {
   EXPECT_FALSE(ros_network({.none = true, .domain = {}}, ros, diagnostics).has_value());
 }
 
-TEST_F(SessionTest, AViewHasAServerToo) {
+TEST_F(SessionTest, ViewHasServer) {
   Scenario scenario;
   scenario.robots = {{.target = (folder_ / "urdf/arm.urdf").string()}};
   Diagnostics diagnostics;

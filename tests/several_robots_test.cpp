@@ -23,7 +23,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class SeveralRobots : public TwinFixture {
+class SeveralRobotsTest : public TwinFixture {
  protected:
   void bring_up_robots(const std::vector<std::string>& texts) {
     Scenario scenario;
@@ -82,7 +82,7 @@ points: [{positions: [)" +
   }
 };
 
-TEST_F(SeveralRobots, EachHasItsNodesTopicsAndControllersBelowItsNamespace) {
+TEST_F(SeveralRobotsTest, NodesTopicsAndControllersAreNamespaced) {
   bring_up_robots({"omarm_one:left", "omarm_one:right@0.8,0,0,0,0,3.14159"});
   run(0.1);
   ASSERT_EQ(twin_->robots().size(), 2u);
@@ -102,7 +102,7 @@ TEST_F(SeveralRobots, EachHasItsNodesTopicsAndControllersBelowItsNamespace) {
             robot("right").controller_manager().controllers().size());
 }
 
-TEST_F(SeveralRobots, TransformsAreInOneTreeWithPrefixesAndPerRobotWithout) {
+TEST_F(SeveralRobotsTest, TransformsArePrefixedInCommonTree) {
   bring_up_robots({"omarm_one:left", "omarm_one:right@0.8,0,0"});
   for (const char* topic : {"/tf_static", "/left/tf", "/tf"}) listen(topic);
   run(0.1);
@@ -133,7 +133,7 @@ TEST_F(SeveralRobots, TransformsAreInOneTreeWithPrefixesAndPerRobotWithout) {
   EXPECT_EQ(starts(own, "left/"), 0);
 }
 
-TEST_F(SeveralRobots, EachFollowsItsOwnTrajectory) {
+TEST_F(SeveralRobotsTest, RobotsFollowOwnTrajectories) {
   bring_up_robots({"omarm_one:left", "omarm_one:right@0.8,0,0,0,0,3.14159"});
   run(0.1);
   go_to("left", "1.0, 1.57, 1.57, 1.57, 1.57, 1.57", 0.5);
@@ -144,7 +144,7 @@ TEST_F(SeveralRobots, EachFollowsItsOwnTrajectory) {
 }
 
 // Two that reach for the same place from opposite sides meet there.
-TEST_F(SeveralRobots, RobotsThatMeetTouchAndTheContactNamesBoth) {
+TEST_F(SeveralRobotsTest, ContactBetweenRobotsNamesBoth) {
   const std::string reach = "1.0, 1.2, 1.57, 1.57, 1.57, 1.57";
   bring_up_robots({"omarm_one:left"});
   run(0.1);
@@ -173,7 +173,7 @@ TEST_F(SeveralRobots, RobotsThatMeetTouchAndTheContactNamesBoth) {
 
 // MuJoCo's solver of constraints (friction, couplings, contacts) ends when the whole world's are solved well
 // enough, so that another robot changes last digits.
-TEST_F(SeveralRobots, ARobotFarFromAnotherMovesAsAlone) {
+TEST_F(SeveralRobotsTest, DistantRobotMovesAsAlone) {
   const auto positions_of_left = [&](const std::vector<std::string>& robots) {
     bring_up_robots(robots);
     run(0.1);
@@ -191,7 +191,7 @@ TEST_F(SeveralRobots, ARobotFarFromAnotherMovesAsAlone) {
   RecordProperty("worst", std::to_string(worst));
 }
 
-TEST_F(SeveralRobots, TwoOfOneNamespaceAreRefusedAndASecondWithoutOneIsNamed) {
+TEST_F(SeveralRobotsTest, DuplicateNamespaceIsRefusedAndMissingOneIsGiven) {
   EXPECT_THROW(bring_up_robots({"omarm_one:left", "omarm_one:left@1,0,0"}), InputError);
   bring_up_robots({"omarm_one", "omarm_one@1,0,0"});
   EXPECT_NE(twin_->find_robot(""), nullptr);
@@ -200,14 +200,14 @@ TEST_F(SeveralRobots, TwoOfOneNamespaceAreRefusedAndASecondWithoutOneIsNamed) {
                                   [](const Diagnostic& d) { return d.rule == "up.namespace_given"; }));
 }
 
-TEST_F(SeveralRobots, ARuleThatGivesAllOneNamespaceIsRefused) {
+TEST_F(SeveralRobotsTest, RemappingToOneNamespaceIsRefused) {
   Scenario scenario;
   scenario.robots = {parse_robot("omarm_one:left"), parse_robot("omarm_one:right@1,0,0")};
   scenario.ros.names.add("__ns:=/both");
   EXPECT_THROW(bring_up(scenario), InputError);
 }
 
-TEST_F(SeveralRobots, JointsAndLinksAreNamedByTheirRobot) {
+TEST_F(SeveralRobotsTest, JointsAndLinksCarryRobotName) {
   bring_up_robots({"omarm_one:left", "omarm_one:right@0.8,0,0"});
   run(0.1);
   EXPECT_THAT(call("/gazebo/get_state", "doppel_msgs/srv/GetState", "{}"), HasSubstr("left::Revolute 1"));
@@ -224,7 +224,7 @@ TEST_F(SeveralRobots, JointsAndLinksAreNamedByTheirRobot) {
               HasSubstr("success: false"));
 }
 
-class RobotsComeAndGo : public SeveralRobots {
+class RobotSpawnTest : public SeveralRobotsTest {
  protected:
   std::string spawn(const std::string& name, const std::string& at) {
     std::string xml = described("omarm_one"), quoted;
@@ -235,7 +235,7 @@ class RobotsComeAndGo : public SeveralRobots {
   }
 };
 
-TEST_F(RobotsComeAndGo, ARobotOfTextIsSpawnedWithItsControllersAndDeletedWithThem) {
+TEST_F(RobotSpawnTest, SpawnedRobotRunsControllersUntilDeleted) {
   std::string logged;
   log_.add_sink([&logged](const LogLine& line) { logged += line.text + "\n"; });
   bring_up_robots({"omarm_one:left"});
@@ -266,7 +266,7 @@ TEST_F(RobotsComeAndGo, ARobotOfTextIsSpawnedWithItsControllersAndDeletedWithThe
               HasSubstr("stays as long as the twin runs"));
 }
 
-TEST_F(RobotsComeAndGo, ComingAndGoingChangesNoBitOfTheOthers) {
+TEST_F(RobotSpawnTest, SpawnAndDeleteKeepOthersBitIdentical) {
   bring_up_robots({"omarm_one:left"});
   run(0.1);
   go_to("left", "1.0, 1.2, 1.57, 1.57, 1.57, 1.57", 0.5);
@@ -296,7 +296,7 @@ TEST_F(RobotsComeAndGo, ComingAndGoingChangesNoBitOfTheOthers) {
   EXPECT_NEAR(q("left", "Revolute 1"), 1.0, 0.02) << "its trajectory goes on";
 }
 
-TEST_F(RobotsComeAndGo, WhatCannotComeUpChangesNothing) {
+TEST_F(RobotSpawnTest, FailedSpawnChangesNothing) {
   bring_up_robots({"omarm_one:left"});
   run(0.1);
   const std::size_t nodes = twin_->bus().nodes().size();
@@ -313,7 +313,7 @@ TEST_F(RobotsComeAndGo, WhatCannotComeUpChangesNothing) {
   EXPECT_EQ(twin_->bus().nodes().size(), nodes);
 }
 
-TEST_F(RobotsComeAndGo, AReloadKeepsWhoCameAndLeavesOutWhoWent) {
+TEST_F(RobotSpawnTest, ReloadKeepsSpawnedAndOmitsDeletedRobots) {
   bring_up_robots({"omarm_one:left", "omarm_one:right@1,0,0"});
   run(0.1);
   ASSERT_THAT(spawn("guest", "{x: 2.0}"), HasSubstr("success: true"));
@@ -332,7 +332,7 @@ TEST_F(RobotsComeAndGo, AReloadKeepsWhoCameAndLeavesOutWhoWent) {
   EXPECT_THROW(static_cast<void>(twin_->replace(stale)), InputError);
 }
 
-class RobotsOfAWorld : public SeveralRobots {
+class WorldRobotsTest : public SeveralRobotsTest {
  protected:
   void TearDown() override { std::filesystem::remove(file_); }
   void write(const std::string& yaml) { std::ofstream(file_) << yaml; }
@@ -354,7 +354,7 @@ class RobotsOfAWorld : public SeveralRobots {
       (std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) + "_robots.yaml");
 };
 
-TEST_F(RobotsOfAWorld, AreBroughtUpAsTheFileSays) {
+TEST_F(WorldRobotsTest, RobotsOfFileAreStarted) {
   write(
       "robots:\n"
       "  - {robot: omarm_one, namespace: left, tf: separate}\n"
@@ -366,7 +366,7 @@ TEST_F(RobotsOfAWorld, AreBroughtUpAsTheFileSays) {
   EXPECT_THAT(topics(), Contains("/left/tf"));
 }
 
-TEST_F(RobotsOfAWorld, AreRefusedAtTheirPlaceInTheFile) {
+TEST_F(WorldRobotsTest, InvalidRobotIsRefusedWithPlace) {
   write(
       "robots:\n  - {robot: omarm_one, namespaec: left}\n  - {namespace: right}\n  - {robot: x, tf: boht}\n");
   const std::string said = error_of();

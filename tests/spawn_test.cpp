@@ -12,7 +12,7 @@
 namespace doppel::test {
 namespace {
 
-class Spawn : public TwinFixture {
+class SpawnTest : public TwinFixture {
  protected:
   void SetUp() override {
     register_faulty_engine();
@@ -103,7 +103,7 @@ class Spawn : public TwinFixture {
   bool answered_ = false;
 };
 
-TEST_F(Spawn, IsNotCompiledByTheLoop) {
+TEST_F(SpawnTest, CompilationRunsOutsideLoop) {
   const std::uint64_t before = compilations_here();
   ask_for_guest();
   run_until_answered([] {});
@@ -111,7 +111,7 @@ TEST_F(Spawn, IsNotCompiledByTheLoop) {
   EXPECT_EQ(compilations_here(), before);
 }
 
-TEST_F(Spawn, IsCompiledAgainBesideTheLoopWhereTheWorldHasChangedMeanwhile) {
+TEST_F(SpawnTest, ChangedWorldIsCompiledAgainOutsideLoop) {
   ask_for_guest();
   put_in("ball");
   const std::uint64_t before = compilations_here();
@@ -121,7 +121,7 @@ TEST_F(Spawn, IsCompiledAgainBesideTheLoopWhereTheWorldHasChangedMeanwhile) {
   EXPECT_EQ(compilations_here(), before);
 }
 
-TEST_F(Spawn, ComesInAlsoWhereTheWorldNeverStopsChanging) {
+TEST_F(SpawnTest, SpawnSucceedsInChangingWorld) {
   ask_for_guest();
   int balls = 0;
   run_until_answered([&] {
@@ -132,11 +132,11 @@ TEST_F(Spawn, ComesInAlsoWhereTheWorldNeverStopsChanging) {
   EXPECT_TRUE(twin_->engine().find("ball_" + std::to_string(balls)));
 }
 
-TEST_F(Spawn, ThatTheEngineFailsOnItsWayInChangesNothing) {
+TEST_F(SpawnTest, EngineFailureChangesNothing) {
   expect_that_refusals_change_nothing(Fault::engine);
 }
 
-TEST_F(Spawn, ThatLacksMemoryOnItsWayInChangesNothing) {
+TEST_F(SpawnTest, OutOfMemoryChangesNothing) {
   expect_that_refusals_change_nothing(Fault::allocation);
 }
 

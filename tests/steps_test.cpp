@@ -143,9 +143,9 @@ double fastest(const Engine& engine) {
   return out;
 }
 
-class Steps : public ::testing::TestWithParam<Arm> {};
+class IntegrationStepsTest : public ::testing::TestWithParam<Arm> {};
 
-TEST_P(Steps, EightRandomPosesAreHeldUnderEveryIntegrator) {
+TEST_P(IntegrationStepsTest, RandomPosesAreHeldUnderEveryIntegrator) {
   Bench bench(GetParam());
   for (const Integrator integrator : kAll) {
     const unsigned seed = 11;
@@ -177,7 +177,7 @@ TEST_P(Steps, EightRandomPosesAreHeldUnderEveryIntegrator) {
   }
 }
 
-TEST_P(Steps, EightRandomPosesAreAtRestAtEveryStepSize) {
+TEST_P(IntegrationStepsTest, RandomPosesAreAtRestAtEveryStepSize) {
   Bench bench(GetParam());
   for (const double step : {0.001, 0.002, 0.005, 0.01, 0.02}) {
     const unsigned seed = 12;
@@ -192,7 +192,7 @@ TEST_P(Steps, EightRandomPosesAreAtRestAtEveryStepSize) {
   }
 }
 
-TEST_P(Steps, FollowersStayWithTheirCouplingWhileAGripperCloses) {
+TEST_P(IntegrationStepsTest, MimicJointsKeepCouplingWhileGripperCloses) {
   Bench bench(GetParam());
   const Model& model = bench.model();
   const auto engine = bench.engine(Integrator::euler, 1e-3);
@@ -287,7 +287,7 @@ struct Falling {
 };
 
 // Of the joints of all arms after half a second of falls from random poses, up to 2 rad off zero.
-TEST(StepsOfAllArms, APassiveFallIsTheReferencesWithinTheErrorOfItsScheme) {
+TEST(CorpusIntegrationSteps, PassiveFallMatchesReference) {
   const std::map<Integrator, double> allowed{{Integrator::euler, 6e-2},
                                              {Integrator::implicit, 6e-2},
                                              {Integrator::midpoint, 1e-3},
@@ -328,7 +328,7 @@ TEST(StepsOfAllArms, APassiveFallIsTheReferencesWithinTheErrorOfItsScheme) {
   }
 }
 
-TEST(StepsOfAllArms, APassiveFallKeepsItsEnergy) {
+TEST(CorpusIntegrationSteps, PassiveFallConservesEnergy) {
   const Falling falling;
   for (const auto& [integrator, allowed] :
        {std::pair{Integrator::midpoint, 1e-3}, std::pair{Integrator::rk4, 1e-6}}) {
@@ -389,7 +389,7 @@ Eigen::VectorXd within_speed(const Model& model, const Eigen::VectorXd& from, co
   return from + share * (to - from);
 }
 
-TEST_P(Steps, AQuinticAtOneMillisecondIsThatOfAFinerStep) {
+TEST_P(IntegrationStepsTest, QuinticAtOneMillisecondMatchesFinerStep) {
   Bench bench(GetParam());
   for (const Integrator integrator : kAll) {
     const unsigned seed = 15;
@@ -415,7 +415,7 @@ std::string test_name(const ::testing::TestParamInfo<Arm>& arm) {
   return name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Arms, Steps, ::testing::ValuesIn(find_arms()), test_name);
+INSTANTIATE_TEST_SUITE_P(Arms, IntegrationStepsTest, ::testing::ValuesIn(find_arms()), test_name);
 
 }  // namespace
 }  // namespace doppel

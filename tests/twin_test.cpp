@@ -10,14 +10,14 @@ namespace {
 
 using Goals = std::map<std::string, double>;
 
-class Twins : public TwinFixture {
+class TwinTest : public TwinFixture {
  protected:
   void expect_at(const Goals& goals, double tolerance) {
     for (const auto& [name, goal] : goals) EXPECT_NEAR(joint(name).q, goal, tolerance) << name;
   }
 };
 
-TEST_F(Twins, HoldsItselfUpAgainstGravity) {
+TEST_F(TwinTest, RobotHoldsAgainstGravity) {
   for (const char* robot : {"omarm_one", "omarm_zero", "lab_arm"}) {
     SCOPED_TRACE(robot);
     bring_up(robot);
@@ -29,7 +29,7 @@ TEST_F(Twins, HoldsItselfUpAgainstGravity) {
   }
 }
 
-TEST_F(Twins, CollapsesWithNoControllerActive) {
+TEST_F(TwinTest, RobotCollapsesWithoutActiveController) {
   Scenario scenario;
   scenario.robots = {{.target = "omarm_one"}};
   scenario.start_controllers = false;
@@ -49,7 +49,7 @@ TEST_F(Twins, CollapsesWithNoControllerActive) {
 }
 
 // The sample of the OmArm One walkthrough, word for word.
-TEST_F(Twins, FollowsTheOmArmOneSample) {
+TEST_F(TwinTest, OmArmOneFollowsSample) {
   bring_up("omarm_one");
   publish("/omarm_arm_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
           R"({joint_names: ["Revolute 1","Revolute 2","Revolute 3","Revolute 4","Revolute 5","Revolute 6"],
@@ -65,7 +65,7 @@ points: [{positions: [1.57, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec:
 }
 
 // The two samples of the OmArm Zero walkthrough; Revolute 1 may turn 0.2 rad/s only, so it arrives late.
-TEST_F(Twins, FollowsTheOmArmZeroSamples) {
+TEST_F(TwinTest, OmArmZeroFollowsSamples) {
   bring_up("omarm_zero");
   publish(
       "/joint_trajectory_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
@@ -97,14 +97,14 @@ time_from_start: {sec: 4, nanosec: 0}}]})");
             0.01);
 }
 
-TEST_F(Twins, FollowsTheLabArmSample) {
+TEST_F(TwinTest, LabArmFollowsSample) {
   bring_up("lab_arm");
   publish("/position_controller/commands", "std_msgs/msg/Float64MultiArray", "{data: [1, 1, 1, 1]}");
   run(4.0);
   expect_at({{"j0", 1.0}, {"j1", 1.0}, {"j2", 1.0}, {"j3", 1.0}}, 0.01);
 }
 
-TEST_F(Twins, TheSameInputsGiveTheSameBitsAlsoWithAListener) {
+TEST_F(TwinTest, SameInputsAreBitIdenticalWithListener) {
   const auto hash_of_run = [this](bool listen) {
     bring_up("omarm_one");
     if (listen) {
@@ -125,7 +125,7 @@ points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 
   EXPECT_EQ(hash_of_run(true), alone);
 }
 
-TEST_F(Twins, TransformsAgreeWithThePhysics) {
+TEST_F(TwinTest, TransformsMatchPhysics) {
   bring_up("omarm_one");
   for (const TopicInfo& topic : twin_->bus().topics()) {
     if (topic.name == "/tf" || topic.name == "/tf_static") edge_->subscribe(topic.id);
@@ -156,7 +156,7 @@ TEST_F(Twins, TransformsAgreeWithThePhysics) {
             1e-3);  // the arm holds still, so the stamp's age does not matter
 }
 
-TEST_F(Twins, MimicFollowsItsLeaderAndTakesNoCommands) {
+TEST_F(TwinTest, MimicFollowsLeader) {
   bring_up("omarm_one");
   publish("/omarm_gripper_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
           R"({joint_names: ["Revolute 8"], points: [{positions: [0.6], time_from_start: {sec: 1}}]})");
@@ -168,7 +168,7 @@ TEST_F(Twins, MimicFollowsItsLeaderAndTakesNoCommands) {
   }
 }
 
-TEST_F(Twins, NotANumberIsRefusedAndTheLastGoodCommandHolds) {
+TEST_F(TwinTest, NanKeepsLastGoodCommand) {
   bring_up("lab_arm");
   publish("/position_controller/commands", "std_msgs/msg/Float64MultiArray", "{data: [0.5, 0.5, 0.5, 0.5]}");
   run(3.0);

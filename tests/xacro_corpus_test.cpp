@@ -205,7 +205,7 @@ std::string problem_of(const Json& record) {
   }
 }
 
-TEST(XacroCorpus, EveryRobotExpandsAsTheReferenceExpandsIt) {
+TEST(XacroCorpus, EveryRobotExpandsAsByReference) {
   std::ifstream in(corpus() / "manifest.json");
   if (!in) GTEST_SKIP() << "no corpus at " << corpus();
   const Json manifest = Json::parse(in);

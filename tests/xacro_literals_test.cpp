@@ -58,7 +58,7 @@ Json result(const std::string& document, const fs::path& file) {
   }
 }
 
-TEST(XacroLiterals, EveryLiteralInEveryPlaceGivesWhatTheReferenceGives) {
+TEST(XacroLiterals, EveryLiteralMatchesReference) {
   std::ifstream in(fs::path(DOPPEL_SOURCE_DIR) / "tests" / "xacro_literals.json");
   const Json table = Json::parse(in);
   const fs::path folder = fs::path(testing::TempDir()) / "xacro_literals";

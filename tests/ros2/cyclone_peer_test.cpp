@@ -48,7 +48,7 @@ double position_of(const JointState& state, const char* joint) {
   return NAN;
 }
 
-TEST_F(CyclonePeerTest, ReadsJointStates) {
+TEST_F(CyclonePeerTest, JointStatesAreReceived) {
   auto states = peer.subscribe(CYCLONE_TYPE(sensor_msgs, msg, JointState), "rt/joint_states");
   std::int64_t first = -1;
   EXPECT_TRUE(states.next([&](const JointState& state) {
@@ -63,7 +63,7 @@ TEST_F(CyclonePeerTest, ReadsJointStates) {
   })) << "no two messages with growing stamps";
 }
 
-TEST_F(CyclonePeerTest, ReadsTransforms) {
+TEST_F(CyclonePeerTest, TransformsAreReceived) {
   auto moving = peer.subscribe(CYCLONE_TYPE(tf2_msgs, msg, TFMessage), "rt/tf");
   EXPECT_TRUE(moving.next([](const TFMessage& tf) {
     for (std::uint32_t i = 0; i < tf.transforms_._length; ++i) {
@@ -75,7 +75,7 @@ TEST_F(CyclonePeerTest, ReadsTransforms) {
 }
 
 // Each peer here joins after the twin has published these once.
-TEST_F(CyclonePeerTest, WhoJoinsLateGetsTheLatchedTopics) {
+TEST_F(CyclonePeerTest, LateSubscriberReceivesLatched) {
   auto fixed = peer.subscribe(CYCLONE_TYPE(tf2_msgs, msg, TFMessage), "rt/tf_static", true);
   auto description = peer.subscribe(CYCLONE_TYPE(std_msgs, msg, String), "rt/robot_description", true);
   EXPECT_TRUE(fixed.next([](const TFMessage& tf) { return tf.transforms_._length > 0; }));
@@ -87,7 +87,7 @@ TEST_F(CyclonePeerTest, WhoJoinsLateGetsTheLatchedTopics) {
   }));
 }
 
-TEST_F(CyclonePeerTest, CommandsATrajectory) {
+TEST_F(CyclonePeerTest, TrajectoryIsFollowed) {
   auto states = peer.subscribe(CYCLONE_TYPE(sensor_msgs, msg, JointState), "rt/joint_states");
   auto commands = peer.advertise(CYCLONE_TYPE(trajectory_msgs, msg, JointTrajectory),
                                  "rt/omarm_arm_controller/joint_trajectory");

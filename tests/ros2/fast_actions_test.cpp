@@ -42,7 +42,7 @@ class FastActions : public FastTwinTest {
   ActionClient<FollowJointTrajectory> arm{peer, "/omarm_arm_controller/follow_joint_trajectory"};
 };
 
-TEST_F(FastActions, Succeeds) {
+TEST_F(FastActions, GoalSucceeds) {
   const Uuid id = new_id();
   const auto accepted = arm.send(id, go_to(0.1, 0.5));
   ASSERT_TRUE(accepted.has_value());
@@ -57,7 +57,7 @@ TEST_F(FastActions, Succeeds) {
   expect_end(id, kSucceeded, kSuccessful, "Goal successfully reached!");  // kept for who asks later
 }
 
-TEST_F(FastActions, ANewGoalPreemptsTheOld) {
+TEST_F(FastActions, NewGoalPreemptsOld) {
   const Uuid old_one = new_id(), new_one = new_id();
   ASSERT_TRUE(arm.send(old_one, go_to(0.5, 1000)).value().accepted_());
   EXPECT_TRUE(arm.status_becomes(old_one, kExecuting));
@@ -66,7 +66,7 @@ TEST_F(FastActions, ANewGoalPreemptsTheOld) {
   expect_end(new_one, kSucceeded, kSuccessful, "Goal successfully reached!");
 }
 
-TEST_F(FastActions, IsCanceled) {
+TEST_F(FastActions, CancelEndsGoal) {
   const Uuid id = new_id();
   ASSERT_TRUE(arm.send(id, go_to(0.5, 1000)).value().accepted_());
   EXPECT_TRUE(arm.status_becomes(id, kExecuting));
@@ -81,7 +81,7 @@ TEST_F(FastActions, IsCanceled) {
   EXPECT_EQ(arm.cancel(new_id()).value().return_code_(), 2);  // ERROR_UNKNOWN_GOAL_ID
 }
 
-TEST_F(FastActions, IsAbortedOutsideOfItsTolerance) {
+TEST_F(FastActions, ToleranceViolationAborts) {
   const Uuid id = new_id();
   Goal goal = go_to(1.0, 1);
   auto& tolerance = goal.path_tolerance_().emplace_back();
@@ -91,7 +91,7 @@ TEST_F(FastActions, IsAbortedOutsideOfItsTolerance) {
   expect_end(id, kAborted, kPathToleranceViolated, "Aborted due to path tolerance violation");
 }
 
-TEST_F(FastActions, AGoalForUnknownJointsIsRejected) {
+TEST_F(FastActions, GoalForUnknownJointsIsRejected) {
   const Uuid id = new_id();
   Goal goal = go_to(0.1, 0.5);
   goal.trajectory_().joint_names_()[2] = "no joint";

@@ -62,14 +62,14 @@ class FastGraph : public FastTwinTest {
       peer.subscribe<ParticipantEntitiesInfo_>("ros_discovery_info", {.latched = true, .depth = 0});
 };
 
-TEST_F(FastGraph, TheParticipantTellsItsEnclave) {
+TEST_F(FastGraph, ParticipantCarriesEnclave) {
   ASSERT_TRUE(eventually([&] { return peer.participants().size() == 1; }));
   const SeenParticipant seen = peer.participants().begin()->second;
   EXPECT_EQ(seen.name, "/");
   EXPECT_EQ(seen.user_data, "enclave=/;");
 }
 
-TEST_F(FastGraph, EveryNodeIsToldWithItsNamespace) {
+TEST_F(FastGraph, NodesCarryNamespace) {
   const ParticipantEntitiesInfo_ list = list_with("omarm_gripper_controller");
   std::set<std::string> nodes;
   for (const auto& node : list.node_entities_info_seq_())
@@ -82,7 +82,7 @@ TEST_F(FastGraph, EveryNodeIsToldWithItsNamespace) {
       << "the list's gid is its participant's";
 }
 
-TEST_F(FastGraph, EveryEndpointIsOneNodes) {
+TEST_F(FastGraph, EveryEndpointBelongsToOneNode) {
   std::string problem;
   // The list and the endpoints come by different ways: both are there in the end, whatever comes first.
   EXPECT_TRUE(eventually([&] {
@@ -107,7 +107,7 @@ TEST_F(FastGraph, EveryEndpointIsOneNodes) {
   })) << problem;
 }
 
-TEST_F(FastGraph, JointStatesAreTheBroadcasters) {
+TEST_F(FastGraph, JointStatesBelongToBroadcaster) {
   const ParticipantEntitiesInfo_ list = list_with("joint_state_broadcaster");
   ASSERT_TRUE(eventually([&] {
     for (const auto& [gid, endpoint] : endpoints_by_gid()) {
@@ -124,7 +124,7 @@ TEST_F(FastGraph, JointStatesAreTheBroadcasters) {
   }));
 }
 
-TEST_F(FastGraph, LatchedTopicsAreToldAsSuch) {
+TEST_F(FastGraph, LatchedTopicsAreTransientLocal) {
   for (const char* topic : {"rt/robot_description", "rt/tf_static"}) {
     EXPECT_TRUE(eventually([&] {
       for (const auto& [gid, endpoint] : endpoints_by_gid())
@@ -134,7 +134,7 @@ TEST_F(FastGraph, LatchedTopicsAreToldAsSuch) {
   }
 }
 
-TEST_F(FastGraph, TypeHashesAreThoseOfJazzy) {
+TEST_F(FastGraph, TypeHashesMatchJazzy) {
   list_with("omarm_gripper_controller");  // all is there
   const std::map<std::string, std::string> published = published_hashes();
   ASSERT_FALSE(published.empty());

@@ -107,7 +107,7 @@ class FastGrippers : public ::testing::Test {
 using Actions = ::testing::Types<GripperCommand, ParallelGripperCommand>;
 TYPED_TEST_SUITE(FastGrippers, Actions);
 
-TYPED_TEST(FastGrippers, ClosesAndOpens) {
+TYPED_TEST(FastGrippers, GripperClosesAndOpens) {
   auto gripper = this->start_quick();
   for (const double position : {0.0, kOpen}) {
     const Uuid id = new_id();
@@ -124,7 +124,7 @@ TYPED_TEST(FastGrippers, ClosesAndOpens) {
   }
 }
 
-TYPED_TEST(FastGrippers, IsAbortedWhereItStalls) {
+TYPED_TEST(FastGrippers, StallAborts) {
   auto gripper = this->start_quick();
   const Uuid id = new_id();
   ASSERT_TRUE(gripper.send(id, TypeParam::go_to(kBeyond)).value().accepted_());
@@ -136,7 +136,7 @@ TYPED_TEST(FastGrippers, IsAbortedWhereItStalls) {
   EXPECT_NEAR(TypeParam::position(result->result_()).value_or(-1), kWidest, 0.05);
 }
 
-TYPED_TEST(FastGrippers, ANewGoalPreemptsTheOld) {
+TYPED_TEST(FastGrippers, NewGoalPreemptsOld) {
   auto gripper = this->start_patient();
   const Uuid old_one = new_id(), new_one = new_id();
   ASSERT_TRUE(this->executes(gripper, old_one, kBeyond));
@@ -148,7 +148,7 @@ TYPED_TEST(FastGrippers, ANewGoalPreemptsTheOld) {
   EXPECT_EQ(reached->status_(), kSucceeded);
 }
 
-TYPED_TEST(FastGrippers, IsCanceled) {
+TYPED_TEST(FastGrippers, CancelEndsGoal) {
   auto gripper = this->start_patient();
   const Uuid id = new_id();
   ASSERT_TRUE(this->executes(gripper, id, kBeyond));
@@ -172,7 +172,7 @@ ParallelGripperCommand::Goal impossible(ParallelGripperCommand) {
   return {};
 }
 
-TYPED_TEST(FastGrippers, RejectsWhatIsNoPosition) {
+TYPED_TEST(FastGrippers, InvalidPositionIsRejected) {
   auto gripper = this->start_quick();
   const Uuid id = new_id();
   const auto answer = gripper.send(id, impossible(TypeParam()));

@@ -40,7 +40,7 @@ TEST_F(FastServices, ListsControllers) {
                                                 {"omarm_gripper_controller", "active"}}));
 }
 
-TEST_F(FastServices, SwitchesAControllerOffAndOn) {
+TEST_F(FastServices, SwitchesControllerOffAndOn) {
   ListControllers list(peer, "/controller_manager/list_controllers");
   ServiceClient<SwitchController_Request_, SwitchController_Response_> change(
       peer, "/controller_manager/switch_controller");
@@ -55,7 +55,7 @@ TEST_F(FastServices, SwitchesAControllerOffAndOn) {
   }
 }
 
-TEST_F(FastServices, SetsAndGetsAParameter) {
+TEST_F(FastServices, SetsAndGetsParameter) {
   GetParameters get(peer, "/omarm_arm_controller/get_parameters");
   SetParameters set(peer, "/omarm_arm_controller/set_parameters");
   Parameter_ parameter;
@@ -87,7 +87,7 @@ TEST_F(FastServices, SetsAndGetsAParameter) {
   set.call(request);
 }
 
-TEST_F(FastServices, RefusesAParameterOfAnotherType) {
+TEST_F(FastServices, ParameterOfAnotherTypeIsRefused) {
   SetParameters set(peer, "/omarm_arm_controller/set_parameters");
   SetParameters_Request_ request;
   request.parameters_().resize(1);
@@ -101,7 +101,7 @@ TEST_F(FastServices, RefusesAParameterOfAnotherType) {
   EXPECT_FALSE(answer->results_()[0].reason_().empty());
 }
 
-TEST_F(FastServices, AsksForTheTrajectorysState) {
+TEST_F(FastServices, QueryStateReturnsTrajectoryState) {
   using control_msgs::srv::dds_::QueryTrajectoryState_Request_;
   using control_msgs::srv::dds_::QueryTrajectoryState_Response_;
   ServiceClient<QueryTrajectoryState_Request_, QueryTrajectoryState_Response_> query(
@@ -141,7 +141,7 @@ TEST_F(FastServices, PausesTime) {
 }
 
 // Replies go to every client of the service; the identity in them tells whom they are for.
-TEST_F(FastServices, EachOfTwoClientsGetsItsOwnAnswers) {
+TEST_F(FastServices, TwoClientsReceiveOwnResponses) {
   FastPeer other_peer(own_domain());
   GetParameters here(peer, "/omarm_arm_controller/get_parameters");
   GetParameters there(other_peer, "/omarm_arm_controller/get_parameters");

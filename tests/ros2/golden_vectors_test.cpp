@@ -57,7 +57,7 @@ void expect_decodes_and_encodes(const TypeSupport& type, const GoldenVector& vec
   EXPECT_EQ(show(again), show(vector.bytes));
 }
 
-TEST(GoldenVectors, EveryFormIsReadAndWrittenEqually) {
+TEST(GoldenVectors, EveryVectorRoundTrips) {
   const std::vector<GoldenVector> vectors = read_vectors();
   ASSERT_FALSE(vectors.empty());
   for (const GoldenVector& vector : vectors) {
@@ -73,7 +73,7 @@ TEST(GoldenVectors, EveryFormIsReadAndWrittenEqually) {
   }
 }
 
-TEST(GoldenVectors, EveryTypeHasItsVectors) {
+TEST(GoldenVectors, EveryTypeHasVectors) {
   std::map<std::string, int> count;
   for (const GoldenVector& vector : read_vectors()) ++count[vector.type];
   for (const TypeSupport* type : messages_testing::all_types())
@@ -81,7 +81,7 @@ TEST(GoldenVectors, EveryTypeHasItsVectors) {
 }
 
 // What is cut off anywhere is refused, whoever wrote it, instead of read as something shorter.
-TEST(GoldenVectors, WhatIsCutOffIsRefused) {
+TEST(GoldenVectors, TruncationIsRefused) {
   for (const GoldenVector& vector : read_vectors()) {
     SCOPED_TRACE(vector.type + " " + vector.variant);
     const TypeSupport* type = find_type(vector.type);

@@ -158,7 +158,7 @@ class HostileNetwork : public FastTwinTest {
   Subscription<DiagnosticArray_> diagnostics = peer.subscribe<DiagnosticArray_>("rt/diagnostics");
 };
 
-TEST_F(HostileNetwork, MalformedMessagesAreCountedAndNoMore) {
+TEST_F(HostileNetwork, MalformedMessagesAreCountedOnly) {
   auto bad = raw(kTrajectoryTopic, kTrajectoryType);
   ASSERT_TRUE(eventually([&] { return bad.matched() > 0; }));
   ASSERT_NO_FATAL_FAILURE(expect_to_be_known(peer));
@@ -167,14 +167,14 @@ TEST_F(HostileNetwork, MalformedMessagesAreCountedAndNoMore) {
 }
 
 // A request that cannot be read gets no answer, as from ROS 2's servers, and costs the next one nothing.
-TEST_F(HostileNetwork, MalformedRequestsAreCountedAndNoMore) {
+TEST_F(HostileNetwork, MalformedRequestsAreCountedOnly) {
   auto bad = raw("rq" + kGetParameters + "Request", "rcl_interfaces::srv::dds_::GetParameters_Request_");
   ASSERT_TRUE(eventually([&] { return bad.matched() > 0; }));
   expect_each_is_refused(bad);
   expect_twin_is_well();
 }
 
-TEST_F(HostileNetwork, AnotherTypeOnTheSameTopicIsNotMatched) {
+TEST_F(HostileNetwork, AnotherTypeOnSameTopicIsNotMatched) {
   auto wrong_writer = peer.advertise<std_msgs::msg::dds_::String_>(kTrajectoryTopic);
   auto wrong_reader = peer.subscribe<std_msgs::msg::dds_::String_>("rt/joint_states");
   // Discovery tells of writers in order, and of readers: when these are matched, the two above were looked
@@ -189,7 +189,7 @@ TEST_F(HostileNetwork, AnotherTypeOnTheSameTopicIsNotMatched) {
 }
 
 // A valid message with numbers that are none is the controller's to refuse.
-TEST_F(HostileNetwork, NumbersThatAreNoneDoNotMoveTheArm) {
+TEST_F(HostileNetwork, NanDoesNotMoveArm) {
   auto commands = peer.advertise<JointTrajectory_>(kTrajectoryTopic);
   ASSERT_TRUE(eventually([&] { return commands.matched() > 0; }));
   ASSERT_NO_FATAL_FAILURE(expect_to_be_known(peer));
@@ -204,7 +204,7 @@ TEST_F(HostileNetwork, NumbersThatAreNoneDoNotMoveTheArm) {
   expect_twin_is_well();
 }
 
-TEST_F(HostileNetwork, WhoVanishesWithoutAGoodbyeIsDropped) {
+TEST_F(HostileNetwork, VanishedPeerIsDropped) {
   const std::int64_t before = counter("other participants");
   const auto probe = std::filesystem::temp_directory_path() / ("doppel-probe-" + std::to_string(getpid()));
   Process vanishing({std::getenv("PROBE"), std::to_string(own_domain()), "--lease", "1", "hold"}, {}, probe);
@@ -284,7 +284,7 @@ std::pair<GUID_t, SeenParticipant> twin_as_seen_by(const FastPeer& peer) {
   return found;
 }
 
-TEST_F(HostileNetwork, GarbageOnItsPortsChangesNothing) {
+TEST_F(HostileNetwork, GarbageOnPortsIsIgnored) {
   const auto [guid, seen] = twin_as_seen_by(peer);
   const std::int64_t before = counter("refused datagrams");
   Garbage garbage;

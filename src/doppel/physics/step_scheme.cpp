@@ -28,7 +28,7 @@ StepScheme make_midpoint() {
 
 // The classical Runge-Kutta method where J = 0. These gamma are the solution of the order conditions of a
 // W-method up to order 3 (any J), of R(infinity) = 0 and gamma_21 = -gamma, at gamma = 1/4; A-stable, and no
-// stage exceeds the start. StepScheme.TheTablesFulfilTheOrderConditions checks all of it.
+// stage exceeds the start. StepScheme.TablesFulfilOrderConditions checks all of it.
 StepScheme make_rk4() {
   StepScheme rk4;
   rk4.stages = rk4.order = 4;

@@ -15,7 +15,7 @@ using testing::SizeIs;
 
 const fs::path kLibrary = fs::path(DOPPEL_SOURCE_DIR) / "datasheets";
 
-class Sheet : public AuditRig {
+class DatasheetTest : public AuditRig {
  protected:
   static std::string sheet(const std::string& more) {
     return "actuator: X\n" + more + "source: {title: t, url: u, date: 2026-11}\n";
@@ -31,7 +31,7 @@ class Sheet : public AuditRig {
   }
 };
 
-TEST_F(Sheet, ConvertsUnitsToSi) {
+TEST_F(DatasheetTest, UnitsAreConvertedToSi) {
   const auto torque = [&](const std::string& value) {
     write("x.yaml", sheet("stall_torque: [{voltage: 5, " + value + "}]\n"));
     return load_datasheet(folder_ / "x.yaml", kLibrary).actuator->stall_torque.at(0).value;
@@ -48,7 +48,7 @@ TEST_F(Sheet, ConvertsUnitsToSi) {
   EXPECT_NEAR(speed("value: 180, unit: deg/s"), std::numbers::pi, 1e-12);
 }
 
-TEST_F(Sheet, InterpolatesBetweenVoltagesAndNotBeyond) {
+TEST_F(DatasheetTest, RatingsAreInterpolatedBetweenVoltagesOnly) {
   const std::vector<RatedValue> rows{{5, 10, "a"}, {7, 20, "b"}};
   EXPECT_DOUBLE_EQ(rated(rows, 6)->value, 15);
   EXPECT_DOUBLE_EQ(rated(rows, 4)->value, 10);
@@ -58,7 +58,7 @@ TEST_F(Sheet, InterpolatesBetweenVoltagesAndNotBeyond) {
   EXPECT_FALSE(rated({}, 5));
 }
 
-TEST_F(Sheet, RefusesWithAPlaceAndTheNearestName) {
+TEST_F(DatasheetTest, UnknownKeyIsRefusedWithPlaceAndNearestName) {
   EXPECT_THAT(error_of(sheet("stal_torque: []\n")), HasSubstr("x.yaml:2:1"));
   EXPECT_THAT(error_of(sheet("stal_torque: []\n")), HasSubstr("did you mean 'stall_torque'?"));
   EXPECT_THAT(error_of(sheet("stall_torque: [{voltage: 5, value: 36, unit: kgcm}]\n")),
@@ -74,7 +74,7 @@ TEST_F(Sheet, RefusesWithAPlaceAndTheNearestName) {
   EXPECT_THAT(error_of("a: [\n"), HasSubstr("no YAML"));
 }
 
-TEST_F(Sheet, OfTheLibraryAreWholeAndPlausible) {
+TEST_F(DatasheetTest, BundledSheetsAreCompleteAndPlausible) {
   std::size_t count = 0;
   for (const auto& entry : fs::directory_iterator(kLibrary)) {
     if (entry.path().extension() != ".yaml") continue;
@@ -94,7 +94,7 @@ TEST_F(Sheet, OfTheLibraryAreWholeAndPlausible) {
   EXPECT_GE(count, 6u);
 }
 
-TEST_F(Sheet, HoldsLimitsAgainstTheActuator) {
+TEST_F(DatasheetTest, LimitsBeyondActuatorAreReported) {
   // The rig's joints: effort 3, velocity 4, 3 rad of range; the DS3240 has 3.53 N m, 5.24 rad/s, 180 degrees.
   options.datasheet = "DS3240";
   options.datasheet_folder = kLibrary;
@@ -116,7 +116,7 @@ TEST_F(Sheet, HoldsLimitsAgainstTheActuator) {
   EXPECT_THROW(of("datasheet.above", ""), InputError);
 }
 
-TEST_F(Sheet, OfAnArmKnowsVoltageReductionAndCount) {
+TEST_F(DatasheetTest, ArmSheetSetsVoltageReductionAndCount) {
   write("arm.yaml",
         "arm: a\nvoltage: 5\njoints:\n  shoulder: {actuator: sg90, reduction: 20, count: 2}\n  elbo: sg90\n");
   options.datasheet = folder_ / "arm.yaml";
@@ -133,7 +133,7 @@ TEST_F(Sheet, OfAnArmKnowsVoltageReductionAndCount) {
   EXPECT_EQ(unknown[0].where.line, 5);
 }
 
-TEST_F(Sheet, TellsAnExportersDefaultOnceAndMendsIt) {
+TEST_F(DatasheetTest, ExporterDefaultIsReportedOnceAndFixed) {
   std::string text = robot("");
   const std::string limit = "effort=\"3\" velocity=\"4\"";
   text.replace(text.find(limit), limit.size(), "effort=\"100\" velocity=\"100\"");
@@ -152,7 +152,7 @@ TEST_F(Sheet, TellsAnExportersDefaultOnceAndMendsIt) {
   EXPECT_EQ(errors, 2u) << "one for the effort, one for the velocity, whichever rule tells them";
 }
 
-TEST_F(Sheet, OfThePackageIsTakenByItself) {
+TEST_F(DatasheetTest, PackageSheetIsFoundWithoutOption) {
   write("package.xml", "<package><name>r</name></package>");
   write("config/actuators.yaml", "arm: a\njoints: {elbow: sg90}\n");
   options.datasheet_folder = kLibrary;

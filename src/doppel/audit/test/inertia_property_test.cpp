@@ -62,7 +62,7 @@ class TensorProperty : public AuditTest {
   std::mt19937 random_{kSeed};
 };
 
-TEST_F(TensorProperty, ABodysOwnTensorNeverFires) {
+TEST_F(TensorProperty, TensorOfBodyGivesNoFinding) {
   SCOPED_TRACE(kSeed);
   for (int i = 0; i < kRounds; ++i) {
     const std::string text = urdf(body());
@@ -70,7 +70,7 @@ TEST_F(TensorProperty, ABodysOwnTensorNeverFires) {
   }
 }
 
-TEST_F(TensorProperty, ATensorThatBreaksTheTriangleAlwaysFires) {
+TEST_F(TensorProperty, TriangleViolationGivesFinding) {
   SCOPED_TRACE(kSeed);
   for (int i = 0; i < kRounds; ++i) {
     Body b = body();
@@ -83,7 +83,7 @@ TEST_F(TensorProperty, ATensorThatBreaksTheTriangleAlwaysFires) {
   }
 }
 
-TEST_F(TensorProperty, ATensorWithANegativeMomentAlwaysFires) {
+TEST_F(TensorProperty, NegativeMomentGivesFinding) {
   SCOPED_TRACE(kSeed);
   for (int i = 0; i < kRounds; ++i) {
     Body b = body();
@@ -92,7 +92,7 @@ TEST_F(TensorProperty, ATensorWithANegativeMomentAlwaysFires) {
   }
 }
 
-TEST_F(TensorProperty, AnOfferedSlipIsTheOnlyOneAndPossible) {
+TEST_F(TensorProperty, OfferedTypoFixIsUniqueAndPossible) {
   SCOPED_TRACE(kSeed);
   int offered = 0;
   for (int i = 0; i < 300; ++i) {

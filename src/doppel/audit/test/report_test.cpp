@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-class Reports : public AuditTest {
+class ReportTest : public AuditTest {
  protected:
   // Findings of all grades, one of them inside of a macro.
   AuditReport report() {
@@ -27,7 +27,7 @@ class Reports : public AuditTest {
   }
 };
 
-TEST_F(Reports, JsonHasItsFields) {
+TEST_F(ReportTest, JsonHasAllFields) {
   const AuditReport r = report();
   const Json json = Json::parse(to_json(r));
   EXPECT_EQ(json["version"], 1);
@@ -53,7 +53,7 @@ TEST_F(Reports, JsonHasItsFields) {
   EXPECT_TRUE(through_macro);
 }
 
-TEST_F(Reports, SarifNamesItsRulesAndPlaces) {
+TEST_F(ReportTest, SarifNamesRulesAndPlaces) {
   const AuditReport r = report();
   const Json sarif = Json::parse(to_sarif(r));
   EXPECT_EQ(sarif["version"], "2.1.0");
@@ -71,7 +71,7 @@ TEST_F(Reports, SarifNamesItsRulesAndPlaces) {
   EXPECT_TRUE(related);
 }
 
-TEST_F(Reports, GithubsAnnotationsAreOneLineEachWithEverythingEscaped) {
+TEST_F(ReportTest, GithubAnnotationsAreSingleEscapedLines) {
   const AuditReport r = report();
   const std::string text = to_github(r);
   EXPECT_EQ(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')), r.findings.size());
@@ -80,7 +80,7 @@ TEST_F(Reports, GithubsAnnotationsAreOneLineEachWithEverythingEscaped) {
   EXPECT_EQ(text.find('\r'), std::string::npos);
 }
 
-TEST_F(Reports, TheTextKeepsItsWidthAndItsColours) {
+TEST_F(ReportTest, TextKeepsWidthAndColours) {
   const AuditReport r = report();
   for (const int width : {80, 120}) {
     std::istringstream lines(to_text(r, {false, width, false}));
@@ -97,7 +97,7 @@ TEST_F(Reports, TheTextKeepsItsWidthAndItsColours) {
   EXPECT_EQ(std::count(summary.begin(), summary.end(), '\n'), 1);
 }
 
-TEST_F(Reports, NamesCannotSendControlSequences) {
+TEST_F(ReportTest, ControlSequencesInNamesAreEscaped) {
   Parts p;
   p.joint_name = "j&#9;x";
   AuditReport r = check(robot(p));
@@ -105,7 +105,7 @@ TEST_F(Reports, NamesCannotSendControlSequences) {
   EXPECT_EQ(to_text(r, {false, 100, false}).find('\x1b'), std::string::npos);
 }
 
-TEST_F(Reports, PlacesBelowTheFolderAreRelativeToIt) {
+TEST_F(ReportTest, PlacesBelowFolderAreRelative) {
   fs::create_directories(folder_ / "inc");
   write("inc/part.xacro",
         "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<link name=\"a\"/><link "
@@ -124,7 +124,7 @@ TEST_F(Reports, PlacesBelowTheFolderAreRelativeToIt) {
   EXPECT_EQ(report.file, "r.xacro");
 }
 
-TEST_F(Reports, WhatIsRefusedIsAReportToo) {
+TEST_F(ReportTest, InputErrorGivesReport) {
   try {
     check("<robot name=\"r\">\n<link", "r.urdf");
     FAIL() << "it is not well-formed";
@@ -142,7 +142,7 @@ TEST_F(Reports, WhatIsRefusedIsAReportToo) {
       to_github(missing).starts_with("::error file=n.urdf,title=up.unknown_target::it is not there\n"));
 }
 
-TEST(RuleTable, IsSortedWholeAndWithoutDoubles) {
+TEST(RuleTable, RulesAreSortedCompleteAndUnique) {
   const auto& rules = rule_table();
   EXPECT_GT(rules.size(), 100U);
   for (std::size_t i = 0; i < rules.size(); ++i) {
@@ -161,7 +161,7 @@ bool told_otherwise(const std::string& rule) {
   return rule.starts_with("model.");
 }
 
-TEST(RuleTable, KnowsWhateverTheParsersReport) {
+TEST(RuleTable, EveryParserRuleIsListed) {
   const std::regex reports(R"re(diagnostics_?\.(?:warning|note|error)\(\s*"([a-z0-9_.]+)")re");
   std::size_t seen = 0;
   for (const char* room : {"description", "overlay", "kinematics"}) {
@@ -179,7 +179,7 @@ TEST(RuleTable, KnowsWhateverTheParsersReport) {
   EXPECT_GT(seen, 20U);
 }
 
-TEST(RuleTable, StandsInTheDocumentation) {
+TEST(RuleTable, DocumentationMatchesTable) {
   std::ifstream in(fs::path(DOPPEL_SOURCE_DIR) / "docs" / "rules.md");
   std::stringstream text;
   text << in.rdbuf();

@@ -18,7 +18,7 @@ AuditReport audit_robot(const std::string& description, const std::string& packa
   return audit(root / "robots" / description, {}, resolver, options);
 }
 
-TEST(BundledRobots, TheRawExportHasExactlyTheSeventeenProblemsOfItsWalkthrough) {
+TEST(BundledRobots, RawExportHasSeventeenWalkthroughProblems) {
   const AuditReport report = audit_robot("omarm_one/export/urdf/omarm.xacro", "omarm_one/export");
   std::map<std::string, std::set<std::string>> errors;
   for (const Finding& f : report.findings) {
@@ -39,7 +39,7 @@ TEST(BundledRobots, TheRawExportHasExactlyTheSeventeenProblemsOfItsWalkthrough) 
   EXPECT_NEAR(report.mass, 1.2844, 5e-5);
 }
 
-TEST(BundledRobots, TheZeroMomentsGetTheTransverseOnesAndAreCalledAnUpperBound) {
+TEST(BundledRobots, ZeroMomentsAreFixedByTransverseUpperBound) {
   const AuditReport report = audit_robot("omarm_one/export/urdf/omarm.xacro", "omarm_one/export");
   const auto found = std::find_if(report.findings.begin(), report.findings.end(),
                                   [](const Finding& f) { return f.rule == "inertia.rounded_zero"; });
@@ -57,7 +57,7 @@ TEST(BundledRobots, TheZeroMomentsGetTheTransverseOnesAndAreCalledAnUpperBound) 
                                                   {"gripper_finger_right_1", 3e-6}}));
 }
 
-TEST(BundledRobots, TheCorrectedOnesShowNoError) {
+TEST(BundledRobots, CorrectedRobotsHaveNoError) {
   for (const auto& [file, package] : {std::pair{"omarm_one/urdf/omarm.xacro", "omarm_one"},
                                       std::pair{"omarm_zero/urdf/omarm_zero.xacro", "omarm_zero"},
                                       std::pair{"lab_arm/urdf/arm.urdf.xacro", "lab_arm"}}) {

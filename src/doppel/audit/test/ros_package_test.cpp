@@ -9,7 +9,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-class Controllers : public AuditRig {
+class ControllerRulesTest : public AuditRig {
  protected:
   static std::string manager(
       const std::string& more = "", const std::string& rate = "100",
@@ -29,7 +29,7 @@ class Controllers : public AuditRig {
     return AuditRig::of(rule);
   }
 };
-class Package : public AuditRig {
+class PackageRulesTest : public AuditRig {
  protected:
   void package(const std::string& more = "", const std::string& name = "r_description") {
     write("package.xml", "<package format=\"3\"><name>" + name +
@@ -43,10 +43,10 @@ class Package : public AuditRig {
           "cmake_minimum_required(VERSION 3.8)\nproject(" + project + ")\n" + more + "\nament_package()\n");
   }
 };
-class World : public AuditRig {};
-class Contact : public AuditRig {};
+class WorldRulesTest : public AuditRig {};
+class ContactRulesTest : public AuditRig {};
 
-TEST_F(Controllers, AreQuietAboutAGoodFile) {
+TEST_F(ControllerRulesTest, GoodFileGivesNoFinding) {
   write("urdf/r.urdf", robot(good_hardware()));
   write("config/c.yaml", manager() + section());
   options.controllers = folder_ / "config/c.yaml";
@@ -55,7 +55,7 @@ TEST_F(Controllers, AreQuietAboutAGoodFile) {
   }
 }
 
-TEST_F(Controllers, NameJointsThatExistOnce) {
+TEST_F(ControllerRulesTest, UnknownAndRepeatedJointsAreReported) {
   const auto unknown = of("controllers.unknown_joint", manager() + section("[shoulder, elbwo]"));
   ASSERT_THAT(unknown, SizeIs(1));
   EXPECT_THAT(unknown[0].message, HasSubstr("did you mean 'elbow'?"));
@@ -68,7 +68,7 @@ TEST_F(Controllers, NameJointsThatExistOnce) {
   EXPECT_THAT(mimic[0].message, HasSubstr("mimics 'elbow'"));
 }
 
-TEST_F(Controllers, FoundBesideTheDescriptionAreOnlyWarned) {
+TEST_F(ControllerRulesTest, FaultsOfFoundFilesAreWarnings) {
   write("package.xml",
         "<package><name>r</name><version>1.0.0</version><description>d</description>"
         "<maintainer email=\"a\">m</maintainer><license>l</license></package>");
@@ -81,7 +81,7 @@ TEST_F(Controllers, FoundBesideTheDescriptionAreOnlyWarned) {
   EXPECT_THAT(AuditRig::of("controllers.unknown_joint"), IsEmpty()) << "two files: nobody knows which";
 }
 
-TEST_F(Controllers, WantWhatTheHardwareOffers) {
+TEST_F(ControllerRulesTest, MissingHardwareInterfaceIsReported) {
   const auto command = of("controllers.command_interface", manager() + section("[elbow]", "", "[velocity]"));
   ASSERT_THAT(command, SizeIs(1));
   EXPECT_THAT(command[0].message, HasSubstr("it offers 'position'"));
@@ -99,7 +99,7 @@ TEST_F(Controllers, WantWhatTheHardwareOffers) {
   EXPECT_EQ(left[0].subject, "joint 'shoulder'");
 }
 
-TEST_F(Controllers, SayThatGainsAreIdle) {
+TEST_F(ControllerRulesTest, UnusedGainsAreReported) {
   const std::string gains = "    gains:\n      elbow: {p: 200.0, i: 1.0, d: 20.0}\n";
   const auto found = of("controllers.idle_gains", manager() + section("[shoulder, elbow]", gains));
   ASSERT_THAT(found, SizeIs(1));
@@ -111,7 +111,7 @@ TEST_F(Controllers, SayThatGainsAreIdle) {
       IsEmpty());
 }
 
-TEST_F(Controllers, AreDeclaredAndHaveASection) {
+TEST_F(ControllerRulesTest, MissingDeclarationOrSectionIsReported) {
   const auto type =
       of("controllers.unknown_type",
          manager("", "100", "joint_trajectory_controller/JointTrajectoryControler") + section());
@@ -130,7 +130,7 @@ TEST_F(Controllers, AreDeclaredAndHaveASection) {
               SizeIs(1));
 }
 
-TEST_F(Controllers, RunAtRatesThatFit) {
+TEST_F(ControllerRulesTest, UpdateRateMismatchIsReported) {
   EXPECT_THAT(of("controllers.rate_uneven", manager("", "225") + section()), SizeIs(1));
   EXPECT_THAT(of("controllers.rate_uneven", manager("", "250") + section()), IsEmpty());
   EXPECT_THAT(of("controllers.rate_above_physics", manager("", "2000") + section()), SizeIs(1));
@@ -144,7 +144,7 @@ TEST_F(Controllers, RunAtRatesThatFit) {
               IsEmpty());
 }
 
-TEST_F(Controllers, ClaimApart) {
+TEST_F(ControllerRulesTest, DoubleClaimIsReported) {
   const std::string second = "    other:\n      type: forward_command_controller/ForwardCommandController\n";
   const auto other = [](const std::string& joints) {
     return "other:\n  ros__parameters:\n    joints: " + joints + "\n    interface_name: position\n";
@@ -154,7 +154,7 @@ TEST_F(Controllers, ClaimApart) {
               IsEmpty());
 }
 
-TEST_F(Controllers, HaveParametersOfTheRightNameAndType) {
+TEST_F(ControllerRulesTest, WrongParameterNameOrTypeIsReported) {
   const auto name = of("controllers.unknown_parameter",
                        manager() + section("[elbow]", "    allow_partial_joint_goal: true\n"));
   ASSERT_THAT(name, SizeIs(1));
@@ -170,7 +170,7 @@ TEST_F(Controllers, HaveParametersOfTheRightNameAndType) {
   EXPECT_THAT(of("controllers.unreadable", "arm: [\n"), SizeIs(1));
 }
 
-TEST_F(Controllers, StandWhereTheDescriptionSays) {
+TEST_F(ControllerRulesTest, MissingFileOfPluginIsReported) {
   write("config/c.yaml", manager() + section());
   const auto with = [&](const std::string& file) {
     write("urdf/r.urdf", robot(hardware(driven("shoulder") + driven("elbow")) +
@@ -185,7 +185,7 @@ TEST_F(Controllers, StandWhereTheDescriptionSays) {
 }
 
 // What `doppel up` takes is what is judged: of several the one that fits, and one of the packages beside.
-TEST_F(Controllers, AreThoseThatTheTwinTakesWhereNobodyNamesThem) {
+TEST_F(ControllerRulesTest, UnnamedFileIsThatOfTwin) {
   write("arm/package.xml", "<package format=\"3\"><name>arm</name></package>");
   write("arm/urdf/r.urdf", robot(good_hardware()));
   name_ = "arm/urdf/r.urdf";
@@ -202,14 +202,14 @@ TEST_F(Controllers, AreThoseThatTheTwinTakesWhereNobodyNamesThem) {
   EXPECT_THAT(AuditRig::of("controllers.unknown_joint"), SizeIs(1));
 }
 
-TEST_F(Controllers, AreJudgedWhereTheOnlyFileOfThePackageNamesNoJointOfTheRobot) {
+TEST_F(ControllerRulesTest, OnlyFileWithoutRobotJointsIsChecked) {
   write("package.xml", "<package format=\"3\"><name>r</name></package>");
   write("urdf/r.urdf", robot(good_hardware()));
   write("config/c.yaml", manager() + section("[shouldre, elbwo]"));
   EXPECT_THAT(AuditRig::of("controllers.unknown_joint"), SizeIs(2));
 }
 
-TEST_F(Package, HasAManifest) {
+TEST_F(PackageRulesTest, MissingManifestIsReported) {
   write("urdf/r.urdf", robot(""));
   cmake("install(DIRECTORY urdf DESTINATION share/${PROJECT_NAME})");
   EXPECT_THAT(of("package.no_manifest"), SizeIs(1));
@@ -223,7 +223,7 @@ TEST_F(Package, HasAManifest) {
   EXPECT_THAT(of("package.incomplete"), IsEmpty());
 }
 
-TEST_F(Package, InstallsWhatTheDescriptionNeeds) {
+TEST_F(PackageRulesTest, UninstalledFilesAreReported) {
   package();
   write("meshes/a.stl", "solid a\nendsolid a\n");
   write("urdf/r.urdf",
@@ -252,7 +252,7 @@ TEST_F(Package, InstallsWhatTheDescriptionNeeds) {
   EXPECT_THAT(elsewhere[0].message, HasSubstr("share/r_description/a.stl"));
 }
 
-TEST_F(Package, ReadsSetupPy) {
+TEST_F(PackageRulesTest, SetupPyInstallRulesAreRead) {
   package();
   write("meshes/a.stl", "solid a\nendsolid a\n");
   write("urdf/r.urdf",
@@ -280,7 +280,7 @@ TEST_F(Package, ReadsSetupPy) {
   EXPECT_THAT(of("package.build_type"), SizeIs(1)) << "setup.py with ament_cmake";
 }
 
-TEST_F(Package, IsNamedOnceAndForAll) {
+TEST_F(PackageRulesTest, DifferingPackageNamesAreReported) {
   package();
   write("urdf/r.urdf", robot(""));
   cmake("", "r_descripton");
@@ -304,7 +304,7 @@ TEST_F(Package, IsNamedOnceAndForAll) {
   EXPECT_THAT(of("package.dependency", mesh("other_robot")), IsEmpty());
 }
 
-TEST_F(Package, OfCatkinNeedNotBeInstalledToRun) {
+TEST_F(PackageRulesTest, CatkinPackageWithoutInstallIsNote) {
   package("<buildtool_depend>catkin</buildtool_depend>");
   cmake("");
   write("urdf/r.urdf", robot(""));
@@ -313,7 +313,7 @@ TEST_F(Package, OfCatkinNeedNotBeInstalledToRun) {
   EXPECT_EQ(found[0].severity, Severity::note);
 }
 
-TEST_F(Package, LaunchesWhatWasMeant) {
+TEST_F(PackageRulesTest, FaultsOfLaunchFilesAreReported) {
   package();
   write("urdf/r.urdf", robot(""));
   const auto spawn = [&](const std::string& z) {
@@ -346,7 +346,7 @@ TEST_F(Package, LaunchesWhatWasMeant) {
   EXPECT_THAT(of("package.launch_mapping"), IsEmpty()) << "looking needs no simulator";
 }
 
-TEST_F(Package, DependsOnWhatItLaunches) {
+TEST_F(PackageRulesTest, MissingLaunchDependencyIsReported) {
   write("urdf/r.urdf", robot(""));
   write("launch/view.launch.py",
         "Node(package='rviz2')\nNode(\n  package=\"joint_state_publisher_gui\")\n# Node(package='gone')\n"
@@ -361,7 +361,7 @@ TEST_F(Package, DependsOnWhatItLaunches) {
   EXPECT_THAT(of("package.launch_dependency"), IsEmpty());
 }
 
-TEST_F(World, StandsSomewhere) {
+TEST_F(WorldRulesTest, MissingWorldLinkAndRootInertiaAreReported) {
   const std::string arm =
       "<robot name=\"r\"><link name=\"base\"><inertial><mass value=\"1\"/><inertia ixx=\"1e-3\" ixy=\"0\" "
       "ixz=\"0\" "
@@ -379,7 +379,7 @@ TEST_F(World, StandsSomewhere) {
   EXPECT_THAT(of("world.root_inertia"), IsEmpty());
 }
 
-TEST_F(World, StandsOnTheGround) {
+TEST_F(WorldRulesTest, LinkBelowGroundIsReported) {
   const auto at = [&](const std::string& z) {
     std::string text = robot("");
     const std::string child = "<child link=\"base\"/>";
@@ -397,7 +397,7 @@ TEST_F(World, StandsOnTheGround) {
   EXPECT_THAT(of("world.above_ground"), IsEmpty());
 }
 
-TEST_F(Contact, OfMorePairsThanAnybodyReadsTheDeepestAreTold) {
+TEST_F(ContactRulesTest, TooManyPairsReportsDeepest) {
   std::string body;
   for (int i = 0; i < 20; ++i) {
     const std::string name = "k" + std::to_string(i);
@@ -413,7 +413,7 @@ TEST_F(Contact, OfMorePairsThanAnybodyReadsTheDeepestAreTold) {
   EXPECT_THAT(found.back().message, HasSubstr("140 more pairs"));
 }
 
-TEST_F(Contact, FindsWhatOverlapsWhereItStarts) {
+TEST_F(ContactRulesTest, OverlapAtStartIsReported) {
   const auto block = [](const std::string& z) {
     return "<link name=\"block\"><collision><origin xyz=\"0 0 " + z +
            "\"/><geometry><box size=\"0.05 0.05 0.05\"/></geometry></collision></link><joint name=\"bolted\" "
@@ -428,7 +428,7 @@ TEST_F(Contact, FindsWhatOverlapsWhereItStarts) {
   EXPECT_THAT(of("collision.neighbours", block("0.05")), IsEmpty());
 }
 
-TEST_F(Contact, AllowsWhatIsCoupled) {
+TEST_F(ContactRulesTest, CoupledLinksAreAllowed) {
   std::string gears = "<robot name=\"r\"><link name=\"world\"/>";
   for (const std::string side : {"left", "right"}) {
     gears += "<link name=\"" + side +
@@ -449,7 +449,7 @@ TEST_F(Contact, AllowsWhatIsCoupled) {
   EXPECT_THAT(of("collision.overlap"), SizeIs(1));
 }
 
-TEST_F(Contact, TellsWhatCannotBeTouched) {
+TEST_F(ContactRulesTest, LinkWithoutCollisionIsReported) {
   const auto found =
       of("collision.missing",
          "<link name=\"m\"><visual><geometry><box size=\"1 1 1\"/></geometry></visual></link><joint "

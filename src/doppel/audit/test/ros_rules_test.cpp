@@ -9,11 +9,11 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-class Ros2Control : public AuditRig {};
-class Gazebo : public AuditRig {};
-class XacroArgument : public AuditRig {};
+class Ros2ControlRulesTest : public AuditRig {};
+class GazeboRulesTest : public AuditRig {};
+class XacroArgumentRulesTest : public AuditRig {};
 
-TEST_F(Ros2Control, IsQuietAboutAGoodOne) {
+TEST_F(Ros2ControlRulesTest, GoodBlockGivesNoFinding) {
   write("urdf/r.urdf", robot(good_hardware()));
   for (const Finding& f : report().findings) {
     EXPECT_FALSE(f.rule.starts_with("ros2_control.") || f.rule.starts_with("gazebo.") ||
@@ -23,7 +23,7 @@ TEST_F(Ros2Control, IsQuietAboutAGoodOne) {
   }
 }
 
-TEST_F(Ros2Control, NamesTheJointThatWasMeant) {
+TEST_F(Ros2ControlRulesTest, UnknownJointIsReportedWithNearest) {
   const auto found = of("ros2_control.unknown_joint", hardware(driven("sholder") + driven("elbow")));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0].message, HasSubstr("did you mean 'shoulder'?"));
@@ -31,7 +31,7 @@ TEST_F(Ros2Control, NamesTheJointThatWasMeant) {
   EXPECT_GT(found[0].where.line, 1);
 }
 
-TEST_F(Ros2Control, FindsFixedJoints) {
+TEST_F(Ros2ControlRulesTest, FixedJointIsReported) {
   const auto found = of("ros2_control.fixed_joint", hardware(driven("stand")));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].severity, Severity::warning);
@@ -41,7 +41,7 @@ TEST_F(Ros2Control, FindsFixedJoints) {
   EXPECT_EQ(state_only[0].severity, Severity::note);
 }
 
-TEST_F(Ros2Control, RefusesCommandsForMimics) {
+TEST_F(Ros2ControlRulesTest, CommandInterfaceOfMimicIsReported) {
   EXPECT_THAT(of("ros2_control.mimic_commanded", hardware(driven("follower"))), SizeIs(1));
   EXPECT_THAT(of("ros2_control.mimic_commanded",
                  hardware("<joint name=\"follower\"><state_interface name=\"position\"/></joint>")),
@@ -52,7 +52,7 @@ TEST_F(Ros2Control, RefusesCommandsForMimics) {
               IsEmpty());
 }
 
-TEST_F(Ros2Control, KnowsTheUsualInterfaces) {
+TEST_F(Ros2ControlRulesTest, UnusualInterfaceIsReported) {
   const auto typo = of("ros2_control.interface_name", hardware(driven("elbow", "postion")));
   ASSERT_THAT(typo, SizeIs(1));
   EXPECT_THAT(typo[0].message, HasSubstr("did you mean 'position'?"));
@@ -62,7 +62,7 @@ TEST_F(Ros2Control, KnowsTheUsualInterfaces) {
   EXPECT_THAT(of("ros2_control.interface_name", hardware(driven("elbow", "temperature"))), IsEmpty());
 }
 
-TEST_F(Ros2Control, WantsStatesInterfacesAndBounds) {
+TEST_F(Ros2ControlRulesTest, MissingInterfacesAndBoundsAreReported) {
   EXPECT_THAT(of("ros2_control.no_state",
                  hardware("<joint name=\"elbow\"><command_interface name=\"position\"/></joint>")),
               SizeIs(1));
@@ -85,7 +85,7 @@ TEST_F(Ros2Control, WantsStatesInterfacesAndBounds) {
   EXPECT_THAT(of("ros2_control.no_limits", wheel + hardware(driven("spin", "position"))), IsEmpty());
 }
 
-TEST_F(Ros2Control, StartsInsideTheLimits) {
+TEST_F(Ros2ControlRulesTest, InitialValueOutsideLimitsIsReported) {
   const auto initial = [](const std::string& value) {
     return hardware(
         "<joint name=\"elbow\"><command_interface name=\"position\"/><state_interface name=\"position\">"
@@ -96,7 +96,7 @@ TEST_F(Ros2Control, StartsInsideTheLimits) {
   EXPECT_THAT(of("ros2_control.initial_value", initial("2")), IsEmpty());
 }
 
-TEST_F(Ros2Control, OffersEverythingOnce) {
+TEST_F(Ros2ControlRulesTest, RepeatedInterfaceIsReported) {
   const std::string mock = "mock_components/GenericSystem";
   const auto twice = of("ros2_control.duplicate_interface",
                         hardware(driven("elbow"), mock, "a") + hardware(driven("elbow"), mock, "b"));
@@ -110,7 +110,7 @@ TEST_F(Ros2Control, OffersEverythingOnce) {
               IsEmpty());
 }
 
-TEST_F(Ros2Control, KnowsPluginsOfTodayAndBefore) {
+TEST_F(Ros2ControlRulesTest, OutdatedPluginsAreReported) {
   EXPECT_THAT(of("ros2_control.no_plugin", hardware(driven("elbow"), "")), SizeIs(1));
   const auto old =
       of("ros2_control.old_plugin", hardware(driven("elbow"), "ign_ros2_control/IgnitionSystem"));
@@ -123,7 +123,7 @@ TEST_F(Ros2Control, KnowsPluginsOfTodayAndBefore) {
   EXPECT_THAT(of("ros2_control.plugin_name", hardware(driven("elbow"), "my_driver/Arm")), IsEmpty());
 }
 
-TEST_F(Ros2Control, KnowsTheThreeTypes) {
+TEST_F(Ros2ControlRulesTest, UnknownTypeIsReported) {
   const auto typed = [](const std::string& type) {
     return "<ros2_control name=\"a\" type=\"" + type + "\"><hardware><plugin>p/Q</plugin></hardware>" +
            driven("elbow") + "</ros2_control>";
@@ -134,7 +134,7 @@ TEST_F(Ros2Control, KnowsTheThreeTypes) {
   EXPECT_THAT(of("ros2_control.type", typed("actuator")), IsEmpty());
 }
 
-TEST_F(Ros2Control, FindsSensorsThatNobodyHas) {
+TEST_F(Ros2ControlRulesTest, UnknownSensorIsReported) {
   const auto sensor = [](const std::string& frame) {
     return hardware(driven("elbow") +
                     "<sensor name=\"fts\"><state_interface name=\"force.x\"/><param name=\"frame_id\">" +
@@ -149,21 +149,21 @@ TEST_F(Ros2Control, FindsSensorsThatNobodyHas) {
               IsEmpty());
 }
 
-TEST_F(Ros2Control, TellsJointsThatNobodyDrives) {
+TEST_F(Ros2ControlRulesTest, UndrivenJointIsReported) {
   const auto found = of("ros2_control.undriven_joint", hardware(driven("elbow")));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].subject, "joint 'shoulder'");
   EXPECT_EQ(found[0].severity, Severity::note);
 }
 
-TEST_F(Gazebo, ReferencesWhatExists) {
+TEST_F(GazeboRulesTest, UnknownReferenceIsReported) {
   const auto found = of("gazebo.reference", "<gazebo reference=\"uper\"><mu1>0.2</mu1></gazebo>");
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0].message, HasSubstr("did you mean 'upper'?"));
   EXPECT_THAT(of("gazebo.reference", "<gazebo reference=\"elbow\"/>"), IsEmpty());
 }
 
-TEST_F(Gazebo, KnowsPluginsOfTodayAndBefore) {
+TEST_F(GazeboRulesTest, OutdatedPluginsAreReported) {
   const auto plugin = [](const std::string& file, const std::string& name) {
     return "<gazebo><plugin filename=\"" + file + "\" name=\"" + name + "\"/></gazebo>";
   };
@@ -176,7 +176,7 @@ TEST_F(Gazebo, KnowsPluginsOfTodayAndBefore) {
   EXPECT_THAT(of("gazebo.plugin_class", plugin("gz-sim-imu-system", "gz::sim::systems::Imu")), IsEmpty());
 }
 
-TEST_F(Gazebo, HardwareAndPluginComeTogether) {
+TEST_F(GazeboRulesTest, HardwareWithoutPluginIsReported) {
   EXPECT_THAT(of("gazebo.no_control_plugin", hardware(driven("elbow"))), SizeIs(1));
   EXPECT_THAT(
       of("gazebo.no_simulated_hardware", hardware(driven("elbow"), "my_driver/Arm") + gazebo_plugin()),
@@ -186,7 +186,7 @@ TEST_F(Gazebo, HardwareAndPluginComeTogether) {
   EXPECT_THAT(of("gazebo.no_control_plugin", hardware(driven("elbow"), "my_driver/Arm")), IsEmpty());
 }
 
-TEST_F(Gazebo, MaterialsAndTransmissions) {
+TEST_F(GazeboRulesTest, FaultyMaterialsAndTransmissionsAreReported) {
   const std::string orange = "<material>Gazebo/Orange</material></gazebo>";
   EXPECT_THAT(
       of("gazebo.material", "<gazebo reference=\"base\">" + orange + "<gazebo reference=\"upper\">" + orange),
@@ -199,7 +199,7 @@ TEST_F(Gazebo, MaterialsAndTransmissions) {
   EXPECT_THAT(of("transmission.unknown_joint", transmission("elbow")), IsEmpty());
 }
 
-TEST_F(XacroArgument, IsDeclaredBeforeItIsRead) {
+TEST_F(XacroArgumentRulesTest, UseBeforeDeclarationIsReported) {
   name_ = "urdf/r.urdf.xacro";
   const std::string head = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n";
   const std::string arg = "<xacro:arg name=\"use_sim\" default=\"false\"/>\n";
@@ -220,7 +220,7 @@ TEST_F(XacroArgument, IsDeclaredBeforeItIsRead) {
   EXPECT_THAT(of("xacro.switch_idle"), IsEmpty());
 }
 
-TEST_F(XacroArgument, OfTheRootIsToldGently) {
+TEST_F(XacroArgumentRulesTest, LateArgumentOfRootIsNote) {
   name_ = "urdf/r.urdf.xacro";
   write(name_,
         "<robot name=\"$(arg name)\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n"
@@ -232,7 +232,7 @@ TEST_F(XacroArgument, OfTheRootIsToldGently) {
   EXPECT_EQ(late[0].where.line, 1);
 }
 
-TEST_F(XacroArgument, IsReadAndSwitches) {
+TEST_F(XacroArgumentRulesTest, UnusedArgumentIsReported) {
   name_ = "urdf/r.urdf.xacro";
   const std::string head = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n";
   const std::string arg = "<xacro:arg name=\"use_sim\" default=\"false\"/>\n";

@@ -280,7 +280,7 @@ std::string place_of(const std::string& text, const std::string& at) {
 
 class Rules : public AuditTest, public testing::WithParamInterface<Case> {};
 
-TEST_P(Rules, FireWhereTheyShouldAndOnlyThere) {
+TEST_P(Rules, BadSnippetGivesFindingAndGoodGivesNone) {
   const Case& c = GetParam();
   const std::string bad = robot(c.bad);
   const AuditReport report = check(bad);
@@ -296,7 +296,7 @@ TEST_P(Rules, FireWhereTheyShouldAndOnlyThere) {
   EXPECT_EQ(find(fine, c.rule), nullptr) << robot(c.good) << report_text(fine);
 }
 
-TEST_P(Rules, WhatIsFixableIsGoneOnceFixed) {
+TEST_P(Rules, FixRemovesFinding) {
   const Case& c = GetParam();
   const fs::path file = write("r.urdf", robot(c.bad));
   const AuditReport report = check_file(file);

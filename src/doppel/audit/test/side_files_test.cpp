@@ -13,9 +13,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class BesideTheDescription : public AuditRig {
+class SideFilesTest : public AuditRig {
  protected:
-  BesideTheDescription() {
+  SideFilesTest() {
     write(
         "package.xml",
         "<package format=\"3\"><name>p</name><version>1.0.0</version><description>d</description><maintainer "
@@ -54,7 +54,7 @@ class BesideTheDescription : public AuditRig {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-TEST_F(BesideTheDescription, ACMakeVariableThatHoldsItselfIsNotKnown) {
+TEST_F(SideFilesTest, SelfReferencingCMakeVariableIsUnknown) {
   EXPECT_EQ(cmake("set(D ${D})\ninstall(DIRECTORY ${D} DESTINATION share/${PROJECT_NAME})\n"), "unknown");
   EXPECT_EQ(cmake("set(A ${B})\nset(B ${A})\ninstall(DIRECTORY ${A} ${B} DESTINATION share/p)\n"), "unknown");
   EXPECT_EQ(cmake("set(D urdf)\nset(D ${D}/more)\ninstall(DIRECTORY ${D} DESTINATION share/p)\n"),
@@ -63,13 +63,13 @@ TEST_F(BesideTheDescription, ACMakeVariableThatHoldsItselfIsNotKnown) {
   EXPECT_THAT(skipped(), IsEmpty());
 }
 
-TEST_F(BesideTheDescription, ACMakeVariableThatDoublesIsNotKnown) {
+TEST_F(SideFilesTest, DoublingCMakeVariableIsUnknown) {
   std::string text = "set(A urdf)\n";
   for (int i = 0; i < 200; ++i) text += "set(A ${A}${A})\n";
   EXPECT_EQ(cmake(text + "install(DIRECTORY ${A} DESTINATION share/p)\n"), "unknown");
 }
 
-TEST_F(BesideTheDescription, CMakeLoopsInLoopsAreGivenUpWithANote) {
+TEST_F(SideFilesTest, NestedCMakeLoopsEndWithNote) {
   std::string many, deep;
   for (int i = 0; i < 12; ++i) many += "foreach(v 0 1 2 3 4 5 6 7 8 9)\n";
   for (int i = 0; i < 5000; ++i) deep += "foreach(v 0)\n";
@@ -79,7 +79,7 @@ TEST_F(BesideTheDescription, CMakeLoopsInLoopsAreGivenUpWithANote) {
   EXPECT_THAT(skipped(), ElementsAre("CMakeLists.txt"));
 }
 
-TEST_F(BesideTheDescription, PipesAndDevicesAreNotOpened) {
+TEST_F(SideFilesTest, PipesAndDevicesAreSkipped) {
   pipe("CMakeLists.txt");
   pipe("launch/a.launch.py");
   pipe("config/b.yaml");
@@ -89,7 +89,7 @@ TEST_F(BesideTheDescription, PipesAndDevicesAreNotOpened) {
                                                        "c.launch.py", "d.yaml"));
 }
 
-TEST_F(BesideTheDescription, FilesBeyondAnyUsualSizeAreNotRead) {
+TEST_F(SideFilesTest, HugeFilesAreSkipped) {
   endless("CMakeLists.txt");
   endless("launch/a.launch.py");
   endless("config/b.yaml");
@@ -98,7 +98,7 @@ TEST_F(BesideTheDescription, FilesBeyondAnyUsualSizeAreNotRead) {
   EXPECT_THAT(skipped(), testing::UnorderedElementsAre("package.xml", "b.yaml"));
 }
 
-TEST_F(BesideTheDescription, AMeshThatWouldTakeMinutesIsNotMeasured) {
+TEST_F(SideFilesTest, HugeMeshIsNotMeasured) {
   endless("urdf/huge.stl");
   const std::string link =
       "<link name=\"huge\"><collision><geometry><mesh filename=\"huge.stl\"/></geometry></collision></link>"
@@ -109,13 +109,13 @@ TEST_F(BesideTheDescription, AMeshThatWouldTakeMinutesIsNotMeasured) {
   EXPECT_THAT(of("mesh.unreadable", link), IsEmpty());
 }
 
-TEST_F(BesideTheDescription, LinksThatLeadToThemselvesAreSkipped) {
+TEST_F(SideFilesTest, CyclicSymlinksAreSkipped) {
   link("a.launch.py", "launch/a.launch.py");
   link("b.yaml", "config/b.yaml");
   EXPECT_THAT(skipped(), testing::UnorderedElementsAre("a.launch.py", "b.yaml"));
 }
 
-TEST_F(BesideTheDescription, OfAFullFolderTheFirstFilesAreRead) {
+TEST_F(SideFilesTest, FullFolderIsReadInPart) {
   for (int i = 0; i < 70; ++i) write("launch/" + std::to_string(100 + i) + ".launch.py", "pass\n");
   EXPECT_THAT(skipped(), ElementsAre("launch"));
   for (std::size_t i = 0; i < kMaxSideEntries; ++i) write("config/" + std::to_string(i) + ".txt", "");
@@ -124,7 +124,7 @@ TEST_F(BesideTheDescription, OfAFullFolderTheFirstFilesAreRead) {
   EXPECT_THAT(skipped(), testing::UnorderedElementsAre("launch", "config"));
 }
 
-TEST_F(BesideTheDescription, YamlOfAliasesOfAliasesEnds) {
+TEST_F(SideFilesTest, YamlAliasBombEnds) {
   std::string bomb = "controller_manager:\n  ros__parameters:\n    a0: &a0 {x: 1}\n";
   for (int i = 1; i < 40; ++i) {
     const std::string before = "*a" + std::to_string(i - 1);
@@ -141,14 +141,14 @@ TEST_F(BesideTheDescription, YamlOfAliasesOfAliasesEnds) {
   EXPECT_EQ(of("datasheet.invalid").size(), 1U);
 }
 
-TEST_F(BesideTheDescription, ElementsNestedBeyondReasonMakeThePackageInvalid) {
+TEST_F(SideFilesTest, DeeplyNestedManifestIsInvalid) {
   std::string deep = "<package>";
   for (int i = 0; i < 100000; ++i) deep += "<a>";
   write("package.xml", deep);
   EXPECT_EQ(of("package.invalid").size(), 1U);
 }
 
-TEST_F(BesideTheDescription, SheetsThatNameEachOtherAreRefused) {
+TEST_F(SideFilesTest, CyclicDatasheetsAreRefused) {
   write("config/actuators.yaml", "joints: {shoulder: other.yaml}\n");
   write("config/other.yaml", "joints: {shoulder: actuators.yaml}\n");
   const auto found = of("datasheet.invalid");
@@ -156,14 +156,14 @@ TEST_F(BesideTheDescription, SheetsThatNameEachOtherAreRefused) {
   EXPECT_NE(found.front().message.find("no sheet of an actuator"), std::string::npos);
 }
 
-TEST_F(BesideTheDescription, ASetupPyThatEndsInACommentEnds) {
+TEST_F(SideFilesTest, SetupPyEndingInCommentIsRead) {
   write("setup.py", "package_name = 'p'\nsetup(data_files=['#', ('share/p', ['package.xml'])] # no more");
   EXPECT_EQ(read_setup_py(folder_ / "setup.py").project, "p");
   write("setup.py", "data_files=[\n '#',\n ]#");
   EXPECT_TRUE(read_setup_py(folder_ / "setup.py").paths.empty());
 }
 
-TEST_F(BesideTheDescription, PatternsWithManyStarsMatchInTheStepsOfTheirLengths) {
+TEST_F(SideFilesTest, PatternWithManyStarsMatchesInLinearTime) {
   InstallRules rules;
   std::string stars;
   for (int i = 0; i < 60; ++i) stars += "a*";
@@ -176,7 +176,7 @@ TEST_F(BesideTheDescription, PatternsWithManyStarsMatchInTheStepsOfTheirLengths)
 }
 
 // Whatever the order of what these files are made of, the readers come back.
-TEST_F(BesideTheDescription, BuildFilesOfAnyWordsAreReadToTheirEnd) {
+TEST_F(SideFilesTest, RandomBuildFilesAreReadToEnd) {
   const std::vector<std::string> words{"set(",
                                        "foreach(",
                                        "endforeach(",
@@ -224,7 +224,7 @@ TEST_F(BesideTheDescription, BuildFilesOfAnyWordsAreReadToTheirEnd) {
 }
 
 // Each includes all the others, by a name that they share: a walk along every path would not end.
-TEST_F(BesideTheDescription, XacroFilesOfOneNameAreLookedAtOnce) {
+TEST_F(SideFilesTest, XacroFilesOfSameNameAreReadOnce) {
   std::string all;
   for (int i = 0; i < 12; ++i) all += "<xacro:include filename=\"f" + std::to_string(i) + "/part.xacro\"/>\n";
   const std::string head = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n";

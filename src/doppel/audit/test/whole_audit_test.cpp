@@ -7,9 +7,9 @@
 namespace doppel::audit_test {
 namespace {
 
-class WholeAudit : public AuditTest {};
+class AuditDescriptionTest : public AuditTest {};
 
-TEST_F(WholeAudit, ARightRobotHasNoFindingAboveANote) {
+TEST_F(AuditDescriptionTest, GoodRobotHasNotesOnly) {
   const AuditReport report = check(robot({}));
   EXPECT_EQ(report.count(Severity::error) + report.count(Severity::warning), 0U) << report_text(report);
   EXPECT_EQ(report.links, 2U);
@@ -17,7 +17,7 @@ TEST_F(WholeAudit, ARightRobotHasNoFindingAboveANote) {
   EXPECT_DOUBLE_EQ(report.mass, 1.0);
 }
 
-TEST_F(WholeAudit, AFaultyRobotIsReadAsFarAsItGoes) {
+TEST_F(AuditDescriptionTest, FaultyRobotIsAuditedAsFarAsRead) {
   Parts p;
   p.limit = R"(<limit lower="a" upper="1" effort="100" velocity="100"/>)";
   p.inertial = tensor("1 0 0 1 0 1");
@@ -27,7 +27,7 @@ TEST_F(WholeAudit, AFaultyRobotIsReadAsFarAsItGoes) {
   EXPECT_EQ(find(report, "urdf.number")->subject, "joint 'j'");
 }
 
-TEST_F(WholeAudit, ALoopOfMovingJointsIsTold) {
+TEST_F(AuditDescriptionTest, JointLoopIsReported) {
   const std::string back = follower(kLimit) +
                            "<joint name=\"back\" type=\"revolute\"><parent link=\"tip\"/>" +
                            "<child link=\"arm\"/>" + kAxis + kLimit + "</joint>";
@@ -41,7 +41,7 @@ TEST_F(WholeAudit, ALoopOfMovingJointsIsTold) {
   EXPECT_NE(find(check(ring), "urdf.loop"), nullptr);
 }
 
-TEST_F(WholeAudit, OneFaultIsToldOnce) {
+TEST_F(AuditDescriptionTest, SingleFaultIsReportedOnce) {
   struct OneCase {
     Parts parts;
     const char* rule;
@@ -68,7 +68,7 @@ TEST_F(WholeAudit, OneFaultIsToldOnce) {
   EXPECT_NE(find(typo, "schema.element")->message.find("did you mean <limit>?"), std::string::npos);
 }
 
-TEST_F(WholeAudit, RangesThatDifferAndAreWholeDegreesAreOnesWithARepairEach) {
+TEST_F(AuditDescriptionTest, DegreeLimitsHaveFixEach) {
   const AuditReport report = check(robot(two_ranges("-90", "90", "0", "135")));
   std::map<std::string, double> upper;
   for (const Finding& f : report.findings) {
@@ -84,7 +84,7 @@ TEST_F(WholeAudit, RangesThatDifferAndAreWholeDegreesAreOnesWithARepairEach) {
 }
 
 // What engines lump into one body is judged as one: a part without a tensor of its own is carried.
-TEST_F(WholeAudit, AFaultyTensorThatASoundBodyCarriesIsAWarningAndIsLeftAlone) {
+TEST_F(AuditDescriptionTest, FaultyTensorOfSoundBodyIsWarningWithoutFix) {
   const std::string part = "<link name=\"lens\">" + tensor("0.000001 0 0 0.000001 0 0.0001", "0.01") +
                            "</link><joint name=\"glue\" type=\"fixed\"><parent link=\"arm\"/>"
                            "<child link=\"lens\"/></joint>";
@@ -96,7 +96,7 @@ TEST_F(WholeAudit, AFaultyTensorThatASoundBodyCarriesIsAWarningAndIsLeftAlone) {
 }
 
 // A power of ten would make it possible, and no shape says that it is the one that was meant.
-TEST_F(WholeAudit, AnImpossibleTensorWithoutAShapeIsAnErrorWithoutARepair) {
+TEST_F(AuditDescriptionTest, ImpossibleTensorWithoutShapeIsErrorWithoutFix) {
   Parts p = with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.06"));
   p.visual = p.collision = "";
   const AuditReport report = check(robot(p));
@@ -106,7 +106,7 @@ TEST_F(WholeAudit, AnImpossibleTensorWithoutAShapeIsAnErrorWithoutARepair) {
   EXPECT_TRUE(found->repair.empty());
 }
 
-TEST_F(WholeAudit, NothingIsWrittenForWhatIsOnlyDoubted) {
+TEST_F(AuditDescriptionTest, SuspicionHasNoFix) {
   const Parts cases[] = {
       with(&Parts::inertial, tensor("0.000036 0 0 0.000036 0 0.000006", "0.01")),  // ten grams
       with(&Parts::inertial, tensor("0.01 0 0 0.01 0 0.01", "0.1")),               // a placeholder
@@ -122,13 +122,13 @@ TEST_F(WholeAudit, NothingIsWrittenForWhatIsOnlyDoubted) {
   }
 }
 
-TEST_F(WholeAudit, WhatCannotBeReadIsAnInputError) {
+TEST_F(AuditDescriptionTest, UnreadableFileThrowsInputError) {
   EXPECT_THROW(check("<robot name='r'><link"), InputError);
   EXPECT_THROW(check("<sdf/>"), InputError);
   EXPECT_THROW(check_file(folder_ / "none.urdf"), InputError);
 }
 
-TEST_F(WholeAudit, AProfileLeavesOutWhatDoesNotConcernIt) {
+TEST_F(AuditDescriptionTest, ProfileFiltersFindings) {
   Parts p;
   p.inertial = tensor("1 0 0 1 0 1");
   const fs::path file = write("r.urdf", robot(p));
@@ -147,7 +147,7 @@ std::string mesh_link(const std::string& name, const std::string& file, const st
          "\"/></joint>\n";
 }
 
-TEST_F(WholeAudit, AMissingMeshIsToldOnceAndAMissingFolderOnce) {
+TEST_F(AuditDescriptionTest, MissingMeshAndFolderAreReportedOnce) {
   Parts p;
   p.more = mesh_link("a", "none/a.stl");
   AuditReport report = check(robot(p));
@@ -178,7 +178,7 @@ std::string cube(double size, bool inward = false, bool open = false) {
   return out;
 }
 
-TEST_F(WholeAudit, MeshesAreMeasured) {
+TEST_F(AuditDescriptionTest, OpenMeshIsReported) {
   struct MeshCase {
     const char* rule;
     Severity severity;
@@ -215,7 +215,7 @@ TEST_F(WholeAudit, MeshesAreMeasured) {
   }
 }
 
-TEST_F(WholeAudit, AScaleIsOnlyWrittenWhereOneFileIsMeant) {
+TEST_F(AuditDescriptionTest, ScaleFixNeedsSingleFile) {
   write("m.obj", cube(100));
   write("metres.obj", cube(0.1));
   Parts p;
@@ -229,7 +229,7 @@ TEST_F(WholeAudit, AScaleIsOnlyWrittenWhereOneFileIsMeant) {
 }
 
 // What is written in millimetres is told once: not again as a mass, a centre or a scale that do not fit.
-TEST_F(WholeAudit, AShapeInDoubtIsNotHeldAgainstTheInertia) {
+TEST_F(AuditDescriptionTest, SuspectShapeGivesNoInertiaFinding) {
   write("m.obj", cube(100));
   const auto arm = [](const std::string& scale, const std::string& com) {
     const std::string mesh = "<origin xyz=\"-0.05 -0.05 0.1\"/><geometry><mesh filename=\"m.obj\" scale=\"" +
@@ -262,7 +262,7 @@ TEST_F(WholeAudit, AShapeInDoubtIsNotHeldAgainstTheInertia) {
   EXPECT_EQ(sign->severity, N);
 }
 
-TEST_F(WholeAudit, ANearFileIsNamed) {
+TEST_F(AuditDescriptionTest, MissingFileNamesNearest) {
   write("wrist.obj", cube(0.1));
   Parts p;
   p.more = mesh_link("a", "wirst.obj");
@@ -272,7 +272,7 @@ TEST_F(WholeAudit, ANearFileIsNamed) {
   EXPECT_NE(found->fix.find("wrist.obj"), std::string::npos) << found->fix;
 }
 
-TEST_F(WholeAudit, PlacesLeadThroughMacros) {
+TEST_F(AuditDescriptionTest, PlacesIncludeMacroCalls) {
   const std::string text =
       "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<xacro:macro name=\"m\" "
       "params=\"n\">\n<link name=\"${n}\">\n"

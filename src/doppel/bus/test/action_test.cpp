@@ -20,9 +20,9 @@ GoalId id_of(std::uint8_t number) {
   return id;
 }
 
-class Actions : public testing::Test {
+class ActionServerTest : public testing::Test {
  protected:
-  Actions() { make_server(); }
+  ActionServerTest() { make_server(); }
 
   void make_server() {
     server_ = std::make_unique<ActionServer<Move>>(
@@ -72,7 +72,7 @@ class Actions : public testing::Test {
   std::string why_;
 };
 
-TEST_F(Actions, AGoalRunsToItsResult) {
+TEST_F(ActionServerTest, AcceptedGoalReachesResult) {
   std::vector<std::vector<int>> statuses;
   node_.subscribe<action_msgs::msg::GoalStatusArray>("~/move/_action/status", [&](const auto& message) {
     auto& list = statuses.emplace_back();
@@ -102,7 +102,7 @@ TEST_F(Actions, AGoalRunsToItsResult) {
   EXPECT_EQ(result(9)->status, 0) << "an unknown goal";
 }
 
-TEST_F(Actions, ARefusalIsToldInTheLog) {
+TEST_F(ActionServerTest, RejectedGoalIsLogged) {
   std::string line;
   node_.subscribe<rcl_interfaces::msg::Log>("/rosout", [&](const auto& log) { line = log.msg; });
   EXPECT_FALSE(send(1, -1));
@@ -112,7 +112,7 @@ TEST_F(Actions, ARefusalIsToldInTheLog) {
   EXPECT_EQ(result(2)->status, 4);
 }
 
-TEST_F(Actions, CancelMeansOneOrAllOrTheEarlierOnes) {
+TEST_F(ActionServerTest, CancelRequestSelectsOneAllOrEarlierGoals) {
   using Code = Cancel::Response;
   bus_.set_now(seconds(1));
   send(1, 1);
@@ -139,7 +139,7 @@ TEST_F(Actions, CancelMeansOneOrAllOrTheEarlierOnes) {
   EXPECT_EQ(server_->status(id_of(3)), GoalStatus::canceling);
 }
 
-TEST_F(Actions, ResultsAreKeptForTenSeconds) {
+TEST_F(ActionServerTest, ResultsAreKeptForTenSeconds) {
   bus_.set_now(seconds(1));
   send(1, 1);
   bus_.set_now(seconds(20));
@@ -150,7 +150,7 @@ TEST_F(Actions, ResultsAreKeptForTenSeconds) {
   EXPECT_EQ(result(1)->status, 0);
 }
 
-TEST_F(Actions, AFloodOfGoalsIsForgottenSooner) {
+TEST_F(ActionServerTest, ManyGoalsAreForgottenSooner) {
   for (int i = 0; i < 300; ++i) {
     GoalId id{};
     id[0] = static_cast<std::uint8_t>(i);
@@ -164,7 +164,7 @@ TEST_F(Actions, AFloodOfGoalsIsForgottenSooner) {
   EXPECT_EQ(kept, ActionGoals::kKeptResults) << "as it was told with the last one";
 }
 
-TEST_F(Actions, AServerMayGoWithGoalsOpenAndComeAgain) {
+TEST_F(ActionServerTest, ServerWithOpenGoalsCanBeRecreated) {
   send(1, 1);
   std::optional<GetResult<Move>::Response> response;
   call<GetResult<Move>>("get_result", {{id_of(1)}}, response);

@@ -66,7 +66,7 @@ struct Answer {
   }
 };
 
-TEST(Bus, ResolvesNamesAndListsTheGraph) {
+TEST(Bus, ResolvesNamesAndListsGraph) {
   Bus bus;
   Node a(bus, "/a"), b(bus, "/b");
   a.advertise<String>("~/own");
@@ -78,7 +78,7 @@ TEST(Bus, ResolvesNamesAndListsTheGraph) {
   EXPECT_THAT(bus.nodes(), ElementsAre("/a", "/b"));
 }
 
-TEST(Bus, SubscribersAreCalledAtOnce) {
+TEST(Bus, PublishCallsSubscribersImmediately) {
   Bus bus;
   Node node(bus, "/n");
   const auto publisher = node.advertise<Float64>("x");
@@ -90,7 +90,7 @@ TEST(Bus, SubscribersAreCalledAtOnce) {
   EXPECT_EQ(received, 2.5);
 }
 
-TEST(Bus, TwoNodesMustAgreeOnATopicsType) {
+TEST(Bus, TopicOfAnotherTypeIsRefused) {
   Bus bus;
   Node a(bus, "/a"), b(bus, "/b");
   a.advertise<Float64>("x");
@@ -103,7 +103,7 @@ TEST(Bus, TwoNodesMustAgreeOnATopicsType) {
   EXPECT_THROW(Node(bus, "no_slash"), std::logic_error);
 }
 
-TEST(Bus, ANodeTakesEverythingWithIt) {
+TEST(Bus, NodeDestructionRemovesItsEndpoints) {
   Bus bus;
   const auto before = bus.graph_version();
   {
@@ -122,7 +122,7 @@ TEST(Bus, ANodeTakesEverythingWithIt) {
   EXPECT_NO_THROW(other.advertise<String>("x")) << "the name is free for another type";
 }
 
-TEST(Bus, ASubscriberThatThrowsIsReportedOnceAndTheOthersAreCalled) {
+TEST(Bus, ThrowingSubscriberIsReportedOnceAndOthersAreCalled) {
   std::vector<std::string> reports;
   Bus bus({.report = [&reports](const std::string& problem) { reports.push_back(problem); }});
   Node node(bus, "/node");
@@ -139,7 +139,7 @@ TEST(Bus, ASubscriberThatThrowsIsReportedOnceAndTheOthersAreCalled) {
   EXPECT_THAT(reports, ElementsAre(testing::AllOf(HasSubstr("/number"), HasSubstr("no such thing"))));
 }
 
-TEST(Bus, ACallbackMayDestroyItsNodeAndSubscribeMore) {
+TEST(Bus, CallbackCanDestroyItsNodeAndSubscribe) {
   Bus bus;
   Node source(bus, "/source");
   const auto publisher = source.advertise<Int32>("x");
@@ -157,7 +157,7 @@ TEST(Bus, ACallbackMayDestroyItsNodeAndSubscribeMore) {
   EXPECT_EQ(received, 100);
 }
 
-TEST(Edge, GetsWhatItSubscribedTo) {
+TEST(Edge, SubscriptionReceivesMessages) {
   Bus bus;
   Node node(bus, "/n");
   const auto publisher = node.advertise<Int32>("x");
@@ -179,7 +179,7 @@ TEST(Edge, GetsWhatItSubscribedTo) {
   EXPECT_FALSE(publisher.has_listeners());
 }
 
-TEST(Edge, LatchedTopicsAreKeptForLateComers) {
+TEST(Edge, LatchedTopicReachesLateSubscriber) {
   Bus bus;
   Node node(bus, "/n");
   const auto publisher = node.advertise<String>("x", {.depth = 1, .latched = true});
@@ -196,7 +196,7 @@ TEST(Edge, LatchedTopicsAreKeptForLateComers) {
   EXPECT_EQ(received, "last");
 }
 
-TEST(Edge, ALatchedMessageThatFindsTheRingFullComesLater) {
+TEST(Edge, LatchedMessageIsRetriedWhenRingWasFull) {
   Bus bus;
   Node node(bus, "/n");
   const auto stream = node.advertise<String>("stream");
@@ -217,7 +217,7 @@ TEST(Edge, ALatchedMessageThatFindsTheRingFullComesLater) {
   EXPECT_EQ(incoming.topic, topic(bus, "/x").id);
 }
 
-TEST(Edge, ASlowOneLosesMessagesAndCountsThem) {
+TEST(Edge, SlowEdgeCountsLostMessages) {
   Bus bus;
   Node node(bus, "/n");
   const auto publisher = node.advertise<String>("x");
@@ -230,7 +230,7 @@ TEST(Edge, ASlowOneLosesMessagesAndCountsThem) {
   EXPECT_EQ(got + edge->dropped(), 100U);
 }
 
-TEST(Edge, PublishesToNodesAndEdges) {
+TEST(Edge, PublishReachesNodesAndEdges) {
   Bus bus;
   bus.set_now(milliseconds(5));
   Node node(bus, "/n");
@@ -250,7 +250,7 @@ TEST(Edge, PublishesToNodesAndEdges) {
   EXPECT_EQ(got[0].data, 4);
 }
 
-TEST(Bus, TellsWhoOffersATopicHow) {
+TEST(Bus, TopicInfoListsEndpointsWithQos) {
   Bus bus;
   Node node(bus, "/n"), part(bus, "/n"), other(bus, "/m");
   node.advertise<Float64>("x", {.depth = 3, .best_effort = true});
@@ -271,7 +271,7 @@ TEST(Bus, TellsWhoOffersATopicHow) {
   EXPECT_EQ(x.subscribers[1].edge, "edge");
 }
 
-TEST(Bus, TellsThatAnotherNodeHasATopicToo) {
+TEST(Bus, SecondPublisherIsReported) {
   Bus bus;
   Node one(bus, "/one");
   std::optional<Node> two(std::in_place, bus, "/two");
@@ -286,7 +286,7 @@ TEST(Bus, TellsThatAnotherNodeHasATopicToo) {
   EXPECT_TRUE(has_grown());
 }
 
-TEST(Edge, ThatDoesNotHearItselfHearsAllOthers) {
+TEST(Edge, WithoutOwnMessagesReceivesAllOthers) {
   Bus bus;
   Node node(bus, "/n");
   const auto publisher = node.advertise<Float64>("x", {.depth = 1, .latched = true});
@@ -309,7 +309,7 @@ TEST(Edge, ThatDoesNotHearItselfHearsAllOthers) {
   EXPECT_THAT(take_all<Float64>(*net, id), IsEmpty()) << "the latched message is its own";
 }
 
-TEST(Edge, OnATopicThatOnlyEdgesUseDoesNotHearItselfEither) {
+TEST(Edge, WithoutOwnMessagesOnEdgeTopicReceivesNoOwn) {
   Bus bus;
   const auto net = bus.attach("net", {.receives_own = false}), page = bus.attach("page");
   ASSERT_TRUE(net->publish("/remote", "/x", "std_msgs/msg/Float64", to_cdr(Float64{1})));
@@ -323,7 +323,7 @@ TEST(Edge, OnATopicThatOnlyEdgesUseDoesNotHearItselfEither) {
   EXPECT_EQ(take_all<Float64>(*page, id).size(), 1U);
 }
 
-TEST(Edge, MayPublishToATopicOfItsOwn) {
+TEST(Edge, PublishCreatesTopic) {
   Bus bus;
   auto one = bus.attach("one");
   const auto two = bus.attach("two");
@@ -343,7 +343,7 @@ TEST(Edge, MayPublishToATopicOfItsOwn) {
   EXPECT_THAT(names(topic(bus, "/x").publishers), ElementsAre("/n"));
 }
 
-TEST(Edge, RefusesWhatItCannotPublish) {
+TEST(Edge, UnpublishableMessageIsRefused) {
   Bus bus;
   Node node(bus, "/n");
   node.subscribe<Float64>("x", [](const Float64&) {});
@@ -358,7 +358,7 @@ TEST(Edge, RefusesWhatItCannotPublish) {
               HasSubstr("letters, digits and _"));
 }
 
-TEST(Service, AnswersNowOrLaterOnce) {
+TEST(Service, ResponseCanBeImmediateOrDeferredOnce) {
   Bus bus;
   Node node(bus, "/n");
   Responder<SetBool::Response> later;
@@ -385,7 +385,7 @@ TEST(Service, AnswersNowOrLaterOnce) {
   EXPECT_EQ(late.count, 1);
 }
 
-TEST(Service, SaysWhyThereIsNoAnswer) {
+TEST(Service, FailureHasReason) {
   Bus bus;
   auto node = std::make_unique<Node>(bus, "/n");
   Responder<Trigger::Response> kept;
@@ -410,7 +410,7 @@ TEST(Service, SaysWhyThereIsNoAnswer) {
   EXPECT_THAT(gone.status.why(), HasSubstr("went away")) << "its node has gone before the request came";
 }
 
-TEST(Service, NodeAndEdgeMayGoWhileARequestIsOpen) {
+TEST(Service, NodeAndEdgeCanBeDestroyedDuringRequest) {
   Bus bus;
   auto node = std::make_unique<Node>(bus, "/n");
   Responder<Trigger::Response> kept;
@@ -426,7 +426,7 @@ TEST(Service, NodeAndEdgeMayGoWhileARequestIsOpen) {
   EXPECT_EQ(answer.count, 0) << "the edge has gone, nobody is left to answer";
 }
 
-TEST(Service, OneNodeMayReplaceItsOwnOnly) {
+TEST(Service, SecondServerOfAnotherNodeIsRefused) {
   Bus bus;
   Node a(bus, "/a"), b(bus, "/b");
   int called = 0;

@@ -26,7 +26,7 @@ std::string error_of(std::vector<std::string> list) {
   return "";
 }
 
-TEST(Names, AreCheckedByRos2Rules) {
+TEST(Names, NamesAreCheckedByRos2Rules) {
   EXPECT_TRUE(check_node_name("arm_1"));
   EXPECT_THAT(check_node_name("arm-1").why(), HasSubstr("'-'"));
   EXPECT_THAT(check_node_name("1arm").why(), HasSubstr("digit"));
@@ -41,7 +41,7 @@ TEST(Names, AreCheckedByRos2Rules) {
     EXPECT_FALSE(check_topic_name(bad)) << bad;
 }
 
-TEST(Names, BecomeWhole) {
+TEST(Names, NamesAreExpanded) {
   EXPECT_EQ(expand_name("x", "/arm"), "/x");
   EXPECT_EQ(expand_name("x/y", "/left/arm"), "/left/x/y");
   EXPECT_EQ(expand_name("~/x", "/left/arm"), "/left/arm/x");
@@ -52,7 +52,7 @@ TEST(Names, BecomeWhole) {
   EXPECT_EQ(node_base_name("/a/b/arm"), "arm");
 }
 
-TEST(NameRules, RenameNodesTopicsAndServices) {
+TEST(NameRules, RemapsNodesTopicsAndServices) {
   NameRules rules;
   for (const char* rule : {"__ns:=/left", "arm:__node:=hand", "hand:__ns:=/right", "joint_states:=js",
                            "/tf:=tf", "hand:~/own:=/mine", "rosservice://both:=only_service"}) {
@@ -69,7 +69,7 @@ TEST(NameRules, RenameNodesTopicsAndServices) {
   EXPECT_EQ(rules.resolve(NameKind::service, "both", "/left/other"), "/left/only_service");
 }
 
-TEST(NameRules, ThatFitNothingAreTold) {
+TEST(NameRules, UnusedRuleIsReported) {
   NameRules rules;
   rules.add("joint_sttes:=js");
   rules.add("armm:x:=y");
@@ -83,7 +83,7 @@ TEST(NameRules, ThatFitNothingAreTold) {
   EXPECT_THAT(diagnostics.all()[1].message, HasSubstr("did you mean 'arm'?"));
 }
 
-TEST(NameRules, HoldForAllThatIsOnTheBus) {
+TEST(NameRules, ApplyToAllBusNames) {
   NameRules rules;
   rules.add("__ns:=/left");
   rules.add("x:=y");
@@ -102,7 +102,7 @@ TEST(NameRules, HoldForAllThatIsOnTheBus) {
   EXPECT_EQ(bus.services().at(0).node, "/left/arm");
 }
 
-TEST(RosArguments, AreTakenOutOfTheCommandLine) {
+TEST(RosArguments, RosArgsAreRemovedFromCommandLine) {
   auto line = words({"up",
                      "arm",
                      "use_sim:=true",
@@ -140,7 +140,7 @@ TEST(RosArguments, AreTakenOutOfTheCommandLine) {
   EXPECT_EQ(arguments.enclave, "/cell/left");
 }
 
-TEST(RosArguments, ThatFitNothingAreTold) {
+TEST(RosArguments, UnusedArgumentIsReported) {
   auto line = words({"--ros-args", "-r", "x:=y", "-p", "arm:gain:=1", "-p", "arm:gian:=1", "-p",
                      "amr:gain:=1", "-p", "gain:=2", "-p", "/**:none_such:=2"});
   const RosArguments arguments = take_ros_arguments(line);
@@ -156,7 +156,7 @@ TEST(RosArguments, ThatFitNothingAreTold) {
   EXPECT_THAT(diagnostics.all()[3].message, HasSubstr("none_such"));
 }
 
-TEST(RosArguments, ThatAreWrongAreTold) {
+TEST(RosArguments, InvalidArgumentIsReported) {
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "a"})), HasSubstr("FROM:=TO"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r"})), HasSubstr("something is missing"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "__ns:=left"})), HasSubstr("slash"));
@@ -171,7 +171,7 @@ TEST(RosArguments, ThatAreWrongAreTold) {
   EXPECT_THAT(error_of(words({"--ros-args", "--log-level", "arm:=debug"})), HasSubstr("--log-level debug"));
 }
 
-TEST(NodeArguments, AreRulesOfOneNode) {
+TEST(NodeArguments, RulesApplyToOneNode) {
   const NodeArguments none = read_node_arguments({}, "/arm", {});
   EXPECT_TRUE(none.rules.empty() && none.parameters.empty());
   const NodeArguments own = read_node_arguments(words({"-r", "a:=b", "-r", "hand:rostopic://c:=d", "-r",

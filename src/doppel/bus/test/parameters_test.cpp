@@ -14,7 +14,7 @@ namespace srv = rcl_interfaces::srv;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TEST(ParameterText, ReadsAsYamlReads) {
+TEST(ParameterText, TextIsReadAsYaml) {
   EXPECT_EQ(parse_parameter("1"), ParameterValue(std::int64_t{1}));
   EXPECT_EQ(parse_parameter("-1.50"), ParameterValue(-1.5));
   EXPECT_EQ(parse_parameter("1e3"), ParameterValue(1000.0));
@@ -30,7 +30,7 @@ TEST(ParameterText, ReadsAsYamlReads) {
   EXPECT_EQ(parse_parameter(""), ParameterValue(std::string()));
 }
 
-TEST(ParameterText, WritesWhatItReads) {
+TEST(ParameterText, WrittenTextReadsBackEqual) {
   const ParameterValue values[] = {true,
                                    std::int64_t{-3},
                                    1.0,
@@ -58,7 +58,7 @@ Parameters some_parameters() {
   return parameters;
 }
 
-TEST(Parameters, KeepTheirTypes) {
+TEST(Parameters, SetOfAnotherTypeIsRefused) {
   Parameters parameters = some_parameters();
   std::string received;
   parameters.on_change([&](const std::string& name, const ParameterValue& value) {
@@ -82,7 +82,7 @@ TEST(Parameters, KeepTheirTypes) {
   EXPECT_THROW(parameters.declare("rate", 1.0), std::logic_error);
 }
 
-TEST(Parameters, UndeclaredOnesWhereTheyAreAllowed) {
+TEST(Parameters, UndeclaredCanBeSetWhereAllowed) {
   Parameters parameters = some_parameters();
   parameters.allow_undeclared();
   std::vector<std::string> received, declared, deleted;
@@ -106,7 +106,7 @@ TEST(Parameters, UndeclaredOnesWhereTheyAreAllowed) {
   EXPECT_THAT(deleted, ElementsAre("arm.type=1"));
 }
 
-TEST(Parameters, WhatWasSetBeforeItsDeclarationCounts) {
+TEST(Parameters, OverrideBeforeDeclarationIsUsed) {
   Parameters parameters;
   parameters.allow_undeclared();
   ASSERT_TRUE(parameters.set_all({{"p", std::int64_t{2}}, {"q", std::string("x")}, {"r", -1.0}}));
@@ -117,7 +117,7 @@ TEST(Parameters, WhatWasSetBeforeItsDeclarationCounts) {
   EXPECT_THROW(parameters.declare("p", 1.0), std::logic_error);
 }
 
-TEST(Parameters, UndeclaredOnesHaveAnEnd) {
+TEST(Parameters, UndeclaredAreBounded) {
   Parameters parameters;
   parameters.allow_undeclared();
   for (std::size_t i = 0; i < Parameters::kMaxUndeclared; ++i)
@@ -150,7 +150,7 @@ class ParameterServices : public testing::Test {
   std::unique_ptr<Edge> edge_ = bus_.attach("edge");
 };
 
-TEST_F(ParameterServices, List) {
+TEST_F(ParameterServices, ListParametersReturnsNames) {
   const auto all = call<srv::ListParameters>("list_parameters", {}).result;
   EXPECT_THAT(all.names, ElementsAre("gains.a.p", "goal_time", "joints", "offsets", "rate"));
   EXPECT_THAT(all.prefixes, ElementsAre("gains.a"));
@@ -164,7 +164,7 @@ TEST_F(ParameterServices, List) {
               ElementsAre("gains.a.p"));
 }
 
-TEST_F(ParameterServices, GetDescribeAndTypes) {
+TEST_F(ParameterServices, GetDescribeAndTypesReturnDeclared) {
   const auto values = call<srv::GetParameters>("get_parameters", {{"rate"}}).values;
   ASSERT_EQ(values.size(), 1U);
   EXPECT_EQ(values[0].double_value, 100.0);
@@ -183,7 +183,7 @@ TEST_F(ParameterServices, GetDescribeAndTypes) {
   EXPECT_EQ(ranges.at(1).floating_point_range.at(0).to_value, std::numeric_limits<double>::max());
 }
 
-TEST_F(ParameterServices, UndeclaredOnesAreNotSetWhereTheyAreAllowed) {
+TEST_F(ParameterServices, UndeclaredParameterIsNotSet) {
   node_.parameters().allow_undeclared();
   const auto values = call<srv::GetParameters>("get_parameters", {{"rate", "none"}}).values;
   ASSERT_EQ(values.size(), 2U);
@@ -201,7 +201,7 @@ TEST_F(ParameterServices, UndeclaredOnesAreNotSetWhereTheyAreAllowed) {
       call<srv::DescribeParameters>("describe_parameters", {{"none"}}).descriptors.at(0).dynamic_typing);
 }
 
-TEST_F(ParameterServices, SetEachOrAllOrNothing) {
+TEST_F(ParameterServices, SetIsPerParameterOrAtomic) {
   const std::vector<rcl_interfaces::msg::Parameter> wanted = {{"rate", to_msg(5.0)},
                                                               {"joints", to_msg(std::string("x"))}};
   const auto atomic = call<srv::SetParametersAtomically>("set_parameters_atomically", {wanted}).result;
@@ -213,7 +213,7 @@ TEST_F(ParameterServices, SetEachOrAllOrNothing) {
   EXPECT_EQ(std::get<double>(node_.parameters().find("rate")->value), 5.0);
 }
 
-TEST_F(ParameterServices, EdgesReachThemDirectly) {
+TEST_F(ParameterServices, EdgeCallsServices) {
   Status status;
   edge_->set_parameter("/n", "rate", 7.0, [&](Status s) { status = std::move(s); });
   bus_.spin();

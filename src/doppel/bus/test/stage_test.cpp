@@ -49,7 +49,7 @@ void command(Bus& bus, Edge& edge, int value) {
   bus.spin();
 }
 
-TEST(BusStage, WhatFailsLeavesTheFormerNodesAsTheyWere) {
+TEST(BusStage, FailureRestoresFormerNodes) {
   Bus bus;
   auto edge = bus.attach("test");
   Part former(bus, "former");
@@ -79,7 +79,7 @@ TEST(BusStage, WhatFailsLeavesTheFormerNodesAsTheyWere) {
   EXPECT_THAT(former.received, ElementsAre(7));
 }
 
-TEST(BusStage, AfterCommitTheNewerNodesAnswerAndTheFormerOnesCanGo) {
+TEST(BusStage, CommitReplacesFormerNodes) {
   Bus bus;
   auto edge = bus.attach("test");
   auto former = std::make_unique<Part>(bus, "former");
@@ -105,7 +105,7 @@ TEST(BusStage, AfterCommitTheNewerNodesAnswerAndTheFormerOnesCanGo) {
   EXPECT_EQ(kept, "next");
 }
 
-TEST(BusStage, EdgesThatSubscribeStay) {
+TEST(BusStage, EdgeSubscriptionsSurvive) {
   Bus bus;
   auto edge = bus.attach("test");
   Part former(bus, "former");
@@ -120,7 +120,7 @@ TEST(BusStage, EdgesThatSubscribeStay) {
   EXPECT_TRUE(edge->next(message));
 }
 
-TEST(BusStage, OtherThreadsSeeTheFormerGraphWhileItIsOpenAndTheirCallsAreAnsweredByTheNewerNodes) {
+TEST(BusStage, OtherThreadsSeeFormerGraphUntilCommit) {
   Bus bus;
   auto edge = bus.attach("test");
   auto former = std::make_unique<Part>(bus, "former");
@@ -145,7 +145,7 @@ TEST(BusStage, OtherThreadsSeeTheFormerGraphWhileItIsOpenAndTheirCallsAreAnswere
   EXPECT_EQ(answer, "next");
 }
 
-TEST(NameRules, OfAPartGoWithIt) {
+TEST(NameRules, RulesOfOwnerAreRemovedWithIt) {
   NameRules rules;
   rules.add("a:=b");
   const int owner = 0;

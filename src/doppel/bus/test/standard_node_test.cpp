@@ -26,7 +26,7 @@ std::vector<std::string> topics_of(const Bus& bus, bool published) {
   return names;
 }
 
-TEST(StandardNode, HasWhatRclcppGivesEveryNode) {
+TEST(StandardNode, HasServicesAndTopicsOfRclcppNode) {
   NameRules rules;
   rules.add("__ns:=/left");
   Bus bus({.names = rules});
@@ -49,7 +49,7 @@ TEST(StandardNode, HasWhatRclcppGivesEveryNode) {
   EXPECT_THAT(node.parameters().set("use_sim_time", false).why(), HasSubstr("--stamp"));
 }
 
-TEST(StandardNode, StampedByTheWallHasNoClock) {
+TEST(StandardNode, WallClockStampingHasNoClock) {
   Bus bus({.sim_time = false});
   Node node(bus, "/arm");
   make_standard(node);
@@ -57,7 +57,7 @@ TEST(StandardNode, StampedByTheWallHasNoClock) {
   for (const TopicInfo& topic : bus.topics()) EXPECT_NE(topic.name, "/clock");
 }
 
-TEST(StandardNode, TellsItsParametersEvents) {
+TEST(StandardNode, ParameterChangesPublishEvents) {
   Bus bus({.sim_time = false});
   bus.set_now(std::chrono::seconds(2));
   bus.set_stamp_offset(std::chrono::seconds(100));
@@ -81,7 +81,7 @@ TEST(StandardNode, TellsItsParametersEvents) {
   EXPECT_THAT(events[2].new_parameters, IsEmpty());
 }
 
-TEST(StandardNode, DescribesTypes) {
+TEST(StandardNode, TypeDescriptionServiceReturnsTypes) {
   using type_description_interfaces::srv::GetTypeDescription;
   Bus bus;
   Node node(bus, "/arm");
@@ -104,7 +104,7 @@ TEST(StandardNode, DescribesTypes) {
   EXPECT_EQ(response.failure_reason, "Failed to parse type hash");
 }
 
-TEST(StandardNode, MayChooseWhatItLogs) {
+TEST(StandardNode, LoggerLevelsCanBeSet) {
   using rcl_interfaces::srv::SetLoggerLevels;
   Bus bus;
   Node node(bus, "/arm");
@@ -130,7 +130,7 @@ TEST(StandardNode, MayChooseWhatItLogs) {
   EXPECT_THAT(received, ElementsAre("a warning"));
 }
 
-TEST(Rosout, TellsLinesInTheNameOfTheirNodes) {
+TEST(Rosout, LogLinesCarryNodeName) {
   NameRules rules;
   rules.add("arm:__ns:=/left");
   Bus bus({.names = rules});
@@ -163,7 +163,7 @@ void speak(const Log& log) {
   log.warning("arm", "from a function");
 }
 
-TEST(Rosout, LinesTellWhereTheyWereSaidAsRclcppsDo) {
+TEST(Rosout, LogLinesCarrySourceLocation) {
   Bus bus;
   Node arm(bus, "/arm");
   std::vector<rcl_interfaces::msg::Log> lines;

@@ -60,7 +60,7 @@ TEST(Allocation, PublishingNeverAllocates) {
   EXPECT_EQ(count, 201);
 }
 
-TEST(Threads, EdgesHearEverythingInOrderWhileTheyTalkBack) {
+TEST(BusThreads, EdgesReceiveInOrderWhilePublishing) {
   constexpr int kEdges = 4, kMessages = 5000, kTalks = 500;
   Bus bus;
   Node node(bus, "/n");
@@ -124,7 +124,7 @@ TEST(Threads, EdgesHearEverythingInOrderWhileTheyTalkBack) {
   EXPECT_TRUE(bus.topics().at(0).subscribers.empty()) << "edges that have gone are forgotten";
 }
 
-TEST(Threads, EdgesAndNodesComeAndGoUnderLoad) {
+TEST(BusThreads, EdgesAndNodesCanBeCreatedAndDestroyedUnderLoad) {
   Bus bus;
   std::atomic<bool> stop{false};
   std::atomic<int> rounds{0};
@@ -171,7 +171,7 @@ TEST(Threads, EdgesAndNodesComeAndGoUnderLoad) {
   EXPECT_TRUE(bus.topics().empty());
 }
 
-TEST(Threads, WaitEndsByMessageWakeOrTime) {
+TEST(BusThreads, WaitEndsOnMessageWakeOrTimeout) {
   Bus bus;
   Node node(bus, "/n");
   const auto publisher = node.advertise<Int32>("x");

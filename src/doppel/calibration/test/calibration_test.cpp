@@ -40,7 +40,7 @@ std::string refused(const Joint& joint, const std::vector<Measurement>& measurem
   return "accepted";
 }
 
-TEST(Calibration, TheWalkthroughsJointTwo) {
+TEST(Calibration, WalkthroughJointTwoIsCorrected) {
   const auto measured = degrees({{0, 45}, {90, 135}});
   const JointFit fit = fit_joint(revolute("Revolute 2"), measured);
   EXPECT_EQ(fit.direction, 1);
@@ -53,7 +53,7 @@ TEST(Calibration, TheWalkthroughsJointTwo) {
   EXPECT_EQ(operations[0].evidence.size(), 2u);
 }
 
-TEST(Calibration, AMirroredJointIsFlippedBeforeItsZeroIsBaked) {
+TEST(Calibration, MirroredJointIsFlippedBeforeItsZeroIsBaked) {
   const auto measured = degrees({{0, 180}, {60, 120}, {90, 90}});
   const JointFit fit = fit_joint(revolute("j"), measured);
   EXPECT_EQ(fit.direction, -1);
@@ -66,14 +66,14 @@ TEST(Calibration, AMirroredJointIsFlippedBeforeItsZeroIsBaked) {
   EXPECT_NEAR(*moved.upper, std::numbers::pi, 1e-12);
 }
 
-TEST(Calibration, AJointThatIsRightNeedsNothing) {
+TEST(Calibration, CorrectJointNeedsNoOperation) {
   const auto measured = degrees({{0, 0}, {90, 90}});
   EXPECT_TRUE(
       calibration_operations(revolute("j"), fit_joint(revolute("j"), measured), measured, LimitChoice::move)
           .empty());
 }
 
-TEST(Calibration, RefusesWhatTheMeasurementsCannotSeparate) {
+TEST(Calibration, AmbiguousMeasurementsAreRefused) {
   const Joint joint = revolute("j");
   EXPECT_EQ(refused(joint, degrees({{90, 110}})), "calibrate.too_few");
   EXPECT_EQ(refused(joint, {}), "calibrate.too_few");
@@ -90,7 +90,7 @@ TEST(Calibration, RefusesWhatTheMeasurementsCannotSeparate) {
 }
 
 // Whatever line the machine follows, measurements on it give it back, and noise appears as residuals only.
-TEST(Calibration, FindsTheLineThatWasMeasured) {
+TEST(Calibration, FitFindsMeasuredLine) {
   const unsigned seed = 11;
   SCOPED_TRACE(seed);
   std::mt19937 random(seed);
@@ -115,7 +115,7 @@ TEST(Calibration, FindsTheLineThatWasMeasured) {
   }
 }
 
-TEST(Calibration, ReadsMeasurementsAsPeopleWriteThem) {
+TEST(Calibration, MeasurementFormatsAreRead) {
   RobotDescription robot;
   robot.joints = {revolute("Revolute 2"), revolute("arm:left")};
   Joint slide = revolute("slide");
@@ -137,7 +137,7 @@ std::vector<Operation> corrections(const Joint& joint, const std::vector<Measure
   return calibration_operations(joint, fit_joint(joint, measurements), measurements, LimitChoice::keep);
 }
 
-TEST(Calibration, MeasurementsOfTheModelBeforeItsCorrectionAreTold) {
+TEST(Calibration, MeasurementsOfUncorrectedModelAreReported) {
   const Joint joint = revolute("J");
   const std::vector<Operation> made = corrections(joint, degrees({{0, 45}, {90, 135}}));
   const auto repeats = [&](const std::vector<Measurement>& again) {
@@ -151,7 +151,7 @@ TEST(Calibration, MeasurementsOfTheModelBeforeItsCorrectionAreTold) {
   EXPECT_FALSE(correction_made_of(made, "K", corrections(joint, degrees({{0, 45}, {90, 135}}))));
 }
 
-TEST(Calibration, ATurnedJointIsNotTurnedBackByItsOwnMeasurements) {
+TEST(Calibration, CorrectedJointIsNotRevertedByOldMeasurements) {
   const Joint joint = revolute("J");
   std::vector<Operation> made = corrections(joint, degrees({{0, 0}, {90, -90}}));
   ASSERT_EQ(made.size(), 1U);
@@ -164,7 +164,7 @@ TEST(Calibration, ATurnedJointIsNotTurnedBackByItsOwnMeasurements) {
   EXPECT_TRUE(zeros_of(made, "J").empty());
 }
 
-TEST(Calibration, AMachineThatCountsTo360IsRecognised) {
+TEST(Calibration, MachineThatCountsTo360IsRecognised) {
   const Joint joint = revolute("J");
   const auto says = [&](const std::vector<Measurement>& measurements) -> std::string {
     try {
@@ -183,7 +183,7 @@ TEST(Calibration, AMachineThatCountsTo360IsRecognised) {
   EXPECT_NEAR(off.unwrapped[0], -10 * kDegree, 1e-9);
 }
 
-TEST(Lerobot, ReadsThePresentForm) {
+TEST(Lerobot, CurrentFormatIsRead) {
   const auto motors = parse_lerobot_calibration(
       R"({"shoulder_pan": {"id": 1, "drive_mode": 0, "homing_offset": -1046, "range_min": 743, "range_max": 3437}})",
       "c.json");
@@ -194,7 +194,7 @@ TEST(Lerobot, ReadsThePresentForm) {
   EXPECT_NEAR(motors[0].lower(), -motors[0].upper(), 1e-12);
 }
 
-TEST(Lerobot, ReadsTheOlderForm) {
+TEST(Lerobot, OlderFormatIsRead) {
   const auto motors = parse_lerobot_calibration(
       R"({"homing_offset": [2048, -1024], "drive_mode": [1, 0], "start_pos": [2015, 1058], "end_pos": [-1024, 2048],
           "calib_mode": ["DEGREE", "DEGREE"], "motor_names": ["shoulder_pan", "shoulder_lift"]})",
@@ -204,7 +204,7 @@ TEST(Lerobot, ReadsTheOlderForm) {
   EXPECT_NEAR(motors[1].angle(2048), std::numbers::pi / 2, 1e-12);
 }
 
-TEST(Lerobot, RefusesWhatIsNone) {
+TEST(Lerobot, OtherFormatIsRefused) {
   for (const char* bad :
        {"", "{", "[]", "{}", R"({"a": 1})", R"({"a": {"id": 1}})",
         R"({"motor_names": ["a"], "homing_offset": []})",

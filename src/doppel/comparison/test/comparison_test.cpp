@@ -27,7 +27,7 @@ const Change& only(const std::vector<Change>& changes) {
   return changes.empty() ? none : changes.front();
 }
 
-TEST(Comparison, WhatIsOnlyWrittenDifferentlyIsEqual) {
+TEST(Comparison, EquivalentNotationIsEqual) {
   const auto a = robot(arm(kJoint));
   EXPECT_TRUE(compare(a, a).empty());
   EXPECT_TRUE(compare(a, robot("<joint name=\"j\" type=\"revolute\">" + kLimit +
@@ -36,14 +36,14 @@ TEST(Comparison, WhatIsOnlyWrittenDifferentlyIsEqual) {
                   .empty());
 }
 
-TEST(Comparison, AFlippedAxisIsNamed) {
+TEST(Comparison, FlippedAxisIsNamed) {
   const auto changes =
       compare(robot(arm(kJoint)), robot(arm(R"(<origin xyz="0 0 0.1"/><axis xyz="0 0 -1"/>)" + kLimit)));
   EXPECT_EQ(only(changes).aspect, "axis");
   EXPECT_NE(only(changes).meaning.find("the other way"), std::string::npos);
 }
 
-TEST(Comparison, AZeroMovedAboutTheOwnAxisIsToldInDegrees) {
+TEST(Comparison, MovedZeroIsReportedInDegrees) {
   // The walkthrough's joint 2: axis +X, d = 45 degrees, R_new = R_old R_axis(-d).
   const auto before = robot(arm(R"(<origin rpy="-0.570796 0 0"/><axis xyz="1 0 0"/>)" + kLimit));
   const auto after = robot(arm(R"(<origin rpy="-1.356194163397448 0 0"/><axis xyz="1 0 0"/>)" + kLimit));
@@ -57,7 +57,7 @@ TEST(Comparison, AZeroMovedAboutTheOwnAxisIsToldInDegrees) {
   EXPECT_EQ(only(compare(robot(arm(kJoint)), tilted)).aspect, "orientation");
 }
 
-TEST(Comparison, LimitsMassAndShapesAreToldInTheirUnits) {
+TEST(Comparison, LimitsMassAndShapesAreReportedWithUnits) {
   const auto a = robot(arm(
       kJoint,
       R"(<inertial><mass value="0.1"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="1 1 1"/></geometry></collision>)"));
@@ -72,7 +72,7 @@ TEST(Comparison, LimitsMassAndShapesAreToldInTheirUnits) {
   EXPECT_EQ(changes[3].aspect, "collision");
 }
 
-TEST(Comparison, ATurnedInertialFrameIsTheSameTensor) {
+TEST(Comparison, RotatedInertialFrameIsEqual) {
   const auto inertial = [](const char* rpy, const char* xx, const char* yy) {
     return std::string("<inertial><origin rpy=\"") + rpy + "\"/><mass value=\"1\"/><inertia ixx=\"" + xx +
            "\" iyy=\"" + yy + "\" izz=\"2\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
@@ -82,7 +82,7 @@ TEST(Comparison, ATurnedInertialFrameIsTheSameTensor) {
                   .empty());
 }
 
-TEST(Comparison, NewNamesAreOneChange) {
+TEST(Comparison, RenamingIsOneChange) {
   const std::string body =
       R"(<inertial><mass value="0.3"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>)";
   const auto a = robot(arm(kJoint, body));
@@ -97,7 +97,7 @@ TEST(Comparison, NewNamesAreOneChange) {
   EXPECT_EQ(changes[1].to, "forearm");
 }
 
-TEST(Comparison, WhatCameAndWent) {
+TEST(Comparison, AddedAndRemovedPartsAreReported) {
   const auto changes = compare(
       robot(arm(kJoint)),
       robot(

@@ -100,7 +100,7 @@ struct LoopRig {
   std::unique_ptr<ControlLoop> loop;
 };
 
-TEST(ControlLoopTest, TicksAtItsRateWhileMessagesComeInAndControllersAreSwitched) {
+TEST(ControlLoopTest, RateIsKeptDuringMessagesAndSwitches) {
   LoopRig rig(loopback({}));
   Node speaker(rig.bus, "/speaker");
   const auto commands = speaker.advertise<std_msgs::msg::Float64MultiArray>("/g/commands");
@@ -119,7 +119,7 @@ TEST(ControlLoopTest, TicksAtItsRateWhileMessagesComeInAndControllersAreSwitched
   EXPECT_TRUE(rig.attend_until([&] { return rig.manager->state("a/position") > 0.05; }));
 }
 
-TEST(ControlLoopTest, AReadThatTakesTooLongIsAnOverrunThatIsCountedAndReported) {
+TEST(ControlLoopTest, SlowReadIsReportedAsOverrun) {
   LoopRig rig(loopback({{"fault", "late"}, {"fault_size", "0.012"}}));
   diagnostic_msgs::msg::DiagnosticStatus manager_status;
   Node listener(rig.bus, "/listener");
@@ -139,7 +139,7 @@ TEST(ControlLoopTest, AReadThatTakesTooLongIsAnOverrunThatIsCountedAndReported) 
               HasSubstr("Overrun detected! The controller manager missed its desired rate of 200 Hz"));
 }
 
-TEST(ControlLoopTest, ALoopThatStandsStillStopsTheHardware) {
+TEST(ControlLoopTest, StalledLoopStopsHardware) {
   ControlLoopOptions options;
   options.stall = milliseconds(60);
   LoopRig rig(loopback({{"fault", "late"}, {"fault_size", "0.3"}, {"fault_at", "20"}, {"fault_for", "1"}}),
@@ -149,14 +149,14 @@ TEST(ControlLoopTest, ALoopThatStandsStillStopsTheHardware) {
   EXPECT_THAT(rig.said, HasSubstr("emergency stop by the watchdog: the control loop stood still for"));
 }
 
-TEST(ControlLoopTest, AnErrorInTheLoopIsDealtWithOnTheOtherThread) {
+TEST(ControlLoopTest, ErrorInLoopIsHandledOnOtherThread) {
   LoopRig rig(loopback({{"fault", "throw"}, {"fault_at", "10"}}));
   EXPECT_TRUE(
       rig.attend_until([&] { return rig.manager->hardware().front().state == HardwareState::unconfigured; }));
   EXPECT_EQ(rig.look([&] { return rig.manager->controllers().front().state; }), ControllerState::inactive);
 }
 
-TEST(AsyncHardwareTest, TheLoopDoesNotWaitForASlowDeviceAndCommandsArrive) {
+TEST(AsyncHardwareTest, SlowDeviceDoesNotDelayLoop) {
   HardwareDescription slow = loopback({{"fault", "late"}, {"fault_size", "0.02"}});
   slow.is_async = true;
   slow.rw_rate = 40;
@@ -169,7 +169,7 @@ TEST(AsyncHardwareTest, TheLoopDoesNotWaitForASlowDeviceAndCommandsArrive) {
   EXPECT_LT(rig.look([&] { return rig.loop->statistics().execution; }), 0.01);  // in the mean: half of a read
 }
 
-TEST(AsyncHardwareTest, AnErrorOfTheDeviceIsTheComponents) {
+TEST(AsyncHardwareTest, DeviceErrorBecomesComponentError) {
   HardwareDescription failing = loopback({{"fault", "throw"}, {"fault_at", "5"}});
   failing.is_async = true;
   LoopRig rig(failing);

@@ -54,13 +54,13 @@ struct TwoSystems : ManagerRig {
   FakeHardware* other = nullptr;
 };
 
-TEST(HardwareLife, AComponentIsInitialisedConfiguredAndActivatedInThisOrder) {
+TEST(HardwareLifecycle, StartInitialisesConfiguresAndActivates) {
   ManagerRig rig("");
   EXPECT_THAT(rig.hardware->calls, ElementsAre("on_init", "on_configure", "on_activate"));
   rig.manager.reset();  // takes the hardware with it
 }
 
-TEST(HardwareLife, AnErrorInReadStopsItsControllersAndNothingElse) {
+TEST(HardwareLifecycle, ReadErrorStopsItsControllersOnly) {
   TwoSystems rig;
   rig.manager->start(Names{"states", "left", "right"});
   rig.run(2);
@@ -82,7 +82,7 @@ TEST(HardwareLife, AnErrorInReadStopsItsControllersAndNothingElse) {
       << rig.said();
 }
 
-TEST(HardwareLife, AnExceptionInWriteIsAnErrorOfThatComponent) {
+TEST(HardwareLifecycle, ExceptionInWriteBecomesComponentError) {
   TwoSystems rig;
   rig.manager->start(Names{"left", "right"});
   rig.run(2);
@@ -94,7 +94,7 @@ TEST(HardwareLife, AnExceptionInWriteIsAnErrorOfThatComponent) {
   EXPECT_EQ(rig.state_of("right"), ControllerState::active);
 }
 
-TEST(HardwareLife, AnExceptionInASwitchIsAnErrorOfThatComponent) {
+TEST(HardwareLifecycle, ExceptionInSwitchBecomesComponentError) {
   TwoSystems rig;
   rig.hardware->throw_in = "perform_switch";
   rig.manager->start(Names{"left", "right"});
@@ -104,7 +104,7 @@ TEST(HardwareLife, AnExceptionInASwitchIsAnErrorOfThatComponent) {
   EXPECT_EQ(rig.state_of("right"), ControllerState::active);
 }
 
-TEST(HardwareLife, AComponentThatCannotRecoverIsFinalizedForGood) {
+TEST(HardwareLifecycle, FailedRecoveryFinalizesComponent) {
   TwoSystems rig;
   rig.manager->start(Names{"left"});
   rig.hardware->refuse_recovery = true;
@@ -115,7 +115,7 @@ TEST(HardwareLife, AComponentThatCannotRecoverIsFinalizedForGood) {
   EXPECT_FALSE(rig.manager->state_interfaces()[0].available);
 }
 
-TEST(HardwareLife, AComponentThatAsksForItIsDeactivatedAndStaysReadable) {
+TEST(HardwareLifecycle, DeactivateRequestKeepsComponentReadable) {
   TwoSystems rig;
   rig.manager->start(Names{"left", "right"});
   rig.run(1);
@@ -131,7 +131,7 @@ TEST(HardwareLife, AComponentThatAsksForItIsDeactivatedAndStaysReadable) {
   EXPECT_EQ(rig.hardware->reads, reads + 3);
 }
 
-TEST(HardwareLife, FallbackControllersRunInPlaceOfThoseThatLostTheirHardware) {
+TEST(HardwareLifecycle, LostHardwareStartsFallbackControllers) {
   TwoSystems rig;
   rig.manager->start(Names{"left"});
   rig.manager->load("spare");
@@ -144,7 +144,7 @@ TEST(HardwareLife, FallbackControllersRunInPlaceOfThoseThatLostTheirHardware) {
   EXPECT_EQ(rig.count(Severity::warning, "'spare' runs in place of 'left'"), 1u) << rig.said();
 }
 
-TEST(HardwareLife, WhyAComponentIsNotActiveIsOnDiagnosticsAndInItsNodesParameter) {
+TEST(HardwareLifecycle, FaultIsPublishedInDiagnosticsAndParameter) {
   TwoSystems rig;
   rig.manager->start(Names{"left", "right"});
   diagnostic_msgs::msg::DiagnosticArray last;
@@ -171,7 +171,7 @@ TEST(HardwareLife, WhyAComponentIsNotActiveIsOnDiagnosticsAndInItsNodesParameter
   EXPECT_THAT(fault, HasSubstr("error in read: no reply"));
 }
 
-TEST(HardwareLife, AFallbackThatCannotRunIsReported) {
+TEST(HardwareLifecycle, UnusableFallbackIsReported) {
   TwoSystems rig;
   rig.manager->start(Names{"left"});
   rig.run(1);
@@ -197,7 +197,7 @@ class Throwing : public Controller {
   int updates = 0;
 };
 
-TEST(HardwareLife, AControllerWhoseUpdateThrowsIsStoppedAndItsFallbackRuns) {
+TEST(HardwareLifecycle, ThrowingUpdateStartsFallback) {
   ManagerRig rig(R"(controller_manager:
   ros__parameters:
     left: {type: test/Throwing, fallback_controllers: [spare]}
@@ -220,7 +220,7 @@ spare: {ros__parameters: {joints: [a]}}
       << rig.said();
 }
 
-TEST(HardwareLife, AComponentIsBroughtBackByItsStateAndTheFaultIsForgotten) {
+TEST(HardwareLifecycle, SetStateReactivatesComponentAndClearsFault) {
   TwoSystems rig;
   rig.manager->start(Names{"left"});
   rig.hardware->read_answer = HardwareReturn::error;
@@ -243,7 +243,7 @@ TEST(HardwareLife, AComponentIsBroughtBackByItsStateAndTheFaultIsForgotten) {
   EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
 }
 
-TEST(HardwareLife, AComponentsRateIsRoundedToWholeTicksWithAWarning) {
+TEST(HardwareLifecycle, ComponentRateIsRoundedWithWarning) {
   FakeHardwareOptions options;
   options.joints = {"a"};
   options.rw_rate = 30;
@@ -257,7 +257,7 @@ TEST(HardwareLife, AComponentsRateIsRoundedToWholeTicksWithAWarning) {
               HasSubstr("is read and written every 3 ticks, at 33.3333 Hz"));
 }
 
-TEST(HardwareLife, AComponentFromASharedLibraryIsMadeByItsPluginName) {
+TEST(HardwareLifecycle, PluginNameLoadsComponentFromSharedLibrary) {
   ManagerRig rig("");
   load_plugin_library(DOPPEL_TEST_HARDWARE_PLUGIN, rig.registry, rig.hardware_types);
   const HardwareRegistry::Type* type = rig.hardware_types.find("test_plugin/Still");
@@ -276,7 +276,7 @@ TEST(HardwareLife, AComponentFromASharedLibraryIsMadeByItsPluginName) {
               HasSubstr("the hardware plugin 'test_plugin/Still' of"));
 }
 
-TEST(EmergencyStop, IsLatchedForEveryControllerUntilItIsReset) {
+TEST(EmergencyStop, StopIsLatchedUntilReset) {
   TwoSystems rig;
   rig.manager->start(Names{"states", "left", "right"});
   Node node(rig.bus, "/speaker");
@@ -307,7 +307,7 @@ TEST(EmergencyStop, IsLatchedForEveryControllerUntilItIsReset) {
   EXPECT_TRUE(std::isnan(rig.manager->command("a/position")));  // the command from before is not resumed
 }
 
-TEST(EmergencyStop, HoldsForHardwareThatIsActivatedWhileItIsOn) {
+TEST(EmergencyStop, HardwareActivatedDuringStopIsHeld) {
   ManagerRig rig(
       "controller_manager: {ros__parameters: {hardware_components_initial_state: {inactive: "
       "[FakeSystem]}}}");
@@ -322,7 +322,7 @@ TEST(EmergencyStop, HoldsForHardwareThatIsActivatedWhileItIsOn) {
   EXPECT_EQ(rig.hardware->calls.back(), "on_stop");
 }
 
-TEST(EmergencyStop, OfHardwareThatThrowsIsAnErrorOfThatComponentAndStopsTheOthers) {
+TEST(EmergencyStop, ThrowingHardwareBecomesErrorAndOthersStop) {
   TwoSystems rig;
   rig.manager->start(Names{"left", "right"});
   rig.hardware->throw_in = "on_stop";

@@ -47,7 +47,7 @@ struct LimitRig : ManagerRig {
   std::string full_name;
 };
 
-TEST(Limits, PositionsStayInsideAndAreToldOnce) {
+TEST(JointLimiter, PositionOutsideIsClampedAndReportedOnce) {
   LimitRig rig({.name = "j 1", .lower = -1, .upper = 2}, "position");
   rig.value = 2.5;
   rig.run(40);
@@ -67,7 +67,7 @@ TEST(Limits, PositionsStayInsideAndAreToldOnce) {
   EXPECT_EQ(rig.lines.size(), 2u) << rig.said();
 }
 
-TEST(Limits, ACommandOnTheExactLimitIsNotWorthAWord) {
+TEST(JointLimiter, CommandOnLimitIsNotReported) {
   LimitRig rig({.name = "j 1", .lower = 0, .upper = 1.570796}, "position");
   rig.value = 1.5707963267948966;
   rig.run(100);
@@ -75,7 +75,7 @@ TEST(Limits, ACommandOnTheExactLimitIsNotWorthAWord) {
   EXPECT_TRUE(rig.lines.empty()) << rig.said();
 }
 
-TEST(Limits, PositionsMoveNoFasterThanTheVelocityLimit) {
+TEST(JointLimiter, PositionRateIsClampedToVelocityLimit) {
   LimitRig rig({.name = "j 1", .velocity = 0.2}, "position", "", 0.5);
   rig.value = 0.513;  // 1.3 rad/s from where it is
   rig.run(1);
@@ -91,7 +91,7 @@ TEST(Limits, PositionsMoveNoFasterThanTheVelocityLimit) {
   EXPECT_EQ(rig.lines.size(), 1u);
 }
 
-TEST(Limits, ASlowControllerAtTheLimitIsNotHeldBack) {
+TEST(JointLimiter, SlowControllerIsNotClamped) {
   LimitRig rig({.name = "j 1", .velocity = 1.0}, "position", "w: {ros__parameters: {update_rate: 25}}");
   rig.value = 0;
   rig.run(4);
@@ -103,7 +103,7 @@ TEST(Limits, ASlowControllerAtTheLimitIsNotHeldBack) {
   EXPECT_TRUE(rig.lines.empty()) << rig.said();
 }
 
-TEST(Limits, OutsideItsLimitsAJointMayComeBackOnly) {
+TEST(JointLimiter, JointOutsideLimitsCanOnlyReturn) {
   LimitRig rig({.name = "j 1", .lower = -1, .upper = 1, .velocity = 1.0}, "position", "", 1.5);
   rig.value = 1.5;
   rig.run(1);
@@ -112,14 +112,14 @@ TEST(Limits, OutsideItsLimitsAJointMayComeBackOnly) {
   EXPECT_EQ(rig.applied(), 1.0);
 }
 
-TEST(Limits, ContinuousJointsTurnForever) {
+TEST(JointLimiter, ContinuousJointIsUnlimited) {
   LimitRig rig({.name = "j 1", .type = JointType::continuous}, "position");
   rig.value = 100;
   rig.run(1);
   EXPECT_EQ(rig.applied(), 100.0);
 }
 
-TEST(Limits, VelocitiesAndEffortsAreClamped) {
+TEST(JointLimiter, VelocityAndEffortAreClamped) {
   LimitRig velocity({.name = "j 1", .lower = -100, .upper = 100, .velocity = 0.5}, "velocity");
   velocity.value = -3;
   velocity.run(40);
@@ -138,7 +138,7 @@ TEST(Limits, VelocitiesAndEffortsAreClamped) {
   EXPECT_EQ(linear.count(Severity::warning, "ask 12 N, its limit is 3.5 N;"), 1u) << linear.said();
 }
 
-TEST(Limits, AVelocityDoesNotDriveAJointOutOfItsRange) {
+TEST(JointLimiter, VelocityIsClampedAtPositionLimit) {
   LimitRig rig({.name = "j 1", .lower = -1, .upper = 1}, "velocity");
   rig.value = 0.5;
   rig.run(400);
@@ -149,7 +149,7 @@ TEST(Limits, AVelocityDoesNotDriveAJointOutOfItsRange) {
   EXPECT_NEAR(rig.hardware->position("j 1"), 0.5, 1e-9);
 }
 
-TEST(Limits, NotANumberIsRefusedAndTheLastGoodCommandHolds) {
+TEST(JointLimiter, NanKeepsLastGoodCommand) {
   LimitRig rig({.name = "j 1"}, "position");
   rig.run(5);
   EXPECT_TRUE(std::isnan(rig.applied()));  // no command yet, which is nothing to complain about
@@ -168,7 +168,7 @@ TEST(Limits, NotANumberIsRefusedAndTheLastGoodCommandHolds) {
   EXPECT_EQ(rig.applied(), 0.8);
 }
 
-TEST(Limits, CanBeSwitchedOffButNotForNotANumber) {
+TEST(JointLimiter, DisabledLimiterStillRefusesNan) {
   LimitRig rig({.name = "j 1", .upper = 1}, "position",
                "/**: {ros__parameters: {enforce_command_limits: false}}");
   rig.value = 2;

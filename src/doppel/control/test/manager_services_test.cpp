@@ -80,7 +80,7 @@ std::string file_with(const std::string& name, const std::string& yaml) {
 constexpr const char* kGroupType = "position_controllers/JointGroupPositionController";
 
 // As Jazzy's: best effort leaves out what cannot be switched, and says where that is all of it.
-TEST(Services, ABestEffortSwitchThatLeavesNothingToDoIsOkAndSaysSo) {
+TEST(ManagerServices, EmptyBestEffortSwitchIsOkWithMessage) {
   ServiceRig rig;
   srv::SwitchController::Request request;
   request.strictness = srv::SwitchController::Request::BEST_EFFORT;
@@ -105,7 +105,7 @@ TEST(Services, ABestEffortSwitchThatLeavesNothingToDoIsOkAndSaysSo) {
   EXPECT_FALSE(rig.call<srv::SwitchController>("switch_controller", request).ok);
 }
 
-TEST(Services, LeadAControllerThroughItsLife) {
+TEST(ManagerServices, ControllerLifecycleByServices) {
   ServiceRig rig;
   ASSERT_TRUE(rig.make_inactive("group"));
   srv::SwitchController::Request request;
@@ -139,7 +139,7 @@ TEST(Services, LeadAControllerThroughItsLife) {
   EXPECT_TRUE(rig.call<srv::ListControllers>("list_controllers", {}).controller.empty());
 }
 
-TEST(Services, NeverThrowAndSayWhyInTheLog) {
+TEST(ManagerServices, FailuresAreLoggedAndNotThrown) {
   ServiceRig rig;
   EXPECT_FALSE(rig.call<srv::LoadController>("load_controller", {"wrong"}).ok);
   EXPECT_EQ(rig.count(Severity::error, "joint 'nothing'"), 1u) << rig.said();
@@ -151,7 +151,7 @@ TEST(Services, NeverThrowAndSayWhyInTheLog) {
   EXPECT_FALSE(rig.call<srv::LoadController>("load_controller", {"/a/b"}).ok);
 }
 
-TEST(Services, ListTypes) {
+TEST(ManagerServices, ListTypesReturnsRegisteredTypes) {
   ServiceRig rig;
   const auto types = rig.call<srv::ListControllerTypes>("list_controller_types", {});
   EXPECT_THAT(types.types,
@@ -166,7 +166,7 @@ TEST(Services, ListTypes) {
   EXPECT_EQ(types.types.size(), types.base_classes.size());
 }
 
-TEST(Services, HardwareIsPutToSleepOnlyWhenNobodyDrivesIt) {
+TEST(ManagerServices, ClaimedHardwareCannotBeDeactivated) {
   ServiceRig rig;
   ASSERT_TRUE(rig.make_inactive("group"));
   srv::SwitchController::Request request;
@@ -209,7 +209,7 @@ TEST(Services, HardwareIsPutToSleepOnlyWhenNobodyDrivesIt) {
       << rig.said();
 }
 
-TEST(Services, ActivityReachesLateListeners) {
+TEST(ManagerServices, ActivityIsLatched) {
   ServiceRig rig;
   ASSERT_TRUE(rig.make_inactive("group"));
   for (const TopicInfo& topic : rig.bus.topics()) {
@@ -226,7 +226,7 @@ TEST(Services, ActivityReachesLateListeners) {
   EXPECT_EQ(activity.hardware_components[0].state.label, "active");
 }
 
-TEST(Services, ParametersAreOnTheBus) {
+TEST(ManagerServices, ParametersAreServed) {
   ServiceRig rig;
   ASSERT_TRUE(rig.make_inactive("group"));
   EXPECT_EQ(rig.value("/controller_manager", "update_rate"), "100");
@@ -238,7 +238,7 @@ TEST(Services, ParametersAreOnTheBus) {
               testing::IsSupersetOf({"/controller_manager/get_parameters", "/group/set_parameters"}));
 }
 
-TEST(Spawner, SaysTypeAndFilesOfAControllerThatNoFileDeclares) {
+TEST(Spawner, UndeclaredControllerIsLoadedByTypeAndFiles) {
   for (const char* yaml : {kYaml, ""}) {  // "": up --no-controllers
     ServiceRig rig(yaml);
     for (const char* section : {"fwd", "/fwd", "/**", "/**/fwd"}) {
@@ -253,7 +253,7 @@ TEST(Spawner, SaysTypeAndFilesOfAControllerThatNoFileDeclares) {
   }
 }
 
-TEST(Spawner, WinsOverTheFile) {
+TEST(Spawner, ParametersOverrideFile) {
   ServiceRig rig(
       "controller_manager: {ros__parameters: {group: {type: a/B, params_file: none.yaml}}}\n"
       "group: {ros__parameters: {joints: [a]}}");
@@ -270,7 +270,7 @@ TEST(Spawner, WinsOverTheFile) {
   ASSERT_EQ(rig.value("/controller_manager", "x"), "1.0");
 }
 
-TEST(Spawner, GivesAControllersNodeItsOwnArguments) {
+TEST(Spawner, NodeArgumentsReachController) {
   ServiceRig rig;
   const auto path = file_with("given.yaml", "/**: {ros__parameters: {joints: [a], update_rate: 50}}");
   const auto topics = [&rig] {
@@ -299,7 +299,7 @@ TEST(Spawner, GivesAControllersNodeItsOwnArguments) {
   EXPECT_THAT(topics(), Contains("/wrong/commands")) << "the rule went with the controller";
 }
 
-TEST(Spawner, HearsWhichArgumentsCannotBeHad) {
+TEST(Spawner, UnsupportedArgumentsAreReported) {
   ServiceRig rig;
   const std::pair<Names, const char*> cases[] = {{{"-r", "other:a:=b"}, "node 'other'"},
                                                  {{"-r", "a b:=c"}, "' '"},
@@ -317,7 +317,7 @@ TEST(Spawner, HearsWhichArgumentsCannotBeHad) {
   EXPECT_TRUE(rig.load("group")) << rig.said();
 }
 
-TEST(Spawner, HearsWhatIsWrong) {
+TEST(Spawner, FailureIsReported) {
   ServiceRig rig("");
   EXPECT_FALSE(rig.load("fwd"));
   EXPECT_EQ(rig.count(Severity::error, "no type is given for a controller 'fwd'"), 1u) << rig.said();
@@ -338,7 +338,7 @@ TEST(Spawner, HearsWhatIsWrong) {
   EXPECT_EQ(rig.count(Severity::error, "'fwd.params_file' of /controller_manager is bool"), 1u) << rig.said();
 }
 
-TEST(Spawner, ControllersTakeUndeclaredParametersToo) {
+TEST(Spawner, UndeclaredParametersAreTaken) {
   ServiceRig rig;
   ASSERT_TRUE(rig.load("group"));
   const auto edge = rig.bus.attach("other");

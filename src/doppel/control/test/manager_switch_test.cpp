@@ -50,7 +50,7 @@ void expect_consistent(const ManagerRig& rig) {
   }
 }
 
-TEST(Switch, RandomSequencesKeepClaimsExclusive) {
+TEST(ControllerSwitch, RandomSequenceKeepsClaimsExclusive) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
@@ -89,7 +89,7 @@ TEST(Switch, RandomSequencesKeepClaimsExclusive) {
   }
 }
 
-TEST(Switch, AHandOverKeepsTheCommandAndAFreshClaimDoesNot) {
+TEST(ControllerSwitch, HandoverKeepsCommand) {
   ManagerRig rig(groups({{"one", "a"}, {"two", "a"}}));
   rig.manager->start(Names{"one"});
   rig.manager->load("two");
@@ -108,7 +108,7 @@ TEST(Switch, AHandOverKeepsTheCommandAndAFreshClaimDoesNot) {
   EXPECT_TRUE(std::isnan(rig.manager->command("a/position")));
 }
 
-TEST(Switch, TheZeroThatADeactivationCommandsReachesTheHardwareBeforeTheClaimEnds) {
+TEST(ControllerSwitch, DeactivationZeroReachesHardware) {
   const std::string yaml =
       "controller_manager: {ros__parameters: {g: {type: "
       "velocity_controllers/JointGroupVelocityController}}}\n"
@@ -126,7 +126,7 @@ TEST(Switch, TheZeroThatADeactivationCommandsReachesTheHardwareBeforeTheClaimEnd
   EXPECT_EQ(rig.hardware->command_at_release("a/velocity"), 0.0);
 }
 
-TEST(Switch, HardwareThatWillNotWakeIsNotDriven) {
+TEST(ControllerSwitch, HardwareThatFailsToActivateIsNotWritten) {
   ManagerRig rig("");
   const ParameterFile file = ParameterFile::parse(groups({{"g", "a"}}), "test.yaml");
   Bus bus;
@@ -145,14 +145,14 @@ TEST(Switch, HardwareThatWillNotWakeIsNotDriven) {
   EXPECT_EQ(hardware.writes, 0);
 }
 
-TEST(Switch, HardwareMayBeToldToStartAsleep) {
+TEST(ControllerSwitch, InitiallyInactiveHardwareStaysInactive) {
   ManagerRig rig(groups({{"g", "a"}}, "    hardware_components_initial_state: {inactive: [FakeSystem]}\n"));
   EXPECT_FALSE(rig.hardware->active);
   EXPECT_FALSE(rig.manager->command_interfaces()[0].available);
   EXPECT_TRUE(rig.manager->state_interfaces()[0].available);
 }
 
-TEST(Switch, AnInterfaceIsOfferedOnce) {
+TEST(ControllerSwitch, DuplicateInterfaceIsRefused) {
   ManagerRig rig("");
   FakeHardwareOptions options;
   options.name = "Other";

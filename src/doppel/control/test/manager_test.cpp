@@ -76,7 +76,7 @@ void make_inactive(ManagerRig& rig, const Names& names) {
   }
 }
 
-TEST(Manager, ClaimsAreExclusive) {
+TEST(ControllerManager, ClaimsAreExclusive) {
   ManagerRig rig(kTwoGroups);
   make_inactive(rig, {"left", "both"});
   EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
@@ -94,7 +94,7 @@ TEST(Manager, ClaimsAreExclusive) {
   EXPECT_TRUE(rig.hardware->claimed("b/position"));
 }
 
-TEST(Manager, StrictRefusesTheWholeSwitchAndBestEffortDoesWhatItCan) {
+TEST(ControllerManager, StrictRefusesAllAndBestEffortSwitchesPart) {
   ManagerRig rig(kTwoGroups);
   make_inactive(rig, {"left", "both", "states"});
   for (const Names& impossible :
@@ -119,7 +119,7 @@ TEST(Manager, StrictRefusesTheWholeSwitchAndBestEffortDoesWhatItCan) {
 }
 
 // As ros2_control: best effort leaves out names, never a claim, for what stops would leave the arm passive.
-TEST(Manager, NobodyStopsForWhoCannotHaveItsInterfaces) {
+TEST(ControllerManager, FailedActivationStopsNoOtherController) {
   ManagerRig rig(kTwoGroups);
   make_inactive(rig, {"left", "both", "states"});
   ASSERT_TRUE(rig.manager->switch_controllers(Names{"left", "states"}, Names{}, Strictness::strict).ok());
@@ -135,7 +135,7 @@ TEST(Manager, NobodyStopsForWhoCannotHaveItsInterfaces) {
   EXPECT_EQ(rig.state_of("left"), ControllerState::active);
 }
 
-TEST(Manager, AStrictSwitchThatFailsHalfwayIsUndone) {
+TEST(ControllerManager, FailedStrictSwitchIsRolledBack) {
   ProbeRig rig(R"(
 controller_manager:
   ros__parameters:
@@ -159,7 +159,7 @@ probe: {ros__parameters: {joint: a}}
   EXPECT_FALSE(rig.hardware->claimed("a/position"));  // passive and unclaimed
 }
 
-TEST(Manager, HardwareCanRefuseASwitch) {
+TEST(ControllerManager, HardwareRefusalFailsSwitch) {
   ManagerRig rig(kTwoGroups);
   make_inactive(rig, {"left"});
   rig.hardware->refuse_switch = "servo 3 is hot";
@@ -168,7 +168,7 @@ TEST(Manager, HardwareCanRefuseASwitch) {
   EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
 }
 
-TEST(Manager, LifeCycleRefusals) {
+TEST(ControllerManager, InvalidTransitionsAreRefused) {
   ManagerRig rig(kTwoGroups);
   rig.manager->load("left");
   EXPECT_THAT(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).why(),
@@ -203,7 +203,7 @@ struct ThrowsIn : Controller {
   std::string transition;
 };
 
-TEST(Manager, AControllerThatThrowsInItsLifeCycleIsRefusedAndTheManagerRunsOn) {
+TEST(ControllerManager, ThrowingTransitionIsRefusedAndManagerKeepsRunning) {
   for (const std::string transition : {"configure", "activate", "deactivate", "cleanup"}) {
     SCOPED_TRACE(transition);
     ManagerRig rig("");
@@ -220,7 +220,7 @@ TEST(Manager, AControllerThatThrowsInItsLifeCycleIsRefusedAndTheManagerRunsOn) {
   }
 }
 
-TEST(Manager, WhatAControllerThrowsIsToldAndLoadsNothing) {
+TEST(ControllerManager, ThrowingControllerIsReportedAndNotLoaded) {
   ManagerRig rig("");
   struct Thrower : Controller {
     void on_init(ControllerContext&) override { throw std::runtime_error("no such file"); }
@@ -236,7 +236,7 @@ TEST(Manager, WhatAControllerThrowsIsToldAndLoadsNothing) {
               HasSubstr("needs its own"));
 }
 
-TEST(Manager, UnknownTypeNamesTheNearestAtItsPlace) {
+TEST(ControllerManager, UnknownTypeIsReportedWithNearestAndPlace) {
   ManagerRig rig(
       "controller_manager:\n  ros__parameters:\n    jsb:\n"
       "      type: joint_state_broadcaster/JointStateBroadcastr\n");
@@ -246,7 +246,7 @@ TEST(Manager, UnknownTypeNamesTheNearestAtItsPlace) {
   EXPECT_TRUE(rig.manager->controllers().empty());
 }
 
-TEST(Manager, UnknownJointIsAnErrorAtItsPlaceAndNothingIsLoaded) {
+TEST(ControllerManager, UnknownJointIsErrorWithPlace) {
   ManagerRig rig(R"(controller_manager:
   ros__parameters:
     arm:
@@ -267,7 +267,7 @@ arm:
   EXPECT_THAT(rig.bus.nodes(), testing::Not(testing::Contains("/arm")));
 }
 
-TEST(Manager, FixedAndDoubledJointsAreErrors) {
+TEST(ControllerManager, FixedAndRepeatedJointsAreErrors) {
   const std::vector<FakeJoint> joints = {{"a"}, {"flange", JointType::fixed}};
   const auto error_for = [&](const std::string& list) {
     ManagerRig rig(
@@ -282,7 +282,7 @@ TEST(Manager, FixedAndDoubledJointsAreErrors) {
   EXPECT_THAT(error_for("[]"), HasSubstr("commands nothing"));
 }
 
-TEST(Manager, MimicJointsAreDroppedWithAWarningThatNamesAll) {
+TEST(ControllerManager, MimicJointsAreDroppedWithWarning) {
   ManagerRig rig(R"(controller_manager:
   ros__parameters:
     gripper: {type: position_controllers/JointGroupPositionController}
@@ -296,7 +296,7 @@ gripper:
   EXPECT_THAT(rig.manager->controllers()[0].claimed, ElementsAre("a/position"));
 }
 
-TEST(Manager, TheLoopChoosesThePeriodOfTheRateThatTheFileAsksFor) {
+TEST(ControllerManager, UpdateRateIsRoundedToLoopPeriod) {
   const ManagerRig exact("controller_manager: {ros__parameters: {update_rate: 225}}");
   EXPECT_EQ(exact.manager->period(), from_seconds(1.0 / 225));
   EXPECT_TRUE(exact.diagnostics.all().empty());
@@ -317,7 +317,7 @@ TEST(Manager, TheLoopChoosesThePeriodOfTheRateThatTheFileAsksFor) {
               HasSubstr("more than 0 Hz"));
 }
 
-TEST(Manager, EachControllerHasItsRateAndOrder) {
+TEST(ControllerManager, ControllersKeepRateAndOrder) {
   ProbeRig rig(R"(
 controller_manager:
   ros__parameters:
@@ -358,7 +358,7 @@ odd: {ros__parameters: {update_rate: 30}}
   EXPECT_EQ(rig.manager->controllers()[1].update_rate, 25.0);
 }
 
-TEST(Manager, StartTellsBothPlacesOfADoubleClaimAndStartsNothing) {
+TEST(ControllerManager, DoubleClaimAtStartIsReportedWithBothPlaces) {
   ManagerRig rig(kTwoGroups);
   const std::string error = input_error_of([&] { rig.manager->start(Names{"states", "left", "both"}); });
   EXPECT_THAT(
@@ -370,7 +370,7 @@ TEST(Manager, StartTellsBothPlacesOfADoubleClaimAndStartsNothing) {
   EXPECT_TRUE(rig.hardware->switches.empty());
 }
 
-TEST(Manager, StartTellsAMissingInterfaceAtTheJointsPlace) {
+TEST(ControllerManager, MissingInterfaceAtStartIsReportedWithPlace) {
   FakeHardwareOptions options;
   options.joints = {"a"};
   ManagerRig rig(kTwoGroups, {{"a"}, {"b"}}, options);
@@ -382,7 +382,7 @@ TEST(Manager, StartTellsAMissingInterfaceAtTheJointsPlace) {
           "offers"));
 }
 
-TEST(Manager, StartCollectsTheErrorsOfAllControllers) {
+TEST(ControllerManager, StartCollectsErrorsOfAllControllers) {
   ManagerRig rig(R"(
 controller_manager:
   ros__parameters:
@@ -396,7 +396,7 @@ two: {ros__parameters: {joints: [z]}}
   EXPECT_THAT(error, HasSubstr("'z'"));
 }
 
-TEST(Manager, TyposInTheYamlAreTold) {
+TEST(ControllerManager, YamlTyposAreReported) {
   ManagerRig rig(R"(
 controller_manager:
   ros__parameters:
@@ -416,7 +416,7 @@ othr: {ros__parameters: {use_local_topics: true}}
   EXPECT_EQ(rig.count(Severity::warning, "'left' has no parameter 'jointss'"), 1u) << rig.said();
 }
 
-TEST(Manager, DeclaredControllersKeepTheFilesOrder) {
+TEST(ControllerManager, DeclaredControllersKeepFileOrder) {
   ManagerRig rig(kTwoGroups);
   const auto declared = rig.manager->declared_controllers();
   ASSERT_EQ(declared.size(), 3u);
@@ -424,7 +424,7 @@ TEST(Manager, DeclaredControllersKeepTheFilesOrder) {
   EXPECT_EQ(declared[2].second, "joint_state_broadcaster/JointStateBroadcaster");
 }
 
-TEST(Manager, ParamsFileIsReadBesideTheFileThatNamesIt) {
+TEST(ControllerManager, RelativeParamsFileIsFound) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "doppel_params_file";
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "left.yaml") << "left:\n  ros__parameters:\n    joints: [b]\n";
@@ -445,7 +445,7 @@ TEST(Manager, ParamsFileIsReadBesideTheFileThatNamesIt) {
   EXPECT_TRUE(rig.diagnostics.all().empty());
 }
 
-TEST(Manager, ATypeBesideAControllersParametersIsNoTypo) {
+TEST(ControllerManager, TypeParameterOfControllerIsNoTypo) {
   ManagerRig rig(
       "controller_manager: {ros__parameters: {g: {type: position_controllers/JointGroupPositionController,\n"
       "  node_options_args: [-r, '~/commands:=/wanted']}}}\n"
@@ -464,7 +464,7 @@ TEST(Manager, ATypeBesideAControllersParametersIsNoTypo) {
   EXPECT_EQ(other.count(Severity::warning, "the type 'a/B' here does nothing"), 1u) << other.said();
 }
 
-TEST(Manager, RestartHoldsWhereEverythingIs) {
+TEST(ControllerManager, RestartReclaimsAndClearsCommands) {
   ProbeRig rig(kTwoGroups);
   rig.manager->start(Names{"left"});
   rig.hardware->switches.clear();
@@ -474,7 +474,7 @@ TEST(Manager, RestartHoldsWhereEverythingIs) {
   EXPECT_TRUE(std::isnan(rig.manager->command("a/position")));
 }
 
-TEST(Manager, ControllersFromASharedLibrary) {
+TEST(ControllerManager, SharedLibraryRegistersControllers) {
   ManagerRig rig(
       "controller_manager: {ros__parameters: {c: {type: test_plugin/Constant}}}\nc: {ros__parameters: "
       "{value: 0.5}}");

@@ -30,7 +30,7 @@ T value(ParameterOverrides overrides, const std::string& name) {
   return std::get<T>(found->value);
 }
 
-TEST(ParameterFile, NestsNamesWithDotsAndKeepsSpaces) {
+TEST(ParameterFile, DottedNamesAreNested) {
   const auto overrides = parse(R"(
 joint_trajectory_controller:
   ros__parameters:
@@ -51,7 +51,7 @@ joint_trajectory_controller:
   EXPECT_TRUE(overrides.children("gain").empty());
 }
 
-TEST(ParameterFile, KnowsThePlaceOfEveryElement) {
+TEST(ParameterFile, ElementsHavePlaces) {
   auto overrides =
       parse("c:\n  ros__parameters:\n    joints:\n      - a\n      -   b\n    rate: 7\n").overrides_for("c");
   const ParameterOverride* joints = overrides.find("joints");
@@ -61,7 +61,7 @@ TEST(ParameterFile, KnowsThePlaceOfEveryElement) {
   EXPECT_EQ(overrides.find("rate")->source.place(), "p.yaml:6:11");
 }
 
-TEST(ParameterFile, ReadsScalarsAsRos2Does) {
+TEST(ParameterFile, ScalarsAreReadAsInRos2) {
   const auto o = parse(R"(
 n:
   ros__parameters: {t: yes, f: "yes", i: 12, h: 0x10, m: -3, d: 1.5, e: 1e3, inf: .inf, ninf: -.inf, nan: .nan,
@@ -84,7 +84,7 @@ n:
   EXPECT_EQ(value<double>(o, "plus"), 2.5);
 }
 
-TEST(ParameterFile, DoesNotDependOnTheLocale) {
+TEST(ParameterFile, LocaleHasNoEffect) {
   // A locale with a decimal comma may not be installed; then this is the C locale, and the test still holds.
   const char* before = setlocale(LC_NUMERIC, "de_DE.UTF-8");
   const auto o = parse("n: {ros__parameters: {d: 0.5}}").overrides_for("n");
@@ -93,7 +93,7 @@ TEST(ParameterFile, DoesNotDependOnTheLocale) {
   EXPECT_EQ(value<double>(o, "d"), 0.5);
 }
 
-TEST(ParameterFile, ListsAreOfOneType) {
+TEST(ParameterFile, MixedListIsRefused) {
   const auto o =
       parse("n: {ros__parameters: {mixed: [1, 2.5], ints: [1, 2], flags: [true, false], none: []}}")
           .overrides_for("n");
@@ -107,7 +107,7 @@ TEST(ParameterFile, ListsAreOfOneType) {
               HasSubstr("a list or a map"));
 }
 
-TEST(ParameterFile, FindsNodesThroughWildcardsAndNamespaces) {
+TEST(ParameterFile, WildcardsAndNamespacesMatchNodes) {
   const auto file = parse(R"(
 arm:
   ros__parameters: {x: 2, mine: 1}
@@ -133,7 +133,7 @@ ns2:
   EXPECT_THAT(file.nodes(), ElementsAre("arm", "/ns/arm", "ns2/arm"));
 }
 
-TEST(ParameterFile, IsOverriddenByWhatIsSaidLater) {
+TEST(ParameterFile, LaterOverrideWins) {
   auto file = parse("arm:\n  ros__parameters: {x: 1, y: 1, z: 1}\n");
   file.add(parse("/**:\n  ros__parameters: {y: 2}\narm:\n  ros__parameters: {z: 2}\n"));
   file.add("", "z", std::int64_t{3}, "-p z:=3");
@@ -149,7 +149,7 @@ TEST(ParameterFile, IsOverriddenByWhatIsSaidLater) {
   EXPECT_EQ(file.overrides_for("/left/arm").all().size(), 2u) << "the whole name is meant";
 }
 
-TEST(ParameterFile, ANodeThatIsWrittenTwiceIsReadTwice) {
+TEST(ParameterFile, RepeatedNodeSectionsAreMerged) {
   const ParameterFile file = parse(
       "/**:\n  controller_manager:\n    ros__parameters:\n      update_rate: 100\n"
       "/**:\n  jtc:\n    ros__parameters:\n      joints: [f1]\n      x: 1\n"
@@ -160,7 +160,7 @@ TEST(ParameterFile, ANodeThatIsWrittenTwiceIsReadTwice) {
   EXPECT_EQ(jtc.find("x")->value, ParameterValue(std::int64_t{3})) << "what comes later wins";
 }
 
-TEST(ParameterFile, RefusesWhatRos2WouldNotRead) {
+TEST(ParameterFile, InvalidFileIsRefusedAsInRos2) {
   EXPECT_THAT(input_error_of([] { parse("a:\n  ros__parameters:\n    x: 1\n    x: 2\n"); }),
               HasSubstr("p.yaml:4:5: error: 'x' is written twice; the first one is at p.yaml:3:5"));
   EXPECT_THAT(input_error_of([] { parse("a: {ros__parameters: {b.c: 1, b: {c: 2}}}"); }),
@@ -179,7 +179,7 @@ TEST(ParameterFile, RefusesWhatRos2WouldNotRead) {
   EXPECT_EQ(input_error_of([] { parse("a: {ros__parameters: }"); }), "");  // empty sections are common
 }
 
-TEST(ParameterFile, APipeIsRefusedWithoutWaitingForItsWriter) {
+TEST(ParameterFile, PipeIsRefusedWithoutWaiting) {
   const std::string pipe = ::testing::TempDir() + "parameters." + std::to_string(::getpid());
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_THAT(input_error_of([&] { ParameterFile::load(pipe); }),
@@ -188,7 +188,7 @@ TEST(ParameterFile, APipeIsRefusedWithoutWaitingForItsWriter) {
 }
 
 // Whatever the bytes are, the answer is a file or an InputError, soon.
-TEST(ParameterFile, AnythingElseIsAnInputError) {
+TEST(ParameterFile, RandomTextIsInputError) {
   const std::string seed_text = R"(controller_manager:
   ros__parameters:
     update_rate: 100 # Hz
@@ -231,7 +231,7 @@ TEST(ParameterFile, AnythingElseIsAnInputError) {
   EXPECT_THAT(input_error_of([&] { parse(bomb + "}}"); }), HasSubstr("error"));
 }
 
-TEST(Declare, TakesTheOverrideAndRemembersIt) {
+TEST(ParameterDeclaration, OverrideReplacesDefault) {
   Parameters parameters;
   auto o = parse("n: {ros__parameters: {gain: 3, list: [1, 2], none: [], unused: 1}}").overrides_for("n");
   EXPECT_EQ(declare<double>(parameters, &o, "gain", 1.0), 3.0);
@@ -247,7 +247,7 @@ TEST(Declare, TakesTheOverrideAndRemembersIt) {
   EXPECT_THAT(diagnostics.all()[0].str(), HasSubstr("did you mean 'unusedd'?"));
 }
 
-TEST(Declare, RefusesWrongTypesAndValuesAtTheirPlace) {
+TEST(ParameterDeclaration, WrongTypeOrValueIsRefusedWithPlace) {
   Parameters parameters;
   auto o = parse("n:\n  ros__parameters:\n    joints: a\n    rate: 1.5\n    depth: -1\n").overrides_for("n");
   const std::string joints =

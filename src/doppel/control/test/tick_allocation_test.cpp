@@ -21,7 +21,7 @@ pid: {ros__parameters: {dof_names: [b], command_interface: effort, reference_and
                         gains: {b: {p: 1.0, i: 1.0, d: 0.1}}}}
 )";
 
-TEST(Tick, NeitherAllocatesNorFrees) {
+TEST(ManagerTick, NeitherAllocatesNorFrees) {
   FakeHardwareOptions options;
   options.commands = {kPosition, kEffort};
   options.joints = {"a", "b"};

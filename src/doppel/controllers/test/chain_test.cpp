@@ -60,7 +60,7 @@ struct ChainRig : ManagerRig {
   Node node;
 };
 
-TEST(Chain, AReferenceIsFollowedInTheTickInWhichItIsCommanded) {
+TEST(ControllerChain, ReferenceIsFollowedInSameTick) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
   EXPECT_TRUE(rig.view("pid").chained);
@@ -71,7 +71,7 @@ TEST(Chain, AReferenceIsFollowedInTheTickInWhichItIsCommanded) {
   EXPECT_EQ(rig.manager->reference("a/position"), 0.5);
 }
 
-TEST(Chain, ATrajectoryControllerLeadsThePidController) {
+TEST(ControllerChain, TrajectoryControllerLeadsPidController) {
   ChainRig rig;
   rig.hardware->set_position("a", 0.1);
   ASSERT_TRUE(rig.switch_to({"arm", "pid"}).ok());
@@ -86,7 +86,7 @@ TEST(Chain, ATrajectoryControllerLeadsThePidController) {
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 2.0 * (0.6 - 0.1));
 }
 
-TEST(Chain, ItsOwnTopicDoesNothingWhileAnotherControllerLeads) {
+TEST(ControllerChain, TopicIsIgnoredInChainedMode) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
   rig.command(0.5);
@@ -104,7 +104,7 @@ TEST(Chain, ItsOwnTopicDoesNothingWhileAnotherControllerLeads) {
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 6.0);
 }
 
-TEST(Chain, ALeaderNeedsItsFollowerBeforeOrWithIt) {
+TEST(ControllerChain, LeaderWithoutFollowerIsRefused) {
   ChainRig rig;
   EXPECT_THAT(rig.switch_to({"forward"}).why(),
               HasSubstr("'forward' commands 'pid/a/position', a reference interface of 'pid', which is not "
@@ -115,7 +115,7 @@ TEST(Chain, ALeaderNeedsItsFollowerBeforeOrWithIt) {
   EXPECT_TRUE(rig.view("pid").chained);
 }
 
-TEST(Chain, AFollowerCannotStopUnderItsLeader) {
+TEST(ControllerChain, StoppingFollowerOfActiveLeaderIsRefused) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
   EXPECT_THAT(rig.switch_to({}, {"pid"}).why(),
@@ -125,7 +125,7 @@ TEST(Chain, AFollowerCannotStopUnderItsLeader) {
   EXPECT_EQ(rig.state_of("pid"), ControllerState::inactive);
 }
 
-TEST(Chain, AReferenceHasOneLeader) {
+TEST(ControllerChain, SecondLeaderIsRefused) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
   EXPECT_THAT(rig.switch_to({"arm"}).why(), HasSubstr("'arm' wants the command interface 'pid/a/position', "
@@ -134,7 +134,7 @@ TEST(Chain, AReferenceHasOneLeader) {
   EXPECT_TRUE(rig.view("pid").chained);
 }
 
-TEST(Chain, AFailureOfTheHardwareStopsTheWholeChain) {
+TEST(ControllerChain, HardwareFailureStopsChain) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
   rig.hardware->read_answer = HardwareReturn::error;
@@ -143,7 +143,7 @@ TEST(Chain, AFailureOfTheHardwareStopsTheWholeChain) {
   EXPECT_EQ(rig.state_of("forward"), ControllerState::inactive);
 }
 
-TEST(Chain, AResetOfTheEmergencyStopBringsTheWholeChainBack) {
+TEST(ControllerChain, EmergencyStopResetRestartsChain) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
   rig.manager->stop("the test");
@@ -153,7 +153,7 @@ TEST(Chain, AResetOfTheEmergencyStopBringsTheWholeChainBack) {
   EXPECT_TRUE(rig.view("pid").chained);
 }
 
-TEST(Chain, StartsWholeFromAFileThatNamesTheLeaderFirst) {
+TEST(ControllerChain, LeaderNamedFirstStartsChain) {
   const std::string yaml = R"(controller_manager:
   ros__parameters:
     forward: {type: forward_command_controller/ForwardCommandController}
@@ -169,7 +169,7 @@ pid: {ros__parameters: {dof_names: [a], command_interface: effort, reference_and
   EXPECT_EQ(found.state_of("forward"), ControllerState::active) << found.said();
 }
 
-TEST(Chain, IsListedAsRos2ControlListsIt) {
+TEST(ControllerChain, ListControllersReportsChain) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
   const auto edge = rig.bus.attach("client");
@@ -189,7 +189,7 @@ TEST(Chain, IsListedAsRos2ControlListsIt) {
   EXPECT_THAT(listed.controller[0].chain_connections, IsEmpty());
 }
 
-TEST(Chain, UnloadingTheFollowerWithdrawsItsReferencesAndLoadingOffersThemAgain) {
+TEST(ControllerChain, UnloadedFollowerWithdrawsReferences) {
   ChainRig rig;
   EXPECT_TRUE(rig.manager->unload("pid").ok());
   EXPECT_THAT(rig.switch_to({"forward"}).why(), HasSubstr("which no hardware offers"));

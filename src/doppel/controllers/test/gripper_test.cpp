@@ -100,7 +100,7 @@ class Rig : public ManagerRig {
   Node listener_;
 };
 
-TEST(Gripper, ReachesItsGoalWithinTheTolerance) {
+TEST(GripperController, GoalWithinToleranceSucceeds) {
   Rig<GripperCommand> rig("position_controllers", "goal_tolerance: 0.01");
   rig.run(1);
   const double begin = to_seconds(rig.now);
@@ -120,7 +120,7 @@ TEST(Gripper, ReachesItsGoalWithinTheTolerance) {
   EXPECT_EQ(rig.hardware->last_command("a/position"), 1.0) << "it goes on holding";
 }
 
-TEST(Gripper, ThatStallsFailsOrHolds) {
+TEST(GripperController, StallFailsOrHolds) {
   for (const bool allowed : {false, true}) {
     Rig<GripperCommand> rig("position_controllers", std::string("stall_timeout: 0.3, allow_stalling: ") +
                                                         (allowed ? "true" : "false"));
@@ -139,7 +139,7 @@ TEST(Gripper, ThatStallsFailsOrHolds) {
   }
 }
 
-TEST(Gripper, ANewGoalPreemptsAndACancelHolds) {
+TEST(GripperController, NewGoalPreemptsAndCancelHolds) {
   Rig<GripperCommand> rig("position_controllers");
   rig.run(1);
   rig.send({{1.0, 1.0}});
@@ -156,7 +156,7 @@ TEST(Gripper, ANewGoalPreemptsAndACancelHolds) {
   EXPECT_NE(rig.hardware->last_command("a/position"), -1.0);
 }
 
-TEST(Gripper, RefusesWhatItCannotDo) {
+TEST(GripperController, InvalidGoalIsRejected) {
   Rig<GripperCommand> rig("position_controllers");
   rig.run(1);
   rig.send({{std::nan(""), 1.0}});
@@ -174,7 +174,7 @@ TEST(Gripper, RefusesWhatItCannotDo) {
       HasSubstr("joint: NAME"));
 }
 
-TEST(Gripper, OfEffortPushesNoHarderThanAllowed) {
+TEST(GripperController, EffortIsLimitedToMaxEffort) {
   Rig<GripperCommand> rig("effort_controllers", "gains: {a: {p: 4.0, d: 0.5}}", {kEffort});
   rig.run(1);
   rig.send({{0.25, 1.5}});
@@ -192,7 +192,7 @@ TEST(Gripper, OfEffortPushesNoHarderThanAllowed) {
   EXPECT_FALSE(std::abs(rig.hardware->last_command("a/effort")) > 0) << "no force is left behind";
 }
 
-TEST(ParallelGripper, TakesPositionEffortAndVelocity) {
+TEST(ParallelGripperController, CommandSetsPositionEffortAndVelocity) {
   Rig<ParallelGripperCommand> rig(
       "parallel_gripper_action_controller",
       "max_effort_interface: hand/max_effort, max_velocity_interface: hand/max_velocity, max_effort: 3.0");
@@ -212,7 +212,7 @@ TEST(ParallelGripper, TakesPositionEffortAndVelocity) {
   EXPECT_EQ(rig.hardware->last_command("hand/max_velocity"), 0.25);
 }
 
-TEST(ParallelGripper, ThatIsPreemptedTellsNoPosition) {
+TEST(ParallelGripperController, PreemptedGoalHasNoPosition) {
   Rig<ParallelGripperCommand> rig("parallel_gripper_action_controller");
   rig.run(1);
   ParallelGripperCommand::Goal goal;
@@ -225,7 +225,7 @@ TEST(ParallelGripper, ThatIsPreemptedTellsNoPosition) {
   EXPECT_TRUE(rig.answers[0].result.state.position.empty());
 }
 
-TEST(Gripper, TypesAreListed) {
+TEST(GripperController, BothTypesAreRegistered) {
   const auto names = builtin_controllers().names();
   for (const char* type :
        {"position_controllers/GripperActionController", "effort_controllers/GripperActionController",

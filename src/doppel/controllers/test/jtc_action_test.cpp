@@ -34,7 +34,8 @@ FollowJointTrajectory::Goal goal_of(JointTrajectory message) {
 
 class JtcActionCombinations : public testing::TestWithParam<Names> {};
 
-TEST_P(JtcActionCombinations, B52_B54_SucceedsAndKeepsTheLastCommandedPoint) {
+// jtc.md, B52, B54.
+TEST_P(JtcActionCombinations, SuccessKeepsLastPoint) {
   JtcRig rig(
       options_with("gains: {a: {p: 5.0, ff_velocity_scale: 1.0}, b: {p: 5.0, ff_velocity_scale: 1.0}, "
                    "c: {p: 5.0, ff_velocity_scale: 1.0}}, "
@@ -56,7 +57,8 @@ INSTANTIATE_TEST_SUITE_P(All, JtcActionCombinations,
                                          Names{kPosition, kVelocity, kAcceleration}, Names{kVelocity},
                                          Names{kPosition, kEffort}));
 
-TEST(JtcAction, B52_SucceedsAtTheLastPointAndNotBefore) {
+// jtc.md, B52.
+TEST(JtcAction, SucceedsAtLastPoint) {
   JtcRig rig;
   const double start = rig.time();
   const auto goal = rig.send(trajectory(kJoints, {point(1.0, {1, 0.5, -0.5})}));
@@ -68,7 +70,8 @@ TEST(JtcAction, B52_SucceedsAtTheLastPointAndNotBefore) {
   EXPECT_EQ(rig.answers[goal].result.error_string, "Goal successfully reached!");
 }
 
-TEST(JtcAction, B52_EveryJointMustBeInsideItsGoalTolerance) {
+// jtc.md, B52.
+TEST(JtcAction, JointOutsideGoalToleranceDelaysSuccess) {
   JtcRig rig(options_with("constraints: {c: {goal: 0.01}}"));
   rig.hardware->set_offset("c", 0.1);
   rig.run(1);
@@ -80,7 +83,8 @@ TEST(JtcAction, B52_EveryJointMustBeInsideItsGoalTolerance) {
   EXPECT_EQ(rig.answers[goal].status, GoalStatus::succeeded);
 }
 
-TEST(JtcAction, B54_ANonzeroEndVelocityStaysCommandedAfterSuccess) {
+// jtc.md, B54.
+TEST(JtcAction, NonzeroEndVelocityStaysCommanded) {
   JtcRig rig(options_with("allow_nonzero_velocity_at_trajectory_end: true", {kPosition, kVelocity}));
   const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1}, {2, 2, 2})}));
   rig.hardware->set_offset("a", 0.2);
@@ -90,7 +94,8 @@ TEST(JtcAction, B54_ANonzeroEndVelocityStaysCommandedAfterSuccess) {
   EXPECT_DOUBLE_EQ(rig.command("a/velocity"), 2);
 }
 
-TEST(JtcAction, B16_B17_B23_BadGoalsAreRejected) {
+// jtc.md, B16, B17, B23.
+TEST(JtcAction, BadGoalsAreRejected) {
   JtcRig rig;
   const std::vector<JointTrajectory> bad = {
       trajectory({"a", "b"}, {point(1, {1, 1})}), trajectory({"a", "b", "d"}, {point(1, {1, 1, 1})}),
@@ -109,7 +114,8 @@ TEST(JtcAction, B16_B17_B23_BadGoalsAreRejected) {
   EXPECT_EQ(rig.answers[good].status, GoalStatus::succeeded);
 }
 
-TEST(JtcAction, B27_AnInactiveControllerRejects) {
+// jtc.md, B27.
+TEST(JtcAction, InactiveControllerRejectsGoal) {
   JtcRig rig;
   ASSERT_TRUE(rig.deactivate().ok());
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
@@ -117,7 +123,8 @@ TEST(JtcAction, B27_AnInactiveControllerRejects) {
   EXPECT_EQ(rig.count(Severity::error, "'arm' is not active; activate it first"), 1u);
 }
 
-TEST(JtcAction, B50_PathViolationAbortsAndNamesJointErrorToleranceAndTime) {
+// jtc.md, B50.
+TEST(JtcAction, PathViolationAbortsWithDetails) {
   JtcRig rig(options_with("constraints: {b: {trajectory: 0.1}, c: {trajectory: 0.1}}"));
   rig.hardware->block("b");
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
@@ -132,7 +139,8 @@ TEST(JtcAction, B50_PathViolationAbortsAndNamesJointErrorToleranceAndTime) {
   EXPECT_NEAR(rig.command("a/position"), 0.11, 0.011);
 }
 
-TEST(JtcAction, B53_GoalViolationAborts) {
+// jtc.md, B53.
+TEST(JtcAction, GoalViolationAborts) {
   JtcRig rig(options_with("constraints: {goal_time: 0.3, a: {goal: 0.01}}"));
   rig.hardware->set_offset("a", -0.2);
   rig.run(1);
@@ -148,7 +156,8 @@ TEST(JtcAction, B53_GoalViolationAborts) {
   EXPECT_NEAR(rig.command("a/position"), 0.8, 1e-9);
 }
 
-TEST(JtcAction, B57_AGoalsOwnTolerancesCountForItAlone) {
+// jtc.md, B57.
+TEST(JtcAction, GoalTolerancesApplyToOneGoal) {
   JtcRig rig(options_with("constraints: {a: {trajectory: 0.1}}"));
   rig.hardware->block("a");
   auto lenient = goal_of(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
@@ -172,7 +181,8 @@ TEST(JtcAction, B57_AGoalsOwnTolerancesCountForItAlone) {
   EXPECT_EQ(rig.count(Severity::error, "judged by the default tolerances"), 1u);
 }
 
-TEST(JtcAction, B57_AGoalsOwnGoalTime) {
+// jtc.md, B57.
+TEST(JtcAction, GoalTimeOfGoalIsUsed) {
   JtcRig rig(options_with("constraints: {a: {goal: 0.01}}"));
   rig.hardware->set_offset("a", -0.2);
   rig.run(1);
@@ -183,7 +193,8 @@ TEST(JtcAction, B57_AGoalsOwnGoalTime) {
   EXPECT_EQ(rig.answers[index].result.error_code, Result::GOAL_TOLERANCE_VIOLATED);
 }
 
-TEST(JtcAction, B58_ATimeoutOfAWaitingGoalIsNoSuccess) {
+// jtc.md, B58.
+TEST(JtcAction, CommandTimeoutAbortsWaitingGoal) {
   JtcRig rig(options_with("cmd_timeout: 0.3, constraints: {a: {goal: 0.01}}"));
   rig.hardware->set_offset("a", -0.2);
   rig.run(1);
@@ -194,7 +205,8 @@ TEST(JtcAction, B58_ATimeoutOfAWaitingGoalIsNoSuccess) {
               AllOf(HasSubstr("command timeout"), HasSubstr("joint 'a'")));
 }
 
-TEST(JtcAction, B60_FeedbackComesAtTheMonitorRate) {
+// jtc.md, B60.
+TEST(JtcAction, FeedbackIsSentAtMonitorRate) {
   JtcRig rig(options_with("action_monitor_rate: 10.0"));
   Listener<Feedback> feedback(rig.bus, kFeedback);
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
@@ -209,7 +221,8 @@ TEST(JtcAction, B60_FeedbackComesAtTheMonitorRate) {
   EXPECT_THAT(middle.feedback.error.positions, SizeIs(3));
 }
 
-TEST(JtcAction, B60_ResultsComeAtTheMonitorRate) {
+// jtc.md, B60.
+TEST(JtcAction, ResultIsSentAtMonitorRate) {
   JtcRig rig(options_with("action_monitor_rate: 2.0"));
   const auto goal = rig.send(trajectory(kJoints, {point(0.1, {1, 1, 1})}));
   rig.run_for(0.3);
@@ -218,7 +231,8 @@ TEST(JtcAction, B60_ResultsComeAtTheMonitorRate) {
   EXPECT_TRUE(rig.answers[goal].finished_at);
 }
 
-TEST(JtcAction, B60_TheGoalIsExecutingOnceAccepted) {
+// jtc.md, B60.
+TEST(JtcAction, AcceptedGoalIsExecuting) {
   JtcRig rig;
   Listener<action_msgs::msg::GoalStatusArray> status(rig.bus, "/arm/follow_joint_trajectory/_action/status");
   rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
@@ -227,7 +241,8 @@ TEST(JtcAction, B60_TheGoalIsExecutingOnceAccepted) {
   EXPECT_EQ(status.messages.back().status_list[0].status, action_msgs::msg::GoalStatus::STATUS_EXECUTING);
 }
 
-TEST(JtcAction, B61_ANewGoalPreemptsTheOldOneFirst) {
+// jtc.md, B61.
+TEST(JtcAction, NewGoalPreemptsOldGoal) {
   JtcRig rig;
   const auto first = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run_for(0.5);
@@ -241,7 +256,7 @@ TEST(JtcAction, B61_ANewGoalPreemptsTheOldOneFirst) {
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 0);
 }
 
-TEST(JtcAction, AResultIsNotLostWhereTheNextTrajectoryComesAtOnce) {
+TEST(JtcAction, ResultSurvivesNextTrajectory) {
   JtcRig rig(options_with("action_monitor_rate: 1.0, constraints: {a: {trajectory: 0.05}}"));
   rig.hardware->block("a");
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
@@ -253,7 +268,8 @@ TEST(JtcAction, AResultIsNotLostWhereTheNextTrajectoryComesAtOnce) {
   EXPECT_EQ(rig.count(Severity::error, "Holding position"), 1u);
 }
 
-TEST(JtcAction, B62_ATopicTrajectoryReplacesThatOfTheGoalAndIsSaidSo) {
+// jtc.md, B62.
+TEST(JtcAction, TopicTrajectoryReplacesGoalAndIsReported) {
   JtcRig rig;
   const auto goal = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
   rig.run_for(0.2);
@@ -267,7 +283,8 @@ TEST(JtcAction, B62_ATopicTrajectoryReplacesThatOfTheGoalAndIsSaidSo) {
   EXPECT_EQ(rig.count(Severity::warning, "cancel the goal before sending to the topic"), 1u);
 }
 
-TEST(JtcAction, B63_CancelHoldsWhereTheRobotIs) {
+// jtc.md, B63.
+TEST(JtcAction, CancelHoldsPosition) {
   JtcRig rig;
   rig.hardware->set_offset("b", 0.05);
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
@@ -282,7 +299,8 @@ TEST(JtcAction, B63_CancelHoldsWhereTheRobotIs) {
   EXPECT_DOUBLE_EQ(rig.command("b/position"), held);
 }
 
-TEST(JtcAction, B63_AGoalMayBeCancelledBeforeItBegins) {
+// jtc.md, B63.
+TEST(JtcAction, CancelBeforeStartIsAccepted) {
   JtcRig rig;
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.cancel(goal);
@@ -294,7 +312,8 @@ TEST(JtcAction, B63_AGoalMayBeCancelledBeforeItBegins) {
   EXPECT_EQ(rig.answers[next].status, GoalStatus::succeeded);
 }
 
-TEST(JtcAction, B64_CancelBrakesWhereAsked) {
+// jtc.md, B64.
+TEST(JtcAction, CancelDeceleratesWhereConfigured) {
   JtcOptions options = options_with(
       "constraints: {decelerate_on_cancel: true, a: {max_deceleration_on_cancel: 2.0}, b: "
       "{max_deceleration_on_cancel: 8.0}}");
@@ -316,7 +335,8 @@ TEST(JtcAction, B64_CancelBrakesWhereAsked) {
 
 class JtcScaling : public testing::TestWithParam<double> {};
 
-TEST_P(JtcScaling, B71_DurationIsScaledAndTolerancesUseScaledTime) {
+// jtc.md, B71.
+TEST_P(JtcScaling, ScalingStretchesDurationAndTolerances) {
   const double factor = GetParam();
   JtcRig rig(options_with("constraints: {goal_time: 0.01, a: {trajectory: 0.02, goal: 0.001}}"));
   rig.say("/arm/speed_scaling_input", control_msgs::msg::SpeedScalingFactor{factor});

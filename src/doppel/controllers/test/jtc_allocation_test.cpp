@@ -26,7 +26,7 @@ std::size_t touches_in(JtcRig& rig, double seconds) {
 
 class JtcAllocation : public testing::TestWithParam<std::vector<std::string>> {};
 
-TEST_P(JtcAllocation, NoneInUpdate) {
+TEST_P(JtcAllocation, UpdateDoesNotAllocate) {
   JtcOptions options;
   options.joints = {{.name = "a", .velocity = 9}, {.name = "b", .velocity = 9}, {.name = "c", .velocity = 9}};
   options.commands = GetParam();

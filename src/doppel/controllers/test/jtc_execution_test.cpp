@@ -24,7 +24,8 @@ struct Combination {
 
 class JtcCombinations : public testing::TestWithParam<Combination> {};
 
-TEST_P(JtcCombinations, B2_B3_B43_FollowToTheEnd) {
+// jtc.md, B2, B3, B43.
+TEST_P(JtcCombinations, TrajectoryIsFollowedToEnd) {
   const Names& commands = GetParam().commands;
   JtcOptions options =
       options_of(commands, GetParam().states,
@@ -62,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // -- what is accepted, over the topic
 
-TEST(JtcExecution, BadMessagesAreDroppedWithAReasonAndTheLastGoodCommandHolds) {
+TEST(JtcExecution, BadMessageIsDroppedAndLastCommandHolds) {
   JtcRig rig;
   rig.say(trajectory(kJoints, {point(0.1, {1, 1, 1})}));
   rig.run_for(0.2);
@@ -76,7 +77,8 @@ TEST(JtcExecution, BadMessagesAreDroppedWithAReasonAndTheLastGoodCommandHolds) {
   EXPECT_EQ(rig.count(Severity::error, "allow_partial_joints_goal"), 1u);
 }
 
-TEST(JtcExecution, B18_AnEmptyTrajectoryDoesNotStop) {
+// jtc.md, B18.
+TEST(JtcExecution, EmptyTrajectoryIsIgnored) {
   JtcRig rig;
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run_for(0.5);
@@ -87,7 +89,8 @@ TEST(JtcExecution, B18_AnEmptyTrajectoryDoesNotStop) {
             1u);
 }
 
-TEST(JtcExecution, B24_ATrajectoryOfThePastIsIgnored) {
+// jtc.md, B24.
+TEST(JtcExecution, PastTrajectoryIsIgnored) {
   JtcRig rig;
   rig.run_for(5);
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}, 2.0));
@@ -96,7 +99,8 @@ TEST(JtcExecution, B24_ATrajectoryOfThePastIsIgnored) {
   EXPECT_EQ(rig.count(Severity::error, "ends in the past"), 1u);
 }
 
-TEST(JtcExecution, B25_ALateTrajectoryIsEnteredInTheMiddleAndSaidSo) {
+// jtc.md, B25.
+TEST(JtcExecution, LateTrajectoryStartsInMiddleAndIsReported) {
   JtcRig rig;
   rig.run_for(5);
   rig.say(trajectory(kJoints, {point(0.5, {0, 0, 0}), point(2.5, {1, 2, 1})}, rig.time() - 1.5));
@@ -106,7 +110,8 @@ TEST(JtcExecution, B25_ALateTrajectoryIsEnteredInTheMiddleAndSaidSo) {
       << rig.said();
 }
 
-TEST(JtcExecution, B26_AnEarlyTrajectoryDropsTheOldOneAndSetsOut) {
+// jtc.md, B26.
+TEST(JtcExecution, FutureTrajectoryReplacesCurrent) {
   JtcRig rig;
   rig.say(trajectory(kJoints, {point(2, {2, 2, 2})}));
   rig.run_for(1);
@@ -120,7 +125,7 @@ TEST(JtcExecution, B26_AnEarlyTrajectoryDropsTheOldOneAndSetsOut) {
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 0);
 }
 
-TEST(JtcExecution, AStampOfNowIsNoWarning) {
+TEST(JtcExecution, CurrentStampGivesNoWarning) {
   JtcRig rig;
   rig.run_for(1);
   rig.say(trajectory(kJoints, {point(0, {0, 0, 0}), point(1, {1, 1, 1})}, rig.time()));
@@ -129,7 +134,8 @@ TEST(JtcExecution, AStampOfNowIsNoWarning) {
   EXPECT_EQ(rig.count(Severity::warning, "stamp"), 0u) << rig.said();
 }
 
-TEST(JtcExecution, B27_AnInactiveControllerIgnoresTheTopic) {
+// jtc.md, B27.
+TEST(JtcExecution, InactiveControllerIgnoresTopic) {
   JtcRig rig;
   ASSERT_TRUE(rig.deactivate().ok());
   rig.say(trajectory(kJoints, {point(0.1, {1, 1, 1})}));
@@ -141,7 +147,8 @@ TEST(JtcExecution, B27_AnInactiveControllerIgnoresTheTopic) {
 
 // -- where it starts
 
-TEST(JtcExecution, B29_StartsFromTheMeasuredState) {
+// jtc.md, B29.
+TEST(JtcExecution, StartsFromMeasuredState) {
   JtcRig rig;
   rig.hardware->set_offset("a", -0.3);  // a servo that sags
   rig.run(1);
@@ -150,7 +157,8 @@ TEST(JtcExecution, B29_StartsFromTheMeasuredState) {
   EXPECT_NEAR(rig.command("a/position"), -0.3 + 1.3 * kPeriod, 1e-9);
 }
 
-TEST(JtcExecution, B29_OrFromTheLastCommandWithoutAJump) {
+// jtc.md, B29.
+TEST(JtcExecution, StartsFromLastCommandWithoutJump) {
   JtcRig rig(options_of({kPosition}, {kPosition}, "interpolate_from_desired_state: true"));
   rig.hardware->set_offset("a", -0.3);
   rig.run(1);
@@ -165,7 +173,8 @@ TEST(JtcExecution, B29_OrFromTheLastCommandWithoutAJump) {
   }
 }
 
-TEST(JtcExecution, B38_CommandsAreOnePeriodAheadOfWhatIsDesired) {
+// jtc.md, B38.
+TEST(JtcExecution, CommandIsOnePeriodAheadOfDesired) {
   JtcRig rig;
   Listener<State> states(rig.bus, "/arm/controller_state");
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
@@ -177,7 +186,8 @@ TEST(JtcExecution, B38_CommandsAreOnePeriodAheadOfWhatIsDesired) {
   EXPECT_NEAR(states.messages.back().error.positions[0], 0, 1e-12);  // so a perfect servo has no error
 }
 
-TEST(JtcExecution, B39_JumbledJointOrder) {
+// jtc.md, B39.
+TEST(JtcExecution, JointOrderIsReordered) {
   JtcRig rig;
   rig.say(trajectory({"c", "a", "b"}, {point(0.1, {3, 1, 2})}));
   rig.run_for(0.2);
@@ -186,7 +196,8 @@ TEST(JtcExecution, B39_JumbledJointOrder) {
   EXPECT_DOUBLE_EQ(rig.command("c/position"), 3);
 }
 
-TEST(JtcExecution, B40_PartialGoalHoldsTheLastPositionCommandOfTheRest) {
+// jtc.md, B40.
+TEST(JtcExecution, PartialGoalHoldsLastPositionCommand) {
   JtcRig rig(options_of({kPosition}, {kPosition, kVelocity}, "allow_partial_joints_goal: true"));
   rig.say(trajectory(kJoints, {point(0.1, {1, 1, 1})}));
   rig.run_for(0.2);
@@ -198,7 +209,8 @@ TEST(JtcExecution, B40_PartialGoalHoldsTheLastPositionCommandOfTheRest) {
   EXPECT_DOUBLE_EQ(rig.command("c/position"), 2);
 }
 
-TEST(JtcExecution, B40_PartialGoalHoldsTheStateWithoutAPositionCommand) {
+// jtc.md, B40.
+TEST(JtcExecution, PartialGoalHoldsStateWithoutCommand) {
   JtcRig rig(options_of({kVelocity}, {kPosition, kVelocity},
                         "allow_partial_joints_goal: true, gains: {c: {p: 1.0}}"));
   rig.hardware->set_position("b", 0.4);
@@ -210,7 +222,8 @@ TEST(JtcExecution, B40_PartialGoalHoldsTheStateWithoutAPositionCommand) {
   EXPECT_DOUBLE_EQ(states.messages.back().reference.velocities[1], 0);
 }
 
-TEST(JtcExecution, B42_ANewTrajectoryReplacesTheOldOneWhole) {
+// jtc.md, B42.
+TEST(JtcExecution, NewTrajectoryReplacesOld) {
   JtcRig rig(options_of({kPosition}, {kPosition}, "allow_partial_joints_goal: true"));
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run_for(0.5);
@@ -220,14 +233,16 @@ TEST(JtcExecution, B42_ANewTrajectoryReplacesTheOldOneWhole) {
   EXPECT_NEAR(rig.command("b/position"), 0.5, 0.02);  // no longer on its way to 1
 }
 
-TEST(JtcExecution, B42_TheLastOfSeveralBetweenTwoUpdatesCounts) {
+// jtc.md, B42.
+TEST(JtcExecution, LastMessageBetweenUpdatesWins) {
   JtcRig rig;
   for (const double to : {1.0, 2.0, 3.0}) rig.say(trajectory(kJoints, {point(0.1, {to, to, to})}));
   rig.run_for(0.2);
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 3);
 }
 
-TEST(JtcExecution, B34_InterpolationNone) {
+// jtc.md, B34.
+TEST(JtcExecution, InterpolationNoneStepsToPoints) {
   JtcRig rig(options_of({kPosition}, {kPosition}, "interpolation_method: none"));
   rig.say(trajectory(kJoints, {point(0.5, {1, 1, 1}), point(1, {2, 2, 2})}));
   rig.run_for(0.4);
@@ -236,7 +251,8 @@ TEST(JtcExecution, B34_InterpolationNone) {
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 2);
 }
 
-TEST(JtcExecution, B20_B32_VelocityTrajectoriesAreIntegrated) {
+// jtc.md, B20, B32.
+TEST(JtcExecution, VelocityTrajectoryIsIntegrated) {
   JtcRig rig(options_of({kPosition}, {kPosition}, "allow_integration_in_goal_trajectories: true"));
   rig.say(trajectory(kJoints, {point(1, {}, {1, 2, 0}), point(2, {}, {0, 0, 0})}));
   rig.run_for(2.1);
@@ -246,7 +262,8 @@ TEST(JtcExecution, B20_B32_VelocityTrajectoriesAreIntegrated) {
 
 // -- what is commanded
 
-TEST(JtcExecution, B43_VelocityAndAccelerationAreForwarded) {
+// jtc.md, B43.
+TEST(JtcExecution, VelocityAndAccelerationAreForwarded) {
   JtcRig rig(options_of({kPosition, kVelocity, kAcceleration}));
   rig.say(trajectory(kJoints,
                      {point(0, {0, 0, 0}, {0, 0, 0}, {1, 1, 1}), point(1, {1, 1, 1}, {0, 0, 0}, {0, 0, 0})}));
@@ -257,7 +274,8 @@ TEST(JtcExecution, B43_VelocityAndAccelerationAreForwarded) {
   EXPECT_GT(rig.command("a/velocity"), 1);
 }
 
-TEST(JtcExecution, B44_VelocityIsFeedForwardPlusPid) {
+// jtc.md, B44.
+TEST(JtcExecution, VelocityIsFeedForwardPlusPid) {
   JtcRig rig(options_of({kVelocity}, {kPosition, kVelocity},
                         "gains: {a: {p: 3.0, d: 0.5, ff_velocity_scale: 0.8}}"));
   rig.hardware->block("a");
@@ -272,7 +290,8 @@ TEST(JtcExecution, B44_VelocityIsFeedForwardPlusPid) {
   EXPECT_GT(now.error.positions[0], 0.1);
 }
 
-TEST(JtcExecution, B44_EffortAddsTheEffortOfTheTrajectory) {
+// jtc.md, B44.
+TEST(JtcExecution, EffortAddsTrajectoryEffort) {
   JtcRig rig(options_of({kEffort}, {kPosition, kVelocity}, "gains: {a: {p: 3.0}}"));
   rig.say(
       trajectory(kJoints, {point(0, {1, 0, 0}, {}, {}, {2, 2, 2}), point(1, {1, 0, 0}, {}, {}, {2, 2, 2})}));
@@ -281,7 +300,8 @@ TEST(JtcExecution, B44_EffortAddsTheEffortOfTheTrajectory) {
   EXPECT_NEAR(rig.command("b/effort"), 2, 1e-9);
 }
 
-TEST(JtcExecution, B45_PositionAndEffortPassTheEffortOn) {
+// jtc.md, B45.
+TEST(JtcExecution, PositionAndEffortForwardEffort) {
   JtcRig rig(options_of({kPosition, kEffort}, {kPosition, kVelocity}, "gains: {a: {p: 300.0}}"));
   rig.say(trajectory(kJoints,
                      {point(0.5, {1, 1, 1}, {}, {}, {4, 5, 6}), point(1, {1, 1, 1}, {}, {}, {4, 5, 6})}));
@@ -293,7 +313,8 @@ TEST(JtcExecution, B45_PositionAndEffortPassTheEffortOn) {
   EXPECT_DOUBLE_EQ(rig.command("b/effort"), 0);
 }
 
-TEST(JtcExecution, B46_GainsMayBeChangedWhileRunning) {
+// jtc.md, B46.
+TEST(JtcExecution, GainsChangeWhileRunning) {
   JtcRig rig(options_of({kEffort}, {kPosition, kVelocity}, "gains: {a: {p: 1.0}}"));
   rig.hardware->set_position("a", -1);
   rig.run(2);
@@ -311,7 +332,8 @@ TEST(JtcExecution, B46_GainsMayBeChangedWhileRunning) {
   EXPECT_FALSE(rig.set_parameter("joints", std::vector<std::string>{"a"}).ok());
 }
 
-TEST(JtcExecution, B46_TolerancesChangedFromTheNextGoalOnAndSaidSo) {
+// jtc.md, B46.
+TEST(JtcExecution, ToleranceChangeAppliesToNextGoalAndIsReported) {
   JtcRig rig;
   ASSERT_TRUE(rig.set_parameter("constraints.a.trajectory", 0.01).ok());
   EXPECT_EQ(rig.count(Severity::warning, "'constraints.a.trajectory' counts from the next action goal on"),
@@ -328,7 +350,8 @@ TEST(JtcExecution, B46_TolerancesChangedFromTheNextGoalOnAndSaidSo) {
   EXPECT_EQ(rig.answers[goal].result.error_code, FollowJointTrajectory::Result::PATH_TOLERANCE_VIOLATED);
 }
 
-TEST(JtcExecution, B46_PartialAndEndVelocityMayBeAllowedWhileRunning) {
+// jtc.md, B46.
+TEST(JtcExecution, PartialGoalsAndEndVelocityCanBeAllowedWhileRunning) {
   JtcRig rig;
   ASSERT_TRUE(rig.set_parameter("allow_partial_joints_goal", true).ok());
   ASSERT_TRUE(rig.set_parameter("allow_nonzero_velocity_at_trajectory_end", true).ok());
@@ -339,7 +362,8 @@ TEST(JtcExecution, B46_PartialAndEndVelocityMayBeAllowedWhileRunning) {
 
 // -- tolerances and the end
 
-TEST(JtcExecution, B48_B51_APathViolationHoldsWhereTheRobotIs) {
+// jtc.md, B48, B51.
+TEST(JtcExecution, PathViolationHoldsPosition) {
   JtcRig rig(options_of({kPosition}, {kPosition, kVelocity}, "constraints: {b: {trajectory: 0.1}}"));
   rig.hardware->block("b");
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
@@ -365,7 +389,8 @@ TEST(JtcExecution, B48_B51_APathViolationHoldsWhereTheRobotIs) {
       << rig.said();
 }
 
-TEST(JtcExecution, B50_TheFirstSampleIsJudgedEvenIfItIsTheLastPoint) {
+// jtc.md, B50.
+TEST(JtcExecution, FirstSampleIsCheckedEvenAtLastPoint) {
   JtcRig rig(options_of({kPosition}, {kPosition, kVelocity}, "constraints: {a: {trajectory: 0.1}}"));
   rig.say(trajectory(kJoints, {point(0, {1, 0, 0})}));
   rig.run_for(0.2);
@@ -374,7 +399,8 @@ TEST(JtcExecution, B50_TheFirstSampleIsJudgedEvenIfItIsTheLastPoint) {
       << rig.said();
 }
 
-TEST(JtcExecution, B53_AGoalThatIsMissedForTooLongHolds) {
+// jtc.md, B53.
+TEST(JtcExecution, MissedGoalHoldsPosition) {
   JtcRig rig(
       options_of({kPosition}, {kPosition, kVelocity}, "constraints: {goal_time: 0.5, a: {goal: 0.01}}"));
   rig.hardware->set_offset("a", -0.2);
@@ -387,7 +413,8 @@ TEST(JtcExecution, B53_AGoalThatIsMissedForTooLongHolds) {
   EXPECT_EQ(rig.count(Severity::error, "goal_time_tolerance exceeding by"), 1u);
 }
 
-TEST(JtcExecution, B49_GoalTimeZeroWaitsWithoutEnd) {
+// jtc.md, B49.
+TEST(JtcExecution, GoalTimeZeroWaitsForever) {
   JtcRig rig(options_of({kPosition}, {kPosition, kVelocity}, "constraints: {a: {goal: 0.01}}"));
   rig.hardware->set_offset("a", -0.2);
   rig.run(1);
@@ -396,7 +423,8 @@ TEST(JtcExecution, B49_GoalTimeZeroWaitsWithoutEnd) {
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 1);
 }
 
-TEST(JtcExecution, B55_AHoldIsNotJudged) {
+// jtc.md, B55.
+TEST(JtcExecution, HoldIsNotChecked) {
   JtcRig rig(options_of({kPosition}, {kPosition, kVelocity},
                         "constraints: {a: {trajectory: 0.1, goal: 0.1}, goal_time: 0.1}"));
   rig.hardware->block("a");
@@ -409,7 +437,8 @@ TEST(JtcExecution, B55_AHoldIsNotJudged) {
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 0);
 }
 
-TEST(JtcExecution, B58_ACommandThatGetsOldIsHeld) {
+// jtc.md, B58.
+TEST(JtcExecution, CommandTimeoutHoldsPosition) {
   JtcRig rig(options_of({kPosition, kVelocity}, {kPosition, kVelocity},
                         "cmd_timeout: 0.5, allow_nonzero_velocity_at_trajectory_end: true, "
                         "constraints: {stopped_velocity_tolerance: 0.0}"));
@@ -421,7 +450,8 @@ TEST(JtcExecution, B58_ACommandThatGetsOldIsHeld) {
   EXPECT_EQ(rig.count(Severity::error, "command timeout"), 1u) << rig.said();
 }
 
-TEST(JtcExecution, B58_ATimeoutBelowTheGoalTimeIsIgnoredWithAWarning) {
+// jtc.md, B58.
+TEST(JtcExecution, TimeoutBelowGoalTimeIsIgnoredWithWarning) {
   JtcRig rig(options_of({kPosition}, {kPosition}, "cmd_timeout: 0.5, constraints: {goal_time: 0.5}"));
   EXPECT_EQ(rig.count(Severity::warning, "cmd_timeout of 0.5 s has no effect"), 1u);
   rig.say(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
@@ -429,7 +459,8 @@ TEST(JtcExecution, B58_ATimeoutBelowTheGoalTimeIsIgnoredWithAWarning) {
   EXPECT_EQ(rig.count(Severity::error, "timeout"), 0u);
 }
 
-TEST(JtcExecution, B59_ErrorsAreComputedForJointsThatAreNotCommanded) {
+// jtc.md, B59.
+TEST(JtcExecution, ErrorsIncludeUncommandedJoints) {
   JtcRig rig(options_of({kPosition}, {kPosition, kVelocity}, "command_joints: [c, a]"));
   Listener<State> states(rig.bus, "/arm/controller_state");
   rig.say(trajectory({"b", "c", "a"}, {point(0.5, {2, 3, 1})}));
@@ -452,7 +483,8 @@ JtcOptions braking_options(Names commands = {kPosition}) {
   return options;
 }
 
-TEST(JtcExecution, B64_AnAbortBrakesEachJointAtItsDeceleration) {
+// jtc.md, B64.
+TEST(JtcExecution, AbortDeceleratesEachJoint) {
   for (const double direction : {1.0, -1.0}) {
     JtcRig rig(braking_options());
     Listener<State> states(rig.bus, "/arm/controller_state");
@@ -474,7 +506,8 @@ TEST(JtcExecution, B64_AnAbortBrakesEachJointAtItsDeceleration) {
   }
 }
 
-TEST(JtcExecution, B64_TheCommandRampsToZero) {
+// jtc.md, B64.
+TEST(JtcExecution, DecelerationRampsCommandToZero) {
   JtcOptions options = braking_options({kPosition, kVelocity});
   JtcRig rig(options);
   rig.say(trajectory({"a", "b"}, {point(1, {1, 2}, {1, 2}), point(2, {2, 4}, {0, 0})}));
@@ -493,7 +526,8 @@ TEST(JtcExecution, B64_TheCommandRampsToZero) {
   EXPECT_DOUBLE_EQ(last, 0);
 }
 
-TEST(JtcExecution, B64_ATimeoutBrakesToo) {
+// jtc.md, B64.
+TEST(JtcExecution, TimeoutDecelerates) {
   JtcOptions options = braking_options({kVelocity});
   options.more = braking(
       ", cmd_timeout: 0.05, allow_nonzero_velocity_at_trajectory_end: true, "
@@ -509,7 +543,8 @@ TEST(JtcExecution, B64_ATimeoutBrakesToo) {
   EXPECT_EQ(rig.count(Severity::error, "command timeout"), 1u);
 }
 
-TEST(JtcExecution, B65_FallsBackToAPlainHoldAndSaysWhy) {
+// jtc.md, B65.
+TEST(JtcExecution, ImpossibleDecelerationFallsBackToHold) {
   JtcOptions no_velocity = braking_options();
   no_velocity.states = {kPosition};
   EXPECT_EQ(JtcRig(no_velocity).count(Severity::warning, "no velocity is measured"), 1u);

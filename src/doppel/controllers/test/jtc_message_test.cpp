@@ -34,11 +34,12 @@ JointTrajectory good() {
   return trajectory(kRevoluteJoints, {point(1, {1, 2, 3}), point(2, {0, 0, 0}, {0, 0, 0}, {1, 1, 1})});
 }
 
-TEST(JtcMessage, GoodOnesAreTaken) {
+TEST(JtcMessage, GoodMessageIsAccepted) {
   EXPECT_THAT(error_of(good()), IsEmpty());
 }
 
-TEST(JtcMessage, B16_PartialJointListRefusedUnlessAllowed) {
+// jtc.md, B16.
+TEST(JtcMessage, PartialJointListIsRefusedUnlessAllowed) {
   JointTrajectory m = trajectory({"Revolute 1", "Revolute 3"}, {point(1, {1, 2})});
   EXPECT_THAT(error_of(m), AllOf(HasSubstr("'Revolute 2'"), HasSubstr("allow_partial_joints_goal")));
   MessageRules partial = rules();
@@ -46,13 +47,15 @@ TEST(JtcMessage, B16_PartialJointListRefusedUnlessAllowed) {
   EXPECT_THAT(error_of(m, partial), IsEmpty());
 }
 
-TEST(JtcMessage, B17_UnknownJointIsNamedWithTheNearest) {
+// jtc.md, B17.
+TEST(JtcMessage, UnknownJointIsReportedWithNearest) {
   JointTrajectory m = good();
   m.joint_names[1] = "Revolut 2";
   EXPECT_THAT(error_of(m), AllOf(HasSubstr("'Revolut 2'"), HasSubstr("did you mean 'Revolute 2'")));
 }
 
-TEST(JtcMessage, B17_RepeatedNamesAreTakenAndReported) {
+// jtc.md, B17.
+TEST(JtcMessage, RepeatedNamesAreAcceptedAndReported) {
   JointTrajectory m = good();
   m.joint_names[1] = "Revolute 1";
   EXPECT_THAT(error_of(m), IsEmpty());
@@ -60,12 +63,14 @@ TEST(JtcMessage, B17_RepeatedNamesAreTakenAndReported) {
   EXPECT_THAT(repeated_joints(good()), IsEmpty());
 }
 
-TEST(JtcMessage, B18_NoNamesOrNoPointsRefused) {
+// jtc.md, B18.
+TEST(JtcMessage, MessageWithoutNamesOrPointsIsRefused) {
   EXPECT_THAT(error_of(trajectory({}, {point(1, {})})), HasSubstr("names no joints"));
   EXPECT_THAT(error_of(trajectory(kRevoluteJoints, {})), HasSubstr("does not stop the robot"));
 }
 
-TEST(JtcMessage, B19_LengthsMustMatchTheNames) {
+// jtc.md, B19.
+TEST(JtcMessage, LengthMismatchIsRefused) {
   JointTrajectory m = good();
   m.points[1].positions.pop_back();
   EXPECT_THAT(error_of(m), AllOf(HasSubstr("point 2 of 2"), HasSubstr("2 positions"), HasSubstr("3 joints")));
@@ -77,7 +82,8 @@ TEST(JtcMessage, B19_LengthsMustMatchTheNames) {
   EXPECT_THAT(error_of(m), HasSubstr("4 accelerations"));
 }
 
-TEST(JtcMessage, B20_PositionsAreNeededUnlessIntegrated) {
+// jtc.md, B20.
+TEST(JtcMessage, MissingPositionsAreRefusedUnlessIntegrated) {
   JointTrajectory m = trajectory(kRevoluteJoints, {point(1, {}, {0, 0, 0})});
   EXPECT_THAT(error_of(m), HasSubstr("allow_integration_in_goal_trajectories"));
   MessageRules integrating = rules();
@@ -88,7 +94,8 @@ TEST(JtcMessage, B20_PositionsAreNeededUnlessIntegrated) {
               HasSubstr("neither positions"));
 }
 
-TEST(JtcMessage, B21_EffortOnlyWhereEffortIsCommanded) {
+// jtc.md, B21.
+TEST(JtcMessage, EffortWithoutEffortInterfaceIsRefused) {
   JointTrajectory m = trajectory(kRevoluteJoints, {point(1, {1, 1, 1}, {}, {}, {1, 1, 1})});
   EXPECT_THAT(error_of(m), HasSubstr("command_interfaces"));
   MessageRules effort = rules();
@@ -98,7 +105,8 @@ TEST(JtcMessage, B21_EffortOnlyWhereEffortIsCommanded) {
   EXPECT_THAT(error_of(m, effort), HasSubstr("2 effort"));
 }
 
-TEST(JtcMessage, B22_TimeMustIncrease) {
+// jtc.md, B22.
+TEST(JtcMessage, NonIncreasingTimeIsRefused) {
   JointTrajectory m = good();
   m.points[1].time_from_start = m.points[0].time_from_start;
   EXPECT_THAT(error_of(m), AllOf(HasSubstr("point 2 of 2"), HasSubstr("must increase")));
@@ -107,7 +115,8 @@ TEST(JtcMessage, B22_TimeMustIncrease) {
   EXPECT_THAT(error_of(m), HasSubstr("negative"));
 }
 
-TEST(JtcMessage, B23_EndsAtRestUnlessAllowed) {
+// jtc.md, B23.
+TEST(JtcMessage, NonzeroEndVelocityIsRefusedUnlessAllowed) {
   JointTrajectory m = good();
   m.points[1].velocities[2] = 1e-6;
   EXPECT_THAT(error_of(m),
@@ -120,13 +129,15 @@ TEST(JtcMessage, B23_EndsAtRestUnlessAllowed) {
   EXPECT_THAT(error_of(m, moving), IsEmpty());
 }
 
-TEST(JtcMessage, B24_TrajectoriesThatAreOverAreRefused) {
+// jtc.md, B24.
+TEST(JtcMessage, PastTrajectoryIsRefused) {
   JointTrajectory m = good();
   m.header.stamp = to_time_msg(from_seconds(97));
   EXPECT_THAT(error_of(m), AllOf(HasSubstr("ends in the past"), HasSubstr("leave the stamp 0")));
 }
 
-TEST(JtcMessage, B25_LateOnesAreTakenWhileTheirEndIsAhead) {
+// jtc.md, B25.
+TEST(JtcMessage, LateTrajectoryIsAcceptedBeforeItsEnd) {
   JointTrajectory m = good();
   m.header.stamp = to_time_msg(from_seconds(98.5));
   EXPECT_THAT(error_of(m), IsEmpty());
@@ -134,7 +145,7 @@ TEST(JtcMessage, B25_LateOnesAreTakenWhileTheirEndIsAhead) {
   EXPECT_THAT(error_of(m), IsEmpty());
 }
 
-TEST(JtcMessage, NumbersThatAreNoneAreRefusedWithJointAndPoint) {
+TEST(JtcMessage, NanIsRefusedWithJointAndPoint) {
   for (const double bad : {std::nan(""), kInfinity, -kInfinity}) {
     JointTrajectory m = good();
     m.points[1].positions[1] = bad;
@@ -148,7 +159,8 @@ TEST(JtcMessage, NumbersThatAreNoneAreRefusedWithJointAndPoint) {
   }
 }
 
-TEST(JtcMessage, B39_AnyOrderOfJointsComesIntoTheControllers) {
+// jtc.md, B39.
+TEST(JtcMessage, JointsAreReordered) {
   const auto made = make_trajectory(trajectory({"Revolute 3", "Revolute 1", "Revolute 2"},
                                                {point(1, {3, 1, 2}, {30, 10, 20}, {300, 100, 200})}),
                                     rules(), std::vector<double>{7, 8, 9});
@@ -161,7 +173,8 @@ TEST(JtcMessage, B39_AnyOrderOfJointsComesIntoTheControllers) {
   EXPECT_THAT(s.accelerations, ElementsAre(100, 200, 300));
 }
 
-TEST(JtcMessage, B40_MissingJointsStayAtRestWhereTheyAre) {
+// jtc.md, B40.
+TEST(JtcMessage, MissingJointsHoldPosition) {
   const auto made = make_trajectory(trajectory({"Revolute 2"}, {point(1, {2}, {1}, {1})}), rules(),
                                     std::vector<double>{7, 8, 9});
   JointStates s(3);
@@ -172,7 +185,7 @@ TEST(JtcMessage, B40_MissingJointsStayAtRestWhereTheyAre) {
   EXPECT_THAT(s.accelerations, ElementsAre(0, 1, 0));
 }
 
-TEST(JtcMessage, JointsThatMimicMayBeNamedAndAreIgnored) {
+TEST(JtcMessage, MimicJointsAreIgnored) {
   MessageRules with_mimic = rules();
   with_mimic.ignored = {"finger"};
   JointTrajectory m = good();

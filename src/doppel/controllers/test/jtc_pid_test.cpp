@@ -19,7 +19,7 @@ Pid with(const PidGains& gains) {
   return pid;
 }
 
-TEST(Pid, AddsItsThreeTerms) {
+TEST(Pid, OutputIsSumOfTerms) {
   PidGains gains;
   gains.p = 2, gains.i = 3, gains.d = 5;
   Pid pid = with(gains);
@@ -27,7 +27,7 @@ TEST(Pid, AddsItsThreeTerms) {
   EXPECT_DOUBLE_EQ(pid.compute(0.5, 0.1, 0.01), 2 * 0.5 + 3 * 0.5 * 0.02 + 5 * 0.1);
 }
 
-TEST(Pid, StrategiesIntegrateBeforeOrAfterTheOutput) {
+TEST(Pid, StrategyChoosesIntegrationOrder) {
   PidGains gains;
   gains.i = 1;
   EXPECT_DOUBLE_EQ(with(gains).compute(1, 0, 0.5), 0.5);
@@ -39,7 +39,7 @@ TEST(Pid, StrategiesIntegrateBeforeOrAfterTheOutput) {
   }
 }
 
-TEST(Pid, ClampsIntegralAndOutput) {
+TEST(Pid, IntegralAndOutputAreClamped) {
   PidGains gains;
   gains.p = 1, gains.i = 10, gains.i_clamp_max = 0.3, gains.i_clamp_min = -0.1, gains.u_clamp_max = 1.2;
   Pid pid = with(gains);
@@ -50,7 +50,7 @@ TEST(Pid, ClampsIntegralAndOutput) {
   EXPECT_DOUBLE_EQ(pid.integral(), -0.1);
 }
 
-TEST(Pid, SaturationDoesNotWindUpWhereAsked) {
+TEST(Pid, AntiWindupLimitsIntegral) {
   PidGains gains;
   gains.p = 1, gains.i = 1, gains.u_clamp_max = 1, gains.u_clamp_min = -1;
   const auto after_saturation = [&](const char* strategy) {
@@ -66,7 +66,7 @@ TEST(Pid, SaturationDoesNotWindUpWhereAsked) {
   EXPECT_NEAR(after_saturation("back_calculation"), 1 + 10 - 10, 1e-2);
 }
 
-TEST(Pid, DeadbandStopsIntegrationOnly) {
+TEST(Pid, DeadbandStopsIntegration) {
   PidGains gains;
   gains.p = 1, gains.i = 1, gains.error_deadband = 0.1;
   Pid pid = with(gains);
@@ -76,7 +76,8 @@ TEST(Pid, DeadbandStopsIntegrationOnly) {
   EXPECT_DOUBLE_EQ(pid.integral(), 0.2);
 }
 
-TEST(Pid, B11_ResetForgetsTheIntegral) {
+// jtc.md, B11.
+TEST(Pid, ResetClearsIntegral) {
   PidGains gains;
   gains.i = 1;
   Pid pid = with(gains);
@@ -87,7 +88,7 @@ TEST(Pid, B11_ResetForgetsTheIntegral) {
   EXPECT_DOUBLE_EQ(pid.integral(), 0);
 }
 
-TEST(Pid, OddInputsChangeNothing) {
+TEST(Pid, InvalidInputsAreIgnored) {
   PidGains gains;
   gains.p = 1, gains.i = 1;
   Pid pid = with(gains);
@@ -97,7 +98,7 @@ TEST(Pid, OddInputsChangeNothing) {
   EXPECT_DOUBLE_EQ(pid.integral(), 0.1);
 }
 
-TEST(Pid, RefusesGainsThatMeanNothing) {
+TEST(Pid, InvalidGainsAreRefused) {
   PidGains gains;
   gains.p = std::nan("");
   EXPECT_THAT(check_gains(gains).why(), HasSubstr("p is nan"));

@@ -21,7 +21,8 @@ using State = control_msgs::msg::JointTrajectoryControllerState;
 using Query = control_msgs::srv::QueryTrajectoryState;
 using control_msgs::msg::SpeedScalingFactor;
 
-TEST(JtcReports, B66_VectorsFollowTheInterfaces) {
+// jtc.md, B66.
+TEST(JtcReports, VectorsFollowInterfaces) {
   const std::vector<std::pair<Names, Names>> combinations = {
       {{kPosition}, {kPosition}},
       {{kPosition}, {kPosition, kVelocity}},
@@ -54,7 +55,8 @@ TEST(JtcReports, B66_VectorsFollowTheInterfaces) {
   }
 }
 
-TEST(JtcReports, B66_WithFewerCommandJointsTheOthersHaveNoOutput) {
+// jtc.md, B66.
+TEST(JtcReports, JointsWithoutCommandHaveNanOutput) {
   JtcRig rig(options_of({kPosition}, {kPosition}, "command_joints: [c, a]"));
   Listener<State> received(rig.bus, "/arm/controller_state");
   rig.run(1);
@@ -64,7 +66,8 @@ TEST(JtcReports, B66_WithFewerCommandJointsTheOthersHaveNoOutput) {
   EXPECT_TRUE(std::isnan(output[1]));
 }
 
-TEST(JtcReports, B67_TimesFromStart) {
+// jtc.md, B67.
+TEST(JtcReports, TimeFromStartIsReported) {
   JtcRig rig;
   Listener<State> received(rig.bus, "/arm/controller_state");
   rig.say("/arm/speed_scaling_input", SpeedScalingFactor{0.5});
@@ -76,7 +79,8 @@ TEST(JtcReports, B67_TimesFromStart) {
   EXPECT_DOUBLE_EQ(received.messages.back().speed_scaling_factor, 0.5);
 }
 
-TEST(JtcReports, B68_OutputOnlyOnceAllCommandsAreNumbers) {
+// jtc.md, B68.
+TEST(JtcReports, OutputNeedsFiniteCommands) {
   JtcOptions options = options_of({kVelocity}, {kPosition, kVelocity});
   options.start = false;
   JtcRig rig(options);
@@ -100,7 +104,8 @@ Query::Response query(JtcRig& rig, double time) {
   return out;
 }
 
-TEST(JtcReports, B69_StateIsToldBetweenStartAndEndOnly) {
+// jtc.md, B69.
+TEST(JtcReports, QueryStateAnswersDuringTrajectoryOnly) {
   JtcRig rig;
   const double start = rig.time();
   rig.say(trajectory(kJoints, {point(1, {1, 2, 3})}));
@@ -122,7 +127,8 @@ TEST(JtcReports, B69_StateIsToldBetweenStartAndEndOnly) {
   EXPECT_EQ(rig.count(Severity::warning, "query_state"), 6u);
 }
 
-TEST(JtcReports, B70_TimeAdvancesByTheFactor) {
+// jtc.md, B70.
+TEST(JtcReports, TimeAdvancesByScalingFactor) {
   JtcRig rig;
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run_for(0.2);
@@ -141,7 +147,8 @@ TEST(JtcReports, B70_TimeAdvancesByTheFactor) {
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 1);
 }
 
-TEST(JtcReports, B70_TheInitialFactorCountsAndOnlyForPosition) {
+// jtc.md, B70.
+TEST(JtcReports, InitialFactorAppliesToPositionOnly) {
   JtcRig slow(options_of({kPosition}, {kPosition}, "speed_scaling: {initial_scaling_factor: 0.5}"));
   slow.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   slow.run_for(1);
@@ -162,7 +169,8 @@ JtcOptions scaled_hardware(std::string more) {
   return options;
 }
 
-TEST(JtcReports, B72_TheHardwaresFactorOverrides) {
+// jtc.md, B72.
+TEST(JtcReports, HardwareFactorOverridesTopic) {
   JtcRig rig(scaled_hardware("state_interface: speed_scaling/factor"));
   Listener<State> received(rig.bus, "/arm/controller_state");
   rig.say("/arm/speed_scaling_input", SpeedScalingFactor{2});
@@ -171,7 +179,8 @@ TEST(JtcReports, B72_TheHardwaresFactorOverrides) {
   EXPECT_EQ(rig.count(Severity::warning, "will overwrite the speed scaling factor"), 1u);
 }
 
-TEST(JtcReports, B72_TheFactorIsWrittenToTheHardware) {
+// jtc.md, B72.
+TEST(JtcReports, FactorIsWrittenToHardware) {
   JtcRig rig(scaled_hardware("command_interface: speed_scaling/wanted"));
   EXPECT_DOUBLE_EQ(rig.command("speed_scaling/wanted"), 1);
   rig.say("/arm/speed_scaling_input", SpeedScalingFactor{0.3});
@@ -179,7 +188,8 @@ TEST(JtcReports, B72_TheFactorIsWrittenToTheHardware) {
   EXPECT_DOUBLE_EQ(rig.command("speed_scaling/wanted"), 0.3);
 }
 
-TEST(JtcReports, B72_AFactorThatIsNoneKeepsTheLast) {
+// jtc.md, B72.
+TEST(JtcReports, InvalidFactorKeepsLast) {
   JtcOptions options = scaled_hardware("state_interface: speed_scaling/factor");
   options.more_states[0].initial = std::nan("");
   JtcRig rig(options);
@@ -189,7 +199,8 @@ TEST(JtcReports, B72_AFactorThatIsNoneKeepsTheLast) {
   EXPECT_GE(rig.count(Severity::warning, "'speed_scaling/factor' holds no usable speed scaling factor"), 1u);
 }
 
-TEST(JtcReports, B73_AWrongScalingInterfaceFailsActivation) {
+// jtc.md, B73.
+TEST(JtcReports, WrongScalingInterfaceFailsActivation) {
   for (const char* wrong :
        {"state_interface: speed_scaling/fator", "command_interface: speed_scaling/wantd"}) {
     JtcOptions options = scaled_hardware(wrong);

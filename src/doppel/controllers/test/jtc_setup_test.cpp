@@ -32,7 +32,8 @@ std::string configure_error(JtcOptions options) {
   return rig.manager->configure("arm").why();
 }
 
-TEST(JtcSetup, B1_EmptyUnknownAndRepeatedListsAreErrorsWithTheirPlace) {
+// jtc.md, B1.
+TEST(JtcSetup, EmptyUnknownAndRepeatedListsAreErrors) {
   JtcOptions options;
   options.listed = "[]";
   EXPECT_THAT(load_error(options), HasSubstr("'joints' is empty"));
@@ -47,7 +48,8 @@ TEST(JtcSetup, B1_EmptyUnknownAndRepeatedListsAreErrorsWithTheirPlace) {
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition, kPosition})), HasSubstr("twice"));
 }
 
-TEST(JtcSetup, B2_CommandCombinations) {
+// jtc.md, B2.
+TEST(JtcSetup, CommandInterfaceCombinationsAreChecked) {
   for (const Names& good : std::vector<Names>{{kPosition},
                                               {kPosition, kVelocity},
                                               {kVelocity, kPosition},
@@ -67,14 +69,16 @@ TEST(JtcSetup, B2_CommandCombinations) {
   }
 }
 
-TEST(JtcSetup, B3_StateCombinations) {
+// jtc.md, B3.
+TEST(JtcSetup, StateInterfaceCombinationsAreChecked) {
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition})), IsEmpty());
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition, kVelocity, kAcceleration})), IsEmpty());
   EXPECT_THAT(load_error(options_of({kPosition}, {kVelocity})), HasSubstr("cannot follow"));
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition, kAcceleration})), HasSubstr("cannot follow"));
 }
 
-TEST(JtcSetup, B4_ClosedLoopsNeedTheMeasuredVelocity) {
+// jtc.md, B4.
+TEST(JtcSetup, ClosedLoopNeedsVelocityState) {
   for (const Names& commands : std::vector<Names>{{kVelocity}, {kEffort}, {kPosition, kEffort}}) {
     EXPECT_THAT(configure_error(options_of(commands, {kPosition})),
                 HasSubstr("add velocity to state_interfaces"));
@@ -82,7 +86,8 @@ TEST(JtcSetup, B4_ClosedLoopsNeedTheMeasuredVelocity) {
   EXPECT_THAT(configure_error(options_of({kPosition, kVelocity}, {kPosition})), IsEmpty());
 }
 
-TEST(JtcSetup, B5_ClaimsEveryInterface) {
+// jtc.md, B5.
+TEST(JtcSetup, ActivationClaimsEveryInterface) {
   JtcRig rig(options_of({kPosition, kVelocity}));
   const ControllerView view = rig.manager->controllers().front();
   EXPECT_THAT(view.claimed, ElementsAre("a/position", "a/velocity", "b/position", "b/velocity", "c/position",
@@ -91,7 +96,8 @@ TEST(JtcSetup, B5_ClaimsEveryInterface) {
                                                 "c/position", "c/velocity"));
 }
 
-TEST(JtcSetup, B6_CommandJointsMayBeFewer) {
+// jtc.md, B6.
+TEST(JtcSetup, CommandJointsCanBeSubset) {
   JtcOptions options = options_of({kPosition}, {kPosition}, "command_joints: [c, a]");
   JtcRig rig(options);
   EXPECT_THAT(rig.manager->controllers().front().claimed, ElementsAre("c/position", "a/position"));
@@ -102,7 +108,8 @@ TEST(JtcSetup, B6_CommandJointsMayBeFewer) {
   EXPECT_TRUE(std::isnan(rig.command("b/position")));
 }
 
-TEST(JtcSetup, B6_CommandJointsMayBeRenamed) {
+// jtc.md, B6.
+TEST(JtcSetup, CommandJointsCanBeRenamed) {
   JtcOptions options = options_of({kPosition}, {kPosition}, "command_joints: [outer/a, outer/b, outer/c]");
   for (const char* joint : {"a", "b", "c"}) {
     options.more_commands.push_back({std::string("outer/") + joint, kPosition, std::nan("")});
@@ -113,27 +120,29 @@ TEST(JtcSetup, B6_CommandJointsMayBeRenamed) {
   EXPECT_DOUBLE_EQ(rig.command("outer/b/position"), 2);
 }
 
-TEST(JtcSetup, B6_OtherCommandJointsCannotBeConfigured) {
+// jtc.md, B6.
+TEST(JtcSetup, UnknownCommandJointsFailConfiguration) {
   EXPECT_THAT(configure_error(options_of({kPosition}, {kPosition}, "command_joints: [a, b, c, d]")),
               HasSubstr("4 names and 'joints' only 3"));
   EXPECT_THAT(configure_error(options_of({kPosition}, {kPosition}, "command_joints: [a, bb]")),
               AllOf(HasSubstr("'bb'"), HasSubstr("must be some of them")));
 }
 
-TEST(JtcSetup, B7_ContinuousJointWithoutLimitsIsTaken) {
+// jtc.md, B7.
+TEST(JtcSetup, ContinuousJointWithoutLimitsIsAccepted) {
   JtcOptions options;
   options.joints = {{.name = "turn", .type = JointType::continuous}};
   EXPECT_THAT(configure_error(options), IsEmpty());
 }
 
-TEST(JtcSetup, AJointThatTheRobotLacksIsNamedWithItsPlace) {
+TEST(JtcSetup, UnknownJointIsReportedWithPlace) {
   JtcOptions options;
   options.joints = {{"shoulder"}, {"elbow"}};
   options.listed = "[shoulder, elbo]";
   EXPECT_THAT(load_error(options), AllOf(HasSubstr("test.yaml:5:40"), HasSubstr("did you mean 'elbow'")));
 }
 
-TEST(JtcSetup, MimicsAreLeftOutButMayBeNamed) {
+TEST(JtcSetup, MimicJointsAreLeftOut) {
   JtcOptions options;
   options.joints = {{"a"}, {.name = "finger", .mimics = "a"}};
   JtcRig rig(options);
@@ -144,7 +153,8 @@ TEST(JtcSetup, MimicsAreLeftOutButMayBeNamed) {
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 1);
 }
 
-TEST(JtcSetup, B8_ContinuousJointsTakeTheShortWay) {
+// jtc.md, B8.
+TEST(JtcSetup, ContinuousJointTakesShortestWay) {
   JtcOptions options;
   options.joints = {{.name = "turn", .type = JointType::continuous},
                     {.name = "swing", .lower = -9, .upper = 9}};
@@ -162,7 +172,8 @@ TEST(JtcSetup, B8_ContinuousJointsTakeTheShortWay) {
   for (const auto& state : states.messages) EXPECT_LT(std::abs(state.error.positions[0]), 3.15);
 }
 
-TEST(JtcSetup, B9_ActivationHoldsTheCurrentPosition) {
+// jtc.md, B9.
+TEST(JtcSetup, ActivationHoldsPosition) {
   JtcOptions options;
   options.start = false;
   JtcRig rig(options);
@@ -222,7 +233,8 @@ struct Bare {
   Time now = from_seconds(1);
 };
 
-TEST(JtcSetup, B10_WhatIsCommandedCountsAsTheStateAtActivation) {
+// jtc.md, B10.
+TEST(JtcSetup, ActivationStartsFromLastCommand) {
   Bare bare;
   Handles commands({"a/position"}, 0.7), states({"a/position"}, 0.5);
   commands.give(bare.controller), states.give_states(bare.controller);
@@ -231,7 +243,8 @@ TEST(JtcSetup, B10_WhatIsCommandedCountsAsTheStateAtActivation) {
   EXPECT_DOUBLE_EQ(commands.values[0], 0.7);
 }
 
-TEST(JtcSetup, B10_WithoutACommandTheStateCounts) {
+// jtc.md, B10.
+TEST(JtcSetup, ActivationWithoutCommandStartsFromState) {
   Bare bare;
   Handles commands({"a/position"}, std::nan("")), states({"a/position"}, 0.5);
   commands.give(bare.controller), states.give_states(bare.controller);
@@ -240,7 +253,8 @@ TEST(JtcSetup, B10_WithoutACommandTheStateCounts) {
   EXPECT_DOUBLE_EQ(commands.values[0], 0.5);
 }
 
-TEST(JtcSetup, B10_OrAlwaysTheStateWhereAsked) {
+// jtc.md, B10.
+TEST(JtcSetup, ActivationStartsFromStateWhereConfigured) {
   Bare bare(", set_last_command_interface_value_as_state_on_activation: false");
   Handles commands({"a/position"}, 0.7), states({"a/position"}, 0.5);
   commands.give(bare.controller), states.give_states(bare.controller);
@@ -249,7 +263,8 @@ TEST(JtcSetup, B10_OrAlwaysTheStateWhereAsked) {
   EXPECT_DOUBLE_EQ(commands.values[0], 0.5);
 }
 
-TEST(JtcSetup, B11_ActivationForgetsTheIntegral) {
+// jtc.md, B11.
+TEST(JtcSetup, ActivationClearsIntegral) {
   JtcRig rig(options_of({kEffort}, {kPosition, kVelocity}, "gains: {a: {i: 10.0}}"));
   rig.hardware->set_position("a", -1);
   rig.run(50);
@@ -260,7 +275,8 @@ TEST(JtcSetup, B11_ActivationForgetsTheIntegral) {
   EXPECT_DOUBLE_EQ(rig.command("a/effort"), 0);
 }
 
-TEST(JtcSetup, B12_MissingInterfacesAreCounted) {
+// jtc.md, B12.
+TEST(JtcSetup, MissingInterfacesAreReported) {
   Bare bare;
   Handles commands({"b/position"}, 0), states({"a/position"}, 0);
   commands.give(bare.controller), states.give_states(bare.controller);
@@ -272,14 +288,14 @@ TEST(JtcSetup, B12_MissingInterfacesAreCounted) {
   EXPECT_EQ(bare.controller.on_activate().why(), "Expected 1 'position' state interfaces, got 0.");
 }
 
-TEST(JtcSetup, APositionThatNobodyMeasuresCannotBeHeld) {
+TEST(JtcSetup, UnmeasuredPositionFailsActivation) {
   Bare bare;
   Handles commands({"a/position"}, std::nan("")), states({"a/position"}, std::nan(""));
   commands.give(bare.controller), states.give_states(bare.controller);
   EXPECT_THAT(bare.controller.on_activate().why(), HasSubstr("joint 'a' has no measured position"));
 }
 
-TEST(JtcSetup, AMeasurementThatFailsLeavesTheLastCommand) {
+TEST(JtcSetup, NanMeasurementKeepsLastCommand) {
   Bare bare;
   Handles commands({"a/position"}, std::nan("")), states({"a/position"}, 0.5);
   commands.give(bare.controller), states.give_states(bare.controller);
@@ -295,7 +311,8 @@ TEST(JtcSetup, AMeasurementThatFailsLeavesTheLastCommand) {
   EXPECT_DOUBLE_EQ(commands.values[0], 1);
 }
 
-TEST(JtcSetup, B13_DeactivationAbortsTheGoalAndRests) {
+// jtc.md, B13.
+TEST(JtcSetup, DeactivationAbortsGoal) {
   JtcRig rig(options_of({kPosition, kVelocity, kAcceleration}));
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1}, {0, 0, 0}, {0, 0, 0})}));
   rig.run_for(0.5);
@@ -306,7 +323,8 @@ TEST(JtcSetup, B13_DeactivationAbortsTheGoalAndRests) {
   EXPECT_EQ(rig.answers[goal].result.error_string, "Current goal cancelled during deactivate transition.");
 }
 
-TEST(JtcSetup, B13_DeactivationLeavesThePositionCommandAndZeroesTheRest) {
+// jtc.md, B13.
+TEST(JtcSetup, DeactivationKeepsPositionAndZeroesOtherCommands) {
   ParameterFile file = ParameterFile::parse(
       "arm: {ros__parameters: {joints: [a], command_interfaces: [position, velocity, acceleration], "
       "state_interfaces: [position]}}",
@@ -327,7 +345,8 @@ TEST(JtcSetup, B13_DeactivationLeavesThePositionCommandAndZeroesTheRest) {
   EXPECT_THAT(commands.values, ElementsAre(0.4, 0, 0));
 }
 
-TEST(JtcSetup, B14_ReactivationHoldsAndDoesNotResume) {
+// jtc.md, B14.
+TEST(JtcSetup, ReactivationHoldsPosition) {
   JtcRig rig;
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run_for(0.5);
@@ -339,7 +358,8 @@ TEST(JtcSetup, B14_ReactivationHoldsAndDoesNotResume) {
   EXPECT_DOUBLE_EQ(rig.command("a/position"), where);
 }
 
-TEST(JtcSetup, B15_CleanupAfterConfigureAndAfterDeactivate) {
+// jtc.md, B15.
+TEST(JtcSetup, CleanupSucceedsWhenInactive) {
   Bare bare;
   EXPECT_TRUE(bare.controller.on_cleanup().ok());
   EXPECT_TRUE(bare.controller.on_configure().ok());
@@ -355,7 +375,7 @@ TEST(JtcSetup, B15_CleanupAfterConfigureAndAfterDeactivate) {
   EXPECT_DOUBLE_EQ(commands.values[0], 0.7);
 }
 
-TEST(JtcSetup, ParametersThatDoNotFitAreErrors) {
+TEST(JtcSetup, InvalidParametersAreErrors) {
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition}, "action_monitor_rate: 0.01")),
               HasSubstr("0.01 is below"));
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition}, "interpolation_method: spline")),
@@ -369,7 +389,8 @@ TEST(JtcSetup, ParametersThatDoNotFitAreErrors) {
               HasSubstr("below 0"));
 }
 
-TEST(JtcSetup, B47_GainsWithoutAPidAreSaidOnce) {
+// jtc.md, B47.
+TEST(JtcSetup, UnusedGainsAreReportedOnce) {
   JtcRig rig(options_of({kPosition}, {kPosition, kVelocity}, "gains: {a: {p: 200.0}, c: {d: 3.0}}"));
   EXPECT_EQ(
       rig.count(
@@ -383,7 +404,8 @@ TEST(JtcSetup, B47_GainsWithoutAPidAreSaidOnce) {
   EXPECT_EQ(silent.count(Severity::warning, "gains"), 0u) << silent.said();
 }
 
-TEST(JtcSetup, B56_AnIdleStoppedVelocityIsSaid) {
+// jtc.md, B56.
+TEST(JtcSetup, UnusedStoppedVelocityIsReported) {
   const std::string tight = "constraints: {stopped_velocity_tolerance: 0.001}";
   EXPECT_EQ(JtcRig(options_of({kPosition}, {kPosition, kVelocity}, tight))
                 .count(Severity::warning, "stopped_velocity"),
@@ -394,11 +416,12 @@ TEST(JtcSetup, B56_AnIdleStoppedVelocityIsSaid) {
   EXPECT_EQ(JtcRig(options_of({kPosition})).count(Severity::warning, "stopped_velocity"), 0u);
 }
 
-TEST(JtcSetup, B74_LoadsUnderItsRosName) {
+// jtc.md, B74.
+TEST(JtcSetup, LoadsByRosName) {
   EXPECT_NE(builtin_controllers().find("joint_trajectory_controller/JointTrajectoryController"), nullptr);
 }
 
-TEST(JtcSetup, OpenLoopControlIsDeprecated) {
+TEST(JtcSetup, OpenLoopControlGivesDeprecationWarning) {
   JtcRig rig(options_of({kPosition}, {kPosition}, "open_loop_control: true"));
   EXPECT_EQ(rig.count(Severity::warning, "interpolate_from_desired_state: true"), 1u);
 }

@@ -45,7 +45,8 @@ bool is_default(const Tolerances& t) {
   return same;
 }
 
-TEST(JtcTolerances, B49_ZeroIsNotChecked) {
+// jtc.md, B49.
+TEST(JtcTolerances, ZeroToleranceIsNotChecked) {
   Violation worst;
   check({0, 0, 0}, 0, 1e9, 1e9, 1e9, worst);
   EXPECT_FALSE(worst.any());
@@ -55,7 +56,7 @@ TEST(JtcTolerances, B49_ZeroIsNotChecked) {
   EXPECT_FALSE(worst.any());
 }
 
-TEST(JtcTolerances, TheWorstIsTheLargestMultiple) {
+TEST(JtcTolerances, WorstViolationIsLargestMultiple) {
   Violation worst;
   check({0.1, 0, 0}, 0, -0.2, 0, 0, worst);
   check({1, 0.01, 0}, 1, 1.5, 0.05, 0, worst);
@@ -66,7 +67,8 @@ TEST(JtcTolerances, TheWorstIsTheLargestMultiple) {
   EXPECT_DOUBLE_EQ(worst.tolerance, 0.01);
 }
 
-TEST(JtcTolerances, B57_PositiveReplacesZeroKeepsMinusOneErases) {
+// jtc.md, B57.
+TEST(JtcTolerances, PositiveReplacesZeroKeepsAndMinusOneErases) {
   Goal goal;
   goal.path_tolerance = {{"b", 0.7, 0.8, 0.9}, {"a", 0, 0, 0}};
   goal.goal_tolerance = {{"a", -1, -1, 0}};
@@ -83,17 +85,20 @@ TEST(JtcTolerances, B57_PositiveReplacesZeroKeepsMinusOneErases) {
   EXPECT_DOUBLE_EQ(out.tolerances.goal_time, 2);
 }
 
-TEST(JtcTolerances, B57_GoalTimeOfMinusOneIsWithoutEnd) {
+// jtc.md, B57.
+TEST(JtcTolerances, GoalTimeMinusOneIsUnlimited) {
   Goal goal;
   goal.goal_time_tolerance = to_duration_msg(from_seconds(-1));
   EXPECT_DOUBLE_EQ(with(goal).tolerances.goal_time, 0);
 }
 
-TEST(JtcTolerances, B57_NothingSaidIsTheDefault) {
+// jtc.md, B57.
+TEST(JtcTolerances, EmptyGoalUsesDefault) {
   EXPECT_TRUE(is_default(with({}).tolerances));
 }
 
-TEST(JtcTolerances, B57_NonsenseMakesAllOfThemVoid) {
+// jtc.md, B57.
+TEST(JtcTolerances, InvalidValueVoidsAllTolerances) {
   for (const double bad : {-0.5, std::nan("")}) {
     Goal goal;
     goal.path_tolerance = {{"a", 0.9, 0, 0}, {"b", 0, bad, 0}};
@@ -108,7 +113,8 @@ TEST(JtcTolerances, B57_NonsenseMakesAllOfThemVoid) {
   EXPECT_THAT(with(goal).problem, HasSubstr("goal_time_tolerance is -3"));
 }
 
-TEST(JtcTolerances, B57_UnknownJointMakesAllOfThemVoid) {
+// jtc.md, B57.
+TEST(JtcTolerances, UnknownJointVoidsAllTolerances) {
   Goal goal;
   goal.path_tolerance = {{"a", 0.9, 0, 0}};
   goal.goal_tolerance = {{"bb", 0.9, 0, 0}};
@@ -117,7 +123,7 @@ TEST(JtcTolerances, B57_UnknownJointMakesAllOfThemVoid) {
   EXPECT_THAT(out.problem, AllOf(HasSubstr("goal_tolerance"), HasSubstr("'bb'")));
 }
 
-TEST(JtcTolerances, JointsThatMimicAreSkipped) {
+TEST(JtcTolerances, MimicJointsAreSkipped) {
   Goal goal;
   goal.path_tolerance = {{"finger", 0.9, 0, 0}, {"a", 0.4, 0, 0}};
   const Outcome out = with(goal);

@@ -55,7 +55,8 @@ JointStates at(const Trajectory& trajectory, double time, Interpolation method =
   return out;
 }
 
-TEST(JtcTrajectory, B28_OnePointIsAPathFromTheStateBefore) {
+// jtc.md, B28.
+TEST(JtcTrajectory, SinglePointStartsFromStateBefore) {
   Trajectory t = make({{2, {4}, {}, {}, {}}});
   t.begin(from_seconds(10), from_seconds(10), state({2}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 10).positions[0], 2);
@@ -65,7 +66,8 @@ TEST(JtcTrajectory, B28_OnePointIsAPathFromTheStateBefore) {
   EXPECT_EQ(t.end_time(), from_seconds(12));
 }
 
-TEST(JtcTrajectory, B30_PositionsOnlyAreLinearWithTheirSlope) {
+// jtc.md, B30.
+TEST(JtcTrajectory, PositionsAreInterpolatedLinearly) {
   Trajectory t = make({{1, {1, -1}, {}, {}, {}}, {3, {5, 0}, {}, {}, {}}}, 2);
   t.begin(Time{}, Time{}, state({0, 0}, {9, 9}), kNoWraps);  // a measured velocity does not raise the degree
   EXPECT_THAT(at(t, 0.5).positions, ElementsAre(0.5, -0.5));
@@ -75,7 +77,8 @@ TEST(JtcTrajectory, B30_PositionsOnlyAreLinearWithTheirSlope) {
   EXPECT_THAT(at(t, 2).accelerations, ElementsAre(0, 0));
 }
 
-TEST(JtcTrajectory, B30_CubicAndQuinticMeetTheirBoundaries) {
+// jtc.md, B30.
+TEST(JtcTrajectory, CubicAndQuinticMeetBoundaries) {
   const unsigned seed = 32;
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
@@ -106,7 +109,8 @@ TEST(JtcTrajectory, B30_CubicAndQuinticMeetTheirBoundaries) {
   }
 }
 
-TEST(JtcTrajectory, B30_VelocityAndAccelerationAreTheDerivatives) {
+// jtc.md, B30.
+TEST(JtcTrajectory, VelocityAndAccelerationAreDerivatives) {
   const unsigned seed = 32;
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
@@ -123,7 +127,8 @@ TEST(JtcTrajectory, B30_VelocityAndAccelerationAreTheDerivatives) {
   }
 }
 
-TEST(JtcTrajectory, B30_ClosedFormsOfRestToRest) {
+// jtc.md, B30.
+TEST(JtcTrajectory, RestToRestMatchesClosedForm) {
   Trajectory cubic = make({{2, {1}, {0}, {}, {}}}), quintic = make({{2, {1}, {0}, {0}, {}}});
   cubic.begin(Time{}, Time{}, state({0}, {0}), kNoWraps);
   quintic.begin(Time{}, Time{}, state({0}, {0}, {0}), kNoWraps);
@@ -135,7 +140,8 @@ TEST(JtcTrajectory, B30_ClosedFormsOfRestToRest) {
   }
 }
 
-TEST(JtcTrajectory, B31_StartLacksNothingThatTheFirstPointHas) {
+// jtc.md, B31.
+TEST(JtcTrajectory, StartStateHasFieldsOfFirstPoint) {
   Trajectory t = make({{1, {1}, {0}, {0}, {}}});
   t.begin(Time{}, Time{}, state({0}), kNoWraps);
   // Quintic from rest, not the straight line that a start without derivatives would give.
@@ -144,7 +150,8 @@ TEST(JtcTrajectory, B31_StartLacksNothingThatTheFirstPointHas) {
   EXPECT_NEAR(at(t, 0).accelerations[0], 0, 1e-12);
 }
 
-TEST(JtcTrajectory, B32_VelocitiesAreIntegratedByTrapezoids) {
+// jtc.md, B32.
+TEST(JtcTrajectory, VelocitiesAreIntegratedByTrapezoids) {
   Trajectory t = make({{1, {}, {2}, {}, {}}, {2, {}, {2}, {}, {}}, {3, {}, {0}, {}, {}}});
   t.begin(Time{}, Time{}, state({10}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 1).positions[0], 11);
@@ -154,7 +161,8 @@ TEST(JtcTrajectory, B32_VelocitiesAreIntegratedByTrapezoids) {
   EXPECT_NEAR(at(t, 1.5).positions[0], 12, 1e-12);
 }
 
-TEST(JtcTrajectory, B32_AccelerationsAreIntegratedTwice) {
+// jtc.md, B32.
+TEST(JtcTrajectory, AccelerationsAreIntegratedTwice) {
   Trajectory t = make({{1, {}, {}, {4}, {}}, {2, {}, {}, {0}, {}}});
   t.begin(Time{}, Time{}, state({0}, {1}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 1).velocities[0], 1 + 0.5 * 4);
@@ -163,13 +171,15 @@ TEST(JtcTrajectory, B32_AccelerationsAreIntegratedTwice) {
   EXPECT_DOUBLE_EQ(at(t, 2).positions[0], 2 + 0.5 * (3 + 5));
 }
 
-TEST(JtcTrajectory, B33_PositionsOfSkippedSegmentsAreDeduced) {
+// jtc.md, B33.
+TEST(JtcTrajectory, PositionsOfSkippedSegmentsAreDeduced) {
   Trajectory t = make({{1, {}, {2}, {}, {}}, {1.0001, {}, {0}, {}, {}}});
   t.begin(Time{}, Time{}, state({0}), kNoWraps);
   EXPECT_NEAR(at(t, 7).positions[0], 1.0001, 1e-12);  // the last segment was never sampled
 }
 
-TEST(JtcTrajectory, B33_NothingToSayWithoutAKnownStart) {
+// jtc.md, B33.
+TEST(JtcTrajectory, UnknownStartGivesNoSample) {
   Trajectory t = make({{1, {}, {2}, {}, {}}});
   JointStates out(1);
   EXPECT_FALSE(t.sample(Time{}, Interpolation::splines, out));  // not begun
@@ -182,7 +192,8 @@ TEST(JtcTrajectory, B33_NothingToSayWithoutAKnownStart) {
   EXPECT_FALSE(empty.sample(Time{}, Interpolation::splines, out));
 }
 
-TEST(JtcTrajectory, B33_BeginningAgainDeducesAgain) {
+// jtc.md, B33.
+TEST(JtcTrajectory, RestartDeducesPositionsAgain) {
   Trajectory t = make({{1, {}, {2}, {}, {}}});
   t.begin(Time{}, Time{}, state({0}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 1).positions[0], 1);
@@ -190,7 +201,8 @@ TEST(JtcTrajectory, B33_BeginningAgainDeducesAgain) {
   EXPECT_DOUBLE_EQ(at(t, 1).positions[0], 6);
 }
 
-TEST(JtcTrajectory, B34_WithoutInterpolationTheNextPointIsAStep) {
+// jtc.md, B34.
+TEST(JtcTrajectory, InterpolationNoneStepsToNextPoint) {
   Trajectory t = make({{1, {1}, {}, {}, {}}, {2, {2}, {}, {}, {}}, {3, {3}, {}, {}, {}}});
   t.begin(Time{}, Time{}, state({0.5}), kNoWraps);
   const auto p = [&](double time) { return at(t, time, Interpolation::none).positions[0]; };
@@ -202,7 +214,8 @@ TEST(JtcTrajectory, B34_WithoutInterpolationTheNextPointIsAStep) {
   EXPECT_DOUBLE_EQ(at(t, 1.5, Interpolation::none).velocities[0], 0);  // nothing is derived
 }
 
-TEST(JtcTrajectory, B35_EffortIsLinearAndZeroWhereAbsent) {
+// jtc.md, B35.
+TEST(JtcTrajectory, EffortIsLinearAndZeroWhereAbsent) {
   Trajectory t = make({{1, {1}, {}, {}, {2}}, {3, {1}, {}, {}, {6}}, {4, {1}, {}, {}, {}}});
   JointStates before = state({0});
   before.effort[0] = std::nan("");  // nothing commanded yet
@@ -213,14 +226,16 @@ TEST(JtcTrajectory, B35_EffortIsLinearAndZeroWhereAbsent) {
   EXPECT_DOUBLE_EQ(at(t, 5).effort[0], 0);
 }
 
-TEST(JtcTrajectory, B36_FirstPointAtZeroIsAJump) {
+// jtc.md, B36.
+TEST(JtcTrajectory, FirstPointAtZeroJumps) {
   Trajectory t = make({{0, {3}, {}, {}, {}}, {1, {4}, {}, {}, {}}});
   t.begin(Time{}, Time{}, state({0}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 0).positions[0], 3);
   EXPECT_DOUBLE_EQ(at(t, 0.5).positions[0], 3.5);
 }
 
-TEST(JtcTrajectory, B37_AfterTheEndTheLastPointStays) {
+// jtc.md, B37.
+TEST(JtcTrajectory, SampleAfterEndIsLastPoint) {
   Trajectory t = make({{1, {2}, {}, {}, {}}});
   t.begin(Time{}, Time{}, state({0}), kNoWraps);
   const JointStates s = at(t, 99);
@@ -230,20 +245,23 @@ TEST(JtcTrajectory, B37_AfterTheEndTheLastPointStays) {
   EXPECT_DOUBLE_EQ(s.effort[0], 0);
 }
 
-TEST(JtcTrajectory, B25_AStampInThePastEntersInTheMiddle) {
+// jtc.md, B25.
+TEST(JtcTrajectory, PastStampStartsInMiddle) {
   Trajectory t = make({{1, {1}, {}, {}, {}}, {3, {3}, {}, {}, {}}}, 1, 10);
   t.begin(from_seconds(12), from_seconds(12), state({0}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 12).positions[0], 2);
 }
 
-TEST(JtcTrajectory, B26_AStampInTheFutureSetsOutAtOnce) {
+// jtc.md, B26.
+TEST(JtcTrajectory, FutureStampStartsImmediately) {
   Trajectory t = make({{1, {3}, {}, {}, {}}}, 1, 12);
   t.begin(from_seconds(10), from_seconds(10), state({0}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 11).positions[0], 1);
   EXPECT_DOUBLE_EQ(at(t, 13).positions[0], 3);
 }
 
-TEST(JtcTrajectory, B41_ContinuousJointsSetOutTheShortWay) {
+// jtc.md, B41.
+TEST(JtcTrajectory, ContinuousJointStartsShortestWay) {
   const auto start = [](double from, double to, bool wraps) {
     Trajectory t = make({{1, {to}, {}, {}, {}}});
     t.begin(Time{}, Time{}, state({from}), {wraps});
@@ -259,21 +277,23 @@ TEST(JtcTrajectory, B41_ContinuousJointsSetOutTheShortWay) {
   EXPECT_NEAR(start(0, -kPi, true), 0, 1e-12);
 }
 
-TEST(JtcTrajectory, B41_OnlyWrappingJointsAreShifted) {
+// jtc.md, B41.
+TEST(JtcTrajectory, OnlyWrappingJointsAreShifted) {
   Trajectory t = make({{1, {0, 0, 0}, {}, {}, {}}}, 3);
   t.begin(Time{}, Time{}, state({6, 6, 6}), {true, false, true});
   EXPECT_THAT(at(t, 0).positions,
               ElementsAre(DoubleNear(6 - 2 * kPi, 1e-12), 6, DoubleNear(6 - 2 * kPi, 1e-12)));
 }
 
-TEST(JtcTrajectory, B8_ShortestAngularDistance) {
+// jtc.md, B8.
+TEST(JtcTrajectory, ShortestAngularDistanceIsWrapped) {
   EXPECT_NEAR(shortest_angular_distance(3.1, -3.1), 2 * kPi - 6.2, 1e-12);
   EXPECT_NEAR(shortest_angular_distance(-3.1, 3.1), 6.2 - 2 * kPi, 1e-12);
   EXPECT_NEAR(shortest_angular_distance(1, 1 + 8 * kPi), 0, 1e-12);
   EXPECT_NEAR(shortest_angular_distance(0, 0.5), 0.5, 1e-12);
 }
 
-TEST(JtcTrajectory, DegreesMayChangeFromPointToPoint) {
+TEST(JtcTrajectory, InterpolationDegreeCanChangePerPoint) {
   Trajectory t = make({{1, {1}, {0}, {}, {}}, {2, {2}, {}, {}, {}}, {3, {3}, {0}, {0}, {}}});
   t.begin(Time{}, Time{}, state({0}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 0.5).positions[0], 0.5);

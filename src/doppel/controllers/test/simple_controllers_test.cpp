@@ -52,7 +52,7 @@ struct Speaker {
   Publisher<M> publisher;
 };
 
-TEST(JointStateBroadcaster, PublishesAllInTheOrderOfTheHardware) {
+TEST(JointStateBroadcaster, AllJointsArePublishedInHardwareOrder) {
   FakeHardwareOptions options = offering({kPosition});
   options.joints = {"b", "a"};
   options.state_only_joints = {"finger"};
@@ -84,7 +84,7 @@ TEST(JointStateBroadcaster, PublishesAllInTheOrderOfTheHardware) {
   EXPECT_THAT(dynamic.messages[0].interface_values[3].values, ElementsAre(4.5));
 }
 
-TEST(JointStateBroadcaster, SelectsMapsAndAdds) {
+TEST(JointStateBroadcaster, ParametersSelectMapAndAddJoints) {
   ManagerRig rig(
       declared("joint_state_broadcaster/JointStateBroadcaster",
                "joints: [b], interfaces: [velocity], extra_joints: [ghost], use_local_topics: true, "
@@ -100,7 +100,7 @@ TEST(JointStateBroadcaster, SelectsMapsAndAdds) {
   EXPECT_TRUE(std::isnan(states.messages[0].velocity[0]));
 }
 
-TEST(JointStateBroadcaster, TellsOfJointsThatAreNotThere) {
+TEST(JointStateBroadcaster, UnknownJointsAreReported) {
   ManagerRig rig(
       declared("joint_state_broadcaster/JointStateBroadcaster", "joints: [bb], interfaces: [position]"));
   EXPECT_THAT(input_error_of([&] { rig.manager->start(Names{"c"}); }), HasSubstr("did you mean 'b'?"));
@@ -109,7 +109,7 @@ TEST(JointStateBroadcaster, TellsOfJointsThatAreNotThere) {
   EXPECT_EQ(half.count(Severity::warning, "every state is published"), 1u) << half.said();
 }
 
-TEST(ForwardCommand, PassesNumbersOnAndHoldsThem) {
+TEST(ForwardCommand, CommandsAreForwardedAndHeld) {
   ManagerRig rig(declared("forward_command_controller/ForwardCommandController",
                           "joints: [b, a], interface_name: position"));
   rig.manager->start(Names{"c"});
@@ -136,7 +136,7 @@ TEST(ForwardCommand, PassesNumbersOnAndHoldsThem) {
   EXPECT_EQ(rig.count(Severity::error, "not a finite number"), 1u) << rig.said();
 }
 
-TEST(ForwardCommand, AnActivationForgetsOldCommands) {
+TEST(ForwardCommand, ActivationClearsCommands) {
   ManagerRig rig(declared("position_controllers/JointGroupPositionController", "joints: [a]"));
   rig.manager->start(Names{"c"});
   Speaker<Float64MultiArray> speaker(rig, "/c/commands");
@@ -150,7 +150,7 @@ TEST(ForwardCommand, AnActivationForgetsOldCommands) {
   EXPECT_EQ(rig.hardware->position("a"), 0.125);
 }
 
-TEST(ForwardCommand, SeveralInterfacesOfOneJoint) {
+TEST(ForwardCommand, MultipleInterfacesOfOneJointAreForwarded) {
   ManagerRig rig(declared("forward_command_controller/MultiInterfaceForwardCommandController",
                           "joint: b, interface_names: [effort, position]"),
                  {{"a"}, {"b"}}, offering({kPosition, kEffort}));
@@ -162,7 +162,7 @@ TEST(ForwardCommand, SeveralInterfacesOfOneJoint) {
   EXPECT_EQ(rig.hardware->last_command("b/position"), 0.5);
 }
 
-TEST(ForwardCommand, AMimicJointsValueIsExpectedAndIgnored) {
+TEST(ForwardCommand, MimicJointValueIsIgnored) {
   ManagerRig rig(declared("position_controllers/JointGroupPositionController", "joints: [a, finger, b]"),
                  {{"a"}, {.name = "finger", .mimics = "a"}, {"b"}});
   rig.manager->start(Names{"c"});
@@ -172,7 +172,7 @@ TEST(ForwardCommand, AMimicJointsValueIsExpectedAndIgnored) {
   EXPECT_EQ(rig.hardware->position("b"), 3.0);
 }
 
-TEST(JointGroups, VelocityAndEffortStopWhenDeactivated) {
+TEST(JointGroupControllers, VelocityAndEffortStopWhenDeactivated) {
   for (const char* interface : {kVelocity, kEffort, kPosition}) {
     const std::string kind = interface;
     const std::string Kind = kind == kVelocity ? "Velocity" : kind == kEffort ? "Effort" : "Position";
@@ -188,7 +188,7 @@ TEST(JointGroups, VelocityAndEffortStopWhenDeactivated) {
   }
 }
 
-TEST(JointGroups, ASpeedWithoutFurtherCommandsEndsAfterTheCommandTimeout) {
+TEST(JointGroupControllers, VelocityEndsAfterCommandTimeout) {
   FakeHardwareOptions options;
   options.joints = {"a", "b"};
   options.commands = {kVelocity};
@@ -208,7 +208,7 @@ TEST(JointGroups, ASpeedWithoutFurtherCommandsEndsAfterTheCommandTimeout) {
   EXPECT_EQ(rig.hardware->last_command("a/velocity"), 0.5);
 }
 
-TEST(JointGroups, TheirInterfaceIsFixed) {
+TEST(JointGroupControllers, InterfaceParameterIsRefused) {
   ManagerRig rig(
       declared("velocity_controllers/JointGroupVelocityController", "joints: [a], interface_name: effort"));
   EXPECT_THAT(input_error_of([&] { rig.manager->start(Names{"c"}); }),
@@ -221,7 +221,7 @@ constexpr const char* kPid =
     "4.0, "
     "u_clamp_min: -4.0}}";
 
-TEST(PidControllerTest, ComputesFromReferenceAndState) {
+TEST(PidControllerTest, OutputFollowsReferenceAndState) {
   ManagerRig rig(declared("pid_controller/PidController", kPid), {{"a"}, {"b"}}, offering({kEffort}));
   rig.manager->start(Names{"c"});
   Recorder<control_msgs::msg::MultiDOFStateStamped> states(rig.bus, "/c/controller_state");
@@ -249,7 +249,7 @@ TEST(PidControllerTest, ComputesFromReferenceAndState) {
   EXPECT_EQ(rig.hardware->last_command("a/effort"), 0.0);
 }
 
-TEST(PidControllerTest, GainsAndFeedForwardChangeWhileItRuns) {
+TEST(PidControllerTest, GainsAndFeedForwardChangeWhileRunning) {
   ManagerRig rig(declared("pid_controller/PidController", kPid), {{"a"}, {"b"}}, offering({kEffort}));
   rig.manager->start(Names{"c"});
   const auto edge = rig.bus.attach("test");
@@ -264,7 +264,7 @@ TEST(PidControllerTest, GainsAndFeedForwardChangeWhileItRuns) {
   EXPECT_NEAR(rig.manager->command("b/effort"), 1.0 + 3.0 * 1.0, 1e-12);
 }
 
-TEST(PidControllerTest, RefusesBadReferencesAndParameters) {
+TEST(PidControllerTest, BadReferencesAndParametersAreRefused) {
   ManagerRig rig(declared("pid_controller/PidController", kPid), {{"a"}, {"b"}}, offering({kEffort}));
   rig.manager->start(Names{"c"});
   Speaker<control_msgs::msg::MultiDOFCommand> speaker(rig, "/c/reference");

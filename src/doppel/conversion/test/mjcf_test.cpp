@@ -83,7 +83,7 @@ void expect_equal(const Converted& converted, const Loaded& loaded) {
 
 class BundledMjcfTest : public testing::TestWithParam<std::string> {};
 
-TEST_P(BundledMjcfTest, MujocoReadsTheSameRobot) {
+TEST_P(BundledMjcfTest, MujocoReadsSameRobot) {
   const Converted converted = bundled(GetParam());
   const Loaded loaded(exported(converted, "mjcf_" + GetParam()));
   ASSERT_NE(loaded.model, nullptr) << loaded.problem;
@@ -93,7 +93,7 @@ TEST_P(BundledMjcfTest, MujocoReadsTheSameRobot) {
 
 INSTANTIATE_TEST_SUITE_P(Robots, BundledMjcfTest, testing::Values("omarm_one", "omarm_zero", "lab_arm"));
 
-TEST(MjcfTest, EverythingHasItsCounterpart) {
+TEST(MjcfTest, EveryElementIsConverted) {
   const Converted converted = from_text(kWholeRobot);
   const Loaded loaded(exported(converted, "mjcf_whole"));
   ASSERT_NE(loaded.model, nullptr) << loaded.problem;
@@ -117,7 +117,7 @@ TEST(MjcfTest, EverythingHasItsCounterpart) {
   EXPECT_EQ(m->nexclude, 1) << "base and upper";
 }
 
-TEST(MjcfTest, WhatOverlapsAtTheStartIsNotThrownApart) {
+TEST(MjcfTest, OverlapAtStartIsExcluded) {
   const auto link = [](const std::string& name) {
     return "<link name=\"" + name +
            "\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" "
@@ -137,7 +137,7 @@ TEST(MjcfTest, WhatOverlapsAtTheStartIsNotThrownApart) {
   EXPECT_EQ(loaded.data->ncon, 0);
 }
 
-TEST(MjcfTest, ServosHoldTheRobotAndSagAsPromised) {
+TEST(MjcfTest, ServosHoldRobotWithPredictedSag) {
   const Converted converted = bundled("omarm_one");
   const Loaded loaded(exported(converted, "mjcf_hold"));
   ASSERT_NE(loaded.model, nullptr) << loaded.problem;
@@ -156,7 +156,7 @@ TEST(MjcfTest, ServosHoldTheRobotAndSagAsPromised) {
   }
 }
 
-TEST(MjcfTest, MeshesThatMujocoCannotReadAreWrittenAnew) {
+TEST(MjcfTest, UnreadableMeshesAreConverted) {
   const auto folder = fresh_folder("mjcf_text_stl");
   std::ofstream(folder / "part.stl")
       << "solid s\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 0 "

@@ -131,7 +131,7 @@ double number_in(const XmlNode& node, const char* name) {
   return parse_number(node.first(name)->content()).value();
 }
 
-TEST(SdfTest, BundledRobotsStandTheSame) {
+TEST(SdfTest, BundledRobotsKeepPoses) {
   for (const char* name : {"omarm_one", "omarm_zero", "lab_arm"}) {
     SCOPED_TRACE(name);
     const Converted converted = bundled(name);
@@ -146,7 +146,7 @@ TEST(SdfTest, BundledRobotsStandTheSame) {
   }
 }
 
-TEST(SdfTest, EverythingHasItsCounterpart) {
+TEST(SdfTest, EveryElementIsConverted) {
   const Converted converted = from_text(kWholeRobot);
   Diagnostics diagnostics;
   const SdfReader sdf(exported(converted, diagnostics));
@@ -175,7 +175,7 @@ TEST(SdfTest, EverythingHasItsCounterpart) {
   EXPECT_EQ(sdf.model().first("plugin")->find("filename")->value, "libx.so");
 }
 
-TEST(SdfTest, TheWorldIsTheWorld) {
+TEST(SdfTest, FixedBaseJoinsWorld) {
   const Converted converted = bundled("omarm_one");
   Diagnostics diagnostics;
   const SdfReader sdf(exported(converted, diagnostics));
@@ -185,7 +185,7 @@ TEST(SdfTest, TheWorldIsTheWorld) {
   EXPECT_EQ(joint.first("parent")->content(), "world");
 }
 
-TEST(SdfTest, WhatCannotBeSaidIsWarnedOf) {
+TEST(SdfTest, UnsupportedElementsAreWarnings) {
   const Converted converted = from_text(
       "<robot name=\"r\"><link name=\"a\"><visual><geometry><sphere radius=\"1\"/></geometry></visual></link>"
       "<gazebo reference=\"a\"><strange>1</strange></gazebo></robot>");

@@ -87,7 +87,7 @@ TEST(SelfCollisionTest, AgreesWithBruteForce) {
   }
 }
 
-TEST(SelfCollisionTest, AlwaysIsWhatTouchesInNearlyEveryPose) {
+TEST(SelfCollisionTest, PairsTouchingInNearlyEveryPoseAreAlways) {
   // A ball on a slide that leaves another only in the last half millimetre of its travel, where zero is.
   const Converted converted = from_text(
       "<robot name=\"r\"><link name=\"a\"><collision><geometry><sphere "
@@ -108,7 +108,7 @@ TEST(SelfCollisionTest, AlwaysIsWhatTouchesInNearlyEveryPose) {
                                                                   {{1, 2}, DisabledReason::adjacent}}));
 }
 
-TEST(SelfCollisionTest, TheSameSeedGivesTheSameAndCancellingGivesNothing) {
+TEST(SelfCollisionTest, SameSeedGivesSameResult) {
   const Converted converted = bundled("omarm_one");
   SelfCollisionOptions options;
   options.samples = 200;
@@ -149,7 +149,7 @@ std::vector<std::string> names(const Model& model, const PlanningGroup& group) {
   return out;
 }
 
-TEST(PlanningGroupsTest, ControllersTellTheGroups) {
+TEST(PlanningGroupsTest, ControllersDefineGroups) {
   const Converted converted = bundled("omarm_one");
   const auto controllers = joint_groups(controllers_in(ParameterFile::load(
       std::filesystem::path(DOPPEL_SOURCE_DIR) / "robots/omarm_one/config/ros2_controllers.yaml")));
@@ -168,7 +168,7 @@ TEST(PlanningGroupsTest, ControllersTellTheGroups) {
   EXPECT_EQ(converted.model.links[groups[1].parent_link].name, "tool_link_1");
 }
 
-TEST(PlanningGroupsTest, TheTreeTellsThemWithoutControllers) {
+TEST(PlanningGroupsTest, TreeDefinesGroupsWithoutControllers) {
   const Converted one = bundled("omarm_one");
   const auto groups = find_planning_groups(one.model, {});
   ASSERT_EQ(groups.size(), 2u);
@@ -203,7 +203,7 @@ TEST(PlanningGroupsTest, TheTreeTellsThemWithoutControllers) {
   EXPECT_EQ(two.model.links[both[3].parent_link].name, "right_elbow");
 }
 
-TEST(SrdfTest, SaysItAll) {
+TEST(SrdfTest, SrdfHasGroupsStatesAndDisabledPairs) {
   const Converted converted = bundled("omarm_one");
   const auto groups = find_planning_groups(converted.model, {});
   const XmlNode robot =

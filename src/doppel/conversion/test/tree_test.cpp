@@ -26,7 +26,7 @@ RobotDescription random_robot(std::mt19937& generator, int links) {
   return parse_urdf(xml + "</robot>", "r.urdf", resolver, diagnostics);
 }
 
-TEST(TreeDrawingTest, BoxesNeverOverlapAndStayOnThePage) {
+TEST(TreeDrawingTest, BoxesNeverOverlapAndStayOnPage) {
   SCOPED_TRACE("seed 5");
   std::mt19937 generator(5);
   for (int trial = 0; trial < 40; ++trial) {
@@ -53,7 +53,7 @@ TEST(TreeDrawingTest, BoxesNeverOverlapAndStayOnThePage) {
   }
 }
 
-TEST(TreeDrawingTest, SvgIsXmlAndPdfsTableIsRight) {
+TEST(TreeDrawingTest, SvgIsXmlAndPdfTableIsValid) {
   const Converted converted = from_text(kWholeRobot);
   const Drawing drawing = tree_drawing(converted.robot);
   const std::string svg = to_svg(drawing);
@@ -72,7 +72,7 @@ TEST(TreeDrawingTest, SvgIsXmlAndPdfsTableIsRight) {
   EXPECT_EQ(pdf.substr(start + length, 9), "endstream");
 }
 
-TEST(DrawingTest, TextIsMeasuredAsAdobeDoes) {
+TEST(DrawingTest, TextWidthMatchesAdobeMetrics) {
   EXPECT_DOUBLE_EQ(text_width("Hello", 10, false), 0.01 * (722 + 556 + 222 + 222 + 556));
   EXPECT_DOUBLE_EQ(text_width("Hello", 10, true), 0.01 * (722 + 556 + 278 + 278 + 611));
   EXPECT_EQ(code_points("a\xC3\xA9\xE2\x82\xAC\xF0\x9F\xA4\x96\xFF").size(), 5u);
@@ -81,7 +81,7 @@ TEST(DrawingTest, TextIsMeasuredAsAdobeDoes) {
   EXPECT_EQ(win_ansi(0x1F916), '?');
 }
 
-TEST(TreeTextTest, ShowsTheBranches) {
+TEST(TreeTextTest, BranchesAreDrawn) {
   PackageResolver resolver;
   Diagnostics diagnostics;
   const RobotDescription robot = parse_urdf(
@@ -107,7 +107,7 @@ TEST(TreeTextTest, ShowsTheBranches) {
   EXPECT_NE(dot.find("\"a\" -> \"b\""), std::string::npos);
 }
 
-TEST(TreeLabelsTest, NumbersForPeople) {
+TEST(TreeLabelsTest, NumbersAreRounded) {
   EXPECT_EQ(axis_word({0, 0, -1}), "-z");
   EXPECT_EQ(degrees_word({-1.5707963267948966, 0, 0.001}), "-90 0 0.06");
   EXPECT_EQ(mass_word(1.2844), "1284.4 g");
@@ -118,7 +118,7 @@ TEST(TreeLabelsTest, NumbersForPeople) {
 
 // -- masses
 
-TEST(MassReportTest, APendulumLoadsItsJointByItsLever) {
+TEST(MassReportTest, PendulumLoadIsWeightTimesLever) {
   const Converted converted = from_text(
       "<robot name=\"p\"><link name=\"base\"/><link name=\"arm\"><inertial><origin xyz=\"0.5 0 0\"/><mass "
       "value=\"2\"/>"

@@ -74,7 +74,7 @@ void expect_same(const RobotDescription& a, const RobotDescription& b) {
   EXPECT_EQ(a.gazebo.size(), b.gazebo.size());
 }
 
-TEST(UrdfTest, RoundTripKeepsTheMeaning) {
+TEST(UrdfTest, RoundTripIsEqual) {
   const auto folder = fresh_folder("urdf");
   for (const char* name : {"omarm_one", "omarm_zero", "lab_arm"}) {
     SCOPED_TRACE(name);
@@ -90,7 +90,7 @@ TEST(UrdfTest, RoundTripKeepsTheMeaning) {
   expect_same(whole.robot, read_back(folder / "whole.urdf"));
 }
 
-TEST(UrdfTest, CopiesTravelWithTheFile) {
+TEST(UrdfTest, MeshesAreCopied) {
   const auto folder = fresh_folder("urdf_copies");
   const Converted converted = bundled("omarm_one");
   MeshFiles files({folder / "first", false, "parts"});
@@ -105,14 +105,14 @@ TEST(UrdfTest, CopiesTravelWithTheFile) {
   EXPECT_TRUE(std::filesystem::equivalent(mesh.path, folder / "second" / "parts" / "base_link.stl"));
 }
 
-TEST(UrdfTest, PackageUrisAreKeptOrMade) {
+TEST(UrdfTest, PackageUrisAreKeptOrCreated) {
   const Converted converted = bundled("omarm_one");
   MeshFiles files({fresh_folder("urdf_package"), true, std::nullopt});
   const std::string text = to_urdf(converted.robot, files);
   EXPECT_NE(text.find("\"package://omarm_description/meshes/base_link.stl\""), std::string::npos);
 }
 
-TEST(MeshFilesTest, DifferentFilesOfOneNameBothTravel) {
+TEST(MeshFilesTest, DifferentFilesOfSameNameAreBothCopied) {
   const auto folder = fresh_folder("mesh_names");
   for (const char* side : {"left", "right"}) {
     std::filesystem::create_directories(folder / side);

@@ -9,7 +9,7 @@
 namespace doppel {
 namespace {
 
-TEST(Arena, PiecesAreAlignedAndApart) {
+TEST(Arena, AllocationsAreAlignedAndDisjoint) {
   const unsigned seed = 20261121;
   SCOPED_TRACE(seed);
   std::mt19937 random(seed);
@@ -34,7 +34,7 @@ TEST(Arena, PiecesAreAlignedAndApart) {
   }
 }
 
-TEST(Arena, CopiesOutliveWhatTheyWereMadeOf) {
+TEST(Arena, CopiesOutliveSource) {
   Arena arena;
   std::string text = "shoulder_link";
   const std::string_view kept = arena.copy(text);
@@ -50,7 +50,7 @@ TEST(Arena, CopiesOutliveWhatTheyWereMadeOf) {
 }
 
 // Memory of an arena that is gone may serve the next one, but never two at once.
-TEST(Arena, WhatIsUsedAgainBelongsToOneArena) {
+TEST(Arena, ReusedBlockBelongsToOneArena) {
   const auto fill = [](Arena& arena, char mark) {
     std::vector<std::string_view> pieces;
     const std::string text(1000, mark);
@@ -71,7 +71,7 @@ TEST(Arena, WhatIsUsedAgainBelongsToOneArena) {
   }
 }
 
-TEST(Arena, MovesWithAllItsPieces) {
+TEST(Arena, MoveKeepsAllocations) {
   Arena first;
   const std::string_view kept = first.copy("elbow");
   const Arena second = std::move(first);

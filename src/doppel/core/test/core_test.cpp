@@ -19,7 +19,7 @@
 namespace doppel {
 namespace {
 
-TEST(SourceLocation, TellsTheWholePathOutermostFirst) {
+TEST(SourceLocation, TextListsPathOutermostFirst) {
   SourceLocation inner = make_location("joints.xacro", 14, 3);
   inner.within = std::make_shared<SourceLocation::Within>(
       SourceLocation::Within{make_location("arm.xacro", 210, 5), "in macro 'servo_joint'"});
@@ -27,7 +27,7 @@ TEST(SourceLocation, TellsTheWholePathOutermostFirst) {
   EXPECT_EQ(inner.place(), "joints.xacro:14:3");
 }
 
-TEST(Diagnostics, ThrowsAllErrorsAtOnceAndOnlyErrors) {
+TEST(Diagnostics, ThrowIfErrorsThrowsAllErrors) {
   Diagnostics d;
   d.warning("a.b", make_location("x", 1, 1), "odd");
   EXPECT_NO_THROW(d.throw_if_errors());
@@ -41,7 +41,7 @@ TEST(Diagnostics, ThrowsAllErrorsAtOnceAndOnlyErrors) {
   }
 }
 
-TEST(Names, NearestIsATypoNotAnything) {
+TEST(Names, NearestNameMatchesTypoOnly) {
   const std::vector<std::string> names{"Revolute 1", "Revolute 2", "length"};
   EXPECT_EQ(nearest_name("lenght", names), "length");
   EXPECT_EQ(nearest_name("Revolute1", names), "Revolute 1");
@@ -49,7 +49,7 @@ TEST(Names, NearestIsATypoNotAnything) {
   EXPECT_EQ(did_you_mean("camera", names), "; there are: Revolute 1, Revolute 2, length");
 }
 
-TEST(Names, AnotherNumberOrSideIsTheLastGuess) {
+TEST(Names, SiblingNameIsLastSuggestion) {
   const auto nearest = [](const char* name, const std::vector<std::string>& names) {
     return nearest_name(name, names).value_or("");
   };
@@ -63,13 +63,13 @@ TEST(Names, AnotherNumberOrSideIsTheLastGuess) {
   EXPECT_EQ(nearest("Revolute 7", {"Revolute 1", "Revolute 1"}), "Revolute 1");
 }
 
-TEST(Time, RoundTripsToTheNanosecond) {
+TEST(Time, RoundTripsToNanosecond) {
   EXPECT_EQ(from_seconds(0.001).count(), 1'000'000);
   EXPECT_EQ(from_seconds(-1.5).count(), -1'500'000'000);
   EXPECT_DOUBLE_EQ(to_seconds(Duration(2'500'000'000)), 2.5);
 }
 
-TEST(Inbox, RunsInOrderFromManyThreads) {
+TEST(Inbox, TasksOfManyThreadsRunInOrder) {
   Inbox inbox;
   constexpr int kEach = 2000;
   std::vector<int> last(4, -1);
@@ -92,7 +92,7 @@ TEST(Inbox, RunsInOrderFromManyThreads) {
   EXPECT_TRUE(inbox.empty());
 }
 
-TEST(Inbox, WaitsUntilSomethingIsPosted) {
+TEST(Inbox, WaitEndsOnPost) {
   Inbox inbox;
   EXPECT_FALSE(inbox.wait(std::chrono::milliseconds(1)));
   constexpr int kRounds = 1000;
@@ -104,7 +104,7 @@ TEST(Inbox, WaitsUntilSomethingIsPosted) {
   poster.join();
 }
 
-TEST(ByteRing, KeepsRecordsWholeAcrossTheWrapAndDropsWhenFull) {
+TEST(ByteRing, RecordsStayWholeAcrossWrapAndDropWhenFull) {
   ByteRing ring(256);
   std::string seen, sent;
   for (int i = 0; i < 200; ++i) {
@@ -130,7 +130,7 @@ TEST(ByteRing, KeepsRecordsWholeAcrossTheWrapAndDropsWhenFull) {
   EXPECT_EQ(ring.dropped(), 1u);
 }
 
-TEST(ByteRing, AReaderThatKeepsUpHasAnEighthOfALargeRingInUse) {
+TEST(ByteRing, FastReaderUsesEighthOfLargeRing) {
   ByteRing ring(std::size_t{32} << 20);
   constexpr std::size_t kSize = 10'000;
   const std::byte* const front = ring.begin_write(0).data();
@@ -150,7 +150,7 @@ TEST(ByteRing, AReaderThatKeepsUpHasAnEighthOfALargeRingInUse) {
   EXPECT_EQ(ring.dropped(), 0u);
 }
 
-TEST(ByteRing, OneWriterOneReader) {
+TEST(ByteRing, ConcurrentWriterAndReaderKeepOrder) {
   ByteRing ring(4096);
   constexpr std::uint64_t kCount = 200000;
   std::thread writer([&] {
@@ -175,12 +175,12 @@ TEST(ByteRing, OneWriterOneReader) {
   writer.join();
 }
 
-TEST(Text, IsLoweredInAsciiOnly) {
+TEST(Text, LoweredChangesAsciiOnly) {
   EXPECT_EQ(lowered("Arm_B.STL"), "arm_b.stl");
   EXPECT_EQ(lowered("@[`{\xC3\x84"), "@[`{\xC3\x84");
 }
 
-TEST(FileDescriptor, ReadsUntilTheEndAndClosesItself) {
+TEST(FileDescriptor, ReadReturnsAllAndDestructorCloses) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
   const int left = ends[0];

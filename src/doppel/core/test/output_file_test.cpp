@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-TEST(OutputFileTest, WholeOrNotAtAll) {
+TEST(OutputFileTest, FailedWriteLeavesOldFile) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "doppel_output_file";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);

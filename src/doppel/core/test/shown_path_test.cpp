@@ -5,7 +5,7 @@
 namespace doppel {
 namespace {
 
-TEST(ShownPath, IsRelativeBelowTheFolderAndAsItIsElsewhere) {
+TEST(ShownPath, PathBelowFolderIsRelative) {
   EXPECT_EQ(shown_path("/home/me/arm/urdf/arm.xacro", "/home/me/arm"), "urdf/arm.xacro");
   EXPECT_EQ(shown_path("/home/me/arm/./urdf/../arm.xacro", "/home/me/arm"), "arm.xacro");
   EXPECT_EQ(shown_path("/home/me/army/arm.xacro", "/home/me/arm"), "/home/me/army/arm.xacro");
@@ -13,11 +13,11 @@ TEST(ShownPath, IsRelativeBelowTheFolderAndAsItIsElsewhere) {
   EXPECT_EQ(shown_path("", "/home/me/arm"), "");
 }
 
-TEST(ShownPath, TheRootShortensNothing) {
+TEST(ShownPath, RootFolderShortensNothing) {
   EXPECT_EQ(shown_path("/etc/arm.urdf", "/"), "/etc/arm.urdf");
 }
 
-TEST(ShownPath, ByTheWorkingFolder) {
+TEST(ShownPath, WorkingFolderIsDefault) {
   const auto here = std::filesystem::current_path();
   EXPECT_EQ(shown_path(here / "arm.urdf"), "arm.urdf");
   EXPECT_EQ(shown_path("arm.urdf"), "arm.urdf");

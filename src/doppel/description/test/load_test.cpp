@@ -43,7 +43,7 @@ std::string robot(const std::string& more) {
 }
 
 // Each of these is a robot for check_urdf.
-TEST(Load, WhatUrdfdomReadsIsReadWithAWarningAtItsPlace) {
+TEST(LoadDescription, UrdfdomToleratedFaultIsWarningWithPlace) {
   const std::pair<std::string, std::string> cases[] = {
       {"\n\n  <?xml version=\"1.0\"?>\n" + kRobot,
        ":3:3: warning: the XML is not well-formed: <?xml ...?> stands"},
@@ -80,7 +80,7 @@ TEST(Load, WhatUrdfdomReadsIsReadWithAWarningAtItsPlace) {
   }
 }
 
-TEST(Load, WhatNoToolReadsStaysRefused) {
+TEST(LoadDescription, UnreadableFileIsRefused) {
   for (const std::string& text :
        {"hello\n" + kRobot, "\n\xEF\xBB\xBF" + kRobot, robot("<!-- a"),
         robot("<link name=\"l\" name=\"m\"/>"), "<robot name=\"a\"><link name=\"l\"/>"s,
@@ -91,7 +91,7 @@ TEST(Load, WhatNoToolReadsStaysRefused) {
   }
 }
 
-TEST(Load, WhatTheReferenceRefusesInAXacroFileStaysRefusedThere) {
+TEST(LoadDescription, XacroFaultIsRefusedAsByReference) {
   for (const std::string& text : {kRobot + "rest", robot("<!-- a -- b -->"), robot("<gazebo x=l/>")}) {
     EXPECT_TRUE(read("a.xacro", text).refused) << text;
     const std::string property = "<xacro:property name=\"p\" value=\"1\"/>";
@@ -99,7 +99,7 @@ TEST(Load, WhatTheReferenceRefusesInAXacroFileStaysRefusedThere) {
   }
 }
 
-TEST(Load, BlankLinesAndCommentsBeforeTheDeclarationAreAWarningInAXacroFileToo) {
+TEST(LoadDescription, TextBeforeDeclarationIsWarning) {
   const Reading got =
       read("a.xacro", "<!-- hi -->\n\n<?xml version=\"1.0\"?>\n" + robot("<link name=\"${1 + 1}\"/>"));
   EXPECT_NE(got.xml.find("<link name=\"2\"/>"), std::string::npos) << got.diagnostics_text;
@@ -109,7 +109,7 @@ TEST(Load, BlankLinesAndCommentsBeforeTheDeclarationAreAWarningInAXacroFileToo) 
 }
 
 // As ros/xacro reads them: an encoding that is declared, and is not that of the file, says nothing.
-TEST(Load, UTF8IsReadAsThatWhateverItDeclares) {
+TEST(LoadDescription, Utf8IsReadDespiteDeclaredEncoding) {
   for (const char* encoding : {"gb2312", "utf-16", "ISO-8859-1", "foo"}) {
     const Reading got = read("a.xacro", "<?xml version=\"1.0\" encoding=\""s + encoding + "\"?>" +
                                             robot("<link name=\"\xC3\xA4${1 + 1}\"/>"));
@@ -121,7 +121,7 @@ TEST(Load, UTF8IsReadAsThatWhateverItDeclares) {
   }
 }
 
-TEST(Load, AFileThatNeedsExpansionIsExpandedWithoutANamespace) {
+TEST(LoadDescription, FileWithoutXacroNamespaceIsExpanded) {
   const std::string text = robot("<link name=\"${1 + 1}\"/>");
   for (const char* name : {"plain.urdf.xacro", "plain.urdf"}) {
     const Reading got = read(name, text);
@@ -134,7 +134,7 @@ TEST(Load, AFileThatNeedsExpansionIsExpandedWithoutANamespace) {
   EXPECT_EQ(read("price.urdf", robot("<gazebo>5$ a</gazebo>")).diagnostics_text, "");
 }
 
-TEST(Load, AnUndeclaredPrefixIsRefusedInAXacroFileAndReadInAPlainOne) {
+TEST(LoadDescription, UndeclaredPrefixIsRefusedInXacroOnly) {
   const std::string sensor = "<gazebo><sensor:camera name=\"c\"/></gazebo>";
   const Reading refused = read("ns.xacro", robot(sensor));
   EXPECT_TRUE(refused.refused);
@@ -156,7 +156,7 @@ TEST(Load, AnUndeclaredPrefixIsRefusedInAXacroFileAndReadInAPlainOne) {
       << own.diagnostics_text;
 }
 
-TEST(Load, LeftOverXacroInAPlainUrdfIsAWarningAndInAXacroFileAnError) {
+TEST(LoadDescription, LeftOverXacroIsWarningInUrdfAndErrorInXacro) {
   const std::string space = "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">";
   const std::string text = space + "<link name=\"l\"/><xacro:x/></robot>";
   const Reading got = read("a.urdf", text);
@@ -173,7 +173,7 @@ TEST(Load, LeftOverXacroInAPlainUrdfIsAWarningAndInAXacroFileAnError) {
       << undeclared.diagnostics_text;
 }
 
-TEST(Load, APackageWithANearNameIsAskedForInWholeSentences) {
+TEST(LoadDescription, MissingPackageNamesNearest) {
   const fs::path folder = fs::path(testing::TempDir()) / ("near_name." + std::to_string(getpid()));
   fs::create_directories(folder / "src/arm_description");
   std::ofstream(folder / "src/arm_description/package.xml")
@@ -192,7 +192,7 @@ TEST(Load, APackageWithANearNameIsAskedForInWholeSentences) {
       << diagnostics_text;
 }
 
-TEST(Load, AFaultOfXacroInAPlainUrdfThatUsesItIsRefusedAsInAXacroFile) {
+TEST(LoadDescription, XacroFaultInUrdfIsRefused) {
   const std::string begin =
       "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><link name=\"l\"/><link "
       "name=\"m\"/>";

@@ -13,15 +13,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class LenientMesh : public testing::Test {
+class MeshToleranceTest : public testing::Test {
  protected:
-  LenientMesh() {
+  MeshToleranceTest() {
     const auto* info = testing::UnitTest::GetInstance()->current_test_info();
     folder_ = fs::path(testing::TempDir()) / (std::string("doppel_lenient_") + info->name());
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
-  ~LenientMesh() override { fs::remove_all(folder_); }
+  ~MeshToleranceTest() override { fs::remove_all(folder_); }
 
   std::string write(const std::string& name, const std::string& bytes) const {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
@@ -62,7 +62,7 @@ std::string with(std::string text, const std::string& from, const std::string& t
   return text.replace(text.find(from), from.size(), to);
 }
 
-TEST_F(LenientMesh, ColladaThatIsNoXmlIsReadAsRVizReadsIt) {
+TEST_F(MeshToleranceTest, MalformedColladaIsReadAsInRviz) {
   const TriangleMesh good = load("good.dae", collada_tetrahedron());
   EXPECT_TRUE(good.remark.empty());
   struct Case {
@@ -87,7 +87,7 @@ TEST_F(LenientMesh, ColladaThatIsNoXmlIsReadAsRVizReadsIt) {
   EXPECT_NEAR(good.bounds().max().z(), 0.05, 1e-7);
 }
 
-TEST_F(LenientMesh, AnIndexBeyondTheNumbersButNotBeyondTheAccessorIsRead) {
+TEST_F(MeshToleranceTest, IndexBeyondArrayWithinAccessorIsRead) {
   const std::string far =
       with(with(collada_tetrahedron(), "count=\"4\" stride", "count=\"5\" stride"), "1 2 3</p>", "1 2 4</p>");
   EXPECT_FALSE(load("far.dae", far).remark.empty());
@@ -95,12 +95,12 @@ TEST_F(LenientMesh, AnIndexBeyondTheNumbersButNotBeyondTheAccessorIsRead) {
             "mesh.unreadable");
 }
 
-TEST_F(LenientMesh, ObjWithFacesBeforeTheirVerticesAndEdgesIsRead) {
+TEST_F(MeshToleranceTest, ObjFacesBeforeVerticesAreRead) {
   EXPECT_EQ(load("a.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").triangles.size(), 1u);
   EXPECT_EQ(load("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\n").triangles.size(), 1u);
 }
 
-TEST_F(LenientMesh, WhatBothReadersRefuseKeepsTheMessageOfOurs) {
+TEST_F(MeshToleranceTest, FileRefusedByBothReadersKeepsOwnMessage) {
   const std::string path = write("c.obj", "v 0 0 0\nf 1 2 3\n");
   try {
     load_mesh(path, Eigen::Vector3d::Ones());
@@ -111,17 +111,17 @@ TEST_F(LenientMesh, WhatBothReadersRefuseKeepsTheMessageOfOurs) {
   }
 }
 
-TEST_F(LenientMesh, AnExtensionInCapitalsIsTheSameFormat) {
+TEST_F(MeshToleranceTest, UpperCaseExtensionIsSameFormat) {
   EXPECT_TRUE(load("A.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").remark.empty());
 }
 
-TEST_F(LenientMesh, APointerOfGitLfsIsNamedAsOne) {
+TEST_F(MeshToleranceTest, GitLfsPointerIsReported) {
   const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0a\nsize 12\n";
   for (const char* name : {"a.stl", "a.dae", "a.obj", "a.glb"})
     EXPECT_EQ(rule_of_refusal(write(name, pointer)), "mesh.not_fetched") << name;
 }
 
-TEST_F(LenientMesh, PipesAndFoldersAreRefusedWhateverTheirExtension) {
+TEST_F(MeshToleranceTest, PipesAndFoldersAreRefused) {
   for (const char* name : {"p.ply", "p.stl", "p.glb"}) {
     const std::string path = (folder_ / name).string();
     ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
@@ -131,7 +131,7 @@ TEST_F(LenientMesh, PipesAndFoldersAreRefusedWhateverTheirExtension) {
   EXPECT_NE(rule_of_refusal((folder_ / "none.ply").string()), "accepted");
 }
 
-TEST_F(LenientMesh, BinaryStlThatBeginsWithSolidAndHasBytesBehindItIsBinary) {
+TEST_F(MeshToleranceTest, BinaryStlWithSolidHeaderAndTrailerIsRead) {
   std::string bytes = "solid of a part";
   bytes.resize(80, ' ');
   bytes += std::string("\x01\0\0\0", 4);

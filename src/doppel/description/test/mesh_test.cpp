@@ -49,7 +49,7 @@ std::string refused(std::string_view bytes, std::string_view format) {
   return "accepted";
 }
 
-TEST(Stl, ReadsBinaryAlsoWhereItBeginsWithSolid) {
+TEST(StlReader, BinaryWithSolidHeaderIsRead) {
   std::string bytes = binary_stl(tetrahedron());
   bytes.replace(0, 5, "solid");
   const TriangleMesh mesh = parse_mesh(bytes, "stl", "t.stl", kOnes);
@@ -58,7 +58,7 @@ TEST(Stl, ReadsBinaryAlsoWhereItBeginsWithSolid) {
   EXPECT_NEAR(volume(mesh), 1.0 / 6.0, 1e-7);
 }
 
-TEST(Stl, ReadsAsciiWithNamesNumbersAndLineEndsOfAllSorts) {
+TEST(StlReader, AsciiVariantsAreRead) {
   const TriangleMesh mesh = parse_mesh(
       "solid vertex 1 2 3 facet\r\n facet normal 0 0 1\r\n outer loop\r\n  vertex 0 0 0\r\n  vertex +1.0E0 0 "
       "0\n"
@@ -68,12 +68,12 @@ TEST(Stl, ReadsAsciiWithNamesNumbersAndLineEndsOfAllSorts) {
   EXPECT_EQ(mesh.vertices[2], Eigen::Vector3f(0, 1, 0));
 }
 
-TEST(Stl, AScaleThatMirrorsKeepsTheOutside) {
+TEST(StlReader, MirroringScaleKeepsOrientation) {
   const std::string bytes = binary_stl(tetrahedron());
   EXPECT_NEAR(volume(parse_mesh(bytes, "stl", "t", {-0.001, 0.001, 0.001})), 1e-9 / 6.0, 1e-15);
 }
 
-TEST(Stl, ADeclaredSizeIsHeldAgainstTheFiles) {
+TEST(StlReader, DeclaredCountBeyondFileIsRefused) {
   std::string bytes = binary_stl(tetrahedron());
   const std::uint32_t two_gigabytes = 2'147'483'648u / 50u;
   std::memcpy(bytes.data() + 80, &two_gigabytes, 4);
@@ -82,7 +82,7 @@ TEST(Stl, ADeclaredSizeIsHeldAgainstTheFiles) {
   EXPECT_NE(message.find("the file has 284"), std::string::npos) << message;
 }
 
-TEST(Stl, WhatIsNoStlIsRefusedWithThePlace) {
+TEST(StlReader, InvalidFileIsRefusedWithPlace) {
   EXPECT_NE(refused("", "stl").find("0 bytes are too few"), std::string::npos);
   EXPECT_NE(refused(std::string(1000, '\0'), "stl").find("no triangles"), std::string::npos);
   EXPECT_NE(refused("solid a\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0\nendloop", "stl").find("part:"),
@@ -97,7 +97,7 @@ TEST(Stl, WhatIsNoStlIsRefusedWithThePlace) {
   EXPECT_NE(refused(binary_stl(bad), "stl").find("triangle 2"), std::string::npos);
 }
 
-TEST(Obj, ReadsFacesOfEveryForm) {
+TEST(ObjReader, FacesOfEveryFormAreRead) {
   const TriangleMesh mesh = parse_mesh(
       "# a pyramid\nmtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1 1.0\nvn 0 0 1\nvt 0 0\n"
       "f 4/1/1 3/1 2//1 \\\n 1\nf 1 2 -1\nf 2 3 5\nf 3 4 5\nf 4 1 5 # the last\n",
@@ -107,7 +107,7 @@ TEST(Obj, ReadsFacesOfEveryForm) {
   EXPECT_NEAR(volume(mesh), 1.0 / 3.0, 1e-7);
 }
 
-TEST(Obj, TakesTheColourOfTheFirstMaterialUsed) {
+TEST(ObjReader, ColourIsThatOfFirstMaterial) {
   const std::string folder = ::testing::TempDir();
   std::ofstream(folder + "doppel_mesh_test.mtl")
       << "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl warm red\nKd 0.8 0.25 0\n";
@@ -118,14 +118,14 @@ TEST(Obj, TakesTheColourOfTheFirstMaterialUsed) {
   EXPECT_EQ(*mesh.rgba, Eigen::Vector4f(0.8F, 0.25F, 0, 1));
 }
 
-TEST(Obj, AVertexThatIsNotThereIsNamed) {
+TEST(ObjReader, MissingVertexIsReported) {
   EXPECT_NE(refused("v 0 0 0\nv 1 0 0\nf 1 2 3\n", "obj").find("part:3"), std::string::npos);
   EXPECT_NE(refused("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 0\n", "obj").find("'0'"), std::string::npos);
   EXPECT_NE(refused("v 0 0\n", "obj").find("three numbers"), std::string::npos);
 }
 
 // Star-shaped polygons: however the ears are cut, the signed area is the polygon's own.
-TEST(Polygons, WhereTheLookForEarsTakesTooLongTheRestAreFans) {
+TEST(PolygonTriangulation, EarSearchBeyondLimitFallsBackToFans) {
   mesh::TriangleSoup soup;
   std::vector<std::uint32_t> star;
   for (std::uint32_t i = 0; i < mesh::kMaxPolygonCorners; ++i) {
@@ -140,7 +140,7 @@ TEST(Polygons, WhereTheLookForEarsTakesTooLongTheRestAreFans) {
   EXPECT_LT(soup.ear_tests, mesh::kMaxEarTests + mesh::kMaxPolygonCorners * mesh::kMaxPolygonCorners);
 }
 
-TEST(Polygons, EarsCoverThePolygonOnce) {
+TEST(PolygonTriangulation, EarsCoverPolygonOnce) {
   const unsigned seed = 20261121;
   SCOPED_TRACE(seed);
   std::mt19937 random(seed);
@@ -192,7 +192,7 @@ const std::string kShow =
 const std::string kFaces =
     R"(<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><input semantic="NORMAL" source="#p" offset="1"/><p>0 0 2 0 1 0  0 0 1 0 3 0  0 0 3 0 2 0  1 0 2 0 3 0</p></triangles>)";
 
-TEST(Collada, AppliesUnitAndNodesButNotTheUpAxis) {
+TEST(ColladaReader, UnitAndNodesAreAppliedWithoutUpAxis) {
   const TriangleMesh mesh = parse_mesh(collada(R"(<unit name="millimeter" meter="0.001"/>)",
                                                "<node><translate>10 20 30</translate><rotate>0 0 1 "
                                                "90</rotate><scale>2 2 2</scale><node><matrix>1 0 0 1 "
@@ -211,13 +211,13 @@ TEST(Collada, AppliesUnitAndNodesButNotTheUpAxis) {
   EXPECT_EQ(*mesh.rgba, Eigen::Vector4f(0.1F, 0.2F, 0.3F, 1));
 }
 
-TEST(Collada, ANodeThatMirrorsKeepsTheOutside) {
+TEST(ColladaReader, MirroringNodeKeepsOrientation) {
   const TriangleMesh mesh = parse_mesh(collada("", "<node><scale>-1 1 1</scale>" + kShow + "</node>", kFaces),
                                        "dae", "t.dae", kOnes);
   EXPECT_NEAR(volume(mesh), 1.0 / 6.0, 1e-7);
 }
 
-TEST(Collada, ReadsEveryPrimitive) {
+TEST(ColladaReader, EveryPrimitiveIsRead) {
   const std::string node = "<node>" + kShow + "</node>";
   const std::string input = R"(<input semantic="VERTEX" source="#v" offset="0"/>)";
   for (const std::string& faces :
@@ -230,7 +230,7 @@ TEST(Collada, ReadsEveryPrimitive) {
   }
 }
 
-TEST(Collada, NodesThatShowEachOtherAreRefusedSoon) {
+TEST(ColladaReader, CyclicNodesAreRefused) {
   std::string nodes;
   for (int i = 0; i < 60; ++i) {
     const std::string next = "<instance_node url=\"#n" + std::to_string(i + 1) + "\"/>";
@@ -243,7 +243,7 @@ TEST(Collada, NodesThatShowEachOtherAreRefusedSoon) {
             std::string::npos);
 }
 
-TEST(Collada, FaultsAreToldWithTheirLine) {
+TEST(ColladaReader, FaultsAreReportedWithLine) {
   const std::string node = "<node>" + kShow + "</node>";
   EXPECT_NE(refused(collada("", node, "<triangles><p>0 1 2</p></triangles>"), "dae").find("no VERTEX input"),
             std::string::npos);
@@ -258,7 +258,7 @@ TEST(Collada, FaultsAreToldWithTheirLine) {
 }
 
 // An independent reader has to see the same triangles.
-TEST(Collada, AgreesWithAssimp) {
+TEST(ColladaReader, ResultAgreesWithAssimp) {
   const std::string path = ::testing::TempDir() + "doppel_mesh_test.dae";
   std::ofstream(path) << collada(R"(<unit meter="0.01"/>)",
                                  "<node><translate>1 2 3</translate><rotate>0.6 0 0.8 40</rotate>" + kShow +

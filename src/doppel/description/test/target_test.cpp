@@ -13,27 +13,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class FolderAsTarget : public ::testing::Test {
+class FolderTargetTest : public ::testing::Test {
  protected:
-  FolderAsTarget() : folder_(fs::path(testing::TempDir()) / ("target_test." + std::to_string(getpid()))) {
+  FolderTargetTest() : folder_(fs::path(testing::TempDir()) / ("target_test." + std::to_string(getpid()))) {
     fs::create_directories(folder_ / "urdf");
     write("package.xml", "<package><name>arm</name></package>");
     write("urdf/arm.urdf", "<robot name=\"a\"><link name=\"l\"/></robot>");
   }
-  ~FolderAsTarget() override { fs::remove_all(folder_); }
+  ~FolderTargetTest() override { fs::remove_all(folder_); }
   void write(const std::string& file, const std::string& text) { std::ofstream(folder_ / file) << text; }
   fs::path found() { return resolve_target(folder_.string(), "").description.filename(); }
 
   fs::path folder_;
 };
 
-TEST_F(FolderAsTarget, PipesBesideTheDescriptionAreNotWaitedFor) {
+TEST_F(FolderTargetTest, PipesInFolderAreSkipped) {
   for (const char* name : {"urdf/pipe.urdf", "urdf/pipe.xacro"})
     ASSERT_EQ(mkfifo((folder_ / name).c_str(), 0600), 0);
   EXPECT_EQ(found(), "arm.urdf");
 }
 
-TEST_F(FolderAsTarget, FilesThatAreTooLargeToLookIntoAreNotChosen) {
+TEST_F(FolderTargetTest, HugeFilesAreNotChosen) {
   write("urdf/large.urdf", "<robot name=\"b\"><link name=\"l\"/></robot>");
   fs::resize_file(folder_ / "urdf/large.urdf", (std::uintmax_t{16} << 20) + 1);
   fs::create_directories(folder_ / "urdf/folder.urdf");

@@ -8,7 +8,7 @@
 namespace doppel {
 namespace {
 
-class OptionalParts : public ::testing::Test {
+class UrdfOptionalPartsTest : public ::testing::Test {
  protected:
   // Reads two links and what joins them; `extra` stands at the end of the robot, `of_link` in the second
   // link.
@@ -43,7 +43,7 @@ class OptionalParts : public ::testing::Test {
   RobotDescription robot_;
 };
 
-TEST_F(OptionalParts, GazeboValuesAreAttributesOrTexts) {
+TEST_F(UrdfOptionalPartsTest, GazeboValuesAreReadFromAttributesOrText) {
   read(
       "<gazebo reference=\"arm\"><mu1 value=\"0.8\"/><mu2>0.5</mu2><kp value=\"1e6\">7</kp>"
       "<kd value=\"2\"/><selfCollide value=\"true\"/><turnGravityOff>True</turnGravityOff>"
@@ -59,7 +59,7 @@ TEST_F(OptionalParts, GazeboValuesAreAttributesOrTexts) {
   EXPECT_EQ(gazebo.material, "Gazebo/Blue");
 }
 
-TEST_F(OptionalParts, GazeboValuesThatCannotBeReadHaveNoEffect) {
+TEST_F(UrdfOptionalPartsTest, UnreadableGazeboValueIsIgnored) {
   read("<gazebo reference=\"nobody\"><mu1>much</mu1><kp/><selfCollide>maybe</selfCollide></gazebo>");
   EXPECT_EQ(warnings("urdf.optional_value"), 3);
   EXPECT_FALSE(robot_.gazebo.at(0).mu1.has_value());
@@ -67,7 +67,7 @@ TEST_F(OptionalParts, GazeboValuesThatCannotBeReadHaveNoEffect) {
   EXPECT_EQ(robot_.gazebo.at(0).self_collide, false);
 }
 
-TEST_F(OptionalParts, ABoolGpioHasAnInitialValue) {
+TEST_F(UrdfOptionalPartsTest, BoolGpioHasInitialValue) {
   read(
       "<ros2_control name=\"s\" type=\"system\"><gpio name=\"io\">"
       "<command_interface name=\"a\" data_type=\"bool\"><param name=\"initial_value\">true</param>"
@@ -78,7 +78,7 @@ TEST_F(OptionalParts, ABoolGpioHasAnInitialValue) {
   EXPECT_EQ(robot_.hardware.at(0).gpios.at(0).state_interfaces.at(0).initial_value, 0.0);
 }
 
-TEST_F(OptionalParts, InterfaceBoundsThatCannotBeReadAreLeftOut) {
+TEST_F(UrdfOptionalPartsTest, UnreadableInterfaceBoundsAreIgnored) {
   read(
       "<ros2_control name=\"s\" type=\"system\"><joint name=\"j\"><command_interface name=\"position\">"
       "<param name=\"min\">{-2*pi}</param><param name=\"max\">1</param></command_interface>"
@@ -90,7 +90,7 @@ TEST_F(OptionalParts, InterfaceBoundsThatCannotBeReadAreLeftOut) {
   EXPECT_EQ(robot_.hardware.at(0).joints.at(0).command_interfaces.at(0).max, 1.0);
 }
 
-TEST_F(OptionalParts, AnIncompleteInertialCountsAsNone) {
+TEST_F(UrdfOptionalPartsTest, IncompleteInertialIsIgnored) {
   const std::string tensor = "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>";
   for (const std::string& inside :
        {tensor, "<mass value=\"1kg\"/>" + tensor, std::string("<mass value=\"1kg\"/>"),
@@ -102,7 +102,7 @@ TEST_F(OptionalParts, AnIncompleteInertialCountsAsNone) {
   }
 }
 
-TEST_F(OptionalParts, AMassWithoutATensorIsKept) {
+TEST_F(UrdfOptionalPartsTest, MassWithoutTensorIsKept) {
   read("", "<inertial><origin xyz=\"0 0 0.1\"/><mass value=\"1.5\"/></inertial>");
   EXPECT_EQ(warnings("urdf.inertial"), 1);
   ASSERT_TRUE(robot_.links.at(1).inertial.has_value());
@@ -112,7 +112,7 @@ TEST_F(OptionalParts, AMassWithoutATensorIsKept) {
   EXPECT_TRUE(robot_.links.at(1).inertial->source.known());
 }
 
-TEST_F(OptionalParts, AShapeThatCannotBeReadIsLeftOut) {
+TEST_F(UrdfOptionalPartsTest, UnreadableShapeIsIgnored) {
   for (const char* inside :
        {"", "<geometry/>", "<geometry><cone/></geometry>", "<geometry><box size=\"1 1\"/></geometry>",
         "<geometry><sphere/></geometry>", "<geometry><mesh/></geometry>",
@@ -125,52 +125,52 @@ TEST_F(OptionalParts, AShapeThatCannotBeReadIsLeftOut) {
   }
 }
 
-TEST_F(OptionalParts, OfSeveralShapesTheFirstCounts) {
+TEST_F(UrdfOptionalPartsTest, FirstOfSeveralShapesIsUsed) {
   read("", "<visual><geometry><box size=\"1 1 1\"/><sphere radius=\"1\"/></geometry></visual>");
   EXPECT_TRUE(std::holds_alternative<Box>(robot_.links.at(1).visuals.at(0).geometry));
 }
 
-TEST_F(OptionalParts, NegativeSizesLoseTheirSign) {
+TEST_F(UrdfOptionalPartsTest, NegativeSizeIsTakenAbsolute) {
   read("", "<visual><geometry><box size=\"-1 2 3\"/></geometry></visual>");
   EXPECT_EQ(std::get<Box>(robot_.links.at(1).visuals.at(0).geometry).size, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(warnings("urdf.geometry"), 1);
 }
 
-TEST_F(OptionalParts, MisplacedGeometryIsIgnored) {
+TEST_F(UrdfOptionalPartsTest, MisplacedGeometryIsIgnored) {
   read("", "<geometry><box size=\"1 1 1\"/></geometry>");
   EXPECT_TRUE(robot_.links.at(1).visuals.empty());
 }
 
-TEST_F(OptionalParts, AMeshWithoutAFileNameIsMissing) {
+TEST_F(UrdfOptionalPartsTest, MeshWithoutFileNameIsMissing) {
   read("", "<visual><geometry><mesh filename=\"\"/></geometry></visual>");
   EXPECT_EQ(warnings("mesh.missing"), 1);
   EXPECT_TRUE(std::get<MeshGeometry>(robot_.links.at(1).visuals.at(0).geometry).path.empty());
 }
 
-TEST_F(OptionalParts, AColourThatCannotBeReadIsNone) {
+TEST_F(UrdfOptionalPartsTest, UnreadableColourIsIgnored) {
   read("<material name=\"m\"><color rgba=\"red\"/></material>");
   EXPECT_EQ(warnings("urdf.optional_value"), 1);
   EXPECT_FALSE(robot_.materials.at(0).rgba.has_value());
 }
 
-TEST_F(OptionalParts, CrossedLimitsAreTakenTheOtherWayRound) {
+TEST_F(UrdfOptionalPartsTest, CrossedLimitsAreSwapped) {
   read("", "", "<axis xyz=\"0 0 1\"/><limit lower=\"2\" upper=\"-1\" effort=\"1\" velocity=\"1\"/>");
   EXPECT_EQ(warnings("urdf.limits_crossed"), 1);
   EXPECT_EQ(robot_.joints.at(0).limits->lower, 2.0) << "the description stays as it was written";
 }
 
-TEST_F(OptionalParts, AZeroAxisStandsStill) {
+TEST_F(UrdfOptionalPartsTest, ZeroAxisFixesJoint) {
   read("", "", "<axis xyz=\"0 0 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>");
   EXPECT_EQ(warnings("urdf.axis_zero"), 1);
   EXPECT_FALSE(is_scalar(robot_.joints.at(0)));
 }
 
-TEST_F(OptionalParts, TheAxisOfAFixedJointIsNotNeeded) {
+TEST_F(UrdfOptionalPartsTest, FixedJointNeedsNoAxis) {
   read("", "", "<axis xyz=\"0 0\"/>", "fixed");
   EXPECT_EQ(warnings("urdf.optional_value"), 1);
 }
 
-TEST_F(OptionalParts, AMimicOfNobodyMovesOnItsOwn) {
+TEST_F(UrdfOptionalPartsTest, MimicOfUnknownJointIsIgnored) {
   read(finger("<mimic joint=\"jj\"/>"));
   EXPECT_EQ(warnings("urdf.mimic_unknown"), 1);
   EXPECT_EQ(leader_of(robot_, robot_.joints.at(1)), nullptr);
@@ -179,7 +179,7 @@ TEST_F(OptionalParts, AMimicOfNobodyMovesOnItsOwn) {
   EXPECT_TRUE(silent());
 }
 
-TEST_F(OptionalParts, AMimicOfOrByAFixedJointIsLeftOut) {
+TEST_F(UrdfOptionalPartsTest, MimicOfFixedJointIsIgnored) {
   read(finger("<mimic joint=\"j\"/>", "fixed"));
   EXPECT_EQ(warnings("urdf.mimic_not_scalar"), 1);
   read(finger("<mimic joint=\"j\"/>"), "", "", "fixed");
@@ -189,21 +189,21 @@ TEST_F(OptionalParts, AMimicOfOrByAFixedJointIsLeftOut) {
   EXPECT_EQ(leader_of(robot_, robot_.joints.at(1)), nullptr);
 }
 
-TEST_F(OptionalParts, AMimicOfItselfMovesOnItsOwn) {
+TEST_F(UrdfOptionalPartsTest, MimicOfItselfIsIgnored) {
   read("", "", std::string(kAxisAndLimit) + "<mimic joint=\"j\"/>");
   EXPECT_EQ(warnings("urdf.mimic_loop"), 1);
   read(finger("<mimic joint=\"j\"/>"), "", std::string(kAxisAndLimit) + "<mimic joint=\"k\"/>");
   EXPECT_EQ(warnings("urdf.mimic_loop"), 2);
 }
 
-TEST_F(OptionalParts, SafetyAndCalibrationAreExtras) {
+TEST_F(UrdfOptionalPartsTest, FaultySafetyAndCalibrationAreIgnored) {
   read("", "",
        std::string(kAxisAndLimit) +
            "<safety_controller k_velocity=\"x\" soft_lower_limit=\"y\"/><calibration rising=\"z\"/>");
   EXPECT_EQ(warnings("urdf.optional_value"), 3);
 }
 
-TEST_F(OptionalParts, TransmissionsAreExtras) {
+TEST_F(UrdfOptionalPartsTest, FaultyTransmissionIsIgnored) {
   read(
       "<transmission><joint/><actuator name=\"m\"><mechanicalReduction>x</mechanicalReduction></actuator>"
       "</transmission>");
@@ -211,7 +211,7 @@ TEST_F(OptionalParts, TransmissionsAreExtras) {
 }
 
 // What urdfdom refuses stays refused.
-TEST_F(OptionalParts, WhatAJointNeedsStaysRequired) {
+TEST_F(UrdfOptionalPartsTest, MissingRequiredJointElementIsError) {
   EXPECT_THROW(read("", "", "<axis xyz=\"0 0\"/>"), InputError);
   EXPECT_THROW(read("", "", "<origin xyz=\"0 0 x\"/>"), InputError);
   EXPECT_THROW(read("", "", "<limit lower=\"none\" upper=\"1\"/>"), InputError);

@@ -33,7 +33,7 @@ std::string joint(const std::string& inner,
   return "<joint name=\"j\" type=\"revolute\">" + ends + inner + "</joint>";
 }
 
-TEST(Urdf, KeepsWhatTheFileSaid) {
+TEST(Urdf, FileContentIsKept) {
   Diagnostics diagnostics;
   const RobotDescription robot = parse(
       "<material name=\"blue\"><color rgba=\"0 0 1 1\"/></material>"
@@ -64,7 +64,7 @@ TEST(Urdf, KeepsWhatTheFileSaid) {
   EXPECT_EQ(j.source.place(), "r.urdf:2:175");
 }
 
-TEST(Urdf, RefusesWhatIsNoTreeAtItsPlace) {
+TEST(Urdf, NonTreeIsRefusedWithPlace) {
   EXPECT_NE(error_of(kPair).find("2 roots, 'a', 'b'"), std::string::npos);
   EXPECT_NE(error_of(kPair + joint("") +
                      "<joint name=\"k\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint>")
@@ -76,7 +76,7 @@ TEST(Urdf, RefusesWhatIsNoTreeAtItsPlace) {
             std::string::npos);
 }
 
-TEST(Urdf, RefusesBadNumbersAllAtOnce) {
+TEST(Urdf, BadNumbersAreRefusedTogether) {
   const std::string text =
       error_of(kPair + joint("<limit lower=\"1,5\" upper=\"nan\" effort=\"3\" velocity=\"4\"/>"));
   EXPECT_NE(text.find("lower=\"1,5\""), std::string::npos) << text;
@@ -87,13 +87,13 @@ TEST(Urdf, RefusesBadNumbersAllAtOnce) {
       std::string::npos);
 }
 
-TEST(Urdf, BrokenXmlNamesTheElementThatIsOpen) {
+TEST(Urdf, BrokenXmlNamesOpenElement) {
   EXPECT_NE(error_of("<link name=\"a\">\n").find("<link>, opened at line 2, column 1"), std::string::npos);
 }
 
-class Files : public ::testing::Test {
+class MeshFilesTest : public ::testing::Test {
  protected:
-  Files() : folder_(fs::temp_directory_path() / ("doppel_files_" + std::to_string(::getpid()))) {
+  MeshFilesTest() : folder_(fs::temp_directory_path() / ("doppel_files_" + std::to_string(::getpid()))) {
     fs::create_directories(folder_ / "my_pkg/meshes");
     fs::create_directories(folder_ / "my_pkg/urdf");
     std::ofstream(folder_ / "my_pkg/package.xml") << "<package><name>my_pkg</name></package>";
@@ -101,11 +101,11 @@ class Files : public ::testing::Test {
         << "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1000 0 0\nvertex 0 1000 "
            "0\nendloop\nendfacet\nendsolid s\n";
   }
-  ~Files() override { fs::remove_all(folder_); }
+  ~MeshFilesTest() override { fs::remove_all(folder_); }
   fs::path folder_;
 };
 
-TEST_F(Files, MeshesAreFoundByPackageFileModelAndRelativeNames) {
+TEST_F(MeshFilesTest, MeshesAreFoundByEveryUriScheme) {
   PackageResolver resolver;
   const fs::path base = folder_ / "my_pkg/urdf";
   resolver.add_context(base);
@@ -122,7 +122,7 @@ TEST_F(Files, MeshesAreFoundByPackageFileModelAndRelativeNames) {
   EXPECT_EQ(resolver.find_package("my_pgk").nearest, "my_pkg");
 }
 
-TEST_F(Files, MeshesAreScaledWeldedAndTurnedOutwards) {
+TEST_F(MeshFilesTest, MeshesAreScaledWeldedAndOriented) {
   const std::string file = (folder_ / "my_pkg/meshes/a.stl").string();
   const TriangleMesh mesh = load_mesh(file, {0.001, 0.001, 0.001});
   EXPECT_EQ(mesh.vertices.size(), 3u);

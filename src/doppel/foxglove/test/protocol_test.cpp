@@ -27,19 +27,19 @@ T read_text(const std::string& frame) {
   return std::get<T>(message);
 }
 
-TEST(Protocol, DataHeadIsAsTheSpecificationHasIt) {
+TEST(FoxgloveProtocol, DataHeaderMatchesSpecification) {
   const auto head = data_head(0x04030201, Time(0x0102030405060708));
   EXPECT_EQ(FrameBytes(head.begin(), head.end()), bytes({1, 1, 2, 3, 4, 8, 7, 6, 5, 4, 3, 2, 1}));
 }
 
-TEST(Protocol, TimeAndServiceResponseFrames) {
+TEST(FoxgloveProtocol, TimeAndServiceResponseFramesMatchSpecification) {
   EXPECT_EQ(to_frame(TimeMessage{Time(5)}), bytes({2, 5, 0, 0, 0, 0, 0, 0, 0}));
   const FrameBytes payload = bytes({7, 8});
   EXPECT_EQ(to_frame(ServiceResponse{1, 2, "cdr", payload}),
             bytes({3, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 'c', 'd', 'r', 7, 8}));
 }
 
-TEST(Protocol, AdvertiseCarriesWhatViewersNeed) {
+TEST(FoxgloveProtocol, AdvertiseHasSchemaAndEncoding) {
   const auto frame = nlohmann::json::parse(to_frame(
       Channels{{{.id = 3, .topic = "/a", .schema_name = "std_msgs/msg/Bool", .schema = "bool data\n"}}}));
   EXPECT_EQ(frame["op"], "advertise");
@@ -51,7 +51,7 @@ TEST(Protocol, AdvertiseCarriesWhatViewersNeed) {
   EXPECT_EQ(channel["schema"], "bool data\n");
 }
 
-TEST(Protocol, ReadsTheExamplesOfTheSpecification) {
+TEST(FoxgloveProtocol, SpecificationExamplesAreRead) {
   const auto subscribe = read_text<Subscribe>(
       R"({"op":"subscribe","subscriptions":[{"id":0,"channelId":3},{"id":1,"channelId":5}]})");
   ASSERT_EQ(subscribe.items.size(), 2u);
@@ -67,7 +67,7 @@ TEST(Protocol, ReadsTheExamplesOfTheSpecification) {
   EXPECT_FALSE(read_text<WatchGraph>(R"({"op":"unsubscribeConnectionGraph"})").on);
 }
 
-TEST(Protocol, ParametersKeepTheirTypesThroughJson) {
+TEST(FoxgloveProtocol, ParametersKeepTypesThroughJson) {
   const std::vector<ParameterValue> values{true,
                                            std::int64_t{3},
                                            3.0,
@@ -92,7 +92,7 @@ TEST(Protocol, ParametersKeepTheirTypesThroughJson) {
   }
 }
 
-TEST(Protocol, WhatIsNoFrameIsRefusedWithTheReason) {
+TEST(FoxgloveProtocol, InvalidFrameIsRefusedWithReason) {
   const std::pair<const char*, const char*> cases[] = {
       {"", "no JSON"},
       {"{", "no JSON"},
@@ -120,7 +120,7 @@ TEST(Protocol, WhatIsNoFrameIsRefusedWithTheReason) {
   EXPECT_EQ(read_text<UnknownOperation>(R"({"op":"dance"})").op, "dance");
 }
 
-TEST(Protocol, BothHalvesUnderstandEachOther) {
+TEST(FoxgloveProtocol, FramesRoundTripBetweenClientAndServer) {
   ServerMessage received;
   ASSERT_TRUE(read_server_text(to_frame(Services{{{.id = 1,
                                                    .name = "/s",
@@ -144,7 +144,7 @@ TEST(Protocol, BothHalvesUnderstandEachOther) {
   EXPECT_EQ(FrameBytes(call.payload.begin(), call.payload.end()), payload);
 }
 
-TEST(Protocol, DamagedFramesNeverDoMoreThanBeRefused) {
+TEST(FoxgloveProtocol, DamagedFramesAreRefused) {
   const unsigned seed = 31;
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
@@ -169,7 +169,7 @@ TEST(Protocol, DamagedFramesNeverDoMoreThanBeRefused) {
   }
 }
 
-TEST(Protocol, FilesAreAskedForInTextAndComeInBytes) {
+TEST(FoxgloveProtocol, AssetRequestIsTextAndResponseIsBinary) {
   ClientMessage asked;
   ASSERT_TRUE(read_client_text(to_frame(FetchAsset{7, "package://arm/a b.stl"}), asked).ok());
   EXPECT_EQ(std::get<FetchAsset>(asked).request, 7u);
@@ -195,7 +195,7 @@ OutgoingFrame data_frame(std::size_t size) {
   return frame;
 }
 
-TEST(SendQueue, DropsTheOldestMessagesAndNoAnswer) {
+TEST(SendQueue, FullQueueDropsOldestMessagesAndKeepsResponses) {
   SendQueue queue(10'000);
   queue.push(make_frame(std::string("first")));
   std::size_t dropped = 0;
@@ -213,7 +213,7 @@ TEST(SendQueue, DropsTheOldestMessagesAndNoAnswer) {
   EXPECT_EQ(queue.data_bytes() + queue.answer_bytes(), 0u);
 }
 
-TEST(SendQueue, FilesAreKeptButAreNoAnswers) {
+TEST(SendQueue, FilesAreKept) {
   SendQueue queue(100);
   OutgoingFrame file = make_frame(FrameBytes(5000));
   file.kind = OutgoingFrame::Kind::asset;
@@ -225,7 +225,7 @@ TEST(SendQueue, FilesAreKeptButAreNoAnswers) {
   EXPECT_EQ(queue.assets(), 0u);
 }
 
-TEST(SendQueue, AMessageLargerThanTheLimitGoesThroughAlone) {
+TEST(SendQueue, OversizedMessageIsSentAlone) {
   SendQueue queue(100);
   queue.push(data_frame(10));
   EXPECT_EQ(queue.push(data_frame(5000)), 1u);

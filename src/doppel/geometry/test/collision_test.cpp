@@ -54,7 +54,7 @@ double box_depth(const Box& a, const Box& b, const Pose& X_AB) {
   return std::max(0.0, least);
 }
 
-TEST(ConvexDepthTest, BoxesAgreeWithTheSeparatingAxisTest) {
+TEST(ConvexDepthTest, BoxesAgreeWithSeparatingAxisTest) {
   const unsigned seed = 41;
   SCOPED_TRACE("seed 41");
   Random random(seed);
@@ -79,7 +79,7 @@ TEST(ConvexDepthTest, BoxesAgreeWithTheSeparatingAxisTest) {
   EXPECT_GT(overlapping, 5000);
 }
 
-TEST(ConvexDepthTest, BoxesOfPointsAreBoxes) {
+TEST(ConvexDepthTest, PointBoxEqualsBox) {
   SCOPED_TRACE("seed 42");
   Random random(42);
   for (int trial = 0; trial < 2000; ++trial) {
@@ -123,7 +123,7 @@ TEST(ConvexDepthTest, RoundShapesAgreeWithClosedForms) {
   }
 }
 
-TEST(ConvexDepthTest, CrossedCylindersAndTheSymmetricCases) {
+TEST(ConvexDepthTest, CrossedCylindersAndSymmetricCasesAreExact) {
   const Cylinder rod{0.05, 2};
   Pose across = moved(0, 0.07, 0);
   across.linear() = rotation_from_rpy({0, std::numbers::pi / 2, 0});
@@ -234,7 +234,7 @@ TEST(LinkColliderTest, TrianglesAgreeWithBruteForce) {
   EXPECT_LT(touching, 1900);
 }
 
-TEST(LinkColliderTest, ShapesStandWhereTheirOriginsSay) {
+TEST(LinkColliderTest, ShapeOriginsAreApplied) {
   const RobotDescription robot = robot_of(
       "<link name=\"a\"><collision><origin xyz=\"1 0 0\"/><geometry><box size=\"0.2 0.2 0.2\"/></geometry>"
       "</collision><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>" +

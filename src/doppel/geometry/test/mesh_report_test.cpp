@@ -40,7 +40,7 @@ fs::path written(const Surface& surface, const std::string& name) {
   return file;
 }
 
-TEST(MeshReport, MeasuresAClosedBody) {
+TEST(MeshReport, ClosedBodyIsMeasured) {
   const MeshReport r = report_mesh(written(cuboid({1, 2, 4}), "closed"));
   ASSERT_EQ(r.problem, "");
   EXPECT_EQ(r.triangles, 12U);
@@ -53,7 +53,7 @@ TEST(MeshReport, MeasuresAClosedBody) {
   EXPECT_TRUE(r.upper.isApprox(Eigen::Vector3d(1, 2, 4)));
 }
 
-TEST(MeshReport, CountsHolesAndFacesThatDisagree) {
+TEST(MeshReport, HolesAndInconsistentFacesAreCounted) {
   Surface open = cuboid({1, 1, 1});
   open.triangles.pop_back();
   EXPECT_EQ(report_mesh(written(open, "open")).open_edges, 3U);
@@ -67,7 +67,7 @@ TEST(MeshReport, CountsHolesAndFacesThatDisagree) {
   EXPECT_NEAR(r.solid.volume, -1.0, 1e-9);
 }
 
-TEST(MeshReport, TwoBodiesThatShareAnEdgeAreClosed) {
+TEST(MeshReport, TwoBodiesThatShareEdgeAreClosed) {
   Surface two = cuboid({1, 1, 1});
   const Surface other = cuboid({1, 1, 1});
   for (const auto& c : other.corners) two.corners.push_back(c + Eigen::Vector3d(1, 1, 0));
@@ -75,7 +75,7 @@ TEST(MeshReport, TwoBodiesThatShareAnEdgeAreClosed) {
   EXPECT_TRUE(report_mesh(written(two, "two")).watertight());
 }
 
-TEST(MeshReport, AFlatSheetHasNoVolumeButCorners) {
+TEST(MeshReport, FlatSheetHasNoVolume) {
   const Surface sheet{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   const MeshReport r = report_mesh(written(sheet, "sheet"));
   EXPECT_EQ(r.problem, "");
@@ -83,14 +83,14 @@ TEST(MeshReport, AFlatSheetHasNoVolumeButCorners) {
   EXPECT_EQ(r.hull.size(), 4U);
 }
 
-TEST(MeshReport, SaysWhatItCannotRead) {
+TEST(MeshReport, UnreadableMeshIsReported) {
   EXPECT_NE(report_mesh("/nowhere/at/all.stl").problem, "");
   const fs::path junk = fs::path(testing::TempDir()) / "junk.stl";
   std::ofstream(junk) << "this is no mesh";
   EXPECT_NE(report_mesh(junk).problem, "");
 }
 
-TEST(MeshReport, TheCacheGivesBackTheSameAndBelievesNothingBroken) {
+TEST(MeshReport, CacheReturnsSameReportAndRejectsDamage) {
   const MeshReport r = report_mesh(written(cuboid({1, 2, 4}), "cached"));
   const std::string bytes = to_bytes(r, "key");
   const auto back = from_bytes(bytes, "key");
@@ -106,7 +106,7 @@ TEST(MeshReport, TheCacheGivesBackTheSameAndBelievesNothingBroken) {
   }
 }
 
-TEST(MeshReport, AChangedFileIsLookedAtAgain) {
+TEST(MeshReport, ChangedFileIsMeasuredAgain) {
   const std::string folder = testing::TempDir() + "doppel_cache";
   fs::remove_all(folder);
   setenv("XDG_CACHE_HOME", folder.c_str(), 1);
@@ -118,7 +118,7 @@ TEST(MeshReport, AChangedFileIsLookedAtAgain) {
   unsetenv("XDG_CACHE_HOME");
 }
 
-TEST(ShapeReport, AMeshScaledUnevenlyWeighsLikeTheBoxItBecomes) {
+TEST(ShapeReport, UnevenScaleScalesMass) {
   const fs::path file = written(cuboid({1, 1, 1}), "unit");
   const Eigen::Vector3d size(0.1, 0.2, 0.4);
   const auto mesh = report_shape(MeshGeometry{"", size, file.string()});
@@ -130,7 +130,7 @@ TEST(ShapeReport, AMeshScaledUnevenlyWeighsLikeTheBoxItBecomes) {
   EXPECT_TRUE(mesh->bounds.sizes().isApprox(size, 1e-9));
 }
 
-TEST(ShapeReport, ACapsuleIsBetweenItsCylindersAndABallWithoutLength) {
+TEST(ShapeReport, CapsuleInertiaLiesBetweenCylinderAndSphere) {
   const auto ball = report_shape(Sphere{0.3}), none = report_shape(Capsule{0.3, 0});
   EXPECT_TRUE(ball->solid.unit.I.isApprox(none->solid.unit.I, 1e-9));
   const auto inner = report_shape(Cylinder{0.3, 1}), outer = report_shape(Cylinder{0.3, 1.6});
@@ -139,7 +139,7 @@ TEST(ShapeReport, ACapsuleIsBetweenItsCylindersAndABallWithoutLength) {
   EXPECT_LT(capsule->solid.unit.I(0, 0), outer->solid.unit.I(0, 0));
 }
 
-TEST(ConvexHull, HoldsEveryPoint) {
+TEST(ConvexHull, HullContainsEveryPoint) {
   const unsigned seed = 7;
   SCOPED_TRACE(seed);
   std::mt19937 random(seed);

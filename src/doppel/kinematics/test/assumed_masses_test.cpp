@@ -35,7 +35,7 @@ double mass_of(const Model& model, const std::string& link) {
   return model.links[static_cast<std::size_t>(model.find_link(link))].inertia->mass;
 }
 
-TEST(AssumedMasses, ArmWithoutMeshesWeighsByTheDistancesBetweenItsJoints) {
+TEST(AssumedMasses, ArmWithoutMeshesIsEstimatedFromLinkLengths) {
   Diagnostics diagnostics;
   const Model model = compile_model(seven_axes(), BaseKind::fixed, diagnostics);
   EXPECT_GT(model.total_mass, 3.0) << "the real one weighs 18 kg";
@@ -45,7 +45,7 @@ TEST(AssumedMasses, ArmWithoutMeshesWeighsByTheDistancesBetweenItsJoints) {
   for (int i = 1; i <= 7; ++i) EXPECT_GT(mass_of(model, "link" + std::to_string(i)), 1e-3) << i;
 }
 
-TEST(AssumedMasses, OneWarningNamesAllLinksAndWhatToDo) {
+TEST(AssumedMasses, SingleWarningNamesAllLinksAndFix) {
   Diagnostics diagnostics;
   compile_model(seven_axes(), BaseKind::fixed, diagnostics);
   ASSERT_EQ(diagnostics.all().size(), 1u);
@@ -56,7 +56,7 @@ TEST(AssumedMasses, OneWarningNamesAllLinksAndWhatToDo) {
   EXPECT_THAT(diagnostics.all()[0].fix, HasSubstr("<inertial>"));
 }
 
-TEST(AssumedMasses, DrivesHoldTheGuessTwiceOver) {
+TEST(AssumedMasses, EstimateIsHeldByHalfOfEffort) {
   RobotDescription robot = seven_axes();
   for (Joint& joint : robot.joints) joint.limits->effort = 2.0;
   Diagnostics diagnostics;
@@ -73,7 +73,7 @@ TEST(AssumedMasses, DrivesHoldTheGuessTwiceOver) {
   EXPECT_NEAR(largest, 1.0, 1e-9);
 }
 
-TEST(AssumedMasses, WrittenMassesKeepTheGuessUnscaled) {
+TEST(AssumedMasses, WrittenMassesKeepEstimateUnscaled) {
   RobotDescription robot = seven_axes();
   for (Joint& joint : robot.joints) joint.limits->effort = 2.0;
   robot.links[2] = test::make_link("link2", 1.0, {0, 0, 0}, {1e-3, 1e-3, 1e-3});
@@ -93,7 +93,7 @@ RobotDescription one_link(double mass) {
   return robot;
 }
 
-TEST(AssumedMasses, AWrittenMassWithoutATensorIsABallWhereTheLinkHasNoShape) {
+TEST(AssumedMasses, MassWithoutTensorAndShapeIsBall) {
   Diagnostics diagnostics;
   const Model model = compile_model(one_link(1.0), BaseKind::fixed, diagnostics);
   EXPECT_TRUE(diagnostics.all().empty()) << "the parser has said it";
@@ -105,7 +105,7 @@ TEST(AssumedMasses, AWrittenMassWithoutATensorIsABallWhereTheLinkHasNoShape) {
   EXPECT_TRUE(body.I.isApprox(0.4 * 0.062035 * 0.062035 * Eigen::Matrix3d::Identity(), 1e-4)) << body.I;
 }
 
-TEST(AssumedMasses, AWrittenMassWithoutATensorIsSpreadLikeTheLinksShape) {
+TEST(AssumedMasses, MassWithoutTensorIsSpreadOverShape) {
   RobotDescription robot = one_link(3.0);
   robot.links[1].visuals.push_back({});
   robot.links[1].visuals[0].geometry = Box{{0.1, 0.2, 0.3}};
@@ -118,7 +118,7 @@ TEST(AssumedMasses, AWrittenMassWithoutATensorIsSpreadLikeTheLinksShape) {
   EXPECT_TRUE(body.I.isApprox(Eigen::Matrix3d(wanted.asDiagonal()), 1e-9)) << body.I;
 }
 
-TEST(AssumedMasses, OneLinkIsSpokenOfInTheSingular) {
+TEST(AssumedMasses, SingleLinkUsesSingular) {
   const auto warnings = [](const RobotDescription& robot) {
     Diagnostics diagnostics;
     compile_model(robot, BaseKind::fixed, diagnostics);

@@ -25,7 +25,7 @@ Eigen::VectorXd random_vector(int size, std::mt19937& random) {
 const std::vector<JointType> kEveryKind = {JointType::floating, JointType::revolute,   JointType::fixed,
                                            JointType::planar,   JointType::continuous, JointType::prismatic};
 
-TEST(InverseDynamics, MatchesTheClosedFormDoublePendulum) {
+TEST(InverseDynamics, MatchesClosedFormDoublePendulum) {
   const double m1 = 1.2, l1 = 0.7, m2 = 0.8, l2 = 0.5, g = 9.81;
   const Model model = compiled(test::make_double_pendulum(m1, l1, m2, l2));
   Data data(model);
@@ -47,7 +47,7 @@ TEST(InverseDynamics, MatchesTheClosedFormDoublePendulum) {
   }
 }
 
-TEST(InverseDynamics, MatchesTheMassMatrixAndBias) {
+TEST(InverseDynamics, MatchesMassMatrixAndBias) {
   const unsigned seed = 5;
   std::mt19937 random(seed);
   for (int i = 0; i < 30; ++i) {
@@ -108,7 +108,7 @@ TEST(InverseDynamics, MatchesDAlembertOnFiniteDifferences) {
   }
 }
 
-TEST(InverseDynamics, DrivesCarryWhatTheirMimicsPassOn) {
+TEST(InverseDynamics, LeaderDriveCarriesMimicLoad) {
   RobotDescription robot = test::make_double_pendulum(1, 0.5, 0.4, 0.3);
   robot.joints[1].mimic = Mimic{"swing", -2.0, 0.0, {}};
   const Model model = compiled(robot);
@@ -125,7 +125,7 @@ TEST(InverseDynamics, DrivesCarryWhatTheirMimicsPassOn) {
   EXPECT_EQ(drives[1], 0);
 }
 
-TEST(CarriedInertia, IsThatOfTheStretchedArm) {
+TEST(CarriedInertia, MaximumIsThatOfStretchedArm) {
   const Model model = compiled(test::make_double_pendulum(1, 0.5, 0.4, 0.3));
   const Eigen::VectorXd carried = carried_inertia(model);
   EXPECT_NEAR(carried[0], 0.25 + 0.4 * 0.64, 1e-4);

@@ -11,7 +11,7 @@
 namespace doppel {
 namespace {
 
-TEST(Kinematics, MatchesAHandComputation) {
+TEST(Kinematics, ForwardKinematicsMatchesHandComputation) {
   // A hinge about z at height 1 with a 0.5 m arm along x, then a slide along the arm's y, then a fixed tool.
   RobotDescription robot;
   robot.links = {test::make_frame("base"), test::make_link("arm", 1, {0, 0, 0}, {1, 1, 1}),
@@ -35,7 +35,7 @@ TEST(Kinematics, MatchesAHandComputation) {
   EXPECT_NEAR((relative_pose(data, 3, 2).translation() - Eigen::Vector3d(0, -0.2, 0)).norm(), 0, 1e-15);
 }
 
-TEST(Kinematics, JacobianIsTheDerivativeOfThePose) {
+TEST(Kinematics, JacobianIsDerivativeOfPose) {
   const unsigned seed = 11;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);

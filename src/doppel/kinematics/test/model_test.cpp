@@ -41,7 +41,7 @@ Model compile(const RobotDescription& robot) {
   return compile_model(robot, BaseKind::fixed, diagnostics);
 }
 
-TEST(Model, IsDepthFirstWithParentsFirst) {
+TEST(Model, OrderIsDepthFirst) {
   Diagnostics diagnostics;
   const Model model = compile_model(make_gripper(), BaseKind::fixed, diagnostics);
   std::vector<std::string> names;
@@ -58,7 +58,7 @@ TEST(Model, IsDepthFirstWithParentsFirst) {
   EXPECT_TRUE(diagnostics.all().empty()) << "a massless frame on a body with mass is no fault";
 }
 
-TEST(Model, NeutralKeepsLimitsAndMimics) {
+TEST(Model, NeutralConfigurationKeepsLimitsAndMimics) {
   Diagnostics diagnostics;
   const Model model = compile_model(make_gripper(), BaseKind::fixed, diagnostics);
   const Eigen::VectorXd q = model.neutral();
@@ -66,7 +66,7 @@ TEST(Model, NeutralKeepsLimitsAndMimics) {
   EXPECT_NEAR(q[model.joints[model.find_joint("Right 1")].q], -2 * 0.25 + 0.1, 1e-15);
 }
 
-TEST(Model, ResolvesMimicChainsToTheLastLeader) {
+TEST(Model, MimicChainResolvesToLastLeader) {
   RobotDescription robot = make_gripper();
   robot.joints[2].mimic = Mimic{"Turn", 3.0, 0.5, {}};
   Diagnostics diagnostics;
@@ -77,7 +77,7 @@ TEST(Model, ResolvesMimicChainsToTheLastLeader) {
   EXPECT_NEAR(right.mimic_offset, -2 * 0.5 + 0.1, 1e-15);
 }
 
-TEST(Model, AMimicWithoutEffectLeavesTheJointOnItsOwn) {
+TEST(Model, MimicWithoutEffectIsIgnored) {
   const auto mimics = [](const RobotDescription& robot, const char* joint) {
     const Model model = compile(robot);
     return model.joints[static_cast<std::size_t>(model.find_joint(joint))].mimics();
@@ -98,7 +98,7 @@ TEST(Model, AMimicWithoutEffectLeavesTheJointOnItsOwn) {
   EXPECT_FALSE(mimics(fixed, follower.c_str()));
 }
 
-TEST(Model, AJointThatTurnsAboutNothingIsFixed) {
+TEST(Model, JointWithZeroAxisIsFixed) {
   RobotDescription robot = make_gripper();
   robot.joints[3].axis.setZero();
   const Model model = compile(robot);
@@ -107,7 +107,7 @@ TEST(Model, AJointThatTurnsAboutNothingIsFixed) {
   EXPECT_EQ(still.nq, 0);
 }
 
-TEST(Model, CrossedLimitsBoundTheSameRange) {
+TEST(Model, CrossedLimitsAreSwapped) {
   RobotDescription robot = make_gripper();
   test::limit(robot.joints[0], 1, -1, 1, 1);
   const Model model = compile(robot);
@@ -116,7 +116,7 @@ TEST(Model, CrossedLimitsBoundTheSameRange) {
   EXPECT_EQ(joint.upper, 1.0);
 }
 
-TEST(Model, FloatingBaseAddsAWorld) {
+TEST(Model, FloatingBaseAddsWorldLink) {
   Diagnostics diagnostics;
   const Model model = compile_model(make_gripper(), BaseKind::floating, diagnostics);
   EXPECT_EQ(model.links[0].name, "world");
@@ -126,7 +126,7 @@ TEST(Model, FloatingBaseAddsAWorld) {
   EXPECT_EQ(model.neutral()[6], 1.0) << "the quaternion's w stands last";
 }
 
-TEST(Model, SaysWhichInertiaIsRepaired) {
+TEST(Model, RepairedInertiaIsReported) {
   RobotDescription robot = make_gripper();
   robot.links[1].inertial->izz = 5e-5;  // a needle that is heavier across than any body can be
   robot.links[1].inertial->source = make_location("gripper.urdf", 7, 3);
@@ -139,7 +139,7 @@ TEST(Model, SaysWhichInertiaIsRepaired) {
   EXPECT_EQ(physical_defect(*model.links[model.find_link("left")].inertia), "");
 }
 
-TEST(Model, RepairsAnyTensor) {
+TEST(Model, RandomTensorIsRepaired) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int i = 0; i < 200; ++i) {
@@ -153,7 +153,7 @@ TEST(Model, RepairsAnyTensor) {
   EXPECT_EQ(physical_defect(physical_repair(zeros)), "");
 }
 
-TEST(Model, AssumesMassOnlyForBodiesThatMoveWithoutAny) {
+TEST(Model, MassIsEstimatedForMovingMasslessBodiesOnly) {
   RobotDescription robot = make_gripper();
   Link& left = robot.links[1];
   left.inertial.reset();
@@ -176,7 +176,7 @@ TEST(Model, AssumesMassOnlyForBodiesThatMoveWithoutAny) {
   EXPECT_EQ(both.all()[0].rule, "model.not_physical");
 }
 
-TEST(Model, TakesZeroAndAbsentLimitsAsUnlimitedAndSaysSo) {
+TEST(Model, ZeroAndAbsentLimitsAreUnlimitedAndReported) {
   RobotDescription robot = make_gripper();
   test::limit(robot.joints[0], -1, 1, 0, 3);
   robot.joints[2].limits.reset();

@@ -17,7 +17,7 @@ TEST(Pose, RpyIsFixedAxesXyz) {
   EXPECT_TRUE((both * Eigen::Vector3d::UnitY()).isApprox(Eigen::Vector3d::UnitZ()));
 }
 
-TEST(Pose, RpyRoundTripsAlsoAtTheSingularity) {
+TEST(Pose, RpyRoundTripsAtSingularity) {
   const unsigned seed = 7;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> angle(-3.1, 3.1);
@@ -29,7 +29,7 @@ TEST(Pose, RpyRoundTripsAlsoAtTheSingularity) {
   }
 }
 
-TEST(MassProperties, BoxMeshMatchesTheClosedForm) {
+TEST(MassProperties, BoxMeshMatchesClosedForm) {
   const Eigen::Vector3f lo(1, 2, 3), hi(1.2f, 2.6f, 4.0f);
   std::vector<Eigen::Vector3f> v;
   for (int i = 0; i < 8; ++i)
@@ -46,7 +46,7 @@ TEST(MassProperties, BoxMeshMatchesTheClosedForm) {
   EXPECT_NEAR(s.unit.I(0, 1), 0.0, 1e-6);
 }
 
-TEST(MassProperties, CombiningTwoHalvesGivesTheWhole) {
+TEST(MassProperties, TwoHalvesCombineToWhole) {
   // Two point masses on x: I about y and z is 2 * m * r^2.
   const MassProperties a{1.0, {0.5, 0, 0}, Eigen::Matrix3d::Zero()},
       b{1.0, {-0.5, 0, 0}, Eigen::Matrix3d::Zero()};

@@ -128,14 +128,14 @@ void expect_golden(const M& message, const char* bytes) {
   EXPECT_EQ(write_cdr(message, small), 0U);
 }
 
-TEST(Cdr, GoldenBytes) {
+TEST(Cdr, BytesMatchGoldenVectors) {
   expect_golden(joint_state(), kJointState);
   expect_golden(transform(), kTransform);
   expect_golden(trajectory(), kTrajectory);
   expect_golden(controllers(), kControllers);
 }
 
-TEST(Cdr, AnEmptyMessageIsOneByte) {
+TEST(Cdr, EmptyMessageIsOneByte) {
   EXPECT_EQ(to_cdr(std_srvs::srv::Trigger::Request{}), hex("00 01 00 00 00"));
   std_srvs::srv::Trigger::Request request;
   EXPECT_FALSE(from_cdr(hex("00 01 00 00"), request));
@@ -151,7 +151,7 @@ TEST(Cdr, BigEndianIsReadToo) {
   EXPECT_EQ(point.time_from_start.nanosec, 7U);
 }
 
-TEST(Cdr, PaddingToFourBytesIsNoSurplus) {
+TEST(Cdr, PaddingToFourBytesIsAccepted) {
   std_msgs::msg::Bool flag;
   EXPECT_TRUE(from_cdr(hex("00 01 00 03 01 00 00 00"), flag));
   EXPECT_TRUE(flag.data);
@@ -159,7 +159,7 @@ TEST(Cdr, PaddingToFourBytesIsNoSurplus) {
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 01 00 00 00 00"), flag));
 }
 
-TEST(Cdr, MalformedBytesAreRefusedWithTheField) {
+TEST(Cdr, MalformedBytesAreRefusedWithField) {
   std_msgs::msg::Bool flag;
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 02"), flag));
   EXPECT_FALSE(from_cdr(hex("00 07 00 00 01"), flag));
@@ -174,7 +174,7 @@ TEST(Cdr, MalformedBytesAreRefusedWithTheField) {
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 03 00 00 00 61 62"), text));
 }
 
-TEST(Cdr, OnlyPlainCdrIsRead) {
+TEST(Cdr, OtherEncapsulationIsRefused) {
   const auto why = [](const char* header) {
     std_msgs::msg::Bool flag;
     return from_cdr(hex(std::string(header) + " 01"), flag).why();
@@ -193,7 +193,7 @@ TEST(Cdr, OnlyPlainCdrIsRead) {
 }
 
 // Fast CDR's writers always send the NUL; its readers take a string without one, and one of no bytes at all.
-TEST(Cdr, StringsAreReadAsFastCdrReadsThem) {
+TEST(Cdr, StringsAreReadAsByFastCdr) {
   const auto read = [](const char* bytes) {
     std_msgs::msg::String text{"before"};
     return from_cdr(hex(bytes), text) ? text.data : "refused";
@@ -215,7 +215,7 @@ struct Wide {
   DOPPEL_MESSAGE("my_msgs/msg/Wide", text, unit)
 };
 
-TEST(Cdr, WideTextTakesFourBytesAUnit) {
+TEST(Cdr, WideTextTakesFourBytesPerUnit) {
   const Bytes bytes = hex("00 01 00 00 02 00 00 00 e4 00 00 00 41 00 00 00 42 00");
   EXPECT_EQ(messages_testing::show(to_cdr(Wide{u"\u00e4A", u'B'})), messages_testing::show(bytes));
   EXPECT_EQ(cdr_size(Wide{u"\u00e4A", u'B'}), bytes.size());
@@ -232,7 +232,7 @@ TEST(Cdr, WideTextTakesFourBytesAUnit) {
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 ff ff ff 7f e4 00 00 00 42 00"), wide));
 }
 
-TEST(Cdr, TypesOfAnActionAreNamedAsRosidlNamesThem) {
+TEST(Cdr, ActionTypesAreNamedAsByRosidl) {
   ASSERT_NE(find_type("control_msgs/action/FollowJointTrajectory_FeedbackMessage"), nullptr);
   ASSERT_NE(find_service("control_msgs/action/FollowJointTrajectory_SendGoal"), nullptr);
   ASSERT_NE(find_service("control_msgs/action/FollowJointTrajectory_GetResult"), nullptr);
@@ -242,7 +242,7 @@ TEST(Cdr, TypesOfAnActionAreNamedAsRosidlNamesThem) {
   EXPECT_EQ(find_type("JointState"), nullptr);
 }
 
-TEST(Cdr, EveryTypeSurvivesStructYamlAndBack) {
+TEST(Cdr, EveryTypeRoundTripsThroughYaml) {
   const unsigned seed = new_seed();
   std::mt19937 random(seed);
   for (const TypeSupport* type : messages_testing::all_types()) {
@@ -263,7 +263,7 @@ TEST(Cdr, EveryTypeSurvivesStructYamlAndBack) {
   }
 }
 
-TEST(Cdr, EveryCutOfEveryTypeIsRefusedAlike) {
+TEST(Cdr, EveryTruncationIsRefused) {
   const unsigned seed = new_seed();
   std::mt19937 random(seed);
   for (const TypeSupport* type : messages_testing::all_types()) {
@@ -278,7 +278,7 @@ TEST(Cdr, EveryCutOfEveryTypeIsRefusedAlike) {
   }
 }
 
-TEST(Cdr, BrokenBytesNeverBreakTheReader) {
+TEST(Cdr, RandomBytesAreRefused) {
   const unsigned seed = new_seed();
   std::mt19937 random(seed);
   for (const TypeSupport* type : messages_testing::all_types()) {

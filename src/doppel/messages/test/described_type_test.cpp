@@ -48,7 +48,7 @@ std::string error_of(const TypeDescriptionMessage& described) {
   return status.why();
 }
 
-TEST(DescribedType, IsEqualToTheCompiledOne) {
+TEST(DescribedType, DescribedTypeEqualsCompiledType) {
   std::mt19937 random(5);
   for (const TypeSupport* compiled : messages_testing::all_types()) {
     const TypeDescriptionMessage described = description_message(*compiled->description());
@@ -69,7 +69,7 @@ TEST(DescribedType, IsEqualToTheCompiledOne) {
   }
 }
 
-TEST(DescribedType, HasEveryKindThatRosHas) {
+TEST(DescribedType, EveryFieldKindIsSupported) {
   const IndividualTypeDescription part{.type_name = "my_msgs/msg/Part", .fields = {field("on", 15)}};
   const auto described =
       message({field("c", 13), field("w", 14), field("wide", 18), field("short_text", 21, "", 0, 3),
@@ -103,7 +103,7 @@ TEST(DescribedType, HasEveryKindThatRosHas) {
   EXPECT_EQ(type_hash(described), type->hash());
 }
 
-TEST(DescribedType, ASequenceOverItsBoundIsRefused) {
+TEST(DescribedType, SequenceBeyondBoundIsRefused) {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
   descriptor.integer_range.resize(2);
   const Bytes bytes = to_cdr(descriptor);
@@ -135,7 +135,7 @@ TEST(DescribedType, HostileDescriptionsAreRefused) {
 }
 
 // Each type holds two of the next: the shortest message has 2^n bytes.
-TEST(DescribedType, TypesThatGrowWithoutEndAreRefused) {
+TEST(DescribedType, UnboundedlyGrowingTypeIsRefused) {
   std::vector<IndividualTypeDescription> chain;
   for (int i = 0; i < 40; ++i) {
     const std::string next = "my_msgs/msg/T" + std::to_string(i + 1);

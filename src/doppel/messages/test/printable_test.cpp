@@ -5,7 +5,7 @@
 namespace doppel {
 namespace {
 
-TEST(Printable, NothingOfItSteersATerminal) {
+TEST(Printable, ControlCharactersAreEscaped) {
   EXPECT_EQ(printable("/arm 1\nGröße"), "/arm 1\nGröße");
   EXPECT_EQ(printable("a\x1b[2J\r\x7f"), "a?[2J??");
   EXPECT_EQ(printable("\xc2\x9b"

@@ -50,7 +50,7 @@ using std_msgs::msg::Float64;
 using std_msgs::msg::Int32;
 using std_msgs::msg::String;
 
-TEST(YamlIn, FlowAsOnTheCommandLine) {
+TEST(YamlReader, FlowStyleIsRead) {
   const auto t = read<Trajectory>(
       "{joint_names: [Revolute 2, 'Revolute 3'], points: [{positions: [1, -0.5e0], time_from_start: {sec: "
       "3}}]}");
@@ -61,7 +61,7 @@ TEST(YamlIn, FlowAsOnTheCommandLine) {
   EXPECT_TRUE(t.header.frame_id.empty());
 }
 
-TEST(YamlIn, BlockWithDefaultsAndRos1Times) {
+TEST(YamlReader, BlockStyleWithDefaultsAndRos1TimesIsRead) {
   const auto t = read<Trajectory>(
       "header:\n  stamp: {secs: 120, nsecs: 5}\npoints:\n- time_from_start:\n    nsecs: 7\n");
   EXPECT_EQ(t.header.stamp.sec, 120);
@@ -74,7 +74,7 @@ TEST(YamlIn, BlockWithDefaultsAndRos1Times) {
   read<std_srvs::srv::Trigger::Request>("{}");
 }
 
-TEST(YamlIn, SpecialNumbers) {
+TEST(YamlReader, SpecialNumbersAreRead) {
   EXPECT_TRUE(std::isnan(read<Float64>("{data: .nan}").data));
   EXPECT_EQ(read<Float64>("{data: -.inf}").data, -INFINITY);
   EXPECT_EQ(read<Float64>("{data: +1.5}").data, 1.5);
@@ -85,7 +85,7 @@ TEST(YamlIn, SpecialNumbers) {
   EXPECT_TRUE(read<std_msgs::msg::Bool>("{data: yes}").data);
 }
 
-TEST(YamlIn, UnknownFieldsAreRefusedWithPlaceAndNearest) {
+TEST(YamlReader, UnknownFieldIsRefusedWithPlaceAndNearest) {
   const std::string why = error_of<Trajectory>("joint_names: [a]\npoints:\n- postions: [1]\n");
   EXPECT_THAT(why, HasSubstr("3:3: "));
   EXPECT_THAT(why, HasSubstr("trajectory_msgs/msg/JointTrajectoryPoint has no field 'postions'"));
@@ -93,7 +93,7 @@ TEST(YamlIn, UnknownFieldsAreRefusedWithPlaceAndNearest) {
   EXPECT_THAT(error_of<std_srvs::srv::Trigger::Request>("{a: 1}"), HasSubstr("no field 'a'"));
 }
 
-TEST(YamlIn, WrongTypesAreRefused) {
+TEST(YamlReader, WrongTypesAreRefused) {
   EXPECT_THAT(error_of<JointState>("{position: 1}"), HasSubstr("1:12: '1' where 'position' needs a list"));
   EXPECT_THAT(error_of<JointState>("{position: [a]}"), HasSubstr("'a' where 'position' needs a number"));
   EXPECT_THAT(error_of<JointState>("{name: [[a]]}"), HasSubstr("needs text"));
@@ -114,7 +114,7 @@ TEST(YamlIn, WrongTypesAreRefused) {
   EXPECT_FALSE(error_of<Int32>(std::string(100000, '[')).empty());
 }
 
-TEST(YamlOut, IsWhatRos2TopicEchoPrints) {
+TEST(YamlWriter, OutputMatchesRos2TopicEcho) {
   tf2_msgs::msg::TFMessage tf;
   auto& t = tf.transforms.emplace_back();
   t.header.frame_id = "world";
@@ -136,7 +136,7 @@ TEST(YamlOut, IsWhatRos2TopicEchoPrints) {
   EXPECT_EQ(yaml_of(String{"one\ntwo"}), "data: 'one\n\n  two'\n");
 }
 
-TEST(ShortestDecimal, IsPythonsRepr) {
+TEST(ShortestDecimal, TextEqualsPythonRepr) {
   const std::pair<double, const char*> cases[] = {
       {0, "0.0"},           {-0.0, "-0.0"},
       {1, "1.0"},           {100, "100.0"},
@@ -148,7 +148,7 @@ TEST(ShortestDecimal, IsPythonsRepr) {
   for (const auto& [value, text] : cases) EXPECT_EQ(shortest_decimal(value), text);
 }
 
-TEST(Json, IsCompactAndHasNoNan) {
+TEST(JsonWriter, OutputIsCompactWithoutNan) {
   JointState state;
   state.header.stamp = {3, 4};
   state.name = {"a\"\\\n\x01", "\xFF"};
@@ -161,7 +161,7 @@ TEST(Json, IsCompactAndHasNoNan) {
       "\"\xEF\xBF\xBD\"],\"position\":[null,1.5],\"velocity\":[],\"effort\":[]}");
 }
 
-TEST(Schema, ListsDependenciesOnceInFoxglovesForm) {
+TEST(MessageSchema, DependenciesAreListedOnce) {
   const std::string line(80, '=');
   EXPECT_EQ(
       type_support<JointState>().schema(),
@@ -173,13 +173,13 @@ TEST(Schema, ListsDependenciesOnceInFoxglovesForm) {
   EXPECT_THAT(status, HasSubstr("uint8[16] uuid\n"));
 }
 
-TEST(Times, NegativeOnesKeepNanosecPositive) {
+TEST(TimeText, NegativeTimeKeepsNanosecPositive) {
   EXPECT_EQ(to_duration_msg(std::chrono::milliseconds(-500)).sec, -1);
   EXPECT_EQ(to_duration_msg(std::chrono::milliseconds(-500)).nanosec, 500000000U);
   EXPECT_EQ(from_msg(to_duration_msg(std::chrono::milliseconds(-1500))), std::chrono::milliseconds(-1500));
 }
 
-TEST(Schema, AByteIsNoUint8) {
+TEST(MessageSchema, ByteIsNotUint8) {
   // The names differ in ROS 2's type hashes and schemas, the wire does not.
   const std::string schema = schema_text(describe<diagnostic_msgs::msg::DiagnosticStatus>());
   EXPECT_THAT(schema, HasSubstr("byte WARN=1\n"));
@@ -190,7 +190,7 @@ TEST(Schema, AByteIsNoUint8) {
   EXPECT_THAT(error_of<diagnostic_msgs::msg::DiagnosticStatus>("{level: 256}"), HasSubstr("level"));
 }
 
-TEST(Schema, OfAMarkerIsAsInJazzy) {
+TEST(MessageSchema, MarkerSchemaMatchesJazzy) {
   const std::string schema = schema_text(describe<visualization_msgs::msg::Marker>());
   EXPECT_THAT(schema, HasSubstr("int32 MESH_RESOURCE=10\n"));
   EXPECT_THAT(schema, HasSubstr("int32 DELETEALL=3\n"));

@@ -36,7 +36,7 @@ std::map<std::string, std::string> all_hashes() {
   return hashes;
 }
 
-TEST(TypeHash, EveryTypeHasThePublishedOne) {
+TEST(TypeHash, EveryTypeHasPublishedHash) {
   const auto jazzy = published();
   ASSERT_GT(jazzy.size(), 500U);
   for (const auto& [name, hash] : all_hashes()) {
@@ -48,7 +48,7 @@ TEST(TypeHash, EveryTypeHasThePublishedOne) {
 }
 
 // gazebo_msgs as far as the twin serves them; an event message is no struct, only part of its service's hash.
-TEST(TypeHash, NoTypeOfAListedPackageIsMissing) {
+TEST(TypeHash, ListedPackagesAreComplete) {
   const auto ours = all_hashes();
   std::string missing;
   for (const auto& [name, hash] : published()) {
@@ -58,7 +58,7 @@ TEST(TypeHash, NoTypeOfAListedPackageIsMissing) {
   EXPECT_EQ(missing, "");
 }
 
-TEST(TypeSources, AreTheFilesOfADescriptionsTypes) {
+TEST(TypeSources, SourcesMatchDescription) {
   const auto shown = [](const TypeSources& sources) {
     std::string text;
     for (const auto& each : sources)
@@ -83,7 +83,7 @@ TEST(TypeSources, AreTheFilesOfADescriptionsTypes) {
 
 // What others have published: `ros2 topic info --verbose` and bag files of Jazzy in their documentation and
 // logs, and hashes in their tests.
-TEST(TypeHash, AsOthersHavePublished) {
+TEST(TypeHash, HashMatchesRos2) {
   const auto ours = all_hashes();
   const std::pair<const char*, const char*> cases[] = {
       {"std_msgs/msg/String", "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"},

@@ -18,9 +18,9 @@ constexpr auto kThere = OperationState::already_there;
 
 // Every operation, and chains of them on the same facts: applied once they do what they say, and on the
 // result (which is what baking leaves) they change nothing more.
-class Twice : public testing::TestWithParam<const char*> {};
+class OperationTest : public testing::TestWithParam<const char*> {};
 
-TEST_P(Twice, IsNeverAppliedTwice) {
+TEST_P(OperationTest, SecondApplicationChangesNothing) {
   Bench bench;
   const Overlay overlay = bench.stamped(GetParam());
   EXPECT_THAT(bench.apply(overlay), Each(kApplied)) << testing::PrintToString(bench.messages);
@@ -31,7 +31,7 @@ TEST_P(Twice, IsNeverAppliedTwice) {
 }
 
 // The file says the same after a round trip, fingerprints included.
-TEST_P(Twice, RoundTripsThroughItsFile) {
+TEST_P(OperationTest, FileRoundTripIsEqual) {
   Bench bench;
   const Overlay overlay = bench.stamped(GetParam());
   const std::string yaml = to_yaml(overlay);
@@ -41,7 +41,7 @@ TEST_P(Twice, RoundTripsThroughItsFile) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Every, Twice,
+    Every, OperationTest,
     testing::Values(
         "- flip_axis: J 1", "- set_axis: J 1\n  axis: 0 0 1", "- rotate_frame: J 1\n  rpy: [-0.5, 0, 10 deg]",
         "- bake_zero: J 1\n  offset: 45 deg", "- bake_zero: J 2\n  offset: 5 mm",
@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(
         "- attach_to_world:\n- rename_link: base\n  to: base_link",
         "- set_inertia: base\n  mass: 3\n- compute_inertia: base\n- scale_masses: 10 kg"));
 
-TEST(Overlay, BakesTheWorkedNumbers) {
+TEST(Overlay, BakedZeroMatchesWorkedNumbers) {
   Bench bench;
   bench.apply(bench.stamped("- bake_zero: J 1\n  offset: 45 deg"));
   const std::string rpy = bench.value("joint", "J 1", "origin", "rpy");
@@ -82,7 +82,7 @@ TEST(Overlay, BakesTheWorkedNumbers) {
 
 // For any axis, length and frame: at s the corrected joint stands where the old one stood at s - d. Held
 // against quaternions, which the operation does not use.
-TEST(Overlay, BakedZerosMoveNothingForAnyAxis) {
+TEST(Overlay, BakedZeroKeepsPosesForAnyAxis) {
   constexpr unsigned kSeed = 20261121;
   RecordProperty("seed", static_cast<int>(kSeed));
   std::mt19937 random(kSeed);
@@ -120,7 +120,7 @@ TEST(Overlay, BakedZerosMoveNothingForAnyAxis) {
 }
 
 // The walkthrough's sample: 12 degrees about an axis that is tilted by 10, from rpy 0.
-TEST(Overlay, BakesTheTiltedSample) {
+TEST(Overlay, TiltedSampleIsBaked) {
   Bench bench;
   bench.apply(bench.stamped("- bake_zero: J 3\n  offset: 12 deg"));
   std::istringstream words(bench.value("joint", "J 3", "origin", "rpy"));
@@ -135,14 +135,14 @@ TEST(Overlay, BakesTheTiltedSample) {
 }
 
 // A prismatic joint slides back along its axis, which the frame's yaw of 90 degrees turns to y.
-TEST(Overlay, BakesASlide) {
+TEST(Overlay, PrismaticZeroIsBaked) {
   Bench bench;
   bench.apply(bench.stamped("- bake_zero: J 2\n  offset: 5 mm"));
   const std::string xyz = bench.value("joint", "J 2", "origin", "xyz");
   EXPECT_EQ(xyz, "0.1 -0.005 0");
 }
 
-TEST(Overlay, ReportsAChangedTargetAndLeavesItAlone) {
+TEST(Overlay, ChangedTargetIsReportedAndUnmodified) {
   Bench made;
   const Overlay overlay = made.stamped("- flip_axis: J 1\n  why: it turns the other way");
   Bench bench(std::string(kArm).replace(std::string(kArm).find("1.0 0.0 -0.0"), 12, "0 0 1"));
@@ -154,7 +154,7 @@ TEST(Overlay, ReportsAChangedTargetAndLeavesItAlone) {
   EXPECT_THAT(bench.messages[0], HasSubstr("axis of joint 'J 1' is 0 0 1 now"));
 }
 
-TEST(Overlay, RecognisesWhatCadCorrected) {
+TEST(Overlay, CorrectionInCadIsAlreadyThere) {
   Bench made;
   const Overlay overlay = made.stamped("- flip_axis: J 1\n- bake_zero: J 1\n  offset: 0.1");
   Bench bench(std::string(kArm).replace(std::string(kArm).find("1.0 0.0 -0.0"), 12, "-1 0 0"));
@@ -164,7 +164,7 @@ TEST(Overlay, RecognisesWhatCadCorrected) {
   EXPECT_EQ(bench.value("joint", "J 1", "origin", "rpy"), both.value("joint", "J 1", "origin", "rpy"));
 }
 
-TEST(Overlay, SetsTheRestWhereOnlyAPartIsCorrected) {
+TEST(Overlay, PartlyCorrectedTargetGetsRest) {
   Bench made;
   const Overlay overlay = made.stamped("- set_limit: J 1\n  effort: 3.5\n  velocity: 5.2");
   std::string xml = kArm;
@@ -174,7 +174,7 @@ TEST(Overlay, SetsTheRestWhereOnlyAPartIsCorrected) {
   EXPECT_EQ(bench.value("joint", "J 1", "limit", "velocity"), "5.2");
 }
 
-TEST(Overlay, ReportsATargetThatIsGoneWithTheNearestName) {
+TEST(Overlay, MissingTargetIsReportedWithNearest) {
   Bench bench;
   Overlay overlay = bench.stamped("- flip_axis: J 1");
   std::get<FlipAxis>(overlay.operations[0].action).joint = "J1";
@@ -182,14 +182,14 @@ TEST(Overlay, ReportsATargetThatIsGoneWithTheNearestName) {
   EXPECT_THAT(bench.messages[0], HasSubstr("did you mean 'J 1'"));
 }
 
-TEST(Overlay, DoesNotApplyWhatHasNoFingerprint) {
+TEST(Overlay, OperationWithoutFingerprintIsNotApplied) {
   Bench bench;
   EXPECT_THAT(bench.apply(parse_overlay("- flip_axis: J 1", "o.yaml")),
               ElementsAre(OperationState::no_fingerprint));
   EXPECT_EQ(bench.text(), Bench().text());
 }
 
-TEST(Overlay, RenamesEveryReference) {
+TEST(Overlay, RenameChangesEveryReference) {
   std::string xml = kArm;
   xml.replace(xml.find("</robot>"), 8,
               R"(<joint name="J 4" type="revolute"><parent link="base"/><child link="ear"/>
@@ -208,14 +208,14 @@ TEST(Overlay, RenamesEveryReference) {
   EXPECT_EQ(text.find("name=\"J 1\""), std::string::npos);
 }
 
-TEST(Overlay, RemovesALinkWithAllThatSpeaksOfIt) {
+TEST(Overlay, RemoveLinkRemovesReferences) {
   Bench bench;
   bench.apply(bench.stamped("- remove_link: tip"));
   EXPECT_EQ(bench.text().find("tip"), std::string::npos);
   EXPECT_EQ(bench.text().find("J 3"), std::string::npos);
 }
 
-TEST(Overlay, KeepsTheTreeWhole) {
+TEST(Overlay, OperationBreakingTreeIsRefused) {
   for (const char* yaml : {"- remove_link: upper\n  was: {joint: J 1, parent: base}",
                            "- remove_joint: J 1\n  was: {parent: base, child: upper}"}) {
     Bench bench;
@@ -226,7 +226,7 @@ TEST(Overlay, KeepsTheTreeWhole) {
   }
 }
 
-TEST(Overlay, OneStaleOperationKeepsNoneOfTheOthers) {
+TEST(Overlay, StaleOperationDoesNotBlockOthers) {
   Bench bench;
   const auto states = bench.apply(
       parse_overlay("- add_ros2_control: arm\n  plugin: p/P\n  joints: [J 1, J 44]\n  was: {plugin: none}\n"
@@ -238,7 +238,7 @@ TEST(Overlay, OneStaleOperationKeepsNoneOfTheOthers) {
   EXPECT_EQ(bench.text().find("<ros2_control"), std::string::npos) << "no half of a block";
 }
 
-TEST(Overlay, DegreesWithoutTheirUnitAreTold) {
+TEST(Overlay, AngleWithoutUnitIsReported) {
   const auto rules = [](const std::string& yaml) {
     Bench bench;
     const Overlay overlay = bench.stamped(yaml);
@@ -259,14 +259,14 @@ TEST(Overlay, DegreesWithoutTheirUnitAreTold) {
     EXPECT_EQ(rules(fine), "") << fine;
 }
 
-TEST(Overlay, AnAngleOfSeveralTurnsKeepsItsUnit) {
+TEST(Overlay, AngleOfSeveralTurnsKeepsUnit) {
   for (const char* yaml : {"- set_limit: J\n  upper: 12.57 rad\n", "- bake_zero: J\n  offset: 720 deg\n",
                            "- set_limit: J\n  upper: 7 m\n", "- bake_zero: J\n  offset: 45\n",
                            "- rotate_frame: J\n  rpy: [0, 0, 12.5 rad]\n"})
     EXPECT_EQ(to_yaml(parse_overlay(yaml, "o.yaml")), yaml);
 }
 
-TEST(Overlay, ABakedRemovalExplainsWhatTheOnesBeforeItMiss) {
+TEST(Overlay, BakedRemovalExplainsMissingTargets) {
   for (const char* yaml : {"- scale_masses: 7 kg\n- remove_link: tip",
                            "- replace_collision: base\n  by: box\n- remove_collision: base",
                            "- set_inertia: base\n  mass: 3\n- remove_inertial: base",
@@ -279,7 +279,7 @@ TEST(Overlay, ABakedRemovalExplainsWhatTheOnesBeforeItMiss) {
   }
 }
 
-TEST(Overlay, AListThatIsBakedIsOneNote) {
+TEST(Overlay, BakedOverlayIsSingleNote) {
   Bench bench;
   const Overlay overlay = bench.stamped("- flip_axis: J 1\n- set_limit: J 1\n  effort: 2");
   bench.apply(overlay);
@@ -289,7 +289,7 @@ TEST(Overlay, AListThatIsBakedIsOneNote) {
   EXPECT_EQ(bench.diagnostics.all()[0].fix, "the overlay can go");
 }
 
-TEST(Overlay, WhatStandsOnTheWorldIsNotAttachedAgain) {
+TEST(Overlay, SecondAttachToWorldIsRefused) {
   Bench bench;
   bench.apply(bench.stamped("- attach_to_world:"));
   Operation again = parse_overlay("- attach_to_world:", "o.yaml").operations.front();
@@ -301,7 +301,7 @@ TEST(Overlay, WhatStandsOnTheWorldIsNotAttachedAgain) {
   }
 }
 
-TEST(Overlay, ScalesMassesAndTensors) {
+TEST(Overlay, ScaleMassesScalesTensors) {
   Bench bench;
   bench.apply(bench.stamped("- scale_masses: 7 kg"));
   EXPECT_EQ(bench.value("link", "base", "inertial", "none"), "none");
@@ -310,7 +310,7 @@ TEST(Overlay, ScalesMassesAndTensors) {
   EXPECT_EQ(inertial->first("inertia")->find("ixx")->value, "0.04");
 }
 
-TEST(Overlay, ComputesTheInertiaOfABox) {
+TEST(Overlay, ComputeInertiaOfBoxIsExact) {
   Bench bench;
   bench.apply(bench.stamped("- compute_inertia: base"));
   const XmlNode* inertial = bench.element("link", "base").first("inertial");
@@ -319,7 +319,7 @@ TEST(Overlay, ComputesTheInertiaOfABox) {
   EXPECT_NEAR(std::stod(inertial->first("inertia")->find("izz")->value), 2.0 / 12 * (0.01 + 0.04), 1e-8);
 }
 
-TEST(Overlay, KeepsLocationsAndNewNodesHaveTheirs) {
+TEST(Overlay, EditedNodesKeepLocations) {
   Bench bench;
   bench.apply(bench.stamped("\n\n- set_dynamics: J 1\n  damping: 1\n- set_limit: J 1\n  effort: 2"));
   const XmlNode& joint = bench.element("joint", "J 1");

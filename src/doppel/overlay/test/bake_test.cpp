@@ -46,7 +46,7 @@ constexpr const char* kJoints = R"(<robot xmlns:xacro="http://www.ros.org/wiki/x
 </robot>
 )";
 
-class Bake : public testing::Test {
+class BakeTest : public testing::Test {
  protected:
   void SetUp() override {
     folder_ = fs::temp_directory_path() / ("doppel_bake_" + std::to_string(getpid()));
@@ -92,31 +92,31 @@ class Bake : public testing::Test {
   Diagnostics diagnostics_;
 };
 
-TEST_F(Bake, TouchesOnlyTheValue) {
+TEST_F(BakeTest, OnlyValueIsChanged) {
   EXPECT_EQ(bake("- set_inertia: base\n  mass: 2.5"), "");
   EXPECT_EQ(read(main_), replaced(kMain, "value = '2.0'", "value = '2.5'"));
   EXPECT_EQ(read(folder_ / "joints.xacro"), kJoints);
 }
 
-TEST_F(Bake, WritesTheArgumentOfTheCallThroughTwoMacros) {
+TEST_F(BakeTest, ArgumentIsWrittenThroughTwoMacros) {
   EXPECT_EQ(bake("- set_limit: J1\n  upper: 3\n- flip_axis: J1"), "");
   EXPECT_EQ(read(main_),
             replaced(replaced(kMain, "upper=\"3.14\"", "upper=\"3\""), "\"1 0 0\"", "\"-1 0 0\""));
   EXPECT_EQ(read(folder_ / "joints.xacro"), kJoints);
 }
 
-TEST_F(Bake, RenamesByTheCallsArgument) {
+TEST_F(BakeTest, RenameWritesCallArgument) {
   EXPECT_EQ(bake("- rename_joint: J1\n  to: shoulder"), "");
   EXPECT_EQ(read(main_), replaced(kMain, "name=\"J1\"", "name=\"shoulder\""));
 }
 
-TEST_F(Bake, WritesAMacroOnceWhereAllItsCallsChangeAlike) {
+TEST_F(BakeTest, MacroIsWrittenOnceWhenAllCallsAgree) {
   EXPECT_EQ(bake("- set_limit: J1\n  effort: 3.5\n- set_limit: J2\n  effort: 3.5"), "");
   EXPECT_EQ(read(folder_ / "joints.xacro"), replaced(kJoints, "effort=\"100\"", "effort=\"3.5\""));
   EXPECT_EQ(read(main_), kMain);
 }
 
-TEST_F(Bake, RefusesAMacroThatOnlyOneCallWouldChangeAndPatchesNothing) {
+TEST_F(BakeTest, MacroChangedByOneCallIsRefused) {
   const std::string said = bake("- set_limit: J1\n  effort: 3.5\n- set_inertia: base\n  mass: 2.5");
   EXPECT_THAT(said, HasSubstr("joints.xacro:3:39"));
   EXPECT_THAT(said, HasSubstr("effort of <limit> cannot be written here: 2 elements come from this place"));
@@ -124,17 +124,17 @@ TEST_F(Bake, RefusesAMacroThatOnlyOneCallWouldChangeAndPatchesNothing) {
   EXPECT_EQ(read(folder_ / "joints.xacro"), kJoints);
 }
 
-TEST_F(Bake, RefusesAnExpressionInACall) {
+TEST_F(BakeTest, ExpressionInCallIsRefused) {
   EXPECT_THAT(bake("- set_limit: J2\n  upper: 3"), HasSubstr("upper of <limit>"));
   EXPECT_EQ(read(main_), kMain);
 }
 
-TEST_F(Bake, ReplacesAPropertyWhereItIsUsed) {
+TEST_F(BakeTest, PropertyIsReplacedAtUse) {
   EXPECT_EQ(bake("- set_limit: J3\n  effort: 3.5"), "");
   EXPECT_EQ(read(main_), replaced(kMain, "${strong}", "3.5"));
 }
 
-TEST_F(Bake, AddsAttributesElementsAndBlocks) {
+TEST_F(BakeTest, AttributesElementsAndBlocksAreAdded) {
   EXPECT_EQ(bake("- set_dynamics: J3\n  damping: 0.5\n- add_mimic: J3\n  leader: J2\n- attach_to_world:\n"
                  "- add_ros2_control: Hw\n  plugin: a/B\n  joints: [J3]\n  params: {path: \"${x}\"}"),
             "");
@@ -144,7 +144,7 @@ TEST_F(Bake, AddsAttributesElementsAndBlocks) {
   EXPECT_THAT(read(main_), HasSubstr("  <!-- the shoulder -->\n"));
 }
 
-TEST_F(Bake, RemovesWithTheLine) {
+TEST_F(BakeTest, RemovalRemovesLine) {
   EXPECT_EQ(bake("- remove_link: c"), "");
   std::string expected = replaced(kMain, "  <link name=\"c\"/>\n", "");
   const std::size_t begin = expected.find("  <joint name=\"J3\""), end = expected.find("</joint>") + 9;
@@ -152,7 +152,7 @@ TEST_F(Bake, RemovesWithTheLine) {
   EXPECT_EQ(read(main_), expected);
 }
 
-TEST_F(Bake, UndoesEverythingWhenTheResultDiffers) {
+TEST_F(BakeTest, DifferingResultIsRolledBack) {
   Bench bench;
   bench.description = expand();
   const ExpandedDescription plain = bench.description;
@@ -163,7 +163,7 @@ TEST_F(Bake, UndoesEverythingWhenTheResultDiffers) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2);
 }
 
-TEST_F(Bake, KeepsWindowsLineEnds) {
+TEST_F(BakeTest, WindowsLineEndsAreKept) {
   std::string windows;
   for (const char c : std::string(kMain)) windows += c == '\n' ? "\r\n" : std::string(1, c);
   write(main_, windows);
@@ -171,7 +171,7 @@ TEST_F(Bake, KeepsWindowsLineEnds) {
   EXPECT_EQ(read(main_), replaced(windows, "'2.0'", "'2.5'"));
 }
 
-TEST(SettleMeshes, PointsHullsToThePackage) {
+TEST(SettleMeshes, HullPathsPointIntoPackage) {
   Bench bench;
   bench.apply(bench.stamped("- replace_collision: base\n  by: hull"));
   const auto copies = settle_meshes(bench.description.root, "/pkg", "package://arm/");

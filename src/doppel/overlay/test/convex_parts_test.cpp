@@ -27,7 +27,7 @@ double volume(const std::vector<std::vector<Eigen::Vector3d>>& parts) {
   return sum;
 }
 
-TEST(ConvexParts, LeavesABoxWhole) {
+TEST(ConvexParts, BoxIsOnePart) {
   std::vector<Triangle> box;
   add_box(box, {0, 0, 0}, {0.1, 0.2, 0.3});
   const auto parts = convex_parts(box);
@@ -36,7 +36,7 @@ TEST(ConvexParts, LeavesABoxWhole) {
 }
 
 // A bracket of two plates: its hull is 3.5 times as large as itself; two parts hold it exactly.
-TEST(ConvexParts, CutsABracketAtItsCorner) {
+TEST(ConvexParts, BracketIsCutAtCorner) {
   std::vector<Triangle> bracket;
   add_box(bracket, {0, 0, 0}, {0.1, 0.05, 0.01});
   add_box(bracket, {0, 0, 0.01}, {0.01, 0.05, 0.1});
@@ -46,7 +46,7 @@ TEST(ConvexParts, CutsABracketAtItsCorner) {
 }
 
 // A ring of four bars, whose hole no hull leaves free.
-TEST(ConvexParts, OpensARing) {
+TEST(ConvexParts, RingIsCut) {
   std::vector<Triangle> ring;
   add_box(ring, {0, 0, 0}, {0.1, 0.02, 0.02});
   add_box(ring, {0, 0.08, 0}, {0.1, 0.1, 0.02});
@@ -57,7 +57,7 @@ TEST(ConvexParts, OpensARing) {
   EXPECT_NEAR(volume(parts), 0.02 * (0.01 - 0.0036), 2e-7);
 }
 
-TEST(ConvexParts, FindsNoneInASheet) {
+TEST(ConvexParts, FlatSheetHasNoParts) {
   EXPECT_TRUE(convex_parts({{Eigen::Vector3d(0, 0, 0), {1, 0, 0}, {0, 1, 0}}}).empty());
   EXPECT_TRUE(convex_parts({}).empty());
 }

@@ -19,7 +19,7 @@ std::string error_of(const std::string& yaml) {
   return "";
 }
 
-TEST(OverlayFile, SaysWhereAndWhatWasMeant) {
+TEST(OverlayFile, TypoIsReportedWithPlaceAndNearest) {
   EXPECT_THAT(error_of("- flip_axs: J 1"),
               StartsWith("o.yaml:1:3: error: 'flip_axs' is no operation; did you mean 'flip_axis'?"));
   EXPECT_THAT(error_of("- flip_axis: J\n  wy: x"),
@@ -37,7 +37,7 @@ TEST(OverlayFile, SaysWhereAndWhatWasMeant) {
   EXPECT_THAT(error_of("- bad: 1\n- worse: 2"), HasSubstr("o.yaml:2:3"));
 }
 
-TEST(OverlayFile, RefusesWhatNoDescriptionCouldHold) {
+TEST(OverlayFile, InvalidValueIsRefused) {
   EXPECT_THAT(error_of("- set_inertia: L\n  mass: -3"),
               StartsWith("o.yaml:2:9: error: set_inertia: mass cannot be negative (-3)"));
   EXPECT_THAT(error_of("- set_inertia: L\n  mass: -3"), HasSubstr("did you mean 3?"));
@@ -60,7 +60,7 @@ TEST(OverlayFile, RefusesWhatNoDescriptionCouldHold) {
   EXPECT_EQ(error_of("- set_mesh_scale: L\n  scale: [1, -1, 1]"), "") << "mirrored meshes exist";
 }
 
-TEST(OverlayFile, AMissingKeyIsLookedForAmongTheWrittenOnes) {
+TEST(OverlayFile, MissingKeySuggestsMisspeltKey) {
   EXPECT_THAT(error_of("- bake_zero: J\n  ofset: 3"),
               StartsWith("o.yaml:2:3: error: bake_zero has no 'ofset'; did you mean 'offset'?"));
   EXPECT_THAT(error_of("- set_limit: J"), HasSubstr("give at least one of lower, upper, effort, velocity"));
@@ -68,18 +68,18 @@ TEST(OverlayFile, AMissingKeyIsLookedForAmongTheWrittenOnes) {
   EXPECT_THAT(error_of("- set_inertia: L\n  why: x"), HasSubstr("set_inertia sets nothing"));
 }
 
-TEST(OverlayFile, ReadsNothing) {
+TEST(OverlayFile, EmptyFileHasNoOperations) {
   EXPECT_TRUE(parse_overlay("", "o.yaml").operations.empty());
   EXPECT_TRUE(parse_overlay("# only words\n", "o.yaml").operations.empty());
 }
 
-TEST(OverlayFile, LiesBesideItsDescription) {
+TEST(OverlayFile, PathIsNextToDescription) {
   EXPECT_EQ(overlay_path("a/arm.urdf.xacro"), "a/arm.overlay.yaml");
   EXPECT_EQ(overlay_path("a/arm.xacro"), "a/arm.overlay.yaml");
   EXPECT_EQ(overlay_path("arm.v2.urdf"), "arm.v2.overlay.yaml");
 }
 
-TEST(OverlayFile, KeepsAwkwardTexts) {
+TEST(OverlayFile, SpecialCharactersRoundTrip) {
   Overlay overlay;
   for (const std::string text : {"plain", "a: b", "# no", "it's", "\"q\"", "x, y", "", "1 0 0", "- a", "yes",
                                  "two\nlines", "{", "null", "Rückgrat", "50 %", "@x", "tail "}) {
@@ -133,13 +133,13 @@ constexpr const char* kByHand = R"(# my arm
 # the end
 )";
 
-TEST_F(OverlayEdits, AddsBehindAndTouchesNothingElse) {
+TEST_F(OverlayEdits, AddedOperationIsAppended) {
   write(kByHand);
   add_to_overlay(urdf_, {made("- set_dynamics: J 1\n  damping: 0.5")});
   EXPECT_EQ(text(), std::string(kByHand) + "\n- set_dynamics: J 1\n  damping: 0.5\n  was: {damping: none}\n");
 }
 
-TEST_F(OverlayEdits, ReplacesTheSameSettingAndKeepsItsFingerprint) {
+TEST_F(OverlayEdits, SameSettingIsReplacedWithFingerprint) {
   write(kByHand);
   add_to_overlay(urdf_, {made("- set_limit: J 1\n  effort: 4")});
   std::string expected = kByHand;
@@ -147,7 +147,7 @@ TEST_F(OverlayEdits, ReplacesTheSameSettingAndKeepsItsFingerprint) {
   EXPECT_EQ(text(), expected);
 }
 
-TEST_F(OverlayEdits, StacksASecondZeroOnTheFirst) {
+TEST_F(OverlayEdits, SecondZeroIsAdded) {
   add_to_overlay(urdf_, {made("- bake_zero: J 1\n  offset: 45 deg")});
   add_to_overlay(urdf_, {made("- bake_zero: J 1\n  offset: 2 deg")});
   const Overlay overlay = read_overlay(overlay_path(urdf_));
@@ -161,7 +161,7 @@ TEST_F(OverlayEdits, StacksASecondZeroOnTheFirst) {
   EXPECT_NEAR(std::stod(now.was[0].second), -0.570796 - 47 * 3.14159265358979 / 180, 1e-12);
 }
 
-TEST_F(OverlayEdits, DoesNotAddTheSameAgain) {
+TEST_F(OverlayEdits, RepeatedOperationIsNotAdded) {
   const Operation flip = made("- flip_axis: J 1");
   add_to_overlay(urdf_, {flip});
   const std::string once = text();
@@ -169,12 +169,12 @@ TEST_F(OverlayEdits, DoesNotAddTheSameAgain) {
   EXPECT_EQ(text(), once);
 }
 
-TEST_F(OverlayEdits, RefusesWhatHasNoFingerprint) {
+TEST_F(OverlayEdits, OperationWithoutFingerprintIsRefused) {
   EXPECT_THROW(add_to_overlay(urdf_, parse_overlay("- flip_axis: J 1", "x").operations), InputError);
   EXPECT_FALSE(fs::exists(overlay_path(urdf_)));
 }
 
-TEST_F(OverlayEdits, RemovesOneAndStampsOne) {
+TEST_F(OverlayEdits, RemoveAndStampEditOneOperation) {
   write(std::string(kByHand) + "- flip_axis: J 3\n  why: x\n# end\n");
   Overlay overlay = read_overlay(overlay_path(urdf_));
   Operation stamped = overlay.operations[2];

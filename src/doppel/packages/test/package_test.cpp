@@ -15,13 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Packages : public ::testing::Test {
+class PackageResolverTest : public ::testing::Test {
  protected:
-  Packages() : folder_(fs::temp_directory_path() / ("doppel_packages_" + std::to_string(::getpid()))) {
+  PackageResolverTest()
+      : folder_(fs::temp_directory_path() / ("doppel_packages_" + std::to_string(::getpid()))) {
     for (const char* name : kVariables) ::unsetenv(name);
     fs::create_directories(folder_);
   }
-  ~Packages() override {
+  ~PackageResolverTest() override {
     for (const char* name : kVariables) ::unsetenv(name);
     fs::remove_all(folder_);
   }
@@ -48,7 +49,7 @@ class Packages : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(Packages, AreFoundInTheWholeWorkspace) {
+TEST_F(PackageResolverTest, PackageIsFoundInWorkspace) {
   package("ws/src/a/arm_bringup");
   package("ws/src/b/deep/down/arm_description");
   write("ws/src/a/arm_bringup/urdf/arm.urdf");
@@ -56,7 +57,7 @@ TEST_F(Packages, AreFoundInTheWholeWorkspace) {
             "ws/src/b/deep/down/arm_description");
 }
 
-TEST_F(Packages, EachPlaceIsNamedOnceWhereTwoFilesAskForThePackage) {
+TEST_F(PackageResolverTest, SearchedPlacesAreListedOnce) {
   package("ws/src/a/arm_bringup");
   PackageResolver resolver;
   for (const char* from : {"ws/src/a/arm_bringup/urdf/arm.urdf", "ws/src/a/arm_bringup/urdf/arm.urdf",
@@ -69,7 +70,7 @@ TEST_F(Packages, EachPlaceIsNamedOnceWhereTwoFilesAskForThePackage) {
       << *std::adjacent_find(tried.begin(), tried.end());
 }
 
-TEST_F(Packages, WhatColconLeavesOutIsNotFound) {
+TEST_F(PackageResolverTest, FolderIgnoredByColconIsNotFound) {
   package("ws/src/a/arm");
   for (const char* marker : {"COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE"}) {
     package(std::string("ws/src/with_") + marker + "/of_" + marker);
@@ -86,14 +87,14 @@ TEST_F(Packages, WhatColconLeavesOutIsNotFound) {
   EXPECT_EQ(find("outer", "ws/src/a/arm/x.urdf"), "ws/src/b/outer");
 }
 
-TEST_F(Packages, OfARepositoryAreFoundWithoutAWorkspace) {
+TEST_F(PackageResolverTest, PackageInRepositoryIsFoundWithoutWorkspace) {
   fs::create_directories(folder_ / "repo/.git");
   package("repo/robots/x/arm");
   package("repo/common/parts/meshes_of_all");
   EXPECT_EQ(find("meshes_of_all", "repo/robots/x/arm/urdf/arm.urdf"), "repo/common/parts/meshes_of_all");
 }
 
-TEST_F(Packages, NeedNoPackageXmlWhereAFolderBearsTheName) {
+TEST_F(PackageResolverTest, FolderOfSameNameIsFoundWithoutManifest) {
   write("collection/arm_description/urdf/arm.urdf");
   write("collection/hand_description/meshes/palm.stl");
   write("collection/vendors/nested/tool_description/meshes/tool.stl");
@@ -103,7 +104,7 @@ TEST_F(Packages, NeedNoPackageXmlWhereAFolderBearsTheName) {
   EXPECT_EQ(find("tool_description", from), "collection/vendors/nested/tool_description") << "deeper";
 }
 
-TEST_F(Packages, ARealPackageIsPreferredToAFolderOfItsName) {
+TEST_F(PackageResolverTest, PackageIsPreferredToFolderOfSameName) {
   fs::create_directories(folder_ / "arm_description/.git");
   package("arm_description/src/arm_description");
   write("arm_description/bringup/arm.urdf");
@@ -111,7 +112,7 @@ TEST_F(Packages, ARealPackageIsPreferredToAFolderOfItsName) {
             "arm_description/src/arm_description");
 }
 
-TEST_F(Packages, AreFoundInstalledTogetherAndApart) {
+TEST_F(PackageResolverTest, InstalledPackageIsFoundInEveryLayout) {
   package("ws/src/arm");
   package("ws/install/share/together");
   package("ws/install/apart/share/apart");
@@ -119,7 +120,7 @@ TEST_F(Packages, AreFoundInstalledTogetherAndApart) {
   EXPECT_EQ(find("apart", "ws/src/arm/arm.urdf"), "ws/install/apart/share/apart");
 }
 
-TEST_F(Packages, AreFoundByTheEnvironment) {
+TEST_F(PackageResolverTest, EnvironmentVariablesAreSearched) {
   package("ros1/stack/deep/crawled");
   package("prefix/share/installed");
   package("colcon/isolated/share/isolated");
@@ -135,7 +136,7 @@ TEST_F(Packages, AreFoundByTheEnvironment) {
   EXPECT_EQ(find("chair", "elsewhere/arm.urdf"), "models/chair");
 }
 
-TEST_F(Packages, WhatIsNotFoundSaysWhereItWasLookedFor) {
+TEST_F(PackageResolverTest, MissingPackageListsSearchedPlaces) {
   package("ws/src/arm");
   PackageResolver resolver;
   resolver.add_context(folder_ / "ws/src/arm/arm.urdf");
@@ -148,7 +149,7 @@ TEST_F(Packages, WhatIsNotFoundSaysWhereItWasLookedFor) {
   EXPECT_TRUE(resolver.find_package("").path.empty());
 }
 
-TEST_F(Packages, AFileThatThePackageLacksIsTakenFromAnotherFolderOfItsName) {
+TEST_F(PackageResolverTest, MissingFileIsTakenFromOtherFolderOfSameName) {
   package("ws/src/arm_description");
   write("ws/assets/arm_description/meshes/link.stl");
   write("ws/assets/robot/arm.urdf");
@@ -158,7 +159,7 @@ TEST_F(Packages, AFileThatThePackageLacksIsTakenFromAnotherFolderOfItsName) {
             folder_ / "ws/assets/arm_description/meshes/link.stl");
 }
 
-TEST_F(Packages, TheCrawlIsBounded) {
+TEST_F(PackageResolverTest, CrawlIsBounded) {
   std::string deep = "deep";
   for (int i = 0; i < 12; ++i) deep += "/d" + std::to_string(i);
   package(deep + "/too_deep");

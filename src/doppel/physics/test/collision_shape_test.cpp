@@ -54,14 +54,14 @@ RobotDescription with_mesh(const std::string& path) {
   return robot;
 }
 
-TEST(CollisionMesh, KeepsSmallMeshesWithoutRepetitions) {
+TEST(CollisionMesh, SmallMeshIsKeptWithoutDuplicates) {
   Vertices twice = corners({1, 2, 3});
   const Vertices once = twice;
   twice.insert(twice.end(), once.begin(), once.end());
   EXPECT_EQ(make_collision_mesh(twice).hull->vertices, once);
 }
 
-TEST(CollisionMesh, ThinsLargeMeshesWithoutShrinkingThem) {
+TEST(CollisionMesh, LargeMeshIsReducedWithoutShrinking) {
   const unsigned seed = 4;
   std::mt19937 random(seed);
   std::normal_distribution<float> normal;
@@ -95,7 +95,7 @@ TEST(CollisionMesh, FlatMeshesBecomeBoxes) {
   EXPECT_NEAR(mesh.X_GB.linear().determinant(), 1, 1e-9);
 }
 
-TEST(CollisionMesh, CollidesAsItsHullInTheRightPlace) {
+TEST(CollisionMesh, MeshCollidesAsItsHull) {
   // 200 x 100 x 40 mm from the origin of the link, which hangs at z = 2.
   test::Rig rig(with_mesh(write_box("hull.stl", {200, 100, 40})));
   EXPECT_TRUE(rig.diagnostics.all().empty());
@@ -105,7 +105,7 @@ TEST(CollisionMesh, CollidesAsItsHullInTheRightPlace) {
   EXPECT_LT(rig.engine->cast_ray({0.21, 0.05, 3}, {0, 0, -1}).distance, 0);
 }
 
-TEST(CollisionMesh, AFlatOneIsSaidAndDoesNotStopTheRun) {
+TEST(CollisionMesh, FlatMeshIsReported) {
   test::Rig rig(with_mesh(write_box("flat.stl", {200, 100, 0})));
   ASSERT_EQ(rig.diagnostics.all().size(), 1u);
   EXPECT_EQ(rig.diagnostics.all()[0].rule, "physics.flat_mesh");
@@ -114,7 +114,7 @@ TEST(CollisionMesh, AFlatOneIsSaidAndDoesNotStopTheRun) {
   rig.run(0.1);
 }
 
-TEST(CollisionMesh, MissingAndBrokenOnesCollideWithNothing) {
+TEST(CollisionMesh, MissingAndBrokenMeshesDoNotCollide) {
   test::Rig missing(with_mesh(""));
   EXPECT_TRUE(missing.diagnostics.all().empty()) << "the description has warned";
   missing.run(0.1);

@@ -47,7 +47,7 @@ void step(Engine& engine, int count) {
   for (int i = 0; i < count; ++i) engine.step();
 }
 
-TEST(CompiledWorld, ClonesGoOnToTheSameBits) {
+TEST(CompiledWorld, CloneContinuesBitIdentically) {
   BusyRig rig;
   const std::unique_ptr<Engine> clone = rig.engine->clone();
   EXPECT_EQ(clone->compiled(), rig.engine->compiled());
@@ -59,7 +59,7 @@ TEST(CompiledWorld, ClonesGoOnToTheSameBits) {
   EXPECT_EQ(clone->time(), rig.engine->time());
 }
 
-TEST(CompiledWorld, CopiedStatesGoOnToTheSameBitsWithoutAllocation) {
+TEST(CompiledWorld, CopiedStateContinuesBitIdenticallyWithoutAllocation) {
   BusyRig rig;
   const std::unique_ptr<Engine> other = rig.engine->compiled()->make_engine();
   step(*other, 77);
@@ -71,12 +71,12 @@ TEST(CompiledWorld, CopiedStatesGoOnToTheSameBitsWithoutAllocation) {
   EXPECT_EQ(state_of(*other), state_of(*rig.engine));
 }
 
-TEST(CompiledWorld, StatesOfOtherCompilationsAreRefused) {
+TEST(CompiledWorld, StateOfOtherCompilationIsRefused) {
   BusyRig a, b;
   EXPECT_THROW(a.engine->copy_state(*b.engine), std::invalid_argument);
 }
 
-TEST(CompiledWorld, ResetGivesTheStateThatAFreshOneHas) {
+TEST(CompiledWorld, ResetEqualsFreshState) {
   BusyRig rig;
   const std::unique_ptr<Engine> fresh = rig.engine->compiled()->make_engine();
   rig.engine->reset();
@@ -99,7 +99,7 @@ TEST(CompiledWorld, DrivesAndPosesOfFixedObjectsAreState) {
   EXPECT_EQ(state_of(*other), state_of(*untouched));
 }
 
-TEST(CompiledWorld, ThreadsThatShareOneCompilationGetTheSameBits) {
+TEST(CompiledWorld, ThreadsSharingCompilationAreBitIdentical) {
   BusyRig rig;
   const std::shared_ptr<const CompiledWorld> compiled = rig.engine->compiled();
   const auto run_alone = [&compiled](int lane) {
@@ -138,7 +138,7 @@ struct TwoRobots : Rig {
   ModelInstance second;
 };
 
-TEST(Instances, TwoRobotsOfOneModelTouchEachOther) {
+TEST(ModelInstances, TwoRobotsOfOneModelTouchEachOther) {
   TwoRobots rig;
   rig.engine->spawn(rig.second);
   Instance left = rig.engine->instance(0), right = rig.engine->find("second").value();
@@ -158,7 +158,7 @@ TEST(Instances, TwoRobotsOfOneModelTouchEachOther) {
   EXPECT_LT(left.link_pose(1).translation().x() + 0.19, right.link_pose(1).translation().x() + 0.5);
 }
 
-TEST(Instances, ARobotThatComesOrGoesLeavesTheOthersState) {
+TEST(ModelInstances, AddedOrRemovedRobotKeepsOtherStates) {
   TwoRobots rig, alone;
   for (Rig* const each : {static_cast<Rig*>(&rig), static_cast<Rig*>(&alone)}) {
     each->set_state({0.7}, {0.2});
@@ -182,7 +182,7 @@ TEST(Instances, ARobotThatComesOrGoesLeavesTheOthersState) {
   EXPECT_EQ(rig.engine->time(), alone.engine->time());
 }
 
-TEST(Instances, NamesAreTakenOnce) {
+TEST(ModelInstances, DuplicateNameIsRefused) {
   TwoRobots rig;
   rig.second.name = rig.robot.name();
   const std::vector<double> before = state_of(*rig.engine);
@@ -190,7 +190,7 @@ TEST(Instances, NamesAreTakenOnce) {
   EXPECT_EQ(state_of(*rig.engine), before);
 }
 
-TEST(Instances, AFixedBaseCanBeMovedAndAFloatingOnePlaced) {
+TEST(ModelInstances, BasePosesCanBeSet) {
   Rig rig(test::make_pendulum(1.0, 0.5), with_ball_and_wall());
   rig.robot.set_root_pose(make_pose({1, 2, 3}, {0, 0, 0.5}));
   EXPECT_NEAR((rig.robot.link_pose(0).translation() - Eigen::Vector3d(1, 2, 3)).norm(), 0, 1e-12);
@@ -202,7 +202,7 @@ TEST(Instances, AFixedBaseCanBeMovedAndAFloatingOnePlaced) {
   EXPECT_NEAR(rig.robot.link_pose(0).translation().norm(), 0, 1e-12);
 }
 
-TEST(Instances, IndicesOutOfRangeAreRefused) {
+TEST(ModelInstances, IndicesOutOfRangeAreRefused) {
   Rig rig(test::make_pendulum(1.0, 0.5));
   EXPECT_THROW(static_cast<void>(rig.engine->instance(1)), std::out_of_range);
   EXPECT_THROW(static_cast<void>(rig.engine->instance(-1)), std::out_of_range);
@@ -213,7 +213,7 @@ TEST(Instances, IndicesOutOfRangeAreRefused) {
   EXPECT_THROW(rig.robot.set_state(std::vector<double>{}, std::vector<double>{0.0}), std::out_of_range);
 }
 
-TEST(EngineModules, AnUnknownEngineIsRefusedWithTheNearest) {
+TEST(EngineModules, UnknownEngineIsRefusedWithNearest) {
   try {
     engine_module("mujoko");
     FAIL();
@@ -224,7 +224,7 @@ TEST(EngineModules, AnUnknownEngineIsRefusedWithTheNearest) {
   EXPECT_TRUE(std::ranges::any_of(known, [](const auto& k) { return k.name == "mujoco" && k.available; }));
 }
 
-TEST(EngineModules, WhatAnEngineLacksIsReportedByName) {
+TEST(EngineModules, MissingCapabilityIsReportedByName) {
   EngineCapabilities poor;
   poor.name = "poor";
   poor.integrators = {Integrator::euler};

@@ -46,7 +46,7 @@ std::string reason(const Rig& rig, const std::string& a, const std::string& b) {
   return "";
 }
 
-TEST(Exclusions, SayWhichAndWhy) {
+TEST(Exclusions, ExclusionsNamePairsAndReason) {
   Rig thin(make_bars(0.01), World{});
   EXPECT_EQ(reason(thin, "bar0", "bar1"), "joined by bend1");
   EXPECT_EQ(reason(thin, "bar1", "bar2"), "joined by bend2");
@@ -60,7 +60,7 @@ TEST(Exclusions, SayWhichAndWhy) {
   for (const Contact& contact : contacts) EXPECT_TRUE(contact.a.is_ground() || contact.b.is_ground());
 }
 
-TEST(Exclusions, SeeThroughFixedJoints) {
+TEST(Exclusions, FixedJointsAreMerged) {
   RobotDescription robot = make_bars(0.01);
   robot.joints[0].type = JointType::fixed;
   Rig rig(robot, World{});
@@ -68,7 +68,7 @@ TEST(Exclusions, SeeThroughFixedJoints) {
   EXPECT_EQ(reason(rig, "bar0", "bar2"), "joined by bend2");
 }
 
-TEST(Exclusions, LinksThatMeetLaterCollide) {
+TEST(Exclusions, LinksApartAtStartCollide) {
   const RobotDescription robot = make_bars(0.02);
   for (const bool self_collision : {true, false}) {
     World space = test::empty_space();
@@ -91,7 +91,7 @@ TEST(Exclusions, LinksThatMeetLaterCollide) {
   }
 }
 
-TEST(Contacts, CarryTheWeight) {
+TEST(Contacts, ContactForcesCarryWeight) {
   Rig rig(test::make_post(), with(make_object("box", Box{{0.1, 0.1, 0.1}}, {0, 0, 0.05}, 2.0)));
   rig.run(1.0);
   std::vector<Contact> contacts;
@@ -109,7 +109,7 @@ TEST(Contacts, CarryTheWeight) {
   EXPECT_NEAR((on_box - Eigen::Vector3d(0, 0, 2.0 * 9.81)).norm(), 0, 0.02);
 }
 
-TEST(Rays, HitLinksObjectsAndNothing) {
+TEST(RayCast, RayHitsLinksAndObjects) {
   Rig rig(make_bars(0.01), with(make_object("ball", Sphere{0.1}, {1, 0, 0.5}, 0)));
   RayHit hit = rig.engine->cast_ray({1, 0, 2}, {0, 0, -3});
   EXPECT_NEAR(hit.distance, 1.4, 1e-9);
@@ -120,7 +120,7 @@ TEST(Rays, HitLinksObjectsAndNothing) {
   EXPECT_LT(rig.engine->cast_ray({0, 0, 2}, {0, 0, 1}).distance, 0);
 }
 
-TEST(Objects, ComeAndGoWhileTheRestGoesOn) {
+TEST(WorldObjects, ObjectsCanBeAddedAndRemoved) {
   Rig rig(make_bars(0.01), with(make_object("first", Sphere{0.05}, {1, 0, 2}, 0.1)));
   Rig alone(make_bars(0.01), with(make_object("first", Sphere{0.05}, {1, 0, 2}, 0.1)));
   for (Rig* each : {&rig, &alone}) {
@@ -151,7 +151,7 @@ TEST(Objects, ComeAndGoWhileTheRestGoesOn) {
   EXPECT_EQ(a.translation().z(), 1.0) << "a spawned object returns to where it was put";
 }
 
-TEST(Objects, CanBePlaced) {
+TEST(WorldObjects, PoseCanBeSet) {
   World world = with(make_object("ball", Sphere{0.05}, {1, 0, 2}, 0.1));
   world.objects.push_back(make_object("wall", Box{{0.1, 1, 1}}, {2, 0, 0.5}, 0));
   Rig rig(test::make_post(), world);
@@ -169,7 +169,7 @@ TEST(Objects, CanBePlaced) {
   EXPECT_NEAR(X.translation().x(), 2, 1e-12);
 }
 
-TEST(Objects, HaveVelocities) {
+TEST(WorldObjects, VelocityCanBeSet) {
   Rig rig(test::make_post(), with(make_object("ball", Sphere{0.05}, {0, 0, 2}, 0.1)));
   rig.run(0.1);
   FrameVelocity velocity;
@@ -187,7 +187,7 @@ TEST(Objects, HaveVelocities) {
   EXPECT_NEAR(X.translation().x(), 0.05, 1e-3);
 }
 
-TEST(Objects, AShapeMayStandOffItsObjectsFrame) {
+TEST(WorldObjects, ShapeOriginIsApplied) {
   WorldObject can = make_object("can", Cylinder{0.03, 0.12}, {0, 0, 0.001}, 0.3);
   can.X_OS.translation().z() = 0.06;
   Rig rig(test::make_post(), with(can));
@@ -198,7 +198,7 @@ TEST(Objects, AShapeMayStandOffItsObjectsFrame) {
   EXPECT_GT(X.linear()(2, 2), 0.999) << "upright: its mass is where its shape is";
 }
 
-TEST(Objects, AreReplacedTogether) {
+TEST(WorldObjects, ReplacementIsAtomic) {
   World world = with(make_object("ball", Sphere{0.05}, {0, 0, 2}, 0.1));
   world.objects.push_back(make_object("gone", Sphere{0.05}, {1, 0, 2}, 0.1));
   Rig rig(test::make_post(), world);
@@ -235,7 +235,7 @@ RobotDescription make_hand() {
   return robot;
 }
 
-TEST(Contacts, FingersLiftABoxByFriction) {
+TEST(Contacts, FingersLiftBoxByFriction) {
   Rig rig(make_hand(), with(make_object("box", Box{{0.03, 0.03, 0.03}}, {0, 0, 0.015}, 0.05)));
   rig.hold_all();
   rig.robot.set_target(rig.joint("left"), 0.03);
@@ -265,7 +265,7 @@ std::string error_of(const WorldObject& object) {
   return "accepted";
 }
 
-TEST(Objects, AreRefusedInTheUsersTerms) {
+TEST(WorldObjects, InvalidObjectIsRefusedByName) {
   EXPECT_THAT(error_of(make_object("flat one", Box{{0.1, 0.1, 0}}, {0, 0, 1}, 1)),
               HasSubstr("'flat one' has no size"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -274,7 +274,7 @@ TEST(Objects, AreRefusedInTheUsersTerms) {
               HasSubstr("'feather' has a mass of 1e-20 kg"));
 }
 
-TEST(Contact, ExcludedPairsFollowObjectsThatComeAndGo) {
+TEST(Contact, ExcludedPairsFollowObjects) {
   RobotDescription robot = test::make_post();
   Collision shape;
   shape.geometry = Box{{0.1, 0.1, 0.1}};
@@ -296,7 +296,7 @@ TEST(Contact, ExcludedPairsFollowObjectsThatComeAndGo) {
 
 // Few pairs are listed one by one, many are looked for by MuJoCo: what touches, how hard, and what slides
 // does not depend on which it is.
-TEST(Contact, ListedPairsAreThoseThatAreLookedFor) {
+TEST(Contact, ListedAndUnlistedPairsGiveSameMotion) {
   const auto motion = [](int far_away) {
     World world;
     world.step = from_seconds(1e-3);

@@ -39,7 +39,7 @@ class ContactContract : public Contract {
 };
 DOPPEL_FOR_EVERY_ENGINE(ContactContract);
 
-TEST_P(ContactContract, ARestingBodyPressesWithItsWeight) {
+TEST_P(ContactContract, RestingBodyPressesWithItsWeight) {
   const std::pair<Geometry, double> bodies[] = {{Box{{0.1, 0.2, 0.1}}, 0.05},
                                                 {Sphere{0.07}, 0.07},
                                                 {Cylinder{0.05, 0.12}, 0.06},
@@ -54,7 +54,7 @@ TEST_P(ContactContract, ARestingBodyPressesWithItsWeight) {
   }
 }
 
-TEST_P(ContactContract, AStackStandsAndTheLowestCarriesAll) {
+TEST_P(ContactContract, StackIsAtRestAndLowestCarriesAll) {
   const auto engine = make(ground(), {object("low", Box{{0.2, 0.2, 0.1}}, at(0, 0, 0.051), 1.0),
                                       object("high", Box{{0.1, 0.1, 0.1}}, at(0.02, 0, 0.152), 0.5)});
   run(*engine, 2.0);
@@ -65,7 +65,7 @@ TEST_P(ContactContract, AStackStandsAndTheLowestCarriesAll) {
   EXPECT_LT(engine->find("high")->base_pose().translation().head<2>().norm(), 0.03);
 }
 
-TEST_P(ContactContract, AHullRestsOnTheGroundAndOnABox) {
+TEST_P(ContactContract, HullRestsOnGroundAndOnBox) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "contract_wedge.obj";
   std::ofstream(file) << "v -0.05 -0.05 0\nv 0.05 -0.05 0\nv 0.05 0.05 0\nv -0.05 0.05 0\nv 0 0 0.08\n"
                          "f 1 3 2\nf 1 4 3\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
@@ -84,7 +84,7 @@ TEST_P(ContactContract, AHullRestsOnTheGroundAndOnABox) {
   EXPECT_NEAR(mean, 0.4 * kGravity, 0.04 * kGravity);
 }
 
-TEST_P(ContactContract, FrictionHoldsBelowItsConeAndSlidesAbove) {
+TEST_P(ContactContract, FrictionHoldsInsideConeAndSlidesOutside) {
   const double friction = 0.5;
   for (const double degrees : {20.0, 35.0}) {
     const double slope = degrees * 3.14159265358979 / 180;
@@ -104,7 +104,7 @@ TEST_P(ContactContract, FrictionHoldsBelowItsConeAndSlidesAbove) {
   }
 }
 
-TEST_P(ContactContract, ContactsNameTheirBodiesAndPointFromOneToTheOther) {
+TEST_P(ContactContract, ContactsNameBodiesAndNormal) {
   const auto engine = make(ground(), {object("box", Box{{0.1, 0.1, 0.1}}, at(0, 0, 0.0499), 1.0)});
   run(*engine, 0.5);
   std::vector<Contact> contacts;
@@ -119,7 +119,7 @@ TEST_P(ContactContract, ContactsNameTheirBodiesAndPointFromOneToTheOther) {
   }
 }
 
-TEST_P(ContactContract, ARobotAndAnObjectPushEachOther) {
+TEST_P(ContactContract, RobotAndObjectPushEachOther) {
   RobotDescription pusher;
   pusher.name = "pusher";
   pusher.links = {make_frame("rail"), make_link("plate", 1.0, {0, 0, 0}, {0.01, 0.01, 0.01})};
@@ -136,7 +136,7 @@ TEST_P(ContactContract, ARobotAndAnObjectPushEachOther) {
   EXPECT_NEAR(engine->find("box")->base_pose().translation().x(), 0.36, 0.02);
 }
 
-TEST_P(ContactContract, JoinedLinksNeverCollideAndOverlapsAtTheStartAreReported) {
+TEST_P(ContactContract, JoinedLinksNeverCollideAndOverlapsAreReported) {
   RobotDescription arm = make_double_pendulum(1, 0.2, 1, 0.2);
   Collision shape;
   shape.geometry = Sphere{0.15};  // far into each other
@@ -150,7 +150,7 @@ TEST_P(ContactContract, JoinedLinksNeverCollideAndOverlapsAtTheStartAreReported)
   EXPECT_EQ(excluded[0].reason, "joined by swing2");
 }
 
-TEST_P(ContactContract, RaysMeetTheNearestSurface) {
+TEST_P(ContactContract, RayHitsNearestSurface) {
   if (!can().rays) GTEST_SKIP() << "no rays";
   const auto engine = make(ground(), {object("box", Box{{0.2, 0.2, 0.2}}, at(0, 0, 0.5), 0.0),
                                       object("ball", Sphere{0.1}, at(1, 0, 0.5), 0.0),

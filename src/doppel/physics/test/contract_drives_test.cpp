@@ -64,7 +64,7 @@ class DrivesContract : public Contract {
 };
 DOPPEL_FOR_EVERY_ENGINE(DrivesContract);
 
-TEST_P(DrivesContract, HoldingATakesTheEffortOfInverseDynamics) {
+TEST_P(DrivesContract, HoldingAccelerationTakesInverseDynamicsEffort) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto engine = make(settings(), {robot(make_random_chain(six_hinges(), random))});
@@ -83,7 +83,7 @@ TEST_P(DrivesContract, HoldingATakesTheEffortOfInverseDynamics) {
 
 // However many drives meet their bounds in one step, each exerts what its law asks for at the velocity that
 // the step ends with. An engine whose contacts are iterated may miss it in one of a hundred.
-TEST_P(DrivesContract, DrivesAtTheirBoundsExertWhatTheLawAsksFor) {
+TEST_P(DrivesContract, DriveAtBoundsFollowsControlLaw) {
   if (!can().contacts || !can().floating) GTEST_SKIP() << "nothing to fall on";
   WorldSettings in = settings();
   in.ground = true;
@@ -124,7 +124,7 @@ TEST_P(DrivesContract, DrivesAtTheirBoundsExertWhatTheLawAsksFor) {
   EXPECT_LE(100 * wrong, at_bounds);
 }
 
-TEST_P(DrivesContract, AHeldJointSagsByTorqueOverStiffness) {
+TEST_P(DrivesContract, HeldJointSagsByTorqueOverStiffness) {
   const auto engine = make(settings(), {robot(arm(50, 10))});
   Instance of = engine->instance(0);
   set(of, {1.2});
@@ -137,7 +137,7 @@ TEST_P(DrivesContract, AHeldJointSagsByTorqueOverStiffness) {
   EXPECT_NEAR(of.v()[0], 0.0, 1e-9);
 }
 
-TEST_P(DrivesContract, ADriveNeverGivesMoreThanItsEffort) {
+TEST_P(DrivesContract, DriveEffortIsLimited) {
   const auto engine = make(settings(1e-4), {robot(arm(2.0, 100))});
   Instance of = engine->instance(0);
   of.set_drive(0, DriveMode::position);
@@ -152,7 +152,7 @@ TEST_P(DrivesContract, ADriveNeverGivesMoreThanItsEffort) {
   EXPECT_LT(of.q()[0], 0.7);  // 2 N m of 4.9: it stalls where sin(q) = 0.41
 }
 
-TEST_P(DrivesContract, AtItsEffortLimitADriveIsAConstantTorqueWithoutADamper) {
+TEST_P(DrivesContract, DriveAtEffortLimitHasNoDamping) {
   WorldSettings in = settings(1e-4);
   in.gravity.setZero();
   const auto engine = make(in, {robot(arm(0.5, 1000))});
@@ -163,7 +163,7 @@ TEST_P(DrivesContract, AtItsEffortLimitADriveIsAConstantTorqueWithoutADamper) {
   EXPECT_NEAR(of.v()[0], 0.5 / 0.250001 * 0.1, 1e-6);
 }
 
-TEST_P(DrivesContract, ADriveNeverMovesFasterThanItsVelocityLimit) {
+TEST_P(DrivesContract, DriveVelocityIsLimited) {
   const auto engine = make(settings(), {robot(arm(100, 0.7))});
   Instance of = engine->instance(0);
   of.set_drive(0, DriveMode::position);
@@ -177,7 +177,7 @@ TEST_P(DrivesContract, ADriveNeverMovesFasterThanItsVelocityLimit) {
   EXPECT_GT(fastest, 0.65);
 }
 
-TEST_P(DrivesContract, AVelocityDriveReachesItsVelocity) {
+TEST_P(DrivesContract, VelocityDriveReachesItsVelocity) {
   WorldSettings in = settings();
   in.gravity.setZero();
   const auto engine = make(in, {robot(arm(100, 2))});
@@ -188,7 +188,7 @@ TEST_P(DrivesContract, AVelocityDriveReachesItsVelocity) {
   EXPECT_NEAR(of.v()[0], 0.5, 1e-6);
 }
 
-TEST_P(DrivesContract, AnEffortDriveBalancesTheLoad) {
+TEST_P(DrivesContract, EffortDriveBalancesLoad) {
   const auto engine = make(settings(), {robot(arm(100, 10))});
   Instance of = engine->instance(0);
   set(of, {0.8});
@@ -199,7 +199,7 @@ TEST_P(DrivesContract, AnEffortDriveBalancesTheLoad) {
   EXPECT_DOUBLE_EQ(of.drive_effort()[0], kLoad * std::sin(0.8));
 }
 
-TEST_P(DrivesContract, AJointWithoutADriveFalls) {
+TEST_P(DrivesContract, JointWithoutDriveFalls) {
   const auto engine = make(settings(), {robot(arm(100, 10))});
   Instance of = engine->instance(0);
   set(of, {1.0});
@@ -210,7 +210,7 @@ TEST_P(DrivesContract, AJointWithoutADriveFalls) {
   EXPECT_EQ(of.drive_effort()[0], 0.0);
 }
 
-TEST_P(DrivesContract, AnIdealServoLandsOnItsTarget) {
+TEST_P(DrivesContract, IdealServoLandsOnItsTarget) {
   if (!can().ideal) GTEST_SKIP() << "no ideal servos";
   InstanceOptions options;
   const RobotDescription description = arm(1.0, 10);
@@ -227,7 +227,7 @@ TEST_P(DrivesContract, AnIdealServoLandsOnItsTarget) {
   EXPECT_NEAR(of.q()[0], 1.0, 1e-6);
 }
 
-TEST_P(DrivesContract, FrictionHoldsAJointAgainstLessThanItsEffort) {
+TEST_P(DrivesContract, FrictionHoldsJointBelowItsEffort) {
   if (!can().friction) GTEST_SKIP() << "no joint friction";
   RobotDescription description = make_pendulum(1.0, 0.5);
   description.joints[0].dynamics = JointDynamics{0.0, 1.1 * kLoad, {}};
@@ -239,7 +239,7 @@ TEST_P(DrivesContract, FrictionHoldsAJointAgainstLessThanItsEffort) {
   EXPECT_NEAR(of.q()[0], 1.5707963, 1e-3);
 }
 
-TEST_P(DrivesContract, FrictionTakesItsEffortFromWhatMovesTheJoint) {
+TEST_P(DrivesContract, FrictionReducesEffort) {
   if (!can().friction) GTEST_SKIP() << "no joint friction";
   RobotDescription description = make_pendulum(1.0, 0.5);
   description.joints[0].dynamics = JointDynamics{0.0, 0.3, {}};
@@ -251,7 +251,7 @@ TEST_P(DrivesContract, FrictionTakesItsEffortFromWhatMovesTheJoint) {
   EXPECT_NEAR(engine->instance(0).v()[0], 0.5 / 0.250001 * 0.2, 2e-3);
 }
 
-TEST_P(DrivesContract, AMimicFollowsItsLeaderUnderLoad) {
+TEST_P(DrivesContract, MimicFollowsItsLeaderUnderLoad) {
   if (!can().mimics) GTEST_SKIP() << "no mimics";
   const auto engine = make(settings(), {robot(gripper(-2.0, 0.3))});
   Instance of = engine->instance(0);
@@ -268,7 +268,7 @@ TEST_P(DrivesContract, AMimicFollowsItsLeaderUnderLoad) {
 }
 
 // The coupling works both ways: who pushes the follower moves the leader.
-TEST_P(DrivesContract, ALoadOnAMimicMovesItsLeader) {
+TEST_P(DrivesContract, LoadOnMimicMovesItsLeader) {
   if (!can().mimics) GTEST_SKIP() << "no mimics";
   WorldSettings in = settings(1e-4);
   in.gravity.setZero();
@@ -281,7 +281,7 @@ TEST_P(DrivesContract, ALoadOnAMimicMovesItsLeader) {
   EXPECT_NEAR(of.v()[1], 2 * of.v()[0], 1e-3);
 }
 
-TEST_P(DrivesContract, AJointStopsAtItsLimit) {
+TEST_P(DrivesContract, JointStopsAtItsLimit) {
   RobotDescription description = arm(100, 10);
   description.joints[0].limits->lower = 0.4;
   const auto engine = make(settings(), {robot(description)});
@@ -292,7 +292,7 @@ TEST_P(DrivesContract, AJointStopsAtItsLimit) {
   EXPECT_NEAR(of.v()[0], 0.0, 1e-3);
 }
 
-TEST_P(DrivesContract, AStopWithAStiffnessGivesWayByLoadOverStiffness) {
+TEST_P(DrivesContract, SoftLimitYieldsByLoadOverStiffness) {
   if (!can().stops) GTEST_SKIP() << "no stops with a stiffness";
   RobotDescription description = arm(100, 10);
   description.joints[0].limits->lower = 0.4;

@@ -14,7 +14,7 @@ class DynamicsContract : public Contract {};
 DOPPEL_FOR_EVERY_ENGINE(DynamicsContract);
 
 // Closed form of the mathematical pendulum to the second order of its amplitude.
-TEST_P(DynamicsContract, APendulumSwingsWithItsPeriod) {
+TEST_P(DynamicsContract, PendulumSwingsWithItsPeriod) {
   const double mass = 1.0, length = 0.5, amplitude = 0.2;
   const auto engine = make(settings(), {robot(make_pendulum(mass, length))});
   set(engine->instance(0), {amplitude});
@@ -35,7 +35,7 @@ TEST_P(DynamicsContract, APendulumSwingsWithItsPeriod) {
   EXPECT_NEAR((crossings.back() - crossings.front()) / 10 / period, 1.0, within().period);
 }
 
-TEST_P(DynamicsContract, AFreeBodyFallsWithGravity) {
+TEST_P(DynamicsContract, FreeBodyFallsWithGravity) {
   if (!can().floating) GTEST_SKIP() << "no floating bodies";
   const auto engine = make(settings(), {object("ball", Sphere{0.1}, at(0, 0, 10), 2.0)});
   run(*engine, 1.0);
@@ -44,7 +44,7 @@ TEST_P(DynamicsContract, AFreeBodyFallsWithGravity) {
   EXPECT_NEAR(fallen, 0.5 * kGravity * (1.0 + 1e-3), within().free_fall);
 }
 
-TEST_P(DynamicsContract, AccelerationsAreThoseOfIndependentDynamics) {
+TEST_P(DynamicsContract, AccelerationsMatchIndependentDynamics) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<JointType> types = six_hinges();
@@ -71,7 +71,7 @@ TEST_P(DynamicsContract, AccelerationsAreThoseOfIndependentDynamics) {
   }
 }
 
-TEST_P(DynamicsContract, LinksStandWhereForwardKinematicsPutsThem) {
+TEST_P(DynamicsContract, LinkPosesMatchForwardKinematics) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
   RobotDescription description = make_random_chain(six_hinges(), random);
@@ -104,7 +104,7 @@ TEST_P(DynamicsContract, LinksStandWhereForwardKinematicsPutsThem) {
   }
 }
 
-TEST_P(DynamicsContract, AFloatingRobotFallsAsOneBodyWhateverItsJointsDo) {
+TEST_P(DynamicsContract, FloatingRobotFallsAsOneBody) {
   if (!can().floating) GTEST_SKIP() << "no floating bodies";
   std::mt19937 random(5);
   RobotDescription description = make_random_chain(six_hinges(), random);
@@ -141,7 +141,7 @@ TEST_P(DynamicsContract, AFloatingRobotFallsAsOneBodyWhateverItsJointsDo) {
   EXPECT_LT((centre() - fallen).norm(), 2e-4);
 }
 
-TEST_P(DynamicsContract, ATumblingBodyKeepsItsAngularMomentum) {
+TEST_P(DynamicsContract, TumblingBodyKeepsItsAngularMomentum) {
   if (!can().floating) GTEST_SKIP() << "no floating bodies";
   WorldSettings in = settings(1e-4);
   in.gravity.setZero();
@@ -158,7 +158,7 @@ TEST_P(DynamicsContract, ATumblingBodyKeepsItsAngularMomentum) {
   EXPECT_LT((momentum() - before).norm(), 0.01 * before.norm());
 }
 
-TEST_P(DynamicsContract, DampingOfAFloatingJointSlowsIt) {
+TEST_P(DynamicsContract, DampingOfFloatingJointSlowsIt) {
   if (!can().floating) GTEST_SKIP() << "no floating bodies";
   RobotDescription description;
   description.name = "float";
@@ -176,7 +176,7 @@ TEST_P(DynamicsContract, DampingOfAFloatingJointSlowsIt) {
 }
 
 // An engine moves it, or says by name that it cannot; nothing is left out silently.
-TEST_P(DynamicsContract, AFloatingJointOnAMovingLinkFallsOrIsRefusedByName) {
+TEST_P(DynamicsContract, FloatingJointOnMovingLinkFallsOrIsRefused) {
   if (!can().floating) GTEST_SKIP() << "no floating bodies";
   RobotDescription description;
   description.name = "lift";
@@ -196,7 +196,7 @@ TEST_P(DynamicsContract, AFloatingJointOnAMovingLinkFallsOrIsRefusedByName) {
   }
 }
 
-TEST_P(DynamicsContract, EnergyIsKeptWhereNothingTakesIt) {
+TEST_P(DynamicsContract, EnergyIsConservedWithoutDissipation) {
   const auto engine = make(settings(1e-4), {robot(make_double_pendulum(1.0, 0.3, 0.5, 0.4))});
   set(engine->instance(0), {1.0, 0.5});
   const double before = engine->kinetic_energy() + engine->potential_energy();
@@ -206,7 +206,7 @@ TEST_P(DynamicsContract, EnergyIsKeptWhereNothingTakesIt) {
   EXPECT_NEAR(engine->kinetic_energy() + engine->potential_energy(), before, 2e-3 * engine->kinetic_energy());
 }
 
-TEST_P(DynamicsContract, APlanarJointSlidesAndTurnsUnderWrenches) {
+TEST_P(DynamicsContract, PlanarJointSlidesAndTurnsUnderWrenches) {
   if (!can().planar) GTEST_SKIP() << "no planar joints";
   RobotDescription description;
   description.name = "puck";
@@ -221,7 +221,7 @@ TEST_P(DynamicsContract, APlanarJointSlidesAndTurnsUnderWrenches) {
   EXPECT_NEAR(v[2], 1.0, 2e-3);
 }
 
-TEST_P(DynamicsContract, AWrenchMovesABodyAsForceAndTorqueOverInertia) {
+TEST_P(DynamicsContract, WrenchAcceleratesByForceAndTorqueOverInertia) {
   if (!can().floating) GTEST_SKIP() << "no floating bodies";
   WorldSettings in = settings(1e-4);
   in.gravity.setZero();
@@ -239,7 +239,7 @@ TEST_P(DynamicsContract, AWrenchMovesABodyAsForceAndTorqueOverInertia) {
   EXPECT_NEAR(brick.base_velocity().angular_W.z(), before, 1e-12);
 }
 
-TEST_P(DynamicsContract, AJointEffortAcceleratesByEffortOverInertia) {
+TEST_P(DynamicsContract, JointEffortAcceleratesByEffortOverInertia) {
   WorldSettings in = settings();
   in.gravity.setZero();
   const auto engine = make(in, {robot(make_pendulum(1.0, 0.5))});
@@ -248,7 +248,7 @@ TEST_P(DynamicsContract, AJointEffortAcceleratesByEffortOverInertia) {
   EXPECT_NEAR(engine->instance(0).v()[0], 0.5 / (0.25 + 1e-6) * 1e-3, 1e-9);
 }
 
-TEST_P(DynamicsContract, JointDampingStopsAsTheExponentialSays) {
+TEST_P(DynamicsContract, JointDampingDecaysExponentially) {
   RobotDescription description = make_pendulum(1.0, 0.5);
   description.joints[0].dynamics = JointDynamics{0.5, 0.0, {}};
   WorldSettings in = settings(1e-4);
@@ -259,7 +259,7 @@ TEST_P(DynamicsContract, JointDampingStopsAsTheExponentialSays) {
   EXPECT_NEAR(engine->instance(0).v()[0], 2.0 * std::exp(-0.5 * 0.5 / 0.250001), 2e-4);
 }
 
-TEST_P(DynamicsContract, NumbersThatRunAwayLeaveTheLastStateThatMeansSomething) {
+TEST_P(DynamicsContract, DivergenceKeepsLastFiniteState) {
   const auto engine = make(settings(), {robot(make_pendulum(1.0, 0.5))});
   set(engine->instance(0), {0.3});
   run(*engine, 0.01);

@@ -64,7 +64,7 @@ class StateContract : public Contract {
 };
 DOPPEL_FOR_EVERY_ENGINE(StateContract);
 
-TEST_P(StateContract, TheSameCommandsGiveTheSameBits) {
+TEST_P(StateContract, SameCommandsAreBitIdentical) {
   std::vector<double> first;
   for (int run = 0; run < 2; ++run) {
     const auto engine = make_scene();
@@ -76,7 +76,7 @@ TEST_P(StateContract, TheSameCommandsGiveTheSameBits) {
   }
 }
 
-TEST_P(StateContract, AResetStateRunsAsAFreshOne) {
+TEST_P(StateContract, ResetStateRunsAsFresh) {
   const auto engine = make_scene(), fresh = make_scene();
   hold_all(engine->instance(0));
   std::mt19937 random(1);
@@ -91,7 +91,7 @@ TEST_P(StateContract, AResetStateRunsAsAFreshOne) {
   EXPECT_TRUE(same_bits(bits(*engine), bits(*fresh)));
 }
 
-TEST_P(StateContract, WhatIsWrittenIsRead) {
+TEST_P(StateContract, WrittenStateReadsBack) {
   const auto engine = make_scene();
   Instance arm = engine->instance(0);
   std::vector<double> q{0.1, -0.2, 0.3, -0.4, 0.5, 9.0}, v{1, 2, 3, 4, 5, 9.0};
@@ -102,7 +102,7 @@ TEST_P(StateContract, WhatIsWrittenIsRead) {
   EXPECT_EQ(copy(arm.v()), v);
 }
 
-TEST_P(StateContract, ACloneGoesOnBitForBit) {
+TEST_P(StateContract, CloneContinuesBitIdentically) {
   const auto engine = make_scene();
   hold_all(engine->instance(0));
   std::mt19937 random(1);
@@ -117,7 +117,7 @@ TEST_P(StateContract, ACloneGoesOnBitForBit) {
   EXPECT_TRUE(same_bits(bits(*engine), bits(*clone)));
 }
 
-TEST_P(StateContract, ACopiedStateGoesOnBitForBit) {
+TEST_P(StateContract, CopiedStateContinuesBitIdentically) {
   const auto engine = make_scene();
   const auto other = engine->compiled()->make_engine();
   hold_all(engine->instance(0));
@@ -149,7 +149,7 @@ std::vector<double> looked_at(const Engine& engine) {
   return out;
 }
 
-TEST_P(StateContract, ACopyIsLookedAtAsTheOriginalWhetherMoreOrLessTouched) {
+TEST_P(StateContract, CopyReadsAsOriginal) {
   const auto resting = make_scene(), flying = resting->clone();
   run(*resting, 0.2);
   if (can().contacts) flying->find("box")->place(at(0.6, 0, 2));
@@ -165,7 +165,7 @@ TEST_P(StateContract, ACopyIsLookedAtAsTheOriginalWhetherMoreOrLessTouched) {
   EXPECT_TRUE(same_bits(bits(*clone), bits(*resting)));
 }
 
-TEST_P(StateContract, StatesThatTakeTurnsOnOneThreadRunAsApart) {
+TEST_P(StateContract, InterleavedStatesAreIndependent) {
   const auto engine = make_scene();
   hold_all(engine->instance(0));
   std::vector<std::unique_ptr<Engine>> apart, in_turn;
@@ -186,7 +186,7 @@ TEST_P(StateContract, StatesThatTakeTurnsOnOneThreadRunAsApart) {
   EXPECT_FALSE(same_bits(bits(*apart[0]), bits(*apart[1]))) << "they move differently";
 }
 
-TEST_P(StateContract, ADivergedStateIsCopiedAsOne) {
+TEST_P(StateContract, DivergedStateIsCopied) {
   const auto engine = make(settings(), {robot(make_pendulum(1.0, 0.5))});
   set(engine->instance(0), {0.3});
   run(*engine, 0.01);
@@ -216,7 +216,7 @@ double thread_seconds() {
 }
 
 // bench_states prints the cost; this holds its order of magnitude, also under a sanitizer.
-TEST_P(StateContract, AFurtherStateCostsLessThanAThirdOfAMillisecond) {
+TEST_P(StateContract, FurtherStateCostsBelowThirdOfMillisecond) {
   const auto engine = make_scene();
   std::vector<std::unique_ptr<Engine>> kept;
   std::vector<double> cost;
@@ -229,7 +229,7 @@ TEST_P(StateContract, AFurtherStateCostsLessThanAThirdOfAMillisecond) {
   EXPECT_LT(cost[cost.size() / 2], 0.3e-3);
 }
 
-TEST_P(StateContract, StatesOfOneCompilationRunOnThreadsBitForBit) {
+TEST_P(StateContract, StatesOnThreadsAreBitIdentical) {
   const auto engine = make_scene();
   hold_all(engine->instance(0));
   std::vector<std::unique_ptr<Engine>> states;
@@ -245,12 +245,12 @@ TEST_P(StateContract, StatesOfOneCompilationRunOnThreadsBitForBit) {
   for (const auto& state : states) EXPECT_TRUE(same_bits(bits(*state), bits(*states.front())));
 }
 
-TEST_P(StateContract, AStateOfAnotherCompilationIsRefused) {
+TEST_P(StateContract, StateOfAnotherCompilationIsRefused) {
   const auto engine = make_scene(), other = make_scene();
   EXPECT_THROW(engine->copy_state(*other), std::invalid_argument);
 }
 
-TEST_P(StateContract, LookingChangesNothing) {
+TEST_P(StateContract, ReadingChangesNothing) {
   const auto engine = make_scene(), looked_at = make_scene();
   for (Engine* of : {engine.get(), looked_at.get()}) hold_all(of->instance(0));
   std::vector<Contact> contacts;
@@ -264,7 +264,7 @@ TEST_P(StateContract, LookingChangesNothing) {
   EXPECT_TRUE(same_bits(bits(*engine), bits(*looked_at)));
 }
 
-TEST_P(StateContract, ASpawnedInstanceLeavesTheOthersAsTheyAre) {
+TEST_P(StateContract, SpawnedInstanceKeepsOtherStates) {
   const auto engine = make_scene();
   hold_all(engine->instance(0));
   std::mt19937 random(1);
@@ -286,7 +286,7 @@ TEST_P(StateContract, ASpawnedInstanceLeavesTheOthersAsTheyAre) {
   EXPECT_LT(engine->find("second")->q()[0], 0.7);
 }
 
-TEST_P(StateContract, ARemovedInstanceLeavesTheOthersAsTheyAre) {
+TEST_P(StateContract, RemovedInstanceKeepsOtherStates) {
   InstanceOptions options;
   options.name = "second";
   options.X_WR.translation() << 5, 0, 0;
@@ -306,7 +306,7 @@ TEST_P(StateContract, ARemovedInstanceLeavesTheOthersAsTheyAre) {
   run(*engine, 0.1);
 }
 
-TEST_P(StateContract, ANameThatIsTakenIsRefusedAndNothingHasChanged) {
+TEST_P(StateContract, DuplicateNameIsRefusedWithoutChange) {
   const auto engine = make_scene();
   const std::vector<double> before = bits(*engine);
   InstanceOptions options;
@@ -315,7 +315,7 @@ TEST_P(StateContract, ANameThatIsTakenIsRefusedAndNothingHasChanged) {
   EXPECT_TRUE(same_bits(bits(*engine), before));
 }
 
-TEST_P(StateContract, TwoRobotsMoveEachByItself) {
+TEST_P(StateContract, TwoRobotsMoveIndependently) {
   InstanceOptions left, right;
   left.name = "left";
   right.name = "right";
@@ -333,7 +333,7 @@ TEST_P(StateContract, TwoRobotsMoveEachByItself) {
   EXPECT_NEAR(engine->instance(1).link_pose(0).translation().x(), 0.8, 1e-15);
 }
 
-TEST_P(StateContract, ARootCanBeMovedWhileTheWorldRuns) {
+TEST_P(StateContract, RootCanBeMovedWhileWorldRuns) {
   const auto engine = make(settings(), {robot(make_pendulum(1, 0.5))});
   Instance of = engine->instance(0);
   run(*engine, 0.1);
@@ -345,7 +345,7 @@ TEST_P(StateContract, ARootCanBeMovedWhileTheWorldRuns) {
   EXPECT_NEAR(of.link_pose(0).translation().norm(), 0.0, 1e-15);
 }
 
-TEST_P(StateContract, AnIndexOutOfRangeIsRefused) {
+TEST_P(StateContract, IndexOutOfRangeIsRefused) {
   const auto engine = make_scene();
   EXPECT_THROW(static_cast<void>(engine->instance(99)), std::out_of_range);
   EXPECT_THROW(engine->instance(0).set_drive(99, DriveMode::position), std::out_of_range);
@@ -353,7 +353,7 @@ TEST_P(StateContract, AnIndexOutOfRangeIsRefused) {
   EXPECT_THROW(static_cast<void>(engine->instance(0).link_pose(-1)), std::out_of_range);
 }
 
-TEST_P(StateContract, AStepAllocatesNothing) {
+TEST_P(StateContract, StepDoesNotAllocate) {
   if (GetParam() == "analytic") GTEST_SKIP() << "it is for tests";
   const auto engine = make_scene();
   hold_all(engine->instance(0));

@@ -22,13 +22,13 @@ double effort_at(Drive& drive, double q, double v) {
   return spring.on ? spring.law(q, v, 1e-3) : 0.0;
 }
 
-TEST(Drive, IsLimpUntilStarted) {
+TEST(Drive, PassiveUntilStarted) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.set_target(1.0);
   EXPECT_EQ(effort_at(drive, 0.3, 1.0), 0.0);
 }
 
-TEST(Drive, StartsFromWhereTheJointIs) {
+TEST(Drive, StartBeginsAtJointPosition) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.start(DriveMode::position, 0.3);
   EXPECT_NEAR(effort_at(drive, 0.3, 0.0), 0.0, 1e-12);
@@ -36,7 +36,7 @@ TEST(Drive, StartsFromWhereTheJointIs) {
   EXPECT_NEAR(effort_at(drive, 0.3, 0.5), -2.0, 1e-12) << "a damper";
 }
 
-TEST(Drive, RunsToAStepAtTheVelocityLimitWithHalfTheDamper) {
+TEST(Drive, StepRunsAtVelocityLimit) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.start(DriveMode::position, 0.0);
   drive.set_target(1.0);
@@ -47,7 +47,7 @@ TEST(Drive, RunsToAStepAtTheVelocityLimitWithHalfTheDamper) {
   }
 }
 
-TEST(Drive, SpreadsAStreamOfTargetsOverItsPeriod) {
+TEST(Drive, StreamedTargetsAreSpreadOverPeriod) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.start(DriveMode::position, 0.0);
   double q = 0.0;
@@ -65,7 +65,7 @@ TEST(Drive, SpreadsAStreamOfTargetsOverItsPeriod) {
   EXPECT_NEAR(effort_at(drive, 0.2, 0.0), 0.0, 1e-9) << "and the last one is reached";
 }
 
-TEST(Drive, WaitsForABlockedJoint) {
+TEST(Drive, BlockedJointHoldsReference) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.start(DriveMode::position, 0.0);
   drive.set_target(10.0);
@@ -78,7 +78,7 @@ TEST(Drive, WaitsForABlockedJoint) {
   EXPECT_LE(effort_at(drive, 0.0, 0.0), 50.0 + 4.0 * 2.0 + 100.0 * 0.002 + 1e-9);
 }
 
-TEST(Drive, ClipsVelocityAndEffortTargets) {
+TEST(Drive, VelocityAndEffortTargetsAreClipped) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.start(DriveMode::velocity, 0.0);
   drive.set_target(-7.0);
@@ -91,7 +91,7 @@ TEST(Drive, ClipsVelocityAndEffortTargets) {
   EXPECT_EQ(effort_at(drive, 0.7, 3.0), 50.0);
 }
 
-TEST(Drive, IgnoresTargetsThatAreNoNumbers) {
+TEST(Drive, NanTargetIsIgnored) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.start(DriveMode::effort, 0.0);
   drive.set_target(3.0);
@@ -100,7 +100,7 @@ TEST(Drive, IgnoresTargetsThatAreNoNumbers) {
   EXPECT_EQ(effort_at(drive, 0.0, 0.0), 3.0);
 }
 
-TEST(Drive, WithoutAVelocityLimitJumpsAndDoesNotKick) {
+TEST(Drive, StepWithoutVelocityLimitJumps) {
   ServoParameters unlimited = servo();
   unlimited.velocity = kInfinity;
   Drive drive(0, unlimited, 1.0, kStep);

@@ -58,7 +58,7 @@ void move(Rig& rig, int step) {
   }
 }
 
-TEST(Engine, NamesItselfAndStartsAtRest) {
+TEST(Engine, NewEngineIsNamedAndAtRest) {
   Rig rig(make_arm(), World{});
   EXPECT_EQ(rig.engine->world().capabilities().name, "mujoco");
   EXPECT_EQ(rig.engine->world().capabilities().version, "2.2.2");
@@ -76,7 +76,7 @@ TEST(Engine, TimeIsCountedInSteps) {
   EXPECT_EQ(rig.engine->time(), Time(999'999'000));
 }
 
-TEST(Engine, StepsWithoutAllocating) {
+TEST(Engine, StepDoesNotAllocate) {
   Rig rig(make_arm(), World{});
   rig.hold_all();
   rig.robot.apply_wrench(3, {0, 0, 0.01}, {0.1, 0, 0}, {0, 0, 0});
@@ -98,7 +98,7 @@ TEST(Engine, StepsWithoutAllocating) {
   EXPECT_EQ(test::heap_allocations() - before_state, 0u);
 }
 
-TEST(Engine, TwoRunsAreTheSameToTheBit) {
+TEST(Engine, TwoRunsAreBitIdentical) {
   Rig first(make_arm(), World{}), second(make_arm(), World{});
   for (Rig* rig : {&first, &second}) rig->hold_all();
   std::vector<Contact> contacts;
@@ -119,7 +119,7 @@ TEST(Engine, TwoRunsAreTheSameToTheBit) {
   }
 }
 
-TEST(Engine, ResetRunsTheSameAgain) {
+TEST(Engine, ResetRunIsBitIdentical) {
   Rig rig(make_arm(), World{});
   std::vector<double> ends[2];
   for (auto& end : ends) {
@@ -134,7 +134,7 @@ TEST(Engine, ResetRunsTheSameAgain) {
   EXPECT_EQ(ends[0], ends[1]);
 }
 
-TEST(Engine, LimpArmsCollapseAndHeldOnesStand) {
+TEST(Engine, PassiveArmCollapsesAndHeldArmStands) {
   for (const bool held : {false, true}) {
     Rig rig(make_arm(), World{});
     std::vector<double> q(static_cast<std::size_t>(rig.model.nq), 0.0);
@@ -151,7 +151,7 @@ TEST(Engine, LimpArmsCollapseAndHeldOnesStand) {
   }
 }
 
-TEST(Engine, MimicHoldsUnderAFingertipLoad) {
+TEST(Engine, MimicHoldsUnderFingertipLoad) {
   Rig rig(make_arm(), World{});
   rig.hold_all();
   rig.robot.set_target(rig.joint("left"), 0.5);
@@ -174,7 +174,7 @@ TEST(Engine, MimicKeepsMultiplierWhileMoving) {
   }
 }
 
-TEST(Engine, LimitsStopAJoint) {
+TEST(Engine, LimitStopsJoint) {
   RobotDescription robot = test::make_pendulum(1.0, 0.2);
   robot.joints[0].type = JointType::revolute;
   test::limit(robot.joints[0], -0.5, 2.0, 20, 5);
@@ -198,7 +198,7 @@ TEST(Engine, SetStateSetsMimicsAndReferences) {
   EXPECT_NEAR(rig.q("Revolute 3"), 0.4, 0.01) << "it stays where it was put";
 }
 
-TEST(Engine, PosesAreOfTheSameInstantAsTheJoints) {
+TEST(Engine, PosesMatchJointsInTime) {
   Rig rig(make_arm(), World{});
   Data data(rig.model);
   for (int i = 0; i < 200; ++i) {
@@ -244,7 +244,7 @@ TEST(Engine, FloatingBasesFallAndLand) {
   EXPECT_NEAR((world.X_WR.matrix() * data.X_WL[1].matrix() - landed.matrix()).norm(), 0, 1e-9);
 }
 
-TEST(Engine, StopsWhereTheNumbersRunAway) {
+TEST(Engine, DivergenceStopsStep) {
   const auto log = std::filesystem::current_path() / "MUJOCO_LOG.TXT";
   std::filesystem::remove(log);
   Rig rig(test::make_pendulum(1, 1));
@@ -264,7 +264,7 @@ TEST(Engine, StopsWhereTheNumbersRunAway) {
   EXPECT_FALSE(std::filesystem::exists(log));
 }
 
-TEST(Engine, MasslessFramesAndChainsOfThemAreFine) {
+TEST(Engine, MasslessFramesAreAccepted) {
   RobotDescription robot = test::make_pendulum(1, 0.5);
   // The mass hangs two fixed joints below the link that moves.
   robot.links[1].inertial.reset();
@@ -281,7 +281,7 @@ TEST(Engine, MasslessFramesAndChainsOfThemAreFine) {
   EXPECT_NEAR(rig.effort("swing"), 2 * 9.81 * 0.6 * std::sin(rig.q("swing")), 1e-5);
 }
 
-TEST(Engine, BareRateIsMeasuredOnACopy) {
+TEST(Engine, BareRateIsMeasuredOnCopy) {
   Rig rig(make_arm(), World{});
   rig.hold_all();
   rig.run(0.1);

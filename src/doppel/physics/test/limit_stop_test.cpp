@@ -34,7 +34,7 @@ TEST(LimitStop, DampingRatioAndRestitutionAreInverse) {
 }
 
 // An impact integrated in steps of 1e-5 of its period says the same as the closed form.
-TEST(LimitStop, RestitutionIsThatOfAnIntegratedImpact) {
+TEST(LimitStop, RestitutionMatchesIntegratedImpact) {
   for (const double z : {0.05, 0.3, 0.6, 0.8, 1.5}) {
     double x = 0, v = 1, force = 0;
     do {
@@ -46,7 +46,7 @@ TEST(LimitStop, RestitutionIsThatOfAnIntegratedImpact) {
   }
 }
 
-TEST(LimitStop, GivesBackItsRestitutionOfTheSpeed) {
+TEST(LimitStop, ReboundSpeedIsRestitutionTimesSpeed) {
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
     for (const double e : {0.2, 0.5, 0.9}) {
       for (const double side : {-1.0, 1.0}) {
@@ -61,7 +61,7 @@ TEST(LimitStop, GivesBackItsRestitutionOfTheSpeed) {
   }
 }
 
-TEST(LimitStop, YieldsByLoadOverStiffness) {
+TEST(LimitStop, YieldIsLoadOverStiffness) {
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
     Rig rig(make_slide(5e3, kCriticalRestitution), test::empty_space(1e-3, integrator));
     rig.set_state({0.09});
@@ -72,7 +72,7 @@ TEST(LimitStop, YieldsByLoadOverStiffness) {
   }
 }
 
-TEST(LimitStop, StifferThanTheStepResolvesIsStable) {
+TEST(LimitStop, StiffnessBeyondStepIsStable) {
   for (const Integrator integrator : {Integrator::euler, Integrator::midpoint, Integrator::rk4}) {
     Rig rig(make_slide(1e10, 0.9), test::empty_space(0.01, integrator));
     rig.set_state({0.0}, {3.0});
@@ -84,7 +84,7 @@ TEST(LimitStop, StifferThanTheStepResolvesIsStable) {
 
 // Without a stiffness it is MuJoCo's: a critically damped spring with the time constant of five steps. An
 // impact goes 1.2 steps of its speed deep and gives next to nothing back.
-TEST(LimitStop, TheEnginesOwnIsASpringOfFiveStepsThatDoesNotBounce) {
+TEST(LimitStop, DefaultStopDoesNotBounce) {
   for (const double step : {1e-3, 2e-3}) {
     Rig rig(make_slide(0, kCriticalRestitution), test::empty_space(step));
     rig.set_state({0.0}, {1.0});
@@ -99,7 +99,7 @@ TEST(LimitStop, TheEnginesOwnIsASpringOfFiveStepsThatDoesNotBounce) {
   }
 }
 
-TEST(LimitStop, WhatCannotBeIsReportedAndHasNoEffect) {
+TEST(LimitStop, ImpossibleStopIsReportedAndIgnored) {
   const auto warnings_of = [](const RobotDescription& robot, Model& model) {
     Diagnostics diagnostics;
     model = compile_model(robot, BaseKind::fixed, diagnostics);
@@ -124,7 +124,7 @@ TEST(LimitStop, WhatCannotBeIsReportedAndHasNoEffect) {
   EXPECT_EQ(warnings_of(robot, model), 1) << "there is nothing to stop at";
 }
 
-TEST(LimitStop, BlocksOfOneJointCountTogether) {
+TEST(LimitStop, BlocksOfOneJointAreMerged) {
   RobotDescription robot = make_slide(100, 0.5);
   robot.gazebo.push_back(robot.gazebo[0]);
   robot.gazebo[0].stop_restitution.reset();
@@ -137,7 +137,7 @@ TEST(LimitStop, BlocksOfOneJointCountTogether) {
 }
 
 // Whatever its stiffness, no impact makes energy.
-TEST(LimitStop, GivesBackNoMoreThanCame) {
+TEST(LimitStop, ReboundNeverExceedsImpactSpeed) {
   for (double stiffness = 1e2; stiffness < 1e9; stiffness *= 1.7) {
     for (const double start : {0.0, 0.0003, 0.0007}) {
       Rig rig(make_slide(stiffness, 1.0));

@@ -31,7 +31,7 @@ TEST(Servo, StiffnessFollowsInertia) {
   EXPECT_EQ(servo.effort, 100);
 }
 
-TEST(Servo, GivesItsWholeEffortAtASmallError) {
+TEST(Servo, FullEffortIsReachedAtSmallError) {
   const Model wrist = arm(0.1, 0.1, 2.0);  // 1e-3 kg m^2
   EXPECT_NEAR(choose_servos(wrist, {}, Eigen::Vector3d::Zero())[0].stiffness, 20.0, 1e-9);
   const Model exported = arm(0.1, 0.1, 1000.0);  // an exporter's effort must not make a loop of 3 kHz
@@ -53,7 +53,7 @@ TEST(Servo, StiffnessIsRaisedForGravity) {
   EXPECT_NEAR(sags[0].margin, 10 - 1.3 * 9.81 * 0.15, 1e-9);
 }
 
-TEST(Servo, AWeakDriveHasANegativeMargin) {
+TEST(Servo, WeakDriveHasNegativeMargin) {
   const Model model = arm(1.3, 0.15, 1.0);
   const auto servos = choose_servos(model, {}, kGravity);
   Data data(model);
@@ -62,7 +62,7 @@ TEST(Servo, AWeakDriveHasANegativeMargin) {
   EXPECT_NEAR(found.sags[0].margin, 1.0 - 1.3 * 9.81 * 0.15, 1e-9);
 }
 
-TEST(Servo, FrictionMakesTheSagAnIntervalThatTheJointRestsIn) {
+TEST(Servo, FrictionGivesSagInterval) {
   RobotDescription robot = test::make_pendulum(1.0, 0.2);
   robot.joints[0].type = JointType::revolute;
   test::limit(robot.joints[0], -3, 3, 20, 2);
@@ -89,7 +89,7 @@ TEST(Servo, FrictionMakesTheSagAnIntervalThatTheJointRestsIn) {
   EXPECT_GT(found[0] - found[1], 1e-4) << "and where in it depends on where it came from";
 }
 
-TEST(Servo, AJointThatRestsOnItsLimitDoesNotSag) {
+TEST(Servo, JointOnLimitDoesNotSag) {
   RobotDescription robot = test::make_pendulum(1.0, 0.2);
   robot.joints[0].type = JointType::revolute;
   test::limit(robot.joints[0], 0.5, 3, 1.0, 2);
@@ -128,7 +128,7 @@ RobotDescription limited_pendulum(double effort, double velocity) {
   return robot;
 }
 
-TEST(Servo, SagsByTorqueOverStiffness) {
+TEST(Servo, SagIsTorqueOverStiffness) {
   Rig rig(limited_pendulum(20, 2));
   rig.hold_all();
   rig.robot.set_target(0, 1.0);
@@ -139,7 +139,7 @@ TEST(Servo, SagsByTorqueOverStiffness) {
   EXPECT_NEAR(rig.effort("swing"), torque, 1e-6);
 }
 
-TEST(Servo, ALoadBeyondTheEffortSinks) {
+TEST(Servo, LoadBeyondEffortSinks) {
   Rig rig(limited_pendulum(1.0, 2));  // 1.96 N m would be needed when level
   rig.set_state({std::numbers::pi / 2});
   rig.hold_all();
@@ -152,7 +152,7 @@ TEST(Servo, ALoadBeyondTheEffortSinks) {
   EXPECT_LT(rig.q("swing"), 0.7) << "below asin(1 / 1.96), where the effort would just hold";
 }
 
-TEST(Servo, StepsTakeTheTimeOfTheVelocityLimit) {
+TEST(Servo, StepTakesTimeOfVelocityLimit) {
   Rig rig(limited_pendulum(50, 0.5), [] {
     World space = test::empty_space();
     space.gravity.setZero();
@@ -171,7 +171,7 @@ TEST(Servo, StepsTakeTheTimeOfTheVelocityLimit) {
   EXPECT_NEAR(rig.q("swing"), 1.0, 1e-6);
 }
 
-TEST(Servo, AReleasedJointIsNotThrown) {
+TEST(Servo, ReleasedJointIsNotAccelerated) {
   Rig rig(limited_pendulum(5, 0.5));
   rig.hold_all();
   rig.robot.set_target(0, 2.0);
@@ -188,7 +188,7 @@ TEST(Servo, AReleasedJointIsNotThrown) {
   EXPECT_NEAR(rig.q("swing"), 2.0, 0.01);
 }
 
-TEST(Servo, HoldsAVelocityAndAnEffort) {
+TEST(Servo, VelocityAndEffortAreHeld) {
   Rig rig(limited_pendulum(20, 2));
   rig.robot.set_drive(0, DriveMode::velocity);
   rig.robot.set_target(0, 0.5);
@@ -203,7 +203,7 @@ TEST(Servo, HoldsAVelocityAndAnEffort) {
   EXPECT_EQ(pushed.effort("swing"), 0.5);
 }
 
-TEST(Servo, IdealFollowsExactly) {
+TEST(Servo, IdealServoFollowsExactly) {
   InstanceOptions options;
   Diagnostics diagnostics;
   const RobotDescription robot = limited_pendulum(0.1, 2);  // far too weak, were it real
@@ -225,7 +225,7 @@ TEST(Servo, IdealFollowsExactly) {
 }
 
 // A joint that carries a hundredth of the inertia its servo was chosen for must not shake.
-TEST(Servo, IsStableWhereTheInertiaIsSmall) {
+TEST(Servo, SmallInertiaIsStable) {
   const RobotDescription robot = limited_pendulum(20, 2);
   InstanceOptions options;
   for (const double factor : {1.0, 10.0, 100.0}) {
@@ -246,7 +246,7 @@ TEST(Servo, IsStableWhereTheInertiaIsSmall) {
 
 // Stiffness without any damping, at a frequency beyond the step's: the floor under the damping keeps it
 // standing.
-TEST(Servo, IsStableBeyondTheFrequencyOfTheStep) {
+TEST(Servo, FrequencyBeyondStepIsStable) {
   InstanceOptions options;
   options.servos = {{0.04 * 9e6, 0.0, kInfinity, 2.0, false}};  // 3000 rad/s at 1 kHz
   Rig rig(limited_pendulum(20, 2), test::empty_space(), options);

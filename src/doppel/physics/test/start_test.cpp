@@ -45,7 +45,7 @@ double fastest(const Rig& rig) {
   return out;
 }
 
-TEST(Start, FixedRobotInsideTheGroundIsNotThrown) {
+TEST(SimulationStart, FixedRobotInsideGroundStaysAtRest) {
   Rig rig(make_leg(), on_ground());
   rig.hold_all();
   rig.run(0.5);
@@ -59,7 +59,7 @@ TEST(Start, FixedRobotInsideTheGroundIsNotThrown) {
   EXPECT_NEAR(shank->depth, 0.8, 1e-6);
 }
 
-TEST(Start, FloatingRobotIsSetOnTheGround) {
+TEST(SimulationStart, FloatingRobotIsSetOnGround) {
   InstanceOptions options;
   options.set_on_ground = true;
   Rig rig(make_leg(), on_ground(), options, BaseKind::floating);
@@ -71,7 +71,7 @@ TEST(Start, FloatingRobotIsSetOnTheGround) {
       << "it stands, and does not fall through";
 }
 
-TEST(Start, FloatingRobotOfEveryShapeTouchesTheGroundWithItsLowestPoint) {
+TEST(SimulationStart, FloatingRobotOfEveryShapeTouchesGroundWithItsLowestPoint) {
   const Geometry shapes[] = {Geometry(Box{{0.2, 0.3, 0.4}}), Geometry(Cylinder{0.1, 0.5}),
                              Geometry(Capsule{0.1, 0.5}), Geometry(Sphere{0.1})};
   const double lowest[] = {0.5 * (0.4 * std::cos(0.5) + 0.3 * std::sin(0.5)),
@@ -89,7 +89,7 @@ TEST(Start, FloatingRobotOfEveryShapeTouchesTheGroundWithItsLowestPoint) {
   }
 }
 
-TEST(Start, FloatingRobotIsLiftedOutOfTheGroundAndNoFurther) {
+TEST(SimulationStart, FloatingRobotIsLiftedToGround) {
   Rig rig(make_leg(), on_ground(), {}, BaseKind::floating);
   std::vector<double> q(rig.robot.q().begin(), rig.robot.q().end());
   const std::vector<double> still(static_cast<std::size_t>(rig.model.nv), 0.0);
@@ -105,7 +105,7 @@ TEST(Start, FloatingRobotIsLiftedOutOfTheGroundAndNoFurther) {
   EXPECT_NEAR(rig.robot.link_pose(1).translation().z(), 2.0, 1e-12);
 }
 
-TEST(Start, WorldFilesPlaceIsKeptAboveTheGround) {
+TEST(SimulationStart, PlaceOfWorldFileIsKept) {
   World world = on_ground();
   world.X_WR.translation() = Eigen::Vector3d(1, 2, 1.5);
   InstanceOptions options;
@@ -114,7 +114,7 @@ TEST(Start, WorldFilesPlaceIsKeptAboveTheGround) {
   EXPECT_NEAR(rig.robot.link_pose(rig.model.find_link("pelvis")).translation().z(), 1.5, 1e-9);
 }
 
-TEST(Start, LinkInsideAnObjectPassesThroughItAndThroughNoOther) {
+TEST(SimulationStart, LinkInsideObjectPassesThroughThatObjectOnly) {
   World world = on_ground();
   world.X_WR.translation() = Eigen::Vector3d(0, 0, 2);
   world.objects = {test::make_object("crate", Box{{0.3, 0.3, 0.3}}, {0.1, 0, 1.4}, 0),
@@ -136,7 +136,7 @@ TEST(Start, LinkInsideAnObjectPassesThroughItAndThroughNoOther) {
 
 // Constraint forces belong to the step that is taken: with the drives' damping left out of the matrix that
 // they are solved with, a held joint with friction moved at 0.15 rad/s and coupled fingers strayed.
-TEST(Start, HeldJointsWithFrictionAndFollowersAreAtRestAtEveryStep) {
+TEST(SimulationStart, HeldJointsWithFrictionAndFollowersAreAtRestAtEveryStep) {
   for (const double step : {1e-3, 2e-3, 5e-3}) {
     RobotDescription robot = make_leg();
     robot.links[0].collisions.clear();
@@ -156,7 +156,7 @@ TEST(Start, HeldJointsWithFrictionAndFollowersAreAtRestAtEveryStep) {
   }
 }
 
-TEST(Start, LinksWithoutGravityAreHeldByNothing) {
+TEST(SimulationStart, LinksWithoutGravityNeedNoEffort) {
   RobotDescription robot = make_leg();
   robot.links[2].collisions.clear();
   GazeboExtension off;
@@ -179,7 +179,7 @@ TEST(Start, LinksWithoutGravityAreHeldByNothing) {
 }
 
 // 5 N m on 1e-6 kg m^2 would be 5000 rad/s after one step.
-TEST(Start, EffortOnABareHornIsThatOfAMotorWithARotor) {
+TEST(SimulationStart, EffortOnBareHornIncludesRotorInertia) {
   RobotDescription robot = make_leg();
   robot.links[2] = make_link("shank", 1e-4, {0, 0, 0}, {1e-6, 1e-6, 1e-6});
   test::limit(robot.joints[1], -100, 100, 5, 1.5);
@@ -193,7 +193,7 @@ TEST(Start, EffortOnABareHornIsThatOfAMotorWithARotor) {
   EXPECT_NEAR(std::abs(rig.v("knee")), 15.0, 1.0) << "ten times its velocity limit after 1 ms";
 }
 
-TEST(Start, TinyBodiesAreNotRefused) {
+TEST(SimulationStart, TinyBodiesAreAccepted) {
   RobotDescription robot = make_leg();
   robot.links[2] = make_link("shank", 1e-8, {0, 0, 0}, {1e-20, 1e-20, 1e-20});
   Rig rig(robot);

@@ -35,7 +35,7 @@ std::complex<double> amplification(const StepScheme& s, std::complex<double> z) 
   return out;
 }
 
-TEST(StepScheme, TheTablesFulfilTheOrderConditions) {
+TEST(StepScheme, TablesFulfilOrderConditions) {
   for (const Integrator integrator : {Integrator::midpoint, Integrator::rk4}) {
     SCOPED_TRACE(name_of(integrator));
     const StepScheme& s = step_scheme(integrator);
@@ -78,7 +78,7 @@ double error_of_fall(const RobotDescription& robot, Integrator integrator, doubl
       .maxCoeff();
 }
 
-TEST(Step, PassiveFallConvergesWithTheOrderOfItsScheme) {
+TEST(IntegrationStep, PassiveFallConvergesWithSchemeOrder) {
   const unsigned seed = 5;
   std::mt19937 random(seed);
   for (int round = 0; round < 4; ++round) {
@@ -102,7 +102,7 @@ TEST(Step, PassiveFallConvergesWithTheOrderOfItsScheme) {
 }
 
 // Springs and dampers of every size, on a chain that swings under gravity: the schemes keep their order.
-TEST(Step, DrivenMotionConvergesWithSecondOrderAtLeastUnderMidpointAndRk4) {
+TEST(IntegrationStep, DrivenMotionConvergesWithSecondOrder) {
   std::mt19937 random(6);
   const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   InstanceOptions options;
@@ -134,7 +134,7 @@ TEST(Step, DrivenMotionConvergesWithSecondOrderAtLeastUnderMidpointAndRk4) {
 }
 
 // Without constraints a step of euler is (M + h D) dv = h (tau - bias - D v), q += h v.
-TEST(Step, EulerIsItsFormulaWithoutConstraints) {
+TEST(IntegrationStep, EulerMatchesFormulaWithoutConstraints) {
   std::mt19937 random(7);
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   for (Joint& joint : robot.joints) joint.dynamics = JointDynamics{0.2, 0.0, {}};
@@ -164,7 +164,7 @@ TEST(Step, EulerIsItsFormulaWithoutConstraints) {
               1e-12);
 }
 
-TEST(Step, HoldsRestAtEveryStepUnderEveryIntegrator) {
+TEST(IntegrationStep, RestIsHeldUnderEveryIntegrator) {
   std::mt19937 random(8);
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   for (Joint& joint : robot.joints) joint.dynamics = JointDynamics{0.1, 0.3, {}};  // with Coulomb friction
@@ -183,7 +183,7 @@ TEST(Step, HoldsRestAtEveryStepUnderEveryIntegrator) {
 }
 
 // A joint of 1 kg m^2 whose servo is asked for more than its 2 N m accelerates with 2 rad/s^2, no less.
-TEST(Step, AClippedDriveHasNoImplicitDamper) {
+TEST(IntegrationStep, ClippedDriveHasNoImplicitDamping) {
   RobotDescription robot = test::make_pendulum(1.0, 1.0);
   robot.joints[0].axis = {0, 0, 1};  // about the vertical: no gravity
   robot.links[1] = test::make_link("bob", 1.0, {1, 0, 0}, {1e-9, 1e-9, 1e-9});
@@ -203,7 +203,7 @@ TEST(Step, AClippedDriveHasNoImplicitDamper) {
 // Whatever is held and thrown at it, a drive never gives more than its limit: the effort that acted, found
 // from the motion by Newton-Euler, is the one that is reported. `implicit` clips by euler's acceleration and
 // is left out.
-TEST(Step, DrivesGiveWhatIsReportedAndStayWithinTheirEffortLimits) {
+TEST(IntegrationStep, ReportedEffortIsAppliedAndLimited) {
   std::mt19937 random(9);
   const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   Rig sized(robot);
@@ -241,7 +241,7 @@ TEST(Step, DrivesGiveWhatIsReportedAndStayWithinTheirEffortLimits) {
   EXPECT_GT(clipped, 1000);
 }
 
-TEST(Step, DrivesAreClippedUnderEveryIntegratorWithoutRunningAway) {
+TEST(IntegrationStep, ClippedDrivesStayStableUnderEveryIntegrator) {
   std::mt19937 random(10);
   for (const Integrator integrator : kAll) {
     SCOPED_TRACE(name_of(integrator));
@@ -265,7 +265,7 @@ TEST(Step, DrivesAreClippedUnderEveryIntegratorWithoutRunningAway) {
 }
 
 // What springs and dampers add to the matrix of the step is no inertia: the energy is that of the masses.
-TEST(Step, EnergyOfADrivenMotionIsThatOfItsMasses) {
+TEST(IntegrationStep, EnergyOfDrivenMotionExcludesArmature) {
   std::mt19937 random(11);
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   for (Joint& joint : robot.joints) joint.dynamics = JointDynamics{0.5, 0.0, {}};
@@ -288,7 +288,7 @@ TEST(Step, EnergyOfADrivenMotionIsThatOfItsMasses) {
 
 // A body that tumbles freely keeps its energy and angular momentum; what a step loses of them shrinks with
 // the order.
-TEST(Step, ATumblingBodyConvergesWithTheOrderOfItsScheme) {
+TEST(IntegrationStep, TumblingBodyConvergesWithSchemeOrder) {
   RobotDescription robot;
   robot.name = "tumbler";
   robot.links = {test::make_link("body", 1.0, {0, 0, 0}, {0.02, 0.05, 0.06})};
@@ -310,7 +310,7 @@ TEST(Step, ATumblingBodyConvergesWithTheOrderOfItsScheme) {
 }
 
 // A loose object that lies somewhere else leaves the robot its order.
-TEST(Step, MidpointKeepsItsOrderWhileAnObjectLiesOnTheGround) {
+TEST(IntegrationStep, MidpointKeepsOrderDuringContact) {
   std::mt19937 random(12);
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   const auto end_of = [&](Integrator integrator, double step, bool with_puck) {
@@ -331,7 +331,7 @@ TEST(Step, MidpointKeepsItsOrderWhileAnObjectLiesOnTheGround) {
 }
 
 // With drives that meet and leave their limits, stops that are hit, a follower, and an object on the ground.
-TEST(Step, NothingIsAllocatedUnderAnyIntegrator) {
+TEST(IntegrationStep, StepDoesNotAllocateUnderAnyIntegrator) {
   std::mt19937 random(13);
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
   for (Joint& joint : robot.joints) {

@@ -44,7 +44,7 @@ double measured_period(Rig& rig) {
   return crossings.size() < 3 ? 0.0 : crossings[2] - crossings[0];
 }
 
-TEST(Truth, PendulumHasTheClosedFormPeriod) {
+TEST(PhysicsReference, PendulumHasClosedFormPeriod) {
   const double mass = 0.7, length = 0.6, inertia = mass * length * length + 1e-6;
   for (const double amplitude : {0.1, 0.5, 1.0, 1.5, 2.0, 2.5}) {
     SCOPED_TRACE("amplitude " + std::to_string(amplitude));
@@ -84,7 +84,7 @@ double energy_departure(Rig& rig, double seconds, double lowest, bool staggered)
   return worst;
 }
 
-TEST(Truth, EnergyIsKeptWithoutFriction) {
+TEST(PhysicsReference, EnergyIsConservedWithoutFriction) {
   const double one = 0.7 * 9.81 * (2 - 0.6);
   const double two = 1.0 * 9.81 * (2 - 0.4) + 0.5 * 9.81 * (2 - 0.7);
   for (const Integrator integrator : {Integrator::euler, Integrator::rk4}) {
@@ -103,7 +103,7 @@ TEST(Truth, EnergyIsKeptWithoutFriction) {
   }
 }
 
-TEST(Truth, InverseDynamicsAgreeWithNewtonEuler) {
+TEST(PhysicsReference, InverseDynamicsAgreeWithNewtonEuler) {
   const unsigned seed = 21;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-2, 2);
@@ -132,7 +132,7 @@ TEST(Truth, InverseDynamicsAgreeWithNewtonEuler) {
   }
 }
 
-TEST(Truth, HoldingTorqueIsGravityTorque) {
+TEST(PhysicsReference, HoldingTorqueIsGravityTorque) {
   const unsigned seed = 22;
   std::mt19937 random(seed);
   for (int round = 0; round < 12; ++round) {
@@ -157,7 +157,7 @@ TEST(Truth, HoldingTorqueIsGravityTorque) {
   }
 }
 
-TEST(Truth, FreeFallIsHalfGTSquared) {
+TEST(PhysicsReference, FreeFallIsHalfGTSquared) {
   World world = empty_space();
   world.objects.push_back(test::make_object("ball", Sphere{0.05}, {0, 0, 10}, 0.3));
   Rig rig(test::make_post(), world);
@@ -171,7 +171,7 @@ TEST(Truth, FreeFallIsHalfGTSquared) {
       << "its own sum exactly";
 }
 
-TEST(Truth, CoulombFrictionHoldsAJointUntilItsLimit) {
+TEST(PhysicsReference, CoulombFrictionHoldsJointUntilLimit) {
   RobotDescription robot = test::make_pendulum(1.0, 0.1);  // 0.981 N m when level
   robot.joints[0].dynamics = JointDynamics{0.0, 1.05, {}};
   Rig holds(robot);
@@ -189,7 +189,7 @@ TEST(Truth, CoulombFrictionHoldsAJointUntilItsLimit) {
 
 // Friction is solved as a stiff damper: what it holds creeps at 1e-4 of the step times the acceleration that
 // it takes away.
-TEST(Truth, WhatCoulombFrictionHoldsCreepsByAFormula) {
+TEST(PhysicsReference, CoulombFrictionCreepMatchesFormula) {
   RobotDescription robot = test::make_pendulum(1.0, 0.1);
   robot.joints[0].dynamics = JointDynamics{0.0, 1.05, {}};
   for (const double step : {5e-4, 1e-3, 2e-3}) {
@@ -202,7 +202,7 @@ TEST(Truth, WhatCoulombFrictionHoldsCreepsByAFormula) {
 }
 
 // A slope of angle t holds a box below atan(mu) and lets it slide above, then with g (sin t - mu cos t).
-TEST(Truth, BoxSticksOnASlopeBelowTheFrictionAngle) {
+TEST(PhysicsReference, BoxSticksOnSlopeBelowFrictionAngle) {
   const double mu = 0.5;
   for (const double angle : {0.95 * std::atan(mu), 1.05 * std::atan(mu)}) {
     World world = empty_space();

@@ -35,7 +35,7 @@ std::string error_of(const std::string& text) {
   return "accepted";
 }
 
-TEST(World, ReadsEveryKey) {
+TEST(WorldFile, EveryKeyIsRead) {
   const World world = loaded(R"(
 name: bench
 gravity: [0, 0, -1.62]
@@ -65,13 +65,13 @@ objects:
   EXPECT_EQ(world.objects[2].source.line, 11);
 }
 
-TEST(World, AnEmptyFileIsTheEmptyWorld) {
+TEST(WorldFile, EmptyFileIsEmptyWorld) {
   const World world = loaded("");
   EXPECT_TRUE(world.objects.empty());
   EXPECT_EQ(world.step, Duration(1'000'000));
 }
 
-TEST(World, SaysWhereAndWhatIsWrong) {
+TEST(WorldFile, ErrorHasPlaceAndReason) {
   EXPECT_THAT(error_of("gravty: [0, 0, -9.81]"), HasSubstr(".yaml:1:1: error: a world has no key 'gravty'"));
   EXPECT_THAT(error_of("gravty: [0, 0, -9.81]"), HasSubstr("did you mean 'gravity'"));
   EXPECT_THAT(error_of("name: a\ngravity: [0, x, 1]"),
@@ -87,7 +87,7 @@ TEST(World, SaysWhereAndWhatIsWrong) {
   EXPECT_THAT(error_of("name: [unclosed"), HasSubstr("not YAML"));
 }
 
-TEST(World, ChecksObjects) {
+TEST(WorldFile, InvalidObjectsAreRefused) {
   EXPECT_THAT(error_of("objects:\n  - {box: [1, 1, 1]}"), HasSubstr(":2:5: error: an object needs a name"));
   EXPECT_THAT(error_of("objects:\n  - {name: a}"), HasSubstr("exactly one shape"));
   EXPECT_THAT(error_of("objects:\n  - {name: a, box: [1, 1, 1], sphere: {radius: 1}}"), HasSubstr("not 2"));
@@ -105,14 +105,14 @@ TEST(World, ChecksObjects) {
               HasSubstr("from 0 to 1"));
 }
 
-TEST(World, TellsEveryErrorAtOnce) {
+TEST(WorldFile, ErrorsAreReportedTogether) {
   const std::string text = error_of("step: 0\nobjects:\n  - {name: a, bx: [1, 1, 1]}");
   EXPECT_THAT(text, HasSubstr("must be from"));
   EXPECT_THAT(text, HasSubstr("did you mean 'box'"));
 }
 
 // The worlds that come with doppel stand still: what lies in them lies at rest.
-TEST(World, BundledWorldsAreAtRest) {
+TEST(WorldFile, BundledWorldsAreAtRest) {
   PackageResolver resolver;
   for (const auto& entry : std::filesystem::directory_iterator(DOPPEL_SOURCE_DIR "/worlds")) {
     SCOPED_TRACE(entry.path().string());

@@ -8,9 +8,9 @@ namespace {
 
 using controller_manager_msgs::srv::LoadController;
 using std_msgs::msg::String;
-class BridgeBacklog : public BridgeTest {};
+class BridgeBacklogTest : public BridgeTest {};
 
-TEST_F(BridgeBacklog, AFloodWaitsInItsHistoryUntilTheLoopHasRunWhatItGot) {
+TEST_F(BridgeBacklogTest, FloodWaitsInHistoryUntilLoopCatchesUp) {
   int received = 0;
   node.subscribe<Float64>("/in", [&](const Float64&) { ++received; }, {.depth = 100000});
   start();
@@ -23,7 +23,7 @@ TEST_F(BridgeBacklog, AFloodWaitsInItsHistoryUntilTheLoopHasRunWhatItGot) {
 }
 
 // Large ones count by their bytes: more than 64 MB never wait for a loop that stands.
-TEST_F(BridgeBacklog, LargeMessagesAndCallsWaitInTheirHistoriesToo) {
+TEST_F(BridgeBacklogTest, LargeMessagesAndCallsWaitInHistories) {
   constexpr std::size_t kMax = 8, kAll = 12;
   const std::string large(std::size_t{8} << 20, 't');
   std::size_t received = 0, called = 0;

@@ -20,7 +20,7 @@ using std::chrono::steady_clock;
 using std_msgs::msg::Float64;
 using std_srvs::srv::Trigger;
 
-class BridgeNetwork : public ::testing::Test {
+class BridgeNetworkTest : public ::testing::Test {
  protected:
   template <class Condition>
   bool comes_true(const Condition& condition) {
@@ -52,7 +52,7 @@ class BridgeNetwork : public ::testing::Test {
                                BridgeOptions{.network = on_domain(domain), .diagnostics_node = ""}, log};
 };
 
-TEST_F(BridgeNetwork, MessagesGoOutAndComeIn) {
+TEST_F(BridgeNetworkTest, MessagesPassBothWays) {
   const auto out = node.advertise<Float64>("/out", {.depth = 1, .latched = true});
   out.publish({1}, {});
   std::vector<double> received;
@@ -67,7 +67,7 @@ TEST_F(BridgeNetwork, MessagesGoOutAndComeIn) {
   EXPECT_TRUE(comes_true([&] { return bridge->status().participants == 1; }));
 }
 
-TEST_F(BridgeNetwork, ServicesAnswer) {
+TEST_F(BridgeNetworkTest, ServiceCallIsAnswered) {
   node.serve<Trigger>("~/go", [](const auto&, const Responder<Trigger::Response>& respond) {
     respond({.success = true, .message = "gone"});
   });
@@ -82,7 +82,7 @@ TEST_F(BridgeNetwork, ServicesAnswer) {
   EXPECT_EQ(response.message, "gone");
 }
 
-TEST_F(BridgeNetwork, SaysGoodbye) {
+TEST_F(BridgeNetworkTest, ShutdownIsAnnounced) {
   node.advertise<Float64>("/out");
   const auto reader = peer->make_reader(spec("/out"));
   ASSERT_TRUE(comes_true([&] { return reader->matched() == 1; }));
@@ -91,7 +91,7 @@ TEST_F(BridgeNetwork, SaysGoodbye) {
   EXPECT_TRUE(comes_true([&] { return peer->participants().size() == 1; }));
 }
 
-TEST_F(BridgeNetwork, MayEndBeforeItHasJoined) {
+TEST_F(BridgeNetworkTest, DestructionBeforeJoinIsSafe) {
   for (int i = 0; i < 3; ++i) {
     bridge.emplace(bus, BridgeOptions{.network = on_domain(domain), .diagnostics_node = ""}, log);
   }

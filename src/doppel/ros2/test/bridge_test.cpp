@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-TEST_F(BridgeTest, WhatANodePublishesReachesTheNetworkWhileItIsListenedTo) {
+TEST_F(BridgeTest, PublishedMessageReachesNetworkWhileSubscribed) {
   const auto publisher = node.advertise<Float64>("~/x", {.depth = 3, .best_effort = true});
   start();
   ASSERT_TRUE(comes_true([&] { return endpoints("/arm/x").size() == 1; }));
@@ -48,7 +48,7 @@ TEST_F(BridgeTest, WhatANodePublishesReachesTheNetworkWhileItIsListenedTo) {
   EXPECT_TRUE(comes_true([&] { return bridge->status().sent == 1; }));
 }
 
-TEST_F(BridgeTest, LatchedTopicsHaveTheNewestForWhoComesLater) {
+TEST_F(BridgeTest, LatchedTopicReachesLateReader) {
   const auto publisher = node.advertise<Float64>("/x", {.depth = 1, .latched = true});
   publisher.publish({1}, {});
   start();
@@ -66,7 +66,7 @@ TEST_F(BridgeTest, LatchedTopicsHaveTheNewestForWhoComesLater) {
   EXPECT_THAT(first_value(), ElementsAre(2));
 }
 
-TEST_F(BridgeTest, WhatIsKeptOnTheNetworkAloneIsNeverOldAndCostsNothingMeanwhile) {
+TEST_F(BridgeTest, LatchedHistoryIsNewest) {
   const auto publisher = node.advertise<Float64>("/x", {.depth = 1, .latched_on_network = true});
   start();
   auto reader = peer->make_reader(topic_spec("/x", kFloat, latched_qos()));
@@ -83,7 +83,7 @@ TEST_F(BridgeTest, WhatIsKeptOnTheNetworkAloneIsNeverOldAndCostsNothingMeanwhile
   EXPECT_THAT(take_all(*reader), ElementsAre(3));
 }
 
-TEST_F(BridgeTest, AHistoryOfMessagesIsThereForWhoComesLater) {
+TEST_F(BridgeTest, HistoryReachesLateReader) {
   const auto publisher = node.advertise<Float64>("/log", Qos::rosout());
   start();
   ASSERT_TRUE(comes_true([&] { return endpoints("/log").size() == 1; }));
@@ -95,7 +95,7 @@ TEST_F(BridgeTest, AHistoryOfMessagesIsThereForWhoComesLater) {
   EXPECT_THAT(take_all(*reader), ElementsAre(1, 2, 3));
 }
 
-TEST_F(BridgeTest, WhatTheNetworkSendsReachesTheNodesOnceAndDoesNotGoBack) {
+TEST_F(BridgeTest, NetworkMessageReachesNodesOnce) {
   std::vector<double> received;
   node.subscribe<Float64>("/in", [&](const Float64& message) { received.push_back(message.data); });
   doppel::Node other(bus, "/other");
@@ -118,7 +118,7 @@ TEST_F(BridgeTest, WhatTheNetworkSendsReachesTheNodesOnceAndDoesNotGoBack) {
   EXPECT_TRUE(comes_true([&] { return bridge->status().received == 3; }));
 }
 
-TEST_F(BridgeTest, APageThatPublishesIsAPublisherOnTheNetwork) {
+TEST_F(BridgeTest, PublishingEdgeIsNetworkPublisher) {
   node.subscribe<Float64>("/in", [](const Float64&) {});
   const auto page = bus.attach("/_page");
   ASSERT_TRUE(page->publish("/_page", "/in", kFloat, to_cdr(Float64{4})));
@@ -131,7 +131,7 @@ TEST_F(BridgeTest, APageThatPublishesIsAPublisherOnTheNetwork) {
   EXPECT_THAT(take_all(*listener), ElementsAre(5));
 }
 
-TEST_F(BridgeTest, MalformedMessagesAreCountedAndToldOnce) {
+TEST_F(BridgeTest, MalformedMessagesAreCountedAndReportedOnce) {
   int received = 0;
   node.subscribe<Float64>("/in", [&](const Float64&) { ++received; });
   start();
@@ -152,7 +152,7 @@ TEST_F(BridgeTest, MalformedMessagesAreCountedAndToldOnce) {
   EXPECT_THAT(said, ElementsAre(HasSubstr("/in")));
 }
 
-TEST_F(BridgeTest, EndpointsAreTheirNodes) {
+TEST_F(BridgeTest, EndpointsBelongToTheirNodes) {
   node.advertise<Float64>("/x");
   doppel::Node other(bus, "/ns/other");
   other.advertise<Float64>("/x", {.depth = 4});
@@ -174,7 +174,7 @@ TEST_F(BridgeTest, EndpointsAreTheirNodes) {
   EXPECT_EQ(endpoints("/x").size(), 2U) << "each node has a writer of its own";
 }
 
-TEST_F(BridgeTest, NodesComeAndGoAndWhatIsMadeAnewAtOnceStays) {
+TEST_F(BridgeTest, RecreatedNodeKeepsEndpoints) {
   start();
   std::optional<doppel::Node> controller(std::in_place, bus, "/controller");
   controller->advertise<Float64>("~/state");
@@ -191,7 +191,7 @@ TEST_F(BridgeTest, NodesComeAndGoAndWhatIsMadeAnewAtOnceStays) {
   EXPECT_TRUE(comes_true([&] { return endpoints("/controller/state").empty(); }));
 }
 
-TEST_F(BridgeTest, TheNextNodeCarriesALatchedTopicOn) {
+TEST_F(BridgeTest, NextNodeTakesOverLatchedTopic) {
   std::optional<doppel::Node> first(std::in_place, bus, "/a_first");
   first->advertise<Float64>("/x", {.depth = 1, .latched = true}).publish({1}, {});
   const auto publisher = node.advertise<Float64>("/x", {.depth = 1, .latched = true});
@@ -206,7 +206,7 @@ TEST_F(BridgeTest, TheNextNodeCarriesALatchedTopicOn) {
   EXPECT_THAT(take_all(*reader), ElementsAre(2));
 }
 
-TEST_F(BridgeTest, TheStrongestOfferCarriesForAll) {
+TEST_F(BridgeTest, StrongestQosCarriesTopic) {
   const auto weak = node.advertise<Float64>("/x", {.depth = 50, .best_effort = true});
   start();
   ASSERT_TRUE(comes_true([&] { return endpoints("/x").size() == 1; }));
@@ -222,7 +222,7 @@ TEST_F(BridgeTest, TheStrongestOfferCarriesForAll) {
   EXPECT_THAT(take_all(*any), ElementsAre(1, 2)) << "each once";
 }
 
-TEST_F(BridgeTest, ANameThatIsGivenAnotherTypeIsOfferedAtOnce) {
+TEST_F(BridgeTest, RetypedTopicIsOfferedImmediately) {
   std::optional<doppel::Node> first(std::in_place, bus, "/first");
   first->advertise<String>("/x");
   first->subscribe<String>("/x", [](const String&) {});
@@ -242,7 +242,7 @@ ServiceSpec trigger_spec(const std::string& name) {
   return {.name = name, .type = "std_srvs/srv/Trigger", .request_hash = "", .response_hash = ""};
 }
 
-TEST_F(BridgeTest, ServicesAnswerWhoAsksAndRefuseInSilence) {
+TEST_F(BridgeTest, MalformedRequestGetsNoResponse) {
   node.serve<Trigger>("~/go", [](const auto&, const Responder<Trigger::Response>& respond) {
     respond({.success = true, .message = "gone"});
   });
@@ -266,7 +266,7 @@ TEST_F(BridgeTest, ServicesAnswerWhoAsksAndRefuseInSilence) {
 
 // What comes to a reader before it knows the writer's place waits in a history of ten, where the answers of
 // others push it out.
-TEST_F(BridgeTest, AnAnswerWaitsForAReaderThatHasNotAcknowledgedAnythingButNotForever) {
+TEST_F(BridgeTest, ResponseWaitsForReaderWithTimeout) {
   node.serve<Trigger>("~/go", [](const auto&, const Responder<Trigger::Response>& respond) { respond({}); });
   start();
   ServiceClient client(*peer, trigger_spec("/arm/go"));
@@ -279,7 +279,7 @@ TEST_F(BridgeTest, AnAnswerWaitsForAReaderThatHasNotAcknowledgedAnythingButNotFo
   EXPECT_GE(steady_clock::now() - begin, milliseconds(20));
 }
 
-TEST_F(BridgeTest, AClientThatIsGoneCostsNothing) {
+TEST_F(BridgeTest, ResponseToVanishedClientIsDropped) {
   std::vector<Responder<Trigger::Response>> waiting;
   node.serve<Trigger>("~/go", [&](const auto&, const auto& respond) { waiting.push_back(respond); });
   start();
@@ -296,7 +296,7 @@ TEST_F(BridgeTest, AClientThatIsGoneCostsNothing) {
   EXPECT_TRUE(comes_true([&] { return waiting.size() == 4; }));
 }
 
-TEST_F(BridgeTest, ANodeWarnsOfReadersAndWritersWithIncompatibleQosOnceEach) {
+TEST_F(BridgeTest, IncompatibleQosIsReportedOncePerPair) {
   node.advertise<Float64>("/out");
   node.subscribe<Float64>("/in", [](const auto&) {});
   start();
@@ -321,7 +321,7 @@ TEST_F(BridgeTest, ANodeWarnsOfReadersAndWritersWithIncompatibleQosOnceEach) {
   EXPECT_EQ(count(of_writer), 1);
 }
 
-TEST_F(BridgeTest, ASecondPublisherOfTheClockIsReported) {
+TEST_F(BridgeTest, SecondClockPublisherIsReported) {
   node.advertise<rosgraph_msgs::msg::Clock>("/clock");
   start();
   const auto writer = peer->make_writer(topic_spec("/clock", rosgraph_msgs::msg::Clock::kType));
@@ -334,7 +334,7 @@ TEST_F(BridgeTest, ASecondPublisherOfTheClockIsReported) {
   }));
 }
 
-TEST_F(BridgeTest, ANodesClientCallsOthersServices) {
+TEST_F(BridgeTest, NodeClientCallsRemoteService) {
   start();
   auto client = bridge->make_client("/arm", "/far/set", "std_srvs/srv/SetBool");
   EXPECT_FALSE(client->is_available());
@@ -378,7 +378,7 @@ TEST_F(BridgeTest, ANodesClientCallsOthersServices) {
   }));
 }
 
-TEST_F(BridgeTest, ANodesClientFindsTheBussOwnServices) {
+TEST_F(BridgeTest, NodeClientFindsLocalService) {
   node.serve<Trigger>("~/go", [](const auto&, const Responder<Trigger::Response>& respond) {
     respond({.success = true, .message = "here"});
   });
@@ -393,7 +393,7 @@ TEST_F(BridgeTest, ANodesClientFindsTheBussOwnServices) {
   EXPECT_TRUE(comes_true([&] { return answer == "here"; }));
 }
 
-TEST_F(BridgeTest, ARemoteServiceMayOutliveItsBridge) {
+TEST_F(BridgeTest, RemoteServiceCanOutliveBridge) {
   start();
   const auto client = bridge->make_client("/arm", "/far/go", "std_srvs/srv/Trigger");
   bridge.reset();
@@ -401,7 +401,7 @@ TEST_F(BridgeTest, ARemoteServiceMayOutliveItsBridge) {
   client->call({}, [](const Bytes&) { FAIL(); });
 }
 
-TEST_F(BridgeTest, ItsGraphShowsOthersAndItself) {
+TEST_F(BridgeTest, GraphListsOwnAndRemoteNodes) {
   node.advertise<Float64>("/x");
   start();
   auto reader = peer->make_reader(topic_spec("/x"));
@@ -418,7 +418,7 @@ TEST_F(BridgeTest, ItsGraphShowsOthersAndItself) {
   EXPECT_EQ(bridge->status().state, NetworkStatus::State::joined);
 }
 
-TEST_F(BridgeTest, ANodeThatCameAndWentBetweenTwoLooksIsNotThere) {
+TEST_F(BridgeTest, ShortLivedNodeIsNotListed) {
   Graph graph(*peer);
   {
     const auto visitor = network.join([] {});
@@ -429,7 +429,7 @@ TEST_F(BridgeTest, ANodeThatCameAndWentBetweenTwoLooksIsNotThere) {
   EXPECT_TRUE(graph.nodes().empty());
 }
 
-TEST_F(BridgeTest, WithoutANetworkItSaysSoOnceAndTheBusGoesOn) {
+TEST_F(BridgeTest, MissingNetworkIsReportedOnce) {
   bridge.emplace(bus, BridgeOptions{.network = {}, .diagnostics_node = "/doppel"}, log,
                  [](const auto&, const auto&) -> std::unique_ptr<Participant> {
                    throw NetworkError("there is no interface");
@@ -444,14 +444,14 @@ TEST_F(BridgeTest, WithoutANetworkItSaysSoOnceAndTheBusGoesOn) {
   EXPECT_THAT(said, ElementsAre("no ROS 2 network: there is no interface"));
 }
 
-TEST_F(BridgeTest, WhateverMakingItsParticipantThrowsEndsNothingButTheNetwork) {
+TEST_F(BridgeTest, ParticipantExceptionDisablesNetworkOnly) {
   bridge.emplace(bus, BridgeOptions{}, log,
                  [](const auto&, auto) -> std::unique_ptr<Participant> { throw 42; });
   EXPECT_TRUE(comes_true([this] { return bridge->status().state == NetworkStatus::State::absent; }));
   EXPECT_EQ(bridge->status().problem, "it threw what is no std::exception");
 }
 
-TEST_F(BridgeTest, EndsWhileItsPeersAreLookedUp) {
+TEST_F(BridgeTest, DestructionDuringPeerLookupIsSafe) {
   std::promise<void> begun;
   bridge.emplace(bus, BridgeOptions{}, log, [&](const ParticipantOptions& with, const auto&) {
     begun.set_value();
@@ -464,7 +464,7 @@ TEST_F(BridgeTest, EndsWhileItsPeersAreLookedUp) {
   EXPECT_THAT(said, IsEmpty());
 }
 
-TEST_F(BridgeTest, TellsDiagnosticsHowTheNetworkIs) {
+TEST_F(BridgeTest, DiagnosticsReportNetworkStatus) {
   start({.network = {}, .diagnostics_node = "/doppel"});
   diagnostic_msgs::msg::DiagnosticStatus received;
   node.subscribe<diagnostic_msgs::msg::DiagnosticArray>(
@@ -474,7 +474,7 @@ TEST_F(BridgeTest, TellsDiagnosticsHowTheNetworkIs) {
   EXPECT_EQ(received.hardware_id, "domain 0");
 }
 
-TEST_F(BridgeTest, EndsWithCallsAndMessagesUnderWay) {
+TEST_F(BridgeTest, DestructionDuringTrafficIsSafe) {
   const auto publisher = node.advertise<Float64>("/x");
   std::vector<Responder<Trigger::Response>> waiting;
   node.serve<Trigger>("~/go", [&](const auto&, const auto& respond) { waiting.push_back(respond); });

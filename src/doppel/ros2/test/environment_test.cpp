@@ -23,21 +23,21 @@ Read read(const std::map<std::string, std::string>& variables) {
   return result;
 }
 
-TEST(Environment, WithoutVariablesTheMachineIsNotLeft) {
+TEST(Environment, DefaultRangeIsLocalhost) {
   const Read r = read({});
   EXPECT_EQ(r.options.domain, 0u);
   EXPECT_EQ(r.options.range, DiscoveryRange::localhost);
   EXPECT_TRUE(r.diagnostics.all().empty());
 }
 
-TEST(Environment, DomainsAreNumbersUpTo232) {
+TEST(Environment, DomainBeyond232IsRefused) {
   EXPECT_EQ(read({{"ROS_DOMAIN_ID", "232"}}).options.domain, 232u);
   EXPECT_EQ(read({{"ROS_DOMAIN_ID", ""}}).options.domain, 0u);
   for (const char* bad : {"233", "-1", "x", "1x", " 1", "99999999999999999999"})
     EXPECT_THROW(read({{"ROS_DOMAIN_ID", bad}}), InputError) << bad;
 }
 
-TEST(Environment, RangesAndPeers) {
+TEST(Environment, RangeAndPeersAreRead) {
   const Read r =
       read({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET"}, {"ROS_STATIC_PEERS", "10.0.0.1;;arm.local;"}});
   EXPECT_EQ(r.options.range, DiscoveryRange::subnet);
@@ -45,14 +45,14 @@ TEST(Environment, RangesAndPeers) {
   EXPECT_TRUE(r.diagnostics.all().empty());
 }
 
-TEST(Environment, AnUnknownRangeIsLocalhostAndIsTold) {
+TEST(Environment, UnknownRangeIsLocalhostAndReported) {
   const Read r = read({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNETS"}});
   EXPECT_EQ(r.options.range, DiscoveryRange::localhost);
   ASSERT_EQ(r.diagnostics.all().size(), 1u);
   EXPECT_NE(r.diagnostics.all()[0].message.find("did you mean 'SUBNET'"), std::string::npos);
 }
 
-TEST(Environment, TheDeprecatedVariableWins) {
+TEST(Environment, DeprecatedVariableWins) {
   const Read r = read({{"ROS_LOCALHOST_ONLY", "1"},
                        {"ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET"},
                        {"ROS_STATIC_PEERS", "10.0.0.1"}});
@@ -61,7 +61,7 @@ TEST(Environment, TheDeprecatedVariableWins) {
   EXPECT_EQ(r.diagnostics.count(Severity::warning), 1u);
 }
 
-TEST(Environment, PeersNeedARangeThatTakesThem) {
+TEST(Environment, PeersWithoutRangeAreReported) {
   const Read r = read({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}, {"ROS_STATIC_PEERS", "10.0.0.1"}});
   EXPECT_TRUE(r.options.static_peers.empty());
   EXPECT_EQ(r.diagnostics.count(Severity::warning), 1u);

@@ -87,7 +87,7 @@ class GraphClientTest : public testing::Test {
   std::vector<std::string> said_;
 };
 
-TEST_F(GraphClientTest, SeesWhoIsThere) {
+TEST_F(GraphClientTest, NodesAndTopicsAreDiscovered) {
   start_lab();
   GraphClient client(options());
   EXPECT_THAT(client.nodes(), ElementsAre("/lab/bench"));
@@ -107,7 +107,7 @@ TEST_F(GraphClientTest, SeesWhoIsThere) {
   EXPECT_THAT(said_, IsEmpty());
 }
 
-TEST_F(GraphClientTest, HearsWhatIsLatchedAndWhatIsBestEffort) {
+TEST_F(GraphClientTest, LatchedAndBestEffortTopicsAreReceived) {
   start_lab();
   GraphClient client(options());
   client.subscribe("/lab/description");
@@ -118,7 +118,7 @@ TEST_F(GraphClientTest, HearsWhatIsLatchedAndWhatIsBestEffort) {
   EXPECT_EQ(client.message_type("/lab/quick").name, "std_msgs/msg/String");
 }
 
-TEST_F(GraphClientTest, TheFirstMessageReachesTheSubscriber) {
+TEST_F(GraphClientTest, FirstMessageReachesSubscriber) {
   start_lab();
   GraphClient client(options());
   client.subscribe("/lab/answer");
@@ -139,7 +139,7 @@ TEST_F(GraphClientTest, CallsServices) {
               HasSubstr("did not answer within 0.03 s"));
 }
 
-TEST_F(GraphClientTest, AServerThatGoesAwayRefuses) {
+TEST_F(GraphClientTest, VanishedServerEndsCall) {
   start_lab();
   GraphClient client(options());
   const std::uint32_t call = client.begin_call("/lab/bench/never", to_cdr(Trigger::Request()));
@@ -154,7 +154,7 @@ TEST_F(GraphClientTest, AServerThatGoesAwayRefuses) {
 }
 
 // One whose requests are matched already and whose answers are not yet.
-TEST_F(GraphClientTest, AnotherServerThatComesEndsNoCall) {
+TEST_F(GraphClientTest, NewServerKeepsCall) {
   start_lab();
   GraphClient client(options());
   const std::uint32_t call = client.begin_call("/lab/bench/never", to_cdr(Trigger::Request()));
@@ -186,7 +186,7 @@ TEST_F(GraphClientTest, ReadsAndSetsParameters) {
   EXPECT_THAT(failure_of([&] { client.parameters("/lab/stool"); }), HasSubstr("offers no parameters"));
 }
 
-TEST_F(GraphClientTest, NobodyThereIsSaid) {
+TEST_F(GraphClientTest, EmptyNetworkIsReported) {
   GraphClient client(options());
   EXPECT_THAT(client.topics(), IsEmpty());
   EXPECT_THAT(client.nodes(), IsEmpty());
@@ -194,13 +194,13 @@ TEST_F(GraphClientTest, NobodyThereIsSaid) {
   EXPECT_THAT(said_[0], HasSubstr("nobody"));
 }
 
-TEST_F(GraphClientTest, ImpatienceIsHonoured) {
+TEST_F(GraphClientTest, TimeoutIsKept) {
   GraphClientOptions impatient = options();
   impatient.interrupted = [] { return true; };
   EXPECT_THROW(GraphClient{impatient}, Interrupted);
 }
 
-TEST_F(GraphClientTest, ANetworkThatCannotBeUsedIsSaid) {
+TEST_F(GraphClientTest, UnusableNetworkIsReported) {
   const auto fails = [](const ParticipantOptions&,
                         const std::function<void()>&) -> std::unique_ptr<Participant> {
     throw NetworkError("no usable network");
@@ -280,7 +280,7 @@ TypeDescription one_field(std::string type, const char* field, FieldKind kind) {
   return description;
 }
 
-TEST_F(GraphClientTest, ATypeThatIsNotCompiledInIsAskedFor) {
+TEST_F(GraphClientTest, UnknownTypeIsRequestedFromNode) {
   const TypeDescription type = one_field("my_msgs/msg/Odd", "oddness", FieldKind::int32);
   RawParticipant stranger(domain_, type, "/stranger", true);
   stranger.publish({std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}, std::byte{7}, std::byte{0},
@@ -295,7 +295,7 @@ TEST_F(GraphClientTest, ATypeThatIsNotCompiledInIsAskedFor) {
   EXPECT_EQ(text, "oddness: 7\n");
 }
 
-TEST_F(GraphClientTest, ATypeThatIsNotCompiledInCanBePublishedToWhoDescribesIt) {
+TEST_F(GraphClientTest, UnknownTypeCanBePublishedWhereDescribed) {
   const TypeDescription type = one_field("my_msgs/msg/Odd", "oddness", FieldKind::int32);
   RawParticipant stranger(domain_, type, "/stranger", true);
   GraphClient client(options());
@@ -311,7 +311,7 @@ TEST_F(GraphClientTest, ATypeThatIsNotCompiledInCanBePublishedToWhoDescribesIt) 
   EXPECT_EQ(writer->type_hash, type_hash(type));
 }
 
-TEST_F(GraphClientTest, ATypeThatNobodyDescribesIsSaid) {
+TEST_F(GraphClientTest, UndescribedTypeIsReported) {
   RawParticipant stranger(domain_, one_field("my_msgs/msg/Odd", "oddness", FieldKind::int32), "/stranger",
                           false);
   GraphClient client(options());
@@ -319,7 +319,7 @@ TEST_F(GraphClientTest, ATypeThatNobodyDescribesIsSaid) {
               HasSubstr("my_msgs/msg/Odd, a type that this program does not know, and /stranger"));
 }
 
-TEST_F(GraphClientTest, ATypeOfAnotherDefinitionIsNotReadAsOurs) {
+TEST_F(GraphClientTest, TypeWithOtherHashIsNotDecoded) {
   const TypeDescription type = one_field("std_msgs/msg/String", "number", FieldKind::int32);
   {
     RawParticipant stranger(domain_, type, "/stranger", false);

@@ -9,7 +9,7 @@
 namespace doppel::ros2::test {
 namespace {
 
-class Graphs : public testing::Test {
+class GraphTest : public testing::Test {
  protected:
   OwnDomain domain_;
   Activity activity_;
@@ -33,7 +33,7 @@ class Graphs : public testing::Test {
   }
 };
 
-TEST_F(Graphs, NodesAndWhatTheyOffer) {
+TEST_F(GraphTest, NodesListTheirEndpoints) {
   Graph other(*there_);
   const auto writer = there_->make_writer(text_topic());
   const ServiceServer server(*there_, {"/left/talker/go", "std_srvs/srv/Trigger", "", ""});
@@ -58,7 +58,7 @@ TEST_F(Graphs, NodesAndWhatTheyOffer) {
   EXPECT_TRUE(service.clients.empty());
 }
 
-TEST_F(Graphs, ItsOwnEndpointsTellJazzysTypeHash) {
+TEST_F(GraphTest, OwnEndpointsCarryJazzyTypeHash) {
   const auto endpoints = here_->endpoints();
   ASSERT_EQ(endpoints.size(), 2u);
   for (const EndpointInfo& e : endpoints) {
@@ -67,21 +67,21 @@ TEST_F(Graphs, ItsOwnEndpointsTellJazzysTypeHash) {
   }
 }
 
-TEST_F(Graphs, OwnNodesAreAmongThem) {
+TEST_F(GraphTest, OwnNodesAreListed) {
   graph_.set_own_nodes({{"/me"}});
   EXPECT_TRUE(graph_.update());
   ASSERT_TRUE(has_node("/me"));
   EXPECT_FALSE(graph_.nodes()[0].enclave.empty());
 }
 
-TEST_F(Graphs, NamesDoNotSteerATerminal) {
+TEST_F(GraphTest, ControlCharactersInNamesAreEscaped) {
   Graph other(*there_);
   other.set_own_nodes({{"/a\x1b[2J"}, {"/\xc2\x9b/b\x07"}});
   EXPECT_TRUE(sees_node("/a?[2J"));
   EXPECT_TRUE(has_node("/?/b?"));
 }
 
-TEST_F(Graphs, WhatChangesIsTold) {
+TEST_F(GraphTest, ChangesAreReported) {
   Graph other(*there_);
   other.set_own_nodes({{"/a"}});
   ASSERT_TRUE(sees_node("/a"));
@@ -90,7 +90,7 @@ TEST_F(Graphs, WhatChangesIsTold) {
   EXPECT_FALSE(has_node("/a"));
 }
 
-TEST_F(Graphs, NodesGoWithTheirParticipant) {
+TEST_F(GraphTest, NodesVanishWithParticipant) {
   auto other = std::make_unique<Graph>(*there_);
   other->set_own_nodes({{"/a"}});
   ASSERT_TRUE(sees_node("/a"));
@@ -99,13 +99,13 @@ TEST_F(Graphs, NodesGoWithTheirParticipant) {
   EXPECT_TRUE(sees([&] { return graph_.nodes().empty(); }));
 }
 
-TEST_F(Graphs, EndpointsThatNobodyClaimsAreToldSo) {
+TEST_F(GraphTest, UnclaimedEndpointsAreReported) {
   const auto writer = there_->make_writer(text_topic());
   ASSERT_TRUE(sees([&] { return graph_.topics().size() == 1; }));
   EXPECT_EQ(graph_.topics()[0].publishers[0].node, "_NODE_NAME_UNKNOWN_");
 }
 
-TEST_F(Graphs, NobodySpeaksForOthersAndGarbageIsNotBelieved) {
+TEST_F(GraphTest, ForeignAndMalformedGraphDataIsIgnored) {
   const EndpointSpec spec{"ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_", "",
                           latched_qos(10)};
   const auto writer = there_->make_writer(spec);

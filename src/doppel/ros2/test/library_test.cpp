@@ -22,7 +22,7 @@ using test::quiet_context;
 using testing::HasSubstr;
 using Text = std_msgs::msg::String;
 
-class LibraryTest : public testing::Test {
+class ClientLibraryTest : public testing::Test {
  protected:
   [[nodiscard]] ContextOptions options(std::vector<std::string> ros_args = {}) const {
     ContextOptions options = quiet_context(domain_);
@@ -33,7 +33,7 @@ class LibraryTest : public testing::Test {
   test::OwnDomain domain_;
 };
 
-TEST_F(LibraryTest, TalksAndListens) {
+TEST_F(ClientLibraryTest, PublisherReachesSubscription) {
   Peer talker(options(), [](Context& context) {
     struct Talker {
       explicit Talker(Context& context) : node(context, "talker") {
@@ -60,7 +60,7 @@ TEST_F(LibraryTest, TalksAndListens) {
   EXPECT_TRUE(context.spin_until(sees_talker, kTimeout));
 }
 
-TEST_F(LibraryTest, LatecomersHearWhatIsLatched) {
+TEST_F(ClientLibraryTest, LateSubscriptionReceivesLatched) {
   Peer early(options(), [](Context& context) {
     auto node = std::make_unique<Node>(context, "early");
     node->create_publisher<Text>("/description", {.depth = 1, .latched = true}).publish({"once"});
@@ -83,7 +83,7 @@ std::unique_ptr<Node> switch_node(Context& context) {
   return node;
 }
 
-TEST_F(LibraryTest, CallsServices) {
+TEST_F(ClientLibraryTest, CallsServices) {
   Peer server(options(), switch_node);
   Context context(options());
   Node node(context, "caller");
@@ -140,7 +140,7 @@ struct Arm {
   std::shared_ptr<Timer> timer;
 };
 
-TEST_F(LibraryTest, SendsGoals) {
+TEST_F(ClientLibraryTest, SendsGoals) {
   std::atomic<bool> finish = false;
   Peer server(options(), [&](Context& context) { return std::make_unique<Arm>(context, finish); });
   Context context(options());
@@ -174,7 +174,7 @@ TEST_F(LibraryTest, SendsGoals) {
   EXPECT_TRUE(context.spin_until([&] { return taken; }, kTimeout));
 }
 
-TEST_F(LibraryTest, NamesAndParametersFollowTheCommandLine) {
+TEST_F(ClientLibraryTest, CommandLineSetsNamesAndParameters) {
   Context context(options({"-r", "__ns:=/left", "-r", "chatter:=speech", "-p", "gain:=2", "-p",
                            "arm:other:=7", "-p", "names:=[a, b]"}));
   Node node(context, "arm");
@@ -196,13 +196,13 @@ TEST_F(LibraryTest, NamesAndParametersFollowTheCommandLine) {
   EXPECT_THROW(Node(context, "a name"), InputError);
 }
 
-TEST_F(LibraryTest, AParameterOfTheWrongTypeIsRefused) {
+TEST_F(ClientLibraryTest, ParameterOfWrongTypeIsRefused) {
   Context context(options({"-p", "gain:=much"}));
   Node node(context, "arm");
   EXPECT_THROW(node.declare_parameter("gain", 0.5), InputError);
 }
 
-TEST_F(LibraryTest, SimulatedTimeIsWhatTheClockSays) {
+TEST_F(ClientLibraryTest, SimTimeFollowsClock) {
   Context context(options({"-p", "use_sim_time:=true"}));
   Node node(context, "arm");
   EXPECT_EQ(node.now(), Time{});
@@ -221,7 +221,7 @@ TEST_F(LibraryTest, SimulatedTimeIsWhatTheClockSays) {
   EXPECT_TRUE(timer->is_canceled());
 }
 
-TEST_F(LibraryTest, WhatACallbackThrowsLeavesTheSpin) {
+TEST_F(ClientLibraryTest, CallbackExceptionLeavesSpin) {
   Context context(options());
   Node node(context, "arm");
   auto out = node.create_publisher<Text>("/self");
@@ -232,7 +232,7 @@ TEST_F(LibraryTest, WhatACallbackThrowsLeavesTheSpin) {
   EXPECT_THROW(context.spin_for(1min), std::out_of_range);
 }
 
-TEST_F(LibraryTest, ACallbackThatSpinsIsToldThatItMustNot) {
+TEST_F(ClientLibraryTest, SpinInCallbackThrows) {
   Context context(options());
   Node node(context, "impatient");
   const auto client = node.create_client<SetBool>("nobody");
@@ -242,7 +242,7 @@ TEST_F(LibraryTest, ACallbackThatSpinsIsToldThatItMustNot) {
   EXPECT_NO_THROW(context.spin_some());
 }
 
-TEST_F(LibraryTest, WhatAGoalsCallbackThrowsLeavesTheSpinAndRefuses) {
+TEST_F(ClientLibraryTest, GoalCallbackExceptionLeavesSpinAndRejects) {
   Context context(options());
   Node node(context, "arm");
   const auto server = node.create_action_server<Follow>(
@@ -257,7 +257,7 @@ TEST_F(LibraryTest, WhatAGoalsCallbackThrowsLeavesTheSpinAndRefuses) {
   EXPECT_TRUE(goal->is_rejected());
 }
 
-TEST_F(LibraryTest, SpinningEnds) {
+TEST_F(ClientLibraryTest, SpinEndsOnShutdown) {
   Context context(options());
   EXPECT_TRUE(context.ok());
   std::thread other([&] { context.shutdown(); });
@@ -273,7 +273,7 @@ TEST_F(LibraryTest, SpinningEnds) {
   EXPECT_FALSE(second.ok());
 }
 
-TEST_F(LibraryTest, TheLogIsHeardOnRosout) {
+TEST_F(ClientLibraryTest, LogIsPublishedOnRosout) {
   Peer log_source(options(), [](Context& context) {
     struct LogSource {
       explicit LogSource(Context& context) : node(context, "teller", "/lab") {

@@ -7,7 +7,7 @@
 namespace doppel::ros2 {
 namespace {
 
-TEST(Names, GoToTheWireAndBack) {
+TEST(RosNames, NamesRoundTripToWire) {
   EXPECT_EQ(dds_name(NameKind::topic, "/joint_states"), "rt/joint_states");
   EXPECT_EQ(dds_name(NameKind::request, "/a/b"), "rq/a/bRequest");
   EXPECT_EQ(dds_name(NameKind::reply, "/a/_action/get_result"), "rr/a/_action/get_resultReply");
@@ -19,13 +19,13 @@ TEST(Names, GoToTheWireAndBack) {
   }
 }
 
-TEST(Names, WhatIsNotOfRosHasNoName) {
+TEST(RosNames, ForeignTopicHasNoRosName) {
   for (const char* name : {"", "rt", "rt/", "joint_states", "ros_discovery_info", "rq/a", "rr/aRequest",
                            "rq/Request", "rtx/a", "rs/a", "rt/a\x1b[2J", "rt/a\n", "rt/\xc2\x9b"})
     EXPECT_FALSE(ros_name(name)) << name;
 }
 
-TEST(Names, TypesGoToTheWireAndBack) {
+TEST(RosNames, TypesRoundTripToWire) {
   EXPECT_EQ(dds_type("sensor_msgs/msg/JointState"), "sensor_msgs::msg::dds_::JointState_");
   EXPECT_EQ(dds_type("std_srvs/srv/Trigger_Request"), "std_srvs::srv::dds_::Trigger_Request_");
   for (const char* type : {"sensor_msgs/msg/JointState", "std_srvs/srv/Trigger_Response",
@@ -36,7 +36,7 @@ TEST(Names, TypesGoToTheWireAndBack) {
     EXPECT_FALSE(ros_type(type)) << type;
 }
 
-TEST(Qos, WhatIsOfferedMustBeEnough) {
+TEST(Qos, WeakerOfferIsIncompatible) {
   EXPECT_EQ(incompatibility(default_qos(), default_qos()), "");
   EXPECT_EQ(incompatibility(default_qos(), sensor_data_qos()), "");
   EXPECT_EQ(incompatibility(latched_qos(), default_qos()), "");
@@ -50,7 +50,7 @@ TEST(Qos, WhatIsOfferedMustBeEnough) {
   EXPECT_EQ(incompatibility(every_second, default_qos()), "");
 }
 
-TEST(Qos, OfSeveralIncompatiblePoliciesTheOneThatDdsNumbersLastIsNamed) {
+TEST(Qos, LastIncompatiblePolicyIsNamed) {
   EXPECT_EQ(incompatible_policy(default_qos(), default_qos()), "");
   QosProfile strict = latched_qos();
   EXPECT_EQ(incompatible_policy(default_qos(), strict), "DURABILITY_QOS_POLICY");

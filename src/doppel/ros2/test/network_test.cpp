@@ -41,7 +41,7 @@ std::uint32_t first_port(const OwnDomain& domain) {
   return 7400 + 250 * domain.id() + 10;
 }
 
-TEST(Network, WithoutAFreePortItIsSaidSo) {
+TEST(Participant, NoFreePortIsReported) {
   const OwnDomain domain;
   std::vector<std::unique_ptr<Socket>> taken;
   for (std::uint32_t i = 0; i < 240; i += 2) {  // one of each pair is enough
@@ -60,7 +60,7 @@ TEST(Network, WithoutAFreePortItIsSaidSo) {
   EXPECT_TRUE(make_participant(on_domain(domain), [] {}));
 }
 
-TEST(Network, WhoeverIsOffMeetsNobody) {
+TEST(Participant, RangeOffDiscoversNobody) {
   const OwnDomain domain;
   Activity activity;
   ParticipantOptions options = on_domain(domain);
@@ -98,7 +98,7 @@ struct Pair {
 };
 
 // It would have Fast DDS add writers, and end the process when a peer's counters run backwards.
-TEST(Network, NoStatisticsAreKeptOfPeers) {
+TEST(Participant, PeerStatisticsAreDisabled) {
   setenv("FASTDDS_STATISTICS", "NETWORK_LATENCY_TOPIC;RTPS_SENT_TOPIC", 1);
   EXPECT_THROW(make_participant(on_domain(OwnDomain()), [] {}), NetworkError);
   forget_statistics();
@@ -108,7 +108,7 @@ TEST(Network, NoStatisticsAreKeptOfPeers) {
   EXPECT_EQ(pair.there->endpoints().size(), 2u);
 }
 
-TEST(Network, GarbageChangesNothing) {
+TEST(Participant, GarbageIsIgnored) {
   Pair pair;
   ASSERT_TRUE(pair.meet());
   const auto known = pair.there->endpoints().size();
@@ -150,7 +150,7 @@ std::vector<std::uint8_t> announcement(std::uint16_t number) {
   return bytes;
 }
 
-TEST(Network, ACrowdIsKeptOutAndHurtsNobody) {
+TEST(Participant, ParticipantsBeyondLimitAreIgnored) {
   Pair pair;
   ASSERT_TRUE(pair.meet());
   const std::uint64_t middleware_log = pair.there->middleware_log().count;
@@ -174,7 +174,7 @@ TEST(Network, ACrowdIsKeptOutAndHurtsNobody) {
   EXPECT_GT(pair.there->middleware_log().count, middleware_log);
 }
 
-TEST(Network, AParticipantMayGoInTheMiddleOfTraffic) {
+TEST(Participant, DestructionDuringTrafficIsSafe) {
   const OwnDomain domain;
   Activity activity;
   const auto here = make_participant(on_domain(domain), activity.signal());
@@ -195,7 +195,7 @@ TEST(Network, AParticipantMayGoInTheMiddleOfTraffic) {
 }
 
 // Each sample that it kept would cost each reader more with every heartbeat.
-TEST(Network, AVolatileWriterKeepsNoSampleThatEverybodyHasAcknowledged) {
+TEST(Participant, VolatileWriterDropsAcknowledgedSamples) {
   constexpr auto kPeriod = std::chrono::milliseconds(8);   // a sample waits for its acknowledgement for five
   constexpr auto kFirst = std::chrono::milliseconds(120);  // a reader's first acknowledgement comes after 70
   constexpr std::size_t kReaders = 20, kLast = 3;

@@ -7,7 +7,7 @@
 namespace doppel::ros2::test {
 namespace {
 
-class TwoParticipants : public testing::Test {
+class ParticipantPairTest : public testing::Test {
  protected:
   OwnDomain domain_;
   Activity activity_;
@@ -26,7 +26,7 @@ class TwoParticipants : public testing::Test {
   }
 };
 
-TEST_F(TwoParticipants, ASampleComesWithItsIdentity) {
+TEST_F(ParticipantPairTest, SampleCarriesIdentity) {
   const Pair pair = connect(text_topic());
   const SampleIdentity related{there_->gid(), 77};
   const auto sent = pair.writer->write(cdr_text("hello"), &related);
@@ -47,7 +47,7 @@ TEST_F(TwoParticipants, ASampleComesWithItsIdentity) {
   EXPECT_FALSE(pair.reader->is_ready());
 }
 
-TEST_F(TwoParticipants, ReadyTellsOfWhatHasCome) {
+TEST_F(ParticipantPairTest, ReadyListsReceived) {
   const Pair pair = connect(text_topic());
   Sample sample;
   EXPECT_FALSE(pair.reader->take(sample));
@@ -57,7 +57,7 @@ TEST_F(TwoParticipants, ReadyTellsOfWhatHasCome) {
   EXPECT_TRUE(pair.reader->take(sample));
 }
 
-TEST_F(TwoParticipants, OwnSamplesDoNotComeBack) {
+TEST_F(ParticipantPairTest, OwnSamplesAreNotReceived) {
   const Pair pair = connect(text_topic());
   const auto own = here_->make_reader(text_topic());
   pair.writer->write(cdr_text("for others"));
@@ -68,7 +68,7 @@ TEST_F(TwoParticipants, OwnSamplesDoNotComeBack) {
   EXPECT_EQ(pair.writer->matched(), 1u);
 }
 
-TEST_F(TwoParticipants, ALateReaderGetsTheLatchedSamples) {
+TEST_F(ParticipantPairTest, LateReaderReceivesLatched) {
   const EndpointSpec spec = text_topic(latched_qos(2));
   const auto writer = here_->make_writer(spec);
   for (const char* text : {"one", "two", "three"}) writer->write(cdr_text(text));
@@ -80,7 +80,7 @@ TEST_F(TwoParticipants, ALateReaderGetsTheLatchedSamples) {
   EXPECT_EQ(sample.cdr, cdr_text("three"));
 }
 
-TEST_F(TwoParticipants, BigSamplesArriveInPieces) {
+TEST_F(ParticipantPairTest, LargeSampleIsFragmented) {
   const Pair pair = connect(text_topic());
   const Bytes big = cdr_text(std::string(2'000'000, 'b'));
   Sample sample;
@@ -92,7 +92,7 @@ TEST_F(TwoParticipants, BigSamplesArriveInPieces) {
 }
 
 // If each of these waited for the reader as long as DDS does, they would take half an hour.
-TEST_F(TwoParticipants, AWriterThatKeepsAllDoesNotWaitForWhoDoesNotRead) {
+TEST_F(ParticipantPairTest, KeepAllWriterDoesNotBlock) {
   const Pair pair = connect(text_topic({.history = History::keep_all}));
   const Bytes text = cdr_text("x");
   std::size_t sent = 0;
@@ -108,7 +108,7 @@ TEST_F(TwoParticipants, AWriterThatKeepsAllDoesNotWaitForWhoDoesNotRead) {
   EXPECT_TRUE(activity_.wait([&] { return pair.writer->write(text).has_value(); }));
 }
 
-TEST_F(TwoParticipants, EndpointsOfBothSidesAreKnown) {
+TEST_F(ParticipantPairTest, EndpointsOfBothSidesAreKnown) {
   const Pair pair = connect(text_topic(sensor_data_qos()));
   const auto find = [](const Participant& participant, const Gid& gid) {
     EndpointInfo found;
@@ -131,7 +131,7 @@ TEST_F(TwoParticipants, EndpointsOfBothSidesAreKnown) {
   EXPECT_EQ(own.qos.depth, 5u);
 }
 
-TEST_F(TwoParticipants, WhoeverLeavesIsForgotten) {
+TEST_F(ParticipantPairTest, DepartedParticipantIsRemoved) {
   const Gid gone = there_->gid();
   const auto knows = [&] {
     const auto all = here_->participants();
@@ -153,14 +153,14 @@ TEST_F(TwoParticipants, WhoeverLeavesIsForgotten) {
   EXPECT_GT(here_->discovery_version(), version);
 }
 
-TEST_F(TwoParticipants, ATopicHasOneTypeInAParticipant) {
+TEST_F(ParticipantPairTest, SecondTypeOfTopicIsRefused) {
   const auto writer = here_->make_writer(text_topic());
   EndpointSpec other = text_topic();
   other.type = "std_msgs::msg::dds_::Bool_";
   EXPECT_THROW(here_->make_reader(other), NetworkError);
 }
 
-TEST_F(TwoParticipants, DomainsAreApart) {
+TEST_F(ParticipantPairTest, DomainsAreIsolated) {
   const OwnDomain other;
   const auto elsewhere = make_participant(on_domain(other), activity_.signal());
   const auto stranger = elsewhere->make_reader(text_topic());

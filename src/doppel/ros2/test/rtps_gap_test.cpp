@@ -24,14 +24,14 @@ const Datagram kData{0x15, 0x05, 24, 0, 0, 0, 16,   0,    0,    0,    0, 0, 0, 0
 const Datagram kGap{0x08, 0x01, 28,   0,    0, 0, 0, 0, 0, 0, 17, 3, 0, 0, 0, 0,
                     0xff, 0xff, 0xff, 0xff, 1, 0, 0, 0, 0, 0, 0,  0, 0, 0, 0, 0};
 
-TEST(RtpsGap, StandsWhereTheWritersSampleStood) {
+TEST(RtpsGap, GapReplacesSampleOfWriter) {
   Datagram sent = any_header(), expected = any_header();
   for (const Datagram& part : {kTimestamp, kData, kTimestamp}) append(sent, part);
   for (const Datagram& part : {kTimestamp, kGap, kTimestamp}) append(expected, part);
   EXPECT_EQ(without_samples(sent, kWriter), expected);
 }
 
-TEST(RtpsGap, OtherWritersSamplesAndWhatCannotBeReadMakeNone) {
+TEST(RtpsGap, OtherSamplesGiveNoGap) {
   Datagram sent = any_header();
   append(sent, kData);
   EXPECT_TRUE(without_samples(sent, kOther).empty());

@@ -58,7 +58,7 @@ Datagram with(const Data& data) {
   return d;
 }
 
-TEST(RtpsGuard, TakesWhatIsAMessage) {
+TEST(RtpsGuard, ValidMessageIsAccepted) {
   EXPECT_TRUE(RtpsGuard().admits(rtps_header()));
   EXPECT_TRUE(RtpsGuard().admits(with(Fragment{})));
   EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.first = 3, .count = 2, .sample = 29, .payload = 13})));
@@ -69,7 +69,7 @@ TEST(RtpsGuard, TakesWhatIsAMessage) {
   EXPECT_TRUE(RtpsGuard().admits(last));
 }
 
-TEST(RtpsGuard, RefusesDataWhosePartsExceedTheWhole) {
+TEST(RtpsGuard, DataPartsBeyondWholeAreRefused) {
   EXPECT_FALSE(RtpsGuard().admits(with(Data{.offset = 0})));
   EXPECT_FALSE(RtpsGuard().admits(with(Data{.offset = 0x8000})));
   EXPECT_FALSE(RtpsGuard().admits(with(Data{.offset = 64})));
@@ -78,7 +78,7 @@ TEST(RtpsGuard, RefusesDataWhosePartsExceedTheWhole) {
   EXPECT_FALSE(RtpsGuard().admits(with(Data{.payload = 0})));
 }
 
-TEST(RtpsGuard, RefusesWhatIsNone) {
+TEST(RtpsGuard, InvalidMessageIsRefused) {
   EXPECT_FALSE(RtpsGuard().admits({}));
   EXPECT_FALSE(RtpsGuard().admits(Datagram(100, 0xff)));
   Datagram cut = with(Fragment{});
@@ -86,7 +86,7 @@ TEST(RtpsGuard, RefusesWhatIsNone) {
   EXPECT_FALSE(RtpsGuard().admits(cut));
 }
 
-TEST(RtpsGuard, RefusesFragmentsThatAskForTooMuchOrAreNone) {
+TEST(RtpsGuard, OversizedAndEmptyFragmentsAreRefused) {
   EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.sample = kMaxSampleBytes})));
   for (const Fragment& f :
        {Fragment{.sample = kMaxSampleBytes + 1}, Fragment{.sample = 0xffffffff}, Fragment{.first = 0},
@@ -102,7 +102,7 @@ Datagram with_submessage(Datagram d, std::uint8_t kind, std::uint32_t size) {
   return d;
 }
 
-TEST(RtpsGuard, TakesFastDdsStatisticsAtTheEndOnly) {
+TEST(RtpsGuard, FastDdsStatisticsAreAcceptedAtEnd) {
   constexpr std::uint8_t kStatistics = 0x80, kPad = 0x01;
   constexpr std::uint32_t kSize = 56;
   const Datagram good = with_submessage(with(Data{}), kStatistics, kSize);
@@ -112,7 +112,7 @@ TEST(RtpsGuard, TakesFastDdsStatisticsAtTheEndOnly) {
 }
 
 // Else a bad submessage could hide from this look in what Fast DDS takes for the next one.
-TEST(RtpsGuard, RefusesSubmessagesThatEndBetweenMultiplesOfFour) {
+TEST(RtpsGuard, UnalignedSubmessageIsRefused) {
   constexpr std::uint8_t kPad = 0x01;
   EXPECT_TRUE(RtpsGuard().admits(with_submessage(with_submessage(rtps_header(), kPad, 4), kPad, 3)));
   EXPECT_FALSE(RtpsGuard().admits(with_submessage(with_submessage(rtps_header(), kPad, 3), kPad, 4)));
@@ -157,7 +157,7 @@ Datagram acknowledgement(std::uint32_t base) {
   return d;
 }
 
-TEST(RtpsGuard, TellsWhichReadersHaveAcknowledgedWhat) {
+TEST(RtpsGuard, AcknowledgementsAreReported) {
   RtpsGuard guard;
   ASSERT_TRUE(guard.admits(acknowledgement(7)));
   const Acknowledgement expected{{8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 0, 0, 18, 4}, {0, 0, 17, 3}};
@@ -169,7 +169,7 @@ TEST(RtpsGuard, TellsWhichReadersHaveAcknowledgedWhat) {
   EXPECT_TRUE(guard.acknowledgements().empty());
 }
 
-TEST(RtpsGuard, RefusesLeapsThatNobodyHasMade) {
+TEST(RtpsGuard, UnclaimedSequenceLeapIsRefused) {
   RtpsGuard guard;
   EXPECT_TRUE(guard.admits(heartbeat(1, 10)));
   EXPECT_FALSE(guard.admits(heartbeat(std::int64_t{5} << 32, 10)));
@@ -184,7 +184,7 @@ TEST(RtpsGuard, RefusesLeapsThatNobodyHasMade) {
     EXPECT_FALSE(guard.admits(heartbeat(1, 2 * kMaxSequenceLeap, count)));
 }
 
-TEST(RtpsGuard, RefusesGapsThatAreTooWide) {
+TEST(RtpsGuard, WideGapIsRefused) {
   RtpsGuard guard;
   EXPECT_TRUE(guard.admits(gap(1, 1 + kMaxGap)));
   for (int times = 0; times < 3; ++times) EXPECT_FALSE(guard.admits(gap(3, 4 + kMaxGap)));
@@ -193,7 +193,7 @@ TEST(RtpsGuard, RefusesGapsThatAreTooWide) {
   EXPECT_FALSE(guard.admits(many));
 }
 
-TEST(RtpsGuard, RefusesGapsFarFromWhatTheirWriterHasSent) {
+TEST(RtpsGuard, DistantGapIsRefused) {
   constexpr std::int64_t kFar = 2 * kMaxSequenceJump;
   RtpsGuard guard;
   for (int times = 0; times < 3; ++times) EXPECT_FALSE(guard.admits(gap(kFar, kFar + 1)));

@@ -10,7 +10,7 @@ ServiceSpec trigger() {
           "RIHS01_" + std::string(64, '2')};
 }
 
-class Services : public testing::Test {
+class ServiceClientTest : public testing::Test {
  protected:
   OwnDomain domain_;
   Activity activity_;
@@ -26,7 +26,7 @@ class Services : public testing::Test {
   }
 };
 
-TEST_F(Services, EachClientGetsItsOwnAnswer) {
+TEST_F(ServiceClientTest, EachClientReceivesOwnResponse) {
   ServiceClient first(*there_, trigger()), second(*there_, trigger());
   ASSERT_TRUE(activity_.wait([&] { return first.is_available() && second.is_available(); }));
   ASSERT_EQ(first.send(cdr_text("first")), 1);
@@ -45,7 +45,7 @@ TEST_F(Services, EachClientGetsItsOwnAnswer) {
   EXPECT_FALSE(first.take(reply));
 }
 
-TEST_F(Services, AReaderOfRepliesIsInStepOnceItHasAcknowledged) {
+TEST_F(ServiceClientTest, ReplyReaderIsInStepAfterAcknowledgement) {
   const ServiceClient client(*there_, trigger());
   const Gid reader = client.replies().gid();
   EXPECT_FALSE(server_.replies().is_in_step(reader));
@@ -54,7 +54,7 @@ TEST_F(Services, AReaderOfRepliesIsInStepOnceItHasAcknowledged) {
 }
 
 // Else each of forty clients gets the answers of all, and its own is lost among them.
-TEST_F(Services, AnAnswerGoesToItsClientsParticipantAlone) {
+TEST_F(ServiceClientTest, ResponseIsSentToClientParticipantOnly) {
   const auto elsewhere = make_participant(on_domain(domain_), activity_.signal());
   const ServiceClient other(*elsewhere, trigger());
   ServiceClient client(*there_, trigger());
@@ -74,7 +74,7 @@ TEST_F(Services, AnAnswerGoesToItsClientsParticipantAlone) {
   EXPECT_FALSE(other.replies().is_ready());
 }
 
-TEST_F(Services, ABurstOfRequestsWaitsForTheServer) {
+TEST_F(ServiceClientTest, RequestBurstWaitsForServer) {
   ServiceClient client(*there_, trigger());
   // The server too must know the client: what it could not yet hear is kept for it ten deep only.
   ASSERT_TRUE(activity_.wait([&] { return client.is_available() && server_.requests().matched() == 1; }));
@@ -88,7 +88,7 @@ TEST_F(Services, ABurstOfRequestsWaitsForTheServer) {
   })) << taken;
 }
 
-TEST_F(Services, AServerThatHasGoneIsNotAvailable) {
+TEST_F(ServiceClientTest, DestroyedServerIsUnavailable) {
   ServiceClient client(*here_, trigger());
   {
     const ServiceServer other(*there_, trigger());
@@ -97,7 +97,7 @@ TEST_F(Services, AServerThatHasGoneIsNotAvailable) {
   EXPECT_TRUE(activity_.wait([&] { return !client.is_available(); }));
 }
 
-TEST_F(Services, AClientThatHasGoneIsToldSo) {
+TEST_F(ServiceClientTest, DestroyedClientIsReported) {
   Sample request;
   {
     ServiceClient client(*there_, trigger());
@@ -110,7 +110,7 @@ TEST_F(Services, AClientThatHasGoneIsToldSo) {
 }
 
 // Else a peer that names another reader with every request would fill the memory.
-TEST_F(Services, OneReaderIsRememberedOfEachClient) {
+TEST_F(ServiceClientTest, OneReaderPerClientIsKept) {
   const auto writer =
       there_->make_writer({"rq/arm/goRequest", "std_srvs::srv::dds_::Trigger_Request_", "", services_qos()});
   ASSERT_TRUE(
@@ -129,7 +129,7 @@ TEST_F(Services, OneReaderIsRememberedOfEachClient) {
   EXPECT_EQ(server_.respond(first, cdr_text("x")), ServiceServer::Sent::client_gone);
 }
 
-TEST_F(Services, ARequestWithoutAReaderIsAnsweredToItsWriter) {
+TEST_F(ServiceClientTest, RequestWithoutReaderIsAnsweredToWriter) {
   const EndpointSpec requests{"rq/arm/goRequest", "std_srvs::srv::dds_::Trigger_Request_", "",
                               services_qos()};
   const EndpointSpec replies{"rr/arm/goReply", "std_srvs::srv::dds_::Trigger_Response_", "", services_qos()};
@@ -145,7 +145,7 @@ TEST_F(Services, ARequestWithoutAReaderIsAnsweredToItsWriter) {
   EXPECT_EQ(reply.related, *sent);
 }
 
-TEST_F(Services, EndpointsTellTheHashesOfTheirMessages) {
+TEST_F(ServiceClientTest, EndpointsCarryTypeHashes) {
   for (const EndpointInfo& e : here_->endpoints())
     EXPECT_EQ(e.type_hash, e.is_writer ? trigger().response_hash : trigger().request_hash);
 }

@@ -13,7 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST(StaticPeers, AddressesAreNotLookedUp) {
+TEST(StaticPeers, AddressNeedsNoLookup) {
   const auto nobody = [](const std::string& name) -> std::string {
     ADD_FAILURE() << name;
     return "";
@@ -23,7 +23,7 @@ TEST(StaticPeers, AddressesAreNotLookedUp) {
   EXPECT_EQ(look_up("localhost"), "127.0.0.1");
 }
 
-TEST(StaticPeers, NamesAre) {
+TEST(StaticPeers, HostNameIsLookedUp) {
   const auto lookup = [](const std::string& name) { return name == "arm" ? "10.0.0.8" : ""; };
   EXPECT_THAT(addresses_of({"10.0.0.7", "arm"}, {}, lookup), ElementsAre("10.0.0.7", "10.0.0.8"));
   try {
@@ -34,7 +34,7 @@ TEST(StaticPeers, NamesAre) {
   }
 }
 
-TEST(StaticPeers, WhatALookUpThrowsIsReportedAsANetworkThatCannotBeUsed) {
+TEST(StaticPeers, LookupExceptionIsNetworkError) {
   const auto lookup = [](const std::string&) -> std::string { throw 42; };
   try {
     addresses_of({"robot"}, {}, lookup);
@@ -44,7 +44,7 @@ TEST(StaticPeers, WhatALookUpThrowsIsReportedAsANetworkThatCannotBeUsed) {
   }
 }
 
-TEST(StaticPeers, NobodyWaitsForAResolverThatDoesNotAnswer) {
+TEST(StaticPeers, UnresponsiveResolverIsAbandoned) {
   std::promise<void> answer;
   const auto lookup = [wait = std::shared_future<void>(answer.get_future())](const std::string&) {
     wait.wait();

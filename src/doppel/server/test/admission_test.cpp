@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char* kToken = "0123456789abcdef";
 
-TEST(Admission, OnlyThisMachineIsLocal) {
+TEST(Admission, LocalHostNamesAreLocal) {
   for (const char* host :
        {"localhost", "LOCALHOST:8700", "127.0.0.1", "127.0.0.1:1", "127.0.1.1", "[::1]", "[::1]:8700"}) {
     EXPECT_TRUE(is_local_host(host)) << host;
@@ -21,7 +21,7 @@ TEST(Admission, OnlyThisMachineIsLocal) {
   }
 }
 
-TEST(Admission, PagesFromElsewhereAreStrangers) {
+TEST(Admission, ForeignOriginIsRefused) {
   EXPECT_TRUE(is_local_origin("http://localhost:8080"));
   EXPECT_TRUE(is_local_origin("https://127.0.0.1"));
   for (const char* origin : {"", "null", "file://", "https://example.org", "http://localhost.example.org",
@@ -30,7 +30,7 @@ TEST(Admission, PagesFromElsewhereAreStrangers) {
   }
 }
 
-TEST(Admission, BeyondLoopbackTheTokenOpensInTheAddressOrAsCookie) {
+TEST(Admission, BeyondLoopbackTokenIsAcceptedInAddressOrCookie) {
   const Admission admission("0.0.0.0", false, kToken, 8700);
   const auto welcome = [&](std::string_view target, std::string_view cookies) {
     return admission
@@ -51,7 +51,7 @@ TEST(Admission, BeyondLoopbackTheTokenOpensInTheAddressOrAsCookie) {
   EXPECT_EQ(admission.cookie_for("/?token=x"), "");
 }
 
-TEST(Admission, BeyondLoopbackHostAndOriginAreThePagesOwn) {
+TEST(Admission, BeyondLoopbackHostMustMatchOrigin) {
   std::array<char, 256> machine{};
   gethostname(machine.data(), machine.size() - 1);
   const Admission admission("arm.lab", false, kToken, 8700);
@@ -76,7 +76,7 @@ TEST(Admission, BeyondLoopbackHostAndOriginAreThePagesOwn) {
   }
 }
 
-TEST(Admission, ATokenIsLongAndFitsIntoAnAddress) {
+TEST(Admission, TokenIsLongAndUrlSafe) {
   EXPECT_EQ(make_token().size(), 32u);
   EXPECT_NE(make_token(), make_token());
   EXPECT_TRUE(check_token(make_token()).ok());

@@ -28,7 +28,7 @@ class AnnouncementTest : public ::testing::Test {
   Bus bus_;
 };
 
-TEST_F(AnnouncementTest, IsFoundWhileItLives) {
+TEST_F(AnnouncementTest, AnnouncementIsFoundWhileRunning) {
   const Server server(bus_, {.port = 0}, log_);
   {
     const Announcement announcement("arm \"one\"", server.port());
@@ -44,7 +44,7 @@ TEST_F(AnnouncementTest, IsFoundWhileItLives) {
   EXPECT_TRUE(find_running().empty());
 }
 
-TEST_F(AnnouncementTest, AFullDiskIsToldAndLeavesNothingBehind) {
+TEST_F(AnnouncementTest, FullDiskIsReportedWithoutLeftovers) {
   const auto before = signal(SIGXFSZ, SIG_IGN);
   rlimit limit{};
   getrlimit(RLIMIT_FSIZE, &limit);
@@ -57,7 +57,7 @@ TEST_F(AnnouncementTest, AFullDiskIsToldAndLeavesNothingBehind) {
   EXPECT_TRUE(std::filesystem::is_empty(announcement_folder()));
 }
 
-TEST_F(AnnouncementTest, TheNewestComesFirst) {
+TEST_F(AnnouncementTest, NewestIsListedFirst) {
   const Server first(bus_, {.port = 0}, log_), second(bus_, {.port = 0}, log_);
   const Announcement older("first", first.port()), newer("second", second.port());
   const auto twins = find_running();
@@ -65,7 +65,7 @@ TEST_F(AnnouncementTest, TheNewestComesFirst) {
   EXPECT_EQ(twins[0].robot, "second");
 }
 
-TEST_F(AnnouncementTest, WhatHasEndedIsIgnoredAndCleanedAway) {
+TEST_F(AnnouncementTest, EndedTwinIsIgnoredAndRemoved) {
   std::uint16_t closed_port = 0;
   {
     const Server server(bus_, {.port = 0}, log_);
@@ -78,7 +78,7 @@ TEST_F(AnnouncementTest, WhatHasEndedIsIgnoredAndCleanedAway) {
   EXPECT_TRUE(std::filesystem::is_empty(announcement_folder()));
 }
 
-TEST_F(AnnouncementTest, AFolderThatOthersCanUseIsNotTrusted) {
+TEST_F(AnnouncementTest, FolderWritableByOthersIsRefused) {
   std::filesystem::create_directory(folder_ / "doppel");
   chmod((folder_ / "doppel").c_str(), 0777);
   const Announcement announcement("arm", 1);

@@ -56,7 +56,7 @@ class AssetTest : public ::testing::Test {
   AssetLibrary library_;
 };
 
-TEST_F(AssetTest, HandsOutWhatTheDescriptionNames) {
+TEST_F(AssetTest, NamedFilesAreServed) {
   offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"},
          {"package://arm/meshes/b c.stl", "arm/meshes/b c.stl"},
          {"package://arm/meshes/50%20.stl", "arm/meshes/50%20.stl"},
@@ -71,7 +71,7 @@ TEST_F(AssetTest, HandsOutWhatTheDescriptionNames) {
   EXPECT_THAT(get("package://arm/meshes/A.stl"), HasSubstr("did you mean"));
 }
 
-TEST_F(AssetTest, TexturesAndMaterialsOfThePackageComeAlong) {
+TEST_F(AssetTest, TexturesAndMaterialsOfPackageAreServed) {
   offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
   EXPECT_EQ(get("package://arm/meshes/tex.png"), "picture");
   EXPECT_EQ(get("package://arm/meshes/../materials/m.mtl"), "material");
@@ -85,7 +85,7 @@ TEST_F(AssetTest, TexturesAndMaterialsOfThePackageComeAlong) {
   }
 }
 
-TEST_F(AssetTest, SoDoMeshesForObjectsThatAreSpawned) {
+TEST_F(AssetTest, MeshesOfSpawnedObjectsAreServed) {
   package("other");
   write("other/meshes/part.stl", "of a package that the robot needs nothing of");
   for (const char* ending : {"stl", "obj", "dae", "glb", "gltf", "STL"})
@@ -110,7 +110,7 @@ TEST_F(AssetTest, SoDoMeshesForObjectsThatAreSpawned) {
   }
 }
 
-TEST_F(AssetTest, NoAnswerTellsWhatStandsElsewhere) {
+TEST_F(AssetTest, RefusalDoesNotRevealExistence) {
   offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
   const std::string there = get("package://arm/../outside.png"),
                     not_there = get("package://arm/../outsidf.png");
@@ -118,7 +118,7 @@ TEST_F(AssetTest, NoAnswerTellsWhatStandsElsewhere) {
   EXPECT_EQ(there.substr(there.rfind(':')), not_there.substr(not_there.rfind(':')));
 }
 
-TEST_F(AssetTest, ALinkByAnotherNameHidesNothing) {
+TEST_F(AssetTest, SymlinkIsResolvedBeforeCheck) {
   fs::create_symlink(folder_ / "arm/config/secret.yaml", folder_ / "arm/meshes/secret.png");
   fs::create_symlink(folder_ / "arm/meshes/tex.png", folder_ / "arm/meshes/same.png");
   offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
@@ -126,7 +126,7 @@ TEST_F(AssetTest, ALinkByAnotherNameHidesNothing) {
   EXPECT_EQ(get("package://arm/meshes/same.png"), "picture");
 }
 
-TEST_F(AssetTest, TheBuffersOfAGltfLieBesideIt) {
+TEST_F(AssetTest, GltfBuffersAreServed) {
   write("arm/meshes/a.gltf", "gltf");
   write("arm/meshes/a.bin", "buffer");
   write("arm/config/a.bin", "something else");
@@ -137,7 +137,7 @@ TEST_F(AssetTest, TheBuffersOfAGltfLieBesideIt) {
   EXPECT_THAT(get("package://arm/config/a.bin"), HasSubstr("refused: "));
 }
 
-TEST_F(AssetTest, WhatAWorldNamesMayLieInTheWorldsFolder) {
+TEST_F(AssetTest, WorldFilesAreServed) {
   write("place/worlds/table.yaml", "");
   write("place/meshes/table.stl", "table");
   write("place/notes.txt", "notes");
@@ -154,7 +154,7 @@ TEST_F(AssetTest, WhatAWorldNamesMayLieInTheWorldsFolder) {
   EXPECT_THAT(get("file://" + (folder_ / "outside.stl").string()), HasSubstr("refused: "));
 }
 
-TEST_F(AssetTest, NoWayLeadsOutOfThePackage) {
+TEST_F(AssetTest, ParentPathIsRefused) {
   offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"},
          {"package://arm/../outside.stl", "outside.stl"},
          {"../../outside.stl", "outside.stl"},
@@ -171,7 +171,7 @@ TEST_F(AssetTest, NoWayLeadsOutOfThePackage) {
   }
 }
 
-TEST_F(AssetTest, NeitherDoLinks) {
+TEST_F(AssetTest, SymlinkOutOfPackageIsRefused) {
   fs::create_symlink(folder_ / "outside.stl", folder_ / "arm/meshes/link.stl");
   fs::create_symlink(folder_ / "outside.png", folder_ / "arm/meshes/link.png");
   fs::create_directory_symlink(folder_, folder_ / "arm/up");
@@ -191,7 +191,7 @@ TEST_F(AssetTest, NeitherDoLinks) {
   }
 }
 
-TEST_F(AssetTest, APackageInstalledByLinksIsItself) {
+TEST_F(AssetTest, SymlinkInstalledPackageIsServed) {
   package("arm", "install/share/arm");
   fs::create_directory_symlink(folder_ / "arm/meshes", folder_ / "install/share/arm/meshes");
   offer({{"package://arm/meshes/a.stl", "install/share/arm/meshes/a.stl"}}, "install/share/arm/arm.urdf");
@@ -200,7 +200,7 @@ TEST_F(AssetTest, APackageInstalledByLinksIsItself) {
   EXPECT_EQ(get("package://arm/meshes/a.stl"), "mesh a") << "told by the file that the link leads to";
 }
 
-TEST_F(AssetTest, WithoutAPackageTheDescriptionsFolderHoldsAll) {
+TEST_F(AssetTest, WithoutPackageDescriptionFolderIsServed) {
   write("plain/urdf/arm.urdf", "");
   write("plain/meshes/a.stl", "plain mesh");
   offer({{"../meshes/a.stl", "plain/meshes/a.stl"}, {"../../outside.stl", "outside.stl"}},
@@ -210,7 +210,7 @@ TEST_F(AssetTest, WithoutAPackageTheDescriptionsFolderHoldsAll) {
 }
 
 // Such as a description in somebody's home folder.
-TEST_F(AssetTest, WithoutAPackageOnlyWhatLiesBesideTheMeshesComesAlong) {
+TEST_F(AssetTest, WithoutPackageMeshCompanionsAreServed) {
   write("home/arm.urdf", "");
   write("home/meshes/a.dae", "mesh");
   write("home/meshes/skin/a.png", "skin");
@@ -234,7 +234,7 @@ TEST_F(AssetTest, WithoutAPackageOnlyWhatLiesBesideTheMeshesComesAlong) {
   EXPECT_THAT(get("Pictures/a.png"), HasSubstr("refused: "));
 }
 
-TEST_F(AssetTest, OnlyRegularFilesOfABoundedSize) {
+TEST_F(AssetTest, IrregularAndHugeFilesAreRefused) {
   ASSERT_EQ(mkfifo((folder_ / "arm/meshes/pipe.stl").c_str(), 0600), 0);
   write("arm/meshes/huge.stl", "");
   fs::resize_file(folder_ / "arm/meshes/huge.stl", AssetLibrary::kMaxBytes + 1);
@@ -252,7 +252,7 @@ TEST_F(AssetTest, OnlyRegularFilesOfABoundedSize) {
   EXPECT_THAT(get("package://arm/meshes/gone.stl"), HasSubstr("No such file"));
 }
 
-TEST_F(AssetTest, BytesThatSomebodyHoldsAreSharedUntilTheFileChanges) {
+TEST_F(AssetTest, HeldBytesAreSharedUntilFileChanges) {
   offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
   const auto first = library_.read("package://arm/meshes/a.stl").bytes;
   EXPECT_EQ(library_.read("package://arm/meshes/a.stl").bytes, first);
@@ -262,7 +262,7 @@ TEST_F(AssetTest, BytesThatSomebodyHoldsAreSharedUntilTheFileChanges) {
   EXPECT_THAT(get("package://arm/meshes/a.stl"), HasSubstr("refused: ")) << "a reload has taken it away";
 }
 
-TEST(AssetFiles, AreTakenFromTheDescription) {
+TEST(AssetFiles, FilesAreTakenFromDescription) {
   RobotDescription robot;
   robot.source = make_location("/robots/arm/urdf/arm.urdf", 1, 1);
   Link link;

@@ -115,7 +115,7 @@ std::vector<steady_clock::duration> read_all(test::RawClient& client, const Loop
   return delays;
 }
 
-TEST(Crowd, ThoseWhoNeverReadDisturbNobody) {
+TEST(ServerLoad, NonReadingClientsDoNotDelayOthers) {
   Loop loop;
   const Log log;
   const Server server(loop.bus(), {.port = 0, .max_clients = 64, .client_queue_bytes = std::size_t{1} << 20},

@@ -90,7 +90,7 @@ class HostileHttpTest : public ::testing::Test {
   std::unique_ptr<Server> server_;
 };
 
-TEST_F(HostileHttpTest, OneConnectionIsEnoughForThePage) {
+TEST_F(HostileHttpTest, OneConnectionServesPage) {
   RawConnection visitor(start());
   const auto page = visitor.get("/");
   EXPECT_EQ(page.body(), "<html>page</html>");
@@ -111,7 +111,7 @@ TEST_F(HostileHttpTest, OneConnectionIsEnoughForThePage) {
   EXPECT_TRUE(visitor.is_closed());
 }
 
-TEST_F(HostileHttpTest, WhatIsSentAheadIsAnsweredInOrder) {
+TEST_F(HostileHttpTest, PipelinedRequestsAreAnsweredInOrder) {
   RawConnection visitor(start());
   std::string ahead;
   for (const char* target : {"/health", "/nothing", "/assets/main-AAAAAAAA.js", "/"})
@@ -123,7 +123,7 @@ TEST_F(HostileHttpTest, WhatIsSentAheadIsAnsweredInOrder) {
   EXPECT_EQ(visitor.receive().body(), "<html>page</html>");
 }
 
-TEST_F(HostileHttpTest, AConnectionIsGoodForABoundedNumberOfRequests) {
+TEST_F(HostileHttpTest, RequestsPerConnectionAreBounded) {
   RawConnection visitor(start());
   int answered = 0;
   while (visitor.get("/health").result_int() == 200 && answered < 10'000) ++answered;
@@ -131,7 +131,7 @@ TEST_F(HostileHttpTest, AConnectionIsGoodForABoundedNumberOfRequests) {
   EXPECT_LE(answered, 1000);
 }
 
-TEST_F(HostileHttpTest, NoPathLeadsToTheDisk) {
+TEST_F(HostileHttpTest, PathTraversalIsRefused) {
   const std::uint16_t port = start();
   using std::string_literals::operator""s;
   for (const std::string& target :
@@ -149,7 +149,7 @@ TEST_F(HostileHttpTest, NoPathLeadsToTheDisk) {
   EXPECT_EQ(visitor.receive().result_int(), 400u);
 }
 
-TEST_F(HostileHttpTest, WhatIsNoRequestIsToldSoAndClosed) {
+TEST_F(HostileHttpTest, InvalidRequestIsAnsweredAndClosed) {
   const std::uint16_t port = start();
   const std::pair<std::string, unsigned> cases[] = {
       {"hello\r\n\r\n", 400},
@@ -182,7 +182,7 @@ TEST_F(HostileHttpTest, WhatIsNoRequestIsToldSoAndClosed) {
   EXPECT_EQ(RawConnection(port).get("/").result_int(), 200u);
 }
 
-TEST_F(HostileHttpTest, WhoDripsARequestInIsClosed) {
+TEST_F(HostileHttpTest, SlowRequestIsClosed) {
   const std::uint16_t port = start({.http_timeout = milliseconds(300)});
   RawConnection dripping(port), silent(port);
   const auto begin = steady_clock::now();
@@ -194,7 +194,7 @@ TEST_F(HostileHttpTest, WhoDripsARequestInIsClosed) {
   EXPECT_TRUE(silent.is_closed());
 }
 
-TEST_F(HostileHttpTest, ManyWhoDripKeepNobodyElseOut) {
+TEST_F(HostileHttpTest, ManySlowRequestsDoNotBlockOthers) {
   const std::uint16_t port = start();
   std::vector<std::unique_ptr<RawConnection>> crowd;
   for (int i = 0; i < 200; ++i) {
@@ -208,7 +208,7 @@ TEST_F(HostileHttpTest, ManyWhoDripKeepNobodyElseOut) {
   EXPECT_EQ(client.handshake(), "");
 }
 
-TEST_F(HostileHttpTest, BeyondLoopbackEverythingNeedsTheToken) {
+TEST_F(HostileHttpTest, BeyondLoopbackRequestNeedsToken) {
   const std::uint16_t port = start({.host = "0.0.0.0"});
   const std::string token = server_->token();
   EXPECT_EQ(token.size(), 32u) << "made without being asked for";
@@ -237,7 +237,7 @@ TEST_F(HostileHttpTest, BeyondLoopbackEverythingNeedsTheToken) {
       "");
 }
 
-TEST_F(HostileHttpTest, ShellsOfTheSameUserFindTheToken) {
+TEST_F(HostileHttpTest, ShellOfSameUserFindsToken) {
   setenv("XDG_RUNTIME_DIR", folder_.c_str(), 1);
   start({.host = "0.0.0.0", .token = "correct-horse-battery"});
   const Announcement announcement("arm", server_->port(), server_->own_address(), server_->token());
@@ -255,7 +255,7 @@ TEST_F(HostileHttpTest, ShellsOfTheSameUserFindTheToken) {
   EXPECT_TRUE(WebSocketClient(options).topics().contains("/joint_states"));
 }
 
-TEST_F(HostileHttpTest, ATokenThatCanBeGuessedIsRefused) {
+TEST_F(HostileHttpTest, ShortTokenIsRefused) {
   EXPECT_THROW(start({.token = "short"}), InputError);
   EXPECT_THROW(start({.token = "not fit for an address"}), InputError);
   start({.token = "0123456789abcdef"});

@@ -7,14 +7,14 @@
 namespace doppel {
 namespace {
 
-TEST(Http, ChoosesAKnownSubprotocol) {
+TEST(HttpResponses, KnownSubprotocolIsChosen) {
   EXPECT_EQ(choose_subprotocol("foxglove.websocket.v1"), "foxglove.websocket.v1");
   EXPECT_EQ(choose_subprotocol("x, foxglove.sdk.v1 ,y"), "foxglove.sdk.v1");
   EXPECT_EQ(choose_subprotocol("foxglove.websocket.v10"), "");
   EXPECT_EQ(choose_subprotocol(""), "");
 }
 
-TEST(Http, TellsWhatRunsWhereThePageIsNotBuilt) {
+TEST(HttpResponses, MissingPageShowsTwinSummary) {
   const ServerSummary facts{.name = "arm \"<b>\"", .url = "ws://127.0.0.1:8700", .clients = 2, .topics = 7};
   PageFiles none("/nowhere/dist");
   const auto get = [&](std::string_view target, std::string_view method = "GET") {

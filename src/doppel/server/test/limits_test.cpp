@@ -20,7 +20,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(RateLimit, ABurstAndThenSoManyASecond) {
+TEST(RateLimit, BurstThenRateIsAllowed) {
   RateLimit limit(10, 3);
   auto now = RateLimit::Clock::now() + seconds(1);
   EXPECT_TRUE(limit.take(1, now) && limit.take(2, now));
@@ -33,7 +33,7 @@ TEST(RateLimit, ABurstAndThenSoManyASecond) {
   EXPECT_FALSE(limit.take(0.1, now)) << "what is not used does not add up";
 }
 
-class LimitsTest : public ::testing::Test {
+class ClientLimitsTest : public ::testing::Test {
  protected:
   std::unique_ptr<test::RawClient> join(ServerOptions options = {}) {
     options.port = 0;
@@ -65,7 +65,7 @@ class LimitsTest : public ::testing::Test {
   std::unique_ptr<Server> server_;
 };
 
-TEST_F(LimitsTest, WhoSendsTooManyMessagesIsClosedWithAReason) {
+TEST_F(ClientLimitsTest, TooManyMessagesCloseWithReason) {
   const auto client = join({.messages_per_second = 100, .message_burst = 200});
   const std::string reason = flood(*client, [&] { client->send(R"({"op":"unadvertise","channelIds":[]})"); });
   EXPECT_TRUE(reason.empty() || reason.find("more than 100 messages a second") != std::string::npos)
@@ -73,7 +73,7 @@ TEST_F(LimitsTest, WhoSendsTooManyMessagesIsClosedWithAReason) {
   EXPECT_TRUE(is_served());
 }
 
-TEST_F(LimitsTest, ASecondsWorthOfMessagesIsNoFlood) {
+TEST_F(ClientLimitsTest, MessageBurstIsAccepted) {
   const auto client = join();
   client->send(
       R"({"op":"advertise","channels":[{"id":1,"topic":"/command","encoding":"cdr","schemaName":"std_msgs/msg/Float64"}]})");
@@ -84,28 +84,28 @@ TEST_F(LimitsTest, ASecondsWorthOfMessagesIsNoFlood) {
   EXPECT_EQ(twin_.received(), 5000);
 }
 
-TEST_F(LimitsTest, PingsCountAsWell) {
+TEST_F(ClientLimitsTest, PingsAreCounted) {
   const auto client = join({.messages_per_second = 100, .message_burst = 200});
   const std::string ping("\x89\x80\0\0\0\0", 6);
   flood(*client, [&] { boost::asio::write(client->tcp(), boost::asio::buffer(ping)); });
   EXPECT_TRUE(is_served());
 }
 
-TEST_F(LimitsTest, WhoSendsTooManyBytesIsClosed) {
+TEST_F(ClientLimitsTest, TooManyBytesClose) {
   const auto client = join({.bytes_per_second = 1e5, .byte_burst = 2e5});
   const std::string frame = std::string("\x01\x01\0\0\0", 5) + std::string(50'000, '\0');
   flood(*client, [&] { client->send_binary(frame); });
   EXPECT_TRUE(is_served());
 }
 
-TEST_F(LimitsTest, TextIsShorterThanData) {
+TEST_F(ClientLimitsTest, LongTextFrameCloses) {
   const auto client = join({.max_text = 1000});
   client->send(R"({"op":"getParameters","id":")" + std::string(2000, 'x') + "\"}");
   EXPECT_THAT(client->closing_reason(), HasSubstr("a text frame has 1000 bytes at most"));
   EXPECT_TRUE(is_served());
 }
 
-TEST_F(LimitsTest, JsonThatWouldGrowIsRefused) {
+TEST_F(ClientLimitsTest, GrowingJsonIsRefused) {
   const auto client = join();
   client->send(
       R"({"op":"advertise","channels":[{"id":1,"topic":"/path","encoding":"json","schemaName":"trajectory_msgs/msg/JointTrajectory"}]})");
@@ -122,9 +122,9 @@ TEST_F(LimitsTest, JsonThatWouldGrowIsRefused) {
   EXPECT_TRUE(is_served());
 }
 
-class FetchTest : public LimitsTest {
+class AssetFetchTest : public ClientLimitsTest {
  protected:
-  FetchTest() {
+  AssetFetchTest() {
     char name[] = "/tmp/doppel_fetch_XXXXXX";
     folder_ = mkdtemp(name);
     std::ofstream(folder_ / "package.xml") << "<package><name>arm</name></package>";
@@ -138,7 +138,7 @@ class FetchTest : public LimitsTest {
     fs::resize_file(folder_ / "0.stl", kLarge);
     library_->offer(files);
   }
-  ~FetchTest() override {
+  ~AssetFetchTest() override {
     server_.reset();
     fs::remove_all(folder_);
   }
@@ -162,7 +162,7 @@ class FetchTest : public LimitsTest {
   std::shared_ptr<AssetLibrary> library_ = std::make_shared<AssetLibrary>();
 };
 
-TEST_F(FetchTest, MeshesComeInTheOrderInWhichTheyAreAskedFor) {
+TEST_F(AssetFetchTest, MeshesAreSentInRequestOrder) {
   const auto client = join({.assets = library_});
   EXPECT_THAT(client->receive_op("serverInfo")["capabilities"], Contains("assets"));
   for (int i = 1; i < 20; ++i) ask(*client, "package://arm/" + std::to_string(i) + ".stl", 100 + i);
@@ -179,14 +179,14 @@ TEST_F(FetchTest, MeshesComeInTheOrderInWhichTheyAreAskedFor) {
   EXPECT_EQ(answer(*client).second.size(), kLarge);
 }
 
-TEST_F(FetchTest, WithoutALibraryThereIsNothingToFetch) {
+TEST_F(AssetFetchTest, WithoutLibraryFetchIsRefused) {
   const auto client = join();
   EXPECT_THAT(client->receive_op("serverInfo")["capabilities"], Not(Contains("assets")));
   ask(*client, "package://arm/1.stl", 1);
   EXPECT_THAT(answer(*client).second, HasSubstr("refused: "));
 }
 
-TEST_F(FetchTest, WhoDoesNotReadWhatItFetchesIsHeardAllTheSame) {
+TEST_F(AssetFetchTest, NonReadingClientIsStillServed) {
   const auto greedy = join({.assets = library_});
   for (int i = 0; i < 100; ++i) ask(*greedy, "package://arm/0.stl", i);
   std::this_thread::sleep_for(milliseconds(200));

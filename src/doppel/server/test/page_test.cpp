@@ -46,7 +46,7 @@ class PageTest : public ::testing::Test {
   PageFiles page_{fs::path()};
 };
 
-TEST_F(PageTest, ServesWhatWasBuilt) {
+TEST_F(PageTest, BuiltFilesAreServed) {
   page_ = PageFiles(folder_ / "dist");
   EXPECT_NE(get("/").content().find("has not been built"), std::string::npos);
   build();
@@ -62,7 +62,7 @@ TEST_F(PageTest, ServesWhatWasBuilt) {
   EXPECT_EQ(header(get("/assets/plain.css"), "Cache-Control"), "no-cache");
 }
 
-TEST_F(PageTest, SendsThePackedFormToThoseWhoTakeIt) {
+TEST_F(PageTest, GzipIsSentWhereAccepted) {
   build();
   page_ = PageFiles(folder_ / "dist");
   for (const char* accept : {"gzip", "deflate, gzip;q=1.0, br", "*"}) {
@@ -79,7 +79,7 @@ TEST_F(PageTest, SendsThePackedFormToThoseWhoTakeIt) {
   EXPECT_EQ(get("/assets/plain.css", "gzip").content(), "style") << "there is no packed form";
 }
 
-TEST_F(PageTest, WhoHasItAlreadyIsToldSo) {
+TEST_F(PageTest, MatchingEtagGivesNotModified) {
   build();
   page_ = PageFiles(folder_ / "dist");
   const std::string tag = header(get("/"), "ETag");
@@ -94,7 +94,7 @@ TEST_F(PageTest, WhoHasItAlreadyIsToldSo) {
   EXPECT_EQ(get("/assets/main-EPFJUWFJ.js", "gzip", packed).status, 304u);
 }
 
-TEST_F(PageTest, NothingElseCanBeHad) {
+TEST_F(PageTest, OtherPathsAreNotFound) {
   build();
   std::ofstream(folder_ / "outside.js") << "outside";
   fs::create_symlink(folder_ / "outside.js", folder_ / "dist/assets/link.js");

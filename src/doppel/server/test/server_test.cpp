@@ -52,7 +52,7 @@ class ServerTest : public ::testing::Test {
   std::unique_ptr<Server> server_;
 };
 
-TEST_F(ServerTest, TellsANewcomerEverythingAtOnce) {
+TEST_F(ServerTest, NewClientReceivesFullState) {
   start({.name = "doppel arm"});
   const WebSocketClient client(client_options());
   EXPECT_EQ(client.server_name(), "doppel arm");
@@ -64,7 +64,7 @@ TEST_F(ServerTest, TellsANewcomerEverythingAtOnce) {
   EXPECT_THAT(client.services().at("/arm/enable").providers, Contains("/arm"));
 }
 
-TEST_F(ServerTest, StreamsWhatIsSubscribedTo) {
+TEST_F(ServerTest, SubscribedTopicsAreStreamed) {
   start();
   WebSocketClient client(client_options());
   client.subscribe("/joint_states");
@@ -81,7 +81,7 @@ TEST_F(ServerTest, StreamsWhatIsSubscribedTo) {
   EXPECT_THROW(client.subscribe("/joint_sates"), ClientError);
 }
 
-TEST_F(ServerTest, EveryoneGetsALatchedMessage) {
+TEST_F(ServerTest, EveryClientReceivesLatchedMessage) {
   start();
   for (int i = 0; i < 2; ++i) {
     WebSocketClient first(client_options()), second(client_options());
@@ -94,7 +94,7 @@ TEST_F(ServerTest, EveryoneGetsALatchedMessage) {
   }
 }
 
-TEST_F(ServerTest, PublishesIntoTheTwin) {
+TEST_F(ServerTest, ClientPublishReachesTwin) {
   start();
   WebSocketClient client(client_options());
   client.publish("/command", "std_msgs/msg/Float64", to_cdr(std_msgs::msg::Float64{.data = 2.5}));
@@ -118,7 +118,7 @@ class ThrowingType : public TypeSupport {
   Status recode(std::span<const std::byte>, Bytes&) const override { throw 42; }
 };
 
-TEST_F(ServerTest, WhatTypesOfOthersThrowIsReportedAndTheServerGoesOn) {
+TEST_F(ServerTest, TypeExceptionIsReportedAndServerContinues) {
   static const ThrowingType type;
   register_type(type);
   std::mutex mutex;
@@ -145,7 +145,7 @@ TEST_F(ServerTest, WhatTypesOfOthersThrowIsReportedAndTheServerGoesOn) {
   EXPECT_FALSE(other.topics().contains("/thrown")) << "the client that is gone still counts as there";
 }
 
-TEST_F(ServerTest, SubscribersAndPublishersOfOneTopicSeeEachOther) {
+TEST_F(ServerTest, PublisherAndSubscriberClientsSeeEachOther) {
   start();
   WebSocketClient listener(client_options()), speaker(client_options());
   speaker.publish("/talk", "std_msgs/msg/Bool", to_cdr(std_msgs::msg::Bool{}));
@@ -196,7 +196,7 @@ TEST_F(ServerTest, ReadsAndSetsParameters) {
   EXPECT_EQ(value_of("rate"), ParameterValue(std::int64_t{100}));
 }
 
-TEST_F(ServerTest, WatchersHearOfChangedParameters) {
+TEST_F(ServerTest, ParameterChangesAreSentToSubscribers) {
   test::RawClient raw(start().port());
   ASSERT_EQ(raw.handshake(), "");
   raw.send(R"({"op":"subscribeParameterUpdates","parameterNames":["/arm.gains.p"]})");
@@ -211,7 +211,7 @@ TEST_F(ServerTest, WatchersHearOfChangedParameters) {
   EXPECT_EQ(update["parameters"][0]["value"], 7.5);
 }
 
-TEST_F(ServerTest, ClientsFollowTheGraph) {
+TEST_F(ServerTest, GraphUpdatesAreSent) {
   start();
   WebSocketClient client(client_options());
   std::unique_ptr<Node> node;
@@ -234,7 +234,7 @@ TEST_F(ServerTest, ClientsFollowTheGraph) {
       soon()));
 }
 
-TEST_F(ServerTest, SpeaksJsonToThoseWhoDo) {
+TEST_F(ServerTest, JsonEncodingIsAccepted) {
   test::RawClient raw(start().port());
   ASSERT_EQ(raw.handshake(), "");
   EXPECT_EQ(raw.header("Sec-WebSocket-Protocol"), "foxglove.websocket.v1");
@@ -264,7 +264,7 @@ TEST_F(ServerTest, SpeaksJsonToThoseWhoDo) {
   EXPECT_EQ(twin_.last_value(), 0.75);
 }
 
-TEST_F(ServerTest, ThoseWhoListenAreToldTheTime) {
+TEST_F(ServerTest, TimeIsSentToClients) {
   test::RawClient raw(start().port());
   ASSERT_EQ(raw.handshake(), "");
   const auto channels = raw.receive_op("advertise")["channels"];
@@ -282,7 +282,7 @@ TEST_F(ServerTest, ThoseWhoListenAreToldTheTime) {
   EXPECT_GT(now, 0u);
 }
 
-TEST_F(ServerTest, TurnsAwayWhoDoesNotBelongHere) {
+TEST_F(ServerTest, ForeignOriginIsRefused) {
   const std::uint16_t port = start({.max_clients = 2}).port();
   EXPECT_THAT(test::RawClient(port).handshake("evil.example.org"), StartsWith("403"));
   EXPECT_THAT(test::RawClient(port).handshake("localhost", {{"Origin", "https://evil.example.org"}}),
@@ -296,7 +296,7 @@ TEST_F(ServerTest, TurnsAwayWhoDoesNotBelongHere) {
   EXPECT_THAT(third.handshake(), StartsWith("503"));
 }
 
-TEST_F(ServerTest, WhoSpeaksNoFramesIsClosedAndTheOthersAreServedOn) {
+TEST_F(ServerTest, InvalidFrameClosesThatClientOnly) {
   start({.max_message = 10'000});
   WebSocketClient bystander(client_options());
   const std::string bad_text[] = {"no json",
@@ -327,7 +327,7 @@ TEST_F(ServerTest, WhoSpeaksNoFramesIsClosedAndTheOthersAreServedOn) {
   EXPECT_TRUE(bystander.call("/arm/enable", to_cdr(std_srvs::srv::SetBool::Request{})).ok);
 }
 
-TEST_F(ServerTest, WhatMakesNoSenseIsAnsweredWithAStatus) {
+TEST_F(ServerTest, InvalidOperationIsAnsweredWithStatus) {
   test::RawClient raw(start().port());
   ASSERT_EQ(raw.handshake(), "");
   const std::pair<std::string, std::string> cases[] = {
@@ -372,7 +372,7 @@ TEST_F(ServerTest, ServesFiftyClients) {
   }
 }
 
-TEST_F(ServerTest, ClientsMayGoAtAnyMoment) {
+TEST_F(ServerTest, ClientsCanDisconnectAtAnyTime) {
   start();
   for (int i = 0; i < 30; ++i) {
     test::RawClient raw(server_->port());
@@ -386,7 +386,7 @@ TEST_F(ServerTest, ClientsMayGoAtAnyMoment) {
       WebSocketClient(client_options()).call("/arm/enable", to_cdr(std_srvs::srv::SetBool::Request{})).ok);
 }
 
-TEST_F(ServerTest, ClientsHearThatTheTwinHasEnded) {
+TEST_F(ServerTest, ShutdownClosesClients) {
   start();
   WebSocketClient client(client_options());
   server_.reset();
@@ -401,7 +401,7 @@ TEST_F(ServerTest, ClientsHearThatTheTwinHasEnded) {
   EXPECT_THROW(WebSocketClient{options}, ClientError);
 }
 
-TEST_F(ServerTest, TakesTheNextPortOrSaysWhoHasIt) {
+TEST_F(ServerTest, TakenPortIsSkippedOrReported) {
   const std::uint16_t taken = start().port();
   const Server next(twin_.bus(), {.port = taken}, log_);
   EXPECT_NE(next.port(), taken);
@@ -416,7 +416,7 @@ TEST_F(ServerTest, TakesTheNextPortOrSaysWhoHasIt) {
   EXPECT_THROW(Server(twin_.bus(), {.host = "nowhere"}, log_), InputError);
 }
 
-TEST_F(ServerTest, AnswersPlainHttp) {
+TEST_F(ServerTest, HttpRequestIsAnswered) {
   namespace http = boost::beast::http;
   const std::uint16_t port = start({.name = "doppel arm"}).port();
   const auto get = [port](const std::string& target, const std::string& host) {
@@ -449,7 +449,7 @@ class LargeMessagesTest : public ServerTest {
   LargeMessagesTest() : ServerTest(60'000) {}
 };
 
-TEST_F(LargeMessagesTest, WhoDoesNotReadIsSkippedAndNobodyElseWaits) {
+TEST_F(LargeMessagesTest, NonReadingClientIsSkipped) {
   start({.client_queue_bytes = std::size_t{1} << 20});
   test::RawClient sleeper(server_->port());
   ASSERT_EQ(sleeper.handshake(), "");

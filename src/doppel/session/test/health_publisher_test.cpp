@@ -35,7 +35,7 @@ class HealthPublisherTest : public ::testing::Test {
   std::string health_;
 };
 
-TEST_F(HealthPublisherTest, TheLastOfManyLooksIsJudged) {
+TEST_F(HealthPublisherTest, LastOfManyRequestsIsAudited) {
   std::atomic<int> wanted{0};
   HealthPublisher publisher(bus_, "", [&] { return std::to_string(wanted); });
   for (int i = 1; i <= 50; ++i) {
@@ -46,7 +46,7 @@ TEST_F(HealthPublisherTest, TheLastOfManyLooksIsJudged) {
   EXPECT_TRUE(becomes("50")) << health_;
 }
 
-TEST_F(HealthPublisherTest, AJudgementThatOutlastsThePublisherIsLeftBehindAndTellsNobody) {
+TEST_F(HealthPublisherTest, AuditOutlastingPublisherIsAbandoned) {
   std::atomic<bool> is_auditing{false}, may_end{false}, has_ended{false};
   {
     HealthPublisher publisher(bus_, "", [&] {

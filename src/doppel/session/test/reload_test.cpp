@@ -55,7 +55,7 @@ class ReloadTest : public ::testing::Test {
   Log log_;
 };
 
-TEST_F(ReloadTest, WhatTheLoopHasNotBegunWhenTheReloaderEndsNeverRuns) {
+TEST_F(ReloadTest, TaskNotBegunAtShutdownNeverRuns) {
   Bus bus;
   int begun = 0;
   {
@@ -67,7 +67,7 @@ TEST_F(ReloadTest, WhatTheLoopHasNotBegunWhenTheReloaderEndsNeverRuns) {
   EXPECT_EQ(begun, 0);
 }
 
-TEST_F(ReloadTest, TheReloaderEndsAfterWhatTheLoopHasBegun) {
+TEST_F(ReloadTest, ShutdownWaitsForBegunTask) {
   Bus bus;
   std::atomic<bool> begun{false}, done{false};
   auto reloader = std::make_unique<Reloader>(watched(bus,
@@ -121,7 +121,7 @@ class RunningTwin : public ReloadTest {
   std::unique_ptr<Twin> twin_;
 };
 
-TEST_F(RunningTwin, TakesEditsWhileAnEdgeListensAndRunsOnAfterABrokenOne) {
+TEST_F(RunningTwin, EditsAreAppliedAndBrokenEditIsRefused) {
   std::atomic<int> audits{0};
   HealthPublisher health(twin_->bus(), "", [&] { return std::to_string(++audits); });
   const auto look = [&] { health.look_at(twin_->robot().description()); };

@@ -14,7 +14,7 @@ ControllersFile read(const std::string& yaml) {
   return controllers_in(ParameterFile::parse(yaml, "c.yaml"));
 }
 
-TEST(ControllersFileTest, ControllersOfAManagerHaveTypePlaceAndParameters) {
+TEST(ControllersFileTest, ControllersHaveTypePlaceAndParameters) {
   const ControllersFile file = read(
       "controller_manager:\n  ros__parameters:\n    update_rate: 50\n    arm: {type: a/B}\n"
       "arm:\n  ros__parameters:\n    joints: [one, two]\n");
@@ -26,7 +26,7 @@ TEST(ControllersFileTest, ControllersOfAManagerHaveTypePlaceAndParameters) {
   EXPECT_THAT(file.controllers[0].driven_joints(), ElementsAre("one", "two"));
 }
 
-TEST(ControllersFileTest, AManagerInANamespaceAndOneBehindAWildcardDeclareControllersToo) {
+TEST(ControllersFileTest, NamespacedAndWildcardManagersDeclareControllers) {
   for (const char* manager : {"/left/controller_manager", "/**/controller_manager"}) {
     const std::string arm = std::string(manager).substr(0, std::string(manager).rfind('/')) + "/arm";
     const ControllersFile file = read(std::string(manager) + ":\n  ros__parameters:\n    arm: {type: a/B}\n" +
@@ -37,12 +37,12 @@ TEST(ControllersFileTest, AManagerInANamespaceAndOneBehindAWildcardDeclareContro
   }
 }
 
-TEST(ControllersFileTest, GroupsOfTheManagersOwnParametersAreNoControllers) {
+TEST(ControllersFileTest, ManagerParameterGroupsAreNoControllers) {
   EXPECT_THAT(read("controller_manager:\n  ros__parameters:\n    overruns: {manage: true}\n").controllers,
               IsEmpty());
 }
 
-TEST(ControllersFileTest, ASectionOfNoDeclaredControllerIsKeptWithItsPlace) {
+TEST(ControllersFileTest, UndeclaredSectionIsKeptWithPlace) {
   const ControllersFile file = read(
       "controller_manager:\n  ros__parameters:\n    arm: {type: a/B}\n"
       "amr:\n  ros__parameters:\n    joints: [x]\n");
@@ -51,7 +51,7 @@ TEST(ControllersFileTest, ASectionOfNoDeclaredControllerIsKeptWithItsPlace) {
   EXPECT_EQ(file.other_sections[0].second.line, 6);
 }
 
-TEST(ControllersFileTest, AFileForOtherNodesIsNoControllersFile) {
+TEST(ControllersFileTest, FileForOtherNodesIsNoControllersFile) {
   EXPECT_FALSE(read("robot_state_publisher:\n  ros__parameters:\n    publish_frequency: 20.0\n").for_ros2);
 }
 

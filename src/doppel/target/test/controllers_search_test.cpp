@@ -63,7 +63,7 @@ class ControllersSearchTest : public ::testing::Test {
   Diagnostics diagnostics_;
 };
 
-TEST_F(ControllersSearchTest, ARoverBesideAnArmIsLeftAlone) {
+TEST_F(ControllersSearchTest, FileOfOtherRobotIsNotTaken) {
   package("rover");
   for (const char* file : {"rover/config/a.yaml", "rover/config/b.yaml"})
     write(file, yaml("left_wheel_joint", "left_wheel_names"));
@@ -72,20 +72,20 @@ TEST_F(ControllersSearchTest, ARoverBesideAnArmIsLeftAlone) {
   EXPECT_FALSE(diagnostics_.has_errors());
 }
 
-TEST_F(ControllersSearchTest, TheFileThatNamesMostOfTheJointsIsTaken) {
+TEST_F(ControllersSearchTest, FileWithMostJointsIsTaken) {
   write("arm_description/config/controllers.yaml", yaml("shoulder"));
   write("arm_description/config/other.yaml", yaml("shoulder, elbow"));
   EXPECT_EQ(chosen(), "arm_description/config/other.yaml");
   EXPECT_THAT(said("up.controllers_chosen"), HasSubstr("names most of the robot's joints"));
 }
 
-TEST_F(ControllersSearchTest, OfEqualsTheOneWithFewerForeignJointsIsTaken) {
+TEST_F(ControllersSearchTest, TieGoesToFewerForeignJoints) {
   write("arm_description/config/controllers.yaml", yaml("shoulder, elbow, finger"));
   write("arm_description/config/other.yaml", yaml("shoulder, elbow"));
   EXPECT_EQ(chosen(), "arm_description/config/other.yaml");
 }
 
-TEST_F(ControllersSearchTest, OfEqualsTheLaunchedThenTheUsualOneIsTaken) {
+TEST_F(ControllersSearchTest, TieGoesToLaunchedThenUsualFile) {
   write("arm_description/config/a.yaml", yaml("shoulder"));
   write("arm_description/config/ros2_controllers.yaml", yaml("shoulder"));
   EXPECT_EQ(chosen(), "arm_description/config/ros2_controllers.yaml");
@@ -94,7 +94,7 @@ TEST_F(ControllersSearchTest, OfEqualsTheLaunchedThenTheUsualOneIsTaken) {
   EXPECT_EQ(chosen(), "arm_description/config/a.yaml");
 }
 
-TEST_F(ControllersSearchTest, ThePathThatHoldsTheRobotsNameIsTaken) {
+TEST_F(ControllersSearchTest, PathWithRobotNameIsTaken) {
   package("b_moveit_config");
   package("x_arm_config");
   write("b_moveit_config/config/ros2_controllers.yaml", yaml("shoulder"));
@@ -102,7 +102,7 @@ TEST_F(ControllersSearchTest, ThePathThatHoldsTheRobotsNameIsTaken) {
   EXPECT_EQ(chosen(), "x_arm_config/config/ros2_controllers.yaml");
 }
 
-TEST_F(ControllersSearchTest, OfEqualsThePathWithMostWordsOfTheRobotsNameIsTakenDigitsIncluded) {
+TEST_F(ControllersSearchTest, TieGoesToPathWithMostNameWords) {
   robot_.name = "cr5_robot";
   for (const char* name : {"cr10_moveit", "cr3_moveit", "cr5_moveit"}) {
     package(name);
@@ -115,28 +115,28 @@ TEST_F(ControllersSearchTest, OfEqualsThePathWithMostWordsOfTheRobotsNameIsTaken
   EXPECT_EQ(chosen(), "cr3_moveit/config/ros2_controllers.yaml") << "by the description's file";
 }
 
-TEST_F(ControllersSearchTest, OfVeryManyPackagesBesideTheFirst200AreLookedAt) {
+TEST_F(ControllersSearchTest, PackageSearchIsBoundedTo200) {
   for (int i = 0; i < 200; ++i) package("a" + std::to_string(1000 + i));
   package("z_arm_config");
   write("z_arm_config/config/ros2_controllers.yaml", yaml("shoulder, elbow"));
   EXPECT_EQ(chosen(), "");
 }
 
-TEST_F(ControllersSearchTest, TheLastOfAHundredFilesIsFound) {
+TEST_F(ControllersSearchTest, LastOfHundredFilesIsFound) {
   for (int i = 100; i < 200; ++i)
     write("arm_description/config/calibration_" + std::to_string(i) + ".yaml", "a: 1\n");
   write("arm_description/config/ros2_controllers.yaml", yaml("shoulder"));
   EXPECT_EQ(chosen(), "arm_description/config/ros2_controllers.yaml");
 }
 
-TEST_F(ControllersSearchTest, WhatOfAPackageBesideCannotBeReadIsNotReported) {
+TEST_F(ControllersSearchTest, UnreadableFileOfOtherPackageIsNotReported) {
   package("other");
   write("other/config/map.yaml", std::string(kMaxSideFileBytes + 1, ' '));
   EXPECT_EQ(chosen(), "");
   EXPECT_TRUE(diagnostics_.all().empty());
 }
 
-TEST_F(ControllersSearchTest, TheRobotsOwnPackageComesFirst) {
+TEST_F(ControllersSearchTest, OwnPackageIsPreferred) {
   package("arm_bringup");
   write("arm_bringup/config/controllers.yaml", yaml("shoulder, elbow"));
   EXPECT_EQ(chosen(), "arm_bringup/config/controllers.yaml");
@@ -152,7 +152,7 @@ TEST_F(ControllersSearchTest, ControllersOfRos1AreNotControllersFiles) {
   EXPECT_TRUE(diagnostics_.all().empty());
 }
 
-TEST_F(ControllersSearchTest, AFileThatCannotBeReadIsAWarningWithItsPlace) {
+TEST_F(ControllersSearchTest, UnreadableFileIsWarningWithPlace) {
   write("arm_description/config/controllers.yaml", yaml("shoulder") + "\tbroken: [\n");
   EXPECT_EQ(chosen(), "");
   ASSERT_EQ(diagnostics_.all().size(), 1U);
@@ -160,7 +160,7 @@ TEST_F(ControllersSearchTest, AFileThatCannotBeReadIsAWarningWithItsPlace) {
   EXPECT_GT(diagnostics_.all().front().where.line, 0);
 }
 
-TEST_F(ControllersSearchTest, AnUpdateRateThatIsNoneMakesTheFileUnusable) {
+TEST_F(ControllersSearchTest, InvalidUpdateRateMakesFileUnusable) {
   std::string text = yaml("shoulder");
   text.replace(text.find("50"), 2, "fast");
   write("arm_description/config/controllers.yaml", text);
@@ -168,7 +168,7 @@ TEST_F(ControllersSearchTest, AnUpdateRateThatIsNoneMakesTheFileUnusable) {
   EXPECT_THAT(said("up.controllers_unreadable"), HasSubstr("update_rate"));
 }
 
-TEST_F(ControllersSearchTest, AnyValueThatTheManagerRefusesMakesTheFileUnusable) {
+TEST_F(ControllersSearchTest, InvalidManagerParameterMakesFileUnusable) {
   std::string text = yaml("shoulder");
   text.replace(text.find("update_rate: 50"), 15, "enforce_command_limits: 3");
   write("arm_description/config/controllers.yaml", text);
@@ -176,28 +176,28 @@ TEST_F(ControllersSearchTest, AnyValueThatTheManagerRefusesMakesTheFileUnusable)
   EXPECT_THAT(said("up.controllers_unreadable"), HasSubstr("enforce_command_limits"));
 }
 
-TEST_F(ControllersSearchTest, WildcardsDeclareControllersToo) {
+TEST_F(ControllersSearchTest, WildcardSectionDeclaresControllers) {
   write("arm_description/config/controllers.yaml",
         "/**:\n  controller_manager:\n    ros__parameters:\n      c: {type: a/B}\n"
         "/**:\n  c:\n    ros__parameters:\n      joints: [shoulder]\n");
   EXPECT_EQ(chosen(), "arm_description/config/controllers.yaml");
 }
 
-TEST_F(ControllersSearchTest, AFileOfAPluginComesFirst) {
+TEST_F(ControllersSearchTest, FileOfPluginIsPreferred) {
   write("arm_description/config/a.yaml", yaml("shoulder, elbow"));
   write("arm_description/config/b.yaml", yaml("shoulder"));
   plugin((src_ / "arm_description/config/b.yaml").string());
   EXPECT_EQ(chosen(), "arm_description/config/b.yaml");
 }
 
-TEST_F(ControllersSearchTest, AFileOfAPluginThatDoesNotExistIsAWarningAndOthersAreLookedFor) {
+TEST_F(ControllersSearchTest, MissingPluginFileIsWarningAndSearchContinues) {
   write("arm_description/config/a.yaml", yaml("shoulder"));
   plugin("/no/such.yaml");
   EXPECT_EQ(chosen(), "arm_description/config/a.yaml");
   EXPECT_THAT(said("up.controllers_missing"), HasSubstr("/no/such.yaml"));
 }
 
-TEST_F(ControllersSearchTest, APlainUrdfThatKeepsItsFindNamesAFileOfThePackage) {
+TEST_F(ControllersSearchTest, FindInPlainUrdfResolvesToPackage) {
   write("arm_description/config/b.yaml", yaml("shoulder"));
   plugin("$(find arm_description)/config/b.yaml");
   PackageResolver resolver;
@@ -209,14 +209,14 @@ TEST_F(ControllersSearchTest, APlainUrdfThatKeepsItsFindNamesAFileOfThePackage) 
   EXPECT_TRUE(found.missing.empty());
 }
 
-TEST_F(ControllersSearchTest, AMissingFileOfAPluginIsToldWithTheNearestName) {
+TEST_F(ControllersSearchTest, MissingPluginFileIsReportedWithNearest) {
   write("arm_description/config/controllers.yaml", yaml("shoulder"));
   plugin((src_ / "arm_description/config/controlers.yaml").string());
   EXPECT_EQ(chosen(), "arm_description/config/controllers.yaml");
   EXPECT_THAT(said("up.controllers_missing"), HasSubstr("did you mean 'controllers.yaml'?"));
 }
 
-TEST_F(ControllersSearchTest, TheOnlyFileOfThePackageIsKnownThoughItNamesOtherJoints) {
+TEST_F(ControllersSearchTest, OnlyFileWithOtherJointsIsKnown) {
   write("arm_description/config/controllers.yaml", yaml("shoulderr"));
   EXPECT_EQ(chosen(), "");
   ASSERT_TRUE(found_.of_another.has_value());

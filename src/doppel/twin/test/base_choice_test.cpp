@@ -32,7 +32,7 @@ const std::string kDisc =
     "<collision><origin rpy='1.570796 0 0'/><geometry><cylinder radius='0.1' "
     "length='0.04'/></geometry></collision>";
 
-TEST(BaseChoice, NamesAreTakenApartIntoWords) {
+TEST(BaseChoice, NamesAreSplitIntoWords) {
   EXPECT_THAT(words_of_name("LHipYawPitch"), ElementsAre("l", "hip", "yaw", "pitch"));
   EXPECT_THAT(words_of_name("left_knee2_joint"), ElementsAre("left", "knee", "joint"));
   EXPECT_THAT(words_of_name("FR_HAA"), ElementsAre("fr", "haa"));
@@ -57,7 +57,7 @@ TEST(BaseChoice, TwoWheelsByNameFloat) {
   EXPECT_THAT(two.reason, HasSubstr("'left_wheel_joint', 'right_wheel_joint'"));
 }
 
-TEST(BaseChoice, DiscsAboutTheirAxesAreWheelsAndRollersOfAnArmAreNot) {
+TEST(BaseChoice, DiscsOnAxesAreWheels) {
   const std::string frame = link("base_link", kBox) + link("a", kDisc) + link("b", kDisc);
   EXPECT_EQ(choice(frame + joint("ja", "continuous", "base_link", "a", "0 1 0") +
                    joint("jb", "continuous", "base_link", "b", "0 1 0"))
@@ -75,7 +75,7 @@ TEST(BaseChoice, DiscsAboutTheirAxesAreWheelsAndRollersOfAnArmAreNot) {
       << "they do not roll about these axes";
 }
 
-TEST(BaseChoice, LegsFloatAndAHipAloneDoesNot) {
+TEST(BaseChoice, LegsFloatButHipAloneDoesNot) {
   const std::string links = link("trunk", kBox) + link("a", kBox) + link("b", kBox);
   const BaseChoice leg =
       choice(links + joint("hip", "revolute", "trunk", "a") + joint("knee", "revolute", "a", "b"));
@@ -98,7 +98,7 @@ TEST(BaseChoice, LegsFloatAndAHipAloneDoesNot) {
       << "a foot at the end of a leg, on a fixed joint";
 }
 
-TEST(BaseChoice, WheelsThatAreLimitedToManyTurnsFloat) {
+TEST(BaseChoice, WheelsLimitedToManyTurnsFloat) {
   const auto wheel = [](const std::string& name, const std::string& child) {
     return "<joint name='" + name + "' type='revolute'><parent link='base_link'/><child link='" + child +
            "'/><axis xyz='0 1 0'/><limit lower='-180' upper='180' effort='1' velocity='1'/></joint>";
@@ -118,7 +118,7 @@ TEST(BaseChoice, TurntablesAreNotWheels) {
             BaseKind::fixed);
 }
 
-TEST(BaseChoice, CollisionMeshesThatAreNotFoundCarryNothing) {
+TEST(BaseChoice, MissingCollisionMeshesAreNoWheels) {
   const std::string mesh =
       "<collision><geometry><mesh filename='package://nowhere_at_all/a.stl'/></geometry></collision>";
   const BaseChoice found = choice(link("base_link", mesh) + link("l", mesh) + link("r", mesh) +

@@ -81,9 +81,9 @@ std::vector<Odd> odd_robots() {
   };
 }
 
-class ComesUp : public ::testing::TestWithParam<Odd> {};
+class TwinStartTest : public ::testing::TestWithParam<Odd> {};
 
-TEST_P(ComesUp, AndSaysWhatIsOdd) {
+TEST_P(TwinStartTest, UnusualDescriptionStartsWithWarning) {
   const Odd& odd = GetParam();
   const fs::path file =
       fs::temp_directory_path() / ("doppel_odd_" + std::to_string(::getpid()) + "_" + odd.name + ".urdf");
@@ -109,7 +109,7 @@ TEST_P(ComesUp, AndSaysWhatIsOdd) {
   EXPECT_TRUE(warned) << odd.rule;
 }
 
-INSTANTIATE_TEST_SUITE_P(Odd, ComesUp, ::testing::ValuesIn(odd_robots()),
+INSTANTIATE_TEST_SUITE_P(Odd, TwinStartTest, ::testing::ValuesIn(odd_robots()),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace

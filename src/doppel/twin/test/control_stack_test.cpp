@@ -54,15 +54,15 @@ std::string declared(const std::string& name, const std::string& type) {
 }
 const std::string kJtc = "joint_trajectory_controller/JointTrajectoryController";
 
-class FoundControllers : public ::testing::Test {
+class FoundControllersTest : public ::testing::Test {
  protected:
-  FoundControllers()
+  FoundControllersTest()
       : folder_(fs::temp_directory_path() / ("doppel_stack_" + std::to_string(::getpid())) / "arm") {
     fs::create_directories(folder_ / "config");
     std::ofstream(folder_ / "package.xml") << "<package format=\"3\"><name>arm</name></package>";
     log_.add_sink([this](const LogLine& line) { said_ += line.text + '\n'; });
   }
-  ~FoundControllers() override { fs::remove_all(folder_.parent_path()); }
+  ~FoundControllersTest() override { fs::remove_all(folder_.parent_path()); }
 
   // Controllers that are there, and what each claims.
   std::map<std::string, std::vector<std::string>> up(const std::string& yaml, const std::string& more = "",
@@ -117,7 +117,7 @@ class FoundControllers : public ::testing::Test {
   std::string said_, origin_;
 };
 
-TEST_F(FoundControllers, AllThatFitsRunsAndNothingIsAdded) {
+TEST_F(FoundControllersTest, CompatibleControllersRunWithoutAdditions) {
   const auto there =
       up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"));
   EXPECT_THAT(there, ElementsAre(Pair("arm", ElementsAre("shoulder/position", "elbow/position")),
@@ -126,7 +126,7 @@ TEST_F(FoundControllers, AllThatFitsRunsAndNothingIsAdded) {
   EXPECT_EQ(origin_, (folder_ / "config/controllers.yaml").string());
 }
 
-TEST_F(FoundControllers, ATypeThatIsNotAvailableIsLeftOut) {
+TEST_F(FoundControllersTest, UnavailableTypeIsLeftOut) {
   const auto there = up(manager(kBroadcaster + declared("base", "diff_drive_controller/DiffDriveController") +
                                 declared("arm", kJtc)) +
                         "base:\n  ros__parameters:\n    left_wheel_names: [shoulder]\n" +
@@ -139,7 +139,7 @@ TEST_F(FoundControllers, ATypeThatIsNotAvailableIsLeftOut) {
   EXPECT_THAT(said_, HasSubstr("controllers.yaml:5"));
 }
 
-TEST_F(FoundControllers, AMisspeltTypeIsLeftOutWithTheNearest) {
+TEST_F(FoundControllersTest, MisspeltTypeIsLeftOutWithNearest) {
   const auto there = up(manager(declared("arm", "joint_trajectory_controller/JointTrajectoryControler")));
   EXPECT_THAT(said_, HasSubstr("did you mean 'joint_trajectory_controller/JointTrajectoryController'?"));
   EXPECT_THAT(said_, HasSubstr("'arm' is left out"));
@@ -150,7 +150,7 @@ TEST_F(FoundControllers, AMisspeltTypeIsLeftOutWithTheNearest) {
                                       ElementsAre("shoulder/position", "elbow/position"))));
 }
 
-TEST_F(FoundControllers, AnUnknownJointLeavesItsControllerOut) {
+TEST_F(FoundControllersTest, ControllerWithUnknownJointIsLeftOut) {
   const auto there = up(manager(kBroadcaster + declared("arm", kJtc) + declared("hand", kJtc)) +
                         trajectories("arm", "[shoulder, elbow]") + trajectories("hand", "[finger]"));
   EXPECT_EQ(there.count("hand"), 0U);
@@ -158,7 +158,7 @@ TEST_F(FoundControllers, AnUnknownJointLeavesItsControllerOut) {
   EXPECT_THAT(said_, HasSubstr("names joint 'finger'"));
 }
 
-TEST_F(FoundControllers, JointsThatNoControllerDrivesAreHeld) {
+TEST_F(FoundControllersTest, UndrivenJointsAreHeld) {
   const auto there = up(manager(kBroadcaster + declared("joint_trajectory_controller", kJtc)) +
                         trajectories("joint_trajectory_controller", "[shoulder]"));
   EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
@@ -166,13 +166,13 @@ TEST_F(FoundControllers, JointsThatNoControllerDrivesAreHeld) {
   EXPECT_THAT(said_, HasSubstr("no controller that is loaded drives 'elbow'"));
 }
 
-TEST_F(FoundControllers, JointsOfAControllerThatWasSwitchedOffStayReleasedAfterAnEdit) {
+TEST_F(FoundControllersTest, DeactivatedControllersJointsStayReleasedAfterReload) {
   const std::string yaml =
       manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
   EXPECT_THAT(active_after_edit(yaml, "arm", yaml + "# edited\n"), ElementsAre("jsb"));
 }
 
-TEST_F(FoundControllers, AGeneratedControllerThatWasSwitchedOffStaysOffAfterAnEdit) {
+TEST_F(FoundControllersTest, DeactivatedGeneratedControllerStaysInactiveAfterReload) {
   const std::string yaml = manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder]");
   EXPECT_THAT(active_after_edit(yaml, "joint_trajectory_controller", yaml + "# edited\n"),
               UnorderedElementsAre("jsb", "arm"));
@@ -180,7 +180,7 @@ TEST_F(FoundControllers, AGeneratedControllerThatWasSwitchedOffStaysOffAfterAnEd
               UnorderedElementsAre("jsb", "joint_trajectory_controller"));
 }
 
-TEST_F(FoundControllers, ABroadcasterThatWasSwitchedOffIsNotReplacedAfterAnEdit) {
+TEST_F(FoundControllersTest, DeactivatedBroadcasterIsNotReplacedAfterReload) {
   const std::string yaml =
       manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
   EXPECT_THAT(active_after_edit(yaml, "jsb", yaml + "# edited\n"), ElementsAre("arm"));
@@ -189,7 +189,7 @@ TEST_F(FoundControllers, ABroadcasterThatWasSwitchedOffIsNotReplacedAfterAnEdit)
               ElementsAre("arm"));
 }
 
-TEST_F(FoundControllers, OfTwoThatClaimOneJointTheTrajectoryControllerRuns) {
+TEST_F(FoundControllersTest, ConflictingClaimPrefersTrajectoryController) {
   const auto there =
       up(manager(kBroadcaster + declared("fast", "position_controllers/JointGroupPositionController") +
                  declared("arm", kJtc)) +
@@ -200,7 +200,7 @@ TEST_F(FoundControllers, OfTwoThatClaimOneJointTheTrajectoryControllerRuns) {
   EXPECT_THAT(said_, HasSubstr("'fast' stays inactive: 'arm' holds"));
 }
 
-TEST_F(FoundControllers, ABadParameterLeavesItsControllerOut) {
+TEST_F(FoundControllersTest, ControllerWithBadParameterIsLeftOut) {
   const auto there =
       up(manager(kBroadcaster + declared("arm", kJtc)) +
          "arm:\n  ros__parameters:\n    joints: [shoulder, elbow]\n    command_interfaces: 3\n");
@@ -209,7 +209,7 @@ TEST_F(FoundControllers, ABadParameterLeavesItsControllerOut) {
   EXPECT_THAT(said_, HasSubstr("controllers.yaml:9:25"));
 }
 
-TEST_F(FoundControllers, AnInterfaceThatNobodyOffersLeavesItsControllerOut) {
+TEST_F(FoundControllersTest, ControllerWithMissingInterfaceIsLeftOut) {
   const std::string hardware =
       "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
       "</hardware><joint name=\"shoulder\"><command_interface name=\"position\"/>"
@@ -223,7 +223,7 @@ TEST_F(FoundControllers, AnInterfaceThatNobodyOffersLeavesItsControllerOut) {
   EXPECT_THAT(there.at("velocity_controller"), ElementsAre("elbow/velocity")) << "held at zero velocity";
 }
 
-TEST_F(FoundControllers, JointsThatTakeEffortsOnlyArePassive) {
+TEST_F(FoundControllersTest, EffortOnlyJointsArePassive) {
   const std::string hardware =
       "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
       "</hardware><joint name=\"shoulder\"><command_interface name=\"position\"/>"
@@ -234,7 +234,7 @@ TEST_F(FoundControllers, JointsThatTakeEffortsOnlyArePassive) {
               HasSubstr("no controller drives 'elbow', which takes efforts only: passive; it moves freely"));
 }
 
-TEST_F(FoundControllers, AnUnknownJointOfReplacedHardwareIsReported) {
+TEST_F(FoundControllersTest, UnknownJointOfReplacedHardwareIsReported) {
   const std::string hardware =
       "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
       "</hardware><joint name=\"sholder\"><command_interface name=\"position\"/>"
@@ -245,7 +245,7 @@ TEST_F(FoundControllers, AnUnknownJointOfReplacedHardwareIsReported) {
   EXPECT_THAT(said_, HasSubstr("up.hardware_generated"));
 }
 
-TEST_F(FoundControllers, ControllersOfAManagerInANamespaceAreReportedWithIt) {
+TEST_F(FoundControllersTest, NamespacedControllersAreReportedWithNamespace) {
   const std::string yaml = "/my/" + manager(kBroadcaster + declared("arm", kJtc)) + "/my/" +
                            trajectories("arm", "[shoulder, elbow]");
   const auto there = up(yaml);
@@ -256,7 +256,7 @@ TEST_F(FoundControllers, ControllersOfAManagerInANamespaceAreReportedWithIt) {
   EXPECT_EQ(said_.find("up.controllers_of_other_manager"), std::string::npos) << said_;
 }
 
-TEST_F(FoundControllers, AnInterfaceThatIsOfferedTwiceIsLeftOutOnce) {
+TEST_F(FoundControllersTest, DuplicateInterfaceIsLeftOut) {
   std::string hardware =
       "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>mock_components/GenericSystem</plugin>"
       "</hardware>";
@@ -268,7 +268,7 @@ TEST_F(FoundControllers, AnInterfaceThatIsOfferedTwiceIsLeftOutOnce) {
   EXPECT_EQ(there.at("joint_trajectory_controller").size(), 2U);
 }
 
-TEST_F(FoundControllers, ANamedFileIsTakenAsItIs) {
+TEST_F(FoundControllersTest, NamedFileIsTakenUnchanged) {
   EXPECT_THROW(up(manager(declared("arm", kJtc)) + trajectories("arm", "[ghost]"), "", true), InputError);
   const auto there =
       up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder]"), "", true);
@@ -282,7 +282,7 @@ std::string system_of(const std::string& name, const std::string& plugin, const 
          "name=\"position\"/></joint></ros2_control>";
 }
 
-TEST_F(FoundControllers, APluginThatIsRegisteredIsRealAndAnyOtherIsSimulated) {
+TEST_F(FoundControllersTest, RegisteredPluginIsRealAndOthersAreSimulated) {
   std::ofstream(folder_ / "arm.urdf") << kStackArm + system_of("Real", "doppel/Loopback", "shoulder") +
                                              system_of("Unknown", "my_arm/MyArmSystem", "elbow") + "</robot>";
   std::ofstream(folder_ / "config/controllers.yaml")
@@ -331,7 +331,7 @@ Scenario broadcasting_at_1000_hz(const std::filesystem::path& folder) {
   return scenario;
 }
 
-TEST_F(FoundControllers, ALoopOfRealHardwareThatAnEditBringsWaitsUntilTheEditIsThrough) {
+TEST_F(FoundControllersTest, HardwareLoopOfReloadStartsAfterReload) {
   const auto write = [this](const std::string& hardware) {
     std::ofstream(folder_ / "arm.urdf") << kStackArm + hardware + "</robot>";
   };
@@ -361,7 +361,7 @@ TEST_F(FoundControllers, ALoopOfRealHardwareThatAnEditBringsWaitsUntilTheEditIsT
   EXPECT_GT(received(), 0);
 }
 
-TEST_F(FoundControllers, ARunnersStatusAndWhatALoopOfRealHardwarePublishesReachAnEdgeWhole) {
+TEST_F(FoundControllersTest, RunnerStatusAndHardwareLoopMessagesReachEdge) {
   std::ofstream(folder_ / "arm.urdf")
       << kStackArm + system_of("Real", "doppel/Loopback", "shoulder") + "</robot>";
   const Scenario scenario = broadcasting_at_1000_hz(folder_);
@@ -398,7 +398,7 @@ TEST_F(FoundControllers, ARunnersStatusAndWhatALoopOfRealHardwarePublishesReachA
   EXPECT_GT(received["doppel_msgs/msg/TwinStatus"], 50);
 }
 
-TEST_F(FoundControllers, AnEmergencyStopOutlivesAnEditThatMakesTheControllersAnew) {
+TEST_F(FoundControllersTest, EmergencyStopSurvivesControllerRecreation) {
   const std::string yaml =
       manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
   std::ofstream(folder_ / "arm.urdf") << kStackArm + "</robot>";
@@ -417,7 +417,7 @@ TEST_F(FoundControllers, AnEmergencyStopOutlivesAnEditThatMakesTheControllersAne
     EXPECT_EQ(c.state, ControllerState::active) << c.name;
 }
 
-TEST(PeriodInSteps, ARateThatDoesNotDivideTheStepsIsRoundedWithAWarning) {
+TEST(PeriodInSteps, IndivisibleRateIsRoundedWithWarning) {
   Diagnostics diagnostics;
   const Duration step(1'000'000);
   EXPECT_EQ(period_in_steps(200, step, {}, diagnostics), Duration(5'000'000));

@@ -42,7 +42,7 @@ std::string link_model(const std::string& geometry, const std::string& more = ""
 }
 const std::string kBall = "<sphere><radius>0.05</radius></sphere>";
 
-TEST(EntityXml, SdfIsReadWhole) {
+TEST(EntityXml, SdfModelIsRead) {
   const WorldObject box = read(
       "<sdf version='1.7'><model name='crate'><pose>1 2 3 0 0 0.5</pose><link name='l'>"
       "<pose>0 0 0.1 0 0 0</pose><inertial><mass>0.4</mass></inertial>"
@@ -68,7 +68,7 @@ TEST(EntityXml, StaticHasNoMassAndNoInertialWeighsOneKilogram) {
   EXPECT_EQ(read(link_model(kBall)).mass, 1.0);
 }
 
-TEST(EntityXml, UrdfIsReadToo) {
+TEST(EntityXml, UrdfModelIsRead) {
   const WorldObject ball = read(
       "<robot name='ball'><material name='red'><color rgba='1 0 0 1'/></material><link name='l'>"
       "<inertial><mass value='0.1'/></inertial><visual><geometry><sphere radius='0.03'/></geometry>"
@@ -86,7 +86,7 @@ TEST(EntityXml, UrdfIsReadToo) {
       << "without an inertia it is fixed";
 }
 
-TEST(EntityXml, AMeshIsAskedFor) {
+TEST(EntityXml, MeshIsRequested) {
   const WorldObject part =
       read(link_model("<mesh><uri>package://p/a.stl</uri><scale>0.001 0.001 0.001</scale></mesh>"));
   const auto& mesh = std::get<MeshGeometry>(part.shape);
@@ -95,7 +95,7 @@ TEST(EntityXml, AMeshIsAskedFor) {
   EXPECT_EQ(mesh.scale.x(), 0.001);
 }
 
-TEST(EntityXml, WhatIsNoThingIsRefusedWithItsPlace) {
+TEST(EntityXml, InvalidModelIsRefusedWithPlace) {
   EXPECT_THAT(error_of("<sdf><model"), HasSubstr("xml:1"));
   EXPECT_THAT(error_of(""), Not(HasSubstr("accepted")));
   EXPECT_THAT(error_of("<world/>"), HasSubstr("neither <sdf> nor <robot>"));
@@ -125,7 +125,7 @@ TEST(EntityXml, WhatIsNoThingIsRefusedWithItsPlace) {
   EXPECT_THAT(error_of(std::string(std::size_t{2} << 20, ' ')), HasSubstr("at most"));
 }
 
-TEST(EntityXml, WhatHasNoEffectIsNoted) {
+TEST(EntityXml, IgnoredElementsAreNoted) {
   Diagnostics notes;
   read_entity_xml(model("<plugin name='p' filename='f'/><link name='l'><sensor name='s'/><collision name='c'>"
                         "<geometry>" +
@@ -143,7 +143,7 @@ std::string notes_of(const std::string& xml) {
   return out;
 }
 
-TEST(EntityXml, AVisualThatIsNotDrawnIsNoted) {
+TEST(EntityXml, UndrawnVisualIsNoted) {
   const auto sdf = [](const std::string& visual) {
     return model("<link name='l'><collision name='c'><geometry>" + kBall +
                  "</geometry></collision><visual name='v'>" + visual + "</visual></link>");
@@ -172,7 +172,7 @@ TEST(EntityXml, AVisualThatIsNotDrawnIsNoted) {
 }
 
 // Two packages beside each other, a secret outside, and links.
-class EntityMesh : public ::testing::Test {
+class EntityMeshTest : public ::testing::Test {
  protected:
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -207,7 +207,7 @@ class EntityMesh : public ::testing::Test {
   PackageResolver resolver_;
 };
 
-TEST_F(EntityMesh, OfThePackagesIsFound) {
+TEST_F(EntityMeshTest, MeshOfPackageIsFound) {
   EXPECT_EQ(find("package://arm/meshes/a.stl"), "ws/arm/meshes/a.stl");
   EXPECT_EQ(find("package://hand/meshes/a.stl"), "ws/hand/meshes/a.stl");
   EXPECT_EQ(find("file://" + (root_ / "ws/arm/meshes/a.stl").string()), "ws/arm/meshes/a.stl");
@@ -215,7 +215,7 @@ TEST_F(EntityMesh, OfThePackagesIsFound) {
   EXPECT_THAT(find("package://arm/meshes/b.stl"), HasSubstr("is not found"));
 }
 
-TEST_F(EntityMesh, NoOtherFileOfTheMachineIs) {
+TEST_F(EntityMeshTest, FileOutsidePackagesIsRefused) {
   for (const std::string& uri :
        {std::string("package://arm/../../secret.stl"), "file://" + (root_ / "secret.stl").string(),
         "file://" + (root_ / "ws/arm/../../secret.stl").string(), std::string("file:///etc/nothing.stl"),
@@ -230,7 +230,7 @@ TEST_F(EntityMesh, NoOtherFileOfTheMachineIs) {
   EXPECT_THAT(find("package://.stl"), Not(HasSubstr("ws/")));
 }
 
-TEST_F(EntityMesh, LinksMayLeadToAnotherPackageOnly) {
+TEST_F(EntityMeshTest, SymlinkOutOfPackagesIsRefused) {
   fs::create_symlink(root_ / "secret.stl", root_ / "ws/arm/meshes/out.stl");
   fs::create_symlink(root_ / "ws/hand/meshes/a.stl", root_ / "ws/arm/meshes/in.stl");
   fs::create_symlink(root_ / "ws/arm/notes.txt", root_ / "ws/arm/meshes/text.stl");
@@ -241,7 +241,7 @@ TEST_F(EntityMesh, LinksMayLeadToAnotherPackageOnly) {
   EXPECT_EQ(find("package://arm/meshes/in.stl"), "ws/hand/meshes/a.stl");
 }
 
-TEST_F(EntityMesh, AHugeOneIsRefused) {
+TEST_F(EntityMeshTest, HugeMeshIsRefused) {
   fs::resize_file(root_ / "ws/arm/meshes/a.stl", std::uintmax_t{17} << 20);
   EXPECT_THAT(find("package://arm/meshes/a.stl"), HasSubstr("larger than 16 MB"));
 }

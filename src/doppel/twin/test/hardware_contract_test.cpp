@@ -141,7 +141,7 @@ class HardwareContract : public ::testing::TestWithParam<Component> {
   Time now_{};
 };
 
-TEST_P(HardwareContract, OffersWhatTheDescriptionListsAndStartsAtItsInitialValues) {
+TEST_P(HardwareContract, InterfacesAndInitialValuesMatchDescription) {
   description_.joints[1].state_interfaces[0].initial_value = 0.75;
   bring_up({"states"});
   Names commands, states;
@@ -155,7 +155,7 @@ TEST_P(HardwareContract, OffersWhatTheDescriptionListsAndStartsAtItsInitialValue
   EXPECT_NEAR(q("j 2"), 0.75, GetParam().tolerance);  // nothing commands it: it is held
 }
 
-TEST_P(HardwareContract, ATrajectoryIsFollowedToItsEnd) {
+TEST_P(HardwareContract, TrajectoryIsFollowedToItsEnd) {
   bring_up({"states", "arm"});
   trajectory_msgs::msg::JointTrajectory message;
   message.joint_names = {"j 1", "j 2"};
@@ -171,7 +171,7 @@ TEST_P(HardwareContract, ATrajectoryIsFollowedToItsEnd) {
   EXPECT_NEAR(v("j 1"), 0.0, 1e-2);
 }
 
-TEST_P(HardwareContract, AHandOverBetweenControllersKeepsThePosition) {
+TEST_P(HardwareContract, HandoverKeepsPosition) {
   bring_up({"positions"});
   command("positions", {0.5, 0.25});
   run(1.5);
@@ -183,7 +183,7 @@ TEST_P(HardwareContract, AHandOverBetweenControllersKeepsThePosition) {
   EXPECT_NEAR(q("j 2"), 0.25, GetParam().tolerance);
 }
 
-TEST_P(HardwareContract, ASpeedIsHeldAndEndsWithItsController) {
+TEST_P(HardwareContract, VelocityIsHeldUntilControllerStops) {
   bring_up({"speeds"});
   command("speeds", {1.0, 0.0});
   run(1.0);
@@ -197,7 +197,7 @@ TEST_P(HardwareContract, ASpeedIsHeldAndEndsWithItsController) {
   EXPECT_NEAR(v("j 1"), 0.0, 1e-2);
 }
 
-TEST_P(HardwareContract, NotANumberMovesNothing) {
+TEST_P(HardwareContract, NanCommandMovesNothing) {
   bring_up({"positions"});
   command("positions", {0.5, 0.5});
   run(1.0);
@@ -207,7 +207,7 @@ TEST_P(HardwareContract, NotANumberMovesNothing) {
   EXPECT_NEAR(q("j 2"), 0.5, GetParam().tolerance);
 }
 
-TEST_P(HardwareContract, AnEmergencyStopEndsTheMotionUntilItIsResetAndTheCommandIsNotResumed) {
+TEST_P(HardwareContract, EmergencyStopEndsMotionWithoutResume) {
   bring_up({"states", "speeds"});
   command("speeds", {1.0, -1.0});
   run(0.5);
@@ -226,7 +226,7 @@ TEST_P(HardwareContract, AnEmergencyStopEndsTheMotionUntilItIsResetAndTheCommand
   EXPECT_NEAR(v("j 1"), 1.0, 0.05);
 }
 
-TEST_P(HardwareContract, AStopOfPositionsOnTheirWayHoldsWhereTheyAre) {
+TEST_P(HardwareContract, StopDuringMotionHoldsPosition) {
   bring_up({"positions"});
   command("positions", {2.0, 0.0});
   run(0.05);
@@ -238,7 +238,7 @@ TEST_P(HardwareContract, AStopOfPositionsOnTheirWayHoldsWhereTheyAre) {
   EXPECT_NEAR(q("j 1"), rest, 1e-3);
 }
 
-TEST_P(HardwareContract, HardwareIsDeactivatedAndActivatedAgain) {
+TEST_P(HardwareContract, HardwareCanBeReactivated) {
   bring_up({"states"});
   bus_.set_now(now_);
   const auto edge = bus_.attach("client");
@@ -263,7 +263,7 @@ TEST_P(HardwareContract, HardwareIsDeactivatedAndActivatedAgain) {
   EXPECT_NEAR(q("j 1"), 0.3, GetParam().tolerance);
 }
 
-TEST_P(HardwareContract, StatesReachTheBroadcaster) {
+TEST_P(HardwareContract, StatesReachBroadcaster) {
   bring_up({"states", "positions"});
   sensor_msgs::msg::JointState last;
   node_.subscribe<sensor_msgs::msg::JointState>("/joint_states",
@@ -275,7 +275,7 @@ TEST_P(HardwareContract, StatesReachTheBroadcaster) {
   EXPECT_NEAR(last.position[1], -0.5, GetParam().tolerance);
 }
 
-TEST_P(HardwareContract, TheSameCommandsGiveTheSameStates) {
+TEST_P(HardwareContract, SameCommandsGiveSameStates) {
   const auto history = [this] {
     manager_.reset();
     now_ = Time{};
@@ -305,7 +305,7 @@ class LoopbackFaults : public HardwareContract {
   }
 };
 
-TEST_P(LoopbackFaults, AnErrorAtTheNthReadStopsTheControllerThenAndNotBefore) {
+TEST_P(LoopbackFaults, ErrorAtNthReadStopsController) {
   order("error", {{"fault_at", "30"}});
   bring_up({"positions"});
   run(0.2);
@@ -316,14 +316,14 @@ TEST_P(LoopbackFaults, AnErrorAtTheNthReadStopsTheControllerThenAndNotBefore) {
   EXPECT_THAT(hardware().fault, testing::HasSubstr("from read 30 on"));
 }
 
-TEST_P(LoopbackFaults, AThrowInWriteEndsForGoodWhereItDoesNotRecover) {
+TEST_P(LoopbackFaults, ExceptionInWriteWithoutRecoveryFinalizes) {
   order("throw", {{"fault_at", "5"}, {"fault_in", "write"}, {"recovers", "false"}});
   bring_up({"positions"});
   run(0.1);
   EXPECT_EQ(hardware().state, HardwareState::finalized);
 }
 
-TEST_P(LoopbackFaults, AComponentThatAsksForItIsDeactivated) {
+TEST_P(LoopbackFaults, DeactivateRequestDeactivatesComponent) {
   order("deactivate", {{"fault_at", "5"}});
   bring_up({"positions"});
   run(0.1);
@@ -331,7 +331,7 @@ TEST_P(LoopbackFaults, AComponentThatAsksForItIsDeactivated) {
   EXPECT_EQ(manager_->controllers().front().state, ControllerState::inactive);
 }
 
-TEST_P(LoopbackFaults, StatesThatAreNotANumberNeverBecomeCommands) {
+TEST_P(LoopbackFaults, NanStatesNeverBecomeCommands) {
   order("nan", {{"fault_at", "30"}});
   bring_up({"arm"});
   run(0.2);
@@ -341,7 +341,7 @@ TEST_P(LoopbackFaults, StatesThatAreNotANumberNeverBecomeCommands) {
   EXPECT_EQ(manager_->command("j 1/position"), before);
 }
 
-TEST_P(LoopbackFaults, AWrongStateIsWhatIsReadWhileItLasts) {
+TEST_P(LoopbackFaults, WrongStateIsRead) {
   order("wrong", {{"fault_at", "30"}, {"fault_for", "10"}, {"fault_size", "0.5"}});
   bring_up({"states"});
   run(0.2);
@@ -352,7 +352,7 @@ TEST_P(LoopbackFaults, AWrongStateIsWhatIsReadWhileItLasts) {
   EXPECT_EQ(q("j 1"), 0.0);
 }
 
-TEST_P(LoopbackFaults, ASilentDeviceLeavesTheOldStates) {
+TEST_P(LoopbackFaults, SilentDeviceKeepsOldStates) {
   order("silent", {{"fault_at", "40"}});
   bring_up({"positions"});
   run(0.1);
@@ -366,7 +366,7 @@ TEST_P(LoopbackFaults, ASilentDeviceLeavesTheOldStates) {
   EXPECT_EQ(hardware().state, HardwareState::active);
 }
 
-TEST_P(LoopbackFaults, ADelayedCommandArrivesLate) {
+TEST_P(LoopbackFaults, DelayedCommandArrivesLate) {
   description_.params = {{"delay", "0.1"}};
   bring_up({"positions"});
   run(0.05);
@@ -377,7 +377,7 @@ TEST_P(LoopbackFaults, ADelayedCommandArrivesLate) {
   EXPECT_EQ(q("j 1"), 0.02);
 }
 
-TEST_P(LoopbackFaults, UnknownParametersAreRefusedWithTheNearest) {
+TEST_P(LoopbackFaults, UnknownParametersAreRefusedWithNearest) {
   description_.params = {{"faut", "error"}, {"delay", "soon"}, {"unclaimed", "fre"}};
   try {
     bring_up({"positions"});

@@ -33,7 +33,7 @@ std::vector<Oscillation> watched(Rig& rig, double seconds, const Shake& shake) {
   return watch.take();
 }
 
-TEST(OscillationWatch, AShakenJointIsReportedOnceWithItsFrequency) {
+TEST(OscillationWatch, OscillatingJointIsReportedOnceWithFrequency) {
   Rig rig(pendulum());
   rig.hold_all();
   const auto found =
@@ -46,7 +46,7 @@ TEST(OscillationWatch, AShakenJointIsReportedOnceWithItsFrequency) {
   EXPECT_THAT(text, HasSubstr("Hz while its drive holds it"));
 }
 
-TEST(OscillationWatch, ASlowOscillationIsReportedAfterItHasTurnedOftenEnough) {
+TEST(OscillationWatch, SlowOscillationIsReportedAfterEnoughTurns) {
   Rig rig(pendulum());
   rig.hold_all();
   const auto found =
@@ -56,7 +56,7 @@ TEST(OscillationWatch, ASlowOscillationIsReportedAfterItHasTurnedOftenEnough) {
 }
 
 // A load that swings beyond the effort limit drags the reference along with the joint.
-TEST(OscillationWatch, AShakeBeyondTheEffortLimitIsReported) {
+TEST(OscillationWatch, OscillationBeyondEffortLimitIsReported) {
   RobotDescription robot = pendulum();
   robot.joints[0].limits->effort = 5.0;
   Rig rig(robot);
@@ -67,20 +67,20 @@ TEST(OscillationWatch, AShakeBeyondTheEffortLimitIsReported) {
   EXPECT_NEAR(found[0].frequency, 8, 2.0);
 }
 
-TEST(OscillationWatch, AHeldJointIsNotReported) {
+TEST(OscillationWatch, HeldJointIsNotReported) {
   Rig rig(pendulum());
   rig.set_state({1.0});
   rig.hold_all();
   EXPECT_TRUE(watched(rig, 2.0, [](double) { return 0.0; }).empty());
 }
 
-TEST(OscillationWatch, APushThatDecaysIsNotReported) {
+TEST(OscillationWatch, DecayingPushIsNotReported) {
   Rig rig(pendulum());
   rig.hold_all();
   EXPECT_TRUE(watched(rig, 2.0, [](double t) { return t > 0.5 && t < 0.55 ? 40.0 : 0.0; }).empty());
 }
 
-TEST(OscillationWatch, AMovingTargetIsNotReported) {
+TEST(OscillationWatch, MovingTargetIsNotReported) {
   Rig rig(pendulum());
   rig.hold_all();
   OscillationWatch watch(rig.shared);
@@ -92,7 +92,7 @@ TEST(OscillationWatch, AMovingTargetIsNotReported) {
   EXPECT_FALSE(watch.found());
 }
 
-TEST(OscillationWatch, ShakingAtTheRateOfTheStepIsBlamedOnTheStep) {
+TEST(OscillationWatch, OscillationAtStepRateNamesStepAsCause) {
   Rig rig(pendulum());
   const std::string text = to_string(Oscillation{0, 0.01, 250, 0.0001}, rig.robot);
   EXPECT_THAT(text, HasSubstr("the step of 1 ms"));

@@ -38,7 +38,7 @@ TEST(RestCheck, HeldJointIsAtRest) {
   EXPECT_THAT(report->unsettled, IsEmpty());
 }
 
-TEST(RestCheck, NothingIsReportedBeforeHalfASecond) {
+TEST(RestCheck, NothingIsReportedBeforeHalfSecond) {
   const RobotDescription robot = bar(100);
   Rig rig(robot);
   EXPECT_FALSE(rest_of(robot, rig, 0.4));
@@ -56,7 +56,7 @@ TEST(RestCheck, PassiveJointIsReportedWithItsLinkAndCause) {
                                            HasSubstr("no active controller commands it"))));
 }
 
-TEST(RestCheck, WeakDriveIsTheCause) {
+TEST(RestCheck, WeakDriveIsReportedAsCause) {
   const RobotDescription robot = bar(5);
   Rig rig(robot);
   rig.hold_all();
@@ -66,7 +66,7 @@ TEST(RestCheck, WeakDriveIsTheCause) {
   EXPECT_THAT(report->unsettled[0], HasSubstr("its effort limit of 5 N m does not hold it"));
 }
 
-TEST(RestCheck, CommandedRobotIsNotJudged) {
+TEST(RestCheck, CommandedRobotIsNotChecked) {
   const RobotDescription robot = bar(100);
   Rig rig(robot);
   rig.hold_all();

@@ -13,16 +13,16 @@ namespace fs = std::filesystem;
 
 constexpr const char* kManager = "controller_manager:\n  ros__parameters:\n    update_rate: 50\n";
 
-class RobotSetups : public ::testing::Test {
+class RobotSetupTest : public ::testing::Test {
  protected:
   // In a folder of its own, because a package's neighbours are looked at, too.
-  RobotSetups()
+  RobotSetupTest()
       : folder_(fs::temp_directory_path() / ("doppel_setup_" + std::to_string(::getpid())) / "my_arm") {
     fs::create_directories(folder_ / "urdf");
     fs::create_directories(folder_ / "config");
     write("package.xml", "<package format=\"3\"><name>my_arm</name></package>");
   }
-  ~RobotSetups() override { fs::remove_all(folder_.parent_path()); }
+  ~RobotSetupTest() override { fs::remove_all(folder_.parent_path()); }
 
   void write(const std::string& file, const std::string& text) { std::ofstream(folder_ / file) << text; }
   void write_robot(const std::string& extra) {
@@ -53,14 +53,14 @@ class RobotSetups : public ::testing::Test {
   Diagnostics diagnostics_;
 };
 
-TEST_F(RobotSetups, FindsTheControllersInThePackagesConfig) {
+TEST_F(RobotSetupTest, ControllersInPackageConfigAreFound) {
   write_robot("");
   write("config/controllers.yaml", kManager);
   write("config/display.yaml", "rviz:\n  colour: red\n");
   EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/controllers.yaml").string());
 }
 
-TEST_F(RobotSetups, SeveralFilesThatFitAreAChoiceThatIsSaid) {
+TEST_F(RobotSetupTest, ChoiceBetweenFilesIsReported) {
   write_robot("");
   write("config/a.yaml", kManager);
   write("config/b.yaml", kManager);
@@ -68,7 +68,7 @@ TEST_F(RobotSetups, SeveralFilesThatFitAreAChoiceThatIsSaid) {
   EXPECT_TRUE(has("up.controllers_chosen"));
 }
 
-TEST_F(RobotSetups, AllFilesOfThePluginAreRead) {
+TEST_F(RobotSetupTest, AllFilesOfPluginAreRead) {
   write("config/a.yaml", kManager);
   write("config/b.yaml", "arm:\n  ros__parameters:\n    joints: [j]\n");
   const auto parameters = [&](const char* file) {
@@ -82,7 +82,7 @@ TEST_F(RobotSetups, AllFilesOfThePluginAreRead) {
   EXPECT_FALSE(setup.controllers_named);
 }
 
-TEST_F(RobotSetups, MakesControllersWhereThereAreNone) {
+TEST_F(RobotSetupTest, MissingControllersAreGenerated) {
   write_robot("");
   const RobotSetup setup = set_up();
   EXPECT_EQ(setup.controllers_origin, "generated");
@@ -93,7 +93,7 @@ TEST_F(RobotSetups, MakesControllersWhereThereAreNone) {
             std::vector<std::string>{"the joint"});
 }
 
-TEST_F(RobotSetups, FilesOfOtherRobotsAreNamedInTheNoteOnWhatWasMade) {
+TEST_F(RobotSetupTest, GeneratedControllersNoteNamesOtherFiles) {
   write_robot("");
   write("config/rover.yaml",
         std::string(kManager) + "    c: {type: a/B}\nc:\n  ros__parameters:\n    joints: [wheel]\n");
@@ -107,7 +107,7 @@ TEST_F(RobotSetups, FilesOfOtherRobotsAreNamedInTheNoteOnWhatWasMade) {
   EXPECT_TRUE(has("up.controllers_generated"));
 }
 
-TEST_F(RobotSetups, SimulationIsChosenAndSaidUnlessTheUserChose) {
+TEST_F(RobotSetupTest, SimulationArgumentIsChosenAndReported) {
   write_robot("");
   EXPECT_NE(set_up().description.robot.find_link("arm true"), nullptr);
   EXPECT_TRUE(has("up.use_sim"));
@@ -116,7 +116,7 @@ TEST_F(RobotSetups, SimulationIsChosenAndSaidUnlessTheUserChose) {
   EXPECT_FALSE(has("up.use_sim"));
 }
 
-TEST_F(RobotSetups, ADescriptionThatOnlySimulationBreaksIsTakenWithoutIt) {
+TEST_F(RobotSetupTest, DescriptionBrokenBySimulationArgumentIsTakenWithout) {
   write("urdf/my_arm.urdf.xacro",
         "<robot name=\"my_arm\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">"
         "<xacro:arg name=\"use_sim\" default=\"false\"/><link name=\"base\"/>"
@@ -126,7 +126,7 @@ TEST_F(RobotSetups, ADescriptionThatOnlySimulationBreaksIsTakenWithoutIt) {
   EXPECT_THROW(set_up({{"use_sim", "true"}}), InputError) << "the user's choice stays the user's";
 }
 
-TEST_F(RobotSetups, AXacroFileIsExpandedWithoutThePrefix) {
+TEST_F(RobotSetupTest, XacroFileIsExpandedWithoutPrefix) {
   write("urdf/my_arm.urdf.xacro", "<robot name=\"my_arm\"><link name=\"base${1 + 1}\"/></robot>");
   EXPECT_NE(set_up().description.robot.find_link("base2"), nullptr);
 }

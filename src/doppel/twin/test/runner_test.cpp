@@ -8,7 +8,7 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::nanoseconds;
 
-TEST(LatenessHistogram, PercentilesAreUpperEdgesWithinAFifthOfAnOctave) {
+TEST(LatenessHistogram, PercentilesAreUpperBinEdges) {
   LatenessHistogram histogram;
   for (int i = 1; i <= 1000; ++i) histogram.add(microseconds(i));
   EXPECT_EQ(histogram.count(), 1000u);

@@ -28,9 +28,9 @@ HardwareJointDescription entry(const std::string& name, std::vector<std::string>
   return out;
 }
 
-class SimulatedHardwares : public ::testing::Test {
+class SimulatedHardwareTest : public ::testing::Test {
  protected:
-  SimulatedHardwares() {
+  SimulatedHardwareTest() {
     use(kMimicArm);
     diagnostics_ = {};
     hardware_.name = "system";
@@ -69,7 +69,7 @@ class SimulatedHardwares : public ::testing::Test {
   HardwareDescription hardware_;
 };
 
-TEST_F(SimulatedHardwares, LeavesOutUnknownJointsWithTheNearest) {
+TEST_F(SimulatedHardwareTest, UnknownJointsAreLeftOutWithNearest) {
   hardware_.joints = {entry("j_1", {"position"})};
   static_cast<void>(make());
   ASSERT_EQ(rules(), std::vector<std::string>{"ros2_control.unknown_joint"});
@@ -77,7 +77,7 @@ TEST_F(SimulatedHardwares, LeavesOutUnknownJointsWithTheNearest) {
   EXPECT_NE(diagnostics_.all()[0].message.find("did you mean 'j 1'"), std::string::npos);
 }
 
-TEST_F(SimulatedHardwares, LeavesOutFixedJointsCommandedMimicsAndUnknownInterfaces) {
+TEST_F(SimulatedHardwareTest, UnsupportedJointsAndInterfacesAreLeftOut) {
   hardware_.joints = {entry("j 1", {"position", "torque"}), entry("j 2", {"position"}),
                       entry("glue", {"position"})};
   const SimulatedHardware system = make();
@@ -88,7 +88,7 @@ TEST_F(SimulatedHardwares, LeavesOutFixedJointsCommandedMimicsAndUnknownInterfac
   EXPECT_EQ(system.state_interfaces().size(), 6u);
 }
 
-TEST_F(SimulatedHardwares, ClaimsChooseTheDriveAndUnclaimedJointsAreFree) {
+TEST_F(SimulatedHardwareTest, ClaimChoosesDriveAndUnclaimedJointIsFree) {
   hardware_.joints = {entry("j 1", {"position", "velocity", "effort"})};
   SimulatedHardware system = make();
   const int joint = model_->find_joint("j 1");
@@ -107,7 +107,7 @@ TEST_F(SimulatedHardwares, ClaimsChooseTheDriveAndUnclaimedJointsAreFree) {
   EXPECT_FALSE(system.prepare_switch(both, none).ok());
 }
 
-TEST_F(SimulatedHardwares, CommandsMoveTheJointAndStatesTellSo) {
+TEST_F(SimulatedHardwareTest, CommandMovesJointAndState) {
   hardware_.joints = {entry("j 1", {"position"})};
   SimulatedHardware system = make();
   system.perform_switch(std::vector<std::string>{"j 1/position"}, {});
@@ -122,7 +122,7 @@ TEST_F(SimulatedHardwares, CommandsMoveTheJointAndStatesTellSo) {
   EXPECT_GT(std::abs(states[2]), 0.5);  // it holds two kilograms out
 }
 
-TEST_F(SimulatedHardwares, UnclaimedJointsDoWhatTheDescriptionSays) {
+TEST_F(SimulatedHardwareTest, UnclaimedJointFollowsDescription) {
   hardware_.joints = {entry("j 1", {"position"})};
   const int joint = model_->find_joint("j 1");
   hardware_.params = {{"unclaimed", "hold"}};
@@ -146,7 +146,7 @@ TEST_F(SimulatedHardwares, UnclaimedJointsDoWhatTheDescriptionSays) {
   }
 }
 
-TEST_F(SimulatedHardwares, AnEmergencyStopHoldsAMovingJointWhereItIs) {
+TEST_F(SimulatedHardwareTest, EmergencyStopHoldsMovingJoint) {
   hardware_.joints = {entry("j 1", {"velocity"})};
   SimulatedHardware system = make();
   const std::vector<std::string> velocity{"j 1/velocity"};
@@ -167,7 +167,7 @@ TEST_F(SimulatedHardwares, AnEmergencyStopHoldsAMovingJointWhereItIs) {
   EXPECT_EQ(arm_.drive(model_->find_joint("j 1")), DriveMode::passive);
 }
 
-TEST_F(SimulatedHardwares, InitialValuesAreHeldToTheLimitsAndMimicsFollow) {
+TEST_F(SimulatedHardwareTest, InitialValuesAreClampedToLimits) {
   hardware_.joints = {entry("j 1", {"position"})};
   hardware_.joints[0].state_interfaces[0].initial_value = 3.0;
   robot_.hardware = {hardware_};
@@ -178,7 +178,7 @@ TEST_F(SimulatedHardwares, InitialValuesAreHeldToTheLimitsAndMimicsFollow) {
   EXPECT_EQ(q[1], 2.0);
 }
 
-TEST_F(SimulatedHardwares, ContinuousJointsTakeTheShortWay) {
+TEST_F(SimulatedHardwareTest, ContinuousJointTakesShortestWay) {
   std::string wheel = kMimicArm;
   wheel.replace(wheel.find("revolute"), 8, "continuous");
   use(wheel);
@@ -193,7 +193,7 @@ TEST_F(SimulatedHardwares, ContinuousJointsTakeTheShortWay) {
   EXPECT_NEAR(arm_.q()[0], 6.0 - 2.0 * 3.14159265358979, 0.02);
 }
 
-TEST_F(SimulatedHardwares, PluginsAreMappedAndTyposFound) {
+TEST_F(SimulatedHardwareTest, PluginsAreMappedAndTyposReported) {
   hardware_.plugin = "ign_ros2_control/IgnitionSystem";
   report_plugin(hardware_, false, diagnostics_);
   hardware_.plugin = "gz_ros2_control/GazeboSimSytem";

@@ -13,7 +13,7 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-TEST(LoopMeter, MeansArePerStepOfTheLastWindow) {
+TEST(LoopMeter, AveragesArePerStepOfLastWindow) {
   LoopMeter meter;
   const LoopMeter::WallTime begin{};
   LoopPhases phases;
@@ -32,9 +32,9 @@ TEST(LoopMeter, MeansArePerStepOfTheLastWindow) {
   EXPECT_FALSE(meter.averages().known);
 }
 
-class StatusTopics : public ::testing::Test {
+class StatusPublisherTest : public ::testing::Test {
  protected:
-  StatusTopics() : publisher_(bus_, "arm", now_), edge_(bus_.attach("test")) {
+  StatusPublisherTest() : publisher_(bus_, "arm", now_), edge_(bus_.attach("test")) {
     for (const TopicInfo& topic : bus_.topics()) {
       ids_[topic.name] = topic.id;
       edge_->subscribe(topic.id);
@@ -67,7 +67,7 @@ class StatusTopics : public ::testing::Test {
 
 using doppel_msgs::msg::TwinStatus;
 
-TEST_F(StatusTopics, ComesFourTimesASecondAndAtEveryChange) {
+TEST_F(StatusPublisherTest, StatusIsPublishedAtFourHzAndOnChange) {
   publish();
   for (int i = 0; i < 1000; ++i) {
     now_ += milliseconds(1);
@@ -95,13 +95,13 @@ TEST_F(StatusTopics, ComesFourTimesASecondAndAtEveryChange) {
   EXPECT_EQ(received<TwinStatus>("/doppel/status").size(), 4u) << "also while paused";
 }
 
-TEST_F(StatusTopics, CountsWhatWasSkipped) {
+TEST_F(StatusPublisherTest, SkippedStepsAreCounted) {
   bus_.add_skipped(3);
   publish();
   EXPECT_EQ(received<TwinStatus>("/doppel/status").front().skipped, 3u);
 }
 
-TEST_F(StatusTopics, DiagnosticsWarnOfOverrunsAndOfASlowLoop) {
+TEST_F(StatusPublisherTest, DiagnosticsWarnOfOverrunsAndSlowLoop) {
   using diagnostic_msgs::msg::DiagnosticArray;
   using diagnostic_msgs::msg::DiagnosticStatus;
   const auto next = [&] {
@@ -128,7 +128,7 @@ TEST_F(StatusTopics, DiagnosticsWarnOfOverrunsAndOfASlowLoop) {
 }
 
 // A run of a bundled robot: what another thread sees of it.
-TEST(Runner, TellsWhereItsTimeGoes) {
+TEST(Runner, StatusReportsTimeOfPhases) {
   Log log;
   Diagnostics diagnostics;
   Scenario scenario;
@@ -160,7 +160,7 @@ TEST(Runner, TellsWhereItsTimeGoes) {
 }
 
 // A request for very many steps must not take the loop away from everybody else.
-TEST(Runner, StopsInTheMiddleOfStepsThatAreOwed) {
+TEST(Runner, StopInterruptsOwedSteps) {
   Log log;
   Diagnostics diagnostics;
   Scenario scenario;

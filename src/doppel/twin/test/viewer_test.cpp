@@ -45,13 +45,13 @@ std::string arm(
   return out + more + "</robot>\n";
 }
 
-class Viewers : public ::testing::Test {
+class ViewerTest : public ::testing::Test {
  protected:
-  Viewers() : folder_(fs::temp_directory_path() / ("doppel_viewer_" + std::to_string(::getpid()))) {
+  ViewerTest() : folder_(fs::temp_directory_path() / ("doppel_viewer_" + std::to_string(::getpid()))) {
     fs::create_directories(folder_);
     log_.add_sink([this](const LogLine& line) { said_.push_back(line.text); });
   }
-  ~Viewers() override {
+  ~ViewerTest() override {
     edge_.reset();
     viewer_.reset();
     fs::remove_all(folder_);
@@ -119,14 +119,14 @@ class Viewers : public ::testing::Test {
   Time now_{std::chrono::seconds(1'700'000'000)};
 };
 
-TEST_F(Viewers, StartsWithinTheLimits) {
+TEST_F(ViewerTest, StartIsWithinLimits) {
   view(arm());
   EXPECT_DOUBLE_EQ(at("lift"), 0.1);
   EXPECT_DOUBLE_EQ(at("elbow"), 0.0);
   EXPECT_DOUBLE_EQ(at("finger"), 0.25);
 }
 
-TEST_F(Viewers, StartsAtTheInitialValues) {
+TEST_F(ViewerTest, StartIsAtInitialValues) {
   view(
       arm("<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>",
           "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>x/Y</plugin></hardware>"
@@ -136,7 +136,7 @@ TEST_F(Viewers, StartsAtTheInitialValues) {
   EXPECT_DOUBLE_EQ(at("finger"), -0.75);
 }
 
-TEST_F(Viewers, HoldsCommandsToTheLimits) {
+TEST_F(ViewerTest, CommandsAreClampedToLimits) {
   view(arm());
   command({"elbow", "lift"}, {7.0, -2.0}, {9.0, 9.0});
   EXPECT_DOUBLE_EQ(at("elbow"), 1.0);
@@ -147,7 +147,7 @@ TEST_F(Viewers, HoldsCommandsToTheLimits) {
   EXPECT_TRUE(said_.empty()) << said_.front();
 }
 
-TEST_F(Viewers, ContinuousJointsStayWithinATurn) {
+TEST_F(ViewerTest, ContinuousJointsStayWithinTurn) {
   view(arm());
   command({"wheel"}, {5 * kPi / 2});
   EXPECT_NEAR(at("wheel"), kPi / 2, 1e-12);
@@ -155,7 +155,7 @@ TEST_F(Viewers, ContinuousJointsStayWithinATurn) {
   EXPECT_DOUBLE_EQ(at("wheel"), -1.0);
 }
 
-TEST_F(Viewers, MimicsFollowAndAreNotSet) {
+TEST_F(ViewerTest, MimicsFollowAndAreNotSet) {
   view(arm());
   command({"elbow", "finger"}, {0.5, 2.0});
   EXPECT_DOUBLE_EQ(at("finger"), -0.75);
@@ -165,7 +165,7 @@ TEST_F(Viewers, MimicsFollowAndAreNotSet) {
   EXPECT_NE(said_[0].find("follows 'elbow'"), std::string::npos) << said_[0];
 }
 
-TEST_F(Viewers, WhatIsNoNumberMovesNothing) {
+TEST_F(ViewerTest, NanMovesNothing) {
   view(arm());
   command({"elbow", "lift"}, {0.5, 0.2});
   for (const double odd : {std::nan(""), std::numeric_limits<double>::infinity()})
@@ -179,7 +179,7 @@ TEST_F(Viewers, WhatIsNoNumberMovesNothing) {
   EXPECT_NE(said_[1].find("2 names with 1 positions"), std::string::npos) << said_[1];
 }
 
-TEST_F(Viewers, UnknownNamesAreToldOnceWithTheNearest) {
+TEST_F(ViewerTest, UnknownNameIsReportedOnceWithNearest) {
   view(arm());
   for (int i = 0; i < 5; ++i) command({"elbwo", "lift"}, {0.5, 0.2});
   EXPECT_DOUBLE_EQ(at("lift"), 0.2);
@@ -189,7 +189,7 @@ TEST_F(Viewers, UnknownNamesAreToldOnceWithTheNearest) {
   EXPECT_LE(said_.size(), 60U) << "the log must not fill up";
 }
 
-TEST_F(Viewers, PublishesOnChangeAndTenTimesASecond) {
+TEST_F(ViewerTest, PublishesOnChangeAndAtTenHz) {
   view(arm());
   frame();
   listen("/joint_states");
@@ -206,7 +206,7 @@ TEST_F(Viewers, PublishesOnChangeAndTenTimesASecond) {
   EXPECT_EQ(moved[0].header.stamp.sec, now_.count() / 1'000'000'000);
 }
 
-TEST_F(Viewers, AClockThatIsSetBackStopsNothing) {
+TEST_F(ViewerTest, ClockSetBackKeepsPublishing) {
   view(arm());
   frame();
   listen("/joint_states");
@@ -216,7 +216,7 @@ TEST_F(Viewers, AClockThatIsSetBackStopsNothing) {
   EXPECT_EQ(received<JointState>().size(), 1U);
 }
 
-TEST_F(Viewers, TellsTheDescriptionAndTransformsButNoClock) {
+TEST_F(ViewerTest, PublishesDescriptionAndTransformsWithoutClock) {
   view(arm());
   std::set<std::string> topics;
   for (const TopicInfo& info : viewer_->bus().topics()) topics.insert(info.name);
@@ -230,7 +230,7 @@ TEST_F(Viewers, TellsTheDescriptionAndTransformsButNoClock) {
   EXPECT_NE(described[0].data.find("<robot name=\"arm\""), std::string::npos);
 }
 
-TEST_F(Viewers, AReloadKeepsJointsByNameInsideTheirNewLimits) {
+TEST_F(ViewerTest, ReloadKeepsJointsWithinNewLimits) {
   view(arm());
   command({"elbow", "lift", "wheel"}, {0.9, 0.3, 1.0});
   reload(arm(
@@ -247,7 +247,7 @@ TEST_F(Viewers, AReloadKeepsJointsByNameInsideTheirNewLimits) {
   EXPECT_DOUBLE_EQ(at("neck"), 1.5);
 }
 
-TEST_F(Viewers, AnEditThatCannotBeReadLeavesWhatIsShown) {
+TEST_F(ViewerTest, UnreadableEditKeepsRobot) {
   view(arm());
   command({"elbow"}, {0.5});
   write("<robot name=\"arm\"><link");
@@ -256,7 +256,7 @@ TEST_F(Viewers, AnEditThatCannotBeReadLeavesWhatIsShown) {
   EXPECT_DOUBLE_EQ(at("elbow"), 0.5);
 }
 
-TEST_F(Viewers, DrawsWhatCanBeDrawn) {
+TEST_F(ViewerTest, DrawablePartsAreShown) {
   const std::string more =
       "<link name=\"a\"><inertial><mass value=\"1\"/></inertial><visual><geometry><blob/></geometry></visual>"
       "</link><link name=\"b\"/><link name=\"c\"/><link name=\"d\"/><link name=\"e\"/><link name=\"f\"/>"
@@ -282,7 +282,7 @@ TEST_F(Viewers, DrawsWhatCanBeDrawn) {
   EXPECT_EQ(viewer_->model().joints[static_cast<std::size_t>(still)].nq, 0);
 }
 
-TEST_F(Viewers, RefusesWhatIsNoTreeOrCannotBeRead) {
+TEST_F(ViewerTest, InvalidDescriptionIsRefused) {
   EXPECT_THROW(view("<robot name=\"x\"><link name=\"a\"/><link name=\"b\"/></robot>"), InputError);
   EXPECT_THROW(view("<robot name=\"x\"><link name=\"a\"/>"), InputError);
   EXPECT_THROW(view("<sdf/>"), InputError);

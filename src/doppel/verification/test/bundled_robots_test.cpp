@@ -30,12 +30,12 @@ struct Loaded {
   }
 };
 
-class BundledRobots : public testing::TestWithParam<const char*>, protected Loaded {};
-class BundledRobotPaths : public testing::Test, protected Loaded {};
-INSTANTIATE_TEST_SUITE_P(Robots, BundledRobots, testing::Values("omarm_one", "omarm_zero", "lab_arm"),
+class BundledRobotsTest : public testing::TestWithParam<const char*>, protected Loaded {};
+class BundledTrajectoriesTest : public testing::Test, protected Loaded {};
+INSTANTIATE_TEST_SUITE_P(Robots, BundledRobotsTest, testing::Values("omarm_one", "omarm_zero", "lab_arm"),
                          [](const auto& of) { return std::string(of.param); });
 
-TEST_P(BundledRobots, DifferBetweenEnginesByNothingThatIsUnexplained) {
+TEST_P(BundledRobotsTest, EngineDifferencesAreExplained) {
   const std::vector<ComparedEngine> found = engines(GetParam());
   if (found.size() < 2) GTEST_SKIP() << "one engine only is built here";
   CompareOptions options;
@@ -47,7 +47,7 @@ TEST_P(BundledRobots, DifferBetweenEnginesByNothingThatIsUnexplained) {
 }
 
 // What the twins' tests send: from where the arm stands through two poses, each in two seconds.
-TEST_F(BundledRobotPaths, OmarmOneFollowsASampleTrajectoryAlikeInEveryEngine) {
+TEST_F(BundledTrajectoriesTest, OmarmOneFollowsSampleInEveryEngine) {
   std::vector<ComparedEngine> found = engines("omarm_one");
   if (found.size() < 2) GTEST_SKIP() << "one engine only is built here";
   JointPath path;

@@ -18,7 +18,7 @@ bool has_bullet() {
                              [](const KnownEngine& of) { return of.name == "bullet" && of.available; });
 }
 
-class Compare : public testing::Test {
+class CompareEnginesTest : public testing::Test {
  protected:
   void SetUp() override {
     if (!has_bullet()) GTEST_SKIP() << "Bullet is not built here";
@@ -62,14 +62,14 @@ class Compare : public testing::Test {
   }
 };
 
-TEST_F(Compare, EqualModelsDifferByNoMoreThanTheirSteps) {
+TEST_F(CompareEnginesTest, EqualModelsDifferWithinStepError) {
   const Comparison found = compare_engines(
       engines(arm()), motions({MotionKind::smooth, MotionKind::fall, MotionKind::hold, MotionKind::move}));
   EXPECT_TRUE(found.explained()) << comparison_text(found);
   for (const Difference& link : found.statics->links) EXPECT_LT(link.largest, 1e-12) << link.name;
 }
 
-TEST_F(Compare, AnInertiaChangedByOnePercentIsUnexplainedAtItsJoint) {
+TEST_F(CompareEnginesTest, ChangedInertiaIsUnexplainedAtJoint) {
   for (const int link : {2, 4, 6}) {
     const Comparison found = compare_engines(
         engines(arm(),
@@ -81,14 +81,14 @@ TEST_F(Compare, AnInertiaChangedByOnePercentIsUnexplainedAtItsJoint) {
   }
 }
 
-TEST_F(Compare, AFlippedAxisIsUnexplainedAtItsLink) {
+TEST_F(CompareEnginesTest, FlippedAxisIsUnexplainedAtLink) {
   const Comparison found =
       compare_engines(engines(arm(), [](Model& model) { model.joints[3].axis *= -1; }), motions({}));
   EXPECT_FALSE(found.explained());
   EXPECT_THAT(verdict_line(*found.statics), HasSubstr("UNEXPLAINED: link 'link3'"));
 }
 
-TEST_F(Compare, ADampingThatOneEngineLacksIsUnexplainedAtItsJointInRestAndInMotion) {
+TEST_F(CompareEnginesTest, MissingDampingIsUnexplainedAtJoint) {
   const Comparison found = compare_engines(engines(arm(), [](Model& model) { model.joints[2].damping = 0; }),
                                            motions({MotionKind::fall}));
   EXPECT_FALSE(found.explained());
@@ -96,7 +96,7 @@ TEST_F(Compare, ADampingThatOneEngineLacksIsUnexplainedAtItsJointInRestAndInMoti
   EXPECT_EQ(found.statics->joints[1].explanation, Explanation::same);
 }
 
-TEST_F(Compare, WhatFrictionExplainsIsNamed) {
+TEST_F(CompareEnginesTest, FrictionDifferenceIsExplained) {
   RobotDescription robot = arm();
   const Comparison found = compare_engines(
       engines(robot, [](Model& model) { model.joints[1].friction = 0.5; }), motions({MotionKind::fall}));
@@ -109,7 +109,7 @@ TEST_F(Compare, WhatFrictionExplainsIsNamed) {
   EXPECT_EQ(both.motions[0].feature, "joint friction") << comparison_text(both);
 }
 
-TEST_F(Compare, TextJsonAndPictureSayTheSame) {
+TEST_F(CompareEnginesTest, TextJsonAndPictureAgree) {
   const Comparison found = compare_engines(engines(arm()), motions({MotionKind::hold}));
   const std::string text = comparison_text(found);
   const auto json = nlohmann::json::parse(comparison_json(found));

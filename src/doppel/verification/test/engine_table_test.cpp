@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(EngineTable, TheDocumentationHasTheTablesOfTheCode) {
+TEST(EngineTable, DocumentationMatchesCode) {
   for (const KnownEngine& engine : known_engines()) {
     if (!engine.available) GTEST_SKIP() << engine.name << " is not built here";
   }

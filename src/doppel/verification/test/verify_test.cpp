@@ -54,7 +54,7 @@ struct Arm {
 constexpr Integrator kAll[] = {Integrator::euler, Integrator::midpoint, Integrator::rk4,
                                Integrator::implicit};
 
-TEST(Verify, SeesTheOrderOfTheSchemeOnThePassiveArm) {
+TEST(Verify, PassiveArmShowsSchemeOrder) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     const Arm arm(seed);
     for (const Integrator integrator : kAll) {
@@ -67,7 +67,7 @@ TEST(Verify, SeesTheOrderOfTheSchemeOnThePassiveArm) {
 }
 
 // The error that is told is the distance from a motion that no engine integrates.
-TEST(Verify, TheErrorIsTheDistanceFromTheExactMotion) {
+TEST(Verify, ErrorIsDistanceFromExactMotion) {
   const Arm arm(4);
   World world;
   world.ground = false;
@@ -91,7 +91,7 @@ TEST(Verify, TheErrorIsTheDistanceFromTheExactMotion) {
   }
 }
 
-TEST(Verify, FinerSchemesErrLess) {
+TEST(Verify, FinerSchemeHasSmallerError) {
   const Arm arm(5);
   const double euler = arm.verified(Integrator::euler, {MotionKind::smooth}).motions[0].largest(false);
   const double midpoint = arm.verified(Integrator::midpoint, {MotionKind::smooth}).motions[0].largest(false);
@@ -100,7 +100,7 @@ TEST(Verify, FinerSchemesErrLess) {
   EXPECT_LT(rk4, 0.01 * midpoint);
 }
 
-TEST(Verify, ADoublePendulumThatTurnsOverIsChaotic) {
+TEST(Verify, DoublePendulumIsChaotic) {
   RobotDescription robot = test::make_double_pendulum(1.0, 0.2, 1.0, 0.2);
   World world;
   world.ground = false;
@@ -113,7 +113,7 @@ TEST(Verify, ADoublePendulumThatTurnsOverIsChaotic) {
   EXPECT_THAT(verdict_line(found, motion), HasSubstr("; chaotic after "));
 }
 
-TEST(Verify, EnergyDriftsOnlyWhereNothingDrivesOrBrakes) {
+TEST(Verify, EnergyDriftIsReportedWithoutDrives) {
   const Arm arm(6);
   const Verification found =
       arm.verified(Integrator::rk4, {MotionKind::smooth, MotionKind::hold, MotionKind::move});
@@ -123,7 +123,7 @@ TEST(Verify, EnergyDriftsOnlyWhereNothingDrivesOrBrakes) {
   EXPECT_FALSE(found.motions[2].energy_drift);
 }
 
-TEST(Verify, TextJsonAndPictureSayTheSame) {
+TEST(Verify, TextJsonAndPictureAgree) {
   Arm arm(7);
   arm.robot.joints[1].name = "a<b&c";
   const Verification found = arm.verified(Integrator::euler, {});
@@ -141,7 +141,7 @@ TEST(Verify, TextJsonAndPictureSayTheSame) {
   EXPECT_THAT(svg, HasSubstr("0.25 ms"));
 }
 
-TEST(Verify, AFloatingRobotIsJudgedByItsBaseToo) {
+TEST(Verify, FloatingBaseIsIncluded) {
   RobotDescription robot;
   robot.name = "tumbler";
   robot.links = {test::make_link("body", 1.0, {0, 0, 0}, {0.02, 0.05, 0.06})};
@@ -159,7 +159,7 @@ TEST(Verify, AFloatingRobotIsJudgedByItsBaseToo) {
   }
 }
 
-TEST(Verify, WhereNothingMovesItSaysSo) {
+TEST(Verify, RobotAtRestIsReported) {
   RobotDescription robot;
   robot.name = "post";
   robot.links = {test::make_frame("post")};
@@ -169,7 +169,7 @@ TEST(Verify, WhereNothingMovesItSaysSo) {
   EXPECT_THAT(verification_svg(found), HasSubstr("</svg>"));
 }
 
-TEST(Verify, AStepThatFourDoesNotDivideIsCut) {
+TEST(Verify, StepIndivisibleByFourIsRounded) {
   const Arm arm(9);
   World world;
   world.ground = false;
@@ -181,7 +181,7 @@ TEST(Verify, AStepThatFourDoesNotDivideIsCut) {
   EXPECT_NEAR(*found.motions[0].order, 4, 0.5);
 }
 
-TEST(Verify, LinksWithoutGravityKeepTheirEnergy) {
+TEST(Verify, LinksWithoutGravityKeepEnergy) {
   Arm arm(10);
   GazeboExtension floating;
   floating.reference = arm.robot.links[3].name;
@@ -192,7 +192,7 @@ TEST(Verify, LinksWithoutGravityKeepTheirEnergy) {
   EXPECT_LT(*found.motions[0].energy_drift, 1e-6);
 }
 
-TEST(Verify, AnUnknownToolIsRefusedWithTheNearest) {
+TEST(Verify, UnknownToolIsRefusedWithNearest) {
   const Arm arm(8);
   World world;
   try {

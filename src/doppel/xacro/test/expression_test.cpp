@@ -52,7 +52,7 @@ std::string result(const std::string& text) {
   }
 }
 
-TEST(Expression, WhatComesOutOfATextOutlivesIt) {
+TEST(Expression, ResultOutlivesText) {
   Names names;
   std::int64_t budget = 1000;
   ExpressionStore store;
@@ -69,7 +69,7 @@ TEST(Expression, WhatComesOutOfATextOutlivesIt) {
 }
 
 // Each right side is what the reference prints, under Python 3.11.
-TEST(Expression, EveryResultIsPythons) {
+TEST(Expression, ResultsMatchPython) {
   static const std::pair<const char*, const char*> kTable[] = {
       {"1 + 2 * 3", "7"},
       {"7 / 2", "3.5"},
@@ -404,7 +404,7 @@ TEST(Expression, EveryResultIsPythons) {
   for (const auto& [text, wanted] : kTable) EXPECT_EQ(result(text), wanted) << text;
 }
 
-TEST(Expression, FormatStringsAndBraces) {
+TEST(Expression, FormatStringsMatchPython) {
   EXPECT_EQ(result("f'{length:.2f}|{arm.mass!r:>3}|{{}}|{length + 1}'"), "2.50|  3|{}|3.5");
   EXPECT_EQ(result("{'a': 1, 'b': 2}"), "{'a': 1, 'b': 2}");
   EXPECT_EQ(result("{k: v * 2 for k, v in pairs if v > 1}"), "{'b': 4}");
@@ -421,7 +421,7 @@ TEST(Expression, FormatStringsAndBraces) {
 }
 
 // What Python refuses is refused here.
-TEST(Expression, ErrorsNameWhatIsWrong) {
+TEST(Expression, ErrorsNameCause) {
   static const std::pair<const char*, const char*> kTable[] = {
       {"lenght", "name 'lenght' is not defined; did you mean 'length'?"},
       {"abs(1)", "name 'abs' is not defined"},
@@ -478,7 +478,7 @@ TEST(Expression, ErrorsNameWhatIsWrong) {
   }
 }
 
-TEST(Expression, IsBoundedWhateverTheText) {
+TEST(Expression, EvaluationIsBounded) {
   std::string chain = "1", nested_lists = "1", braces, calls = "1";
   for (int i = 0; i < 5000; ++i) chain += "+1";
   for (int i = 0; i < 90; ++i) nested_lists = "[" + nested_lists + "]";

@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-TEST(TextTable, HoldsWhatAMapHolds) {
+TEST(TextTable, ContentMatchesMap) {
   const unsigned seed = 20261121;
   SCOPED_TRACE(seed);
   std::mt19937 random(seed);
@@ -38,7 +38,7 @@ TEST(TextTable, HoldsWhatAMapHolds) {
   }
 }
 
-TEST(TextTable, HashesDifferForTextsThatDifferAnywhere) {
+TEST(TextTable, HashDependsOnEveryCharacter) {
   const std::string text = "the_left_shoulder_pan_joint_of_it";
   for (std::size_t length = 1; length <= text.size(); ++length) {
     const std::string_view whole = std::string_view(text).substr(0, length);

@@ -103,7 +103,7 @@ void check(const std::vector<Case>& cases, const Files& files = {}) {
 
 #define PROPERTY(name, value) "<xacro:property name='" name "' value='" value "'/>"
 
-TEST(XacroLanguage, Properties) {
+TEST(XacroLanguage, PropertiesAreEvaluatedLazily) {
   check({
       {PROPERTY("foo", "42") "<f r='${foo}'/>", R"(<f r="42"/>)"},
       {"<xacro:property name='no.dots'/>", "error xacro.property_name"},
@@ -148,7 +148,7 @@ TEST(XacroLanguage, Properties) {
   });
 }
 
-TEST(XacroLanguage, PropertyScopes) {
+TEST(XacroLanguage, PropertyScopesMatchReference) {
   check({
       {"<xacro:macro name='m' params='k'><xacro:property name='foo' value='${21*k}' "
        "scope='parent'/></xacro:macro><xacro:m k='2'/>${foo}",
@@ -176,7 +176,7 @@ TEST(XacroLanguage, PropertyScopes) {
         files);
 }
 
-TEST(XacroLanguage, MacrosAndBlocks) {
+TEST(XacroLanguage, MacrosAndBlocksMatchReference) {
   check({
       {"<xacro:macro name='m' params='v'><x v='${v}'/></xacro:macro><xacro:m v='100'/>", R"(<x v="100"/>)"},
       {"<xacro:macro name='in' params='*b'><i><xacro:insert_block name='b'/></i></xacro:macro><xacro:macro "
@@ -247,7 +247,7 @@ TEST(XacroLanguage, MacrosAndBlocks) {
             std::string::npos);
 }
 
-TEST(XacroLanguage, ParametersAreCutAsTheReferenceCutsThem) {
+TEST(XacroLanguage, ParametersAreSplitAsByReference) {
   const auto shown = [](const std::string& params) {
     const std::string source =
         "<xacro:macro name=\"m\" params=\"" + params + "\">${foo}|${bar}</xacro:macro><xacro:m/>";
@@ -265,7 +265,7 @@ TEST(XacroLanguage, ParametersAreCutAsTheReferenceCutsThem) {
   EXPECT_TRUE(shown("foo='open bar=7").starts_with("error xacro.parameters"));
 }
 
-TEST(XacroLanguage, Conditions) {
+TEST(XacroLanguage, ConditionsMatchReference) {
   check({
       {"<xacro:if value='false'><p/></xacro:if><xacro:if value='true'><q/></xacro:if>", "<q/>"},
       {"<xacro:unless value='false'><p/></xacro:unless><xacro:unless value='1'><q/></xacro:unless>", "<p/>"},
@@ -289,7 +289,7 @@ TEST(XacroLanguage, Conditions) {
   });
 }
 
-TEST(XacroLanguage, TextsAndSubstitutions) {
+TEST(XacroLanguage, SubstitutionsMatchReference) {
   setenv("DOPPEL_TEST_SET", "value", 1);
   check({
       {"<f v='${0.9 / 2 - 0.2}'/>", R"(<f v="0.25"/>)"},
@@ -347,7 +347,7 @@ TEST(XacroLanguage, TextsAndSubstitutions) {
             std::string::npos);
 }
 
-TEST(XacroLanguage, Includes) {
+TEST(XacroLanguage, IncludesMatchReference) {
   const Files files{
       {"inc1.xml", "<r><inc1/></r>"},
       {"inc2.xml", "<r><inc2/></r>"},
@@ -417,7 +417,7 @@ TEST(XacroLanguage, Includes) {
             std::string::npos);
 }
 
-TEST(XacroLanguage, NamespacesOfTheRoot) {
+TEST(XacroLanguage, RootNamespacesMatchReference) {
   check({
       {"<a xmlns:xacro='x' xacro:targetNamespace='http://t'/>", R"(<a xmlns="http://t"/>)"},
       {"<a xmlns:xacro='x'><b xacro:targetNamespace='http://t'/></a>", "<b/>"},
@@ -425,7 +425,7 @@ TEST(XacroLanguage, NamespacesOfTheRoot) {
   });
 }
 
-TEST(XacroLanguage, Comments) {
+TEST(XacroLanguage, CommentsMatchReference) {
   check({
       {"<!-- A -->\n\n<!-- x -->\n<!-- y -->\n" PROPERTY(
            "f", "1") "\n<!-- z -->\n<xacro:if value='1'><!-- B "
@@ -451,7 +451,7 @@ TEST(XacroLanguage, Comments) {
   });
 }
 
-TEST(XacroLanguage, Yaml) {
+TEST(XacroLanguage, YamlMatchesReference) {
   const Files files{
       {"s.yaml", "arms:\n  one: {file: inc1.xml, macro: m1, port: 4242}\n  two: {file: inc2.xml}\n"},
       {"list.yaml", "- [A1, A2]\n- [B1, B2]\n- {a: {A: 1, B: [2, 3]}, b: [4]}\n"},
@@ -500,7 +500,7 @@ TEST(XacroLanguage, Yaml) {
       files);
 }
 
-TEST(XacroLanguage, RunawaysAreErrors) {
+TEST(XacroLanguage, EndlessRecursionIsError) {
   std::string doubling_text = PROPERTY("p0", "xxxxxxxxxx"), nested_lists = PROPERTY("l", "1");
   for (int i = 1; i <= 60; ++i)
     doubling_text += "<xacro:property name='p" + std::to_string(i) + "' value='${p" + std::to_string(i - 1) +
@@ -526,7 +526,7 @@ TEST(XacroLanguage, RunawaysAreErrors) {
   }
 }
 
-TEST(XacroLanguage, ErrorsTellTheWayThroughIncludesAndProperties) {
+TEST(XacroLanguage, ErrorsListIncludesAndProperties) {
   const Files files{{"joints.xacro",
                      "<r xmlns:xacro='x'>\n<xacro:macro name='joint' params='a'>\n  <j l='${lenght}'/>\n"
                      "</xacro:macro></r>"}};

@@ -27,7 +27,7 @@ std::string expanded_robot(const std::string& body,
   }
 }
 
-TEST(Xacro, PropertiesAreLazyAndKeepTheirTypes) {
+TEST(Xacro, PropertiesAreLazyAndKeepTypes) {
   EXPECT_EQ(expanded_robot("<xacro:property name=\"a\" value=\"${b * 2}\"/><xacro:property name=\"b\" "
                            "value=\"3\"/><l x=\"${a}\" y=\"${b}0\" z=\"$${b}\"/>"),
             "<l x=\"6\" y=\"30\" z=\"${b}\"/>\n");
@@ -57,7 +57,7 @@ TEST(Xacro, ConditionsTakeLiteralsAndExpressions) {
             std::string::npos);
 }
 
-TEST(Xacro, ErrorsTellTheWholePathAndTheNearestName) {
+TEST(Xacro, ErrorsListPathAndNearestName) {
   const std::string text = expanded_robot(
       "<xacro:property name=\"length\" value=\"1\"/>\n"
       "<xacro:macro name=\"servo\" params=\"\">\n  <l x=\"${lenght}\"/>\n</xacro:macro>\n<xacro:servo/>\n");
@@ -78,7 +78,7 @@ TEST(Xacro, ErrorsTellTheWholePathAndTheNearestName) {
       std::string::npos);
 }
 
-TEST(Xacro, RunawaysEndSoon) {
+TEST(Xacro, EndlessRecursionEnds) {
   EXPECT_NE(expanded_robot("<xacro:macro name=\"m\" params=\"\"><xacro:m/></xacro:macro><xacro:m/>")
                 .find("nested more than"),
             std::string::npos);
@@ -95,7 +95,7 @@ TEST(Xacro, RunawaysEndSoon) {
 }
 
 // A whole arm once vanished without a word: '00' was read as 0, and the condition did not hold.
-TEST(Xacro, AQuotedLiteralInACallStaysTheTextThatItIs) {
+TEST(Xacro, QuotedLiteralInCallStaysText) {
   const std::string arm =
       "<xacro:macro name=\"arm\" params=\"version\"><xacro:if value=\"${version == '00'}\"><link "
       "name=\"arm\"/></xacro:if><note v=\"${version}\"/></xacro:macro>";
@@ -106,7 +106,7 @@ TEST(Xacro, AQuotedLiteralInACallStaysTheTextThatItIs) {
   EXPECT_EQ(expanded_robot(arm + "<xacro:arm version=\"1.50\"/>"), "<note v=\"1.5\"/>\n");
 }
 
-TEST(Xacro, AQuoteWithinAQuotedDefaultBelongsToIt) {
+TEST(Xacro, QuoteInQuotedDefaultIsKept) {
   EXPECT_EQ(
       expanded_robot("<xacro:macro name=\"m\" params=\"p:='a'b' q\"><l p=\"${p}\" q=\"${q}\"/></xacro:macro>"
                      "<xacro:m q=\"1\"/>"),
@@ -115,7 +115,7 @@ TEST(Xacro, AQuoteWithinAQuotedDefaultBelongsToIt) {
             std::string::npos);
 }
 
-TEST(Xacro, APropertyOfAnyOtherScopeIsALocalOneAndLazy) {
+TEST(Xacro, PropertyOfOtherScopeIsLocalAndLazy) {
   EXPECT_EQ(
       expanded_robot("<xacro:property name=\"p\" value=\"${q}\" scope=\"local\"/><xacro:property name=\"q\" "
                      "value=\"2\"/><l v=\"${p}\"/>"),
@@ -123,18 +123,18 @@ TEST(Xacro, APropertyOfAnyOtherScopeIsALocalOneAndLazy) {
 }
 
 // As ros/xacro: what is built in counts as defined already.
-TEST(Xacro, ADefaultDoesNotReplaceABuiltInName) {
+TEST(Xacro, DefaultDoesNotReplaceBuiltIn) {
   EXPECT_EQ(expanded_robot("<xacro:property name=\"tau\" default=\"5\"/><l v=\"${tau}\"/>"),
             "<l v=\"6.283185307179586\"/>\n");
 }
 
-TEST(Xacro, DollarsWithoutABracketAreRefusedAsTheReferenceRefusesThem) {
+TEST(Xacro, DollarWithoutBracketIsRefusedAsByReference) {
   EXPECT_NE(expanded_robot("<l v=\"a$$b\"/>").find("'$$' is followed by neither '{' nor '('"),
             std::string::npos);
   EXPECT_EQ(expanded_robot("<l v=\"5$ $a $${b}\"/>"), "<l v=\"5$ $a ${b}\"/>\n");
 }
 
-TEST(Xacro, AnArgumentThatIsDeclaredTooLateIsFound) {
+TEST(Xacro, LateArgumentDeclarationIsFound) {
   const std::string text =
       expanded_robot("<l x=\"$(arg use_sim)\"/>\n<xacro:arg name=\"use_sim\" default=\"true\"/>");
   EXPECT_NE(text.find("arm.xacro:2:4: error: undefined substitution argument 'use_sim': it is declared at "

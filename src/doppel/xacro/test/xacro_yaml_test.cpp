@@ -15,7 +15,7 @@ void agree(const std::string& text, const std::string& name, bool required) {
   EXPECT_EQ(simple->repr(), parse_whole_yaml(text, name, {}).repr()) << name;
 }
 
-TEST(XacroYaml, TheSimpleReaderTakesWhatParameterFilesHold) {
+TEST(XacroYaml, SimpleReaderReadsParameterFiles) {
   const char* const texts[] = {
       "a: 1\nb: 2.5\nc: text\n",
       "# c\n---\na:   1   # one\n\n\nb:\n  c: yes\n  d: !degrees 90\n  e: !radians  pi/2\nf: ~\ng:\n",
@@ -27,7 +27,7 @@ TEST(XacroYaml, TheSimpleReaderTakesWhatParameterFilesHold) {
   for (const char* text : texts) agree(text, text, true);
 }
 
-TEST(XacroYaml, TheSimpleReaderLeavesAllElseAlone) {
+TEST(XacroYaml, SimpleReaderDefersOtherYaml) {
   const char* const texts[] = {
       "a: &x 1\nb: *x\n", "a: |\n  text\n",  "a: {b: 1}\n",
       "a: b\n  c\n",      "a: b: c\n",       "? a\n: b\n",
@@ -40,13 +40,13 @@ TEST(XacroYaml, TheSimpleReaderLeavesAllElseAlone) {
 }
 
 // Found by fuzzing: yaml-cpp sees documents without an end in it.
-TEST(XacroYaml, WhatIsNoYamlIsRefusedAndSoon) {
+TEST(XacroYaml, InvalidYamlIsRefusedQuickly) {
   EXPECT_THROW(parse_whole_yaml(", yes, !degree yes, !degrees 80]\nb: {z<: {c: 1}, d: *a}\n", "f", {}),
                InputError);
   EXPECT_THROW(parse_whole_yaml("a: 1\n---\nb: 2\n", "f", {}), InputError);
 }
 
-TEST(XacroYaml, BothReadersAgreeOverTheCorpus) {
+TEST(XacroYaml, BothReadersAgreeOverCorpus) {
   const std::filesystem::path folder = std::filesystem::path(DOPPEL_SOURCE_DIR) / "../shared/corpus/robots";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no corpus";
   int seen = 0, simple = 0;

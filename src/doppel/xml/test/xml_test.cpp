@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::string_literals;
 
-TEST(Xml, NodesKnowTheirPlaces) {
+TEST(Xml, NodesHavePlaces) {
   const XmlTree tree = parse_xml_tree(
       "<?xml version=\"1.0\"?>\n<!-- top -->\n<a b='1'\n   c=\"x &lt; &#65;&#x42;\ty\">\n  t &amp; u<d/>\n"
       "<![CDATA[<raw>]]><!-- in --><?p q r?></a>\n<!-- end -->",
@@ -36,14 +36,14 @@ TEST(Xml, NodesKnowTheirPlaces) {
   EXPECT_EQ(a.children[5].text, "q r");
 }
 
-TEST(Xml, ContentAloneLeavesOutWhatSaysNothing) {
+TEST(Xml, ContentModeDropsCommentsAndBlanks) {
   const XmlNode a = parse_xml("<a>\n <b> </b> <!-- c -->\n t <?p?> <c>\n</c> </a>", "f.xml");
   ASSERT_EQ(a.children.size(), 3U);
   EXPECT_EQ(a.children[0].children.at(0).text, " ");
   EXPECT_EQ(a.children[1].text, "\n t ");
 }
 
-TEST(Xml, WhatIsNotWellFormedIsRefusedAtItsPlace) {
+TEST(Xml, MalformedTextIsRefusedWithPlace) {
   const std::pair<std::string, const char*> cases[] = {
       {"", "f.xml:1:1: error: the XML is not well-formed: there is no element"},
       {"text", "f.xml:1:1:"},
@@ -79,7 +79,7 @@ TEST(Xml, WhatIsNotWellFormedIsRefusedAtItsPlace) {
                                                                 << refusal_of(text);
 }
 
-TEST(Xml, EncodingsAndLineEnds) {
+TEST(Xml, EncodingsAndLineEndsAreNormalised) {
   EXPECT_EQ(parse_xml("\xEF\xBB\xBF<a>\xC3\xA9</a>", "f").content(), "é");
   EXPECT_EQ(parse_xml("\xFF\xFE<\0a\0>\0\xE9\0<\0/\0a\0>\0"s, "f").content(), "é");
   EXPECT_EQ(parse_xml("\xFE\xFF\0<\0a\0>\xD8\x3C\xDF\x54\0<\0/\0a\0>"s, "f").content(), "🍔");
@@ -88,7 +88,7 @@ TEST(Xml, EncodingsAndLineEnds) {
   EXPECT_EQ(parse_xml("<a b='x\r\ny\tz'/>", "f").find("b")->value, "x y z");
 }
 
-TEST(Xml, EntitiesOfTheFileAreBounded) {
+TEST(Xml, EntitiesAreBounded) {
   EXPECT_EQ(
       parse_xml("<!DOCTYPE a [<!ENTITY b 'x&c;'><!ENTITY c \"y\"><!ELEMENT a ANY>]><a d='&b;'>&b;</a>", "f")
           .content(),
@@ -129,7 +129,7 @@ TEST(Xml, OnlyRegularFilesAreRead) {
   EXPECT_NE(error_of("/dev/zero").find("not a regular file"), std::string::npos);
 }
 
-TEST(Xml, ADecimalCommaChangesNothing) {
+TEST(Xml, LocaleHasNoEffect) {
   if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr && std::setlocale(LC_ALL, "de_DE.utf8") == nullptr)
     GTEST_SKIP() << "no German locale here";
   PackageResolver resolver;

@@ -24,7 +24,7 @@ const XmlNode& named(const XmlNode& node, const std::string& name) {
   return node;
 }
 
-TEST(XmlTree, OutlivesTheTextItWasReadFrom) {
+TEST(XmlTree, TreeOutlivesText) {
   XmlTree tree;
   {
     std::string text = "<a b='one'>two &amp; three</a>";
@@ -37,7 +37,7 @@ TEST(XmlTree, OutlivesTheTextItWasReadFrom) {
 }
 
 // What holds nothing of xacro's is not copied, so its places are those of the call it is now within.
-TEST(XmlTree, PlacesAreThoseOfTheCallAlsoForWhatIsShared) {
+TEST(XmlTree, SharedNodesHaveCallPlaces) {
   const XacroResult result = expanded(
       "<xacro:macro name=\"m\" params=\"n *b\">\n"
       " <l><i><deep v=\"1\"/></i><xacro:insert_block name=\"b\"/></l>\n"
@@ -51,7 +51,7 @@ TEST(XmlTree, PlacesAreThoseOfTheCallAlsoForWhatIsShared) {
   EXPECT_EQ(named(root, "other").find("w")->where.str(), "arm.xacro:6:23");
 }
 
-TEST(XmlTree, AnAddedAttributeDoesNotReachTheOtherCalls) {
+TEST(XmlTree, AddedAttributeStaysInOneCall) {
   const XacroResult result = expanded(
       "<xacro:macro name=\"m\" params=\"n\">"
       "<l a=\"1\"><xacro:if value=\"${n == 1}\"><x/></xacro:if><xacro:attribute name=\"a\" value=\"${n}\"/>"
@@ -66,7 +66,7 @@ TEST(XmlTree, AnAddedAttributeDoesNotReachTheOtherCalls) {
 }
 
 // What is shared counts like what is copied.
-TEST(XmlTree, WhatIsSharedIsBoundedToo) {
+TEST(XmlTree, SharingIsBounded) {
   std::string big = "<g>";
   for (int i = 0; i < 1000; ++i) big += "<h/>";
   big += "</g>";
