@@ -30,11 +30,15 @@ SessionOptions session_options(const EdgeOptions& options, const RosArguments& r
   Diagnostics diagnostics;
   SessionOptions out;
   out.server = options.server;
-  out.server.page_folder = root_folder() / "web" / "dist";
+  out.server.page_folder = page_folder();
   out.network = ros_network(options.ros, ros, diagnostics);
   out.bundled = bundled_folders();
   print_diagnostics(diagnostics, true);
   return out;
+}
+
+std::filesystem::path page_folder() {
+  return root_folder() / "web" / "dist";
 }
 
 BundledFolders bundled_folders() {

@@ -4,9 +4,10 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 
+#include "app/completion.h"
 #include "app/failures.h"
+#include "app/man_page.h"
 #include "app/print_stderr.h"
 #include "app/process.h"
 #include "app/up.h"
@@ -21,72 +22,6 @@
 namespace {
 
 using doppel::app::kBadInput;
-
-std::vector<std::string> bundled_robots() {
-  std::vector<std::string> names;
-  std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(doppel::app::root_folder() / "robots", none)) {
-    if (std::filesystem::exists(entry.path() / "package.xml", none))
-      names.push_back(entry.path().filename().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
-void add_robots(CLI::App& app) {
-  app.add_subcommand("robots", "List the robots that come with doppel")->callback([] {
-    for (const std::string& name : bundled_robots()) fmt::print("{}\n", name);
-  });
-}
-
-// The verbs and options of `command` and of all below it, for completion: "topic echo --once".
-void list_words(const CLI::App& command, const std::string& path) {
-  for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; })) {
-    fmt::print("{} {}\n", path, sub->get_name());
-    list_words(*sub, path + " " + sub->get_name());
-  }
-  for (const CLI::Option* option : command.get_options()) {
-    for (const std::string& name : option->get_lnames()) fmt::print("{} --{}\n", path, name);
-  }
-}
-
-constexpr const char* kBashCompletion = R"sh(# doppel's completion for bash: source <(doppel completion)
-_doppel() {
-  local current=${COMP_WORDS[COMP_CWORD]} words=() word path=doppel remote=
-  for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    [[ $word == --remote ]] && remote=--remote
-    [[ $word == -* ]] || words+=("$word")
-  done
-  local IFS=$'\n'
-  case "${words[0]-} ${words[1]-}" in
-    'up '*|'spawn '*|'view '*|'check '*|'tree '*|'info '*|'mass '*|'verify '*|'compare-engines '*|'convert '*|'diff '*|'calibrate '*|'xacro '*|'overlay '[a-z]*)
-      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" robots)" -- "$current"; compgen -f -- "$current") ;;
-    'topic echo'|'topic hz'|'topic info'|'topic type'|'topic bw'|'topic delay'|'topic pub')
-      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" topic list $remote 2>/dev/null)" -- "$current") ;;
-    'service call'|'service type')
-      mapfile -t COMPREPLY < <(compgen -W "$("${COMP_WORDS[0]}" service list $remote 2>/dev/null)" -- "$current") ;;
-  esac
-  for word in "${words[@]:0:2}"; do path+=" $word"; done
-  mapfile -t -O "${#COMPREPLY[@]}" COMPREPLY < <(
-    "${COMP_WORDS[0]}" completion --words | while read -r line; do
-      [[ $line == "$path "* ]] && line=${line#"$path "} && [[ $line != *' '* && $line == "$current"* ]] && echo "$line"
-    done)
-}
-complete -o filenames -F _doppel doppel ./doppel
-)sh";
-
-void add_completion(CLI::App& app) {
-  CLI::App* completion = app.add_subcommand("completion", "Completion for bash: source <(doppel completion)");
-  auto words = std::make_shared<bool>(false);
-  completion->add_flag("--words", *words, "List every verb and option, one path each");
-  completion->callback([&app, words] {
-    if (*words) {
-      list_words(app, "doppel");
-    } else {
-      fmt::print("{}", kBashCompletion);
-    }
-  });
-}
 
 // CLI11's own message, and the nearest verb where the first word is none.
 int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
@@ -150,14 +85,16 @@ int run(int argc, char** argv) {
   });
   app.footer(
       "Start here:\n  doppel up omarm_one\nor, to look at a description without physics:\n  doppel view "
-      "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states");
+      "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states\nor, for an arm of your "
+      "own:\n  doppel new my_arm");
   int exit_code = 0;
   doppel::RosArguments ros;  // of up and view
   doppel::app::add_up(app, ros, exit_code);
   doppel::app::add_view(app, ros, exit_code);
   doppel::app::add_verbs(app, exit_code);
-  add_robots(app);
-  add_completion(app);
+  doppel::app::add_completion(app, exit_code);
+  doppel::app::add_man(app, exit_code);
+  doppel::app::group_verbs(app);
   if (argc == 1) {
     fmt::print("{}", app.help());
     return 0;

@@ -12,6 +12,9 @@ namespace doppel::app {
 // InputError.
 void add_verbs(CLI::App& app, int& exit_code);
 
+// Puts every verb under its heading in --help.
+void group_verbs(CLI::App& app);
+
 void add_topic(CLI::App& app, int& exit_code);
 void add_interface(CLI::App& app, int& exit_code);
 void add_control(CLI::App& app, int& exit_code);
@@ -37,5 +40,8 @@ void add_convert(CLI::App& app, int& exit_code);
 void add_verify(CLI::App& app, int& exit_code);
 void add_engines(CLI::App& app, int& exit_code);
 void add_compare_engines(CLI::App& app, int& exit_code);
+void add_new(CLI::App& app, int& exit_code);
+void add_robots(CLI::App& app, int& exit_code);
+void add_doctor(CLI::App& app, int& exit_code);
 
 }  // namespace doppel::app

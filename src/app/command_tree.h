@@ -1,0 +1,17 @@
+#pragma once
+// The command line's own verbs and options, for completion and man pages.
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace doppel::app {
+
+// What a person sees, in the order of --help: not the hidden ones.
+std::vector<const CLI::App*> verbs_of(const CLI::App& command);
+std::vector<const CLI::Option*> options_of(const CLI::App& command);
+std::vector<const CLI::Option*> positionals_of(const CLI::App& command);
+// Whether a word follows it on the command line.
+bool takes_value(const CLI::Option& option);
+
+}  // namespace doppel::app

@@ -1,0 +1,82 @@
+// doppel new NAME: a description package of one's own.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+
+#include "app/verbs/output.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/shown_path.h"
+#include "doppel/scaffold/arm_package.h"
+#include "doppel/scaffold/write_package.h"
+
+namespace doppel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NewOptions {
+  std::string name, folder = ".", maintainer, email, licence = "TODO: License declaration";
+  scaffold::ArmRequest arm;
+};
+
+// As `ros2 pkg create` fills in what nobody has said.
+scaffold::PackageAuthor author_of(const NewOptions& options) {
+  const char* user = std::getenv("USER");
+  const std::string name = user == nullptr || *user == '\0' ? "user" : user;
+  return {options.maintainer.empty() ? name : options.maintainer,
+          options.email.empty() ? name + "@todo.todo" : options.email, options.licence};
+}
+
+// A path as a shell takes it.
+std::string quoted(const std::string& path) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:@%";
+  if (path.find_first_not_of(kPlain) == std::string::npos) return path;
+  std::string out = "'";
+  for (const char c : path) out += c == '\'' ? "'\\''" : std::string(1, c);
+  return out + "'";
+}
+
+int run_new(const NewOptions& options) {
+  const scaffold::PackageName name = scaffold::package_name(options.name);
+  const scaffold::ArmDesign design = scaffold::design_arm(options.arm);
+  const fs::path folder = fs::absolute(options.folder).lexically_normal() / name.package;
+  const auto files = scaffold::arm_package(name, design, author_of(options));
+  scaffold::write_package(folder, files);
+  const std::string shown = quoted(shown_path(folder));
+  std::string text = fmt::format("{}: {}\n", shown, scaffold::summary(design));
+  for (const scaffold::PackageFile& file : files) text += fmt::format("  {}\n", file.path);
+  text += fmt::format(
+      "\nNext:\n  doppel check {0}\n  doppel up {0}\nand from another shell:\n  doppel move {1} --in 2\n",
+      shown, scaffold::example_move(design));
+  deliver(text);
+  return 0;
+}
+
+}  // namespace
+
+void add_new(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<NewOptions>();
+  CLI::App* verb = app.add_subcommand("new", "Make a description package for an arm of your own");
+  verb->add_option("NAME", options->name, "The robot's name; the package is NAME_description")->required();
+  verb->add_option("--dof", options->arm.dof, "Joints of the arm, 1 to 16")->capture_default_str();
+  verb->add_flag("--gripper", options->arm.gripper, "With a gripper of two fingers");
+  verb->add_option("--reach", options->arm.reach,
+                   "From the shoulder to the tool, m; default: by the number of joints");
+  verb->add_option("--payload", options->arm.payload,
+                   "What it carries stretched out, kg: the effort limits follow")
+      ->capture_default_str();
+  verb->add_option("--in", options->folder, "The folder to make the package in")->capture_default_str();
+  verb->add_option("--maintainer", options->maintainer, "For package.xml; default: the user's name");
+  verb->add_option("--email", options->email, "For package.xml");
+  verb->add_option("--license", options->licence, "For package.xml, for instance Apache-2.0");
+  verb->footer(
+      "Examples:\n  doppel new my_arm\n  doppel new my_arm --dof 4 --gripper\n"
+      "  doppel new big_arm --dof 7 --reach 1.4 --payload 5 --in ~/ros2_ws/src --license Apache-2.0");
+  verb->callback([options, &exit_code] { exit_code = run_new(*options); });
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,51 @@
+#pragma once
+// The dimensions of a serial arm that stands upright at zero: axes, lengths, limits and the efforts that hold
+// it. Metres, kilograms, radians, N m.
+
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace doppel::scaffold {
+
+inline constexpr int kMinDof = 1, kMaxDof = 16;
+inline constexpr double kMinReach = 0.1, kMaxReach = 5.0, kMaxPayload = 500.0;
+
+// What the user asks for.
+struct ArmRequest {
+  int dof = 6;
+  bool gripper = false;
+  double reach = 0;  // from the shoulder to the tool, stretched out; 0: chosen by the number of joints
+  double payload = 0.5;
+};
+
+enum class AxisKind { roll, pitch };  // about the arm's own length (z), across it (y)
+
+// A joint and the link that it moves: a hub at the joint, and a tube up to the next joint's hub.
+struct ArmJoint {
+  std::string name, link;
+  AxisKind axis = AxisKind::pitch;
+  double length = 0;            // to the next joint, or to the tool
+  double tube = 0, radius = 0;  // the tube's length and radius
+  double lower = 0, upper = 0, effort = 0, velocity = 0;
+  double initial = 0;  // a bent pose, away from the singular upright one
+};
+
+struct ArmDesign {
+  ArmRequest request;  // with the reach that was chosen
+  double base_height = 0, base_radius = 0;
+  std::vector<ArmJoint> joints;  // from the base to the tool
+  double finger_length = 0, finger_travel = 0, finger_effort = 0;
+};
+
+// Densities of the two solids of a link, kg/m^3: a motor with its gear, and a thin-walled tube.
+inline constexpr double kHubDensity = 1800, kTubeDensity = 600;
+inline constexpr double kHubRatio = 1.3;  // the hub's radius, and half of its length, in radii of the tube
+
+double link_mass(const ArmJoint& joint);
+double gripper_mass(const ArmDesign& design);
+
+// The request is within the bounds above. Throws InputError where it is not.
+ArmDesign design_arm(const ArmRequest& request);
+
+}  // namespace doppel::scaffold

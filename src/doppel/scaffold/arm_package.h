@@ -1,0 +1,30 @@
+#pragma once
+// The files of a description package for an arm.
+
+#include <string>
+#include <vector>
+
+#include "doppel/scaffold/arm_design.h"
+#include "doppel/scaffold/package_name.h"
+
+namespace doppel::scaffold {
+
+struct PackageFile {
+  std::string path, text;  // the path within the package: "urdf/my_arm.urdf.xacro"
+};
+
+struct PackageAuthor {
+  std::string name, email;
+  std::string licence;
+};
+
+// "an arm of six joints with a gripper of two fingers, reach 0.6 m".
+std::string summary(const ArmDesign& design);
+
+// "joint_2=0.8 joint_3=0.4": what `doppel move` takes to see it move.
+std::string example_move(const ArmDesign& design);
+
+std::vector<PackageFile> arm_package(const PackageName& name, const ArmDesign& design,
+                                     const PackageAuthor& author);
+
+}  // namespace doppel::scaffold

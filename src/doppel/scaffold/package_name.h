@@ -1,0 +1,16 @@
+#pragma once
+// Names that ROS 2 accepts for a package (REP 144).
+
+#include <string>
+#include <string_view>
+
+namespace doppel::scaffold {
+
+struct PackageName {
+  std::string robot, package;  // "my_arm", "my_arm_description"
+};
+
+// `name` is the robot's or the package's. Throws InputError with a valid name that is like it.
+PackageName package_name(std::string_view name);
+
+}  // namespace doppel::scaffold
