@@ -8,6 +8,7 @@ const [url, folder, ...only] = process.argv.slice(2);
 mkdirSync(folder, { recursive: true });
 const sizes = { wide: [1440, 900], middle: [1024, 768], phone: [390, 844] };
 const wait = Number(process.env.WAIT ?? 1500);
+const timeout = 180_000; // the processor draws, and may have other work
 
 // What is done in the page before the picture of a tab is taken.
 const TABS = {
@@ -53,10 +54,10 @@ for (const theme of ['light', 'dark']) {
     page.on('console', (m) => (m.type() === 'error' || m.type() === 'warning') && console.log(`${name}-${theme}: ${m.text()}`));
     page.on('pageerror', (e) => console.log(`${name}-${theme}: ${e.stack}`));
     await page.goto(url);
-    await waitFor(page, () => window.doppel?.ready && doppel.world.firstPicture > 0, undefined, 20000).catch((e) => console.log(e.message));
+    await waitFor(page, () => window.doppel?.ready && doppel.world.firstPicture > 0, undefined, timeout).catch((e) => console.log(e.message));
     await page.evaluate(process.env.BEFORE ?? '0');
     await page.waitForTimeout(wait);
-    await page.screenshot({ path: `${folder}/${name}-${theme}.png` });
+    await page.screenshot({ path: `${folder}/${name}-${theme}.png`, timeout });
     console.log(`${name}-${theme}`, await page.evaluate(() => JSON.stringify({ first: Math.round(doppel.world.firstPicture), frame: +doppel.world.stage.frameTime.toFixed(1), frames: doppel.world.stage.frames })));
     for (const [tab, act] of process.env.TABS === 'all' ? Object.entries(TABS) : []) {
       await page.evaluate((id) => doppel.layout.open(id), tab === 'services' ? 'topics' : tab);
