@@ -75,10 +75,10 @@ TEST_F(EntityTest, InvalidEntityIsRefusedWithoutChange) {
   bring_up("lab_arm");
   const std::string robot = twin_->robot().name();
   EXPECT_THAT(spawn("a", ball("a")), HasSubstr("success: true"));
-  EXPECT_THAT(spawn("a", ball("a")), HasSubstr("there is an object 'a' already"));
-  EXPECT_THAT(spawn(robot, ball("a")), HasSubstr("taken by the robot"));
-  EXPECT_THAT(spawn("ground", ball("a")), HasSubstr("taken by the robot or its world"));
-  EXPECT_THAT(spawn("a::b", ball("a")), HasSubstr("no '::'"));
+  EXPECT_THAT(spawn("a", ball("a")), HasSubstr("there is already an object 'a'"));
+  EXPECT_THAT(spawn(robot, ball("a")), HasSubstr("already used by the robot"));
+  EXPECT_THAT(spawn("ground", ball("a")), HasSubstr("already used by the robot or its world"));
+  EXPECT_THAT(spawn("a::b", ball("a")), HasSubstr("without '::'"));
   for (const char* name : {"' '", "\"a\\nb\"", "\"\\e[31m\"", "\"\\x9b\"", "\xff"}) {
     const std::string said = call("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
                                   "{name: " + std::string(name) + ", xml: \"" + ball("a") + "\"}");
@@ -94,7 +94,7 @@ TEST_F(EntityTest, InvalidEntityIsRefusedWithoutChange) {
       spawn("b",
             "<sdf version='1.7'><model name='b'><link name='l'><collision name='c'><geometry><mesh><uri>"
             "file:///etc/passwd.stl</uri></mesh></geometry></collision></link></model></sdf>"),
-      HasSubstr("lies outside of the robot"));
+      HasSubstr("is outside the robot"));
   EXPECT_EQ(twin_->engine().world().instances().size(), 2u) << "the robot and one object";
   EXPECT_THAT(remove(robot), HasSubstr("is the robot"));
   EXPECT_THAT(remove("ground"), HasSubstr("the ground"));

@@ -23,11 +23,11 @@ constexpr int kShards = 8;  // so that several cores share the corpus
 const std::map<std::string, std::string>& restless() {
   // Heavier, as they are written, than the effort limits that are written can hold.
   static const std::map<std::string, std::string> cases{
-      {"moveo-moveo_urdf", "its effort limit of 5 N m does not hold it"},
-      {"moveo-moveo_urdf_new", "its effort limit of 5 N m does not hold it"},
-      {"moveo-moveo_urdf_og", "its effort limit of 5 N m does not hold it"},
-      {"erd_open-simple_humanoid", "its effort limit of 30 N m does not hold it"},
-      {"erd_open-simple_humanoid_classical", "its effort limit of 30 N m does not hold it"}};
+      {"moveo-moveo_urdf", "its effort limit of 5 N m is too low for its load"},
+      {"moveo-moveo_urdf_new", "its effort limit of 5 N m is too low for its load"},
+      {"moveo-moveo_urdf_og", "its effort limit of 5 N m is too low for its load"},
+      {"erd_open-simple_humanoid", "its effort limit of 30 N m is too low for its load"},
+      {"erd_open-simple_humanoid_classical", "its effort limit of 30 N m is too low for its load"}};
   return cases;
 }
 

@@ -73,7 +73,7 @@ TEST_F(Ros2TwinTest, CommandLineSetsParameters) {
   EXPECT_EQ(twin_->robot().controller_manager().period(), from_seconds(0.02));
   EXPECT_THAT(call("/robot_state_publisher/set_parameters", "rcl_interfaces/srv/SetParameters",
                    "{parameters: [{name: robot_description, value: {type: 4, string_value: x}}]}"),
-              HasSubstr("edit and save"));
+              HasSubstr("edit them"));
   EXPECT_THAT(call("/robot_state_publisher/set_parameters", "rcl_interfaces/srv/SetParameters",
                    "{parameters: [{name: frame_prefix, value: {type: 4, string_value: right_}}]}"),
               HasSubstr("successful: true"));

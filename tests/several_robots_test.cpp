@@ -213,7 +213,7 @@ TEST_F(SeveralRobotsTest, JointsAndLinksCarryRobotName) {
   EXPECT_THAT(call("/gazebo/get_state", "doppel_msgs/srv/GetState", "{}"), HasSubstr("left::Revolute 1"));
   EXPECT_THAT(call("/gazebo/set_state", "doppel_msgs/srv/SetState",
                    "{names: ['Revolute 1'], positions: [1.0], velocities: []}"),
-              HasSubstr("is of several robots; write for instance ''left::Revolute 1''"));
+              HasSubstr("exists in several robots; write for example ''left::Revolute 1''"));
   EXPECT_THAT(call("/gazebo/set_state", "doppel_msgs/srv/SetState",
                    "{names: ['right::Revolute 1'], positions: [1.0], velocities: []}"),
               HasSubstr("success: true"));
@@ -242,8 +242,8 @@ TEST_F(RobotSpawnTest, SpawnedRobotRunsControllersUntilDeleted) {
   run(0.1);
   const std::string said = spawn("guest", "{x: 1.0}");
   ASSERT_THAT(said, HasSubstr("success: true"));
-  EXPECT_THAT(said, HasSubstr("no edit of a file reaches it"));
-  EXPECT_THAT(logged, HasSubstr("the robot 'guest' is in the world; it was sent as text"));
+  EXPECT_THAT(said, HasSubstr("not reloaded from files"));
+  EXPECT_THAT(logged, HasSubstr("the robot 'guest' is in the world; it was sent as XML"));
   run(0.2);
   ASSERT_NE(twin_->find_robot("guest"), nullptr);
   EXPECT_THAT(topics(), Contains("/guest/joint_states"));
@@ -263,7 +263,7 @@ TEST_F(RobotSpawnTest, SpawnedRobotRunsControllersUntilDeleted) {
   }
   for (const std::string& node : twin_->bus().nodes()) EXPECT_FALSE(node.starts_with("/guest/")) << node;
   EXPECT_THAT(call("/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: left}"),
-              HasSubstr("stays as long as the twin runs"));
+              HasSubstr("cannot be deleted"));
 }
 
 TEST_F(RobotSpawnTest, SpawnAndDeleteKeepOthersBitIdentical) {
@@ -308,7 +308,7 @@ TEST_F(RobotSpawnTest, FailedSpawnChangesNothing) {
               HasSubstr("success: false"));
   EXPECT_THAT(call_and_run("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
                            "{name: 'not a name', xml: '" + two_roots + "'}"),
-              HasSubstr("cannot be a robot's namespace"));
+              HasSubstr("is not a valid namespace of a robot"));
   EXPECT_EQ(twin_->robots().size(), 1u);
   EXPECT_EQ(twin_->bus().nodes().size(), nodes);
 }
@@ -378,7 +378,7 @@ TEST_F(WorldRobotsTest, InvalidRobotIsRefusedWithPlace) {
   write("robots:\n  - {robot: omarm_one, namespace: a}\n  - {robot: omarm_one, namespace: a}\n");
   EXPECT_THAT(error_of(), HasSubstr(":3:"));
   write("robots: []\n");
-  EXPECT_THAT(error_of(), HasSubstr("no robot is named"));
+  EXPECT_THAT(error_of(), HasSubstr("no robot is given"));
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ void Browser::open(const std::string& url) {
   if (opener_.joinable() || !has_desktop_session()) return;
   opener_ = guarded_thread([url] { spawn_browser(url); },
                            [&log = log_](const std::string& what) {
-                             log.warning("server", fmt::format("the browser cannot be started: {}", what));
+                             log.warning("server", fmt::format("cannot start the browser: {}", what));
                            });
 }
 

@@ -10,7 +10,7 @@ namespace doppel::app {
 
 void add_described_by(CLI::App& verb, DescribedBy& by, bool required) {
   add_target(verb, by.words, required);
-  verb.add_option("--set", by.set, "An argument for the description's xacro, name:=value")->take_all();
+  verb.add_option("--set", by.set, "xacro argument, name:=value")->take_all();
 }
 
 Scenario described_scenario(const DescribedBy& by) {

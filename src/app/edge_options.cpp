@@ -7,21 +7,21 @@
 namespace doppel::app {
 
 void add_edge_options(CLI::App& verb, EdgeOptions& options) {
-  verb.add_option("--port", options.server.port, "The server's port (else 8700 or the next that is free)")
+  verb.add_option("--port", options.server.port, "Port of the server (default: 8700, or the next free one)")
       ->check(CLI::Range(1, 65535));
-  verb.add_option("--host", options.server.host,
-                  "The address to listen on; beyond 127.0.0.1 everybody who connects needs the token that "
-                  "stands in the printed address");
+  verb.add_option(
+      "--host", options.server.host,
+      "Address to listen on; on any address other than 127.0.0.1, clients need the token in the printed URL");
   verb.add_option("--token", options.server.token,
-                  "A token of your own, 16 characters or more, to be asked for (else one is made where "
-                  "--host needs it)")
+                  "Token that clients must present, at least 16 characters (default: generated where --host "
+                  "needs one)")
       ->check([](const std::string& token) {
         const Status usable = check_token(token);
         return usable ? std::string() : usable.why();
       });
-  verb.add_flag("--no-open", options.no_open, "Do not open the page in the desktop's browser");
-  CLI::Option* none = verb.add_flag("--no-ros", options.ros.none, "Do not join ROS 2's network");
-  verb.add_option("--domain", options.ros.domain, "ROS 2's domain (else ROS_DOMAIN_ID, else 0)")
+  verb.add_flag("--no-open", options.no_open, "Do not open the web page in the desktop's browser");
+  CLI::Option* none = verb.add_flag("--no-ros", options.ros.none, "Do not join the ROS 2 network");
+  verb.add_option("--domain", options.ros.domain, "ROS 2 domain (default: ROS_DOMAIN_ID, or 0)")
       ->check(CLI::Range(std::uint32_t{0}, ros2::kLastDomain))
       ->excludes(none);
 }

@@ -156,7 +156,7 @@ std::vector<std::string> render(const TableView& view, const TableStyle& style) 
                                                   static_cast<std::size_t>(std::max(20, style.width - 4)))));
   }
   lines.push_back(paint.dim(
-      fmt::format("  Ctrl-C ends {} doppel topic echo /joint_states {} doppel move \"JOINT=RAD\" --in 3",
+      fmt::format("  Ctrl-C quits {} doppel topic echo /joint_states {} doppel move \"JOINT=RAD\" --in 3",
                   paint.dot(), paint.dot())));
   return lines;
 }

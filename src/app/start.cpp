@@ -22,13 +22,13 @@ using doppel::app::kBadInput;
   std::string program = root + "/build/bin/doppel";
   words[0] = program.data();
   execv(program.c_str(), words);
-  doppel::app::print_stderr("error: '{}' cannot be started; run tools/build doppel\n", program);
+  doppel::app::print_stderr("error: cannot start '{}'; run tools/build doppel\n", program);
   std::exit(1);
 }
 
 int expand(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
-  CLI::App app("Expands xacro files.", "doppel");
+  CLI::App app("Expand xacro files.", "doppel");
   app.require_subcommand(1);
   int exit_code = 0;
   doppel::app::add_xacro(app, exit_code);
@@ -37,7 +37,7 @@ int expand(int argc, char** argv) {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() == 0) return app.exit(error);
-      doppel::app::print_stderr("error: {}\n  fix: doppel xacro --help tells how it is used\n", error.what());
+      doppel::app::print_stderr("error: {}\n  fix: doppel xacro --help shows its usage\n", error.what());
       return kBadInput;
     }
     return exit_code;
@@ -49,7 +49,9 @@ int expand(int argc, char** argv) {
 int main(int argc, char** argv) {
   doppel::app::fill_standard_files();
   if (argc < 2) {
-    doppel::app::print_stderr("error: doppel-start is run by the script doppel, with its folder\n");
+    doppel::app::print_stderr(
+        "error: doppel-start has to be run by the script doppel, with the folder of doppel as its "
+        "argument\n");
     return kBadInput;
   }
   const std::string root = argv[1];

@@ -73,8 +73,8 @@ double parse_speed(const std::string& text) {
   }
   if (used != text.size() || !(speed > 0.0) || speed > 1e6) {
     throw InputError("cli.speed", {},
-                     fmt::format("--speed is '{}'; it has to be a positive number, or max", text),
-                     "1 is real time, 0.5 half of it, max as fast as it goes");
+                     fmt::format("--speed is '{}'; it must be a positive number or max", text),
+                     "1 is real time, 0.5 half of it, max as fast as possible");
   }
   return speed;
 }
@@ -87,7 +87,7 @@ class TableThread {
     thread_ = guarded_thread(
         [this] { run(); },
         [this](const std::string& what) {
-          log_.add({Severity::error, "terminal", fmt::format("the table is not drawn any longer: {}", what)});
+          log_.add({Severity::error, "terminal", fmt::format("the live table is off: {}", what)});
         });
   }
 
@@ -142,10 +142,10 @@ void print_gravity(const TwinRobot& robot) {
   for (const SagReport& sag : robot.gravity_sag()) {
     if (std::abs(sag.sag) < 5e-4 && sag.margin >= 0) continue;
     print_stderr(
-        "  {:<12} {}: {:+.3f} N m here sags it by {:+.4f} rad{}{}\n", heading ? "" : "gravity", sag.joint,
+        "  {:<12} {}: {:+.3f} N m of load, sag {:+.4f} rad{}{}\n", heading ? "" : "gravity", sag.joint,
         sag.torque, sag.sag,
         sag.most > sag.least ? fmt::format(", with friction {:+.4f} to {:+.4f}", sag.least, sag.most) : "",
-        sag.margin < 0 ? "; more than its effort limit: it cannot hold" : "");
+        sag.margin < 0 ? "; the load exceeds its effort limit" : "");
     heading = true;
   }
 }
@@ -169,7 +169,7 @@ void print_contacts(const CompiledWorld& world) {
   for (const ExcludedPair& pair : excluded) {
     if (pair.at_start) touching.push_back(world.name_of(pair.a) + " + " + world.name_of(pair.b));
   }
-  print_stderr("  contact      ground and links; {} pairs of neighbours left out\n",
+  print_stderr("  contact      ground and links; {} pairs of neighbours excluded\n",
                excluded.size() - touching.size());
   if (touching.empty()) return;
   const std::size_t shown = std::min(touching.size(), kPairsShown);
@@ -180,8 +180,8 @@ void print_contacts(const CompiledWorld& world) {
 
 void print_physics(Twin& twin, const std::string& engine) {
   print_stderr("  physics      {}, {:g} Hz; {}\n", engine, 1.0 / to_seconds(twin.step_size()),
-               twin.bus().sim_time() ? "simulated time on /clock stamps every message"
-                                     : "the wall's time stamps every message, there is no /clock");
+               twin.bus().sim_time() ? "messages are stamped with simulated time (/clock)"
+                                     : "messages are stamped with wall-clock time; there is no /clock");
 }
 
 void print_twin_banner(Twin& twin, const std::string& engine) {
@@ -219,9 +219,8 @@ int report_end(Twin& twin, Summary summary, bool json) {
   if (json) fmt::print("{}\n", to_json(summary));
   if (summary.run.end == RunEnd::diverged) {
     print_stderr(
-        "error: the physics diverged at t = {:.3f} s: a position, speed or acceleration was no longer a "
-        "finite number\n  fix: look for tiny masses on strong joints, or choose a smaller step in a "
-        "world file (--world)\n",
+        "error: the physics diverged at t = {:.3f} s: a position, velocity or acceleration is not finite\n  "
+        "fix: look for small masses on strong joints, or set a smaller step in a world file (--world)\n",
         to_seconds(twin.now()));
     return 1;
   }
@@ -245,7 +244,7 @@ RunStatistics run_twin(Runner& runner, Twin& twin, TerminalLog& terminal, const 
 int run_up(const UpOptions& options, const RosArguments& ros) {
   const double speed = parse_speed(options.speed);
   if (options.duration < 0 || !std::isfinite(options.duration)) {
-    throw InputError("cli.duration", {}, "--duration has to be a positive number of simulated seconds");
+    throw InputError("cli.duration", {}, "--duration must be a positive number of simulated seconds");
   }
   const Scenario scenario = make_scenario(options, ros);
   SessionOptions session_with = session_options(options.edges, ros);
@@ -292,40 +291,38 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
 
 void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   auto options = std::make_shared<UpOptions>();
-  CLI::App* up = app.add_subcommand("up", "Bring a robot up: physics, controllers, topics");
+  CLI::App* up = app.add_subcommand("up", "Start a robot: physics, controllers, topics");
   add_described_by(*up, options->robot, false);
   up->add_option("--robot", options->robots,
-                 "A robot as TARGET[:NAMESPACE][@x,y,z[,roll,pitch,yaw]], m and rad; several, each in a "
-                 "namespace of its own")
+                 "A robot as TARGET[:NAMESPACE][@x,y,z[,roll,pitch,yaw]], m and rad; repeatable, each in its "
+                 "own namespace")
       ->take_all();
   up->add_option("--controllers", options->controllers,
-                 "The controllers' YAML, in place of the description's");
-  up->add_option("--activate", options->activate,
-                 "Start only these controllers; the others are loaded, inactive")
+                 "Controllers' parameter file (YAML) to use instead of the description's");
+  up->add_option("--activate", options->activate, "Activate only these controllers; the others stay inactive")
       ->delimiter(',');
-  up->add_flag("--no-controllers", options->no_controllers, "Load no controller: the joints are passive");
-  up->add_option("--plugin", options->plugins, "A shared library with controllers or hardware of your own")
+  up->add_flag("--no-controllers", options->no_controllers, "Load no controllers: the joints are passive");
+  up->add_option("--plugin", options->plugins,
+                 "Shared library with your own controllers or hardware components")
       ->take_all();
-  up->add_option("--world", options->world, "A world file (YAML): gravity, step, ground, objects, robots");
-  up->add_option("--engine", options->engine, "The physics engine; doppel engines lists what is there")
+  up->add_option("--world", options->world, "World file (YAML): gravity, step, ground, objects, robots");
+  up->add_option("--engine", options->engine, "Physics engine; 'doppel engines' lists the available ones")
       ->capture_default_str();
-  up->add_option(
-        "--base", options->base,
-        "How a robot without a link 'world' stands: fixed, floating (set on the ground), or auto: floating "
-        "where the description suggests wheels or legs")
+  up->add_option("--base", options->base,
+                 "Base of a robot without a link 'world': fixed, floating (placed on the ground), or auto: "
+                 "floating if the description suggests wheels or legs")
       ->check(CLI::IsMember({"auto", "fixed", "floating"}));
-  up->add_flag("--ideal", options->ideal, "Joints follow commands exactly, whatever they carry");
-  up->add_flag("--no-limits", options->no_limits, "Do not hold commands to the joints' limits");
-  up->add_option("--duration", options->duration, "End after so many simulated seconds");
-  up->add_option("--speed", options->speed, "1: real time, N: N times that, max: as fast as it goes");
-  up->add_option(
-        "--stamp", options->stamp,
-        "What stamps messages: sim (simulated time, which /clock tells) or wall (for clients that do "
-        "not set use_sim_time)")
+  up->add_flag("--ideal", options->ideal, "Ideal servos: joints follow commands exactly, whatever the load");
+  up->add_flag("--no-limits", options->no_limits, "Do not enforce joint limits on commands");
+  up->add_option("--duration", options->duration, "Stop after this many simulated seconds");
+  up->add_option("--speed", options->speed, "1: real time, N: N times real time, max: as fast as possible");
+  up->add_option("--stamp", options->stamp,
+                 "Time in message headers: sim (simulated time, published on /clock) or wall (for clients "
+                 "that do not set use_sim_time)")
       ->check(CLI::IsMember({"sim", "wall"}));
-  up->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
-  up->add_flag("--headless", options->headless, "No live table and no browser; log lines only");
-  up->add_flag("--json", options->json, "One summary object on stdout at the end");
+  up->add_flag("--no-reload", options->no_reload, "Do not reload when the sources change");
+  up->add_flag("--headless", options->headless, "Log lines only: no live table, no browser");
+  up->add_flag("--json", options->json, "Print a JSON summary to stdout at the end");
   add_edge_options(*up, options->edges);
   up->footer(
       "Examples:\n"

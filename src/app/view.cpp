@@ -31,7 +31,7 @@ struct ViewOptions {
 
 void print_viewer_banner(const Viewer& viewer, const Session& session) {
   const Model& model = viewer.model();
-  print_stderr("{}: {} links, {} joints ({} to move), no physics\n", model.name, model.links.size(),
+  print_stderr("{}: {} links, {} joints ({} movable), no physics\n", model.name, model.links.size(),
                model.joints.size(), model.driven_joint_names().size());
   print_stderr("  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
   print_stderr("{}", session.banner());
@@ -78,21 +78,16 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
 void add_view(CLI::App& app, const RosArguments& ros, int& exit_code) {
   auto options = std::make_shared<ViewOptions>();
   CLI::App* view =
-      app.add_subcommand("view", "Look at a description: the page and the joints, without physics");
+      app.add_subcommand("view", "View a description in the browser and move its joints, without physics");
   add_described_by(*view, options->robot);
-  view->add_flag("--no-reload", options->no_reload, "Do not pick up edits of the sources while it runs");
-  view->add_flag("--headless", options->headless, "Open no page, as --no-open; there is no live table here");
+  view->add_flag("--no-reload", options->no_reload, "Do not reload when the sources change");
+  view->add_flag("--headless", options->headless, "Do not open the web page (same as --no-open)");
   add_edge_options(*view, options->edges);
   view->footer(
-      "Whatever can be drawn is drawn; faults are warnings, and the page's Health tells them with their "
-      "places.\n"
-      "Examples:\n"
-      "  doppel view omarm_one\n"
-      "  doppel view my_arm.urdf.xacro use_gripper:=true\n"
-      "  doppel view ~/ros2_ws --port 8800\n"
-      "and from another shell:\n"
-      "  doppel topic pub --once /joint_command sensor_msgs/msg/JointState '{name: [elbow], position: "
-      "[0.5]}'");
+      "Everything that can be drawn is drawn; faults are warnings, and the page's Health panel lists them "
+      "with their location.\nExamples:\n  doppel view omarm_one\n  doppel view my_arm.urdf.xacro "
+      "use_gripper:=true\n  doppel view ~/ros2_ws --port 8800\nand from another shell:\n  doppel topic pub "
+      "--once /joint_command sensor_msgs/msg/JointState '{name: [elbow], position: [0.5]}'");
   view->callback([options, &ros, &exit_code] { exit_code = run_view(*options, ros); });
 }
 

@@ -286,7 +286,7 @@ std::pair<GUID_t, SeenParticipant> twin_as_seen_by(const FastPeer& peer) {
 
 TEST_F(HostileNetwork, GarbageOnPortsIsIgnored) {
   const auto [guid, seen] = twin_as_seen_by(peer);
-  const std::int64_t before = counter("refused datagrams");
+  const std::int64_t before = counter("rejected datagrams");
   Garbage garbage;
   for (int i = 0; i < 1000; ++i) {
     for (const int port : seen.ports) {
@@ -299,7 +299,7 @@ TEST_F(HostileNetwork, GarbageOnPortsIsIgnored) {
     }
     ASSERT_TRUE(twin().process().running());
   }
-  EXPECT_TRUE(eventually([&] { return counter("refused datagrams") > before; }));
+  EXPECT_TRUE(eventually([&] { return counter("rejected datagrams") > before; }));
   expect_twin_is_well();
 }
 

@@ -62,7 +62,7 @@ GoalOutcome follow(Client& twin, ActionGoal& goal, bool feedback, Clock::time_po
       if (!text.empty()) print_line("Feedback:\n{}\n", indented(text));
     }
     if (done) return outcome;
-    if (Clock::now() >= until) throw ClientError("the goal does not end");
+    if (Clock::now() >= until) throw ClientError("the goal does not finish");
   }
 }
 
@@ -75,15 +75,15 @@ int report_goal(const GoalOutcome& outcome) {
 int send_goal(Shell& shell, const ActionOptions& options) {
   const ActionSupport* type = find_action(options.type);
   if (type == nullptr) {
-    throw_usage_error(fmt::format("'{}' is no known action type{}", options.type,
+    throw_usage_error(fmt::format("'{}' is not a known action type{}", options.type,
                                   did_you_mean(options.type, action_names())),
-                      "'doppel interface list' shows all");
+                      "'doppel interface list' prints all of them");
   }
   const Bytes goal_cdr = to_request(*type->goal, options.yaml);
   const std::string name = absolute(options.name);
   Client& twin = shell.twin();
   if (const std::string offered = find_action_type(twin, name); offered != type->name) {
-    throw_usage_error(fmt::format("{} is a {}, not a {}", name, offered, type->name));
+    throw_usage_error(fmt::format("{} has type {}, not {}", name, offered, type->name));
   }
   Shell::catch_interrupts();
   if (options.feedback) {
@@ -107,30 +107,30 @@ int send_goal(Shell& shell, const ActionOptions& options) {
 void add_action(CLI::App& app, int& exit_code) {
   CLI::App& group = add_group(app, "action", "Send goals to actions");
   add_verb<ActionOptions>(
-      group, "list", "The actions there are", "doppel action list -t", exit_code,
+      group, "list", "List actions", "doppel action list -t", exit_code,
       [](CLI::App& verb, ActionOptions& options) {
-        verb.add_flag("-t,--show-types", options.types, "With their types");
+        verb.add_flag("-t,--show-types", options.types, "Show their types");
       },
       list_actions);
   add_verb<ActionOptions>(
-      group, "info", "Who serves an action",
+      group, "info", "Print the servers and clients of an action",
       "doppel action info /omarm_arm_controller/follow_joint_trajectory", exit_code,
       [](CLI::App& verb, ActionOptions& options) {
-        verb.add_option("action", options.name, "Name of the action")->required();
+        verb.add_option("action", options.name, "Action name")->required();
         verb.add_flag("-t,--show-types", options.types, "Accepted as in ROS 2; the type is always shown");
       },
       show_action);
   add_verb<ActionOptions>(
-      group, "send_goal", "Send a goal and wait for its end; Ctrl-C cancels it",
+      group, "send_goal", "Send a goal and wait for its result; Ctrl-C cancels it",
       R"(doppel action send_goal --feedback /omarm_arm_controller/follow_joint_trajectory \
     control_msgs/action/FollowJointTrajectory \
     '{trajectory: {joint_names: ["Revolute 1"], points: [{positions: [1.2], time_from_start: {sec: 3}}]}}')",
       exit_code,
       [](CLI::App& verb, ActionOptions& options) {
-        verb.add_option("action", options.name, "Name of the action")->required();
-        verb.add_option("type", options.type, "Its type")->required();
-        verb.add_option("goal", options.yaml, "The goal as YAML")->required();
-        verb.add_flag("-f,--feedback", options.feedback, "Print feedback as it comes");
+        verb.add_option("action", options.name, "Action name")->required();
+        verb.add_option("type", options.type, "Action type")->required();
+        verb.add_option("goal", options.yaml, "Goal as YAML")->required();
+        verb.add_flag("-f,--feedback", options.feedback, "Print feedback messages");
       },
       send_goal);
 }

@@ -89,10 +89,10 @@ class Calibration {
     for (const LerobotMotor& motor : read_lerobot_calibration(options_.lerobot)) {
       const Joint* joint = robot_.find_joint(motor.name);
       if (joint == nullptr) {
-        print_note(fmt::format("note: the motor '{}' is no joint of this robot{}; it is left out", motor.name,
-                               did_you_mean(motor.name, names)));
+        print_note(fmt::format("note: the motor '{}' is not a joint of this robot{}; it is ignored",
+                               motor.name, did_you_mean(motor.name, names)));
       } else if (!joint->limits || !joint->limits->has_position) {
-        print_note(fmt::format("note: '{}' has no limits to hold the swept range against; it is left out",
+        print_note(fmt::format("note: '{}' has no limits to compare the swept range with; it is ignored",
                                motor.name));
       } else {
         measured(motor.name, {{joint->limits->lower, motor.lower()}, {joint->limits->upper, motor.upper()}});
@@ -100,9 +100,8 @@ class Calibration {
     }
     if (!measured_.empty()) {
       print_note(
-          "note: the ends of LeRobot's swept ranges are taken for the places of the description's limits; "
-          "measure two "
-          "poses of a joint (--measure) where that is not so");
+          "note: the ends of LeRobot's swept ranges are assumed to be the joint limits of the description; "
+          "measure two poses of a joint (--measure) if that does not hold");
     }
   }
 
@@ -125,10 +124,10 @@ class Calibration {
       const Operation& old = overlay_.operations[*i];
       throw InputError(
           "calibrate.twice", old.where,
-          fmt::format("'{}': the overlay holds what these measurements say already ({}: {}); the model that "
-                      "they were taken of is corrected by now, and they would count twice",
+          fmt::format("'{}': the overlay already contains this correction ({}: {}); the measurements were "
+                      "taken with the uncorrected model and would be applied twice",
                       result.joint->name, *i + 1, describe(old.action)),
-          fmt::format("measure again with the corrected model, or take the correction out first (doppel "
+          fmt::format("measure again with the corrected model, or remove the correction first (doppel "
                       "overlay remove {} {})",
                       options_.words.front(), *i + 1));
     }
@@ -140,8 +139,8 @@ class Calibration {
     for (const Result& result : results_) {
       for (const std::size_t i : zeros_of(overlay_.operations, result.joint->name)) {
         out.push_back(
-            fmt::format("'{}' is corrected in the overlay ({}: {}); these offsets are right beside that "
-                        "correction, for measurements of the corrected model; without it they are wrong",
+            fmt::format("'{}' is corrected in the overlay ({}: {}); these offsets are valid together with "
+                        "that correction and wrong without it",
                         result.joint->name, i + 1, describe(overlay_.operations[i].action)));
       }
     }
@@ -187,17 +186,16 @@ class Calibration {
     const JointFit& fit = result.fit;
     print_line("{}\n", joint.name);
     print_line("  direction  {}\n", fit.direction < 0 ? "the machine turns the other way" : "the same");
-    print_line("  zero       the machine says {:.4f} {} where the model is at 0\n",
+    print_line("  zero       the machine reads {:.4f} {} where the model is at 0\n",
                in_unit(joint, fit.offset), unit(joint));
-    print_line("  scale      {:.6g} of the machine's per one of the model's\n", fit.scale);
+    print_line("  scale      {:.6g} machine units per model unit\n", fit.scale);
     print_line("  residuals ");
     for (const double residual : fit.residuals) print_line(" {:+.3f}", in_unit(joint, residual));
     print_line(" {}\n", unit(joint));
     if (std::abs(fit.scale - 1.0) > kScaleTolerance) {
       print_line(
-          "  warning    a scale cannot be put into geometry; give the driver {:.6g}, or look for a gear, a "
-          "wrong pulse "
-          "range, a slipped horn\n",
+          "  warning    a scale cannot be expressed in the description; set {:.6g} in the driver, or check "
+          "the gear ratio, the pulse range and the servo horn\n",
           fit.scale);
     }
     if (!fit.unwrapped.empty()) {
@@ -228,10 +226,11 @@ class Calibration {
         std::any_of(results_.begin(), results_.end(), [](const Result& r) { return !r.operations.empty(); });
     if (baked) {
       print_line(
-          "take the driver's offsets for these joints away: kept in both places they would count twice\n");
+          "remove the driver's offsets for these joints: in both places they would be applied twice\n");
       if (options_.limits == "keep") {
         print_line(
-            "the limits keep their numbers, now the machine's; --limits move keeps their places instead\n");
+            "the limits keep their values, now in machine angles; --limits move keeps their physical "
+            "positions instead\n");
       }
     }
   }
@@ -247,7 +246,7 @@ class Calibration {
       print_line("  </joint>\n");
     }
     print_line(
-        "the driver's rule: machine = direction * scale * model + offset; the description stays as it is\n");
+        "the driver computes machine = direction * scale * model + offset; the description is unchanged\n");
   }
 
   void print_offsets_json() const {
@@ -294,7 +293,7 @@ class Calibration {
     print_out(question);
     std::string line;
     if (!std::getline(std::cin, line))
-      throw InputError("calibrate.ended", {}, "the input ended in the middle");
+      throw InputError("calibrate.ended", {}, "the input ends before the measurements are complete");
     const std::size_t begin = line.find_first_not_of(" \t"), end = line.find_last_not_of(" \t\r");
     return begin == std::string::npos ? "" : line.substr(begin, end - begin + 1);
   }
@@ -305,7 +304,7 @@ class Calibration {
 
   void ask() {
     if (isatty(STDIN_FILENO) == 0) {
-      throw InputError("calibrate.nothing", {}, "no measurements were given",
+      throw InputError("calibrate.nothing", {}, "there are no measurements",
                        "give --measure \"JOINT: MODEL=MACHINE MODEL=MACHINE\", or --lerobot FILE");
     }
     asked_ = true;
@@ -331,16 +330,16 @@ class Calibration {
 
   void ask_poses(const std::string& name) {
     print_line(
-        "Put the model and the machine into the same pose, twice or more, at least 60 degrees apart.\n");
+        "Move the model and the machine to the same pose, at two or more poses at least 60 degrees apart.\n");
     std::string text = name + ":";
     for (int pose = 1;; ++pose) {
       const std::string model =
-          number_answer(fmt::format("  pose {}: the model says (degrees, mm; empty: fit): ", pose), true);
+          number_answer(fmt::format("  pose {}: model position (degrees, mm; empty: fit): ", pose), true);
       if (!model.empty()) {
-        text += " " + model + "=" + number_answer(fmt::format("  pose {}: the machine says: ", pose), false);
+        text += " " + model + "=" + number_answer(fmt::format("  pose {}: machine position: ", pose), false);
       } else if (pose == 1 || fitted(name, text)) {
         return;
-      } else if (!agreed("  measure more poses of it? The ones before stay.")) {
+      } else if (!agreed("  measure more poses of it? The previous ones are kept.")) {
         return;
       } else {
         --pose;
@@ -353,7 +352,7 @@ class Calibration {
     while (true) {
       std::string said = answer(question);
       if ((may_be_empty && said.empty()) || measured_number(said)) return said;
-      print_line("  '{}' is no number; write for instance 45 or -12.5\n", said);
+      print_line("  '{}' is not a number; enter for example 45 or -12.5\n", said);
     }
   }
 
@@ -384,21 +383,21 @@ class Calibration {
 void add_calibrate(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CalibrateOptions>();
   CLI::App* verb =
-      app.add_subcommand("calibrate", "Make the model's joint angles the machine's, from measurements");
+      app.add_subcommand("calibrate", "Calibrate the model's joint angles to the machine from measurements");
   add_target(*verb, options->words);
   verb->add_option("--measure", options->measure,
-                   "\"JOINT: MODEL=MACHINE MODEL=MACHINE ...\": what the model and what the machine say at "
-                   "the same pose, "
-                   "in degrees (mm for sliding joints); two or more, at least 60 degrees apart")
+                   "\"JOINT: MODEL=MACHINE MODEL=MACHINE ...\": positions of model and machine at the same "
+                   "pose, in degrees (mm for prismatic joints); two or more, at least 60 degrees apart")
       ->take_all();
   verb->add_option("--lerobot", options->lerobot,
-                   "A calibration JSON of LeRobot: the swept ranges are the measurements");
-  verb->add_option("--limits", options->limits, "keep: the limits' numbers stay; move: their places stay")
+                   "LeRobot calibration file (JSON): its swept ranges are the measurements");
+  verb->add_option("--limits", options->limits,
+                   "keep: limits keep their values; move: limits keep their physical positions")
       ->check(CLI::IsMember({"keep", "move"}));
   verb->add_flag("--as-offsets", options->as_offsets,
-                 "Print the driver's offsets instead; the description stays as it is");
-  verb->add_flag("--dry-run", options->dry_run, "Show the corrections, write nothing");
-  verb->add_flag("--json", options->json, "One JSON object on stdout");
+                 "Print driver offsets instead of correcting the description");
+  verb->add_flag("--dry-run", options->dry_run, "Print the corrections without writing them");
+  verb->add_flag("--json", options->json, "Print a JSON object to stdout");
   verb->footer(
       "Examples:\n"
       "  doppel calibrate my_arm.xacro                     (asks for joints and poses)\n"

@@ -36,7 +36,8 @@ unsigned chosen_profiles(const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end()) {
-      throw InputError("cli.use", {}, fmt::format("'{}' is no profile{}", name, did_you_mean(name, known)));
+      throw InputError("cli.use", {},
+                       fmt::format("'{}' is not a profile{}", name, did_you_mean(name, known)));
     }
     chosen |= name == "all" ? kAllProfiles : 1u << (at - known.begin());
   }
@@ -139,8 +140,8 @@ int check(const CheckOptions& o) {
     return 0;
   }
   if (o.words.empty()) {
-    throw InputError("cli.use", {}, "which description?",
-                     "doppel check TARGET, for instance doppel check omarm_one");
+    throw InputError("cli.use", {}, "no description is given",
+                     "run doppel check TARGET, for example doppel check omarm_one");
   }
   AuditOptions options;
   options.profiles = chosen_profiles(o.profiles);
@@ -157,31 +158,31 @@ void add_check(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CheckOptions>();
   CheckOptions& o = *options;
   CLI::App* verb =
-      app.add_subcommand("check", "Say what is wrong with a description, where, and how to fix it");
-  verb->add_option(
-      "TARGET", o.words,
-      "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or workspace, and "
-      "name:=value arguments for its xacro");
-  auto* json = verb->add_flag("--json", o.json, "Findings as JSON");
-  auto* sarif = verb->add_flag("--sarif", o.sarif, "Findings as SARIF 2.1.0, for code scanning");
-  auto* github = verb->add_flag("--github", o.github, "Findings as annotations of a GitHub workflow");
+      app.add_subcommand("check", "Report what is wrong with a description, where, and how to fix it");
+  verb->add_option("TARGET", o.words,
+                   "Name of a bundled robot, a .urdf or .xacro file, or a folder with a ROS package or "
+                   "workspace, and name:=value arguments for xacro");
+  auto* json = verb->add_flag("--json", o.json, "Print findings as JSON");
+  auto* sarif = verb->add_flag("--sarif", o.sarif, "Print findings as SARIF 2.1.0 for code scanning");
+  auto* github = verb->add_flag("--github", o.github, "Print findings as GitHub workflow annotations");
   json->excludes(sarif)->excludes(github);
   sarif->excludes(github);
   verb->add_option("--profile", o.profiles,
-                   "Only what concerns gazebo, moveit, mujoco, ros2_control; several with commas")
+                   "Report only what concerns gazebo, moveit, mujoco or ros2_control; comma-separated")
       ->delimiter(',');
-  verb->add_flag("--list-rules", o.list_rules, "Every rule with the failure it prevents");
-  verb->add_flag("--markdown", o.markdown, "With --list-rules: as docs/rules.md");
+  verb->add_flag("--list-rules", o.list_rules, "List every rule with the failure it prevents");
+  verb->add_flag("--markdown", o.markdown, "With --list-rules: print Markdown, as in docs/rules.md");
   verb->add_option("--datasheet", o.datasheet,
                    "Compare limits with a datasheet: a YAML file or the name of a bundled one");
   verb->add_option("--controllers", o.controllers,
-                   "The controllers' YAML, in place of the description's own");
-  verb->add_flag("--fix", o.fix, "Write every repair that there is only one of to the overlay");
-  verb->add_option("--color,--colour", o.colour, "auto, always or never")
+                   "Controllers' parameter file (YAML) to use instead of the description's own");
+  verb->add_flag("--fix", o.fix, "Write every unambiguous repair to the overlay");
+  verb->add_option("--color,--colour", o.colour, "Colour: auto, always or never")
       ->check(CLI::IsMember({"auto", "always", "never"}));
-  verb->add_flag("--rest", o.rest,
-                 "Also simulate a second without a command: what moves, oscillates or runs away is an error");
-  verb->add_flag("-q,--quiet", o.quiet, "Only the last line, with the counts");
+  verb->add_flag(
+      "--rest", o.rest,
+      "Also simulate one second without commands; a joint that moves, oscillates or diverges is an error");
+  verb->add_flag("-q,--quiet", o.quiet, "Print only the last line, with the counts");
   verb->callback([options, &exit_code] { exit_code = check(*options); });
 }
 

@@ -50,9 +50,9 @@ void check_joints(const std::filesystem::path& file, const std::vector<std::stri
   for (const std::string& name : joints) {
     if (std::ranges::find(driven, name) == driven.end() && model.find_joint(name) < 0)
       refuse_trajectory(file, fmt::format("the robot has no joint '{}'{}", name, did_you_mean(name, driven)),
-                        "name the robot's joints; `doppel tree` prints them");
+                        "use joint names of the robot; `doppel tree` prints them");
     if (std::ranges::count(joints, name) > 1)
-      refuse_trajectory(file, fmt::format("the joint '{}' is named twice", name), "name each joint once");
+      refuse_trajectory(file, fmt::format("the joint '{}' is listed twice", name), "list each joint once");
   }
 }
 
@@ -63,22 +63,24 @@ void check_point(const std::filesystem::path& file, std::size_t number,
   if (point.positions.size() != joints)
     refuse_trajectory(
         file, fmt::format("point {} has {} positions for {} joints", number, point.positions.size(), joints),
-        "give each point one position a joint");
+        "give one position per joint");
   if (!std::ranges::all_of(point.positions, [](double q) { return std::isfinite(q); }))
-    refuse_trajectory(file, fmt::format("a position of point {} is no finite number", number),
-                      "drives cannot follow it; write rad or m");
+    refuse_trajectory(file, fmt::format("a position of point {} is not a finite number", number),
+                      "write finite positions in rad or m");
   if (time < 0)
     refuse_trajectory(file, fmt::format("point {} is at {} s, before the start", number, time),
-                      "let time_from_start begin at 0 or later");
+                      "start time_from_start at 0 or later");
   if (!(time > last))
     refuse_trajectory(file, fmt::format("point {} is at {} s, not after the one before", number, time),
-                      "let time_from_start rise");
+                      "make time_from_start increase");
 }
 
 // A trajectory as `doppel topic pub` takes it.
 JointPath read_path(const std::filesystem::path& file, const Model& model) {
   std::ifstream in(file);
-  if (!in) refuse("cli.trajectory", fmt::format("there is no file '{}'", file.string()), "name a YAML file");
+  if (!in)
+    refuse("cli.trajectory", fmt::format("file '{}' does not exist", file.string()),
+           "give the path of a YAML file");
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   Bytes cdr;
   trajectory_msgs::msg::JointTrajectory trajectory;
@@ -92,7 +94,7 @@ JointPath read_path(const std::filesystem::path& file, const Model& model) {
   out.joints = trajectory.joint_names;
   check_joints(file, out.joints, model);
   if (out.joints.empty() || trajectory.points.empty())
-    refuse_trajectory(file, "the trajectory has no joints or no points, so that nothing would move",
+    refuse_trajectory(file, "the trajectory has no joints or no points, so nothing would move",
                       "write joint_names, and points with positions and time_from_start");
   for (const auto& point : trajectory.points) {
     const double time = point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec;
@@ -111,7 +113,7 @@ void warn_of_motion(const std::filesystem::path& file, const JointPath& path, do
   out.warning("cli.trajectory", make_location(file.string()),
               fmt::format("the trajectory takes {:g} s, of which the first {:g} are compared",
                           path.times.back(), duration),
-              fmt::format("--duration {:g} takes it whole", std::ceil(path.times.back())));
+              fmt::format("--duration {:g} covers all of it", std::ceil(path.times.back())));
   print_diagnostics(out);
 }
 
@@ -135,12 +137,11 @@ Chosen chosen_scenarios(const std::vector<std::string>& names) {
       out.motions.push_back(MotionKind::path);
       out.trajectory = names[++i];
     } else if (names[i] == "trajectory") {
-      refuse("cli.scenario", "--scenario trajectory needs the file of the trajectory",
+      refuse("cli.scenario", "--scenario trajectory needs a trajectory file",
              "write --scenario trajectory FILE.yaml");
     } else if (motion == std::end(kMotions)) {
-      refuse("cli.scenario",
-             fmt::format("there is no scenario '{}'{}", names[i], did_you_mean(names[i], known)),
-             "choose among statics, smooth, fall, hold, move and trajectory FILE");
+      refuse("cli.scenario", fmt::format("unknown scenario '{}'{}", names[i], did_you_mean(names[i], known)),
+             "choose one of statics, smooth, fall, hold, move and trajectory FILE");
     } else {
       out.motions.push_back(*motion);
     }
@@ -162,13 +163,12 @@ std::vector<std::string> chosen_engines(const std::vector<std::string>& asked) {
   for (const std::string& name : out) {
     static_cast<void>(engine_module(name));  // refuses what is not there
     if (std::ranges::count(out, name) > 1)
-      refuse("cli.engines",
-             fmt::format("the engine '{}' is named twice; it differs from itself by nothing", name),
-             "name different ones; `doppel engines` lists them");
+      refuse("cli.engines", fmt::format("the engine '{}' is listed twice; there is nothing to compare", name),
+             "list different engines; `doppel engines` prints them");
   }
   if (out.size() < 2) {
-    refuse("cli.engines", fmt::format("there is one engine to compare: {}", fmt::join(out, ", ")),
-           "name two with --engines a,b; `doppel engines` says what to install for more");
+    refuse("cli.engines", fmt::format("there is only one engine to compare: {}", fmt::join(out, ", ")),
+           "list two with --engines a,b; `doppel engines` prints what to install for more");
   }
   return out;
 }
@@ -228,32 +228,30 @@ void add_compare_engines(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<CompareVerb>();
   CLI::App* verb = app.add_subcommand(
       "compare-engines",
-      "Run the same robot, world and commands in several physics engines and say what differs");
+      "Run the same robot, world and commands in several physics engines and report differences");
   add_described_by(*verb, options->robot);
-  verb->add_option(
-          "--scenario", options->scenarios,
-          "statics (poses and efforts without time), smooth (a fall without drives, friction, limits, "
-          "contacts), fall, hold, move (a quintic), or trajectory FILE; several with commas; all but "
-          "the last if left out")
+  verb->add_option("--scenario", options->scenarios,
+                   "statics (poses and efforts without time), smooth (a fall without drives, friction, "
+                   "limits, contacts), fall, hold, move (a quintic), or trajectory FILE; comma-separated; "
+                   "default: all but the last")
       ->delimiter(',');
-  verb->add_option("--engines", options->engines, "At least two, with commas; all that are there if left out")
+  verb->add_option("--engines", options->engines, "At least two, comma-separated (default: all available)")
       ->delimiter(',')
       ->type_name("A,B");
-  verb->add_option("--world", options->world, "A world file (YAML)");
+  verb->add_option("--world", options->world, "World file (YAML)");
   verb->add_option("--duration", options->duration, "Simulated seconds of each motion")
       ->type_name("S")
       ->capture_default_str();
-  verb->add_option("--tool", options->tool, "The link whose way is compared too; found by name if left out")
+  verb->add_option("--tool", options->tool, "Link whose path is compared too (default: found by name)")
       ->type_name("LINK");
-  verb->add_option("--plot", options->plot, "Draw each motion (SVG) into this folder")->type_name("DIR");
-  verb->add_flag("--json", options->json, "One object on stdout, in rad, m, s, N m, N");
+  verb->add_option("--plot", options->plot, "Write a plot of each motion (SVG) to this folder")
+      ->type_name("DIR");
+  verb->add_flag("--json", options->json, "Print a JSON object to stdout, in rad, m, s, N m, N");
   verb->footer(
-      "Each difference stands beside what each engine errs by itself, from its motion at half the step. "
-      "Exits with 1\n"
-      "where a difference is unexplained.\n"
-      "Examples:\n  doppel compare-engines omarm_one\n"
-      "  doppel compare-engines my_arm.urdf --scenario statics --json\n"
-      "  doppel compare-engines my_arm.urdf --scenario trajectory pick.yaml --plot curves");
+      "Each difference is printed with each engine's own error, estimated at half the step. Exit code 1: a "
+      "difference is\nunexplained.\nExamples:\n  doppel compare-engines omarm_one\n  doppel compare-engines "
+      "my_arm.urdf --scenario statics --json\n  doppel compare-engines my_arm.urdf --scenario trajectory "
+      "pick.yaml --plot curves");
   verb->callback([options, &exit_code] { exit_code = run_compare(*options); });
 }
 

@@ -33,13 +33,12 @@ std::string find_manager(Client& twin, const std::string& asked) {
   if (managers.size() > 1)
     throw_usage_error(
         fmt::format("there are {} controller managers: {}", managers.size(), fmt::join(managers, ", ")),
-        fmt::format("say which is meant: --ns ROBOT, or --controller-manager {}", managers.front()));
+        fmt::format("choose one with --ns ROBOT or --controller-manager {}", managers.front()));
   return managers.empty() ? absolute("controller_manager") : managers.front();
 }
 
 void declare_manager(CLI::App& verb, std::string& manager) {
-  verb.add_option("-c,--controller-manager", manager,
-                  "Name of the controller manager; default: the only one there is");
+  verb.add_option("-c,--controller-manager", manager, "Controller manager node name (default: the only one)");
 }
 
 std::vector<msg::ControllerState> list_controllers(Client& twin, const std::string& manager) {
@@ -166,7 +165,7 @@ std::string state_of(Client& twin, const ControlOptions& options, const std::str
   throw ClientError(
       std::ranges::find(names, options.name) == names.end()
           ? fmt::format("no controller '{}' is declared{}", options.name, did_you_mean(options.name, names))
-          : fmt::format("{} could not be loaded; /rosout and the twin's own terminal say why", options.name));
+          : fmt::format("cannot load {}; /rosout and the twin's terminal give the reason", options.name));
 }
 
 [[noreturn]] void not_loaded(Client& twin, const ControlOptions& options, const std::string& name) {
@@ -184,7 +183,7 @@ void switch_to(Client& twin, const ControlOptions& options, const std::vector<st
   request.activate_asap = options.as_soon_as_possible;
   const auto response = call<srv::SwitchController>(twin, service(options, "switch_controller"), request);
   if (!response.ok) {
-    throw ClientError(response.message.empty() ? "the controllers could not be switched" : response.message);
+    throw ClientError(response.message.empty() ? "cannot switch the controllers" : response.message);
   }
 }
 
@@ -195,7 +194,7 @@ void bring_to_state(Client& twin, const ControlOptions& options, const std::stri
   if (state == "unconfigured" && wanted != "unconfigured") {
     if (!call<srv::ConfigureController>(twin, service(options, "configure_controller"), {name}).ok) {
       throw ClientError(
-          fmt::format("{} could not be configured; /rosout and the twin's own terminal say why", name));
+          fmt::format("cannot configure {}; /rosout and the twin's terminal give the reason", name));
     }
     state = "inactive";
   }
@@ -212,7 +211,7 @@ int load_controllers(Shell& shell, const ControlOptions& options) {
   Client& twin = shell.twin();
   const std::string before = state_of(twin, options, options.name);
   if (!before.empty() && (before == options.state || options.state.empty())) {
-    print_line("{} is loaded and {} already\n", options.name, before);
+    print_line("{} is already loaded and {}\n", options.name, before);
     return 0;
   }
   if (before.empty()) {
@@ -238,7 +237,7 @@ int set_state(Shell& shell, const ControlOptions& options) {
   const std::string before = state_of(twin, options, options.name);
   if (before.empty()) not_loaded(twin, options, options.name);
   if (before == options.state) {
-    print_line("{} is {} already\n", options.name, before);
+    print_line("{} is already {}\n", options.name, before);
     return 0;
   }
   bring_to_state(twin, options, options.name, before, options.state);
@@ -249,10 +248,11 @@ int set_state(Shell& shell, const ControlOptions& options) {
 int switch_controllers(Shell& shell, const ControlOptions& options) {
   using Request = srv::SwitchController::Request;
   if (options.activate.empty() && options.deactivate.empty()) {
-    throw_usage_error("there is nothing to switch", "name controllers after --activate or --deactivate");
+    throw_usage_error("there are no controllers to switch",
+                      "list controllers after --activate or --deactivate");
   }
   if (options.strict && options.best_effort)
-    throw_usage_error("--strict and --best-effort exclude each other");
+    throw_usage_error("--strict and --best-effort are mutually exclusive");
   Client& twin = shell.twin();
   for (const auto* names : {&options.activate, &options.deactivate}) {
     for (const std::string& name : *names) {
@@ -269,7 +269,7 @@ int unload(Shell& shell, const ControlOptions& options) {
   Client& twin = shell.twin();
   if (state_of(twin, options, options.name).empty()) not_loaded(twin, options, options.name);
   if (!call<srv::UnloadController>(twin, service(options, "unload_controller"), {options.name}).ok) {
-    throw ClientError(fmt::format("{} could not be unloaded; is it active still?", options.name));
+    throw ClientError(fmt::format("cannot unload {}; is it still active?", options.name));
   }
   print_line("Successfully unloaded controller {}\n", options.name);
   return 0;
@@ -290,22 +290,22 @@ void declare_only_manager(CLI::App& verb, ControlOptions& options) {
 
 void declare_listing(CLI::App& verb, ControlOptions& options) {
   declare_manager(verb, options.manager);
-  verb.add_flag("-v,--verbose", options.verbose, "With interfaces");
+  verb.add_flag("-v,--verbose", options.verbose, "Show their interfaces");
 }
 
 void declare_controller(CLI::App& verb, ControlOptions& options) {
   declare_manager(verb, options.manager);
-  verb.add_option("controller", options.name, "Name of the controller")->required();
+  verb.add_option("controller", options.name, "Controller name")->required();
 }
 
 void add_changes(CLI::App& group, int& exit_code) {
   add_verb<ControlOptions>(
-      group, "load_controller", "Load a controller, and bring it to a state",
+      group, "load_controller", "Load a controller and set its state",
       "doppel control load_controller --set-state active joint_state_broadcaster", exit_code,
       [](CLI::App& verb, ControlOptions& options) {
         declare_controller(verb, options);
-        verb.add_option("type", options.type, "Its type, where the controllers' YAML has none");
-        verb.add_option("--set-state", options.state, "inactive or active")
+        verb.add_option("type", options.type, "Controller type, if the parameter file does not declare it");
+        verb.add_option("--set-state", options.state, "Target state: inactive or active")
             ->check(CLI::IsMember({"inactive", "active"}));
       },
       with_manager(load_controllers));
@@ -314,26 +314,27 @@ void add_changes(CLI::App& group, int& exit_code) {
       "doppel control set_controller_state omarm_arm_controller inactive", exit_code,
       [](CLI::App& verb, ControlOptions& options) {
         declare_controller(verb, options);
-        verb.add_option("state", options.state, "inactive or active")
+        verb.add_option("state", options.state, "Target state: inactive or active")
             ->required()
             ->check(CLI::IsMember({"inactive", "active"}));
       },
       with_manager(set_state));
   add_verb<ControlOptions>(
-      group, "switch_controllers", "Activate some controllers and deactivate others at once",
+      group, "switch_controllers", "Activate and deactivate controllers in one switch",
       "doppel control switch_controllers --activate pid --deactivate omarm_arm_controller --strict",
       exit_code,
       [](CLI::App& verb, ControlOptions& options) {
         declare_manager(verb, options.manager);
         verb.add_option("--activate,--start", options.activate, "Controllers to activate");
         verb.add_option("--deactivate,--stop", options.deactivate, "Controllers to deactivate");
-        verb.add_flag("--strict", options.strict, "All of it or nothing");
-        verb.add_flag("--best-effort", options.best_effort, "As much as can be (the default)");
+        verb.add_flag("--strict", options.strict, "Switch all controllers or none");
+        verb.add_flag("--best-effort", options.best_effort,
+                      "Switch the controllers that can be switched (default)");
         verb.add_flag("--activate-asap,--start-asap", options.as_soon_as_possible,
-                      "As soon as their hardware is ready");
+                      "Activate as soon as the hardware is ready");
       },
       with_manager(switch_controllers));
-  add_verb<ControlOptions>(group, "unload_controller", "Unload a controller that is not active",
+  add_verb<ControlOptions>(group, "unload_controller", "Unload an inactive controller",
                            "doppel control unload_controller pid", exit_code, declare_controller,
                            with_manager(unload));
 }
@@ -341,17 +342,17 @@ void add_changes(CLI::App& group, int& exit_code) {
 }  // namespace
 
 void add_control(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "control", "The controller manager: controllers and hardware");
-  add_verb<ControlOptions>(group, "list_controllers", "The controllers that are loaded, and their states",
+  CLI::App& group = add_group(app, "control", "Query and switch controllers and hardware");
+  add_verb<ControlOptions>(group, "list_controllers", "List loaded controllers and their states",
                            "doppel control list_controllers -v", exit_code, declare_listing,
                            with_manager(controllers));
-  add_verb<ControlOptions>(group, "list_controller_types", "The types of controllers that can be loaded",
+  add_verb<ControlOptions>(group, "list_controller_types", "List the controller types that can be loaded",
                            "doppel control list_controller_types", exit_code, declare_only_manager,
                            with_manager(controller_types));
-  add_verb<ControlOptions>(group, "list_hardware_interfaces", "What can be commanded and what is measured",
+  add_verb<ControlOptions>(group, "list_hardware_interfaces", "List command and state interfaces",
                            "doppel control list_hardware_interfaces", exit_code, declare_only_manager,
                            with_manager(hardware_interfaces));
-  add_verb<ControlOptions>(group, "list_hardware_components", "The hardware and its state",
+  add_verb<ControlOptions>(group, "list_hardware_components", "List hardware components and their states",
                            "doppel control list_hardware_components -v", exit_code, declare_listing,
                            with_manager(hardware_components));
   add_changes(group, exit_code);

@@ -45,15 +45,14 @@ std::string choose_format(const ConvertOptions& options) {
     const std::string extension = lowered(fs::path(options.out).extension().string());
     wanted = extension == ".xml" ? "mjcf" : extension.empty() ? "" : extension.substr(1);
     if (wanted.empty()) {
-      throw InputError("cli.format", {}, "what to convert to is not given",
+      throw InputError("cli.format", {}, "no output format is given",
                        "add --to urdf, sdf, mjcf or srdf, or name a file with such an extension with -o");
     }
   }
   if (std::find(kFormats.begin(), kFormats.end(), wanted) == kFormats.end()) {
-    throw InputError(
-        "cli.format", {},
-        fmt::format("'{}' is no format that can be written{}", wanted, did_you_mean(wanted, kFormats)),
-        "--to takes urdf, sdf, mjcf or srdf");
+    throw InputError("cli.format", {},
+                     fmt::format("'{}' is not an output format{}", wanted, did_you_mean(wanted, kFormats)),
+                     "--to takes urdf, sdf, mjcf or srdf");
   }
   return wanted;
 }
@@ -67,7 +66,7 @@ void report_absolute_paths(const std::string& text, const std::string& out) {
 // On stderr, and only where somebody looks at it.
 bool print_progress(double done) {
   if (isatty(STDERR_FILENO) != 0) {
-    print_stderr("\r  looking for collisions {:3.0f} %{}", 100 * done, done < 1 ? "" : "\n");
+    print_stderr("\r  checking collisions {:3.0f} %{}", 100 * done, done < 1 ? "" : "\n");
     std::fflush(stderr);
   }
   return !interrupted.load();
@@ -139,30 +138,29 @@ void add_convert(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ConvertOptions>();
   CLI::App* verb = app.add_subcommand("convert", "Write the description as URDF, SDF, MJCF or SRDF");
   add_target(*verb, options->target);
-  verb->add_option("--to", options->format, "urdf, sdf, mjcf or srdf; else by OUT's extension")
+  verb->add_option("--to", options->format, "urdf, sdf, mjcf or srdf (default: by the extension of OUT)")
       ->type_name("FORMAT");
-  verb->add_option("-o,--out", options->out, "The file to write, whole or not at all; else stdout")
+  verb->add_option("-o,--out", options->out, "Output file, replaced atomically (default: stdout)")
       ->type_name("OUT");
   verb->add_flag("--copy-meshes{meshes}", options->copy_meshes,
-                 "Copy the meshes beside OUT, into meshes/ or with --copy-meshes=DIR another folder");
+                 "Copy the meshes next to OUT, into meshes/ or the folder of --copy-meshes=DIR");
   verb->add_flag("--package-uris", options->package_uris,
-                 "URDF, SDF: package://... instead of relative paths");
-  verb->add_option("--base", options->base,
-                   "MJCF: how a robot without a link 'world' stands: fixed or floating")
+                 "URDF, SDF: write package:// URIs instead of relative paths");
+  verb->add_option("--base", options->base, "MJCF: base of a robot without a link 'world': fixed or floating")
       ->check(CLI::IsMember({"fixed", "floating"}));
-  verb->add_option("--samples", options->samples, "SRDF: how many configurations are tried for collisions")
+  verb->add_option("--samples", options->samples,
+                   "SRDF: number of random configurations checked for collisions")
       ->check(CLI::Range(0, 100'000'000));
-  verb->add_option("--seed", options->seed, "SRDF: of the configurations; the same seed gives the same file");
-  verb->add_flag("--hulls", options->hulls, "SRDF: convex hulls instead of the meshes' triangles; faster");
-  verb->add_option("--controllers", options->controllers, "SRDF: the controllers' YAML that tells the groups")
+  verb->add_option("--seed", options->seed, "SRDF: random seed; the same seed gives the same file");
+  verb->add_flag("--hulls", options->hulls, "SRDF: use convex hulls instead of triangle meshes; faster");
+  verb->add_option("--controllers", options->controllers,
+                   "SRDF: controllers' parameter file (YAML) that defines the groups")
       ->type_name("FILE");
   verb->footer(
-      "Examples:\n"
-      "  doppel convert my_arm.urdf.xacro use_sim:=true -o build/my_arm.urdf --copy-meshes\n"
-      "  doppel convert omarm_one -o omarm.sdf\n"
-      "  doppel convert omarm_one -o omarm.xml        # MJCF\n"
-      "  doppel convert omarm_one --to srdf --samples 100000 -o omarm.srdf\n"
-      "What is carried over, and what is not: docs/convert.md");
+      "Examples:\n  doppel convert my_arm.urdf.xacro use_sim:=true -o build/my_arm.urdf --copy-meshes\n  "
+      "doppel convert omarm_one -o omarm.sdf\n  doppel convert omarm_one -o omarm.xml        # MJCF\n  "
+      "doppel convert omarm_one --to srdf --samples 100000 -o omarm.srdf\nWhat is converted, and what is "
+      "not: docs/convert.md");
   verb->callback([options, &exit_code] { exit_code = run_convert(*options); });
 }
 

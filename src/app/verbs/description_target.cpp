@@ -15,8 +15,8 @@ namespace doppel::app {
 
 void add_target(CLI::App& verb, std::vector<std::string>& words, bool required) {
   verb.add_option("TARGET", words,
-                  "A bundled robot's name, a .urdf or .xacro file, or the folder of a ROS package or "
-                  "workspace, and name:=value arguments for its xacro")
+                  "Name of a bundled robot, a .urdf or .xacro file, or a folder with a ROS package or "
+                  "workspace, and name:=value arguments for xacro")
       ->required(required);
 }
 
@@ -24,7 +24,7 @@ std::pair<std::string, std::string> split_argument(const std::string& text) {
   const std::size_t at = text.find(":=");
   if (at == std::string::npos || at == 0) {
     throw InputError("cli.argument", {}, fmt::format("'{}' is not of the form name:=value", text),
-                     "write for instance use_sim:=true");
+                     "write for example use_sim:=true");
   }
   return {text.substr(0, at), text.substr(at + 2)};
 }

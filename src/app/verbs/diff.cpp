@@ -120,19 +120,18 @@ int run_diff(const DiffOptions& options) {
 void add_diff(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<DiffOptions>();
   CLI::App* verb = app.add_subcommand("diff", "Compare two descriptions by what they mean");
-  verb->add_option("A", options->a, "A bundled robot's name, a .urdf or .xacro file, or a package's folder")
+  verb->add_option("A", options->a, "Name of a bundled robot, a .urdf or .xacro file, or a package folder")
       ->required();
-  verb->add_option("B", options->b, "What to compare it with")->required();
-  verb->add_option("--set", options->arguments, "An argument for the xacro of both, name:=value")->take_all();
-  verb->add_flag("--raw", options->raw, "Compare the files as they are, without their overlays");
-  verb->add_flag("--json", options->json, "One JSON object on stdout");
-  verb->add_option("--color", options->color, "auto, always or never")
+  verb->add_option("B", options->b, "Description to compare it with")->required();
+  verb->add_option("--set", options->arguments, "xacro argument for both, name:=value")->take_all();
+  verb->add_flag("--raw", options->raw, "Compare without overlays");
+  verb->add_flag("--json", options->json, "Print a JSON object to stdout");
+  verb->add_option("--color", options->color, "Colour: auto, always or never")
       ->check(CLI::IsMember({"auto", "always", "never"}));
   verb->footer(
-      "Exit code: 0 the same machine, 1 it differs, 2 one cannot be read.\n"
-      "Examples:\n"
-      "  doppel diff exported/arm.urdf my_arm.xacro\n"
-      "  doppel diff robots/omarm_one/export/urdf/omarm.xacro omarm_one --color always | less -R");
+      "Exit code: 0 no difference, 1 they differ, 2 one cannot be read.\nExamples:\n  doppel diff "
+      "exported/arm.urdf my_arm.xacro\n  doppel diff robots/omarm_one/export/urdf/omarm.xacro omarm_one "
+      "--color always | less -R");
   verb->callback([options, &exit_code] { exit_code = run_diff(*options); });
 }
 

@@ -65,7 +65,7 @@ Status parse_path(std::string_view path, std::vector<Step>& steps) {
       std::size_t index = 0;
       const auto [end, problem] = std::from_chars(part.data() + 1, part.data() + part.size(), index);
       if (part.front() != '[' || problem != std::errc() || end == part.data() + part.size() || *end != ']') {
-        return Status::refused(fmt::format("'{}' is no path of a field; write name[0].name", path));
+        return Status::refused(fmt::format("'{}' is not a field path; write name[0].name", path));
       }
       step.indices.push_back(index);
       part.remove_prefix(static_cast<std::size_t>(end + 1 - part.data()));
@@ -134,7 +134,7 @@ Status check_field_path(const TypeDescription& type, std::string_view path) {
   const TypeDescription* at = &type;
   for (const Step& step : steps) {
     if (at == nullptr)
-      return Status::refused(fmt::format("'{}': what stands before '{}' has no fields", path, step.name));
+      return Status::refused(fmt::format("'{}': the part before '{}' has no fields", path, step.name));
     const FieldDescription* field = find_field(*at, step.name);
     if (field == nullptr) {
       std::vector<std::string> names;
@@ -143,7 +143,7 @@ Status check_field_path(const TypeDescription& type, std::string_view path) {
           fmt::format("{} has no field '{}'{}", at->name, step.name, did_you_mean(step.name, names)));
     }
     const std::size_t lists = field->shape == FieldShape::single ? 0 : 1;
-    if (step.indices.size() > lists) return Status::refused(fmt::format("'{}' is no list", step.name));
+    if (step.indices.size() > lists) return Status::refused(fmt::format("'{}' is not a list", step.name));
     at = step.indices.size() == lists ? field->type : nullptr;
   }
   return {};
@@ -161,7 +161,7 @@ Status field_as_yaml(const TypeDescription& type, std::span<const std::byte> cdr
     at = &*std::ranges::find(at->children, step.name, &Value::name);
     for (const std::size_t index : step.indices) {
       if (index >= at->children.size()) {
-        return Status::refused(fmt::format("{} has {} elements; there is none with index {}", step.name,
+        return Status::refused(fmt::format("{} has {} elements; index {} is out of range", step.name,
                                            at->children.size(), index));
       }
       at = &at->children[index];

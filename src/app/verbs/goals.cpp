@@ -63,7 +63,7 @@ ActionGoal::ActionGoal(Client& twin, std::string action, const ActionSupport& ty
       call_raw(twin_, action_ + std::string(kSendGoal), with_id(id_, goal_cdr.subspan(kCdrHead)));
   if (response.size() <= kCdrHead || response[kCdrHead] == std::byte{0}) {
     throw ClientError(
-        fmt::format("{} refused the goal; /rosout and the twin's own terminal say why", action_));
+        fmt::format("{} refused the goal; /rosout and the twin's terminal give the reason", action_));
   }
   result_call_ = twin_.begin_call(action_ + "/_action/get_result", with_id(id_, {}));
 }

@@ -150,9 +150,9 @@ int run_info(const RobotInfoOptions& options) {
 
 void add_info(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<RobotInfoOptions>();
-  CLI::App* verb = app.add_subcommand("info", "A description on one screen");
+  CLI::App* verb = app.add_subcommand("info", "Print a summary of a description");
   add_target(*verb, options->target);
-  verb->add_flag("--json", options->json, "One object on stdout, in SI units");
+  verb->add_flag("--json", options->json, "Print a JSON object to stdout, in SI units");
   verb->footer("Example:\n  doppel info omarm_one");
   verb->callback([options, &exit_code] { exit_code = run_info(*options); });
 }

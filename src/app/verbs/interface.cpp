@@ -23,8 +23,9 @@ int show_interface(Shell&, const ShowOptions& options) {
     std::vector<std::string> names = type_names();
     for (const auto& more : {service_names(), action_names()})
       names.insert(names.end(), more.begin(), more.end());
-    throw_usage_error(fmt::format("'{}' is no known type{}", options.type, did_you_mean(options.type, names)),
-                      "'doppel interface list' shows all");
+    throw_usage_error(
+        fmt::format("'{}' is not a known type{}", options.type, did_you_mean(options.type, names)),
+        "'doppel interface list' prints all of them");
   }
   return 0;
 }
@@ -43,16 +44,17 @@ int list_interfaces(Shell&, const NoOptions&) {
 }  // namespace
 
 void add_interface(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "interface", "Types of messages, services and actions");
+  CLI::App& group = add_group(app, "interface", "Show message, service and action types");
   add_verb<ShowOptions>(
-      group, "show", "The fields of a type", "doppel interface show sensor_msgs/msg/JointState", exit_code,
+      group, "show", "Print the fields of a type", "doppel interface show sensor_msgs/msg/JointState",
+      exit_code,
       [](CLI::App& verb, ShowOptions& options) {
-        verb.add_option("type", options.type, "Name of the type")->required();
+        verb.add_option("type", options.type, "Type name")->required();
       },
       show_interface);
   add_verb<NoOptions>(
-      group, "list", "The types that are known", "doppel interface list", exit_code,
-      [](CLI::App&, NoOptions&) {}, list_interfaces);
+      group, "list", "List the known types", "doppel interface list", exit_code, [](CLI::App&, NoOptions&) {},
+      list_interfaces);
 }
 
 }  // namespace doppel::app

@@ -47,8 +47,8 @@ std::string masses_as_json(const std::string& robot, const MassReport& report, d
 
 int run_mass(const MassOptions& options) {
   if (options.measured < 0 || !std::isfinite(options.measured)) {
-    throw InputError("cli.measured", {}, "--measured has to be a positive number of kilograms",
-                     "what the scale says of the whole robot, for instance --measured 1.283");
+    throw InputError("cli.measured", {}, "--measured must be a positive number of kilograms",
+                     "give the measured mass of the whole robot, for example --measured 1.283");
   }
   DescriptionTarget target = open_target(options.target);
   const RobotDescription robot = load_target(target).robot;
@@ -69,11 +69,10 @@ int run_mass(const MassOptions& options) {
 
 void add_mass(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<MassOptions>();
-  CLI::App* verb = app.add_subcommand("mass", "Masses, centres and inertias, and the load of the joints");
+  CLI::App* verb = app.add_subcommand("mass", "Print masses, centres of mass, inertias and joint loads");
   add_target(*verb, options->target);
-  verb->add_option("--measured", options->measured, "What a scale says of the whole robot, kg")
-      ->type_name("KG");
-  verb->add_flag("--json", options->json, "One object on stdout, in kg, m, N m");
+  verb->add_option("--measured", options->measured, "Measured mass of the whole robot, kg")->type_name("KG");
+  verb->add_flag("--json", options->json, "Print a JSON object to stdout, in kg, m, N m");
   verb->footer("Examples:\n  doppel mass omarm_one\n  doppel mass my_arm.urdf --measured 1.283");
   verb->callback([options, &exit_code] { exit_code = run_mass(*options); });
 }

@@ -14,7 +14,7 @@ void check_duration(double seconds) {
   throw InputError(
       "cli.duration", {},
       fmt::format("--duration is {} s, but must be above 0 and at most {}", seconds, kMaxDuration),
-      "two seconds show most of it; a chaotic motion shows no more after that");
+      "two seconds are usually enough; a chaotic motion gives no more information after that");
 }
 
 MotionSubject motion_subject(CompiledScenario& machine) {

@@ -33,7 +33,7 @@ struct MoveOptions {
 std::pair<std::string, double> parse_target(const std::string& text) {
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos || equals == 0) {
-    throw_usage_error(fmt::format("'{}' is no target", text),
+    throw_usage_error(fmt::format("'{}' is not a target position", text),
                       "write \"Joint=1.2\" (rad or m) or \"Joint=90deg\"");
   }
   std::string_view number = std::string_view(text).substr(equals + 1);
@@ -43,7 +43,7 @@ std::pair<std::string, double> parse_target(const std::string& text) {
   const std::string_view unit = number.substr(static_cast<std::size_t>(end - number.data()));
   const bool known_unit = unit.empty() || unit == "rad" || unit == "m" || unit == "deg";
   if (problem != std::errc() || !known_unit || !std::isfinite(value)) {
-    throw_usage_error(fmt::format("'{}' is no position in '{}'", number, text),
+    throw_usage_error(fmt::format("'{}' is not a position in '{}'", number, text),
                       "write 1.2 (rad or m) or 90deg");
   }
   return {text.substr(0, equals), unit == "deg" ? value * std::numbers::pi / 180 : value};
@@ -118,7 +118,7 @@ Positions present_positions(Client& twin, const std::string& topic) {
   Client::Received message;
   if (!twin.next(message, Clock::now() + std::chrono::seconds(2))) {
     throw ClientError(fmt::format(
-        "nothing comes over {}; is the twin paused, or the joint_state_broadcaster inactive?", topic));
+        "no message arrives on {}; is the twin paused, or the joint_state_broadcaster inactive?", topic));
   }
   Positions positions;
   take_positions(message, positions);
@@ -134,7 +134,7 @@ Bytes make_goal(const Mover& mover, const Positions& present, double seconds) {
     const auto now = present.find(joint);
     if (target == mover.targets.end() && now == present.end()) {
       throw ClientError(
-          fmt::format("joint_states says nothing of '{}', which {} moves too", joint, mover.controller));
+          fmt::format("joint_states does not contain '{}', which {} moves too", joint, mover.controller));
     }
     point.positions.push_back(target != mover.targets.end() ? target->second : now->second);
   }
@@ -201,7 +201,7 @@ void wait_for_all(Client& twin, std::vector<Running>& running, const Positions& 
 int report_moves(const std::vector<Running>& running, const Positions& targets, const Positions& positions) {
   for (const auto& [joint, target] : targets) {
     const auto found = positions.find(joint);
-    if (found != positions.end()) print_line("{}: {:.4f} (wanted {:.4f})\n", joint, found->second, target);
+    if (found != positions.end()) print_line("{}: {:.4f} (target {:.4f})\n", joint, found->second, target);
   }
   int exit_code = 0;
   for (const Running& r : running) {
@@ -218,7 +218,7 @@ int move(Shell& shell, const MoveOptions& options) {
   for (const std::string& text : options.targets) {
     const auto [joint, position] = parse_target(text);
     if (!targets.emplace(joint, position).second)
-      throw_usage_error(fmt::format("'{}' has two targets", joint));
+      throw_usage_error(fmt::format("'{}' has two target positions", joint));
   }
   Client& twin = shell.twin();
   // Controllers and their topics are in the manager's namespace.
@@ -253,18 +253,18 @@ int move(Shell& shell, const MoveOptions& options) {
 
 void add_move(CLI::App& app, int& exit_code) {
   add_verb<MoveOptions>(
-      app, "move", "Move joints, and wait until they are there",
+      app, "move", "Move joints and wait until they reach their targets",
       R"(doppel move "Revolute 2=1.2" "Revolute 3=45deg" --in 3)", exit_code,
       [](CLI::App& verb, MoveOptions& options) {
         verb.add_option("targets", options.targets,
-                        "JOINT=POSITION in rad or m, or 90deg; others stay where they are")
+                        "JOINT=POSITION in rad or m, or 90deg; other joints hold their position")
             ->required();
-        verb.add_option("--in", options.seconds, "How long it takes, in simulated seconds (default 2)")
+        verb.add_option("--in", options.seconds, "Duration of the motion, in simulated seconds (default 2)")
             ->check(CLI::PositiveNumber);
         verb.add_option("--controller", options.controller,
-                        "The trajectory controller; default: whose joints they are");
+                        "Trajectory controller (default: the one that commands the joints)");
         declare_manager(verb, options.manager);
-        verb.add_flag("--no-wait", options.no_wait, "Do not wait for the end");
+        verb.add_flag("--no-wait", options.no_wait, "Do not wait for the result");
       },
       move);
 }

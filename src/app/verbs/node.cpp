@@ -51,8 +51,7 @@ int show_node(Shell& shell, const NodeOptions& options) {
   const std::string node = find_node_name(twin, options.node);
   const std::vector<std::string> all = twin.nodes();
   if (const auto count = std::ranges::count(all, node); count > 1)
-    print_note(
-        fmt::format("warning: there are {} nodes of the name {}; what follows is of all", count, node));
+    print_note(fmt::format("warning: {} nodes have the name {}; the output covers all of them", count, node));
   const bool hidden = options.hidden;
   print_line("{}\n", node);
   print_part("Subscribers", twin.topics(), &Client::Topic::subscribers, node, hidden);
@@ -67,20 +66,20 @@ int show_node(Shell& shell, const NodeOptions& options) {
 }  // namespace
 
 void add_node(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "node", "The nodes of the twin, or of the ROS 2 graph");
+  CLI::App& group = add_group(app, "node", "Show nodes of the twin or of the ROS 2 graph");
   add_verb<NodeOptions>(
-      group, "list", "The nodes there are", "doppel node list", exit_code,
+      group, "list", "List nodes", "doppel node list", exit_code,
       [](CLI::App& verb, NodeOptions& options) {
-        verb.add_flag("-a,--all", options.hidden, "Hidden ones (other shells) too");
-        verb.add_flag("-c,--count-nodes", options.count, "Only their number");
+        verb.add_flag("-a,--all", options.hidden, "Include hidden nodes (other shells)");
+        verb.add_flag("-c,--count-nodes", options.count, "Print only their number");
       },
       list_nodes);
   add_verb<NodeOptions>(
-      group, "info", "What a node publishes, hears and serves", "doppel node info /controller_manager",
-      exit_code,
+      group, "info", "Print publishers, subscriptions, services and actions of a node",
+      "doppel node info /controller_manager", exit_code,
       [](CLI::App& verb, NodeOptions& options) {
-        verb.add_option("node", options.node, "Name of the node")->required();
-        verb.add_flag("--include-hidden", options.hidden, "Hidden topics and services too");
+        verb.add_option("node", options.node, "Node name")->required();
+        verb.add_flag("--include-hidden", options.hidden, "Include hidden topics and services");
       },
       show_node);
 }

@@ -20,8 +20,8 @@ void deliver(std::string_view text, const std::string& file) {
     if (written < 0 && errno == EPIPE) return;
     if (written < 0) {
       throw InputError("output.unwritable", make_location("stdout"),
-                       fmt::format("the output cannot be written: {}", std::strerror(errno)),
-                       "make room, or write elsewhere");
+                       fmt::format("cannot write the output: {}", std::strerror(errno)),
+                       "free disk space, or write elsewhere");
     }
     text.remove_prefix(static_cast<std::size_t>(written));
   }
@@ -34,8 +34,7 @@ void refuse_own_source(const std::string& file, std::span<const std::filesystem:
     std::error_code none;
     if (!std::filesystem::equivalent(file, source, none)) continue;
     throw InputError("output.own_source", make_location(file),
-                     fmt::format("this is a file that the description is read from{}; the result would "
-                                 "take its place",
+                     fmt::format("the description is read from this file{}; the output would overwrite it",
                                  shown_path(source) == file ? "" : fmt::format(" ({})", shown_path(source))),
                      fix);
   }

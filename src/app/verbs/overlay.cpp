@@ -167,12 +167,12 @@ AddWords split_words(const std::vector<std::string>& words) {
       out.settings.emplace_back(words[i].substr(0, equals), words[i].substr(equals + 1));
     } else {
       throw InputError("cli.use", {}, fmt::format("'{}' is not of the form key=value", words[i]),
-                       "put quotes around a name with blanks, and write settings as offset=\"45 deg\"");
+                       "quote a name that contains spaces, and write settings as offset=\"45 deg\"");
     }
   }
   if (out.operation.empty()) {
-    throw InputError("cli.use", {}, "which operation?",
-                     "for instance: doppel overlay add my_arm.xacro flip_axis \"Revolute 3\"");
+    throw InputError("cli.use", {}, "no operation is given",
+                     "for example: doppel overlay add my_arm.xacro flip_axis \"Revolute 3\"");
   }
   return out;
 }
@@ -259,7 +259,7 @@ std::size_t take_number(std::vector<std::string>& words) {
   const std::string& last = words.back();
   const auto [end, problem] = std::from_chars(last.data(), last.data() + last.size(), number);
   if (words.size() < 2 || problem != std::errc() || end != last.data() + last.size()) return 0;
-  if (number == 0) throw InputError("cli.use", {}, "the first operation is 1");
+  if (number == 0) throw InputError("cli.use", {}, "operations are numbered from 1");
   words.pop_back();
   return number;
 }
@@ -267,22 +267,22 @@ std::size_t take_number(std::vector<std::string>& words) {
 std::size_t checked_index(const Corrected& c, std::size_t number) {
   if (number >= 1 && number <= c.overlay.operations.size()) return number - 1;
   throw InputError("cli.use", {},
-                   fmt::format("there is no operation {}; {} holds {}", number, c.overlay.file.string(),
+                   fmt::format("there is no operation {}; {} has {}", number, c.overlay.file.string(),
                                c.overlay.operations.size()),
-                   "'doppel overlay show' numbers them");
+                   "'doppel overlay show' prints their numbers");
 }
 
 int remove_operation(const OverlayOptions& o) {
   std::vector<std::string> words = o.words;
   const std::size_t number = take_number(words);
   if (number == 0) {
-    throw InputError("cli.use", {}, "which operation?",
-                     "doppel overlay remove TARGET N; 'doppel overlay show' numbers them");
+    throw InputError("cli.use", {}, "no operation is given",
+                     "doppel overlay remove TARGET N; 'doppel overlay show' prints their numbers");
   }
   const Corrected c(words);
   const std::size_t i = checked_index(c, number);
   remove_from_overlay(c.overlay, i);
-  print_stderr("{}: no longer: {}\n", c.overlay.file.string(), describe(c.overlay.operations[i].action));
+  print_stderr("{}: removed: {}\n", c.overlay.file.string(), describe(c.overlay.operations[i].action));
   return 0;
 }
 
@@ -290,7 +290,7 @@ bool stamp_one(const Corrected& c, std::size_t i) {
   Operation operation = c.overlay.operations[i];
   take_fingerprint(operation, c.before(i));
   stamp_overlay(c.overlay, i, operation);
-  print_stderr("{}: made for the description as it stands: {}\n", c.overlay.file.string(),
+  print_stderr("{}: fingerprint of the current description: {}\n", c.overlay.file.string(),
                describe(operation.action));
   return true;
 }
@@ -326,7 +326,7 @@ void copy_meshes(const std::vector<std::pair<fs::path, fs::path>>& copies) {
     fs::copy_file(from, to, fs::copy_options::overwrite_existing, problem);
     if (problem) {
       throw InputError("file.unwritable", make_location(to.string()),
-                       fmt::format("'{}' cannot be written: {}", to.string(), problem.message()));
+                       fmt::format("cannot write '{}': {}", to.string(), problem.message()));
     }
     print_stderr("{}: written\n", to.string());
   }
@@ -345,7 +345,7 @@ void report_fully_baked(const Corrected& c) {
   const bool all =
       std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_effective(outcome.state); });
   if (all && !c.outcomes.empty())
-    print_stderr("{}: every correction stands in the sources now; this file can go\n",
+    print_stderr("{}: every correction is now in the sources; this file can be deleted\n",
                  shown_path(c.overlay.file));
 }
 
@@ -372,7 +372,7 @@ int bake_sources(Corrected& c, const OverlayOptions& o) {
 
 int bake(const OverlayOptions& o) {
   if (o.output.empty() == !o.in_place) {
-    throw InputError("cli.use", {}, "where to?",
+    throw InputError("cli.use", {}, "no output is given",
                      "-o FILE writes plain URDF, --in-place patches the sources themselves");
   }
   Corrected c(o.words);
@@ -402,21 +402,20 @@ CLI::App* add_part(CLI::App& group, const char* name, const char* help, int& exi
 void add_overlay(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<OverlayOptions>();
   OverlayOptions& o = *options;
-  CLI::App* group = app.add_subcommand("overlay", "Corrections that survive the next export");
+  CLI::App* group = app.add_subcommand("overlay", "Manage corrections that survive the next export");
   group->require_subcommand(1);
-  group->footer("The file's form and every operation: docs/overlay.md");
+  group->footer("File format and all operations: docs/overlay.md");
 
   CLI::App* verb =
-      add_part(*group, "show", "Every correction with its state; exit code 1 where one is not applied",
+      add_part(*group, "show", "List the corrections with their state; exit code 1 if one is not applied",
                exit_code, options, show_overlay);
   add_target(*verb, o.words);
-  verb->add_flag("--json", o.json, "One JSON object on stdout");
+  verb->add_flag("--json", o.json, "Print a JSON object to stdout");
 
-  verb = add_part(*group, "add", "Add a correction; its fingerprint is taken by itself", exit_code, options,
-                  add);
+  verb = add_part(*group, "add", "Add a correction with its fingerprint", exit_code, options, add);
   verb->add_option("WORDS", o.words, "TARGET OPERATION [NAME] [key=value ...]")->required();
-  verb->add_option("--why", o.why, "Why it is right");
-  verb->add_option("--evidence", o.evidence, "What was measured or read; may be given several times")
+  verb->add_option("--why", o.why, "Reason for the correction");
+  verb->add_option("--evidence", o.evidence, "Evidence: what was measured or read; repeatable")
       ->take_all()
       ->allow_extra_args(false);
   verb->footer(
@@ -426,21 +425,21 @@ void add_overlay(CLI::App& app, int& exit_code) {
       "  doppel overlay add arm.xacro set_limit \"Revolute 1\" effort=3.5 velocity=5.2 --evidence \"DS3240's "
       "sheet\"");
 
-  verb = add_part(*group, "remove", "Take correction N out", exit_code, options, remove_operation);
-  verb->add_option("WORDS", o.words, "TARGET N, the number that 'overlay show' tells")->required();
+  verb = add_part(*group, "remove", "Remove correction N", exit_code, options, remove_operation);
+  verb->add_option("WORDS", o.words, "TARGET N, the number printed by 'overlay show'")->required();
 
-  verb = add_part(*group, "stamp", "Take the fingerprints of corrections that were written by hand",
-                  exit_code, options, stamp);
-  verb->add_option("WORDS", o.words, "TARGET [N]; with N only this one, even if it has a fingerprint")
+  verb =
+      add_part(*group, "stamp", "Add fingerprints to corrections written by hand", exit_code, options, stamp);
+  verb->add_option("WORDS", o.words, "TARGET [N]; with N only this one, even if it already has a fingerprint")
       ->required();
 
-  verb = add_part(*group, "bake", "Write the corrections into plain URDF, or into the sources themselves",
-                  exit_code, options, bake);
+  verb = add_part(*group, "bake", "Write the corrections to a URDF file or into the sources", exit_code,
+                  options, bake);
   add_target(*verb, o.words);
-  verb->add_option("-o", o.output, "Plain URDF to this file; - is stdout")->type_name("FILE");
+  verb->add_option("-o", o.output, "Write URDF to this file; - is stdout")->type_name("FILE");
   verb->add_flag("--in-place", o.in_place,
-                 "Patch the sources: all that is needed or nothing; comments and layout stay");
-  verb->add_flag("--dry-run", o.dry_run, "Say which files, write nothing");
+                 "Patch the sources, all of them or none; comments and layout are kept");
+  verb->add_flag("--dry-run", o.dry_run, "List the files that would change without writing");
 }
 
 }  // namespace doppel::app

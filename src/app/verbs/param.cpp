@@ -174,42 +174,43 @@ int load_parameters(Shell& shell, const ParamOptions& options) {
 }  // namespace
 
 void add_param(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "param", "Read and change nodes' parameters");
+  CLI::App& group = add_group(app, "param", "Read and set node parameters");
   const auto node_and_name = [](CLI::App& verb, ParamOptions& options) {
-    verb.add_option("node", options.node, "Name of the node")->required();
-    verb.add_option("parameter", options.name, "Name of the parameter")->required();
+    verb.add_option("node", options.node, "Node name")->required();
+    verb.add_option("parameter", options.name, "Parameter name")->required();
   };
   add_verb<ParamOptions>(
-      group, "list", "The parameters there are", "doppel param list /controller_manager", exit_code,
+      group, "list", "List parameters", "doppel param list /controller_manager", exit_code,
       [](CLI::App& verb, ParamOptions& options) {
-        verb.add_option("node", options.node, "Only this node's");
+        verb.add_option("node", options.node, "Only the parameters of this node");
       },
       list_parameters);
-  add_verb<ParamOptions>(group, "get", "The value of a parameter",
+  add_verb<ParamOptions>(group, "get", "Print the value of a parameter",
                          "doppel param get /controller_manager update_rate", exit_code, node_and_name, get);
   add_verb<ParamOptions>(
-      group, "set", "Change a parameter", "doppel param set /omarm_arm_controller constraints.goal_time 0.5",
+      group, "set", "Set a parameter", "doppel param set /omarm_arm_controller constraints.goal_time 0.5",
       exit_code,
       [node_and_name](CLI::App& verb, ParamOptions& options) {
         node_and_name(verb, options);
-        verb.add_option("value", options.value, "Its value as YAML")->required();
+        verb.add_option("value", options.value, "Value as YAML")->required();
       },
       set);
-  add_verb<ParamOptions>(group, "describe", "What a parameter is for",
+  add_verb<ParamOptions>(group, "describe", "Print the description and constraints of a parameter",
                          "doppel param describe /controller_manager update_rate", exit_code, node_and_name,
                          describe);
   add_verb<ParamOptions>(
-      group, "dump", "All parameters of a node as YAML", "doppel param dump /controller_manager", exit_code,
+      group, "dump", "Print all parameters of a node as YAML", "doppel param dump /controller_manager",
+      exit_code,
       [](CLI::App& verb, ParamOptions& options) {
-        verb.add_option("node", options.node, "Name of the node")->required();
+        verb.add_option("node", options.node, "Node name")->required();
       },
       dump);
   add_verb<ParamOptions>(
-      group, "load", "Set a node's parameters from a file",
+      group, "load", "Set parameters of a node from a file",
       "doppel param load /omarm_arm_controller arm.yaml", exit_code,
       [](CLI::App& verb, ParamOptions& options) {
-        verb.add_option("node", options.node, "Name of the node")->required();
-        verb.add_option("file", options.value, "Parameter file of ROS 2: node, ros__parameters, values")
+        verb.add_option("node", options.node, "Node name")->required();
+        verb.add_option("file", options.value, "ROS 2 parameter file: node, ros__parameters, values")
             ->required();
       },
       load_parameters);

@@ -53,8 +53,9 @@ bool looks_like_type(const std::string& text) {
 
 const ServiceSupport& known_service(const std::string& type) {
   if (const ServiceSupport* support = find_service(type)) return *support;
-  throw_usage_error(fmt::format("'{}' is no known service type{}", type, did_you_mean(type, service_names())),
-                    "'doppel interface list' shows all");
+  throw_usage_error(
+      fmt::format("'{}' is not a known service type{}", type, did_you_mean(type, service_names())),
+      "'doppel interface list' prints all of them");
 }
 
 int call_service(Shell& shell, const ServiceOptions& options) {
@@ -63,14 +64,14 @@ int call_service(Shell& shell, const ServiceOptions& options) {
   const ServiceSupport* support = typed ? &known_service(options.second) : nullptr;
   const std::string& yaml = typed ? options.third : options.second;
   if (!typed && !options.third.empty())
-    throw_usage_error(fmt::format("'{}' is no service type", options.second));
+    throw_usage_error(fmt::format("'{}' is not a service type", options.second));
   Client& twin = shell.twin();
   const Client::Service& service = twin.find_service(name);
   if (support == nullptr) support = find_service(service.type);
   if (support == nullptr)
-    throw ClientError(fmt::format("{} is a {}, which this program does not know", name, service.type));
+    throw ClientError(fmt::format("{} is a {}, which is unknown to doppel", name, service.type));
   if (support->name != service.type)
-    throw_usage_error(fmt::format("{} is a {}, not a {}", name, service.type, support->name));
+    throw_usage_error(fmt::format("{} has type {}, not {}", name, service.type, support->name));
   const Bytes request = to_request(*support->request, yaml.empty() ? "{}" : yaml);
   const Bytes response = call_raw(
       twin, name, request, std::chrono::milliseconds(static_cast<std::int64_t>(options.timeout * 1000)));
@@ -84,44 +85,44 @@ int call_service(Shell& shell, const ServiceOptions& options) {
 }  // namespace
 
 void add_service(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "service", "Call services");
+  CLI::App& group = add_group(app, "service", "List and call services");
   add_verb<ServiceOptions>(
-      group, "list", "The services there are", "doppel service list -t", exit_code,
+      group, "list", "List services", "doppel service list -t", exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
-        verb.add_flag("-t,--show-types", options.types, "With their types");
-        verb.add_flag("-c,--count-services", options.count, "Only their number");
-        verb.add_flag("-a,--include-hidden-services", options.hidden, "Those of actions too");
+        verb.add_flag("-t,--show-types", options.types, "Show their types");
+        verb.add_flag("-c,--count-services", options.count, "Print only their number");
+        verb.add_flag("-a,--include-hidden-services", options.hidden, "Include those of actions");
       },
       list_services);
   add_verb<ServiceOptions>(
-      group, "type", "The type of a service", "doppel service type /gazebo/pause_physics", exit_code,
+      group, "type", "Print the type of a service", "doppel service type /gazebo/pause_physics", exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
-        verb.add_option("service", options.name, "Name of the service")->required();
+        verb.add_option("service", options.name, "Service name")->required();
       },
       print_service_type);
   add_verb<ServiceOptions>(
-      group, "info", "Type, servers and clients of a service",
+      group, "info", "Print type, servers and clients of a service",
       "doppel service info /controller_manager/list_controllers", exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
-        verb.add_option("service", options.name, "Name of the service")->required();
+        verb.add_option("service", options.name, "Service name")->required();
       },
       show_service);
   add_verb<ServiceOptions>(
-      group, "find", "The services of a type", "doppel service find std_srvs/srv/Empty", exit_code,
+      group, "find", "List the services of a type", "doppel service find std_srvs/srv/Empty", exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
-        verb.add_option("type", options.name, "Type of services")->required();
+        verb.add_option("type", options.name, "Service type")->required();
       },
       find_services);
   add_verb<ServiceOptions>(
       group, "call", "Call a service and print its response",
       R"(doppel service call /gazebo/apply_joint_effort gazebo_msgs/srv/ApplyJointEffort \
     '{joint_name: "Revolute 1", effort: 0.01, duration: {sec: 1}}'
-  doppel service call /gazebo/pause_physics          (the type may be left out))",
+  doppel service call /gazebo/pause_physics          (the type is optional))",
       exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
-        verb.add_option("service", options.name, "Name of the service")->required();
-        verb.add_option("type", options.second, "Its type; may be left out");
-        verb.add_option("values", options.third, "The request as YAML");
+        verb.add_option("service", options.name, "Service name")->required();
+        verb.add_option("type", options.second, "Service type (optional)");
+        verb.add_option("values", options.third, "Request as YAML");
         verb.add_option("--timeout", options.timeout, "Seconds to wait for the response (default 10)")
             ->check(CLI::PositiveNumber);
       },

@@ -28,8 +28,8 @@ std::uint16_t parse_port(const char* text) {
   std::uint16_t port = 0;
   const auto [end, problem] = std::from_chars(view.data(), view.data() + view.size(), port);
   if (problem != std::errc() || end != view.data() + view.size() || port == 0) {
-    throw_usage_error(fmt::format("DOPPEL_PORT is '{}', which is no port", text),
-                      "unset it, or give a number from 1 to 65535");
+    throw_usage_error(fmt::format("DOPPEL_PORT is '{}', which is not a port number", text),
+                      "unset it, or set a number from 1 to 65535");
   }
   return port;
 }
@@ -51,11 +51,11 @@ RunningTwin choose_twin(int port) {
   const std::vector<RunningTwin> twins = find_running();
   if (twins.empty())
     throw ClientError(
-        "no twin is running; start one with: doppel up omarm_one, or speak to a ROS 2 graph with --remote");
+        "no twin is running; start one with: doppel up omarm_one, or connect to a ROS 2 graph with --remote");
   if (twins.size() > 1) {
     std::string others;
     for (const RunningTwin& twin : twins) others += fmt::format(" {} (--port {})", twin.robot, twin.port);
-    print_note(fmt::format("note: {} twins are running:{}; taking the newest", twins.size(), others));
+    print_note(fmt::format("note: {} twins are running:{}; using the newest", twins.size(), others));
   }
   return twins.front();
 }
@@ -109,8 +109,7 @@ std::string checked_namespace(std::string asked) {
   if (asked.empty()) return asked;
   if (!asked.starts_with('/')) asked.insert(0, 1, '/');
   if (const Status fine = check_namespace(asked); !fine)
-    throw_usage_error(fmt::format("--ns: {}", fine.why()),
-                      "give a robot's namespace, for instance --ns left");
+    throw_usage_error(fmt::format("--ns: {}", fine.why()), "give a robot's namespace, for example --ns left");
   return asked;
 }
 
@@ -158,16 +157,16 @@ void Shell::clear_interrupt() {
 
 void add_connection_options(CLI::App& verb, Connection& connection) {
   verb.add_option("--port", connection.port,
-                  "Port of the twin; default: DOPPEL_PORT, else the newest that runs")
+                  "Port of the twin (default: DOPPEL_PORT, or the newest running twin)")
       ->check(CLI::Range(1, 65535));
   verb.add_flag("--remote", connection.remote,
-                "Speak to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin (DOPPEL_REMOTE=1)");
+                "Connect to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin (DOPPEL_REMOTE=1)");
   verb.add_option("--spin-time", connection.spin_time,
-                  "With --remote: seconds to look who is there; default: until it is quiet")
+                  "With --remote: seconds to wait for discovery (default: until no participant is new)")
       ->check(CLI::PositiveNumber);
   if (verb.get_option_no_throw("--ns") == nullptr) {
     verb.add_option("--ns", connection.name_space,
-                    "The robot that is meant, by its namespace: relative names stand below it");
+                    "Namespace of the robot; relative names are resolved in it");
   }
 }
 
@@ -175,11 +174,11 @@ int run_verb(const CLI::App& verb, Connection connection, const std::function<in
   connection.remote = asks_for_graph(&verb);
   chosen_namespace = checked_namespace(asked_namespace(&verb));
   if (connection.remote && connection.port != 0)
-    throw_usage_error("--port names a twin, --remote asks for the ROS 2 graph", "give one of them");
+    throw_usage_error("--port selects a twin, --remote the ROS 2 graph", "use only one of them");
   if (connection.port == 0) connection.remote = connection.remote || is_remote_by_default();
   if (connection.spin_time > 0 && !connection.remote)
-    throw_usage_error("--spin-time is for the ROS 2 graph",
-                      "a twin tells at once what it has; add --remote, or leave it away");
+    throw_usage_error("--spin-time applies only to the ROS 2 graph",
+                      "a twin needs no discovery; add --remote, or omit the option");
   Shell shell(connection);
   try {
     return run(shell);
@@ -210,8 +209,8 @@ bool is_hidden(std::string_view name) {
 
 const TypeSupport& known_type(const std::string& name) {
   if (const TypeSupport* type = find_type(name)) return *type;
-  throw_usage_error(fmt::format("'{}' is no known message type{}", name, did_you_mean(name, type_names())),
-                    "'doppel interface list' shows all");
+  throw_usage_error(fmt::format("'{}' is not a known message type{}", name, did_you_mean(name, type_names())),
+                    "'doppel interface list' prints all of them");
 }
 
 std::vector<std::string> node_names(Client& twin, bool hidden) {
@@ -230,7 +229,7 @@ std::string find_node_name(Client& twin, const std::string& name) {
 Bytes to_request(const TypeSupport& type, std::string_view yaml) {
   Bytes cdr;
   if (const Status status = type.yaml_to_cdr(yaml, cdr); !status) {
-    throw_usage_error(fmt::format("the text is no {}: {}", type.name, status.why()),
+    throw_usage_error(fmt::format("the text is not a valid {}: {}", type.name, status.why()),
                       fmt::format("'doppel interface show {}' lists its fields", type.name));
   }
   return cdr;

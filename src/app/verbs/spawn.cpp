@@ -56,21 +56,20 @@ int delete_entity(Shell& shell, const DeleteOptions& options) {
 
 void add_spawn(CLI::App& app, int& exit_code) {
   add_verb<SpawnOptions>(
-      app, "spawn", "Put a further robot into a twin that runs, with its controllers",
+      app, "spawn", "Spawn a robot with its controllers in a running twin",
       "doppel spawn omarm_one --ns right --at 0.8,0,0,0,0,3.14159", exit_code,
       [](CLI::App& verb, SpawnOptions& options) {
         add_target(verb, options.words);
         verb.add_option("--ns", options.name_space,
-                        "Its namespace, and its name in the world; default: the description's name");
-        verb.add_option("--at", options.place,
-                        "Where its root link stands: x,y,z[,roll,pitch,yaw], m and rad")
+                        "Namespace, also its name in the world (default: the name in the description)");
+        verb.add_option("--at", options.place, "Pose of its root link: x,y,z[,roll,pitch,yaw], m and rad")
             ->capture_default_str();
       },
       spawn);
   add_verb<DeleteOptions>(
-      app, "delete", "Take a robot or an object out of a twin that runs", "doppel delete right", exit_code,
+      app, "delete", "Delete a robot or an object from a running twin", "doppel delete right", exit_code,
       [](CLI::App& verb, DeleteOptions& options) {
-        verb.add_option("name", options.name, "The robot's namespace, or the object's name")->required();
+        verb.add_option("name", options.name, "Namespace of the robot, or name of the object")->required();
       },
       delete_entity);
 }

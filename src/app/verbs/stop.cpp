@@ -37,13 +37,14 @@ int stop(Shell& shell, const StopOptions& options) {
 
 void add_stop(CLI::App& app, int& exit_code) {
   add_verb<StopOptions>(
-      app, "stop", "Stop all motion until `stop --reset`, whoever commands it",
-      "doppel stop\n  doppel stop --reset      # what was active before is active again, without its goals",
+      app, "stop", "Emergency stop: stop all motion until `stop --reset`",
+      "doppel stop\n  doppel stop --reset      # previously active controllers are activated again, without "
+      "their goals",
       exit_code,
       [](CLI::App& verb, StopOptions& options) {
-        verb.add_flag("--reset", options.reset, "Let it move again");
+        verb.add_flag("--reset", options.reset, "Reset the emergency stop");
         verb.add_option("-c,--controller-manager", options.manager,
-                        "Only this controller manager; default: all that there are");
+                        "Only this controller manager (default: all)");
       },
       stop);
 }

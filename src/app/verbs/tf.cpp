@@ -144,7 +144,8 @@ int echo_transform(Shell& shell, const TfOptions& options) {
     if (!frames.gather(known, Clock::now() + kFramesTimeout) && !found()) {
       check_frame(frames, options.parent);
       check_frame(frames, options.child);
-      throw ClientError(fmt::format("'{}' and '{}' hang on no common tree", options.parent, options.child));
+      throw ClientError(
+          fmt::format("'{}' and '{}' are not connected in the tf tree", options.parent, options.child));
     }
     check_frame(frames, options.parent);
     check_frame(frames, options.child);
@@ -178,10 +179,10 @@ int tree(Shell& shell, const TfOptions&) {
     return frames.has_static() && (frames.has_dynamic() || !frames.moving_expected());
   };
   if (!frames.gather(enough, Clock::now() + kFramesTimeout) && frames.all().empty()) {
-    throw ClientError("nothing has come over /tf and /tf_static; is the twin paused?");
+    throw ClientError("no message has arrived on /tf or /tf_static; is the twin paused?");
   }
   if (!frames.has_dynamic() && frames.moving_expected()) {
-    print_note("note: nothing comes over /tf, so that moving frames are missing; is the twin paused?");
+    print_note("note: no message arrives on /tf, so moving frames are missing; is the twin paused?");
   }
   std::multimap<std::string, std::string> children;
   std::set<std::string> roots;
@@ -199,19 +200,19 @@ int tree(Shell& shell, const TfOptions&) {
 }  // namespace
 
 void add_tf(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "tf", "Frames and the transforms between them");
+  CLI::App& group = add_group(app, "tf", "Show frames and transforms");
   add_verb<TfOptions>(
-      group, "echo", "Where one frame is in another", "doppel tf echo world tool_link_1", exit_code,
+      group, "echo", "Print the transform between two frames", "doppel tf echo world tool_link_1", exit_code,
       [](CLI::App& verb, TfOptions& options) {
-        verb.add_option("parent", options.parent, "The frame to look from")->required();
-        verb.add_option("child", options.child, "The frame to look at")->required();
-        verb.add_flag("--once", options.once, "Print once and end");
-        verb.add_option("-r,--rate", options.rate, "Times a second (default 1)")->check(CLI::PositiveNumber);
+        verb.add_option("parent", options.parent, "Source frame")->required();
+        verb.add_option("child", options.child, "Target frame")->required();
+        verb.add_flag("--once", options.once, "Print once and exit");
+        verb.add_option("-r,--rate", options.rate, "Rate in Hz (default 1)")->check(CLI::PositiveNumber);
       },
       echo_transform);
   for (const char* name : {"tree", "view_frames"}) {
     add_verb<TfOptions>(
-        group, name, "The tree of all frames", fmt::format("doppel tf {}", name), exit_code,
+        group, name, "Print the tree of all frames", fmt::format("doppel tf {}", name), exit_code,
         [](CLI::App&, TfOptions&) {}, tree);
   }
 }

@@ -167,8 +167,7 @@ int delay(Shell& shell, const RateOptions& options) {
   const auto& fields = type.description()->fields;
   if (fields.empty() || fields.front().type == nullptr ||
       fields.front().type->name != std_msgs::msg::Header::kType)
-    throw_usage_error(
-        fmt::format("{} is a {}, which has no header to tell when it was made", topic, type.name));
+    throw_usage_error(fmt::format("{} is a {}, which has no header with a stamp", topic, type.name));
   std::deque<double> delays;
   std::optional<Time> clock;
   const std::size_t window = options.window > 0 ? options.window : 10'000;
@@ -306,7 +305,7 @@ int pub(Shell& shell, const PubOptions& options) {
   Client& twin = shell.twin();
   const auto known = twin.topics().find(topic);
   if (known != twin.topics().end() && !known->second.type.empty() && known->second.type != type.name) {
-    throw_usage_error(fmt::format("{} is a {}, not a {}", topic, known->second.type, type.name));
+    throw_usage_error(fmt::format("{} has type {}, not {}", topic, known->second.type, type.name));
   }
   const std::size_t times = options.once ? 1 : options.times;
   const std::size_t wanted =
@@ -331,25 +330,26 @@ int pub(Shell& shell, const PubOptions& options) {
 }
 
 void declare_name(CLI::App& verb, TopicInfoOptions& options) {
-  verb.add_option("topic", options.name, "Name of the topic")->required();
+  verb.add_option("topic", options.name, "Topic name")->required();
 }
 
 void add_rates(CLI::App& group, int& exit_code) {
   const auto declare = [](CLI::App& verb, RateOptions& options) {
-    verb.add_option("topic", options.topic, "Name of the topic")->required();
-    verb.add_option("-w,--window", options.window, "Messages to look back on")->check(CLI::PositiveNumber);
+    verb.add_option("topic", options.topic, "Topic name")->required();
+    verb.add_option("-w,--window", options.window, "Window size in messages")->check(CLI::PositiveNumber);
   };
-  add_verb<RateOptions>(group, "hz", "How often messages arrive", "doppel topic hz /joint_states", exit_code,
+  add_verb<RateOptions>(group, "hz", "Print the publishing rate", "doppel topic hz /joint_states", exit_code,
                         declare, hz);
   add_verb<RateOptions>(
-      group, "delay", "How old messages are when they arrive, by their headers",
+      group, "delay", "Print the delay between header stamp and arrival",
       "doppel topic delay -s /joint_states", exit_code,
       [declare](CLI::App& verb, RateOptions& options) {
         declare(verb, options);
-        verb.add_flag("-s,--use-sim-time", options.sim_time, "Now is what /clock says, not the wall clock");
+        verb.add_flag("-s,--use-sim-time", options.sim_time,
+                      "Use /clock as the current time instead of the wall clock");
       },
       delay);
-  add_verb<RateOptions>(group, "bw", "How many bytes arrive", "doppel topic bw /tf", exit_code, declare, bw);
+  add_verb<RateOptions>(group, "bw", "Print the bandwidth", "doppel topic bw /tf", exit_code, declare, bw);
 }
 
 void add_pub(CLI::App& group, int& exit_code) {
@@ -359,17 +359,17 @@ void add_pub(CLI::App& group, int& exit_code) {
     '{joint_names: ["Revolute 1"], points: [{positions: [1.2], time_from_start: {sec: 3}}]}')",
       exit_code,
       [](CLI::App& verb, PubOptions& options) {
-        verb.add_option("topic", options.topic, "Name of the topic")->required();
-        verb.add_option("type", options.type, "Type of the message")->required();
-        verb.add_option("values", options.yaml, "The message as YAML; what is left out keeps its default");
-        verb.add_flag("-1,--once", options.once, "Publish once, when there is a subscriber");
+        verb.add_option("topic", options.topic, "Topic name")->required();
+        verb.add_option("type", options.type, "Message type")->required();
+        verb.add_option("values", options.yaml, "Message as YAML; omitted fields have their default");
+        verb.add_flag("-1,--once", options.once, "Publish once, as soon as there is a subscriber");
         verb.add_option("-r,--rate", options.rate, "Messages per second (default 1)")
             ->check(CLI::PositiveNumber);
-        verb.add_option("-t,--times", options.times, "Publish so many messages");
+        verb.add_option("-t,--times", options.times, "Publish this many messages");
         verb.add_option("-w,--wait-matching-subscriptions", options.wait_for,
-                        "Wait for so many subscribers first")
+                        "Wait for this many subscribers first")
             ->check(CLI::NonNegativeNumber);
-        verb.add_option("--max-wait-time-secs", options.timeout, "How long to wait for them (default 5)")
+        verb.add_option("--max-wait-time-secs", options.timeout, "Seconds to wait for them (default 5)")
             ->check(CLI::PositiveNumber);
       },
       pub);
@@ -378,42 +378,41 @@ void add_pub(CLI::App& group, int& exit_code) {
 }  // namespace
 
 void add_topic(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "topic", "See and send messages");
+  CLI::App& group = add_group(app, "topic", "List, print and publish topics");
   add_verb<ListOptions>(
-      group, "list", "The topics there are", "doppel topic list -t", exit_code,
+      group, "list", "List topics", "doppel topic list -t", exit_code,
       [](CLI::App& verb, ListOptions& options) {
-        verb.add_flag("-t,--show-types", options.types, "With their types");
+        verb.add_flag("-t,--show-types", options.types, "Show their types");
         verb.add_flag("-v,--verbose", options.verbose,
-                      "With types and numbers of publishers and subscribers");
-        verb.add_flag("-c,--count-topics", options.count, "Only their number");
-        verb.add_flag("-a,--include-hidden-topics", options.hidden, "Those of actions too");
+                      "Show types and numbers of publishers and subscribers");
+        verb.add_flag("-c,--count-topics", options.count, "Print only their number");
+        verb.add_flag("-a,--include-hidden-topics", options.hidden, "Include those of actions");
       },
       list_topics);
   add_verb<EchoOptions>(
-      group, "echo", "Print messages as they come", "doppel topic echo /joint_states --field position",
-      exit_code,
+      group, "echo", "Print messages", "doppel topic echo /joint_states --field position", exit_code,
       [](CLI::App& verb, EchoOptions& options) {
-        verb.add_option("topic", options.topic, "Name of the topic")->required();
-        verb.add_flag("--once", options.once, "Print one message and end");
+        verb.add_option("topic", options.topic, "Topic name")->required();
+        verb.add_flag("--once", options.once, "Print one message and exit");
         verb.add_option("--field", options.field,
-                        "Only this field: position, header.stamp, transforms[0].child_frame_id");
+                        "Print only this field: position, header.stamp, transforms[0].child_frame_id");
       },
       echo_topic);
   add_rates(group, exit_code);
   add_verb<TopicInfoOptions>(
-      group, "info", "Type, publishers and subscribers of a topic", "doppel topic info /joint_states -v",
-      exit_code,
+      group, "info", "Print type, publishers and subscribers of a topic",
+      "doppel topic info /joint_states -v", exit_code,
       [](CLI::App& verb, TopicInfoOptions& options) {
         declare_name(verb, options);
-        verb.add_flag("-v,--verbose", options.verbose, "With the nodes, and what is known of their ends");
+        verb.add_flag("-v,--verbose", options.verbose, "Show nodes, QoS and other details of the endpoints");
       },
       show_topic);
-  add_verb<TopicInfoOptions>(group, "type", "The type of a topic", "doppel topic type /tf", exit_code,
+  add_verb<TopicInfoOptions>(group, "type", "Print the type of a topic", "doppel topic type /tf", exit_code,
                              declare_name, print_topic_type);
   add_verb<TopicInfoOptions>(
-      group, "find", "The topics of a type", "doppel topic find sensor_msgs/msg/JointState", exit_code,
+      group, "find", "List the topics of a type", "doppel topic find sensor_msgs/msg/JointState", exit_code,
       [](CLI::App& verb, TopicInfoOptions& options) {
-        verb.add_option("type", options.name, "Type of messages")->required();
+        verb.add_option("type", options.name, "Message type")->required();
       },
       find_topics);
   add_pub(group, exit_code);

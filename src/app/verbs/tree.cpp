@@ -51,13 +51,13 @@ int run_tree(const TreeOptions& options) {
 
 void add_tree(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<TreeOptions>();
-  CLI::App* verb = app.add_subcommand("tree", "The tree of links and joints: text, Graphviz, SVG, PDF");
+  CLI::App* verb = app.add_subcommand("tree", "Print the tree of links and joints: text, Graphviz, SVG, PDF");
   add_target(*verb, options->target);
-  verb->add_flag("--frames", options->frames, "The tree of frames, as view_frames draws it");
-  verb->add_flag("--dot", options->dot, "For Graphviz, on stdout");
-  verb->add_option("--svg", options->svg, "Draw it into this file (-: stdout)")->type_name("FILE");
-  verb->add_option("--pdf", options->pdf, "Draw it into this file (-: stdout)")->type_name("FILE");
-  verb->add_flag("--ascii", options->ascii, "No box-drawing characters (else where the locale is UTF-8)");
+  verb->add_flag("--frames", options->frames, "Print the tree of frames, as tf2_tools view_frames does");
+  verb->add_flag("--dot", options->dot, "Print Graphviz dot to stdout");
+  verb->add_option("--svg", options->svg, "Write the drawing to this file (-: stdout)")->type_name("FILE");
+  verb->add_option("--pdf", options->pdf, "Write the drawing to this file (-: stdout)")->type_name("FILE");
+  verb->add_flag("--ascii", options->ascii, "No box-drawing characters (default: by the locale)");
   verb->footer(
       "Examples:\n"
       "  doppel tree omarm_one\n"

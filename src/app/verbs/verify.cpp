@@ -40,8 +40,8 @@ std::vector<MotionKind> chosen_motions(const std::vector<std::string>& names) {
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end()) {
       throw InputError("cli.scenario", {},
-                       fmt::format("there is no scenario '{}'{}", name, did_you_mean(name, known)),
-                       "choose among smooth, fall, hold and move");
+                       fmt::format("unknown scenario '{}'{}", name, did_you_mean(name, known)),
+                       "choose one of smooth, fall, hold and move");
     }
     out.push_back(kMotions[at - known.begin()]);
   }
@@ -57,7 +57,7 @@ void check_numbers(const VerifyVerb& options) {
         "write 0.001 for a step of 1 ms");
   }
   if (options.within && !(*options.within > 0 && std::isfinite(*options.within)))
-    throw InputError("cli.within", {}, "--within has to be a positive error, rad (m for slides)");
+    throw InputError("cli.within", {}, "--within must be a positive error, rad (m for prismatic joints)");
 }
 
 // False: a motion runs away, or errs by more than the user allows.
@@ -90,7 +90,7 @@ int run_verify(const VerifyVerb& options) {
   print_diagnostics(diagnostics);
   if (!options.plot.empty()) {
     const std::vector<std::filesystem::path> sources = machine.files(scenario);
-    refuse_own_source(options.plot, sources, "write the picture to another file");
+    refuse_own_source(options.plot, sources, "write the plot to another file");
   }
   MotionSubject subject = motion_subject(machine);
   WorldSettings& world = subject.world;
@@ -101,7 +101,7 @@ int run_verify(const VerifyVerb& options) {
     throw InputError("cli.duration", {},
                      fmt::format("{} s are {:.0f} steps of {:g} ms, but must be from {:.0f} to {:.0f}",
                                  options.duration, steps, to_seconds(world.step) * 1e3, kMinSteps, kMaxSteps),
-                     "choose --duration or --step otherwise");
+                     "change --duration or --step");
   }
   const Verification result = verify(subject, wanted);
   if (!options.plot.empty()) deliver(verification_svg(result), options.plot);
@@ -113,34 +113,32 @@ int run_verify(const VerifyVerb& options) {
 
 void add_verify(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<VerifyVerb>();
-  CLI::App* verb = app.add_subcommand("verify", "Say how exact the motion is at the step of the world");
+  CLI::App* verb = app.add_subcommand("verify", "Measure the integration error at the step of the world");
   add_described_by(*verb, options->robot);
-  verb->add_option("--world", options->world, "A world file (YAML): its step and integrator are judged");
-  verb->add_option(
-          "--scenario", options->motions,
-          "smooth (a fall without drives, friction, limits, contacts), fall, hold or move (a quintic); "
-          "several with commas; all if left out")
+  verb->add_option("--world", options->world, "World file (YAML) with the step and the integrator to verify");
+  verb->add_option("--scenario", options->motions,
+                   "smooth (a fall without drives, friction, limits, contacts), fall, hold or move (a "
+                   "quintic); comma-separated(default: all)")
       ->delimiter(',');
   verb->add_option("--duration", options->duration, "Simulated seconds of each motion")
       ->type_name("S")
       ->capture_default_str();
-  verb->add_option("--step", options->step, "In place of the world's step")->type_name("S");
+  verb->add_option("--step", options->step, "Step to use instead of the world's")->type_name("S");
   verb->add_option("--integrator", options->integrator,
-                   "In place of the world's: euler, midpoint, rk4 or implicit");
-  verb->add_option("--tool", options->tool, "The link whose way is told; found by name if left out")
+                   "Integrator to use instead of the world's: euler, midpoint, rk4 or implicit");
+  verb->add_option("--tool", options->tool, "Link whose path error is reported (default: found by name)")
       ->type_name("LINK");
-  verb->add_option("--base", options->base,
-                   "How a robot without a link 'world' stands: fixed, floating or auto")
+  verb->add_option("--base", options->base, "Base of a robot without a link 'world': fixed, floating or auto")
       ->check(CLI::IsMember({"auto", "fixed", "floating"}));
-  verb->add_option("--plot", options->plot, "Draw the errors over time (SVG) into this file")
+  verb->add_option("--plot", options->plot, "Write a plot of the errors over time (SVG) to this file")
       ->type_name("FILE");
   verb->add_option("--within", options->within,
-                   "Exit with 1 where a joint errs by more than this, rad (m for slides)");
-  verb->add_flag("--json", options->json, "One object on stdout, in rad, m, s");
+                   "Exit code 1 if the error of a joint is larger, rad (m for prismatic joints)");
+  verb->add_flag("--json", options->json, "Print a JSON object to stdout, in rad, m, s");
   verb->footer(
-      "Runs the robot at h, h/2 and h/4 and compares. Exits with 1 where a motion runs away.\n"
-      "Examples:\n  doppel verify omarm_one\n  doppel verify my_arm.urdf --scenario move --plot error.svg\n"
-      "  doppel verify my_arm.urdf --integrator midpoint --within 1e-3");
+      "Runs the robot at h, h/2 and h/4 and compares. Exit code 1: a motion diverges.\nExamples:\n  doppel "
+      "verify omarm_one\n  doppel verify my_arm.urdf --scenario move --plot error.svg\n  doppel verify "
+      "my_arm.urdf --integrator midpoint --within 1e-3");
   verb->callback([options, &exit_code] { exit_code = run_verify(*options); });
 }
 

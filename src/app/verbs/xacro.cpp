@@ -31,7 +31,7 @@ struct ExpansionRequest {
 };
 
 [[noreturn]] void refuse_words(const std::string& message) {
-  throw InputError("cli.use", {}, message, "doppel xacro --help tells how it is used");
+  throw InputError("cli.use", {}, message, "doppel xacro --help shows its usage");
 }
 
 std::string trimmed(const std::string& text) {
@@ -48,7 +48,7 @@ ExpansionRequest read_words(const std::vector<std::string>& words) {
     const std::size_t at = word.find(":=");
     if (at == std::string::npos) {
       if (!out.file.empty())
-        refuse_words(fmt::format("one file is expanded at a time, not '{}' as well", word));
+        refuse_words(fmt::format("only one file can be expanded at a time; '{}' is a second one", word));
       out.file = word;
       continue;
     }
@@ -58,7 +58,7 @@ ExpansionRequest read_words(const std::vector<std::string>& words) {
     const bool node_parameter = name.size() > 1 && name[0] == '_' && name[1] != '_';
     if (!name.empty() && !value.empty() && !node_parameter) out.arguments.emplace_back(name, value);
   }
-  if (out.file.empty()) refuse_words("a file to expand is missing");
+  if (out.file.empty()) refuse_words("no file to expand is given");
   return out;
 }
 
@@ -107,25 +107,25 @@ int run_xacro(const XacroOptions& options) {
 void add_xacro(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("xacro", "Expand a xacro file, as ros/xacro does");
   verb->footer(
-      "Examples:\n"
-      "  doppel xacro arm.urdf.xacro > arm.urdf\n"
-      "  doppel xacro arm.urdf.xacro use_sim:=true prefix:=left_ -o build/left.urdf\n"
-      "  doppel xacro arm.urdf.xacro --deps       # the files it includes and loads, for make and CMake\n"
-      "The language, and where doppel differs: docs/xacro.md");
+      "Examples:\n  doppel xacro arm.urdf.xacro > arm.urdf\n  doppel xacro arm.urdf.xacro use_sim:=true "
+      "prefix:=left_ -o build/left.urdf\n  doppel xacro arm.urdf.xacro --deps       # the files it includes "
+      "and loads, for make and CMake\nSupported language and differences from xacro: docs/xacro.md");
   const auto options = std::make_shared<XacroOptions>();
-  verb->add_option("FILE", options->words, "The file to expand, and name:=value for its <xacro:arg>s")
+  verb->add_option("FILE", options->words, "File to expand, and name:=value for its <xacro:arg>s")
       ->required();
-  verb->add_option("-o", options->output, "Write to this file, not to stdout; folders are made")
+  verb->add_option("-o", options->output, "Write to this file instead of stdout; missing folders are created")
       ->type_name("FILE");
-  verb->add_flag("--deps", options->deps, "Print the files that it depends on, not the expansion");
-  verb->add_flag("-i,--inorder", options->ignored, "Accepted: reading in order is the only way since ROS 2");
+  verb->add_flag("--deps", options->deps, "Print the files it depends on instead of the expansion");
+  verb->add_flag("-i,--inorder", options->ignored,
+                 "Accepted for compatibility: in-order processing is the only mode since ROS 2");
   verb->add_flag_callback(
       "-q", [options] { options->verbosity = 0; }, "No warnings");
   verb->add_flag(
       "-v", [options](std::int64_t n) { options->verbosity += static_cast<int>(n); },
-      "Accepted: errors always tell their whole path");
+      "Accepted for compatibility: errors always show the whole path");
   verb->add_option("--verbosity", options->verbosity, "0: no warnings; 1: warnings")->type_name("LEVEL");
-  verb->add_flag("--xacro-ns", options->ignored, "Accepted: xacro's elements always need their prefix");
+  verb->add_flag("--xacro-ns", options->ignored,
+                 "Accepted for compatibility: xacro elements always need their prefix");
   verb->callback([options, &exit_code] { exit_code = run_xacro(*options); });
 }
 

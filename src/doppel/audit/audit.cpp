@@ -13,7 +13,7 @@ namespace audit_rules {
 
 Finding& Findings::add(std::string_view rule, Severity severity, std::string subject, SourceLocation where,
                        std::string message, std::string fix) {
-  assert(find_rule(rule) != nullptr && "every rule stands in the table");
+  assert(find_rule(rule) != nullptr && "every rule is in the table");
   Finding finding;
   finding.rule = rule;
   finding.severity = severity;
@@ -110,7 +110,7 @@ void apply_rules(const AuditInput& in, Findings& out) {
       throw;  // a file that the caller chose
     } catch (const std::exception& error) {
       out.add("audit.skipped", "the robot", {},
-              fmt::format("some of the rules could not be applied: {}", error.what()));
+              fmt::format("some rules could not be applied: {}", error.what()));
     }
   }
 }
@@ -162,7 +162,7 @@ AuditReport audit(const std::filesystem::path& file, const XacroArguments& argum
   if (expanded.root.name != "robot") {
     throw InputError("urdf.no_robot", expanded.root.where,
                      fmt::format("the root element is <{}>, not <robot>", expanded.root.name),
-                     "give a URDF or a xacro file that makes one");
+                     "give a URDF file, or a xacro file that expands to one");
   }
   const RobotDescription robot = read_description(expanded, resolver, diagnostics);
   Findings found;

@@ -39,9 +39,9 @@ void report_missing(const ControllersSearch::Missing& missing, Findings& out) {
   if (!controls(*missing.plugin)) return;
   out.add("controllers.file_missing", missing.folder_there ? Severity::error : Severity::warning,
           fmt::format("<gazebo> plugin '{}'", missing.plugin->filename), missing.plugin->source,
-          fmt::format("its <parameters> name '{}', which does not exist{}", missing.file.string(),
+          fmt::format("its <parameters> is '{}', which does not exist{}", missing.file.string(),
                       missing.did_you_mean),
-          "correct the path, or write the file");
+          "correct the path, or create the file");
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ void check_whole_numbers(const DeclaredController& c, const Parameters& paramete
   }
   if (names.empty()) return;
   out.add("controllers.whole_number", c.subject(), where,
-          fmt::format("{} {} written as a whole number, and ROS 2 takes only a decimal there",
+          fmt::format("{} {} written as an integer, but ROS 2 accepts only a double there",
                       quoted_list(names, 4), names.size() == 1 ? "is" : "are"),
           fmt::format("write {}.0", first));
 }
@@ -66,7 +66,7 @@ void check_unknown(const DeclaredController& c, const Parameters& parameters, bo
   for (const ParameterOverride& o : c.parameters.all()) {
     if (o.used || of_ros2_only(o.name) || parameters.find(o.name) != nullptr) continue;
     out.add("controllers.unknown_parameter", c.subject(), o.source,
-            fmt::format("{} has no parameter '{}', so this value does nothing{}", c.type, o.name,
+            fmt::format("{} has no parameter '{}', so this value has no effect{}", c.type, o.name,
                         did_you_mean(o.name, valid)),
             "correct the name, or remove it");
   }

@@ -60,7 +60,8 @@ class Reader {
     } else if (root["joints"]) {
       if (!of_actuator) arm(root, out);
     } else {
-      refuse(root, "this is neither an actuator's sheet ('actuator: NAME') nor an arm's ('joints: ...')");
+      refuse(root,
+             "this is neither an actuator datasheet ('actuator: NAME') nor an arm datasheet ('joints: ...')");
     }
     return out;
   }
@@ -88,7 +89,7 @@ class Reader {
     } catch (const YAML::Exception& error) {
       throw InputError("datasheet.invalid",
                        make_location(file_.string(), error.mark.line + 1, error.mark.column + 1),
-                       "this is no YAML: " + error.msg);
+                       "this is not valid YAML: " + error.msg);
     }
   }
 
@@ -96,7 +97,7 @@ class Reader {
     for (const auto& entry : map) {
       const auto key = text(entry.first);
       if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
-      refuse(entry.first, fmt::format("there is no key '{}' here{}", key, did_you_mean(key, keys)));
+      refuse(entry.first, fmt::format("unknown key '{}'{}", key, did_you_mean(key, keys)));
     }
   }
   [[nodiscard]] std::string text(const YAML::Node& node) const {
@@ -108,7 +109,7 @@ class Reader {
     double value = 0;
     const auto [end, error] = std::from_chars(written.data(), written.data() + written.size(), value);
     if (error != std::errc() || end != written.data() + written.size() || !(value > 0)) {
-      refuse(node, fmt::format("'{}' is no number above 0", written));
+      refuse(node, fmt::format("'{}' is not a positive number", written));
     }
     return value;
   }
@@ -132,7 +133,7 @@ class Reader {
       if (written != nullptr) *written = fmt::format("{:g} {}", value, unit);
       return candidate.per_sixty ? candidate.factor / value : candidate.factor * value;
     }
-    refuse(unit_node, fmt::format("there is no unit '{}' for this{}", unit, did_you_mean(unit, known)),
+    refuse(unit_node, fmt::format("unknown unit '{}' for this quantity{}", unit, did_you_mean(unit, known)),
            fmt::format("write one of: {}", fmt::join(known, ", ")));
   }
 
@@ -213,7 +214,7 @@ class Reader {
       if (error.diagnostics().front().where.known()) throw;
       refuse(node, error.diagnostics().front().message, error.diagnostics().front().fix);
     }
-    if (!sheet.actuator) refuse(node, fmt::format("'{}' is no sheet of an actuator", name));
+    if (!sheet.actuator) refuse(node, fmt::format("'{}' is not an actuator datasheet", name));
     return *sheet.actuator;
   }
 
@@ -232,7 +233,7 @@ Datasheet find_datasheet(const fs::path& name, const fs::path& library, bool of_
   }
   std::sort(known.begin(), known.end());
   throw InputError("datasheet.not_found", {},
-                   fmt::format("there is no datasheet '{}': neither a file nor in the library{}",
+                   fmt::format("there is no datasheet '{}', neither as a file nor in the library{}",
                                name.string(), did_you_mean(name.string(), known)),
                    fmt::format("the library has: {}", fmt::join(known, ", ")));
 }

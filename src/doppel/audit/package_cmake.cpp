@@ -98,7 +98,7 @@ class CMakeReader {
   void run(std::span<const Command> commands, int depth) {
     for (std::size_t i = 0; i < commands.size() && !given_up_; ++i) {
       const Command& c = commands[i];
-      if (++steps_ > kMaxCommands) return give_up(c, "its loops run more commands than are followed");
+      if (++steps_ > kMaxCommands) return give_up(c, "its loops run more commands than the audit evaluates");
       if (c.name == "project" && !c.arguments.empty()) {
         out_.project = c.arguments.front();
         out_.project_source = file_.place(c.at);
@@ -153,7 +153,7 @@ class CMakeReader {
     auto list = commands[start].arguments;
     if (list.empty()) return end;
     if (depth == kMaxLoopDepth) {
-      give_up(commands[start], "its loops are nested deeper than is followed");
+      give_up(commands[start], "its loops are nested deeper than the audit evaluates");
       return end;
     }
     const std::string variable = list.front();

@@ -205,7 +205,7 @@ std::string rules_markdown() {
     if (family_of(rule.id) != family) {
       family = family_of(rule.id);
       out += fmt::format(
-          "\n## {}\n\n| rule | grade | what is wrong | the failure it prevents | the fix | concerns "
+          "\n## {}\n\n| rule | grade | what is wrong | failure it prevents | fix | concerns "
           "|\n|---|---|---|---|---|---|\n",
           family);
     }

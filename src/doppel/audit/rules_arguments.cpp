@@ -131,21 +131,19 @@ void check_declared(const Arguments& arguments, Findings& out) {
       out.add(
           "xacro.argument_undeclared", switches_simulation(name) ? Severity::warning : Severity::note,
           fmt::format("xacro argument '{}'", name), use.where,
-          fmt::format("'$(arg {})' is read, but no <xacro:arg> declares it{}", name,
+          fmt::format("'$(arg {})' is used, but no <xacro:arg> declares it{}", name,
                       did_you_mean(name, declared)),
-          fmt::format("add <xacro:arg name=\"{}\" default=\"...\"/> before the includes that read it", name));
+          fmt::format("add <xacro:arg name=\"{}\" default=\"...\"/> before the includes that use it", name));
     } else if (use.in_root) {
-      out.add(
-          "xacro.argument_late", Severity::note, fmt::format("xacro argument '{}'", name), use.where,
-          fmt::format(
-              "<robot> itself reads '$(arg {})', and its attributes are evaluated before any declaration: "
-              "the default never acts",
-              name),
-          "write a fixed name, or always give the argument");
+      out.add("xacro.argument_late", Severity::note, fmt::format("xacro argument '{}'", name), use.where,
+              fmt::format("<robot> itself uses '$(arg {})', and its attributes are evaluated before any "
+                          "declaration: the default never applies",
+                          name),
+              "write a fixed name, or always pass the argument");
     } else if (!use.declared_before) {
       out.add("xacro.argument_late", fmt::format("xacro argument '{}'", name), found->second,
-              fmt::format("'$(arg {})' is read at {}, before this declaration", name, use.where.place()),
-              "move the declaration up, before whatever reads it");
+              fmt::format("'$(arg {})' is used at {}, before this declaration", name, use.where.place()),
+              "move the declaration up, before its first use");
     }
   }
 }
@@ -158,10 +156,9 @@ void check_unused(const Arguments& arguments, Findings& out) {
     out.add("xacro.argument_unused", switches ? Severity::warning : Severity::note,
             fmt::format("xacro argument '{}'", name), where,
             switches
-                ? fmt::format("'{}' is declared, and nothing reads it: simulation and hardware get the same "
-                              "description",
-                              name)
-                : fmt::format("'{}' is declared, and nothing reads it", name),
+                ? fmt::format(
+                      "'{}' is declared but not used: simulation and hardware get the same description", name)
+                : fmt::format("'{}' is declared but not used", name),
             fmt::format("read it with $(arg {}), or remove it", name));
   }
 }
@@ -185,7 +182,7 @@ void check_switches(const AuditInput& in, const Arguments& arguments, Findings& 
     }
     out.add("xacro.switch_idle", fmt::format("xacro argument '{}'", name), where,
             fmt::format("{0}:=true and {0}:=false give the same description", name),
-            "choose the plugin of <ros2_control> by it, or remove it");
+            "select the plugin of <ros2_control> by it, or remove it");
   }
 }
 

@@ -166,12 +166,11 @@ class Overlaps {
     if (has_mesh(link(c.link_a)) || has_mesh(link(c.link_b))) return;
     const double width = std::min(least_width(link(c.link_a)), least_width(link(c.link_b)));
     if (width <= 0 || c.depth < kNeighbourShare * width) return;
-    out_.add(
-        "collision.neighbours", subject(c), link(c.link_b).source,
-        fmt::format(
-            "they share a joint and overlap by {:.1f} mm, more than half of the smaller one's least width",
-            1000 * c.depth),
-        "see whether the shapes stand where they should; else exclude the pair from collision checks");
+    out_.add("collision.neighbours", subject(c), link(c.link_b).source,
+             fmt::format("they share a joint and overlap by {:.1f} mm, more than half of the smallest extent "
+                         "of the smaller one",
+                         1000 * c.depth),
+             "check the position of the shapes, or exclude the pair from collision checks");
   }
 
   void apart(const LinkContact& c) {
@@ -188,10 +187,11 @@ class Overlaps {
         "collision.overlap", only_hulls ? Severity::note : Severity::warning, subject(c),
         link(c.link_b).source,
         fmt::format(
-            "they do not share a joint and overlap by {:.1f} mm where the robot stands with all joints at "
-            "zero (or the limit nearest to it){}",
-            1000 * c.depth, only_hulls ? "; of their convex hulls, the shapes themselves may be apart" : ""),
-        only_hulls ? "nothing, if the shapes are apart; physics engines that use hulls exclude the pair"
+            "they do not share a joint and overlap by {:.1f} mm with all joints at zero (or the limit "
+            "nearest to zero){}",
+            1000 * c.depth,
+            only_hulls ? "; measured on their convex hulls, so the shapes themselves may not touch" : ""),
+        only_hulls ? "nothing, if the shapes do not touch; physics engines that use hulls exclude the pair"
                    : "correct the shapes or the zero pose, or exclude the pair (SRDF disable_collisions)");
   }
 
@@ -214,9 +214,9 @@ void check_missing(const AuditInput& in, Findings& out) {
                                [](const Link& link) { return !link.collisions.empty(); });
   if (names.empty()) return;
   out.add("collision.missing", names.size() == 1 ? fmt::format("link '{}'", names[0]) : "the robot", where,
-          any ? fmt::format("{} can be seen and not touched: no <collision>", quoted_list(names))
-              : "no link has a <collision>; nothing can touch this robot",
-          "add a <collision>; a box or a cylinder will do");
+          any ? fmt::format("{} is visible but has no <collision>", quoted_list(names))
+              : "no link has a <collision>; this robot collides with nothing",
+          "add a <collision>; a box or a cylinder is enough");
 }
 
 }  // namespace

@@ -45,8 +45,8 @@ void check_sections(const ControllersFile& file, Findings& out) {
     if (!near) continue;
     std::erase(without, *near);
     out.add("controllers.section_of_nobody", fmt::format("section '{}'", section), where,
-            fmt::format("this section belongs to no controller, and '{}' has none; did you mean '{}'?", *near,
-                        *near),
+            fmt::format("this section belongs to no controller, and '{}' has no section; did you mean '{}'?",
+                        *near, *near),
             "give both the same name");
   }
   for (const DeclaredController& c : file.controllers) {
@@ -55,7 +55,7 @@ void check_sections(const ControllersFile& file, Findings& out) {
                        c.type.find("Forward") != std::string::npos;
     if (!needs || !contains(without, c.name)) continue;
     out.add("controllers.no_section", c.subject(), c.where,
-            fmt::format("'{}' is declared, but there is no section with its parameters", c.name),
+            fmt::format("'{}' is declared, but has no section with parameters", c.name),
             fmt::format("add {}: {{ros__parameters: {{joints: [...]}}}}", c.name));
   }
 }
@@ -89,17 +89,17 @@ class JointCheck {
         // Chained controllers name another controller's interface: "other/joint".
         if (name.find('/') != std::string::npos) continue;
         add("controllers.unknown_joint", c, where,
-            fmt::format("{} names '{}', which the robot does not have{}", text, name,
+            fmt::format("{} lists '{}', which the robot does not have{}", text, name,
                         did_you_mean(name, names_)),
-            "write the joint's name as the URDF has it");
+            "use the joint name of the URDF");
       } else if (commands && !moves(*joint)) {
-        add("controllers.fixed_joint", c, where, fmt::format("{} names '{}', which is fixed", text, name),
+        add("controllers.fixed_joint", c, where, fmt::format("{} lists '{}', which is fixed", text, name),
             "remove it from the list");
       } else if (commands && joint->mimic) {
         out_.add("controllers.mimic_joint", c.subject(), where,
-                 fmt::format("{} names '{}', which mimics '{}' and has no motor of its own", text, name,
+                 fmt::format("{} lists '{}', which mimics '{}' and has no actuator", text, name,
                              joint->mimic->joint),
-                 fmt::format("remove it; it follows '{}' by itself", joint->mimic->joint));
+                 fmt::format("remove it; it mimics '{}' automatically", joint->mimic->joint));
       }
     }
   }
@@ -169,7 +169,7 @@ std::string offers_text(const std::set<std::string>& offered, const Names& joint
     if (groups.size() > 1)
       out.push_back(fmt::format("{} {} {}", quoted_list(holders), one ? "offers" : "offer", what));
     else if (!interfaces.empty())
-      out.push_back(fmt::format("{} {}", one ? "it offers" : "they offer", what));
+      out.push_back(fmt::format("{} {}", one ? "it exports" : "they export", what));
   }
   return out.empty() ? "" : fmt::format("; {}", fmt::join(out, ", "));
 }
@@ -189,9 +189,9 @@ void check_interfaces(const AuditInput& in, const ControllersFile& file, const D
       if (missing.empty()) continue;
       out.add(commands ? "controllers.command_interface" : "controllers.state_interface",
               file.named ? Severity::error : Severity::warning, c.subject(), where,
-              fmt::format("it wants the {} interface '{}' of {}, which <ros2_control> does not offer{}", kind,
-                          interface, quoted_list(missing), offers_text(offered, missing)),
-              fmt::format("add <{}_interface name=\"{}\"/> to the joint, or take another interface", kind,
+              fmt::format("it requires the {} interface '{}' of {}, which <ros2_control> does not export{}",
+                          kind, interface, quoted_list(missing), offers_text(offered, missing)),
+              fmt::format("add <{}_interface name=\"{}\"/> to the joint, or use another interface", kind,
                           interface));
     }
   }
@@ -224,12 +224,13 @@ void check_idle_gains(const AuditInput& in, const DeclaredController& c, Finding
   });
   out.add(
       "controllers.idle_gains", c.subject(), where,
-      fmt::format("the gains of {} have no effect: with command_interfaces [{}] no PID runs. {}",
-                  quoted_list(joints), fmt::join(listed, ", "),
-                  simulated ? "The stiffness is the simulator's: in Gazebo position_proportional_gain of its "
-                              "plugin, in doppel the servo, chosen from the inertia that the joint carries"
-                            : "The stiffness is that of the servo or of the driver's own loop"),
-      "remove the gains, or command velocity alone or effort alone");
+      fmt::format(
+          "the gains of {} have no effect: with command_interfaces [{}] no PID runs. {}", quoted_list(joints),
+          fmt::join(listed, ", "),
+          simulated ? "The stiffness is set by the simulator: in Gazebo by position_proportional_gain of its "
+                      "plugin, in doppel by the servo model, computed from the inertia carried by the joint"
+                    : "The stiffness is set by the servo or the driver's own loop"),
+      "remove the gains, or command only velocity or only effort");
 }
 
 void check_rates(const ControllersFile& file, Findings& out) {
@@ -240,10 +241,9 @@ void check_rates(const ControllersFile& file, Findings& out) {
             "choose a rate that divides the physics rate");
   } else if (rate > 0 && std::abs(std::round(kPhysicsRate / rate) * rate - kPhysicsRate) > 1e-6) {
     out.add("controllers.rate_uneven", "controller_manager", file.rate_where,
-            fmt::format(
-                "update_rate {:g} Hz does not divide the usual physics rate of {:g} Hz; it runs at {:.5g} Hz "
-                "there",
-                rate, kPhysicsRate, kPhysicsRate / std::round(kPhysicsRate / rate)),
+            fmt::format("update_rate {:g} Hz does not divide the usual physics rate of {:g} Hz; it runs at "
+                        "{:.5g} Hz in simulation",
+                        rate, kPhysicsRate, kPhysicsRate / std::round(kPhysicsRate / rate)),
             "choose 50, 100, 125, 200, 250, 500 or 1000");
   }
   for (const DeclaredController& c : file.controllers) {
@@ -253,12 +253,12 @@ void check_rates(const ControllersFile& file, Findings& out) {
       out.add(
           "controllers.rate_above_manager", c.subject(), own->second,
           fmt::format("its update_rate {:g} Hz is above the controller manager's {:g} Hz", own->first, rate),
-          fmt::format("choose at most {:g}, or raise the manager's", rate));
+          fmt::format("choose at most {:g}, or raise the manager's rate", rate));
     } else if (std::abs(std::round(rate / own->first) * own->first - rate) > 1e-6) {
       out.add("controllers.rate_uneven", c.subject(), own->second,
               fmt::format("its update_rate {:g} Hz does not divide the controller manager's {:g} Hz",
                           own->first, rate),
-              fmt::format("choose {:g} divided by a whole number", rate));
+              fmt::format("choose {:g} divided by an integer", rate));
     }
   }
 }
@@ -273,9 +273,9 @@ void check_claims(const ControllersFile& file, Findings& out) {
         const auto [first, fresh] = holder.emplace(joint + "/" + interface, &c);
         if (fresh || first->second == &c || !reported.insert({first->second, &c}).second) continue;
         out.add("controllers.shared_claim", c.subject(), where,
-                fmt::format("it wants '{}/{}', and so does '{}'; only one of them can be active", joint,
+                fmt::format("it claims '{}/{}', and so does '{}'; only one of them can be active", joint,
                             interface, first->second->name),
-                "start one of them and load the other inactive; `doppel up` takes --activate");
+                "activate one of them and load the other inactive; `doppel up` takes --activate");
       }
     }
   }
@@ -304,7 +304,7 @@ void check_uncontrolled(const AuditInput& in, const ControllersFile& file, Findi
   out.add("controllers.uncontrolled_joint",
           missing.size() == 1 ? fmt::format("joint '{}'", missing[0]) : "the robot", where,
           fmt::format("no controller of {} commands {}", file.path.filename().string(), quoted_list(missing)),
-          "add it to a controller's joints, or drop its command interface");
+          "add it to a controller's joints, or remove its command interface");
 }
 
 }  // namespace

@@ -39,9 +39,9 @@ class DatasheetCheck {
     if (joint == nullptr) {
       const Names names = joint_names(in_.robot);
       out_.add("datasheet.unknown_joint", fmt::format("joint '{}'", drive.joint), drive.source,
-               fmt::format("{} gives an actuator to '{}', which the robot does not have{}",
+               fmt::format("{} assigns an actuator to '{}', which the robot does not have{}",
                            file.filename().string(), drive.joint, did_you_mean(drive.joint, names)),
-               "write the joint's name as the URDF has it");
+               "use the joint name of the URDF");
       return;
     }
     const bool linear = joint->type == JointType::prismatic;
@@ -66,7 +66,7 @@ class DatasheetCheck {
   }
   static std::string describe(const JointDrive& drive, const RatedValue& value) {
     std::string out = fmt::format("{}: {}", drive.actuator.name, value.written);
-    if (drive.reduction != 1) out += fmt::format(", geared {:g} to 1", drive.reduction);
+    if (drive.reduction != 1) out += fmt::format(", gear ratio {:g}", drive.reduction);
     if (drive.count != 1) out += fmt::format(", {} of them", drive.count);
     return out;
   }
@@ -89,9 +89,9 @@ class DatasheetCheck {
     if (!above && q.claimed > 0) {
       if (q.claimed >= kFarBelow * q.able) return;
       out_.add("datasheet.far_below", subject, where,
-               fmt::format("{} {:g} {} is {:.0f} % of what the sheet gives ({}, {:.3g} {})", q.name,
-                           q.claimed, q.unit, 100 * q.claimed / q.able, q.sheet, q.able, q.unit),
-               "nothing, if it is meant as a margin");
+               fmt::format("{} {:g} {} is {:.0f} % of the datasheet value ({}, {:.3g} {})", q.name, q.claimed,
+                           q.unit, 100 * q.claimed / q.able, q.sheet, q.able, q.unit),
+               "nothing, if it is a deliberate margin");
       return;
     }
     if (joint.mimic && !above) return;
@@ -100,7 +100,7 @@ class DatasheetCheck {
     set.joint = joint.name;
     (std::string_view(q.name) == "effort" ? set.effort : set.velocity) = honest;
     operation.action = set;
-    operation.why = "the limit is what the actuator can do";
+    operation.why = "the limit is the actuator's rating";
     operation.evidence = {q.sheet};
     const std::string fix = fmt::format("write {}=\"{:g}\" ({})", q.name, honest, q.sheet);
     if (Finding* other = reported_already(subject, q.name)) {
@@ -111,7 +111,7 @@ class DatasheetCheck {
     }
     if (!above) return;  // not written or 0: told by the rules on limits
     Finding& finding = out_.add("datasheet.above", subject, where,
-                                fmt::format("{} {:g} {} is above what the actuator can do ({}, {:.3g} {})",
+                                fmt::format("{} {:g} {} is above the actuator's rating ({}, {:.3g} {})",
                                             q.name, q.claimed, q.unit, q.sheet, q.able, q.unit),
                                 fix);
     finding.repair.push_back(std::move(operation));
@@ -125,9 +125,9 @@ class DatasheetCheck {
     const bool linear = joint.type == JointType::prismatic;
     const double show = linear ? 1000 : 180 / M_PI;
     out_.add("datasheet.travel", fmt::format("joint '{}'", joint.name), joint.limits->source,
-             fmt::format("its limits span {:.1f} {}, and {} turns {:.1f} from stop to stop", asked * show,
+             fmt::format("its limits span {:.1f} {}, and {} has {:.1f} of travel", asked * show,
                          linear ? "mm" : "degrees", sheet.name, travel * show),
-             "narrow lower and upper to what the actuator reaches, or name the version with more travel");
+             "narrow lower and upper to the actuator's travel, or select the version with more travel");
   }
 
   const AuditInput& in_;

@@ -29,7 +29,8 @@ void check_plugin_name(const GazeboPlugin& plugin, Findings& out) {
   if (const GazeboControlPlugin* known = find_gazebo_control_plugin(plugin.filename)) {
     if (!known->present_file.empty()) {
       out.add("gazebo.old_plugin", subject, plugin.source,
-              fmt::format("this library belongs to an earlier Gazebo; today it is '{}'", known->present_file),
+              fmt::format("this library belongs to an earlier Gazebo; its current name is '{}'",
+                          known->present_file),
               fmt::format("write filename=\"{}\" name=\"{}\"", known->present_file, known->present_class));
     } else if (plugin.name != known->class_name) {
       out.add("gazebo.plugin_class", subject, plugin.source,
@@ -40,17 +41,16 @@ void check_plugin_name(const GazeboPlugin& plugin, Findings& out) {
   }
   if (library.starts_with("ignition-gazebo")) {
     std::string present = "gz-sim" + library.substr(std::string("ignition-gazebo").size());
-    out.add(
-        "gazebo.old_plugin", subject, plugin.source,
-        fmt::format("this library belongs to Gazebo when it was called Ignition; today it is '{}'", present),
-        fmt::format("write filename=\"{}\", and gz::sim::systems in its name", present));
+    out.add("gazebo.old_plugin", subject, plugin.source,
+            fmt::format("this library belongs to Ignition Gazebo; its current name is '{}'", present),
+            fmt::format("write filename=\"{}\", and gz::sim::systems in its name", present));
     return;
   }
   if (of_gazebo_classic(library)) {
-    out.add(
-        "gazebo.old_plugin", Severity::note, subject, plugin.source,
-        "this library belongs to Gazebo Classic, which ended in January 2025, and no later Gazebo loads it",
-        "use the system of Gazebo that does the same");
+    out.add("gazebo.old_plugin", Severity::note, subject, plugin.source,
+            "this library belongs to Gazebo Classic, which reached end of life in January 2025; later Gazebo "
+            "releases do not load it",
+            "use the equivalent Gazebo system plugin");
     return;
   }
   for (const GazeboControlPlugin& candidate : gazebo_control_plugins()) {
@@ -79,10 +79,9 @@ void check_pair(const AuditInput& in, Findings& out) {
   if (simulated != hardware.end() && plugin == nullptr) {
     out.add("gazebo.no_control_plugin", fmt::format("<ros2_control> '{}'", simulated->name),
             simulated->plugin_source,
-            fmt::format(
-                "it names '{}', which lives in Gazebo, and no <gazebo> element loads the plugin that starts "
-                "a controller manager there",
-                simulated->plugin),
+            fmt::format("it uses '{}', which runs in Gazebo, but no <gazebo> element loads the plugin that "
+                        "starts a controller manager there",
+                        simulated->plugin),
             "add <gazebo><plugin filename=\"gz_ros2_control-system\" "
             "name=\"gz_ros2_control::GazeboSimROS2ControlPlugin\"> with its <parameters>");
   }
@@ -90,11 +89,11 @@ void check_pair(const AuditInput& in, Findings& out) {
   if (plugin == nullptr || ros1 || simulated != hardware.end()) return;
   const std::string what =
       hardware.empty() ? "there is no <ros2_control> at all"
-                       : fmt::format("'{}' names '{}'", hardware.front().name, hardware.front().plugin);
+                       : fmt::format("'{}' uses '{}'", hardware.front().name, hardware.front().plugin);
   out.add("gazebo.no_simulated_hardware", fmt::format("<gazebo> plugin '{}'", plugin->filename),
           plugin->source,
           fmt::format("Gazebo starts a controller manager, but no component is simulated: {}", what),
-          "name gz_ros2_control/GazeboSimSystem as the component's plugin when simulating");
+          "use gz_ros2_control/GazeboSimSystem as the component's plugin in simulation");
 }
 
 // Ogre scripts of Gazebo Classic; one finding for all.
@@ -107,13 +106,11 @@ void check_materials(const AuditInput& in, Findings& out) {
     ++count;
   }
   if (first == nullptr) return;
-  out.add(
-      "gazebo.material", fmt::format("<gazebo reference=\"{}\">", first->reference), first->source,
-      fmt::format(
-          "'{}'{} is a material of Gazebo Classic; later Gazebo knows none of them and shows the colour of "
-          "the URDF's <material>, or grey",
-          first->material, count > 1 ? fmt::format(" (and {} more)", count - 1) : ""),
-      "give the <visual> a <material> with a colour");
+  out.add("gazebo.material", fmt::format("<gazebo reference=\"{}\">", first->reference), first->source,
+          fmt::format("'{}'{} is a material of Gazebo Classic; later Gazebo releases ignore it and show the "
+                      "colour of the URDF's <material>, or grey",
+                      first->material, count > 1 ? fmt::format(" (and {} more)", count - 1) : ""),
+          "give the <visual> a <material> with a colour");
 }
 
 void check_transmissions(const AuditInput& in, Findings& out) {
@@ -124,7 +121,7 @@ void check_transmissions(const AuditInput& in, Findings& out) {
       out.add("transmission.unknown_joint", fmt::format("transmission '{}'", transmission.name),
               element.source,
               fmt::format("the robot has no joint '{}'{}", element.name, did_you_mean(element.name, joints)),
-              "write the joint's name as the URDF has it, or remove the transmission");
+              "use the joint name of the URDF, or remove the transmission");
     }
   }
 }

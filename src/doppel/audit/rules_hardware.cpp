@@ -21,7 +21,7 @@ void check_type(const HardwareDescription& hardware, Findings& out) {
     return;
   }
   out.add("ros2_control.type", subject_of(hardware), hardware.source,
-          fmt::format("there is no type '{}'{}", hardware.type, did_you_mean(hardware.type, kTypes)),
+          fmt::format("unknown type '{}'{}", hardware.type, did_you_mean(hardware.type, kTypes)),
           "write type=\"system\", \"actuator\" or \"sensor\"");
 }
 
@@ -29,14 +29,14 @@ void check_plugin(const HardwareDescription& hardware, Findings& out) {
   if (hardware.plugin.empty()) {
     out.add(
         "ros2_control.no_plugin", subject_of(hardware), hardware.source,
-        "it names no plugin, so nothing drives its joints",
+        "it has no plugin, so nothing drives its joints",
         "write <hardware><plugin>gz_ros2_control/GazeboSimSystem</plugin></hardware>, or the driver's name");
     return;
   }
   if (const SimulatorPlugin* known = find_simulator_plugin(hardware.plugin)) {
     if (known->present.empty()) return;
     out.add("ros2_control.old_plugin", subject_of(hardware), hardware.plugin_source,
-            fmt::format("'{}' is the plugin of {}; today it is '{}'", hardware.plugin, known->whose,
+            fmt::format("'{}' is the plugin of {}; its current name is '{}'", hardware.plugin, known->whose,
                         known->present),
             fmt::format("write <plugin>{}</plugin>", known->present));
     return;
@@ -55,8 +55,8 @@ void check_plugin(const HardwareDescription& hardware, Findings& out) {
   } else if (hardware.plugin.find('/') == std::string::npos &&
              hardware.plugin.find("::") == std::string::npos) {
     out.add("ros2_control.plugin_name", Severity::note, subject_of(hardware), hardware.plugin_source,
-            fmt::format("'{}' is no usual name of a plugin, which is PACKAGE/CLASS", hardware.plugin),
-            "write it as the plugin's package exports it");
+            fmt::format("'{}' does not have the usual form PACKAGE/CLASS", hardware.plugin),
+            "write the name that the plugin's package exports");
   }
 }
 
@@ -81,9 +81,10 @@ void check_sensors(const AuditInput& in, const HardwareDescription& hardware, Fi
     const std::string subject = fmt::format("sensor '{}' of <ros2_control>", sensor.name);
     for (const auto& [name, value] : sensor.params) {
       if (name != "frame_id" || value.empty() || contains(links, value)) continue;
-      out.add("ros2_control.sensor_frame", subject, sensor.source,
-              fmt::format("its frame_id '{}' is no link of the robot{}", value, did_you_mean(value, links)),
-              "name the link that the sensor stands on");
+      out.add(
+          "ros2_control.sensor_frame", subject, sensor.source,
+          fmt::format("its frame_id '{}' is not a link of the robot{}", value, did_you_mean(value, links)),
+          "use the link that carries the sensor");
     }
     const bool in_gazebo = plugin != nullptr && plugin->needs_gazebo;
     if (!in_gazebo || simulated.contains(sensor.name) || contains(joints, sensor.name)) continue;
@@ -108,9 +109,8 @@ void check_presence(const AuditInput& in, Findings& out) {
   const bool can_move = std::any_of(in.robot.joints.begin(), in.robot.joints.end(), driven_kind);
   if (prepared == in.expanded.files.end() || !can_move) return;
   out.add("ros2_control.missing", "the robot", make_location(prepared->string(), 1, 1),
-          "this file is included and holds no <ros2_control> that takes effect, so no controller can move "
-          "the robot",
-          "write a <ros2_control> block with the driven joints, or choose one by the file's arguments");
+          "this file is included but contains no active <ros2_control>, so no controller can move the robot",
+          "write a <ros2_control> block with the driven joints, or select one by the file's arguments");
 }
 
 }  // namespace

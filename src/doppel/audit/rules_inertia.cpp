@@ -93,8 +93,8 @@ void report_rounded(const std::vector<const Link*>& links, Severity severity, Fi
               fmt::format("{} of inertia {} exactly zero: {}",
                           entries.size() == 1 ? "a moment" : fmt::format("{} moments", entries.size()),
                           entries.size() == 1 ? "is" : "are", fmt::join(entries, ", ")),
-              "give each the link's own transverse moment: an upper bound, not a measurement; on a heavy "
-              "link export the tensor again with more digits");
+              "set each to the link's transverse moment, which is an upper bound and not a measurement; for "
+              "a heavy link export the tensor again with more digits");
   if (severity == Severity::error) f.repair = std::move(repair);
 }
 
@@ -116,9 +116,9 @@ void report_identity(const Link& link, const std::optional<LinkShape>& shape, Fi
 void report_singular(const Link& link, const Body& body, const Eigen::Vector3d& moments, Findings& out) {
   out.add("inertia.not_positive", std::min(graded(link, body, Severity::warning), Severity::warning),
           subject(link), link.inertial->source,
-          fmt::format("its principal moments are {} kg m^2: the smallest is zero but for rounding",
+          fmt::format("its principal moments are {} kg m^2: the smallest is zero within rounding",
                       shown(moments)),
-          "nothing, if it stands for a frame; else compute it from the link's shape and mass");
+          "nothing, if the link represents a frame; otherwise compute it from the link's shape and mass");
 }
 
 void report_impossible(const Link& link, const Body& body, const Components& c,
@@ -130,14 +130,13 @@ void report_impossible(const Link& link, const Body& body, const Components& c,
   const bool rounding = positive && excess <= kRoundedExcess;
   // Without a shape to hold it against, a power of ten that would do is a guess.
   const auto typo = rounding || !computable(link, shape) ? std::nullopt : only_typo(c, *link.inertial, shape);
-  std::string fix =
-      typo ? fmt::format("correct {}: nothing else of the kind makes it possible", typo->what) : "";
+  std::string fix = typo ? fmt::format("correct {}: no other single change makes it valid", typo->what) : "";
   const bool wrong = !positive || excess > kWrongExcess;
   const Severity severity = graded(link, body, wrong ? Severity::error : Severity::warning);
   Finding& f =
       positive ? out.add("inertia.triangle", severity, subject(link), link.inertial->source,
-                         fmt::format("no body has the principal moments {} kg m^2: the largest exceeds the "
-                                     "sum of the others by {:.2g} %",
+                         fmt::format("the principal moments {} kg m^2 are physically impossible: the largest "
+                                     "exceeds the sum of the others by {:.2g} %",
                                      shown(moments), 100 * excess),
                          fix)
                : out.add("inertia.not_positive", severity, subject(link), link.inertial->source,
@@ -148,7 +147,7 @@ void report_impossible(const Link& link, const Body& body, const Components& c,
   if (typo) {
     f.repair = {set_components(link.name, c, typo->corrected, typo->what)};
   } else if (computable(link, shape)) {
-    f.repair = {compute(link, "no body can have the tensor that was written")};
+    f.repair = {compute(link, "the tensor is physically impossible")};
     f.fix = "compute it from the link's shape and mass";
   }
 }
@@ -221,7 +220,7 @@ void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Finding
   const auto moving = std::count_if(all.begin(), all.end(), [](const Body& b) { return b.joint != nullptr; });
   if (none && moving > 0) {
     out.add("inertia.none", "the robot", in.robot.source,
-            "no link has an <inertial>: it can be shown and planned with, not simulated");
+            "no link has an <inertial>: it can be displayed and used for planning, but not simulated");
     return;
   }
   for (const Body& body : all) {
@@ -234,7 +233,7 @@ void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Finding
     });
     out.add("inertia.missing", has_shape ? Severity::warning : Severity::note, subject(link), link.source,
             fmt::format("'{}' moves it, and {} no <inertial>", body.joint->name,
-                        body.links.size() == 1 ? "it has" : "neither it nor what is fixed to it has"));
+                        body.links.size() == 1 ? "it has" : "neither it nor the links fixed to it have"));
   }
 }
 

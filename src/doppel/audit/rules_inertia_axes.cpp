@@ -97,8 +97,8 @@ bool check_axes(const Link& link, const LinkShape& shape, Findings& out) {
   if (!found) return false;
   Finding& f = out.add(
       "inertia.axes", found->only ? Severity::error : Severity::warning, subject(link), inertial.source,
-      fmt::format("by its moment about {} its mass would be {:.3g} mm from that axis, and no point of its "
-                  "shape is more than {:.3g} mm away",
+      fmt::format("its moment about {} implies mass at {:.3g} mm from that axis, but no point of its shape "
+                  "is more than {:.3g} mm away",
                   kAxisNames[static_cast<std::size_t>(worst.axis)], worst.gyration * 1e3, worst.reach * 1e3),
       found->only ? fmt::format("{}: write ixx=\"{:g}\" iyy=\"{:g}\" izz=\"{:g}\"", found->what,
                                 found->corrected[0], found->corrected[3], found->corrected[5])

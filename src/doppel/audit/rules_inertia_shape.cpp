@@ -105,7 +105,7 @@ bool check_tensor_units(const Link& link, const LinkShape& shape, SuspectUnits& 
   if (power == 0 || std::abs(decades - power) > kPowerSlack) return false;
   suspects.all.push_back(
       {UnitOf::tensor, power, &link,
-       fmt::format("its moments of inertia are {:.2g} times what its shape and mass have", ratio),
+       fmt::format("its moments of inertia are {:.2g} times those of its shape and mass", ratio),
        "in " + units_of(power)});
   return true;
 }
@@ -118,16 +118,14 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
   if (!(reach > 0)) return;
   if (gyration > kMaxGyrationRatio * reach) {
     // No repair: drives add the inertia of their rotors, and shapes leave out what hangs on a link.
-    out.add(
-        "inertia.gyration", subject(link), inertial.source,
-        fmt::format("its mass would have to be {:.3g} mm from its centre, and no point of its shape is more "
-                    "than {:.3g} mm away",
-                    gyration * 1e3, reach * 1e3));
+    out.add("inertia.gyration", subject(link), inertial.source,
+            fmt::format("they imply mass at {:.3g} mm from its centre, but no point of its shape is more "
+                        "than {:.3g} mm away",
+                        gyration * 1e3, reach * 1e3));
   } else if (gyration < kConcentrated * reach) {
     out.add("inertia.gyration", subject(link), inertial.source,
-            fmt::format(
-                "its mass would have to be within {:.2g} mm of its centre, and its shape reaches {:.3g} mm",
-                gyration * 1e3, reach * 1e3));
+            fmt::format("they imply all mass within {:.2g} mm of its centre, but its shape extends {:.3g} mm",
+                        gyration * 1e3, reach * 1e3));
   }
 }
 

@@ -75,7 +75,7 @@ void check_complete(const AuditInput& in, const Joint& joint, const char* name, 
   std::erase_if(out.all(),
                 [&](const Finding& f) { return f.rule == "schema.attribute" && same_place(f.where, where); });
   out.add("joint.limit_incomplete", subject(joint), where,
-          fmt::format("its <limit> has no {}, but '{}'; did you mean '{}'?", name, meant->name, name),
+          fmt::format("its <limit> has no {} but a '{}'; did you mean '{}'?", name, meant->name, name),
           fmt::format("write {}=\"{}\"", name, meant->value));
 }
 
@@ -137,15 +137,15 @@ void check_negative(const Joint& joint, const char* name, double value, Findings
   if (value == -1) {
     out.add(
         "joint.limit_negative", Severity::warning, subject(joint), joint.limits->source,
-        fmt::format("its {} limit is -1, which SDF takes for 'no limit' and other tools for a mistake", name),
-        "write what the drive delivers");
+        fmt::format("its {} limit is -1, which means 'no limit' in SDF and is an error in other tools", name),
+        "write the effort that the drive delivers");
     return;
   }
   SetLimit fix{joint.name, {}, {}, {}, {}};
   (name[0] == 'e' ? fix.effort : fix.velocity) = -value;
   out.add("joint.limit_negative", subject(joint), joint.limits->source,
           fmt::format("its {} limit is {}", name, value), fmt::format("write {}", -value))
-      .repair = {set_limit(fix, fmt::format("a limit is a magnitude; {} was written", value))};
+      .repair = {set_limit(fix, fmt::format("a limit is a magnitude, but {} is written", value))};
 }
 
 void check_rates(const Joint& joint, Findings& out) {
@@ -206,9 +206,9 @@ bool check_degrees(const Joint& joint, bool certain, Findings& out) {
               fmt::format("its limits {:g} and {:g} are radians, {:.0f} turns; they look like degrees",
                           l.lower, l.upper, (l.upper - l.lower) / (2 * kPi)),
               certain ? fmt::format("write lower=\"{:.9f}\" upper=\"{:.9f}\"", lower, upper)
-                      : "write radians, or make it continuous if it turns without end");
+                      : "write radians, or make it continuous if it is unlimited");
   if (certain)
-    f.repair = {set_limit({joint.name, lower, upper, {}, {}}, "the limits were written in degrees")};
+    f.repair = {set_limit({joint.name, lower, upper, {}, {}}, "the limits are written in degrees")};
   return true;
 }
 
@@ -237,21 +237,21 @@ void check_range(const Joint& joint, bool degrees, Findings& out) {
   if (!limited(joint) || l.lower > l.upper || check_degrees(joint, degrees, out)) return;
   if (!l.has_position || l.lower == l.upper) {
     out.add("joint.range_zero", subject(joint), l.source,
-            l.has_position ? fmt::format("its limits allow one position only, {:g} {}", l.lower, unit(joint))
-                           : "its <limit> has neither lower nor upper, which counts as 0 and 0");
+            l.has_position ? fmt::format("its limits allow only one position, {:g} {}", l.lower, unit(joint))
+                           : "its <limit> has neither lower nor upper, which means 0 and 0");
     return;
   }
   const double range = l.upper - l.lower;
   if (joint.type == JointType::prismatic) {
     if (range > 20) {
-      out.add("joint.range_absurd", subject(joint), l.source, fmt::format("it slides over {:g} m", range),
-              "limits of prismatic joints are metres; were these millimetres?");
+      out.add("joint.range_absurd", subject(joint), l.source, fmt::format("its range is {:g} m", range),
+              "limits of prismatic joints are in metres; are these millimetres?");
     }
     return;
   }
   if (range > kSomeTurns + 1e-3) {
     out.add("joint.not_continuous", range >= kManyTurns ? Severity::warning : Severity::note, subject(joint),
-            l.source, fmt::format("it turns over {:.3g} turns, yet it is revolute", range / (2 * kPi)));
+            l.source, fmt::format("it is revolute with a range of {:.3g} turns", range / (2 * kPi)));
     return;
   }
   check_precision(joint, "lower", l.lower, out);
@@ -267,7 +267,7 @@ void check_dynamics(const Joint& joint, Findings& out) {
     (name[0] == 'd' ? fix.damping : fix.friction) = -value;
     Operation repair;
     repair.action = fix;
-    repair.why = fmt::format("{} takes energy out; {} would put it in", name, value);
+    repair.why = fmt::format("{} dissipates energy; {} would add it", name, value);
     out.add("joint.dynamics_negative", subject(joint), joint.dynamics->source,
             fmt::format("its {} is {}", name, value), fmt::format("write {}", -value))
         .repair = {repair};
@@ -289,7 +289,7 @@ void check_safety(const Joint& joint, Findings& out) {
 void check_axis(const Joint& joint, Findings& out) {
   const bool needs = joint.type != JointType::fixed && joint.type != JointType::floating;
   if (needs && !joint.axis_source.known()) {
-    out.add("joint.axis_default", subject(joint), joint.source, "it has no <axis>; 1 0 0 is taken");
+    out.add("joint.axis_default", subject(joint), joint.source, "it has no <axis>; 1 0 0 is used");
   }
 }
 
@@ -300,12 +300,12 @@ void check_origin(const Joint& joint, Findings& out) {
   const bool degrees = (rpy.array() == (rpy.array() / 15).round() * 15).all();
   Finding& f = out.add("joint.origin_degrees", degrees ? Severity::error : Severity::note, subject(joint),
                        joint.origin.source,
-                       fmt::format("its origin is turned by rpy {:g} {:g} {:g} rad, more than a whole turn{}",
-                                   rpy.x(), rpy.y(), rpy.z(), degrees ? "; these look like degrees" : ""));
+                       fmt::format("its origin has rpy {:g} {:g} {:g} rad, more than a full turn{}", rpy.x(),
+                                   rpy.y(), rpy.z(), degrees ? "; these look like degrees" : ""));
   if (!degrees) return;
   Operation repair;
   repair.action = SetOrigin{joint.name, {}, Eigen::Vector3d(rpy * kPi / 180)};
-  repair.why = "the angles were written in degrees";
+  repair.why = "the angles are written in degrees";
   f.repair = {repair};
 }
 
@@ -323,7 +323,7 @@ void offer_repairs(const AuditInput& in, Findings& out) {
       if (f.rule == "urdf.limits_crossed" && joint.limits && bounds_readable(in, joint) &&
           joint.limits->lower == -joint.limits->upper) {
         f.repair = {set_limit({joint.name, joint.limits->upper, joint.limits->lower, {}, {}},
-                              "lower and upper were exchanged")};
+                              "lower and upper are exchanged")};
       }
     }
   }

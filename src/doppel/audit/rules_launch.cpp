@@ -87,8 +87,8 @@ void check_spawn_height(const LaunchFile& file, Findings& out) {
     const auto [end, error] = std::from_chars(begin, file.text.data() + file.text.size(), height);
     if (error != std::errc() || *end != file.text[from] || std::abs(height) < 1e-9) return;
     out.add("package.spawn_height", file.subject(), file.place(at),
-            fmt::format("it spawns the robot at z = {:g} m, and the description fixes it to 'world'", height),
-            "spawn at 0, or write the height into the joint to 'world'");
+            fmt::format("it spawns the robot at z = {:g} m, but the description fixes it to 'world'", height),
+            "spawn at z = 0, or put the height into the joint to 'world'");
     return;
   }
 }

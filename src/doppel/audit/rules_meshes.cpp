@@ -60,16 +60,16 @@ void check_file(const MeshUse& use, bool collides, Findings& out) {
   if (!report.problem.empty()) return report_problem(use, collides, report, out);
   if (!report.remark.empty()) {
     out.add("mesh.irregular", subject(*use.link), use.where,
-            fmt::format("'{}' is read as RViz and Gazebo read it, although {}", name, report.remark));
+            fmt::format("'{}' is read as in RViz and Gazebo, although {}", name, report.remark));
   }
   if (report.solid.volume < 0 && report.open_edges == 0) {
     out.add("mesh.inverted", subject(*use.link), use.where,
-            fmt::format("the faces of '{}' look inwards", name));
+            fmt::format("the faces of '{}' point inwards", name));
   }
   if (report.crossed_edges > 0) {
     out.add("mesh.crossed", subject(*use.link), use.where,
-            fmt::format("at {} edges of '{}' the faces disagree about where outside is", report.crossed_edges,
-                        name));
+            fmt::format("at {} edges of '{}' the orientation of the faces is inconsistent",
+                        report.crossed_edges, name));
   } else if (report.open_edges > 0) {
     out.add("mesh.open", subject(*use.link), use.where,
             fmt::format("'{}' is not closed: {} open edges", name, report.open_edges));
@@ -90,7 +90,7 @@ void check_triangles(const MeshUse& use, Findings& out) {
   if (report.triangles <= budget) return;
   const bool far = use.collides || report.triangles > kFarTooMany;
   out.add("mesh.triangles", far ? Severity::warning : Severity::note, subject(*use.link), use.where,
-          fmt::format("'{}' has {} triangles; a {} shape should stay below {}", file_name(*use.mesh),
+          fmt::format("'{}' has {} triangles; a {} shape should have fewer than {}", file_name(*use.mesh),
                       report.triangles, use.collides ? "collision" : "visual", budget));
 }
 
@@ -160,12 +160,12 @@ void check_sign(const MeshUse& use, const std::vector<MeshUse>& uses, Findings& 
                        subject(*use.link), use.where,
                        fmt::format("'{}' is scaled by {:g} {:g} {:g}, which mirrors it{}",
                                    file_name(*use.mesh), scale.x(), scale.y(), scale.z(),
-                                   mistake ? "; without the sign the centre of mass lies inside of it" : ""),
+                                   mistake ? "; with a positive scale the centre of mass is inside it" : ""),
                        fmt::format("write scale=\"{:g} {:g} {:g}\"", plain.x(), plain.y(), plain.z()));
   if (!mistake || !shows_one_file(*use.link)) return;
   Operation repair;
   repair.action = SetMeshScale{use.link->name, plain};
-  repair.why = "the sign of the scale mirrored the mesh";
+  repair.why = "the negative scale mirrors the mesh";
   f.repair = {repair};
 }
 
@@ -201,7 +201,7 @@ void check_unit(const MeshUse& use, double reach, const std::vector<double>& ext
   const double factor = large ? 1e-3 : 1e3;
   Operation repair;
   repair.action = SetMeshScale{use.link->name, use.mesh->scale * factor};
-  repair.why = large ? "the file is in millimetres" : "the scale counts millimetres twice";
+  repair.why = large ? "the file is in millimetres" : "the scale converts from millimetres twice";
   Finding& f = out.add(
       "mesh.unit", large ? Severity::error : Severity::warning, subject(*use.link), use.where,
       fmt::format(
@@ -234,7 +234,7 @@ void check_visuals_as_collisions(const RobotDescription& robot, Findings& out) {
   out.add("mesh.visual_as_collision", most > kManyColliding ? Severity::warning : Severity::note,
           links.size() == 1 ? fmt::format("link '{}'", links[0]) : fmt::format("{} links", links.size()),
           where,
-          fmt::format("the visual mesh is the collision shape as well, in {}{}", names_of(links),
+          fmt::format("the visual mesh is also the collision shape, in {}{}", names_of(links),
                       most > 0 ? fmt::format("; up to {} triangles", most) : ""));
 }
 
@@ -260,7 +260,7 @@ void fold_missing(Findings& out) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
   first->subject = fmt::format("{} meshes", names.size());
-  first->message = fmt::format("{} are not found; marked boxes take their places. The first of them: {}",
+  first->message = fmt::format("{} are not found; marked boxes replace them. The first one: {}",
                                names_of(names), first->message);
   const Finding folded = *first;
   std::erase_if(all, alike);

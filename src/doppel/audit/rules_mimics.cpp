@@ -24,7 +24,7 @@ void check_follower_range(const Joint& joint, const Joint& leader, Findings& out
   if (beyond <= 1e-5 + 1e-3 * (upper - lower)) return;
   out.add(
       "mimic.limits", subject(joint), joint.limits->source,
-      fmt::format("'{}' takes it over {:g} .. {:g}, its own limits are {:g} .. {:g}", leader.name, lower,
+      fmt::format("'{}' moves it over {:g} .. {:g}, but its own limits are {:g} .. {:g}", leader.name, lower,
                   upper, joint.limits->lower, joint.limits->upper),
       fmt::format("widen its limits to {:g} .. {:g}, or narrow those of '{}'",
                   std::min(lower, joint.limits->lower), std::max(upper, joint.limits->upper), leader.name));
@@ -38,19 +38,19 @@ void check_mimics(const AuditInput& in, Findings& out) {
     const SourceLocation& where = joint.mimic->source;
     if (joint.type == JointType::fixed) {
       out.add("mimic.fixed", subject(joint), where,
-              fmt::format("it is fixed, and yet follows '{}'", joint.mimic->joint));
+              fmt::format("it is fixed, but mimics '{}'", joint.mimic->joint));
       continue;
     }
     if (joint.mimic->multiplier == 0) {
       out.add("mimic.multiplier_zero", subject(joint), where,
-              fmt::format("it follows '{}' by 0, so that it stands still", joint.mimic->joint));
+              fmt::format("it mimics '{}' with multiplier 0, so it does not move", joint.mimic->joint));
     }
     const Joint* leader = in.robot.find_joint(joint.mimic->joint);
     if (leader == nullptr || leader == &joint) continue;
     if (leader->mimic && leader->mimic->joint != joint.name) {
       out.add("mimic.chained", subject(joint), where,
-              fmt::format("it follows '{}', which itself follows '{}'", leader->name, leader->mimic->joint),
-              fmt::format("let it follow '{}' directly, with multiplier {:g} and offset {:g}",
+              fmt::format("it mimics '{}', which itself mimics '{}'", leader->name, leader->mimic->joint),
+              fmt::format("let it mimic '{}' directly, with multiplier {:g} and offset {:g}",
                           leader->mimic->joint, joint.mimic->multiplier * leader->mimic->multiplier,
                           joint.mimic->multiplier * leader->mimic->offset + joint.mimic->offset));
     }

@@ -51,11 +51,11 @@ void check_characters(const Named& n, Findings& out) {
   }
   if (std::isspace(static_cast<unsigned char>(name.front())) != 0 ||
       std::isspace(static_cast<unsigned char>(name.back())) != 0) {
-    out.add("name.blank_edge", n.subject(), n.where, "its name begins or ends with a blank");
+    out.add("name.blank_edge", n.subject(), n.where, "its name begins or ends with a space");
   }
   if (name.find("::") != std::string::npos || (name.starts_with("__") && name.ends_with("__"))) {
     out.add("name.reserved", n.subject(), n.where,
-            "SDF keeps names with '::' and those between double underscores for itself");
+            "SDF reserves names with '::' and names between double underscores");
   } else if (name.front() == '/') {
     out.add("name.slash", n.subject(), n.where, "its name begins with '/'");
   }
@@ -93,7 +93,7 @@ void check_case(const std::vector<Named>& names, Findings& out) {
     const auto [first, fresh] = seen.emplace(fmt::format("{} {}", n.kind, lowered(*n.name)), &n);
     if (fresh || *first->second->name == *n.name) continue;
     out.add("name.case", n.subject(), n.where,
-            fmt::format("it differs from '{}' only by the case of letters", *first->second->name));
+            fmt::format("it differs from '{}' only in case", *first->second->name));
   }
 }
 
@@ -118,7 +118,7 @@ void check_robot(const RobotDescription& robot, Findings& out) {
       (!name.empty() && std::isdigit(static_cast<unsigned char>(name.front())) != 0);
   if (!illegal) return;
   out.add("name.robot", "the robot", robot.source,
-          fmt::format("'{}' is no name for a ROS node, topic or namespace", name));
+          fmt::format("'{}' is not a valid name of a ROS node, topic or namespace", name));
 }
 
 }  // namespace

@@ -40,17 +40,17 @@ void check_origins(const AuditInput& in, Findings& out) {
     const bool touches = parent != nullptr && !(parent->visuals.empty() && parent->collisions.empty());
     const bool certain = touches && links.all_known && far > kCertain * links.largest;
     const Eigen::Vector3d metres = xyz / 1e3;
-    Finding& f = out.add("joint.origin_units", certain ? Severity::error : Severity::warning, subject(joint),
-                         joint.origin.source,
-                         fmt::format("its origin {:g} {:g} {:g} is {:.3g} m away, and the largest link is "
-                                     "{:.3g} m long: {} in millimetres",
-                                     xyz.x(), xyz.y(), xyz.z(), far, links.largest,
-                                     certain ? "it is" : "it looks as if it were"),
-                         fmt::format("write xyz=\"{:g} {:g} {:g}\"", metres.x(), metres.y(), metres.z()));
+    Finding& f = out.add(
+        "joint.origin_units", certain ? Severity::error : Severity::warning, subject(joint),
+        joint.origin.source,
+        fmt::format("its origin {:g} {:g} {:g} is {:.3g} m away, and the largest link is "
+                    "{:.3g} m long: {} in millimetres",
+                    xyz.x(), xyz.y(), xyz.z(), far, links.largest, certain ? "it is" : "it seems to be"),
+        fmt::format("write xyz=\"{:g} {:g} {:g}\"", metres.x(), metres.y(), metres.z()));
     if (!certain) continue;
     Operation repair;
     repair.action = SetOrigin{joint.name, metres, {}};
-    repair.why = "the origin was in millimetres";
+    repair.why = "the origin is in millimetres";
     f.repair = {repair};
   }
 }

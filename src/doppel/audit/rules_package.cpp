@@ -58,7 +58,7 @@ void check_missing_manifest(const AuditInput& in, Findings& out) {
     return;
   out.add("package.no_manifest", "the package",
           make_location((folder / (setup ? "setup.py" : "CMakeLists.txt")).string(), 1, 1),
-          fmt::format("'{}' has a build file of ROS and no package.xml", folder.string()),
+          fmt::format("'{}' has a ROS build file but no package.xml", folder.string()),
           "write a package.xml with the package's name");
 }
 
@@ -114,7 +114,7 @@ void check_names(const AuditInput& in, const Package& package,
     if (name == own || !in.resolver.find_package(name).path.empty()) continue;
     if (name != folder && !slip_of(name, own)) continue;
     out.add("package.name_mismatch", fmt::format("package '{}'", name), where,
-            fmt::format("no package is called '{}'; package.xml calls this one '{}'{}", name, own,
+            fmt::format("there is no package '{}'; package.xml names this one '{}'{}", name, own,
                         name == folder ? ", and only its folder has that name" : ""),
             fmt::format("write {}, or rename the package", own));
   }
@@ -188,10 +188,11 @@ void check_installed(const AuditInput& in, const Package& package, const Install
     const SourceLocation where = rules.paths.empty() ? rules.source : rules.paths.back().source;
     const std::string more = left.count > 1 ? fmt::format(" and {} more", left.count - 1) : "";
     if (left.elsewhere) {
-      out.add("package.installed_elsewhere", fmt::format("folder '{}'", folder), where,
-              fmt::format("'{}'{} ({}) is installed as share/{}/{}, where the description does not look",
-                          left.first, more, left.what, package.manifest.name, *left.elsewhere),
-              "install the folder under its own name: without a slash at the end of its name");
+      out.add(
+          "package.installed_elsewhere", fmt::format("folder '{}'", folder), where,
+          fmt::format("'{}'{} ({}) is installed as share/{}/{}, but the description does not use that path",
+                      left.first, more, left.what, package.manifest.name, *left.elsewhere),
+          "install the folder under its own name: remove the trailing slash");
       continue;
     }
     // With catkin a workspace runs from its sources, and many packages are never installed.
@@ -239,7 +240,7 @@ void check_build(const AuditInput& in, const Package& package, Findings& out) {
     }
     if (m.build_type == "ament_python") {
       out.add("package.build_type", subject, m.source,
-              "build_type is ament_python, and there is a CMakeLists.txt",
+              "build_type is ament_python, but there is a CMakeLists.txt",
               "write <build_type>ament_cmake</build_type>, or remove the CMakeLists.txt");
     }
   } else if (fs::exists(setup, none)) {

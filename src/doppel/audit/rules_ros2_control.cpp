@@ -59,7 +59,7 @@ void check_against_urdf(const AuditInput& in, const HardwareJoint& joint, const 
     out.add("ros2_control.unknown_joint", subject_of(joint), joint.source,
             fmt::format("the robot has no joint '{}'{}", joint.name,
                         did_you_mean(joint.name, joint_names(in.robot))),
-            "write the joint's name as the URDF has it, or remove the entry");
+            "use the joint name of the URDF, or remove the entry");
     return;
   }
   if (urdf->type == JointType::fixed) {
@@ -67,7 +67,7 @@ void check_against_urdf(const AuditInput& in, const HardwareJoint& joint, const 
     out.add("ros2_control.fixed_joint", commanded ? Severity::warning : Severity::note, subject_of(joint),
             joint.source,
             fmt::format("'{}' is a fixed joint{}", joint.name,
-                        commanded ? ", and there is nothing that a command could move" : "; it has no state"),
+                        commanded ? ", so there is nothing to command" : "; it has no state"),
             "remove it from <ros2_control>, or make the joint revolute or prismatic");
     return;
   }
@@ -75,7 +75,7 @@ void check_against_urdf(const AuditInput& in, const HardwareJoint& joint, const 
     out.add("ros2_control.mimic_commanded", subject_of(joint), joint.source,
             fmt::format("'{}' mimics '{}' and has a command interface of its own", joint.name,
                         urdf->mimic->joint),
-            fmt::format("remove its <command_interface>; it follows '{}' by itself", urdf->mimic->joint));
+            fmt::format("remove its <command_interface>; it mimics '{}' automatically", urdf->mimic->joint));
   }
 }
 
@@ -94,13 +94,12 @@ void check_interface_names(const HardwareJoint& joint, bool simulated, Findings&
       }
       if (meant.empty()) continue;
       // A driver may offer what it likes under other words; a slip of the pen is one everywhere.
-      out.add(
-          "ros2_control.interface_name", other_word && !simulated ? Severity::note : Severity::warning,
-          subject_of(joint), interface.source,
-          fmt::format("the {} interface '{}' is none of position, velocity, acceleration, effort; did you "
-                      "mean '{}'?",
-                      what, interface.name, meant),
-          fmt::format("write name=\"{}\"", meant));
+      out.add("ros2_control.interface_name", other_word && !simulated ? Severity::note : Severity::warning,
+              subject_of(joint), interface.source,
+              fmt::format("the {} interface '{}' is not one of position, velocity, acceleration, effort; did "
+                          "you mean '{}'?",
+                          what, interface.name, meant),
+              fmt::format("write name=\"{}\"", meant));
     }
   }
 }
@@ -118,10 +117,10 @@ void check_completeness(const AuditInput& in, const HardwareJoint& joint, Findin
   if (joint.state_interfaces.empty() && joint.command_interfaces.empty()) {
     out.add("ros2_control.no_interface", subject_of(joint), joint.source,
             "it has neither a command nor a state interface",
-            "give it the interfaces that the hardware has, or remove it");
+            "add the interfaces of the hardware, or remove it");
   } else if (!has_state(in.robot, joint.name)) {
     out.add("ros2_control.no_state", subject_of(joint), joint.source,
-            "it can be commanded, but has no state interface", "add <state_interface name=\"position\"/>");
+            "it has a command interface, but no state interface", "add <state_interface name=\"position\"/>");
   }
 }
 
@@ -136,7 +135,7 @@ void check_limits(const HardwareJoint& joint, const Joint& urdf, Findings& out) 
       out.add("ros2_control.limits_crossed", subject_of(joint), interface.source,
               fmt::format("the {} command's min {:g} is above its max {:g}", interface.name, *interface.min,
                           *interface.max),
-              "swap them");
+              "exchange them");
     }
     const bool own = interface.min && interface.max;
     const bool position = interface.name == "position" && urdf.type != JointType::continuous &&
@@ -148,7 +147,7 @@ void check_limits(const HardwareJoint& joint, const Joint& urdf, Findings& out) 
             fmt::format(
                 "the {0} command has no bounds: neither min and max here nor the {0} of the joint's <limit>",
                 interface.name),
-            "write the joint's <limit>, which every tool reads");
+            "write the joint's <limit>, which all tools read");
   }
 }
 
@@ -186,7 +185,7 @@ void check_duplicates(const AuditInput& in, Findings& out) {
           const auto [before, is_new] = seen.emplace(full, std::pair{&hardware, interface.source});
           if (is_new || joint.name.empty() || !reported.insert(joint.name).second) return;
           out.add("ros2_control.duplicate_interface", subject_of(joint), interface.source,
-                  fmt::format("the {} interface '{}/{}' is offered twice; the other is at {}{}", kind,
+                  fmt::format("the {} interface '{}/{}' is exported twice; the other is at {}{}", kind,
                               joint.name, interface.name, before->second.second.place(),
                               before->second.first == &hardware
                                   ? ""
@@ -222,8 +221,8 @@ void check_undriven(const AuditInput& in, Findings& out) {
           missing.size() == 1 ? fmt::format("joint '{}'", missing[0]) : "the robot", where,
           fmt::format("no component of <ros2_control> has {}, which {}", quoted_list(missing),
                       missing.size() == 1 ? "can move" : "can all move"),
-          "add them with the interfaces they have; a joint without a motor gets state interfaces only, or is "
-          "fixed");
+          "add them with their interfaces; a joint without an actuator gets only state interfaces, or "
+          "becomes fixed");
 }
 
 void check_component(const AuditInput& in, const Hardware& hardware, const XmlNode* node, Findings& out) {

@@ -75,13 +75,13 @@ class SchemaCheck {
       // A colour for what is not drawn loses nothing.
       const Severity severity = child.name == "material" ? Severity::note : Severity::warning;
       out_.add("schema.misplaced", severity, subject(), child.where,
-               fmt::format("<{}> stands in <{}>, where nobody reads it", child.name, parent.name),
+               fmt::format("<{}> is in <{}>, where it is ignored", child.name, parent.name),
                fmt::format("it belongs in {}", fmt::join(homes, " or ")));
       return;
     }
     out_.add("schema.element", meant ? Severity::error : Severity::note, subject(), child.where,
              fmt::format("<{}> in <{}> is {}{}", child.name, parent.name,
-                         homes.empty() ? "no element of a robot description" : "read by nobody",
+                         homes.empty() ? "not an element of a robot description" : "ignored",
                          near ? fmt::format("; did you mean <{}>?", *near) : ""),
              meant ? fmt::format("write <{}>", *near) : "");
   }
@@ -91,7 +91,7 @@ class SchemaCheck {
     const bool drawn = child.is("material");  // the picture at most is another one
     out_.add("schema.repeated", same || drawn ? Severity::note : Severity::warning, subject(), child.where,
              fmt::format("<{}> has a second <{}>{}; the first is at {}", parent.name, child.name,
-                         same ? ", the same again" : " that says something else", first.where.place()));
+                         same ? ", with the same content" : " with other content", first.where.place()));
   }
 
   void text(const XmlNode& parent, const XmlNode& child) {
@@ -100,7 +100,7 @@ class SchemaCheck {
     std::string shown = child.text.substr(begin, 30);
     shown = shown.substr(0, shown.find_first_of("\r\n"));
     out_.add("schema.text", subject(), child.where,
-             fmt::format("the text '{}' stands in <{}>, which has none", shown, parent.name));
+             fmt::format("the text '{}' is in <{}>, which contains no text", shown, parent.name));
   }
 
   Findings& out_;

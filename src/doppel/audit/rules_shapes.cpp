@@ -52,7 +52,7 @@ void check_zero(const Link& link, const Geometry& geometry, const SourceLocation
         out.add("shape.zero_size", flat ? Severity::note : Severity::warning, subject(link), where,
                 fmt::format("the {}{} of the <{}> of its <{}> is 0", p.name == "box" ? "size along " : "",
                             e.name, p.name, collides ? "collision" : "visual"));
-    if (flat) f.consequence = "it has no inside: fast things pass through it, and MuJoCo refuses it";
+    if (flat) f.consequence = "it has no volume: fast objects pass through it, and MuJoCo rejects it";
     return;
   }
 }

@@ -69,7 +69,7 @@ void check_twins(const AuditInput& in, Findings& out) {
     const bool weighed = link.inertial && readable(in, link, out);
     const std::string other = weighed ? mirrored_name(link.name) : "";
     const auto twin = other.empty() ? by_name.end() : by_name.find(other);
-    if (twin != by_name.end()) compare(link, *twin->second, "they are each other's mirror by name", out);
+    if (twin != by_name.end()) compare(link, *twin->second, "their names mark them as left and right", out);
   }
   std::map<std::string, const Link*> by_mesh;
   for (const Link& link : in.robot.links) {
@@ -80,7 +80,7 @@ void check_twins(const AuditInput& in, Findings& out) {
         by_mesh.emplace(fmt::format("{} {} {} {}", mesh->path, scale.x(), scale.y(), scale.z()), &link);
     const bool by_names = mirrored_name(link.name) == lowered(first->second->name) ||
                           mirrored_name(first->second->name) == lowered(link.name);
-    if (!fresh && !by_names) compare(*first->second, link, "they show the same mesh", out);
+    if (!fresh && !by_names) compare(*first->second, link, "they use the same mesh", out);
   }
 }
 

@@ -35,9 +35,9 @@ void report_agreed(const std::vector<const SuspectUnit*>& suspects, Findings& ou
 void report_alone(const SuspectUnit& suspect, Findings& out) {
   Finding& f =
       out.add("inertia.units", Severity::note, subject(*suspect.link), suspect.link->inertial->source,
-              fmt::format("{}; was it written {}?", suspect.said, suspect.meant),
-              "nothing, if it is a placeholder or the shape stands for something else");
-  f.consequence = "if it is a slip of units, the link turns and falls like another body";
+              fmt::format("{}; is it written {}?", suspect.said, suspect.meant),
+              "nothing, if it is a placeholder or the shape is only representative");
+  f.consequence = "if the unit is wrong, the link moves like another body";
 }
 
 }  // namespace

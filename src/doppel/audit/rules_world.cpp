@@ -48,14 +48,14 @@ void check_root(const AuditInput& in, const Link& root, Findings& out) {
   if (root.inertial && root.inertial->mass > 0) {
     out.add(
         "world.root_inertia", subject, root.inertial->source,
-        fmt::format("the root link '{}' has an inertia, which KDL (robot_state_publisher, MoveIt) leaves out",
+        fmt::format("the root link '{}' has an inertia, which KDL (robot_state_publisher, MoveIt) ignores",
                     root.name),
-        "put a link without inertia above it, such as 'world' or 'base_footprint', with a fixed joint");
+        "add a parent link without inertia, such as 'world' or 'base_footprint', with a fixed joint");
   }
   const bool moving = std::any_of(in.robot.joints.begin(), in.robot.joints.end(), driven_kind);
   if (!moving || stands_freely(in.robot, root)) return;
   out.add("world.no_world_link", subject, root.source,
-          fmt::format("the root is '{}', and nothing fixes it to a link 'world'", root.name),
+          fmt::format("the root is '{}', and it is not fixed to a link 'world'", root.name),
           "add a link 'world' with a fixed joint to it, if the robot is bolted down");
 }
 
@@ -104,13 +104,12 @@ void check_ground(const AuditInput& in, Findings& out) {
   const Link* link = in.robot.find_link(base.link);
   if (base.z < 0) {
     out.add("world.below_ground", fmt::format("link '{}'", base.link), link->source,
-            fmt::format("the base reaches {:.1f} mm below z = 0 of 'world'", -1000 * base.z),
+            fmt::format("the base extends {:.1f} mm below z = 0 of 'world'", -1000 * base.z),
             "raise the joint to 'world', or spawn the robot higher");
   } else {
-    out.add(
-        "world.above_ground", fmt::format("link '{}'", base.link), link->source,
-        fmt::format("the lowest point of the base is {:.0f} mm above z = 0 of 'world'", 1000 * base.z),
-        "lower the joint to 'world', unless the robot hangs or stands on something that is not described");
+    out.add("world.above_ground", fmt::format("link '{}'", base.link), link->source,
+            fmt::format("the lowest point of the base is {:.0f} mm above z = 0 of 'world'", 1000 * base.z),
+            "lower the joint to 'world', unless the robot is mounted on something that is not described");
   }
 }
 

@@ -40,7 +40,8 @@ void write_to_links(Topic& topic, const void* message, Time stamp, const EdgeLin
 void report_failure(Topic& topic, const std::string& why) {
   if (topic.has_failed) return;
   topic.has_failed = true;
-  (*topic.report)("a subscriber of " + topic.name + " failed; further failures there are not told: " + why);
+  (*topic.report)("a subscriber of " + topic.name +
+                  " failed; further failures of it are not reported: " + why);
 }
 
 void deliver_locally(Topic& topic, const void* message) {
@@ -100,8 +101,9 @@ Topic& Bus::Impl::topic_for_node(const std::string& name, const bus_detail::Topi
     for (const auto* endpoints : {&topic->publishers, &topic->subscribers}) {
       const auto holder = std::ranges::find_if(*endpoints, &Endpoint::is_node);
       if (holder == endpoints->end()) continue;
-      throw std::logic_error(fmt::format("topic {} is a {} of node {}; node {} cannot have it as a {}", name,
-                                         topic->support->name, holder->info.node, node, support.name));
+      throw std::logic_error(
+          fmt::format("topic {} has type {} in node {}; node {} cannot use it with type {}", name,
+                      topic->support->name, holder->info.node, node, support.name));
     }
     if (is_listed(*topic)) graph_changed();
     topic = nullptr;

@@ -38,7 +38,7 @@ class EdgeReply : public bus_detail::PendingReply {
   EdgeReply(std::shared_ptr<Liveness> edge, std::string service, Reply reply)
       : edge_(std::move(edge)), service_(std::move(service)), reply_(std::move(reply)) {}
   ~EdgeReply() override {
-    answer(Status::refused(fmt::format("service {} went away without an answer", service_)), {});
+    answer(Status::refused(fmt::format("service {} was removed before it answered", service_)), {});
   }
 
   void answer(Status status, Bytes response) override {
@@ -161,7 +161,7 @@ Status EdgeImpl::target_of(const std::string& topic, std::string_view type, cons
   support = find_type(type);
   if (support == nullptr) {
     return Status::refused(
-        fmt::format("nobody knows the message type '{}'{}", type, did_you_mean(type, type_names())));
+        fmt::format("unknown message type '{}'{}", type, did_you_mean(type, type_names())));
   }
   const std::lock_guard lock(impl_.mutex);
   const auto found = impl_.by_name.find(topic);
@@ -173,7 +173,7 @@ Status EdgeImpl::target_of(const std::string& topic, std::string_view type, cons
   }
   if (existing.publishers.empty() && existing.subscribers.empty()) return {};
   return Status::refused(
-      fmt::format("topic {} is a {}, not a {}", topic, existing.support->name, support->name));
+      fmt::format("topic {} has type {}, not {}", topic, existing.support->name, support->name));
 }
 
 Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::string_view type,
@@ -216,7 +216,7 @@ void EdgeImpl::call(std::string_view service, std::span<const std::byte> request
   const Target target = find_target(service, why);
   if (target.decode != nullptr) {
     if (const Status status = target.decode(request_cdr, request); !status) {
-      why = fmt::format("request for {} refused: {}", service, status.why());
+      why = fmt::format("request for {} rejected: {}", service, status.why());
     }
   }
   auto pending = std::make_shared<EdgeReply>(liveness_, std::string(service), std::move(reply));

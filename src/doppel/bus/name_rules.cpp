@@ -22,13 +22,13 @@ bool is_digit(char c) {
 // One part between slashes.
 Status check_token(std::string_view token, std::string_view whole, const char* what) {
   const auto refuse = [&](const std::string& why) {
-    return Status::refused(fmt::format("'{}' is no valid {}: {}", whole, what, why));
+    return Status::refused(fmt::format("'{}' is not a valid {}: {}", whole, what, why));
   };
-  if (token.empty()) return refuse("there is nothing between two slashes, or behind the last");
+  if (token.empty()) return refuse("it has an empty part between two slashes, or after the last");
   if (is_digit(token.front())) return refuse(fmt::format("'{}' begins with a digit", token));
   const auto bad = std::ranges::find_if(token, [](char c) { return !is_letter(c) && !is_digit(c); });
   if (bad == token.end()) return {};
-  return refuse(fmt::format("it holds '{}'; letters, digits and _ are allowed", *bad));
+  return refuse(fmt::format("it contains '{}'; letters, digits and _ are allowed", *bad));
 }
 
 Status check_tokens(std::string_view path, std::string_view whole, const char* what) {
@@ -85,17 +85,17 @@ std::string logger_name(std::string_view full_name) {
 }
 
 Status check_node_name(std::string_view name) {
-  if (name.empty()) return Status::refused("a node's name cannot be empty");
+  if (name.empty()) return Status::refused("a node name cannot be empty");
   if (name.size() > kMaxLength)
     return Status::refused(
-        fmt::format("a node's name has at most {} letters, this one {}", kMaxLength, name.size()));
-  return check_token(name, name, "name of a node");
+        fmt::format("a node name has at most {} characters, this one has {}", kMaxLength, name.size()));
+  return check_token(name, name, "node name");
 }
 
 Status check_namespace(std::string_view name) {
   if (name == "/") return {};
   if (!name.starts_with('/'))
-    return Status::refused(fmt::format("'{}' is no valid namespace: it has to begin with a slash", name));
+    return Status::refused(fmt::format("'{}' is not a valid namespace: it must begin with a slash", name));
   return check_tokens(name.substr(1), name, "namespace");
 }
 
@@ -106,7 +106,7 @@ Status check_topic_name(std::string_view name) {
   if (rest.starts_with("~/")) {
     rest.remove_prefix(2);
   } else if (rest.starts_with('~')) {
-    return Status::refused(fmt::format("'{}' is no valid name: '~' needs a slash behind it", name));
+    return Status::refused(fmt::format("'{}' is not a valid name: '~' must be followed by a slash", name));
   } else if (rest.starts_with('/')) {
     rest.remove_prefix(1);
   }
@@ -124,7 +124,7 @@ std::string expand_name(std::string_view name, std::string_view node) {
 void NameRules::add(std::string_view text, Owner owner) {
   const std::size_t arrow = text.find(":=");
   if (arrow == std::string_view::npos || arrow == 0)
-    refuse_rule(text, "is not of the form FROM:=TO", "write for instance -r joint_states:=arm/joint_states");
+    refuse_rule(text, "is not of the form FROM:=TO", "write for example -r joint_states:=arm/joint_states");
   Rule rule{std::string(text), "", Target::topic_and_service, "", std::string(text.substr(arrow + 2)),
             std::move(owner)};
   std::string_view match = text.substr(0, arrow);
@@ -132,22 +132,22 @@ void NameRules::add(std::string_view text, Owner owner) {
   if (match == "__node" || match == "__name") {
     if (rule.node.empty() && !one_node_)
       refuse_rule(text, "would give every node the same name",
-                  fmt::format("say whose: -r robot_state_publisher:__node:={}", rule.to));
-    require(check_node_name(rule.to), text, "letters, digits and _ make a node's name");
+                  fmt::format("select the node: -r robot_state_publisher:__node:={}", rule.to));
+    require(check_node_name(rule.to), text, "use letters, digits and _ in a node name");
     rule.target = Target::node_name;
   } else if (match == "__ns") {
-    require(check_namespace(rule.to), text, "write for instance -r __ns:=/left");
+    require(check_namespace(rule.to), text, "write for example -r __ns:=/left");
     rule.target = Target::node_namespace;
   } else if (match.starts_with("__")) {
     refuse_rule(text,
-                fmt::format("begins with '{}', which means nothing{}", match,
+                fmt::format("begins with '{}', which is unknown{}", match,
                             did_you_mean(match, std::vector<std::string>{"__ns", "__node", "__name"})),
                 "the special names are __ns, __node and __name");
   } else {
     if (take_scheme(match, kTopicScheme)) rule.target = Target::topic;
     if (take_scheme(match, kServiceScheme)) rule.target = Target::service;
-    require(check_topic_name(match), text, "FROM is a topic's or service's name");
-    require(check_topic_name(rule.to), text, "TO is a topic's or service's name");
+    require(check_topic_name(match), text, "FROM must be the name of a topic or service");
+    require(check_topic_name(rule.to), text, "TO must be the name of a topic or service");
     rule.from = match;
   }
   if (!rule.node.empty()) require(check_node_name(rule.node), text, "write NODE:FROM:=TO");
@@ -209,7 +209,7 @@ void NameRules::report_unused(Diagnostics& diagnostics) const {
                                           rule.node, did_you_mean(rule.node, listed(nodes_)))
                             : fmt::format("the rule '{}' renames nothing: no node uses the name '{}'{}",
                                           rule.text, rule.from, did_you_mean(rule.from, listed(names_))),
-                        "correct it, or take it out");
+                        "correct it, or remove it");
   }
 }
 

@@ -53,7 +53,7 @@ void Node::serve_entry(std::string_view name, bus_detail::ServiceEntry entry) {
   auto& slot = impl.services[entry.name];
   if (slot != nullptr && slot->node != this) {
     throw std::logic_error(
-        fmt::format("service {} is offered by node {} already; node {} cannot offer it too", entry.name,
+        fmt::format("service {} is already offered by node {}; node {} cannot offer it too", entry.name,
                     slot->node->name(), name_));
   }
   replaced = slot;

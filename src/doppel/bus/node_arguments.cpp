@@ -21,11 +21,10 @@ std::string without_node(const std::string& rule, const std::vector<std::string>
   if (colon == rule.find(":=") || rule.compare(colon, 3, "://") == 0) return rule;
   const std::string node = rule.substr(0, colon);
   if (std::ranges::find(own, node) != own.end()) return rule.substr(colon + 1);
-  throw InputError(
-      "node.arguments", {},
-      fmt::format("the rule '{}' is for a node '{}', but these arguments are those of '{}' alone", rule, node,
-                  own.front()),
-      fmt::format("write -r {}, or say it where the whole twin is started", rule.substr(colon + 1)));
+  throw InputError("node.arguments", {},
+                   fmt::format("the rule '{}' is for a node '{}', but these arguments apply to '{}' only",
+                               rule, node, own.front()),
+                   fmt::format("write -r {}, or pass it where the twin is started", rule.substr(colon + 1)));
 }
 
 }  // namespace
@@ -36,13 +35,13 @@ NodeArguments read_node_arguments(std::vector<std::string> words, std::string_vi
   std::vector<std::string> rules;
   RosArguments read = bus_detail::take_ros_arguments(words, NameRules(true), rules);
   if (!words.empty())
-    throw InputError("node.arguments", {}, fmt::format("'{}' is no argument of ROS 2's", words.front()),
-                     fmt::format("everything stands behind {}", kBegin));
+    throw InputError("node.arguments", {}, fmt::format("'{}' is not a ROS 2 argument", words.front()),
+                     fmt::format("put all arguments after {}", kBegin));
   const char* of_the_process = read.log_level ? "--log-level" : read.enclave ? "--enclave" : nullptr;
   if (of_the_process != nullptr)
-    throw InputError("node.arguments", {},
-                     fmt::format("{} is for the whole process, not for one node", of_the_process),
-                     "start the twin with it; a node's log level is set by its service ~/set_logger_levels");
+    throw InputError(
+        "node.arguments", {}, fmt::format("{} is for the whole process, not for one node", of_the_process),
+        "pass it when starting the twin; the log level of a node is set by its service ~/set_logger_levels");
   NodeArguments out;
   out.parameters = std::move(read.parameters);
   const std::string name = node_base_name(full_name);

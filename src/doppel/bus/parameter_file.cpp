@@ -67,7 +67,7 @@ class Reader {
                    depth + 1);
       } else {
         errors.error("yaml.outside_parameters", place,
-                     fmt::format("'{}' stands outside of {}, where ROS 2 reads no values", key, kParameters),
+                     fmt::format("'{}' is outside {}, where ROS 2 reads no values", key, kParameters),
                      fmt::format("write it as {}: {{{}: {{{}: ...}}}}", path.empty() ? "NODE" : path,
                                  kParameters, key));
       }
@@ -90,7 +90,7 @@ class Reader {
   // A node may be written twice: rcl_yaml_param_parser reads both, and so it is here. A parameter may not.
   bool check_key(const YAML::Node& key, std::vector<std::pair<std::string, SourceLocation>>* seen = nullptr) {
     if (!key.IsScalar() || key.Scalar().empty()) {
-      errors.error("yaml.bad_key", place_of(key), "a key must be a plain name");
+      errors.error("yaml.bad_key", place_of(key), "a key must be a plain scalar");
       return false;
     }
     if (key.Scalar() == "<<") {
@@ -111,21 +111,22 @@ class Reader {
 
   void duplicate(const std::string& name, const SourceLocation& second, const SourceLocation& first) {
     errors.error("yaml.duplicate_key", second,
-                 fmt::format("'{}' is written twice; the first one is at {}", name, first.place()),
+                 fmt::format("'{}' is given twice; the first one is at {}", name, first.place()),
                  "remove one of them");
   }
 
   void read_section(const YAML::Node& node, const std::string& path, const SourceLocation& place) {
     if (path.empty()) {
       errors.error("yaml.no_node", place,
-                   fmt::format("'{}' stands at the top, so nobody knows whose they are", kParameters),
+                   fmt::format("'{}' is at the top level, without the name of a node", kParameters),
                    "write the node's name above it, or /** for every node");
       return;
     }
     sections.push_back({path, {}});
     if (node.IsNull()) return;  // "ros__parameters:" and nothing below is common, and harmless
     if (!node.IsMap()) {
-      errors.error("yaml.not_a_map", place, fmt::format("'{}' must hold names and values", kParameters));
+      errors.error("yaml.not_a_map", place,
+                   fmt::format("'{}' must be a map of names and values", kParameters));
       return;
     }
     read_parameters(node, "", 0);
@@ -142,7 +143,7 @@ class Reader {
         read_parameters(value, name + ".", depth + 1);
       } else if (value.IsNull()) {
         errors.error("yaml.no_value", place_of(entry.first), fmt::format("parameter '{}' has no value", name),
-                     "write one ('' for an empty text, [] for an empty list), or remove the line");
+                     "write one ('' for an empty string, [] for an empty list), or remove the line");
       } else {
         YamlValue read = value.IsSequence() ? read_list(value, name, file_, errors) : read_scalar(value);
         if (std::holds_alternative<std::monostate>(read.value)) continue;
@@ -198,14 +199,13 @@ std::string how_to_fit(const ParameterValue& value, const ParameterValue& wanted
   const bool texts =
       std::holds_alternative<std::string>(wanted) || std::holds_alternative<std::vector<std::string>>(wanted);
   if (texts && (std::holds_alternative<bool>(value) || std::holds_alternative<std::vector<bool>>(value))) {
-    return "put names into quotes: ROS 2 reads y, n, yes, no, on and off as true and false";
+    return "quote names: ROS 2 reads y, n, yes, no, on and off as booleans";
   }
   if (std::holds_alternative<std::int64_t>(wanted) && std::holds_alternative<double>(value)) {
-    return "write a whole number, without a decimal point";
+    return "write an integer, without a decimal point";
   }
   if (is_list(wanted) && !is_list(value)) return fmt::format("write it as a list: [{}]", to_string(value));
-  if (std::holds_alternative<std::string>(wanted))
-    return fmt::format("put it into quotes: \"{}\"", to_string(value));
+  if (std::holds_alternative<std::string>(wanted)) return fmt::format("quote it: \"{}\"", to_string(value));
   return "";
 }
 
@@ -261,7 +261,7 @@ void report_unused(const ParameterOverrides& overrides, const std::string& node,
   for (const ParameterOverride& o : overrides.all()) {
     if (o.used || is_standard_parameter(o.name)) continue;
     diagnostics.warning("parameter.unknown", o.source,
-                        fmt::format("'{}' has no parameter '{}', so this value does nothing{}", node, o.name,
+                        fmt::format("'{}' has no parameter '{}', so this value has no effect{}", node, o.name,
                                     did_you_mean(o.name, valid_names)));
   }
 }
@@ -291,8 +291,7 @@ ParameterFile ParameterFile::parse(const std::string& yaml, const std::string& n
     if (root.IsMap()) reader.read_nodes(root, "", 0);
   } catch (const YAML::Exception& problem) {
     throw InputError("yaml.syntax", yaml_place(file, problem.mark),
-                     "this is not well-formed YAML: " + problem.msg,
-                     "mind that YAML is indented with spaces, never with tabs");
+                     "this is not well-formed YAML: " + problem.msg, "indent YAML with spaces, not tabs");
   }
   reader.errors.throw_if_errors();
   if (reader.sections.empty()) {

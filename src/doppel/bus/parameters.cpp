@@ -266,9 +266,10 @@ Status Parameters::set_all(std::vector<std::pair<std::string, ParameterValue>> w
 Status Parameters::check_undeclared(std::string_view name, std::size_t more) const {
   if (name.empty()) return Status::refused("parameter name must not be empty");
   if (undeclared_.size() + more <= kMaxUndeclared) return {};
-  return Status::refused(fmt::format(
-      "parameter '{}' cannot be set because it was not declared, and {} undeclared ones are there already",
-      name, kMaxUndeclared));
+  return Status::refused(
+      fmt::format("parameter '{}' cannot be set because it was not declared, and there are already {} "
+                  "undeclared parameters",
+                  name, kMaxUndeclared));
 }
 
 void Parameters::store(const std::string& name, const ParameterValue& value, Event& event,

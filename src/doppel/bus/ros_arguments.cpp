@@ -55,9 +55,10 @@ GivenParameter read_parameter(const std::string& text) {
 Severity read_level(const std::string& text) {
   const std::size_t arrow = text.find(":=");
   if (arrow != std::string::npos) {
-    throw InputError("cli.ros_args", {},
-                     fmt::format("--log-level {} is for one logger, but all nodes here write one log", text),
-                     fmt::format("write --log-level {}", text.substr(arrow + 2)));
+    throw InputError(
+        "cli.ros_args", {},
+        fmt::format("--log-level {} is for one logger, but all nodes of the twin share one log", text),
+        fmt::format("write --log-level {}", text.substr(arrow + 2)));
   }
   std::string lower = text;
   std::ranges::transform(lower, lower.begin(),
@@ -104,15 +105,15 @@ void read_section(std::span<const std::string> words, RosArguments& out, std::ve
         known.insert(known.end(), kIdleFlags.begin(), kIdleFlags.end());
         const bool rule = word.find(":=") != std::string::npos;
         throw InputError("cli.ros_args", {},
-                         fmt::format("'{}' means nothing behind --ros-args{}", word,
+                         fmt::format("'{}' is not an argument of --ros-args{}", word,
                                      rule ? std::string() : did_you_mean(word, known)),
-                         rule ? fmt::format("write -r {} to rename, -p {} for a parameter; arguments of the "
-                                            "description stand before --ros-args",
+                         rule ? fmt::format("write -r {} for a remapping, -p {} for a parameter; put xacro "
+                                            "arguments before --ros-args",
                                             word, word)
-                              : "end ROS's arguments with -- where others follow");
+                              : "end the ROS arguments with -- if others follow");
       }
       if (i + 1 == words.size())
-        throw InputError("cli.ros_args", {}, fmt::format("behind {} something is missing", word));
+        throw InputError("cli.ros_args", {}, fmt::format("a value is missing after {}", word));
       take_flag(word, words[++i], out, rules);
     } catch (const InputError& error) {
       errors.insert(errors.end(), error.diagnostics().begin(), error.diagnostics().end());
@@ -145,12 +146,13 @@ void report_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnos
       for (std::string& name : node.parameters().names()) names.push_back(std::move(name));
     });
     if (taken) continue;
-    diagnostics.warning("cli.parameter_unused", {},
-                        met ? fmt::format("-p {} does nothing: there is no parameter '{}'{}", parameter->text,
-                                          parameter->name, did_you_mean(parameter->name, names))
-                            : fmt::format("-p {} does nothing: there is no node '{}'{}", parameter->text,
-                                          parameter->node, did_you_mean(parameter->node, bus.nodes())),
-                        "correct it, or take it out");
+    diagnostics.warning(
+        "cli.parameter_unused", {},
+        met ? fmt::format("-p {} has no effect: there is no parameter '{}'{}", parameter->text,
+                          parameter->name, did_you_mean(parameter->name, names))
+            : fmt::format("-p {} has no effect: there is no node '{}'{}", parameter->text, parameter->node,
+                          did_you_mean(parameter->node, bus.nodes())),
+        "correct it, or remove it");
   }
 }
 

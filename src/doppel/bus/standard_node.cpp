@@ -38,13 +38,12 @@ void declare_sim_time(Node& node) {
   const bool sim_time = node.bus().sim_time();
   node.parameters().declare(
       "use_sim_time", sim_time,
-      {.description = "stamps are simulated time, as /clock tells it",
+      {.description = "use simulated time (/clock) for stamps",
        .check = [sim_time](const ParameterValue& value) {
          return std::get<bool>(value) == sim_time
                     ? Status()
                     : Status::refused(
-                          "the whole twin has one clock; --stamp sim or --stamp wall chooses it "
-                          "when it is started");
+                          "the twin has one clock; choose it at the start with --stamp sim or --stamp wall");
        }});
   if (!sim_time) return;
   node.subscribe<rosgraph_msgs::msg::Clock>(

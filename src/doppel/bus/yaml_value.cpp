@@ -100,10 +100,9 @@ YamlValue read_list(const YAML::Node& list, const std::string& name, const FileN
   for (const YAML::Node& element : list) {
     const SourceLocation place = yaml_place(file, element.Mark());
     if (!element.IsScalar()) {
-      errors.error(
-          "yaml.nested_list", place,
-          fmt::format("an element of the list '{}' is {}; ROS 2's parameters are lists of plain values", name,
-                      element.IsNull() ? "empty" : "a list or a map"));
+      errors.error("yaml.nested_list", place,
+                   fmt::format("an element of the list '{}' is {}; ROS 2 parameters are lists of scalars",
+                               name, element.IsNull() ? "empty" : "a list or a map"));
       return {};
     }
     elements.push_back(scalar_value(element));
@@ -128,7 +127,7 @@ YamlValue read_list(const YAML::Node& list, const std::string& name, const FileN
     errors.error("yaml.mixed_list", out.elements[i],
                  fmt::format("'{}' in the list '{}' is {}, but its first element is {}",
                              to_string(elements[i]), name, kind_of(elements[i]), kind_of(elements[0])),
-                 "write all elements alike; put quotes around names that look like numbers or yes and no");
+                 "write all elements with the same type; quote names that look like numbers or booleans");
     return {};
   }
   out.value = std::holds_alternative<bool>(elements[0]) ? ParameterValue(collect<bool>(elements))

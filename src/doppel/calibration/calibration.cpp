@@ -35,9 +35,8 @@ std::string shown(const Joint& joint, double value) {
 
 void check_joint(const Joint& joint) {
   if (joint.mimic) {
-    refuse(joint, "calibrate.mimic",
-           fmt::format("it follows '{}' and has no servo of its own", joint.mimic->joint),
-           "measure the leader");
+    refuse(joint, "calibrate.mimic", fmt::format("it mimics '{}' and has no servo", joint.mimic->joint),
+           "measure the mimicked joint");
   }
   const bool one_number =
       joint.type == JointType::revolute || joint.type == JointType::continuous || slides(joint);
@@ -54,12 +53,11 @@ double least_spread(const Joint& joint) {
 
 void check_spread(const Joint& joint, std::span<const Measurement> measurements) {
   if (measurements.size() < 2) {
-    refuse(
-        joint, "calibrate.too_few",
-        fmt::format("{} measurement{} cannot separate the zero from the direction: an offset, or a mirrored "
-                    "direction with another offset, would explain it as well",
-                    measurements.size(), measurements.size() == 1 ? "" : "s"),
-        "measure at two poses at least 60 degrees apart");
+    refuse(joint, "calibrate.too_few",
+           fmt::format("{} measurement{} cannot separate the zero from the direction: an offset, or a "
+                       "reversed direction with another offset, explain the data equally well",
+                       measurements.size(), measurements.size() == 1 ? "" : "s"),
+           "measure at two poses at least 60 degrees apart");
   }
   const auto [low, high] =
       std::minmax_element(measurements.begin(), measurements.end(),
@@ -69,8 +67,7 @@ void check_spread(const Joint& joint, std::span<const Measurement> measurements)
     refuse(
         joint, "calibrate.too_close",
         fmt::format(
-            "the measurements are {} apart; with less than {} between them an error of reading hides in the "
-            "scale",
+            "the measurements are {} apart; with less than {} between them a reading error changes the scale",
             shown(joint, spread), shown(joint, least)),
         "measure at poses further apart");
   }
@@ -131,7 +128,7 @@ std::string turn_hint(const Joint& joint, std::span<const Measurement> measureme
   for (std::size_t i = 0; i < machine.size(); ++i)
     pairs += fmt::format(" {:.6g}={:.6g}", measurements[i].model / kDegree, machine[i] / kDegree);
   return fmt::format(
-      "does the machine count from 0 to 360 degrees? Across that edge take 360 off (or add it): \"{}:{}\"; ",
+      "does the machine count from 0 to 360 degrees? Across the wrap, subtract or add 360: \"{}:{}\"; ",
       joint.name, pairs);
 }
 
@@ -149,17 +146,17 @@ JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements
   const Line line = line_through(measurements);
   const double slope = line.slope;
   if (std::abs(slope) < kMinMotion) {
-    refuse(joint, "calibrate.no_motion", "the machine's numbers hardly differ, although the model's do",
-           "check that this joint is the one that was driven");
+    refuse(joint, "calibrate.no_motion",
+           "the machine positions hardly differ, although the model positions do",
+           "check that this is the joint that was moved");
   }
   if (std::abs(slope) < kMinScale || std::abs(slope) > kMaxScale) {
     refuse(
         joint, "calibrate.scale",
-        fmt::format(
-            "the machine moves {:.4g} times as far as the model, which no servo's pulse range explains",
-            std::abs(slope)),
+        fmt::format("the machine moves {:.4g} times as far as the model, which no servo pulse range explains",
+                    std::abs(slope)),
         turn_hint(joint, measurements) +
-            "give both numbers in the same unit; a motor's own angle has to be divided by its gear's ratio");
+            "give both positions in the same unit; divide a motor angle by the gear ratio");
   }
   JointFit fit;
   fit.joint = joint.name;
@@ -171,10 +168,10 @@ JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements
     fit.residuals.push_back(m.machine - (slope * m.model + fit.offset));
   if (!slides(joint) && fit.worst_residual() > kWorstResidual) {
     refuse(joint, "calibrate.inconsistent",
-           fmt::format("the measurements do not lie on one line: one is {} off",
+           fmt::format("the measurements are not on one line: one deviates by {}",
                        shown(joint, fit.worst_residual())),
            turn_hint(joint, measurements) +
-               "measure again; did the joint slip, or does one number belong to another joint?");
+               "measure again; did the joint slip, or does one position belong to another joint?");
   }
   return fit;
 }
@@ -216,7 +213,7 @@ std::vector<Operation> calibration_operations(const Joint& joint, const JointFit
   const double zero = fit.offset / fit.scale;
   if (std::abs(zero) > kZeroTolerance) {
     add(BakeZero{joint.name, zero},
-        fmt::format("the machine says {} where the model was at zero", shown(joint, fit.offset)));
+        fmt::format("the machine reads {} where the model is at zero", shown(joint, fit.offset)));
   }
   const bool limited = joint.limits && joint.limits->has_position && joint.type != JointType::continuous;
   if (limits == LimitChoice::move && limited && !out.empty()) {
@@ -226,7 +223,7 @@ std::vector<Operation> calibration_operations(const Joint& joint, const JointFit
     moved.joint = joint.name;
     moved.lower = std::min(a, b);
     moved.upper = std::max(a, b);
-    add(moved, "the stops stay where they are and get the machine's numbers");
+    add(moved, "the stops keep their physical positions and get machine values");
   }
   return out;
 }
@@ -235,8 +232,8 @@ namespace {
 
 double number(std::string_view text, const std::string& whole) {
   if (const auto value = measured_number(text)) return *value;
-  throw InputError("calibrate.measure", {}, fmt::format("'{}' in '{}' is no number", text, whole),
-                   "write JOINT: MODEL=MACHINE MODEL=MACHINE, for instance \"Revolute 2: 0=45 90=135\"");
+  throw InputError("calibrate.measure", {}, fmt::format("'{}' in '{}' is not a number", text, whole),
+                   "write JOINT: MODEL=MACHINE MODEL=MACHINE, for example \"Revolute 2: 0=45 90=135\"");
 }
 
 }  // namespace
@@ -254,9 +251,9 @@ NamedMeasurements parse_measurements(const std::string& text, const RobotDescrip
   const std::size_t colon = text.rfind(':');
   const auto form = [&](const std::string& what) {
     return InputError("calibrate.measure", {}, fmt::format("'{}' {}", text, what),
-                      "write JOINT: MODEL=MACHINE MODEL=MACHINE, for instance \"Revolute 2: 0=45 90=135\"");
+                      "write JOINT: MODEL=MACHINE MODEL=MACHINE, for example \"Revolute 2: 0=45 90=135\"");
   };
-  if (colon == std::string::npos) throw form("names no joint");
+  if (colon == std::string::npos) throw form("has no joint name");
   NamedMeasurements out;
   out.joint = text.substr(0, colon);
   const Joint* joint = robot.find_joint(out.joint);
@@ -275,12 +272,12 @@ NamedMeasurements parse_measurements(const std::string& text, const RobotDescrip
     const std::string_view pair = rest.substr(begin, end - begin);
     const std::size_t equals = pair.find('=');
     if (equals == std::string_view::npos)
-      throw form(fmt::format("has '{}', which is no MODEL=MACHINE", pair));
+      throw form(fmt::format("has '{}', which is not of the form MODEL=MACHINE", pair));
     out.measurements.push_back(
         {number(pair.substr(0, equals), text) * unit, number(pair.substr(equals + 1), text) * unit});
     rest.remove_prefix(end);
   }
-  if (out.measurements.empty()) throw form("holds no measurement");
+  if (out.measurements.empty()) throw form("contains no measurement");
   return out;
 }
 

@@ -19,14 +19,14 @@ constexpr double kTicks = 4096.0;  // a turn of an STS3215 or a Dynamixel X
 [[noreturn]] void refuse(const std::string& file, const std::string& message) {
   throw InputError(
       "calibrate.lerobot", make_location(file), message,
-      "give the JSON that LeRobot's calibration wrote (~/.cache/huggingface/lerobot/calibration/...)");
+      "give the JSON file written by LeRobot's calibration (~/.cache/huggingface/lerobot/calibration/...)");
 }
 
 int whole(const json& node, const std::string& what, const std::string& file) {
-  if (!node.is_number_integer()) refuse(file, fmt::format("{} is no whole number", what));
+  if (!node.is_number_integer()) refuse(file, fmt::format("{} is not an integer", what));
   const auto value = node.get<std::int64_t>();
   if (value < -1'000'000 || value > 1'000'000)
-    refuse(file, fmt::format("{} is {}, which are no ticks", what, value));
+    refuse(file, fmt::format("{} is {}, which is not a valid number of ticks", what, value));
   return static_cast<int>(value);
 }
 
@@ -59,16 +59,17 @@ std::vector<LerobotMotor> read_map(const json& root, const std::string& file) {
 
 std::vector<LerobotMotor> read_lists(const json& root, const std::string& file) {
   const json& names = root["motor_names"];
-  if (!names.is_array()) refuse(file, "'motor_names' is no list");
+  if (!names.is_array()) refuse(file, "'motor_names' is not a list");
   std::vector<LerobotMotor> out;
   for (std::size_t i = 0; i < names.size(); ++i) {
     LerobotMotor motor;
     motor.older = true;
-    if (!names[i].is_string()) refuse(file, fmt::format("entry {} of 'motor_names' is no name", i));
+    if (!names[i].is_string()) refuse(file, fmt::format("entry {} of 'motor_names' is not a string", i));
     motor.name = names[i].get<std::string>();
     const auto field = [&](const char* key) {
       if (!root.contains(key) || !root[key].is_array() || root[key].size() != names.size())
-        refuse(file, fmt::format("'{}' has to be a list as long as 'motor_names', {}", key, names.size()));
+        refuse(file, fmt::format("'{}' must be a list with as many entries as 'motor_names', {}", key,
+                                 names.size()));
       return whole(root[key][i], fmt::format("'{}' of '{}'", key, motor.name), file);
     };
     motor.homing_offset = field("homing_offset");
@@ -99,8 +100,8 @@ double LerobotMotor::upper() const {
 
 std::vector<LerobotMotor> parse_lerobot_calibration(const std::string& text, const std::string& name) {
   const json root = json::parse(text, nullptr, false);
-  if (root.is_discarded()) refuse(name, "this is no well-formed JSON");
-  if (!root.is_object() || root.empty()) refuse(name, "this is no calibration: no motors");
+  if (root.is_discarded()) refuse(name, "this is not well-formed JSON");
+  if (!root.is_object() || root.empty()) refuse(name, "this is not a calibration: it has no motors");
   return root.contains("motor_names") ? read_lists(root, name) : read_map(root, name);
 }
 

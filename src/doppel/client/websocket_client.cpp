@@ -56,7 +56,7 @@ struct WebSocketClient::Impl : ReceiveBuffer {
   void connect() {
     error_code failed;
     const auto address = asio::ip::make_address(options.host, failed);
-    if (failed) throw ClientError(fmt::format("'{}' is no address", options.host));
+    if (failed) throw ClientError(fmt::format("'{}' is not an IP address", options.host));
     auto& stream = beast::get_lowest_layer(socket);
     stream.socket().connect(tcp::endpoint(address, options.port), failed);
     if (failed) {
@@ -80,10 +80,11 @@ struct WebSocketClient::Impl : ReceiveBuffer {
                            });
     io.run_for(options.timeout);
     if (!done)
-      throw ClientError(fmt::format("port {} is open, but nothing there speaks WebSocket", options.port));
+      throw ClientError(
+          fmt::format("port {} is open, but does not answer as a WebSocket server", options.port));
     if (failed) {
       const std::string said = response.body().empty() ? failed.message() : response.body();
-      throw ClientError(fmt::format("port {} does not take this client: {}", options.port, said));
+      throw ClientError(fmt::format("port {} refuses this client: {}", options.port, said));
     }
     open = true;
     io.restart();
@@ -282,7 +283,7 @@ const TypeSupport& WebSocketClient::message_type(const std::string& topic) {
   const std::string& type = find_topic(topic).type;
   if (type.empty()) throw ClientError(fmt::format("nothing has been published on {} yet", topic));
   if (const TypeSupport* known = find_type(type)) return *known;
-  throw ClientError(fmt::format("{} is a {}, a type that this program does not know", topic, type));
+  throw ClientError(fmt::format("{} is a {}, a type unknown to doppel", topic, type));
 }
 
 void WebSocketClient::subscribe(const std::string& topic) {

@@ -39,7 +39,7 @@ void compare_frames(const Joint& a, const Joint& b, Changes& changes) {
     if (has_axis(b) && std::abs(std::abs(along) - 1.0) < 1e-9) {
       // R_new = R_old R_axis(-d): the joint's numbers run d ahead of what they were.
       changes.add("zero", from, to,
-                  fmt::format("the zero moved by {:+.6g} deg about the joint's own axis",
+                  fmt::format("the zero moved by {:+.6g} deg about the joint axis",
                               -along * whole.angle() / kDegree));
     } else {
       changes.add("orientation", from, to,
@@ -60,7 +60,7 @@ void compare_axes(const Joint& a, const Joint& b, Changes& changes) {
   const bool flipped = std::numbers::pi - angle < kSameAngle;
   changes.add(
       "axis", axis_text(a), axis_text(b),
-      flipped ? "flipped: it turns the other way" : fmt::format("tilted by {:.6g} deg", angle / kDegree));
+      flipped ? "reversed: it turns the other way" : fmt::format("tilted by {:.6g} deg", angle / kDegree));
 }
 
 void compare_limits(const Joint& a, const Joint& b, Changes& changes) {

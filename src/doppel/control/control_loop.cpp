@@ -88,18 +88,16 @@ ControlLoop::~ControlLoop() {
 
 void ControlLoop::prepare_thread(const ControlLoopOptions& options) {
   if (options.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
-    log_.note(kOrigin,
-              fmt::format("memory is not locked ({}): a page that is swapped out may delay a tick; raise "
-                          "'memlock' in /etc/security/limits.conf",
-                          std::strerror(errno)));
+    log_.note(kOrigin, fmt::format("memory is not locked ({}): swapped-out pages can delay a cycle; raise "
+                                   "'memlock' in /etc/security/limits.conf",
+                                   std::strerror(errno)));
   }
   if (options.priority <= 0) return;
   const sched_param parameters{.sched_priority = options.priority};
   if (const int error = pthread_setschedparam(loop_.native_handle(), SCHED_FIFO, &parameters); error != 0) {
-    log_.note(kOrigin,
-              fmt::format("the loop runs without real-time priority ({}): other programs may delay a tick; "
-                          "raise 'rtprio' in /etc/security/limits.conf to {}",
-                          std::strerror(error), options.priority));
+    log_.note(kOrigin, fmt::format("the loop runs without real-time priority ({}): other processes can delay "
+                                   "a cycle; raise 'rtprio' in /etc/security/limits.conf to {}",
+                                   std::strerror(error), options.priority));
   }
 }
 
@@ -147,7 +145,7 @@ void ControlLoop::count(Clock::time_point begun, Clock::time_point ended) {
 void ControlLoop::attend() {
   manager_.settle(now_);
   if (const std::int64_t still = stood_still_.exchange(0); still != 0) {
-    manager_.stop(fmt::format("the watchdog: the control loop stood still for {:.0f} ms",
+    manager_.stop(fmt::format("watchdog: the control loop was blocked for {:.0f} ms",
                               static_cast<double>(still) * 1e-6));
   }
   manager_.report_loop(statistics_);

@@ -16,7 +16,7 @@ namespace {
 
 Status not_negative(const ParameterValue& value) {
   const auto rate = std::get<std::int64_t>(value);
-  return rate >= 0 ? Status{} : Status::refused(fmt::format("a rate cannot be negative, this is {}", rate));
+  return rate >= 0 ? Status{} : Status::refused(fmt::format("a rate cannot be negative: {}", rate));
 }
 
 // A controller from outside may throw anything; for the user it is a controller that cannot be loaded.
@@ -26,8 +26,7 @@ void initialise(LoadedController& c) {
   } catch (const InputError&) {
     throw;
   } catch (...) {
-    throw InputError("control.on_init", {},
-                     fmt::format("'{}' cannot be initialised: {}", c.name, thrown_text()));
+    throw InputError("control.on_init", {}, fmt::format("cannot initialise '{}': {}", c.name, thrown_text()));
   }
 }
 
@@ -94,12 +93,12 @@ std::string ControllerManager::Impl::type_of(const std::string& name) {
     if (names.back() != name) continue;
     if (const auto* type = std::get_if<std::string>(&parameter.value)) return *type;
     throw InputError("control.no_type", {},
-                     fmt::format("the parameter '{}' of {} is {}, but a controller's type is a string",
+                     fmt::format("the parameter '{}' of {} is {}, but a controller type must be a string",
                                  parameter.name, node.name(), parameter_type_name(parameter.value)));
   }
   throw InputError(
       "control.no_type", file == nullptr ? SourceLocation{} : make_location(file->name()),
-      fmt::format("no type is given for a controller '{}'{}", name, did_you_mean(name, names)),
+      fmt::format("no type is given for the controller '{}'{}", name, did_you_mean(name, names)),
       fmt::format("declare it: {}: {{ros__parameters: {{{}: {{type: ...}}}}}}", options.name, name));
 }
 
@@ -108,9 +107,9 @@ void ControllerManager::Impl::choose_rate(LoadedController& c) {
   const auto asked = declare<std::int64_t>(c.node->parameters(), &c.overrides, "update_rate", 0,
                                            {"Hz; 0: the controller manager's", true, not_negative});
   declare<bool>(c.node->parameters(), &c.overrides, "is_async", false,
-                {"not used: the loop is one", true, {}});
+                {"not used: all controllers run in one loop", true, {}});
   declare<std::int64_t>(c.node->parameters(), &c.overrides, "thread_priority", -100,
-                        {"not used: the loop is one", true, {}});
+                        {"not used: all controllers run in one loop", true, {}});
   const double rate = asked == 0 ? rate_of(period) : static_cast<double>(asked);
   c.ticks_per_update = steps_per_period(rate, period);
   c.period = period * c.ticks_per_update;
@@ -137,18 +136,18 @@ void ControllerManager::Impl::declare_written_type(LoadedController& c) {
   if (value == ParameterValue(c.type)) return;
   log_diagnostic(log, c.name,
                  {Severity::warning, "control.other_type",
-                  fmt::format("the type '{}' here does nothing: '{}' is a '{}', as {} was told",
+                  fmt::format("the type '{}' has no effect here: '{}' is a '{}', as given to {}",
                               to_string(value), c.name, c.type, options.name),
-                  written->source, "say the same in both places"});
+                  written->source, "write the same type in both places"});
 }
 
 void ControllerManager::Impl::load(const std::string& name, const std::string& given_type) {
   if (const Status fine = check_node_name(name); !fine) {
     throw InputError("control.bad_name", {},
-                     fmt::format("'{}' cannot be a controller's name: {}", name, fine.why()));
+                     fmt::format("'{}' is not a valid controller name: {}", name, fine.why()));
   }
   if (find(name) != nullptr) {
-    throw InputError("control.loaded_already", {}, fmt::format("a controller '{}' is loaded already", name));
+    throw InputError("control.loaded_already", {}, fmt::format("a controller '{}' is already loaded", name));
   }
   const NodeArguments arguments = arguments_of(name, expand_name(name, node.given_name()));
   use_rules(name, arguments.rules);
@@ -167,9 +166,9 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   const auto nodes = bus.nodes();
   auto its_node = std::make_unique<Node>(bus, expand_name(name, node.given_name()));
   if (std::find(nodes.begin(), nodes.end(), its_node->name()) != nodes.end()) {
-    throw InputError(
-        "control.bad_name", {},
-        fmt::format("a node '{}' is there already; a controller needs its own", its_node->name()));
+    throw InputError("control.bad_name", {},
+                     fmt::format("a node '{}' already exists; a controller needs a node name of its own",
+                                 its_node->name()));
   }
   const std::string type_name = given_type.empty() ? type_of(name) : given_type;
   const ControllerRegistry::Type* type = registry.find(type_name);
@@ -182,12 +181,12 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
       throw InputError(
           "control.type_not_available", where,
           fmt::format("the controller type '{}' of ROS 2 Jazzy is not available here", type_name),
-          "remove it from the file, or load a library that has it with --plugin LIBRARY");
+          "remove it from the file, or load a library that provides it with --plugin LIBRARY");
     }
     throw InputError("control.unknown_type", where,
                      fmt::format("there is no controller type '{}'{}", type_name,
                                  did_you_mean(type_name, registry.names())),
-                     "correct the type, or load the library that has it with --plugin");
+                     "correct the type, or load the library that provides it with --plugin");
   }
   auto c = std::make_unique<LoadedController>();
   c->name = name;
@@ -225,7 +224,7 @@ void ControllerManager::Impl::configure(LoadedController& c) {
   if (c.state == ControllerState::inactive) {
     if (const Status cleaned = attempt([&] { return c.controller->on_cleanup(); }); !cleaned) {
       throw InputError("control.configure", {},
-                       fmt::format("'{}' cannot be cleaned up: {}", c.name, cleaned.why()));
+                       fmt::format("cannot clean up '{}': {}", c.name, cleaned.why()));
     }
     withdraw_references(c);
     change_state(c, ControllerState::unconfigured);
@@ -240,7 +239,7 @@ void ControllerManager::Impl::configure(LoadedController& c) {
   }
   if (!configured) {
     throw InputError("control.configure", {},
-                     fmt::format("'{}' cannot be configured: {}", c.name, configured.why()));
+                     fmt::format("cannot configure '{}': {}", c.name, configured.why()));
   }
   const auto expanded = [](InterfaceConfiguration wanted, const std::vector<std::string>& all) {
     if (wanted.kind == InterfaceConfiguration::Kind::all) return all;

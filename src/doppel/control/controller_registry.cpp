@@ -9,10 +9,10 @@ namespace doppel {
 void ControllerRegistry::add(std::string name, Factory make, std::string library) {
   if (const Type* known = find(name)) {
     throw InputError("control.type_twice", {},
-                     fmt::format("the controller type '{}' of {} is registered already, by {}", name,
+                     fmt::format("the controller type '{}' of {} is already registered by {}", name,
                                  library.empty() ? "doppel" : library,
                                  known->library.empty() ? "doppel itself" : known->library),
-                     "give it another name, or load the library once");
+                     "rename it, or load the library only once");
   }
   types_.push_back(
       {std::move(name), "controller_interface::ControllerInterface", std::move(library), std::move(make)});

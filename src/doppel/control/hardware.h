@@ -112,7 +112,7 @@ class HardwareComponent {
   // on_stop() follows when the loop goes on.
   virtual void on_stall() noexcept {}
   // Why the last read() or write() did not answer ok, as a sentence's end; asked between ticks.
-  [[nodiscard]] virtual std::string fault() const { return "it gives no reason"; }
+  [[nodiscard]] virtual std::string fault() const { return "no reason given"; }
 };
 
 }  // namespace doppel

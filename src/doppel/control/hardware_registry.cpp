@@ -17,10 +17,10 @@ HardwareRegistry HardwareRegistry::with_builtin() {
 void HardwareRegistry::add(std::string name, HardwareKind kind, Factory make, std::string library) {
   if (const Type* known = find(name)) {
     throw InputError("hardware.type_twice", {},
-                     fmt::format("the hardware plugin '{}' of {} is registered already, by {}", name,
+                     fmt::format("the hardware plugin '{}' of {} is already registered by {}", name,
                                  library.empty() ? "doppel" : library,
                                  known->library.empty() ? "doppel itself" : known->library),
-                     "give it another name, or load the library once");
+                     "rename it, or load the library only once");
   }
   types_.push_back({std::move(name), std::move(library), kind, std::move(make)});
 }

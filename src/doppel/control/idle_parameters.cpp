@@ -7,7 +7,7 @@
 namespace doppel {
 namespace {
 
-constexpr const char* kWhy = "not used: one thread and one clock do everything here";
+constexpr const char* kWhy = "not used: one thread and one clock run all nodes";
 
 // Hz for the periodicity, microseconds for the execution time.
 struct Threshold {

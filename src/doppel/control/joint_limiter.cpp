@@ -159,7 +159,8 @@ void JointLimiter::note(Episode& episode, double asked, Time now) {
 std::string JointLimiter::sentence(const Entry& entry, Kind kind) {
   const std::string& full = entry.full_name;
   if (kind == kNotFinite) {
-    return fmt::format("a command on '{}' is not a finite number; refused, the last good one holds", full);
+    return fmt::format(
+        "a command on '{}' is not a finite number; rejected, the last valid command stays in effect", full);
   }
   const ModelJoint& joint = *entry.joint;
   const bool linear = joint.type == JointType::prismatic;
@@ -167,21 +168,21 @@ std::string JointLimiter::sentence(const Entry& entry, Kind kind) {
   const double asked = entry.episodes[kind].asked;
   switch (kind) {
     case kRange:
-      return fmt::format("{}: commands ask {:.4g} {}, its limits are {:.4g} to {:.4g} {}; held at the limit",
-                         joint.name, asked, length, joint.lower, joint.upper, length);
+      return fmt::format(
+          "{}: command {:.4g} {} is outside the limits {:.4g} to {:.4g} {}; clamped to the limit", joint.name,
+          asked, length, joint.lower, joint.upper, length);
     case kRate:
-      return fmt::format("{}: commands ask {:.4g} {}/s, its limit is {:.4g} {}/s; held to the limit",
+      return fmt::format("{}: command {:.4g} {}/s is above the limit {:.4g} {}/s; clamped to the limit",
                          joint.name, asked, length, joint.velocity, length);
     case kPastLimit:
-      return fmt::format(
-          "{}: commands ask {:.4g} {}/s, but it is at the end of {:.4g} to {:.4g} {}; held there", joint.name,
-          asked, length, joint.lower, joint.upper, length);
+      return fmt::format("{}: command {:.4g} {}/s at the end of the range {:.4g} to {:.4g} {}; held there",
+                         joint.name, asked, length, joint.lower, joint.upper, length);
     default:
       break;
   }
   const bool effort = entry.quantity == Quantity::effort;
   const std::string unit = effort ? (linear ? "N" : "N m") : fmt::format("{}/s", length);
-  return fmt::format("{}: commands ask {:.4g} {}, its limit is {:.4g} {}; held to the limit", joint.name,
+  return fmt::format("{}: command {:.4g} {} is above the limit {:.4g} {}; clamped to the limit", joint.name,
                      asked, unit, effort ? joint.effort : joint.velocity, unit);
 }
 

@@ -12,11 +12,11 @@ namespace {
 std::string unfit_for_commands(const ModelJoint& joint) {
   switch (joint.type) {
     case JointType::fixed:
-      return "is fixed, so there is nothing to drive";
+      return "is fixed and cannot be driven";
     case JointType::floating:
-      return "is floating; no motor drives six degrees of freedom";
+      return "is floating; no actuator drives six degrees of freedom";
     case JointType::planar:
-      return "is planar; no motor drives three degrees of freedom";
+      return "is planar; no actuator drives three degrees of freedom";
     default:
       return "";
   }
@@ -70,7 +70,7 @@ std::vector<std::string> check_joints(const ControllerContext& context, const st
     if (index < 0) {
       const auto candidates = model.scalar_joint_names();
       refuse(i, "control.unknown_joint",
-             fmt::format("controller '{}' names joint '{}', which the robot '{}' does not have{}",
+             fmt::format("controller '{}' lists joint '{}', which the robot '{}' does not have{}",
                          context.name, name, model.name, did_you_mean(name, candidates)),
              fmt::format("correct the name in '{}', or add the joint to the description", parameter));
       continue;
@@ -79,19 +79,18 @@ std::vector<std::string> check_joints(const ControllerContext& context, const st
     if (use == JointUse::commanded) {
       if (const std::string why = unfit_for_commands(joint); !why.empty()) {
         refuse(i, "control.joint_not_driven",
-               fmt::format("controller '{}' names joint '{}', which {}", context.name, name, why),
+               fmt::format("controller '{}' lists joint '{}', which {}", context.name, name, why),
                fmt::format("remove it from '{}'", parameter));
         continue;
       }
       if (joint.mimics()) {
         const std::string& leader = model.joints[static_cast<std::size_t>(joint.mimic_leader)].name;
-        log_diagnostic(
-            *context.log, context.name,
-            {Severity::warning, "control.mimic_joint",
-             fmt::format("joint '{}' mimics '{}' and has no motor of its own; left out of what '{}' commands",
-                         name, leader, context.name),
-             place_of(context, parameter, i),
-             fmt::format("remove it from '{}'; it follows '{}' by itself", parameter, leader)});
+        log_diagnostic(*context.log, context.name,
+                       {Severity::warning, "control.mimic_joint",
+                        fmt::format("joint '{}' mimics '{}' and has no actuator; '{}' does not command it",
+                                    name, leader, context.name),
+                        place_of(context, parameter, i),
+                        fmt::format("remove it from '{}'; it mimics '{}' automatically", parameter, leader)});
         continue;
       }
     }

@@ -65,8 +65,7 @@ std::string ControllerManager::Impl::running_leader(const LoadedController& foll
   for (LoadedController* c : active) {
     if (contains(plan.stop, c) || !commands_reference(*c, follower)) continue;
     return fmt::format(
-        "'{}' cannot be deactivated, because '{}' commands its reference interfaces; deactivate "
-        "'{}' too",
+        "cannot deactivate '{}', because '{}' commands its reference interfaces; deactivate '{}' too",
         follower.name, c->name, c->name);
   }
   return "";
@@ -85,8 +84,7 @@ void ControllerManager::Impl::set_chained_modes() {
       return Status{};
     });
     if (!set)
-      log.error(options.name,
-                fmt::format("'{}' did not change its chained mode in order: {}", c->name, set.why()));
+      log.error(options.name, fmt::format("'{}' failed to change its chained mode: {}", c->name, set.why()));
   }
 }
 

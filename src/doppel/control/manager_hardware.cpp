@@ -43,8 +43,8 @@ ResourceTable::Component& ControllerManager::Impl::initialise_hardware(
   if (differs(asked, rate)) {
     diagnostics.warning(
         "hardware.rate_rounded", description.source,
-        fmt::format("an rw_rate of {:g} Hz does not divide the controller manager's {:g} Hz; "
-                    "'{}' is read and written every {} tick{}, at {:g} Hz",
+        fmt::format("rw_rate {:g} Hz does not divide the controller manager's {:g} Hz; '{}' is read and "
+                    "written every {} tick{}, at {:g} Hz",
                     asked, rate_of(period), description.name, ticks, ticks == 1 ? "" : "s", rate),
         fmt::format("choose a rate that divides {:g}", rate_of(period)));
   }
@@ -58,10 +58,10 @@ ResourceTable::Component& ControllerManager::Impl::initialise_hardware(
     why = thrown_text();
   }
   if (!why.empty()) {
-    throw InputError("hardware.on_init", description.plugin_source,
-                     fmt::format("hardware '{}' ({}) cannot be initialised: {}", description.name,
-                                 description.plugin, why),
-                     "correct its <param>s, or name another plugin");
+    throw InputError(
+        "hardware.on_init", description.plugin_source,
+        fmt::format("cannot initialise hardware '{}' ({}): {}", description.name, description.plugin, why),
+        "correct its <param>s, or use another plugin");
   }
   ResourceTable::Component& component = resources.add(std::move(hardware), description, ticks, period);
   component.rw_rate = rate;
@@ -93,13 +93,14 @@ Status ControllerManager::Impl::set_hardware_state(const std::string& name, Hard
   if (component == nullptr) {
     std::vector<std::string> names;
     for (const auto& candidate : resources.components()) names.push_back(candidate->name);
-    return Status::refused(fmt::format("there is no hardware '{}'{}", name, did_you_mean(name, names)));
+    return Status::refused(
+        fmt::format("there is no hardware component '{}'{}", name, did_you_mean(name, names)));
   }
   if (component->state == target) return {};
   for (const std::string& holder : component->claimed_by) {
     if (holder.empty()) continue;
     return Status::refused(
-        fmt::format("the controller '{}' drives hardware '{}'; deactivate it first", holder, name));
+        fmt::format("the controller '{}' uses hardware '{}'; deactivate it first", holder, name));
   }
   Status status;
   while (status && component->state != target) status = pass_towards(*component, target);
@@ -111,9 +112,8 @@ Status ControllerManager::Impl::set_hardware_state(const std::string& name, Hard
 Status ControllerManager::Impl::pass_towards(ResourceTable::Component& c, HardwareState target) {
   HardwareComponent& hardware = *c.hardware;
   if (c.state == HardwareState::finalized) {
-    return Status::refused(
-        fmt::format("hardware '{}' is finalized{}; it comes back when the program starts again", c.name,
-                    c.why.empty() ? "" : " (" + c.why + ")"));
+    return Status::refused(fmt::format("hardware '{}' is finalized{}; restart doppel to use it again", c.name,
+                                       c.why.empty() ? "" : " (" + c.why + ")"));
   }
   if (target == HardwareState::finalized)
     return pass(c, target, "shut down", [&] { return hardware.on_shutdown(); });
@@ -140,9 +140,9 @@ Status ControllerManager::Impl::pass(ResourceTable::Component& c, HardwareState 
     c.state = next;
     return {};
   } catch (...) {
-    const std::string why = fmt::format("it could not be {}: {}", participle, thrown_text());
+    const std::string why = fmt::format("it cannot be {}: {}", participle, thrown_text());
     enter_error(c, why);
-    return Status::refused(fmt::format("hardware '{}' is {} now: {}", c.name, to_string(c.state), why));
+    return Status::refused(fmt::format("hardware '{}' is now {}: {}", c.name, to_string(c.state), why));
   }
 }
 
@@ -151,7 +151,7 @@ Status ControllerManager::Impl::pass(ResourceTable::Component& c, HardwareState 
 void ControllerManager::Impl::enter_error(ResourceTable::Component& c, const std::string& why) {
   const Status recovered = attempt([&] { return c.hardware->on_error(); });
   c.state = recovered ? HardwareState::unconfigured : HardwareState::finalized;
-  note_fault(c, recovered ? why : fmt::format("{}; and it cannot recover: {}", why, recovered.why()));
+  note_fault(c, recovered ? why : fmt::format("{}; recovery failed: {}", why, recovered.why()));
 }
 
 // Keeps the reason where everybody can read it: the parameter `fault` of the component's node, /diagnostics.
@@ -162,7 +162,7 @@ void ControllerManager::Impl::note_fault(ResourceTable::Component& c, const std:
   if (its_node == hardware_nodes.end()) return;
   Parameters& parameters = its_node->second->parameters();
   if (parameters.find(kFault) == nullptr)
-    parameters.declare(kFault, std::string(), {"why it is not active; empty: nothing has failed", true, {}});
+    parameters.declare(kFault, std::string(), {"why it is not active; empty: no failure", true, {}});
   parameters.update_read_only(kFault, why);
 }
 
@@ -199,7 +199,7 @@ void ControllerManager::Impl::settle(ResourceTable::Component& c, const Hardware
   publish_activity();
   log.error(options.name,
             fmt::format(
-                "hardware '{}' is {}: {}; its joints are {}; {}. Once the cause is gone, bring it back with "
+                "hardware '{}' is {}: {}; its joints are {}; {}. Once the cause is fixed, activate it with "
                 "'ros2 control set_hardware_component_state {} active'",
                 c.name, to_string(c.state), c.why, to_string(joints),
                 users.empty() ? "no controller used it" : fmt::format("deactivated: {}", quoted_names(users)),
@@ -214,7 +214,7 @@ void ControllerManager::Impl::settle_controllers() {
   for (LoadedController* c : active) {
     if (c->thrown[0] == '\0') continue;
     failed.push_back(c);
-    log.error(options.name, fmt::format("'{}' is deactivated: its update threw: {}", c->name,
+    log.error(options.name, fmt::format("'{}' is deactivated: update() threw: {}", c->name,
                                         std::exchange(c->thrown, {}).data()));
   }
   failed = with_leaders(std::move(failed));
@@ -237,10 +237,10 @@ void ControllerManager::Impl::start_fallbacks(const std::vector<LoadedController
       if (fallback != nullptr && fallback->state == ControllerState::active) continue;
       const std::vector<std::string> one{name};
       if (const Status status = switch_controllers(one, {}, Strictness::strict); !status) {
-        log.error(options.name, fmt::format("the fallback controller '{}' of '{}' cannot be activated: {}",
-                                            name, c->name, status.why()));
+        log.error(options.name, fmt::format("cannot activate the fallback controller '{}' of '{}': {}", name,
+                                            c->name, status.why()));
       } else {
-        log.warning(options.name, fmt::format("'{}' runs in place of '{}'", name, c->name));
+        log.warning(options.name, fmt::format("'{}' replaces '{}'", name, c->name));
       }
     }
   }
@@ -251,7 +251,7 @@ void ControllerManager::Impl::shut_down_hardware() {
     if (component->state == HardwareState::finalized) continue;
     if (const Status status = attempt([&] { return component->hardware->on_shutdown(); }); !status)
       log.error(options.name,
-                fmt::format("hardware '{}' did not shut down in order: {}", component->name, status.why()));
+                fmt::format("hardware '{}' failed to shut down: {}", component->name, status.why()));
   }
 }
 

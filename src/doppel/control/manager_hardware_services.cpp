@@ -38,9 +38,9 @@ void ControllerManager::Impl::serve_hardware() {
     const auto target = wanted_state(request.target_state);
     const Status status =
         target ? set_hardware_state(request.name, *target)
-               : Status::refused(
-                     fmt::format("hardware can be unconfigured, inactive, active or finalized, not '{}' ({})",
-                                 request.target_state.label, request.target_state.id));
+               : Status::refused(fmt::format(
+                     "'{}' ({}) is not a hardware state: unconfigured, inactive, active, finalized",
+                     request.target_state.label, request.target_state.id));
     if (!status)
       log.error(options.name, fmt::format("cannot set the state of '{}': {}", request.name, status.why()));
     srv::SetHardwareComponentState::Response response;

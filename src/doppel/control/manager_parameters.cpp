@@ -15,8 +15,7 @@ constexpr const char* kArguments = ".node_options_args";
 
 Status positive(const ParameterValue& value) {
   const auto rate = std::get<std::int64_t>(value);
-  return rate > 0 ? Status{}
-                  : Status::refused(fmt::format("a rate must be more than 0 Hz, this is {}", rate));
+  return rate > 0 ? Status{} : Status::refused(fmt::format("a rate must be above 0 Hz: {}", rate));
 }
 
 }  // namespace
@@ -25,17 +24,17 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
   Parameters& parameters = node.parameters();
   const ParameterOverride* written = own.find("update_rate");
   const auto whole = declare<std::int64_t>(parameters, &own, "update_rate", std::llround(options.update_rate),
-                                           {"Hz, of the loop: read, update, write", true, positive});
+                                           {"Hz, of the loop read, update, write", true, positive});
   const double rate = written != nullptr ? static_cast<double>(whole) : options.update_rate;
   const SourceLocation where = written != nullptr ? written->source : SourceLocation{};
   period = options.choose_period ? options.choose_period(rate, where, diagnostics) : from_seconds(1.0 / rate);
   const bool enforce = declare<bool>(parameters, &own, "enforce_command_limits", options.enforce_limits,
-                                     {"hold commands to the description's limits", true, {}});
+                                     {"enforce the description's joint limits on commands", true, {}});
   options.enforce_limits = options.enforce_limits && enforce;
   for (const char* state : {"inactive", "unconfigured"}) {
     declare<std::vector<std::string>>(parameters, &own,
                                       fmt::format("hardware_components_initial_state.{}", state), {},
-                                      {fmt::format("hardware that starts {}", state), true, {}});
+                                      {fmt::format("hardware components that start {}", state), true, {}});
   }
   for (const auto& [name, type] : declared()) {
     // A spawner says them again, and later than the file.
@@ -45,19 +44,19 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
         declare_parameter(parameters, &own, written_there->name, written_there->value,
                           {.description = description, .dynamic_typing = true});
     };
-    declare_written(kParamsFile, "where its parameters are");
+    declare_written(kParamsFile, "its parameter files");
     declare_written(kArguments, "--ros-args of its node");
-    declare_written(kFallback, "controllers that run in its place where its hardware fails");
+    declare_written(kFallback, "controllers that replace it when its hardware fails");
   }
   const auto strictness = [](const ParameterValue& value) {
     const auto& text = std::get<std::string>(value);
     const std::vector<std::string> known{"best_effort", "strict"};
     return text == known[0] || text == known[1]
                ? Status()
-               : Status::refused(fmt::format("there is no '{}'{}", text, did_you_mean(text, known)));
+               : Status::refused(fmt::format("unknown '{}'{}", text, did_you_mean(text, known)));
   };
   declare<std::string>(parameters, &own, "defaults.switch_controller.strictness", "best_effort",
-                       {"of a switch that does not say", false, strictness});
+                       {"default of a switch request", false, strictness});
   declare_idle_parameters(parameters, own);
   report_unused(own, options.name, parameters.names(), diagnostics);
   report_unused_sections(diagnostics);
@@ -102,7 +101,7 @@ std::vector<std::string> ControllerManager::Impl::texts_of(const std::string& pa
   if (const auto* one = std::get_if<std::string>(&value->value)) return {*one};
   if (const auto* many = std::get_if<std::vector<std::string>>(&value->value)) return *many;
   throw InputError("control.not_texts", {},
-                   fmt::format("the parameter '{}' of {} is {}, where a string or a string_array is wanted",
+                   fmt::format("the parameter '{}' of {} is {}, but must be a string or a string_array",
                                value->name, node.name(), parameter_type_name(value->value)));
 }
 
@@ -118,12 +117,13 @@ std::filesystem::path ControllerManager::Impl::params_file(const std::string& na
                                       : std::filesystem::path(file->name()).parent_path() / text;
   const auto found = is_file(beside) ? beside : std::filesystem::absolute(text);
   if (is_file(found)) return found;
-  throw InputError("control.params_file", {},
-                   fmt::format("the params_file '{}' of '{}' is no file that can be read: {}", text, name,
-                               beside.is_absolute() || beside == text
-                                   ? found.string()
-                                   : fmt::format("neither {} nor {}", beside.string(), found.string())),
-                   "tell its whole path: the twin reads it, from the folder where it was started");
+  throw InputError(
+      "control.params_file", {},
+      fmt::format("the params_file '{}' of '{}' is not a readable file: {}", text, name,
+                  beside.is_absolute() || beside == text
+                      ? found.string()
+                      : fmt::format("neither {} nor {}", beside.string(), found.string())),
+      "give an absolute path: the twin reads the file, relative to the folder it was started in");
 }
 
 // What NAME.node_options_args tells now, a spawner's --controller-ros-args.
@@ -136,7 +136,7 @@ NodeArguments ControllerManager::Impl::arguments_of(const std::string& name, con
     if (one == nullptr || one->name != "use_sim_time" || one->value == ParameterValue(bus.sim_time()))
       continue;
     throw InputError("node.arguments", {},
-                     fmt::format("-p {} cannot be had: the whole twin has one clock", one->text),
+                     fmt::format("-p {} has no effect: the twin has one clock", one->text),
                      "start the twin with --stamp sim or --stamp wall");
   }
   return arguments;

@@ -106,7 +106,7 @@ void ControllerManager::Impl::serve_life_cycle() {
   // Libraries are loaded once, at the start; there is nothing to load anew.
   node.serve<srv::ReloadControllerLibraries>(
       "~/reload_controller_libraries", [this](const auto&, auto respond) {
-        log.warning(options.name, "controllers' libraries cannot be reloaded; end doppel and start it again");
+        log.warning(options.name, "controller libraries cannot be reloaded; restart doppel");
         respond({false});
       });
   node.serve<srv::SwitchController>("~/switch_controller", [this](const auto& request, auto respond) {

@@ -37,7 +37,7 @@ void ControllerManager::Impl::check_start(const std::vector<LoadedController*>& 
     std::string name;
     if (const std::string why = missing_interface(*c, together, &name); !why.empty()) {
       errors.push_back({Severity::error, "control.no_interface", why, place_of_interface(*c, name),
-                        "offer it in the description's <ros2_control>, or ask for another one"});
+                        "export it in the description's <ros2_control>, or claim another one"});
       continue;
     }
     for (const std::string& command : c->commands) {
@@ -46,10 +46,11 @@ void ControllerManager::Impl::check_start(const std::vector<LoadedController*>& 
       const SourceLocation other = place_of_interface(*holder->second, command);
       errors.push_back(
           {Severity::error, "control.claimed_twice",
-           fmt::format("'{}' claims the command interface '{}', which '{}' claims too{}", c->name, command,
+           fmt::format("'{0}' and '{2}' both claim the command interface '{1}'{3}", c->name, command,
                        holder->second->name, other.known() ? " at " + other.place() : ""),
            place_of_interface(*c, command),
-           "a command has one master: take the joint out of one of them, or start only one"});
+           "only one controller can claim a command interface: remove the joint from one of them, or "
+           "activate only one"});
     }
   }
   if (!errors.empty()) throw InputError(std::move(errors));
@@ -104,8 +105,8 @@ void ControllerManager::Impl::report_left_out(std::span<const std::string> names
     return std::find(names.begin(), names.end(), c->name) != names.end();
   });
   for (auto& [name, why] : left_out) {
-    why.message += fmt::format("{} '{}' is left out{}", why.message.ends_with('?') ? "" : ";", name,
-                               others ? ", the others run" : "");
+    why.message += fmt::format("{} '{}' is not started{}", why.message.ends_with('?') ? "" : ";", name,
+                               others ? ", the others are" : "");
     log_diagnostic(log, options.name, why);
   }
   left_out.clear();
@@ -141,18 +142,17 @@ std::vector<std::string> ControllerManager::Impl::compatible_of(std::vector<Load
     if (const std::string why = missing_interface(*c, fitting, &missing); !why.empty()) {
       const std::string name = c->name;
       leave_out(name, {{Severity::warning, "control.no_interface", why, place_of_interface(*c, missing),
-                        "offer it in the description's <ros2_control>, or ask for another one"}});
+                        "export it in the description's <ros2_control>, or claim another one"}});
       continue;
     }
     const auto taken = std::find_if(c->commands.begin(), c->commands.end(),
                                     [&](const std::string& command) { return holders.contains(command); });
     if (taken != c->commands.end()) {
-      log_diagnostic(
-          log, options.name,
-          {Severity::note, "control.claimed_twice",
-           fmt::format("'{}' stays inactive: '{}' holds the command interface '{}', which it claims too",
-                       c->name, holders[*taken], *taken),
-           place_of_interface(*c, *taken), "choose with --activate which one is to run"});
+      log_diagnostic(log, options.name,
+                     {Severity::note, "control.claimed_twice",
+                      fmt::format("'{0}' stays inactive: the command interface '{2}' is claimed by '{1}'",
+                                  c->name, holders[*taken], *taken),
+                      place_of_interface(*c, *taken), "select one with --activate"});
       continue;
     }
     for (const std::string& command : c->commands) holders[command] = c->name;

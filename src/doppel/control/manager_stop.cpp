@@ -18,13 +18,15 @@ void ControllerManager::Impl::serve_stop() {
   node.serve<std_srvs::srv::Trigger>("~/emergency_stop", [this](const auto&, auto respond) {
     const bool already = stopped;
     stop("the service ~/emergency_stop");
-    respond(
-        {true, already ? "It is stopped already." : "Stopped; ~/reset_emergency_stop lets it move again."});
+    respond({true, already ? "The emergency stop is already active."
+                           : "Emergency stop active; ~/reset_emergency_stop resets it."});
   });
   node.serve<std_srvs::srv::Trigger>("~/reset_emergency_stop", [this](const auto&, auto respond) {
     const bool was = stopped;
     const Status status = reset_stop();
-    respond({status.ok(), !status ? status.why() : was ? "It may move again." : "It is not stopped."});
+    respond({status.ok(), !status ? status.why()
+                          : was   ? "The emergency stop is reset."
+                                  : "The emergency stop is not active."});
   });
 }
 
@@ -48,13 +50,13 @@ void ControllerManager::Impl::stop(const std::string& by) {
   deactivate_all(commanding);
   settle(now);
   stop_topic.publish({stopped}, bus.now());
-  log.warning(options.name,
-              fmt::format("emergency stop by {}: nothing is commanded until {}/reset_emergency_stop "
-                          "is called; {} deactivated",
-                          by, node.name(),
-                          commanding.empty()       ? "no controller had to be"
-                          : commanding.size() == 1 ? fmt::format("'{}' is", commanding.front()->name)
-                                                   : fmt::format("{} controllers are", commanding.size())));
+  log.warning(
+      options.name,
+      fmt::format("emergency stop by {}: no commands until {}/reset_emergency_stop is called; {} deactivated",
+                  by, node.name(),
+                  commanding.empty()       ? "no controllers were"
+                  : commanding.size() == 1 ? fmt::format("'{}' is", commanding.front()->name)
+                                           : fmt::format("{} controllers are", commanding.size())));
 }
 
 Status ControllerManager::Impl::reset_stop() {
@@ -78,9 +80,9 @@ Status ControllerManager::Impl::reset_stop() {
   for (const LoadedController* c : ordered(again, ChainOrder::followers_first)) {
     const std::vector<std::string> one{c->name};
     if (const Status status = switch_controllers(one, {}, Strictness::strict); !status)
-      log.error(options.name, fmt::format("'{}' cannot be activated again: {}", c->name, status.why()));
+      log.error(options.name, fmt::format("cannot activate '{}' again: {}", c->name, status.why()));
   }
-  return failed ? Status::refused("hardware has failed in the reset; the log and /diagnostics say why")
+  return failed ? Status::refused("hardware failed during the reset; see the log and /diagnostics")
                 : Status{};
 }
 

@@ -29,7 +29,7 @@ std::string ControllerManager::Impl::missing_interface(const LoadedController& c
   const auto missing = [&](const char* kind, const std::string& name,
                            const std::vector<std::string>& offered) {
     if (full_name != nullptr) *full_name = name;
-    return fmt::format("'{}' requires the {} interface '{}', which no hardware offers{}", c.name, kind, name,
+    return fmt::format("'{}' requires the {} interface '{}', which no hardware exports{}", c.name, kind, name,
                        did_you_mean(name, offered));
   };
   const auto asleep = [&](const char* kind, const std::string& name,
@@ -95,7 +95,7 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
     } else if (c->state == ControllerState::unconfigured) {
       plan.problems.push_back(fmt::format("'{}' is not configured", name));
     } else if (c->state == ControllerState::active && !contains(plan.stop, c)) {
-      if (strict) plan.problems.push_back(fmt::format("'{}' is active already", name));
+      if (strict) plan.problems.push_back(fmt::format("'{}' is already active", name));
     } else if (!contains(plan.start, c)) {
       plan.start.push_back(c);
     }
@@ -124,8 +124,9 @@ void ControllerManager::Impl::plan_claims(Plan& plan) const {
     for (const std::string& command : c->commands) {
       const auto holder = holders.find(command);
       if (!why.empty() || holder == holders.end()) continue;
-      why = fmt::format("'{}' wants the command interface '{}', which '{}' holds; deactivate '{}' first",
-                        c->name, command, holder->second, holder->second);
+      why = fmt::format(
+          "'{}' claims the command interface '{}', which is claimed by '{}'; deactivate '{}' first", c->name,
+          command, holder->second, holder->second);
     }
     for (const std::string& command : c->commands) holders.emplace(command, c->name);
     if (!why.empty()) plan.conflicts.push_back(std::move(why));
@@ -150,8 +151,7 @@ Status ControllerManager::Impl::switch_controllers(std::span<const std::string> 
   }
   if (!wanted.problems.empty() && strictness == Strictness::strict)
     return Status::refused(joined(wanted.problems));
-  for (const std::string& problem : wanted.problems)
-    log.warning(options.name, "left out of the switch: " + problem);
+  for (const std::string& problem : wanted.problems) log.warning(options.name, "not switched: " + problem);
   const bool nothing_left = wanted.stop.empty() && wanted.start.empty();
   if (nothing_to_do != nullptr) *nothing_to_do = nothing_left;
   if (nothing_left) return {};
@@ -168,7 +168,7 @@ Status ControllerManager::Impl::carry_out(const Plan& plan, Strictness strictnes
   std::vector<std::string> failures;
   for (LoadedController* c : plan.start) {
     if (const Status status = activate(*c, handed_over); !status) {
-      failures.push_back(fmt::format("'{}' cannot be activated: {}", c->name, status.why()));
+      failures.push_back(fmt::format("cannot activate '{}': {}", c->name, status.why()));
       if (strictness == Strictness::strict) break;
       resources.perform_switch({}, c->commands);
     } else {
@@ -196,7 +196,7 @@ void ControllerManager::Impl::roll_back(const std::vector<LoadedController*>& ra
   for (LoadedController* c : ordered(ran_before, ChainOrder::followers_first)) {
     if (const Status status = activate(*c, c->commands); !status) {
       resources.perform_switch({}, c->commands);
-      log.error(options.name, fmt::format("'{}' cannot be activated again: {}", c->name, status.why()));
+      log.error(options.name, fmt::format("cannot activate '{}' again: {}", c->name, status.why()));
     }
   }
 }
@@ -228,7 +228,7 @@ void ControllerManager::Impl::change_state(LoadedController& c, ControllerState 
 
 void ControllerManager::Impl::deactivate(LoadedController& c) {
   if (const Status status = attempt([&] { return c.controller->on_deactivate(); }); !status) {
-    log.error(options.name, fmt::format("'{}' did not deactivate in order: {}", c.name, status.why()));
+    log.error(options.name, fmt::format("'{}' failed to deactivate: {}", c.name, status.why()));
   }
   release(c);
   resources.set_references(c.name, false);
@@ -306,7 +306,7 @@ void ControllerManager::Impl::restart(Time the_time) {
   for (LoadedController* c : ordered(again, ChainOrder::followers_first)) {
     if (const Status status = activate(*c, {}); !status) {
       resources.perform_switch({}, c->commands);
-      log.error(options.name, fmt::format("'{}' cannot be activated again: {}", c->name, status.why()));
+      log.error(options.name, fmt::format("cannot activate '{}' again: {}", c->name, status.why()));
     }
   }
   note_active();

@@ -19,8 +19,8 @@ void load_plugin_library(const std::string& path, ControllerRegistry& controller
     const char* why = dlerror();
     throw InputError(
         "control.library", make_location(path),
-        fmt::format("this plugin library cannot be loaded: {}", why == nullptr ? "no reason given" : why),
-        exists ? "build it against the headers of this doppel" : "check the path");
+        fmt::format("cannot load this plugin library: {}", why == nullptr ? "no reason given" : why),
+        exists ? "build it against the headers of this doppel version" : "check the path");
   }
   using RegisterControllers = void (*)(ControllerRegistry&, const char*);
   using RegisterHardware = void (*)(HardwareRegistry&, const char*);

@@ -39,7 +39,7 @@ std::string_view to_string(PassiveJoint passive) {
     case PassiveJoint::free:
       return "free";
     case PassiveJoint::hold:
-      return "held where they are";
+      return "held at their positions";
     case PassiveJoint::brake:
       return "braked";
   }
@@ -65,9 +65,9 @@ ResourceTable::Component& ResourceTable::add(std::unique_ptr<HardwareComponent> 
       names.push_back(offered[i].full_name());
       if (!index.emplace(names.back(), places.size()).second) {
         throw InputError("hardware.interface_twice", {},
-                         fmt::format("the {} interface '{}' of hardware '{}' is offered already", kind,
+                         fmt::format("the {} interface '{}' of hardware '{}' is already exported", kind,
                                      names.back(), component->name),
-                         "offer it once, in one <ros2_control> element");
+                         "export it once, in one <ros2_control> element");
       }
       places.push_back({component.get(), i});
     }
@@ -116,7 +116,7 @@ std::size_t ResourceTable::offer_reference(const std::string& controller, Interf
   const std::string full_name = description.full_name();
   if (command_index_.contains(full_name)) {
     throw InputError("control.reference_twice", {},
-                     fmt::format("the reference interface '{}' is offered already", full_name));
+                     fmt::format("the reference interface '{}' is already exported", full_name));
   }
   const auto before = std::find_if(commands_.begin(), commands_.end(), [&](const Place& place) {
     return place.component->hardware == nullptr && place.component->command_names.front() == full_name;
@@ -207,9 +207,9 @@ void note_thrown(LoopExceptionText& text) noexcept {
   } catch (const std::exception& problem) {
     std::strncpy(text.data(), problem.what(), text.size() - 1);
   } catch (...) {
-    std::strncpy(text.data(), "it threw what is no std::exception", text.size() - 1);
+    std::strncpy(text.data(), "it threw something other than a std::exception", text.size() - 1);
   }
-  if (text[0] == '\0') std::strncpy(text.data(), "it gives no reason", text.size() - 1);
+  if (text[0] == '\0') std::strncpy(text.data(), "no reason given", text.size() - 1);
 }
 
 // Runs `call`, which answers a HardwareReturn; all but ok, and what is thrown, becomes the component's fault.
@@ -300,7 +300,7 @@ Status ResourceTable::prepare_switch(std::span<const std::string> start, std::sp
       status = Status::refused(thrown_text());
     }
     if (status) return status;
-    return Status::refused(fmt::format("hardware '{}' refuses the switch: {}", c.name, status.why()));
+    return Status::refused(fmt::format("hardware '{}' rejects the switch: {}", c.name, status.why()));
   });
 }
 

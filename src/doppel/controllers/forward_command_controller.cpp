@@ -62,7 +62,7 @@ void CommandForwarder::forward(ControllerContext& context, Names listed, Names d
       {"s without a message, after which velocities, accelerations and efforts are zero; 0: never", true,
        [](const ParameterValue& value) {
          const double s = std::get<double>(value);
-         return s >= 0 && std::isfinite(s) ? Status{} : Status::refused("it has to be 0 or more seconds");
+         return s >= 0 && std::isfinite(s) ? Status{} : Status::refused("it must be at least 0 s");
        }});
   timeout_ = from_seconds(timeout);
   values_.assign(driven_.size(), 0.0);
@@ -83,11 +83,11 @@ void CommandForwarder::receive(const std_msgs::msg::Float64MultiArray& message) 
                       fmt::join(listed_, ", "));
   } else if (!std::all_of(message.data.begin(), message.data.end(),
                           [](double v) { return std::isfinite(v); })) {
-    why = "a command holds a value that is not a finite number";
+    why = "a command contains a value that is not a finite number";
   }
   if (!why.empty()) {
     // A stream of bad commands is told once.
-    if (!error_logged_) log_->error(name_, why + "; refused, the last good command holds");
+    if (!error_logged_) log_->error(name_, why + "; rejected, the last valid command stays in effect");
     error_logged_ = true;
     return;
   }
@@ -126,9 +126,10 @@ void CommandForwarder::update(Time now, Duration /*period*/) {
 
 void CommandForwarder::housekeeping(Time /*now*/) {
   if (timed_out_ && !timeout_logged_)
-    log_->warning(name_,
-                  fmt::format("no command for {:g} s: what is no position is set to zero until the next one",
-                              to_seconds(timeout_)));
+    log_->warning(
+        name_,
+        fmt::format("no command for {:g} s: all commands except positions are set to zero until the next one",
+                    to_seconds(timeout_)));
   timeout_logged_ = timed_out_;
 }
 

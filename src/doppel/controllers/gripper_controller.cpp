@@ -34,24 +34,25 @@ void GripperController::on_init(ControllerContext& context) {
   settings_.joint = declare<std::string>(parameters, written, "joint", "", {"the gripper's", true});
   if (settings_.joint.empty() || check_joints(context, "joint", {settings_.joint}).empty()) {
     throw InputError("control.empty_parameter", place_of(context, "joint"),
-                     fmt::format("controller '{}' has no joint that it could drive", context.name),
+                     fmt::format("controller '{}' has no joint to drive", context.name),
                      "write joint: NAME below its ros__parameters");
   }
   declare<double>(parameters, written, "action_monitor_rate", 20.0, at_least(0.1, "Hz", parallel));
-  declare<double>(parameters, written, "goal_tolerance", 0.01, at_least(0, "how near to the goal is there"));
+  declare<double>(parameters, written, "goal_tolerance", 0.01, at_least(0, "position tolerance of the goal"));
   declare<double>(parameters, written, "max_effort", parallel ? 10.0 : 0.0,
                   at_least(0, "Max allowable effort"));
-  declare<bool>(parameters, written, "allow_stalling", false, {"a goal succeeds where the gripper stalls"});
-  declare<double>(parameters, written, "stall_velocity_threshold", 0.001, {"below it, it stands"});
+  declare<bool>(parameters, written, "allow_stalling", false, {"a stall counts as success"});
+  declare<double>(parameters, written, "stall_velocity_threshold", 0.001,
+                  {"velocity below which the gripper stalls"});
   declare<double>(parameters, written, "stall_timeout", 1.0,
-                  at_least(0, "s of standing until it has stalled"));
+                  at_least(0, "s below that velocity until it has stalled"));
   if (parallel) {
     using Names = std::vector<std::string>;
     declare<Names>(parameters, written, "state_interfaces", {kPosition, kVelocity},
                    {"position and velocity", true});
     declare<std::string>(parameters, written, "max_effort_interface", "", {"claimed if named", true});
     declare<std::string>(parameters, written, "max_velocity_interface", "", {"claimed if named", true});
-    declare<double>(parameters, written, "max_velocity", 0.1, at_least(0, "of a goal that does not say"));
+    declare<double>(parameters, written, "max_velocity", 0.1, at_least(0, "of a goal without max_effort"));
   }
   if (kind_ == Kind::effort) {
     for (const char* gain : {"p", "i", "d", "i_clamp"}) {
@@ -129,7 +130,7 @@ Status GripperController::on_deactivate() {
   if (goal_) {
     finish(*goal_, GoalStatus::aborted, ended_.value_or(Outcome{position_, computed_, false, false}));
     goal_.reset();
-    context_->log->warning(context_->name, "the goal is aborted, for the controller is deactivated");
+    context_->log->warning(context_->name, "the goal is aborted because the controller is deactivated");
   }
   // A force that nobody controls any more must not go on.
   if (kind_ == Kind::effort) command_handles[0].set(0.0);
@@ -150,7 +151,7 @@ Status GripperController::accept(const GoalId& id, const Command& command) {
   if (!active_) return refuse(fmt::format("'{}' is not active; activate it first", context_->name));
   if (!std::isfinite(command.position)) return refuse("the goal's position is not a finite number");
   if (std::isnan(command.effort.value_or(0)) || std::isnan(command.velocity.value_or(0)))
-    return refuse("the goal's effort or velocity is not a number, so that nothing would limit it");
+    return refuse("the goal's effort or velocity is not a number, so it cannot be limited");
   if (goal_) finish(*goal_, GoalStatus::canceled, {});  // preempted; an empty result, as in ros2_controllers
   ended_.reset();
   goal_ = id;
@@ -161,8 +162,7 @@ Status GripperController::accept(const GoalId& id, const Command& command) {
   if (kind_ == Kind::effort && max_effort_ == 0 && !error_logged_) {
     error_logged_ = true;
     context_->log->warning(context_->name,
-                           "the goal allows an effort of 0, so the gripper will not move; give "
-                           "max_effort");
+                           "the goal has max_effort 0, so the gripper does not move; set max_effort");
   }
   begin(id);
   return {};
@@ -255,7 +255,8 @@ void GripperActionController<A>::open_action(Node& node) {
     if constexpr (std::same_as<A, ParallelGripperCommand>) {
       const auto& command = goal.command;
       if (command.position.size() != 1)
-        return Status::refused(fmt::format("a goal has one position, this one {}", command.position.size()));
+        return Status::refused(
+            fmt::format("a goal has one position, this one has {}", command.position.size()));
       return accept(id, {command.position[0], first_of(command.effort), first_of(command.velocity)});
     } else {
       return accept(id, {goal.command.position, goal.command.max_effort, std::nullopt});

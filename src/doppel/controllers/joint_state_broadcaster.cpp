@@ -25,16 +25,15 @@ void JointStateBroadcaster::on_init(ControllerContext& context) {
   Parameters& parameters = context.node->parameters();
   ParameterOverrides* written = context.overrides;
   context_ = &context;
-  joints_ =
-      declare<Names>(parameters, written, "joints", {}, {"whose states are published; empty: all", true, {}});
+  joints_ = declare<Names>(parameters, written, "joints", {},
+                           {"joints whose states are published; empty: all", true, {}});
   interfaces_ =
       declare<Names>(parameters, written, "interfaces", {}, {"of each joint; empty: all", true, {}});
   extra_joints_ = declare<Names>(parameters, written, "extra_joints", {}, {"published with zeros", true, {}});
   const bool local =
       declare<bool>(parameters, written, "use_local_topics", false, {"~/joint_states ...", true, {}});
-  only_model_joints_ =
-      declare<bool>(parameters, written, "use_urdf_to_filter", true,
-                    {"leave what is no joint of the description out of /joint_states", true, {}});
+  only_model_joints_ = declare<bool>(parameters, written, "use_urdf_to_filter", true,
+                                     {"publish only joints of the description on /joint_states", true, {}});
   const char* fields[] = {kPosition, kVelocity, kEffort};
   for (int field = 0; field < 3; ++field) {
     const auto name = declare<std::string>(parameters, written,
@@ -50,9 +49,9 @@ void JointStateBroadcaster::on_init(ControllerContext& context) {
     log_diagnostic(
         *context.log, context.name,
         {Severity::warning, "control.broadcasts_all",
-         fmt::format("'{}' alone selects nothing: as long as '{}' is empty, every state is published",
+         fmt::format("'{}' alone has no effect: as long as '{}' is empty, every state is published",
                      joints_.empty() ? "interfaces" : "joints", joints_.empty() ? "joints" : "interfaces"),
-         place_of(context, joints_.empty() ? "interfaces" : "joints"), "write both, or neither"});
+         place_of(context, joints_.empty() ? "interfaces" : "joints"), "set both, or neither"});
   }
   bus_ = &context.node->bus();
   const std::string prefix = local ? "~/" : "";
@@ -114,7 +113,7 @@ void JointStateBroadcaster::lay_out_dynamic_joint_states() {
 
 Status JointStateBroadcaster::on_activate() {
   if (state_handles.empty() && extra_joints_.empty()) {
-    return Status::refused("the hardware offers no state to publish");
+    return Status::refused("the hardware exports no state interfaces to publish");
   }
   lay_out_joint_states();
   lay_out_dynamic_joint_states();

@@ -82,7 +82,7 @@ void JointTrajectoryController::configure_deceleration() {
          "decelerate_on_cancel has no effect, the controller will hold at once: " + message, std::move(fix));
   };
   if (!settings_.measures(Kind::velocity)) {
-    fall_back("no velocity is measured", "add velocity to state_interfaces");
+    fall_back("there is no measured velocity", "add velocity to state_interfaces");
   }
   for (std::size_t j = 0; j < settings_.joints.size(); ++j) {
     const std::string& joint = settings_.joints[j];
@@ -123,7 +123,7 @@ Status JointTrajectoryController::on_activate() {
          fmt::format(
              "cmd_timeout of {:g} s has no effect: it must be longer than constraints.goal_time, {:g} s",
              tuning_.cmd_timeout, tuning_.tolerances.goal_time),
-         "lengthen cmd_timeout");
+         "increase cmd_timeout");
   }
   active_ = true;
   return {};
@@ -169,15 +169,14 @@ Status JointTrajectoryController::on_cleanup() {
 
 void JointTrajectoryController::take_tuning(const std::string& changed) {
   if (const Status fits = jtc::read_tuning(context_->node->parameters(), settings_, tuning_); !fits) {
-    context_->log->error(context_->name, fits.why() + "; the values before remain in force");
+    context_->log->error(context_->name, fits.why() + "; the previous values stay in effect");
     return;
   }
   for (std::size_t i = 0; i < pids_.size(); ++i) pids_[i].set_gains(tuning_.gains[joint_of_command_[i]]);
   if (changed.starts_with("constraints.")) {
     warn("control.jtc_tolerances_later",
-         fmt::format("'{}' counts from the next action goal on; what runs now, and trajectories from the "
-                     "topic, keep the "
-                     "tolerances they have",
+         fmt::format("'{}' applies from the next action goal on; the running trajectory, and trajectories "
+                     "from the topic, keep their tolerances",
                      changed),
          "send the trajectory as an action goal, or configure the controller again");
   }

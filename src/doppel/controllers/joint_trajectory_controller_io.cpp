@@ -128,7 +128,7 @@ JointTrajectoryController::TrajectoryMessage JointTrajectoryController::in_own_t
 
 void JointTrajectoryController::receive(const TrajectoryMessage& received) {
   if (!active_) {
-    warn("control.jtc_inactive", "a trajectory came while the controller is not active; ignored",
+    warn("control.jtc_inactive", "received a trajectory while the controller is not active; ignored",
          "activate it first");
     return;
   }
@@ -139,9 +139,8 @@ void JointTrajectoryController::receive(const TrajectoryMessage& received) {
   }
   if (goal_) {
     warn("control.jtc_goal_redirected",
-         fmt::format("a trajectory from the topic replaces that of the active goal for {}; the goal goes on "
-                     "and is judged "
-                     "by the new one",
+         fmt::format("a trajectory from the topic replaces the trajectory of the active goal for {}; the "
+                     "goal continues and is checked against the new one",
                      fmt::join(settings_.joints, ", ")),
          "cancel the goal before sending to the topic");
   }
@@ -152,8 +151,8 @@ void JointTrajectoryController::receive(const TrajectoryMessage& received) {
 void JointTrajectoryController::adopt(const TrajectoryMessage& message) {
   for (const std::string& joint : jtc::repeated_joints(message)) {
     warn("control.jtc_repeated_joint",
-         fmt::format("the trajectory names joint '{}' more than once; its last values count", joint),
-         "name it once");
+         fmt::format("the trajectory lists joint '{}' more than once; its last values are used", joint),
+         "list it once");
   }
   std::vector<double> hold = state_.positions;
   for (std::size_t j = 0; j < hold.size(); ++j) {
@@ -186,25 +185,23 @@ void JointTrajectoryController::warn_of_stamp(const TrajectoryMessage& message) 
   const std::string& joint = settings_.joints[farthest];
   if (late < Duration{}) {
     warn("control.jtc_early_stamp",
-         fmt::format("the trajectory's stamp is {:.3f} s ahead, but what runs is dropped now and joint '{}' "
-                     "sets out for "
-                     "its first point, {:.3f} away, at once",
+         fmt::format("the trajectory's stamp is {:.3f} s in the future, but the running trajectory is "
+                     "replaced now and joint '{}' moves to its first point, {:.3f} away, immediately",
                      -to_seconds(late), joint, distance(farthest)),
-         "send the trajectory when it is due, or leave the stamp 0");
+         "send the trajectory when it is due, or set the stamp to 0");
   } else if (entry == now()) {
     warn("control.jtc_late_stamp",
-         fmt::format("the trajectory's stamp is {:.3f} s past, so it is entered in the middle, where joint "
-                     "'{}' jumps by "
-                     "{:.3f}",
+         fmt::format("the trajectory's stamp is {:.3f} s in the past, so it starts in the middle, where "
+                     "joint '{}' jumps by {:.3f}",
                      to_seconds(late), joint, distance(farthest)),
-         "send the trajectory in time, or leave the stamp 0 to start at its beginning");
+         "send the trajectory in time, or set the stamp to 0 to start at its beginning");
   }
 }
 
 void JointTrajectoryController::set_scaling(double factor) {
   if (!(factor >= 0) || !std::isfinite(factor)) {
     warn("control.jtc_bad_scaling", fmt::format("a speed scaling factor of {:g} is ignored", factor),
-         "send 0 or more");
+         "send a factor of at least 0");
     return;
   }
   scaling_ = factor;
@@ -214,7 +211,7 @@ void JointTrajectoryController::set_scaling(double factor) {
     scaling_reported_ = true;
     warn("control.jtc_scaling_overwritten",
          fmt::format("the hardware's '{}' will overwrite the speed scaling factor", settings_.scaling_state),
-         "name speed_scaling.command_interface too, so that the hardware learns of it");
+         "set speed_scaling.command_interface too, so that the hardware receives it");
   }
 }
 
@@ -237,7 +234,7 @@ Status JointTrajectoryController::accept_goal(const GoalId& id, const FollowJoin
   std::string problem;
   tolerances_ = jtc::tolerances_of(goal, tuning_.tolerances, settings_.joints, settings_.ignored, problem);
   if (!problem.empty()) {
-    context_->log->error(context_->name, problem + "; the goal is judged by the default tolerances");
+    context_->log->error(context_->name, problem + "; the goal uses the default tolerances");
   }
   goal_ = id;
   followed_goal_ = false;
@@ -271,10 +268,10 @@ void JointTrajectoryController::finish(const GoalId& id, GoalStatus status, std:
 void JointTrajectoryController::housekeeping(Time now) {
   report_endings();
   if (scaling_unusable_) {
-    warn(
-        "control.jtc_bad_scaling",
-        fmt::format("'{}' holds no usable speed scaling factor; the last one stays", settings_.scaling_state),
-        "fix the hardware's state");
+    warn("control.jtc_bad_scaling",
+         fmt::format("'{}' is not a usable speed scaling factor; the last one stays in effect",
+                     settings_.scaling_state),
+         "correct the state interface of the hardware");
     scaling_unusable_ = false;
   }
   if (goal_ && followed_goal_) send_feedback(now);
@@ -359,14 +356,13 @@ void JointTrajectoryController::answer_query(const QueryState::Request& request,
       there = state_;
       response.message =
           current_ == nullptr || !current_->begun()
-              ? "no trajectory has begun yet; ask after the next update"
-              : fmt::format(
-                    "{:.3f} s is before the start of the trajectory at {:.3f} s; ask for a later time",
-                    to_seconds(time), to_seconds(current_->start_time()));
+              ? "no trajectory has started yet; query again after the next update"
+              : fmt::format("{:.3f} s is before the start of the trajectory at {:.3f} s; query a later time",
+                            to_seconds(time), to_seconds(current_->start_time()));
     } else if (time >= current_->end_time()) {
       response.message = fmt::format(
-          "{:.3f} s is at or after the end of the trajectory at {:.3f} s, from where on it "
-          "only repeats its last point; ask for an earlier time",
+          "{:.3f} s is at or after the end of the trajectory at {:.3f} s, after which it repeats its last "
+          "point; query an earlier time",
           to_seconds(time), to_seconds(current_->end_time()));
     }
     response.success = response.message.empty();

@@ -53,7 +53,7 @@ ParameterOptions one_of(Names choices) {
   return {.check = [choices = std::move(choices)](const ParameterValue& value) {
     const auto& text = std::get<std::string>(value);
     if (contains(choices, text)) return Status{};
-    return Status::refused(fmt::format("there is no '{}'{}", text, did_you_mean(text, choices)));
+    return Status::refused(fmt::format("unknown '{}'{}", text, did_you_mean(text, choices)));
   }};
 }
 
@@ -80,14 +80,14 @@ std::array<bool, kKinds> check_interfaces(const ControllerContext& context, cons
     allowed += fmt::format("{}[{}]", allowed.empty() ? "" : ", ", fmt::join(one, ", "));
   }
   if (names.empty()) {
-    refuse(context, parameter, 0, fmt::format("'{}' is empty, so nothing could be moved", parameter),
+    refuse(context, parameter, 0, fmt::format("'{}' is empty, so nothing can be moved", parameter),
            "write one of " + allowed);
   }
   std::array<bool, kKinds> has{};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (!contains(known, names[i])) {
       refuse(context, parameter, i,
-             fmt::format("there is no interface '{}'{}", names[i], did_you_mean(names[i], known)),
+             fmt::format("unknown interface '{}'{}", names[i], did_you_mean(names[i], known)),
              "use " + allowed);
     }
     has[static_cast<std::size_t>(std::find(kKindNames.begin(), kKindNames.end(), names[i]) -
@@ -111,7 +111,7 @@ void declare_joints(Declarer& declarer, const ControllerContext& context, Settin
   auto driven =
       declarer.fixed<Names>("command_joints", {}, "joints of the command interfaces; empty: as joints");
   if (listed.empty())
-    refuse(context, "joints", 0, "'joints' is empty, so nothing could be moved", "list the joints");
+    refuse(context, "joints", 0, "'joints' is empty, so nothing can be moved", "list the joints");
   refuse_repeated(context, "command_joints", driven);
   const JointUse use = driven.empty() ? JointUse::commanded : JointUse::observed;
   settings.joints = check_joints(context, "joints", listed, use);
@@ -119,7 +119,7 @@ void declare_joints(Declarer& declarer, const ControllerContext& context, Settin
     if (!contains(settings.joints, joint)) settings.ignored.push_back(joint);
   }
   if (settings.joints.empty()) {
-    refuse(context, "joints", 0, "none of its joints can be driven", "list joints that have a motor");
+    refuse(context, "joints", 0, "none of its joints can be driven", "list joints that have an actuator");
   }
   const bool all_known = std::all_of(
       driven.begin(), driven.end(), [&](const std::string& name) { return contains(settings.joints, name); });
@@ -137,28 +137,27 @@ void declare_gains(Declarer& declarer, const std::string& joint) {
   number("i", 0.0, "integral, 1/s");
   number("d", 0.0, "derivative, s");
   number("i_clamp", kInfinity, "deprecated: i_clamp_max and minus i_clamp_min", at_least(0));
-  number("i_clamp_max", kInfinity, "of the integral's share of the command");
-  number("i_clamp_min", -kInfinity, "of the integral's share of the command");
+  number("i_clamp_max", kInfinity, "of the integral term");
+  number("i_clamp_min", -kInfinity, "of the integral term");
   number("ff_velocity_scale", 0.0, "times the velocity of the trajectory");
   number("u_clamp_max", kInfinity, "of the command");
   number("u_clamp_min", -kInfinity, "of the command");
   number("tracking_time_constant", 0.0, "s, of back_calculation; 0: from the gains", at_least(0));
-  number("error_deadband", 0.0, "no integration while the error is inside", at_least(0));
-  declarer.changeable<std::string>(prefix + "antiwindup_strategy", "legacy",
-                                   "what keeps the integral from winding up",
+  number("error_deadband", 0.0, "error below which the integral is not updated", at_least(0));
+  declarer.changeable<std::string>(prefix + "antiwindup_strategy", "legacy", "anti-windup strategy",
                                    one_of({"legacy", "back_calculation", "conditional_integration", "none"}));
 }
 
 void declare_constraints(Declarer& declarer, Settings& settings) {
   declarer.changeable<double>("constraints.stopped_velocity_tolerance", 0.01, "of every joint at the goal");
-  declarer.changeable<double>("constraints.goal_time", 0.0, "s after the last point; 0: without end",
+  declarer.changeable<double>("constraints.goal_time", 0.0, "s after the last point; 0: unlimited",
                               at_least(0));
   settings.decelerate_on_cancel = declarer.fixed<bool>("constraints.decelerate_on_cancel", false,
                                                        "brake at max_deceleration_on_cancel before holding");
   const auto one = [&](const std::string& joint) {
     const std::string prefix = "constraints." + joint + ".";
-    declarer.changeable<double>(prefix + "trajectory", 0.0, "how far from the path; 0: not checked");
-    declarer.changeable<double>(prefix + "goal", 0.0, "how far from the goal; 0: not checked");
+    declarer.changeable<double>(prefix + "trajectory", 0.0, "tolerance along the path; 0: not checked");
+    declarer.changeable<double>(prefix + "goal", 0.0, "tolerance at the goal; 0: not checked");
     return declarer.fixed<double>(prefix + "max_deceleration_on_cancel", 0.0, "per second squared",
                                   at_least(0));
   };
@@ -199,8 +198,8 @@ Settings declare_settings(ControllerContext& context) {
   Declarer declarer(context);
   Settings settings;
   settings.command_interfaces =
-      declarer.fixed<Names>("command_interfaces", {}, "what is commanded, per joint");
-  settings.state_interfaces = declarer.fixed<Names>("state_interfaces", {}, "what is measured, per joint");
+      declarer.fixed<Names>("command_interfaces", {}, "commanded interfaces, per joint");
+  settings.state_interfaces = declarer.fixed<Names>("state_interfaces", {}, "measured interfaces, per joint");
   declare_joints(declarer, context, settings);
   settings.commanded = check_interfaces(context, "command_interfaces", settings.command_interfaces,
                                         kKindNames, kCommandCombinations);
@@ -208,28 +207,29 @@ Settings declare_settings(ControllerContext& context) {
                                        {kPosition, kVelocity, kAcceleration}, kStateCombinations);
   settings.initial_scaling =
       declarer.fixed<double>("speed_scaling.initial_scaling_factor", 1.0, "of trajectory time", at_least(0));
-  settings.scaling_state = declarer.fixed<std::string>("speed_scaling.state_interface", "",
-                                                       "full name; where the hardware tells its factor");
-  settings.scaling_command = declarer.fixed<std::string>("speed_scaling.command_interface", "",
-                                                         "full name; where the hardware is told");
-  declarer.changeable<bool>("allow_partial_joints_goal", false, "trajectories may leave joints out");
+  settings.scaling_state = declarer.fixed<std::string>(
+      "speed_scaling.state_interface", "", "full name of the interface that reports the scaling factor");
+  settings.scaling_command = declarer.fixed<std::string>(
+      "speed_scaling.command_interface", "", "full name of the interface that receives the scaling factor");
+  declarer.changeable<bool>("allow_partial_joints_goal", false, "trajectories may omit joints");
   const bool open_loop =
       declarer.fixed<bool>("open_loop_control", false, "deprecated: interpolate_from_desired_state");
   settings.interpolate_from_desired =
       declarer.fixed<bool>("interpolate_from_desired_state", false, "start from the last command") ||
       open_loop;
-  declarer.changeable<bool>("allow_integration_in_goal_trajectories", false, "points may lack positions");
+  declarer.changeable<bool>("allow_integration_in_goal_trajectories", false, "points may omit positions");
   settings.seed_from_commands =
       declarer.fixed<bool>("set_last_command_interface_value_as_state_on_activation", true,
-                           "what is commanded counts as the state at activation");
+                           "use the last command as the state at activation");
   settings.action_monitor_rate =
       declarer.fixed<double>("action_monitor_rate", 20.0, "Hz, of feedback and results", at_least(0.1));
   const auto method = declarer.fixed<std::string>("interpolation_method", "splines", "between points",
                                                   one_of({"splines", "none"}));
   settings.interpolation = method == "none" ? Interpolation::none : Interpolation::splines;
   declarer.changeable<bool>("allow_nonzero_velocity_at_trajectory_end", false,
-                            "the last point may still move");
-  declarer.changeable<double>("cmd_timeout", 0.0, "s after the last point until it holds; 0: none");
+                            "the last point may have a velocity");
+  declarer.changeable<double>("cmd_timeout", 0.0,
+                              "s after the last point until the position is held; 0: none");
   for (const Names* names : {&settings.joints, &settings.ignored}) {
     for (const std::string& joint : *names) declare_gains(declarer, joint);
   }
@@ -319,20 +319,19 @@ void warn_of_idle_settings(const ControllerContext& context, const Settings& set
     warn("control.jtc_idle_gains",
          fmt::format("gains for {} have no effect: with {} no PID runs; {}", fmt::join(idle, ", "), commands,
                      settings.commands(Kind::effort) ? "the effort of the trajectory is passed on as it is"
-                                                     : "stiffness is the servo's"),
-         written, "remove the gains, or command velocity alone or effort alone");
+                                                     : "stiffness is set by the servo"),
+         written, "remove the gains, or command only velocity or only effort");
   }
   const bool velocity_error = settings.measures(Kind::velocity) &&
                               (settings.commands(Kind::velocity) || settings.commands(Kind::effort));
   constexpr const char* kStopped = "constraints.stopped_velocity_tolerance";
   if (!velocity_error && context.overrides->find(kStopped) != nullptr) {
     warn("control.jtc_idle_tolerance",
-         fmt::format(
-             "stopped_velocity_tolerance has no effect on {}: velocity errors are known only with a measured "
-             "velocity and with velocity or effort commanded, and this controller has {} and "
-             "state_interfaces [{}]",
-             fmt::join(settings.joints, ", "), commands, fmt::join(settings.state_interfaces, ", ")),
-         kStopped, "judge the goal by constraints.<joint>.goal");
+         fmt::format("stopped_velocity_tolerance has no effect on {}: velocity errors are computed only with "
+                     "a measured velocity and a commanded velocity or effort, and this controller has {} and "
+                     "state_interfaces [{}]",
+                     fmt::join(settings.joints, ", "), commands, fmt::join(settings.state_interfaces, ", ")),
+         kStopped, "use constraints.<joint>.goal");
   }
   if (settings.initial_scaling != 1 && !settings.commands_only(Kind::position)) {
     warn("control.jtc_idle_scaling",

@@ -42,11 +42,11 @@ void PidController::on_init(ControllerContext& context) {
 void PidController::declare_names(ControllerContext& context) {
   Parameters& parameters = context.node->parameters();
   ParameterOverrides* written = context.overrides;
-  const auto names = declare<Names>(parameters, written, "dof_names", {}, {"what it commands", true, {}});
+  const auto names = declare<Names>(parameters, written, "dof_names", {}, {"joints it commands", true, {}});
   require(!names.empty(), context, "dof_names", "is empty, so it commands nothing",
           "write dof_names: [a, b]");
   auto measured = declare<Names>(parameters, written, "reference_and_state_dof_names", {},
-                                 {"whose states it reads; empty: dof_names", true, {}});
+                                 {"joints whose states it reads; empty: dof_names", true, {}});
   require(measured.empty() || measured.size() == names.size(), context, "reference_and_state_dof_names",
           fmt::format("has {} names, but dof_names has {}", measured.size(), names.size()),
           "give one for each, or none");
@@ -56,7 +56,7 @@ void PidController::declare_names(ControllerContext& context) {
   require(!command_interface_.empty(), context, "command_interface", "is empty",
           "write command_interface: effort");
   interfaces_ = declare<Names>(parameters, written, "reference_and_state_interfaces", {},
-                               {"one or two: a quantity and its derivative", true, {}});
+                               {"a quantity, or a quantity and its derivative", true, {}});
   require(interfaces_.size() == 1 || interfaces_.size() == 2, context, "reference_and_state_interfaces",
           fmt::format("has {} entries", interfaces_.size()),
           "give one, or a quantity and its derivative: [position, velocity]");
@@ -83,16 +83,16 @@ void PidController::declare_gains(ControllerContext& context, Dof& dof) {
   number("d", 0.0, "derivative, s");
   number("u_clamp_max", kInfinity, "of the command");
   number("u_clamp_min", -kInfinity, "of the command");
-  number("i_clamp_max", kInfinity, "of the integral's share of the command");
-  number("i_clamp_min", -kInfinity, "of the integral's share of the command");
+  number("i_clamp_max", kInfinity, "of the integral term");
+  number("i_clamp_min", -kInfinity, "of the integral term");
   number("tracking_time_constant", 0.0, "s, of back_calculation; 0: from the gains");
-  number("error_deadband", 0.0, "no integration while the error is inside");
+  number("error_deadband", 0.0, "error below which the integral is not updated");
   number("feedforward_gain", 0.0, "times the reference");
   declare<std::string>(parameters, context.overrides, prefix + "antiwindup_strategy",
                        PidGains{}.antiwindup_strategy,
                        {"legacy, none, conditional_integration or back_calculation", false, {}});
   declare<bool>(parameters, context.overrides, prefix + "angle_wraparound", false,
-                {"the error is an angle: the short way round", false, {}});
+                {"wrap the error as an angle", false, {}});
   if (const Status taken = take_gains(parameters, dof); !taken) {
     SourceLocation place;
     for (const ParameterOverride& o : context.overrides->all()) {
@@ -134,7 +134,7 @@ void PidController::listen_to_gains(ControllerContext& context) {
     for (Dof& dof : dofs_) {
       if (!name.starts_with(fmt::format("gains.{}.", dof.name))) continue;
       if (const Status taken = take_gains(parameters, dof); !taken) {
-        log_->error(name_, fmt::format("'{}': {}; the gains before remain in force", dof.name, taken.why()));
+        log_->error(name_, fmt::format("'{}': {}; the previous gains stay in effect", dof.name, taken.why()));
       }
     }
   });
@@ -181,7 +181,7 @@ std::string PidController::fault_of(const control_msgs::msg::MultiDOFCommand& me
   }
   for (const std::string& name : message.dof_names) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
-      return fmt::format("a reference names '{}', which is not controlled here{}", name,
+      return fmt::format("a reference lists '{}', which this controller does not command{}", name,
                          did_you_mean(name, names));
     }
   }
@@ -189,7 +189,7 @@ std::string PidController::fault_of(const control_msgs::msg::MultiDOFCommand& me
   const auto infinite = [](double value) { return std::isinf(value); };
   const bool bad = std::any_of(message.values.begin(), message.values.end(), infinite) ||
                    std::any_of(message.values_dot.begin(), message.values_dot.end(), infinite);
-  return bad ? "a reference holds an infinite value" : "";
+  return bad ? "a reference contains an infinite value" : "";
 }
 
 std::vector<std::string> PidController::reference_interfaces() const {
@@ -213,7 +213,7 @@ void PidController::follow(std::size_t index, double reference, double reference
 void PidController::receive(const control_msgs::msg::MultiDOFCommand& message) {
   if (!active_ || chained_) return;
   if (const std::string why = fault_of(message); !why.empty()) {
-    if (!error_logged_) log_->error(name_, why + "; refused, the last good one holds");
+    if (!error_logged_) log_->error(name_, why + "; rejected, the last valid one stays in effect");
     error_logged_ = true;
     return;
   }

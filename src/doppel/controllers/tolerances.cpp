@@ -33,7 +33,7 @@ std::string take(const std::vector<control_msgs::msg::JointTolerance>& asked, co
     const auto joint = std::find(joints.begin(), joints.end(), one.name);
     if (joint == joints.end()) {
       if (std::find(ignored.begin(), ignored.end(), one.name) != ignored.end()) continue;
-      return fmt::format("{} names joint '{}', which this controller does not have{}", list, one.name,
+      return fmt::format("{} lists joint '{}', which this controller does not have{}", list, one.name,
                          did_you_mean(one.name, joints));
     }
     StateTolerance& tolerance = tolerances[static_cast<std::size_t>(joint - joints.begin())];

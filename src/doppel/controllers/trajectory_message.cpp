@@ -37,7 +37,7 @@ std::string point_name(const Message& message, std::size_t index) {
 Status check_names(const Message& message, const MessageRules& rules) {
   if (message.joint_names.empty()) {
     return Status::refused(
-        fmt::format("the trajectory names no joints; write joint_names: [{}]", quoted(rules.joints)));
+        fmt::format("the trajectory lists no joints; write joint_names: [{}]", quoted(rules.joints)));
   }
   std::size_t named = 0;
   for (const std::string& name : message.joint_names) {
@@ -45,7 +45,7 @@ Status check_names(const Message& message, const MessageRules& rules) {
     ++named;
     if (!contains(rules.joints, name)) {
       return Status::refused(
-          fmt::format("the trajectory names joint '{}', which this controller does not have{}", name,
+          fmt::format("the trajectory lists joint '{}', which this controller does not have{}", name,
                       did_you_mean(name, rules.joints)));
     }
   }
@@ -55,7 +55,7 @@ Status check_names(const Message& message, const MessageRules& rules) {
     if (!contains(message.joint_names, joint)) missing.push_back(joint);
   }
   return Status::refused(
-      fmt::format("the trajectory names {} joint{}, the controller has {}{}{}; name each of them once{}",
+      fmt::format("the trajectory lists {} joint{}, the controller has {}{}{}; list each of them once{}",
                   named, named == 1 ? "" : "s", rules.joints.size(), missing.empty() ? "" : ": missing ",
                   quoted(missing), missing.empty() ? "" : ", or set allow_partial_joints_goal"));
 }
@@ -80,8 +80,7 @@ Status check_times(const Message& message, Time now) {
   if (stamp != Time{} && stamp + before < now) {
     return Status::refused(
         fmt::format("the trajectory ends in the past: its stamp is {:.3f} s, its last point {:.3f} s later, "
-                    "and now is {:.3f} s; "
-                    "leave the stamp 0 to start at once",
+                    "and now is {:.3f} s; set the stamp to 0 to start immediately",
                     to_seconds(stamp), to_seconds(before), to_seconds(now)));
   }
   return {};
@@ -101,14 +100,14 @@ Status check_fields(const Message& message, std::size_t index, const MessageRule
   }
   if (!point.effort.empty() && !rules.effort_commanded) {
     return Status::refused(
-        fmt::format("{} has effort, but the controller does not command effort; leave it out, or add effort "
-                    "to command_interfaces",
+        fmt::format("{} has effort, but the controller does not command effort; omit it, or add effort to "
+                    "command_interfaces",
                     where));
   }
   for (const NamedField& field : kFields) {
     const std::vector<double>& values = point.*field.values;
     if (values.empty() || values.size() == message.joint_names.size()) continue;
-    return Status::refused(fmt::format("{} has {} {}, but the trajectory names {} joints: {}", where,
+    return Status::refused(fmt::format("{} has {} {}, but the trajectory lists {} joints: {}", where,
                                        values.size(), field.name, message.joint_names.size(),
                                        quoted(message.joint_names)));
   }
@@ -149,8 +148,7 @@ Status check_message(const Message& message, const MessageRules& rules, Time now
   if (message.points.empty()) {
     return Status::refused(
         "the trajectory has no points, and an empty one does not stop the robot; to stop it, cancel the goal "
-        "or send the "
-        "position where it is");
+        "or send its current position");
   }
   for (std::size_t i = 0; i < message.points.size(); ++i) {
     if (Status status = check_fields(message, i, rules); !status) return status;

@@ -34,8 +34,9 @@ class Search {
     if (!is_path(value) || !reported_.insert(value).second) return;
     diagnostics_.warning(
         "convert.absolute_path", make_location(file_),
-        fmt::format("{} holds '{}', a path that only this machine has", place, value),
-        "convert anew where the result is used, or edit the path there; who reads it knows no package://");
+        fmt::format("{} contains '{}', a path that exists only on this machine", place, value),
+        "convert again where the result is used, or edit the path there; its consumers do not support "
+        "package://");
   }
 
   const std::string& file_;

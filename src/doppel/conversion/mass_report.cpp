@@ -95,7 +95,8 @@ std::string mass_text(const MassReport& report) {
   out += fmt::format("\ntotal {}, centre of mass at zero {} mm\n", mass_word(report.total),
                      three(report.com, 1e3, 1));
   if (report.joints.empty()) return out;
-  std::vector<TableRow> joints = {{"joint", "gravity at zero", "at worst", "limit", "left at worst"}};
+  std::vector<TableRow> joints = {
+      {"joint", "gravity at zero", "in worst case", "limit", "left in worst case"}};
   for (const JointLoad& load : report.joints) {
     const char* unit = load.slides ? "N" : "N m";
     TableRow row = {load.joint, fmt::format("{:+.3f} {}", load.at_zero, unit),
@@ -116,15 +117,16 @@ std::string mass_text(const MassReport& report) {
 std::string compared_with_scale(const MassReport& report, double measured) {
   const double excess = report.total - measured;
   if (std::abs(excess) <= 1e-3 * measured) {
-    return fmt::format("the scale says {}: the description agrees to {:.2f} %\n", mass_word(measured),
+    return fmt::format("measured mass {}: the description agrees to {:.2f} %\n", mass_word(measured),
                        100 * std::abs(excess) / measured);
   }
   std::string out =
-      fmt::format("the scale says {}: the description is {} too {} ({:+.1f} %)\n", mass_word(measured),
+      fmt::format("measured mass {}: the description is {} too {} ({:+.1f} %)\n", mass_word(measured),
                   mass_word(std::abs(excess)), excess > 0 ? "heavy" : "light", 100 * excess / measured);
   if (report.total > 0)
-    out += fmt::format("  fix: every mass and tensor times {:.4f}, the overlay's operation scale_masses\n",
-                       measured / report.total);
+    out += fmt::format(
+        "  fix: multiply every mass and inertia tensor by {:.4f} (overlay operation scale_masses)\n",
+        measured / report.total);
   return out;
 }
 

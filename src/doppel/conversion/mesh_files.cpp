@@ -106,7 +106,7 @@ void MeshFiles::write() const {
     fs::create_directories(to.parent_path(), failed);
     if (failed) {
       throw InputError("output.unwritable", make_location(to.parent_path().string()),
-                       fmt::format("the folder for meshes cannot be made: {}", failed.message()),
+                       fmt::format("cannot create the folder for meshes: {}", failed.message()),
                        "choose another with --copy-meshes DIR");
     }
     if (!planned.as_obj && fs::equivalent(planned.from, to, failed)) continue;

@@ -129,7 +129,7 @@ class MjcfWriter final : private MjcfNaming {
     if (!has_extent(geometry)) {
       diagnostics_.warning(
           "mjcf.shape", where,
-          fmt::format("a {} shape of link '{}' has no size or no file and is left out", use, link.name));
+          fmt::format("a {} shape of link '{}' has no size or no file and is omitted", use, link.name));
       return std::nullopt;
     }
     if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {

@@ -103,7 +103,7 @@ class SdfWriter {
       if (name != joint.name) {
         diagnostics_.warning(
             "sdf.renamed", written(joint).source,
-            fmt::format("joint '{}' has the name of a link; in SDF it is called '{}'", joint.name, name),
+            fmt::format("joint '{}' has the name of a link; in SDF it is renamed to '{}'", joint.name, name),
             "give the joint a name of its own");
       }
       joint_names_.push_back(name);
@@ -122,7 +122,7 @@ class SdfWriter {
       const Link* link = robot_.find_link("world");
       if (link != nullptr && !(link->visuals.empty() && link->collisions.empty())) {
         diagnostics_.warning("sdf.dropped", link->source,
-                             "the shapes of link 'world' are left out: in SDF the world is no link",
+                             "the shapes of link 'world' are omitted: in SDF the world is not a link",
                              "put them on a link that is fixed to 'world'");
       }
       return;
@@ -150,7 +150,8 @@ class SdfWriter {
   MassProperties small_mass(const Link& link) {
     diagnostics_.warning(
         "sdf.no_mass", link.source,
-        fmt::format("link '{}' has a shape or a sensor and no mass; SDF wants one, and gets 1 g", link.name),
+        fmt::format("link '{}' has a shape or a sensor but no mass, which SDF requires; 1 g is written",
+                    link.name),
         "write its <inertial>");
     return {kSmallMass, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity() * kSmallInertia};
   }
@@ -211,10 +212,11 @@ class SdfWriter {
     const ModelJoint& joint = model_.joints[index];
     if (is_frame_[joint.child_link] || joint.child_link == root_holder_) return;
     if (!has_joint(index)) {
-      diagnostics_.warning("sdf.joint_type", written(joint).source,
-                           fmt::format("SDF has no counterpart of the {} joint '{}'; link '{}' is left free",
-                                       joint.type == JointType::planar ? "planar" : "floating", joint.name,
-                                       model_.links[joint.child_link].name));
+      diagnostics_.warning(
+          "sdf.joint_type", written(joint).source,
+          fmt::format("SDF has no counterpart of the {} joint '{}'; link '{}' is not connected",
+                      joint.type == JointType::planar ? "planar" : "floating", joint.name,
+                      model_.links[joint.child_link].name));
       return;
     }
     XmlNode node = element("joint", {{"name", joint_names_[index]}, {"type", type_of(joint)}});

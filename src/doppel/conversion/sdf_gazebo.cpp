@@ -60,9 +60,10 @@ bool set_surface(XmlNode& collision, const std::string& name, const std::string&
 }
 
 void drop(const GazeboExtension& extension, const std::string& name, Diagnostics& diagnostics) {
-  diagnostics.warning("sdf.dropped", extension.source,
-                      fmt::format("<{}> of <gazebo reference=\"{}\"> has no place in SDF and is left out",
-                                  name, extension.reference));
+  diagnostics.warning(
+      "sdf.dropped", extension.source,
+      fmt::format("<{}> of <gazebo reference=\"{}\"> has no counterpart in SDF and is omitted", name,
+                  extension.reference));
 }
 
 void add_to_link(const GazeboExtension& extension, XmlNode&& what, XmlNode& link, Diagnostics& diagnostics) {

@@ -17,12 +17,12 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const fs::path& file, int reason) {
-  std::string fix = "choose another place for it";
-  if (reason == ENOENT) fix = fmt::format("make the folder '{}' first", file.parent_path().string());
-  if (reason == ENOSPC || reason == EDQUOT) fix = "make room on the disk; what was there before is untouched";
-  if (reason == EISDIR) fix = "give the name of a file";
+  std::string fix = "choose another location";
+  if (reason == ENOENT) fix = fmt::format("create the folder '{}' first", file.parent_path().string());
+  if (reason == ENOSPC || reason == EDQUOT) fix = "free disk space; the previous file is unchanged";
+  if (reason == EISDIR) fix = "give the path of a file";
   throw InputError("output.unwritable", make_location(file.string()),
-                   fmt::format("the file cannot be written: {}", std::strerror(reason)), fix);
+                   fmt::format("cannot write the file: {}", std::strerror(reason)), fix);
 }
 
 // A file that goes when it is not wanted in the end.

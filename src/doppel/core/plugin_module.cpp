@@ -27,7 +27,7 @@ bool plugin_module_exists(const std::string& name) {
 void* plugin_symbol(const std::string& name, const char* symbol) {
   void* const library = dlopen(path_of(name).c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const found = library == nullptr ? nullptr : dlsym(library, symbol);
-  if (found == nullptr) throw std::runtime_error(std::string("a part of doppel is missing: ") + dlerror());
+  if (found == nullptr) throw std::runtime_error(std::string("a module of doppel is missing: ") + dlerror());
   return found;
 }
 

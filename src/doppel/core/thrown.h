@@ -13,7 +13,7 @@ inline std::string thrown_text() {
   } catch (const std::exception& problem) {
     return problem.what();
   } catch (...) {
-    return "it threw what is no std::exception";
+    return "it threw something other than a std::exception";
   }
 }
 

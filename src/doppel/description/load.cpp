@@ -77,9 +77,9 @@ void report_unknown_arguments(const XacroArguments& arguments, const XacroResult
   const std::vector<std::string> names(known.begin(), known.end());
   for (const auto& [name, value] : arguments) {
     if (known.contains(name)) continue;
-    diagnostics.warning("xacro.unknown_argument", root,
-                        fmt::format("the argument '{}' is given, but nothing asks for it{}", name,
-                                    did_you_mean(name, names)));
+    diagnostics.warning(
+        "xacro.unknown_argument", root,
+        fmt::format("the argument '{}' is given, but never used{}", name, did_you_mean(name, names)));
   }
 }
 
@@ -140,8 +140,7 @@ ExpandedDescription expand_description(const fs::path& file, const XacroArgument
       problem.severity = Severity::warning;
       problem.rule = "xacro.left_over";
       problem.message +=
-          "; nothing else in this .urdf needs xacro, and it is read as urdfdom reads it, without its "
-          "calls";
+          "; nothing else in this .urdf uses xacro, so it is read as by urdfdom, without its calls";
       diagnostics.add(std::move(problem));
       out.files = {file};
       out.root = std::move(as_written);

@@ -81,7 +81,7 @@ TriangleMesh finished(const mesh::TriangleSoup& soup, const std::string& name, c
   TriangleMesh out = VertexWelder(soup, scale).weld();
   if (out.triangles.empty()) {
     throw InputError("mesh.empty", make_location(name), "the mesh has no triangles",
-                     "export it again with its faces");
+                     "export it again with faces");
   }
   return out;
 }
@@ -100,7 +100,7 @@ bool is_lfs_pointer(std::string_view bytes) {
 void refuse_pointer(std::string_view bytes, const std::string& path) {
   if (!is_lfs_pointer(bytes)) return;
   throw InputError("mesh.not_fetched", make_location(path),
-                   "the file itself was not fetched: this is Git LFS' pointer to it",
+                   "the file has not been fetched: this is its Git LFS pointer",
                    "install Git LFS and run: git lfs pull");
 }
 
@@ -166,7 +166,7 @@ TriangleMesh parse_mesh(std::string_view bytes, std::string_view format, const s
     };
     return finished(mesh::read_obj(bytes, name, beside), name, scale);
   }
-  mesh::refuse(name, 0, fmt::format("'{}' is no format that is read from memory", format));
+  mesh::refuse(name, 0, fmt::format("'{}' is not a format that can be read from memory", format));
 }
 
 TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale) {

@@ -119,7 +119,7 @@ class ColladaReader {
 
   void show_node(const XmlNode& node, const Transform& X_parent, int depth) {
     if (++nodes_ > kMaxNodes || depth > kMaxDepth)
-      refuse_at(node, "the scene's nodes show each other without end");
+      refuse_at(node, "the scene's nodes instantiate each other in a cycle");
     Transform X = X_parent;
     for (const XmlNode& child : node.children) {
       if (child.kind == XmlNode::Kind::element) X = X * transform_of(child);
@@ -189,7 +189,7 @@ class ColladaReader {
         if (semantic != nullptr && semantic->value == "POSITION") source = follow(child, "source");
       }
     }
-    if (source == nullptr) refuse_at(part, "its VERTEX input leads to no positions");
+    if (source == nullptr) refuse_at(part, "its VERTEX input has no positions");
     const auto [entry, fresh] = points_.try_emplace(source);
     if (fresh) read_positions(*source, entry->second);
     return entry->second;
@@ -208,15 +208,16 @@ class ColladaReader {
     const XmlNode* array = source.first("float_array");
     const XmlNode* technique = source.first("technique_common");
     const XmlNode* accessor = technique == nullptr ? nullptr : technique->first("accessor");
-    if (array == nullptr || accessor == nullptr) refuse_at(source, "this source holds no array of positions");
+    if (array == nullptr || accessor == nullptr)
+      refuse_at(source, "this source contains no array of positions");
     const std::size_t stride = count_of(*accessor, "stride", 1), offset = count_of(*accessor, "offset", 0);
-    if (stride < 3) refuse_at(*accessor, fmt::format("positions need a stride of 3, this is {}", stride));
+    if (stride < 3) refuse_at(*accessor, fmt::format("positions need a stride of 3, not {}", stride));
     std::vector<double> values;
     const std::string content = array->content();
     TextScanner text(content);
     for (std::string_view word = text.word(); !word.empty(); word = text.word()) {
       const auto value = TextScanner::to_number(word);
-      if (!value) refuse_at(*array, fmt::format("'{}' is no finite number", word.substr(0, 40)));
+      if (!value) refuse_at(*array, fmt::format("'{}' is not a finite number", word.substr(0, 40)));
       values.push_back(*value);
     }
     for (std::size_t i = offset; i + 3 <= values.size(); i += stride)
@@ -232,7 +233,7 @@ class ColladaReader {
     for (const XmlNode& input : part.children) {
       if (!input.is("input")) continue;
       const std::size_t offset = count_of(input, "offset", 0);
-      if (offset > 64) refuse_at(input, fmt::format("an offset of {} is more than any file needs", offset));
+      if (offset > 64) refuse_at(input, fmt::format("an offset of {} is too large", offset));
       layout.stride = std::max(layout.stride, offset + 1);
       const XmlAttribute* semantic = input.find("semantic");
       if (semantic == nullptr || semantic->value != "VERTEX") continue;
@@ -253,7 +254,7 @@ class ColladaReader {
       std::size_t index = 0;
       const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
       if (error != std::errc{} || end != word.data() + word.size() || index >= layout.points->size()) {
-        refuse_at(p, fmt::format("it names the vertex '{}'; there are {}", word.substr(0, 40),
+        refuse_at(p, fmt::format("it refers to vertex '{}', but there are {}", word.substr(0, 40),
                                  layout.points->size()));
       }
       out.push_back(base + static_cast<std::uint32_t>(index));
@@ -265,7 +266,7 @@ class ColladaReader {
     const Layout layout = layout_of(part);
     if (soup_.triangles.size() > kMaxTriangles ||
         soup_.points.size() + layout.points->size() > 3 * kMaxTriangles)
-      refuse_at(part, "the scene shows more than twenty million triangles");
+      refuse_at(part, "the scene has more than twenty million triangles");
     const std::size_t first = soup_.triangles.size();
     const auto base = static_cast<std::uint32_t>(soup_.points.size());
     for (const Eigen::Vector3d& p : *layout.points) soup_.points.push_back((X * p).cast<float>());
@@ -276,7 +277,7 @@ class ColladaReader {
     for (std::size_t t = first; t < soup_.triangles.size(); ++t) {
       for (const std::uint32_t corner : soup_.triangles[t]) {
         if (!soup_.points[corner].allFinite())
-          refuse_at(part, "its transforms carry a corner beyond all numbers");
+          refuse_at(part, "its transforms move a vertex out of the range of numbers");
       }
       if (X.linear().determinant() < 0) std::swap(soup_.triangles[t][1], soup_.triangles[t][2]);
     }
@@ -290,7 +291,7 @@ class ColladaReader {
     }
     if (part.is("triangles")) {
       if (corners.size() % 3 != 0)
-        refuse_at(p, fmt::format("{} corners make no whole triangles", corners.size()));
+        refuse_at(p, fmt::format("{} vertices are not a multiple of three", corners.size()));
       for (std::size_t i = 0; i + 3 <= corners.size(); i += 3)
         soup_.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
       return;
@@ -317,7 +318,7 @@ class ColladaReader {
       std::size_t count = 0;
       const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), count);
       if (error != std::errc{} || end != word.data() + word.size() || count > corners.size() - at) {
-        refuse_at(*counts, fmt::format("the count '{}' goes beyond the {} corners of <p>", word.substr(0, 40),
+        refuse_at(*counts, fmt::format("the count '{}' exceeds the {} vertices of <p>", word.substr(0, 40),
                                        corners.size()));
       }
       const auto from = corners.begin() + static_cast<std::ptrdiff_t>(at);

@@ -41,7 +41,7 @@ class ObjReader {
       if (!value) refuse(name_, text_.line(), "'v' must be followed by three numbers");
       p[k] = static_cast<float>(*value);
     }
-    if (!p.allFinite()) refuse(name_, text_.line(), "a vertex is too large to be a number");
+    if (!p.allFinite()) refuse(name_, text_.line(), "a vertex is too large");
     soup_.points.push_back(p);
   }
 
@@ -58,7 +58,7 @@ class ObjReader {
     }
     if (corners_.size() < 3) {
       refuse(name_, text_.line(),
-             fmt::format("a face has {} corners; three are the fewest", corners_.size()));
+             fmt::format("a face has {} vertices; at least three are needed", corners_.size()));
     }
     add_polygon(soup_, corners_);
   }
@@ -70,9 +70,9 @@ class ObjReader {
     const auto count = static_cast<std::int64_t>(soup_.points.size());
     const std::int64_t at = value < 0 ? count + value : value - 1;
     if (word.empty() || error != std::errc{} || end != word.data() + word.size() || at < 0 || at >= count) {
-      refuse(
-          name_, text_.line(),
-          fmt::format("the face names the vertex '{}'; there are {} before it", word.substr(0, 40), count));
+      refuse(name_, text_.line(),
+             fmt::format("the face refers to vertex '{}', but there are {} before it", word.substr(0, 40),
+                         count));
     }
     return static_cast<std::uint32_t>(at);
   }

@@ -20,7 +20,7 @@ std::uint32_t little_endian(const char* p) {
 void add_corner(TriangleSoup& soup, const Eigen::Vector3f& p, const std::string& name, int line) {
   if (!p.allFinite()) {
     refuse(name, line,
-           fmt::format("a corner of triangle {} is not a finite number", soup.points.size() / 3 + 1));
+           fmt::format("a vertex of triangle {} is not a finite number", soup.points.size() / 3 + 1));
   }
   soup.points.push_back(p);
   if (soup.points.size() % 3 == 0) {
@@ -64,7 +64,7 @@ TriangleSoup read_ascii(std::string_view bytes, const std::string& name) {
     } else if (word == "endloop") {
       if (corners_of_loop != 3) {
         refuse(name, text.line(),
-               fmt::format("a facet has {} corners; STL knows triangles only", corners_of_loop));
+               fmt::format("a facet has {} vertices; STL supports triangles only", corners_of_loop));
       }
       corners_of_loop = 0;
     } else if (word == "solid" || word == "endsolid") {
@@ -92,9 +92,9 @@ TriangleSoup read_stl(std::string_view bytes, const std::string& name) {
   if (!exact && (is_ascii(bytes) || (!fits && bytes.starts_with("solid")))) return read_ascii(bytes, name);
   if (fits) return read_binary(bytes, name, declared);
   if (bytes.size() < kHeader)
-    refuse(name, 0, fmt::format("{} bytes are too few for an STL file", bytes.size()));
+    refuse(name, 0, fmt::format("{} bytes are too short for an STL file", bytes.size()));
   refuse(name, 0,
-         fmt::format("the header declares {} triangles, which are {} bytes, but the file has {}", declared,
+         fmt::format("the header declares {} triangles, which need {} bytes, but the file has {}", declared,
                      kHeader + declared * kRecord, bytes.size()));
 }
 

@@ -8,11 +8,11 @@ namespace {
 
 constexpr std::array kPlugins{
     SimulatorPlugin{"gz_ros2_control/GazeboSimSystem", "", "Gazebo", true},
-    SimulatorPlugin{"ign_ros2_control/IgnitionSystem", "gz_ros2_control/GazeboSimSystem",
-                    "Gazebo when it was called Ignition", true},
+    SimulatorPlugin{"ign_ros2_control/IgnitionSystem", "gz_ros2_control/GazeboSimSystem", "Ignition Gazebo",
+                    true},
     SimulatorPlugin{"gazebo_ros2_control/GazeboSystem", "gz_ros2_control/GazeboSimSystem",
-                    "Gazebo Classic, which ended in January 2025", true},
-    SimulatorPlugin{"mock_components/GenericSystem", "", "ros2_control's own mirror of commands"},
+                    "Gazebo Classic, which reached end of life in January 2025", true},
+    SimulatorPlugin{"mock_components/GenericSystem", "", "ros2_control's mock components"},
     SimulatorPlugin{"fake_components/GenericSystem", "mock_components/GenericSystem",
                     "ros2_control before it was renamed"},
     SimulatorPlugin{"mujoco_ros2_control/MujocoSystem", "", "MuJoCo"},

@@ -61,13 +61,14 @@ fs::path choose(const std::vector<fs::path>& found, const fs::path& folder) {
   if (found.empty()) {
     throw InputError("up.no_description", make_location(folder.string()),
                      "there is no robot description in this folder",
-                     "a .urdf or .xacro with <robot name=...> is looked for in urdf/, robots/, xacro/ and "
-                     "the folder itself");
+                     "doppel searches urdf/, robots/, xacro/ and the folder itself for a .urdf or .xacro "
+                     "with <robot name=...>");
   }
   std::string list;
   for (const fs::path& file : found) list += "\n    " + file.string();
   throw InputError("up.ambiguous_description", make_location(folder.string()),
-                   fmt::format("there are several robot descriptions:{}", list), "give the one you mean");
+                   fmt::format("the folder contains several robot descriptions:{}", list),
+                   "give the path of one of them");
 }
 
 std::vector<fs::path> packages_of_workspace(const fs::path& folder) {
@@ -102,8 +103,7 @@ Target from_folder(const fs::path& folder) {
 [[noreturn]] void refuse(const std::string& target, const fs::path& bundled) {
   std::error_code unseen;
   if (fs::exists(target, unseen)) {
-    throw InputError("up.unknown_target", {},
-                     fmt::format("'{}' is there, but is neither a file nor a folder", target),
+    throw InputError("up.unknown_target", {}, fmt::format("'{}' is neither a file nor a folder", target),
                      "write the description into a file: it is read more than once");
   }
   std::vector<std::string> names;
@@ -120,7 +120,7 @@ Target from_folder(const fs::path& folder) {
   throw InputError("up.unknown_target", {},
                    fmt::format("'{}' is neither a bundled robot nor a file or folder{}", target,
                                did_you_mean(path.filename().string(), names)),
-                   "doppel robots lists the robots that come with it");
+                   "'doppel robots' lists the bundled robots");
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ HardwareInterfaceDescription read_interface(const XmlNode& node, Diagnostics& di
   out.name = UrdfReader::optional(node, "name");
   out.source = node.where;
   const std::string data_type = UrdfReader::optional(node, "data_type");
-  UrdfReader read(diagnostics, "urdf.optional_value", "the interface counts as without it");
+  UrdfReader read(diagnostics, "urdf.optional_value", "the interface is read without it");
   for (const XmlNode& child : node.children) {
     if (!child.is("param")) continue;
     const std::string name = UrdfReader::optional(child, "name");
@@ -54,7 +54,7 @@ HardwareInterfaceDescription read_interface(const XmlNode& node, Diagnostics& di
 
 // What has no name is nothing that a controller could ask for.
 bool named(const XmlNode& node, Diagnostics& diagnostics) {
-  UrdfReader read(diagnostics, "urdf.optional_value", fmt::format("this <{}> is left out", node.name));
+  UrdfReader read(diagnostics, "urdf.optional_value", fmt::format("this <{}> is ignored", node.name));
   return !read.required(node, "name").empty();
 }
 
@@ -103,8 +103,7 @@ bool read_bool(const XmlNode& node, Diagnostics& diagnostics) {
   if (std::find(kFalse.begin(), kFalse.end(), text) == kFalse.end()) {
     diagnostics.warning(
         "urdf.optional_value", node.where,
-        fmt::format("<{}> holds '{}', which is neither true nor false; it counts as false, as "
-                    "in Gazebo",
+        fmt::format("<{}> is '{}', which is neither true nor false; it is read as false, as in Gazebo",
                     node.name, text),
         "write true or false");
   }
@@ -117,14 +116,15 @@ namespace {
 
 // rw_rate, is_async and thread_priority; the newer form of the last is <properties><async thread_priority/>.
 void read_scheduling(const XmlNode& node, HardwareDescription& out, Diagnostics& diagnostics) {
-  UrdfReader read(diagnostics, "urdf.optional_value", "the controller manager's rate and thread are taken");
+  UrdfReader read(diagnostics, "urdf.optional_value",
+                  "the rate and the thread of the controller manager are used");
   const XmlNode* properties = node.first("properties");
   const XmlNode* async = properties == nullptr ? nullptr : properties->first("async");
   out.rw_rate = read.number(node, "rw_rate");
   if (out.rw_rate && !(*out.rw_rate > 0)) {
     read.fault("urdf.optional_value", node.where,
                fmt::format("the rw_rate of <ros2_control> '{}' is {:g} Hz", out.name, *out.rw_rate),
-               "give a rate above 0 Hz, or leave it out");
+               "give a rate above 0 Hz, or omit it");
     out.rw_rate.reset();
   }
   const std::string is_async = UrdfReader::optional(node, "is_async");

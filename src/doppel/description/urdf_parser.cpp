@@ -54,7 +54,7 @@ Origin read_origin(const XmlNode& parent, UrdfReader& read) {
 // What urdfdom cannot read of an <inertial> leaves the link without one; so it is here, but for a mass that
 // stands alone: it is what the author knows.
 std::optional<Inertial> Parser::inertial(const XmlNode& node) {
-  UrdfReader read(diagnostics_, "urdf.inertial", "the link counts as without <inertial>");
+  UrdfReader read(diagnostics_, "urdf.inertial", "the link is treated as without <inertial>");
   Inertial out;
   out.source = node.where;
   out.origin = read_origin(node, read);
@@ -66,17 +66,16 @@ std::optional<Inertial> Parser::inertial(const XmlNode& node) {
   }
   out.tensor_written = inertia != nullptr;
   if (out.mass > 0 && inertia == nullptr && !read.faulty()) {
-    diagnostics_.warning(
-        "urdf.inertial", node.where,
-        "<inertial> has no <inertia>; the mass is kept, and the tensor is taken from the link's "
-        "shapes, or of a ball without any; urdfdom drops the <inertial>",
-        "write <inertia> with the tensor about the centre of mass");
+    diagnostics_.warning("urdf.inertial", node.where,
+                         "<inertial> has no <inertia>; the mass is kept, and the inertia tensor is computed "
+                         "from the link's shapes, or from a sphere without any; urdfdom drops the <inertial>",
+                         "write <inertia> with the inertia tensor about the centre of mass");
     return out;
   }
   if (mass == nullptr || inertia == nullptr) {
     read.fault("urdf.inertial", node.where,
                fmt::format("<inertial> has no <{}>", mass == nullptr ? "mass" : "inertia"),
-               "write both, or leave the <inertial> out");
+               "write both, or remove the <inertial>");
     return std::nullopt;
   }
   const std::pair<const char*, double*> entries[] = {{"ixx", &out.ixx}, {"ixy", &out.ixy}, {"ixz", &out.ixz},
@@ -102,8 +101,8 @@ Geometry Parser::mesh(const XmlNode& node, UrdfReader& read) {
       tried += fmt::format("\n    and {} more", found.tried.size() - kMaxPlaces);
     diagnostics_.warning(
         "mesh.missing", node.where,
-        fmt::format("the mesh '{}' is not found; a marked box takes its place. Tried:{}", out.uri, tried),
-        found.nearest.empty() ? "correct the name, or put the file there"
+        fmt::format("the mesh '{}' is not found; a marked box replaces it. Tried:{}", out.uri, tried),
+        found.nearest.empty() ? "correct the name, or add the file"
                               : fmt::format("did you mean '{}'?", found.nearest));
   }
   if (is_file) out.path = found.path.string();
@@ -117,7 +116,7 @@ double size_of(const XmlNode& shape, const char* name, UrdfReader& read, Diagnos
   if (value < 0) {
     diagnostics.warning(
         "urdf.geometry", shape.where,
-        fmt::format("the {} of <{}> is negative: {}; it is taken without its sign", name, shape.name, value));
+        fmt::format("the {} of <{}> is negative: {}; its absolute value is used", name, shape.name, value));
   }
   return std::abs(value);
 }
@@ -128,7 +127,7 @@ Box read_box(const XmlNode& shape, UrdfReader& read, Diagnostics& diagnostics) {
   if ((size.array() < 0).any()) {
     diagnostics.warning(
         "urdf.geometry", shape.where,
-        fmt::format("the size of <box> is negative: {:g} {:g} {:g}; it is taken without its sign", size.x(),
+        fmt::format("the size of <box> is negative: {:g} {:g} {:g}; its absolute value is used", size.x(),
                     size.y(), size.z()),
         fmt::format("write size=\"{:g} {:g} {:g}\"", std::abs(size.x()), std::abs(size.y()),
                     std::abs(size.z())));
@@ -166,7 +165,7 @@ std::optional<Material> Parser::material(const XmlNode& node) {
   Material out;
   out.name = UrdfReader::optional(node, "name");
   out.source = node.where;
-  UrdfReader read(diagnostics_, "urdf.optional_value", "the material counts as without a colour");
+  UrdfReader read(diagnostics_, "urdf.optional_value", "the material is treated as without a colour");
   if (const XmlNode* color = node.first("color")) out.rgba = read.vector<4>(*color, "rgba");
   if (const XmlNode* texture = node.first("texture"))
     out.texture = UrdfReader::optional(*texture, "filename");
@@ -174,7 +173,7 @@ std::optional<Material> Parser::material(const XmlNode& node) {
 }
 
 void Parser::visual(const XmlNode& node, Link& out) {
-  UrdfReader read(diagnostics_, "urdf.geometry", "this <visual> is left out");
+  UrdfReader read(diagnostics_, "urdf.geometry", "this <visual> is ignored");
   Visual visual{UrdfReader::optional(node, "name"), read_origin(node, read), {}, {}, node.where};
   const auto shape = geometry(node, read);
   if (!shape || read.faulty()) return;
@@ -184,7 +183,7 @@ void Parser::visual(const XmlNode& node, Link& out) {
 }
 
 void Parser::collision(const XmlNode& node, Link& out) {
-  UrdfReader read(diagnostics_, "urdf.geometry", "this <collision> is left out");
+  UrdfReader read(diagnostics_, "urdf.geometry", "this <collision> is ignored");
   Collision collision{UrdfReader::optional(node, "name"), read_origin(node, read), {}, node.where};
   const auto shape = geometry(node, read);
   if (!shape || read.faulty()) return;
@@ -215,7 +214,7 @@ JointType Parser::joint_type(const XmlNode& node) {
   for (const auto& [name, value] : types) names.push_back(name);
   if (!type.empty()) {
     diagnostics_.error("urdf.joint_type", node.find("type")->where,
-                       fmt::format("'{}' is no type of joint{}", type, did_you_mean(type, names)));
+                       fmt::format("'{}' is not a joint type{}", type, did_you_mean(type, names)));
   }
   return JointType::fixed;
 }
@@ -232,9 +231,8 @@ std::optional<JointLimits> Parser::limits(const XmlNode& node, const Joint& join
   if (out.lower > out.upper && joint.type != JointType::continuous) {
     diagnostics_.warning(
         "urdf.limits_crossed", node.where,
-        fmt::format("the lower limit {} of '{}' is above the upper limit {}; they are taken the other way "
-                    "round",
-                    out.lower, joint.name, out.upper),
+        fmt::format("the lower limit {} of '{}' is above the upper limit {}; they are exchanged", out.lower,
+                    joint.name, out.upper),
         "exchange them, or correct the sign of one");
   }
   return out;
@@ -252,13 +250,13 @@ void Parser::joint_details(const XmlNode& node, Joint& out) {
                         read_.number_or(child, "offset", 0.0), child.where};
     }
     if (child.is("safety_controller")) {
-      UrdfReader read(diagnostics_, "urdf.optional_value", "it is taken as 0");
+      UrdfReader read(diagnostics_, "urdf.optional_value", "it is read as 0");
       out.safety = SafetyController{
           read.number_or(child, "soft_lower_limit", 0.0), read.number_or(child, "soft_upper_limit", 0.0),
           read.number_or(child, "k_position", 0.0), read.number_or(child, "k_velocity", 0.0), child.where};
     }
     if (child.is("calibration")) {
-      UrdfReader read(diagnostics_, "urdf.optional_value", "it is left out");
+      UrdfReader read(diagnostics_, "urdf.optional_value", "it is ignored");
       out.calibration = JointCalibration{read.number(child, "rising"), read.number(child, "falling")};
     }
   }
@@ -287,14 +285,13 @@ Joint Parser::joint(const XmlNode& node) {
     if (const auto xyz = (has_axis ? read_ : unused).vector<3>(*axis, "xyz")) out.axis = *xyz;
   }
   if (has_axis && !has_direction(out)) {
-    diagnostics_.warning(
-        "urdf.axis_zero", out.axis_source,
-        fmt::format("the axis of '{}' is zero: it can turn about nothing, and stands still", out.name),
-        "write a direction, as <axis xyz=\"0 0 1\"/>");
+    diagnostics_.warning("urdf.axis_zero", out.axis_source,
+                         fmt::format("the axis of '{}' is zero, so the joint does not move", out.name),
+                         "write a direction, such as <axis xyz=\"0 0 1\"/>");
   } else if (has_axis && std::abs(out.axis.norm() - 1.0) > 1e-3) {
-    diagnostics_.note("urdf.axis_not_unit", out.axis_source,
-                      fmt::format("the axis of '{}' has the length {:.6g}; it is taken as a direction",
-                                  out.name, out.axis.norm()));
+    diagnostics_.note(
+        "urdf.axis_not_unit", out.axis_source,
+        fmt::format("the axis of '{}' has the length {:.6g}; it is normalised", out.name, out.axis.norm()));
   }
   joint_details(node, out);
   return out;
@@ -322,7 +319,7 @@ void Parser::look_up_materials(RobotDescription& robot) {
         visual.material->texture = found->second.texture;
       } else if (!visual.material->name.empty()) {
         diagnostics_.note("urdf.unknown_material", visual.material->source,
-                          fmt::format("the material '{}' has no colour anywhere{}", visual.material->name,
+                          fmt::format("the material '{}' has no colour{}", visual.material->name,
                                       did_you_mean(visual.material->name, names)));
       }
     }
@@ -331,7 +328,7 @@ void Parser::look_up_materials(RobotDescription& robot) {
 
 // A component without a name has none to be asked for by, and ros2_control refuses it.
 void Parser::hardware(const XmlNode& node, RobotDescription& out) {
-  UrdfReader read(diagnostics_, "urdf.optional_value", "this <ros2_control> is left out");
+  UrdfReader read(diagnostics_, "urdf.optional_value", "this <ros2_control> is ignored");
   if (!read.required(node, "name").empty() || !read.faulty())
     out.hardware.push_back(read_hardware(node, diagnostics_));
 }
@@ -342,7 +339,7 @@ RobotDescription Parser::robot(const XmlNode& root) {
   if (root.name != "robot") {
     diagnostics_.error("urdf.no_robot", root.where,
                        fmt::format("the root element is <{}>, not <robot>", root.name),
-                       "give a URDF or a xacro file that makes one");
+                       "give a URDF file, or a xacro file that expands to one");
     return out;
   }
   out.name = read_.required(root, "name");

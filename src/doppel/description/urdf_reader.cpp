@@ -38,7 +38,7 @@ std::optional<double> UrdfReader::number(const XmlNode& node, std::string_view n
   if (!value) {
     fault("urdf.number", attribute->where,
           fmt::format("{}=\"{}\" of <{}> is not a finite number", name, attribute->value, node.name),
-          "write it with a decimal point and no unit, as 0.25 or 1e-3");
+          "write it with a decimal point and no unit, such as 0.25 or 1e-3");
   }
   return value;
 }
@@ -51,7 +51,7 @@ std::optional<double> UrdfReader::number_of(const XmlNode& node, const std::stri
   const auto value = parse_number(text);
   if (!value)
     fault("urdf.number", node.where,
-          fmt::format("<{}> holds '{}', which is not a finite number", node.name, text));
+          fmt::format("<{}> is '{}', which is not a finite number", node.name, text));
   return value;
 }
 
@@ -79,7 +79,7 @@ bool UrdfReader::numbers(const XmlNode& node, std::string_view name, double* out
   if (good && found == count) return true;
   fault("urdf.vector", attribute->where,
         fmt::format("{}=\"{}\" of <{}> is not {} finite numbers", name, attribute->value, node.name, count),
-        "write them with decimal points and blanks between, as 0 0 0.25");
+        "write them with decimal points, separated by spaces, such as 0 0 0.25");
   return false;
 }
 

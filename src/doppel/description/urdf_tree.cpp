@@ -38,7 +38,7 @@ bool check_ends(const RobotDescription& robot, const std::vector<std::string>& l
       if (end->empty() || robot.find_link(*end) != nullptr) continue;
       good = false;
       diagnostics.error("urdf.unknown_link", joint.source,
-                        fmt::format("the joint '{}' joins a link '{}', which the robot does not have{}",
+                        fmt::format("the joint '{}' refers to a link '{}', which the robot does not have{}",
                                     joint.name, *end, did_you_mean(*end, links)));
     }
   }
@@ -52,9 +52,9 @@ void check_roots(const RobotDescription& robot, Diagnostics& diagnostics) {
     if (fresh) continue;
     diagnostics.error(
         "urdf.two_parents", joint.source,
-        fmt::format("the link '{}' is the child of '{}' and of '{}' (at {}); a URDF is a tree", joint.child,
+        fmt::format("the link '{}' is the child of both '{}' and '{}' (at {}); a URDF is a tree", joint.child,
                     joint.name, first->second->name, first->second->source.place()),
-        "remove one of the joints; a closed chain needs a coupling outside the tree");
+        "remove one of the joints; a closed kinematic chain cannot be described in URDF");
   }
   std::vector<std::string> roots;
   std::set<std::string> in_loop;
@@ -69,13 +69,13 @@ void check_roots(const RobotDescription& robot, Diagnostics& diagnostics) {
     const std::vector<std::string> names(in_loop.begin(), in_loop.end());
     diagnostics.error(
         "urdf.loop", parent_of[names.front()]->source,
-        fmt::format("the joints make a loop through the links {}; a URDF is a tree", quoted_list(names)),
-        "turn one of the joints around, or remove it");
+        fmt::format("the joints form a loop through the links {}; a URDF is a tree", quoted_list(names)),
+        "reverse one of the joints, or remove it");
   } else if (roots.size() > 1) {
     diagnostics.error("urdf.two_roots", robot.find_link(roots[1])->source,
-                      fmt::format("the robot has {} roots, {}: links that no joint joins to the rest",
+                      fmt::format("the robot has {} root links, {}: links without a parent joint",
                                   roots.size(), quoted_list(roots)),
-                      "join them with a <joint type=\"fixed\">, or remove what is left over");
+                      "connect them with a <joint type=\"fixed\">, or remove the unused ones");
   }
 }
 
@@ -90,8 +90,7 @@ std::pair<const char*, std::string> mimic_fault(const RobotDescription& robot, c
   }
   if (!is_scalar(joint) || !is_scalar(*leader)) {
     return {"urdf.mimic_not_scalar",
-            fmt::format("'{}' mimics '{}', but '{}' does not move by one number as revolute, continuous and "
-                        "prismatic joints do",
+            fmt::format("'{}' mimics '{}', but '{}' is not a revolute, continuous or prismatic joint",
                         joint.name, leader->name, is_scalar(joint) ? leader->name : joint.name)};
   }
   return {"urdf.mimic_loop",
@@ -104,12 +103,11 @@ void check_mimics(const RobotDescription& robot, Diagnostics& diagnostics) {
   for (const Joint& joint : robot.joints) {
     if (!joint.mimic || leader_of(robot, joint) != nullptr) continue;
     const auto [rule, why] = mimic_fault(robot, joint, names);
-    diagnostics.warning(
-        rule, joint.mimic->source,
-        fmt::format("{}{} {}", why, why.ends_with('?') ? "" : ";",
-                    is_scalar(joint) ? "it moves on its own" : "the <mimic> is left out"),
-        "let it follow a revolute, continuous or prismatic joint that does not follow it, or remove the "
-        "<mimic>");
+    diagnostics.warning(rule, joint.mimic->source,
+                        fmt::format("{}{} {}", why, why.ends_with('?') ? "" : ";",
+                                    is_scalar(joint) ? "it moves independently" : "the <mimic> is ignored"),
+                        "let it mimic a revolute, continuous or prismatic joint that does not mimic it, or "
+                        "remove the <mimic>");
   }
 }
 

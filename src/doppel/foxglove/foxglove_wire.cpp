@@ -42,15 +42,15 @@ ParameterValue value_from_json(const json& object, const std::string& name) {
   if (found->is_number()) return found->get<double>();
   if (found->is_string()) return found->get<std::string>();
   if (found->is_array()) return list_value(*found, type == "float64_array", name);
-  throw Malformed(fmt::format("the value of parameter '{}' is none that a parameter can have", name));
+  throw Malformed(fmt::format("the value of parameter '{}' does not have a parameter type", name));
 }
 
 }  // namespace
 
 json parse_object(std::string_view frame, std::string& op) {
   json object = json::parse(frame, nullptr, false);
-  if (object.is_discarded()) throw Malformed("the text frame is no JSON");
-  if (!object.is_object()) throw Malformed("the text frame is no JSON object");
+  if (object.is_discarded()) throw Malformed("the text frame is not valid JSON");
+  if (!object.is_object()) throw Malformed("the text frame is not a JSON object");
   op = text(object, "op");
   return object;
 }
@@ -64,13 +64,13 @@ const json& member(const json& object, const char* name) {
 
 const json& list(const json& object, const char* name) {
   const json& value = member(object, name);
-  if (!value.is_array()) throw Malformed(fmt::format("the field '{}' is no list", name));
+  if (!value.is_array()) throw Malformed(fmt::format("the field '{}' is not a list", name));
   return value;
 }
 
 std::string text(const json& object, const char* name) {
   const json& value = member(object, name);
-  if (!value.is_string()) throw Malformed(fmt::format("the field '{}' is no text", name));
+  if (!value.is_string()) throw Malformed(fmt::format("the field '{}' is not a string", name));
   return value.get<std::string>();
 }
 
@@ -81,7 +81,7 @@ std::string text_or(const json& object, const char* name, std::string otherwise)
 
 std::uint32_t id(const json& value, const char* what) {
   if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xFFFFFFFFu) {
-    throw Malformed(fmt::format("'{}' has to be a whole number from 0 to 4294967295", what));
+    throw Malformed(fmt::format("'{}' must be an integer from 0 to 4294967295", what));
   }
   return value.get<std::uint32_t>();
 }
@@ -95,7 +95,7 @@ std::vector<std::uint32_t> ids(const json& object, const char* name) {
 std::vector<std::string> texts(const json& object, const char* name) {
   std::vector<std::string> out;
   for (const json& value : list(object, name)) {
-    if (!value.is_string()) throw Malformed(fmt::format("'{}' has to be a list of texts", name));
+    if (!value.is_string()) throw Malformed(fmt::format("'{}' must be a list of strings", name));
     out.push_back(value.get<std::string>());
   }
   return out;

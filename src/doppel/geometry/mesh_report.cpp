@@ -85,7 +85,7 @@ MeshReport report_mesh(const std::filesystem::path& file) {
                                     [](const Eigen::Vector3f& v) { return v.allFinite(); });
     if (!finite) {
       out.rule = "mesh.unreadable";
-      out.problem = "the mesh has corners that are not at finite places";
+      out.problem = "the mesh has vertices with positions that are not finite";
       return out;
     }
     out.remark = mesh.remark;

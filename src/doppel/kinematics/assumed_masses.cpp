@@ -160,19 +160,18 @@ void assume_masses(Model& model, const std::vector<const Link*>& sources, Diagno
                                ? "the distances between their joints"
                                : "their shapes, or the distances between their joints";
   const Link* const first = sources[bodies.front()];
-  diagnostics.warning(
-      "model.no_inertial", first != nullptr ? first->source : SourceLocation{},
-      fmt::format(
-          "{}; guessed from {}{}: {}{}",
-          one ? "a link moves and has no mass" : fmt::format("{} links move and have no mass", bodies.size()),
-          from,
-          scale < 1.0
-              ? fmt::format(", scaled by {:.2g} so that '{}' holds {}", scale, weakest, one ? "it" : "them")
-              : "",
-          names, one ? "" : fmt::format("; {:.3g} kg together", total)),
-      fmt::format("write <inertial> with the mass, the centre of mass and the tensor of {}; loads and motion "
-                  "are only as true as {}",
-                  one ? "the link" : "each link", one ? "this" : "these"));
+  diagnostics.warning("model.no_inertial", first != nullptr ? first->source : SourceLocation{},
+                      fmt::format("{}; estimated from {}{}: {}{}",
+                                  one ? "a movable link has no mass"
+                                      : fmt::format("{} movable links have no mass", bodies.size()),
+                                  from,
+                                  scale < 1.0 ? fmt::format(", scaled by {:.2g} so that '{}' holds {}", scale,
+                                                            weakest, one ? "it" : "them")
+                                              : "",
+                                  names, one ? "" : fmt::format("; {:.3g} kg together", total)),
+                      fmt::format("write <inertial> with the mass, centre of mass and inertia tensor of {}; "
+                                  "loads and motion are only as accurate as {}",
+                                  one ? "the link" : "each link", one ? "this" : "these"));
 }
 
 }  // namespace doppel

@@ -40,7 +40,7 @@ std::string physical_defect(const MassProperties& body) {
   }
   if (moments[2] > moments[0] + moments[1] + kTriangleTolerance * moments[2]) {
     return fmt::format(
-        "the principal moments of inertia {:.3g}, {:.3g} and {:.3g} kg m^2 break the triangle inequality",
+        "the principal moments of inertia {:.3g}, {:.3g} and {:.3g} kg m^2 violate the triangle inequality",
         moments[0], moments[1], moments[2]);
   }
   return "";
@@ -74,19 +74,20 @@ std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagno
   MassProperties body{inertial.mass, Eigen::Vector3d::Zero(), inertial.tensor()};
   const std::string defect = physical_defect(body);
   if (!defect.empty()) {
-    const std::string subject = fmt::format("no rigid body weighs like link '{}': {}", link.name, defect);
+    const std::string subject =
+        fmt::format("link '{}' has a physically impossible inertia: {}", link.name, defect);
     const std::string fix =
         "compute <inertial> from the link's shape and mass (about the centre of mass, kg m^2)";
     if (!(body.mass > 0)) {
       diagnostics.warning("model.not_physical", inertial.source,
-                          subject + "; the link counts as without <inertial>", fix);
+                          subject + "; the link is treated as without <inertial>", fix);
       return std::nullopt;
     }
     body = physical_repair(body);
     const Eigen::Vector3d moments = principal_moments(body.I);
     diagnostics.warning(
         "model.not_physical", inertial.source,
-        fmt::format("{}; taken with the principal moments {:.3g}, {:.3g}, {:.3g} kg m^2 instead", subject,
+        fmt::format("{}; the principal moments {:.3g}, {:.3g}, {:.3g} kg m^2 are used instead", subject,
                     moments[0], moments[1], moments[2]),
         fix);
   }

@@ -47,7 +47,8 @@ class Compiler {
       if (links_.contains("world")) {
         throw InputError(
             "model.world_is_fixed", root.source,
-            fmt::format("robot '{}' has a link 'world', which stands still, so it cannot float", robot_.name),
+            fmt::format("robot '{}' has a link 'world', which does not move, so its base cannot float",
+                        robot_.name),
             "remove the link 'world' and the joint from it, or keep the base fixed");
       }
       model_.links.push_back({"world", -1, std::nullopt, false});
@@ -62,7 +63,7 @@ class Compiler {
     }
     if (static_cast<int>(sources_.size()) != link_count(base)) {
       throw InputError("model.not_a_tree", robot_.source,
-                       fmt::format("only {} of robot '{}''s {} links hang on '{}'", sources_.size(),
+                       fmt::format("only {} of robot '{}''s {} links are connected to '{}'", sources_.size(),
                                    robot_.name, robot_.links.size(), root.name));
     }
     resolve_mimics();
@@ -100,9 +101,9 @@ class Compiler {
     for (const Joint* joint : found->second) {
       const auto child = links_.find(joint->child);
       if (child == links_.end() || model_.links.size() > robot_.links.size()) {
-        throw InputError(
-            "model.not_a_tree", joint->source,
-            fmt::format("joint '{}' does not lead to a link of its own ('{}')", joint->name, joint->child));
+        throw InputError("model.not_a_tree", joint->source,
+                         fmt::format("joint '{}' does not have a child link of its own ('{}')", joint->name,
+                                     joint->child));
       }
       add_joint(*joint, index, *child->second);
     }
@@ -141,10 +142,9 @@ class Compiler {
     if (*written > 0) return *written;
     diagnostics_.warning(
         "model.zero_limit", joint.limits->source,
-        fmt::format("joint '{}' has the {} limit {}, with which it could never move; it is taken as "
-                    "unlimited",
+        fmt::format("joint '{}' has the {} limit {}, with which it cannot move; it is treated as unlimited",
                     joint.name, what, *written),
-        fmt::format("write the drive's {} limit from its data sheet", what));
+        fmt::format("write the drive's {} limit from its datasheet", what));
     return kInfinity;
   }
 
@@ -161,8 +161,8 @@ class Compiler {
     if (!joint.limits || !joint.limits->has_position) {
       diagnostics_.warning(
           "model.no_limits", joint.source,
-          fmt::format("joint '{}' has no position limits; it is taken as unlimited", joint.name),
-          "write <limit lower=\"..\" upper=\"..\"/>, or type=\"continuous\" where it turns for ever");
+          fmt::format("joint '{}' has no position limits; it is treated as unlimited", joint.name),
+          "write <limit lower=\"..\" upper=\"..\"/>, or type=\"continuous\" if it is unlimited");
       return;
     }
     // Crossed ones, of which the parser warned, bound the same range.
@@ -172,11 +172,10 @@ class Compiler {
 
   double not_negative(const Joint& joint, double written, const char* what) {
     if (written >= 0) return written;
-    diagnostics_.warning(
-        "model.negative_dynamics", joint.source,
-        fmt::format("joint '{}' has the {} {}, which would feed it with energy; it is taken as 0", joint.name,
-                    what, written),
-        fmt::format("write the {} as a positive number", what));
+    diagnostics_.warning("model.negative_dynamics", joint.source,
+                         fmt::format("joint '{}' has the {} {}, which adds energy; it is read as 0",
+                                     joint.name, what, written),
+                         fmt::format("write the {} as a positive number", what));
     return 0.0;
   }
 
@@ -209,13 +208,12 @@ class Compiler {
         out.stop_restitution = *restitution;
       } else if (restitution) {
         problem =
-            fmt::format("<stopRestitution> of joint '{}' is {}, but must be from 0 to 1; {:.3g} is taken",
+            fmt::format("<stopRestitution> of joint '{}' is {}, but must be from 0 to 1; {:.3g} is used",
                         out.name, *restitution, kCriticalRestitution);
       }
     }
     if (!problem.empty())
-      diagnostics_.warning("model.limit_stop", where, problem,
-                           "see docs/physics.md for what a limit stop is");
+      diagnostics_.warning("model.limit_stop", where, problem, "see docs/physics.md about limit stops");
   }
 
   void resolve_mimics() {

@@ -12,7 +12,7 @@ namespace {
 // else.
 const char* why_not_plain(std::byte first, std::byte second) {
   const auto id = std::to_integer<unsigned>(second);
-  if (first != std::byte{0}) return "the encapsulation is none of RTPS's";
+  if (first != std::byte{0}) return "the encapsulation is unknown";
   if (id <= 1) return nullptr;
   if (id <= 3) return "the encapsulation is a parameter list (PL_CDR), not plain CDR (00 00 or 00 01)";
   if (id >= 6 && id <= 11) return "the encapsulation is XCDR version 2, not plain CDR (00 00 or 00 01)";
@@ -23,7 +23,7 @@ const char* why_not_plain(std::byte first, std::byte second) {
 
 CdrReader::CdrReader(std::span<const std::byte> bytes) {
   if (bytes.size() < kCdrHeaderSize) {
-    fail("there is no encapsulation header of four bytes");
+    fail("the encapsulation header of four bytes is missing");
     return;
   }
   body_ = bytes.subspan(kCdrHeaderSize);
@@ -37,7 +37,7 @@ CdrReader::CdrReader(std::span<const std::byte> bytes) {
 bool CdrReader::align(std::size_t alignment) {
   if (!ok()) return false;
   const std::size_t aligned = cdr_aligned(position_, alignment);
-  if (aligned > body_.size()) return fail("the bytes end too early");
+  if (aligned > body_.size()) return fail("the data is truncated");
   position_ = aligned;
   return true;
 }
@@ -74,7 +74,7 @@ bool CdrReader::wide_text(std::u16string& text) {
   for (char16_t& unit : text) {
     std::uint32_t wide = 0;
     if (!number(wide)) return false;
-    if (wide > 0xFFFF) return fail("a wide character is no UTF-16");
+    if (wide > 0xFFFF) return fail("a wide character is not valid UTF-16");
     unit = static_cast<char16_t>(wide);
   }
   return true;
@@ -82,8 +82,7 @@ bool CdrReader::wide_text(std::u16string& text) {
 
 bool CdrReader::length(std::uint32_t& count, std::size_t least_size, std::size_t bound) {
   if (!number(count)) return false;
-  if (count > (body_.size() - position_) / least_size)
-    return fail("a length is more than the bytes that follow");
+  if (count > (body_.size() - position_) / least_size) return fail("a length exceeds the remaining data");
   if (bound > 0 && count > bound) return fail("a sequence is longer than its bound");
   return true;
 }
@@ -92,7 +91,7 @@ bool CdrReader::finish() {
   if (!ok()) return false;
   const std::size_t rest = body_.size() - position_;
   if (rest > 3 || (rest > 0 && body_.size() % 4 != 0))
-    return fail("there are bytes behind the message's end");
+    return fail("there is data after the end of the message");
   return true;
 }
 

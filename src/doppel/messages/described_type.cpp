@@ -98,7 +98,7 @@ class DescriptionReader {
 
   void enter(const IndividualTypeDescription& type) {
     if (!why_.empty()) return;
-    if (!is_type_name(type.type_name)) return refuse("a type's name is not like 'package/msg/Name'");
+    if (!is_type_name(type.type_name)) return refuse("a type name does not have the form 'package/msg/Name'");
     TypeDescription& place = types_->emplace_back();
     place.name = type.type_name;
     if (!entries_.emplace(place.name, Entry{&type, &place}).second)
@@ -112,7 +112,7 @@ class DescriptionReader {
     Entry& entry = found->second;
     if (entry.state == Entry::done) return entry.type;
     if (entry.state == Entry::begun) return refuse_type(fmt::format("{} contains itself", name));
-    if (depth > kMaxDepth) return refuse_type(fmt::format("{} lies too deep", name));
+    if (depth > kMaxDepth) return refuse_type(fmt::format("{} is nested too deeply", name));
     entry.state = Entry::begun;
     for (const Field& field : entry.said->fields) {
       add(*entry.type, field, depth);
@@ -127,7 +127,7 @@ class DescriptionReader {
   void add(TypeDescription& type, const Field& said, std::size_t depth) {
     const auto same_name = [&said](const FieldDescription& field) { return field.name == said.name; };
     if (!is_name(said.name) || std::ranges::any_of(type.fields, same_name))
-      return refuse(fmt::format("{} has a field without a name of its own", type.name));
+      return refuse(fmt::format("{} has a field without a unique name", type.name));
     FieldDescription field;
     field.name = said.name;
     const std::uint8_t id = shape_of(said, field);
@@ -142,7 +142,7 @@ class DescriptionReader {
     const bool bounded = field.shape == FieldShape::sequence && id + kBoundedSequenceId == said.type.type_id;
     if (field.count == 0 || (bounded && field.bound == 0) ||
         (id >= kFirstBoundedTextId && field.text_bound == 0))
-      return refuse(fmt::format("{}.{} has no room for anything", type.name, said.name));
+      return refuse(fmt::format("{}.{} has size 0", type.name, said.name));
     if (field.count > messages_detail::kMaxMessageSize / field.least_element_size())
       return refuse(fmt::format("{}.{} is larger than 64 MiB", type.name, said.name));
     type.add(std::move(field));

@@ -132,7 +132,7 @@ class YamlReader {
   static std::string expected_map(const TypeDescription& type, const YAML::Node& node) {
     std::string example = "{}";
     if (!type.fields.empty()) example = fmt::format("{{{}: ...}}", type.fields.front().name);
-    return fmt::format("{} where a {} is needed; write it as {}", shown(node), type.name, example);
+    return fmt::format("{} where a {} is expected; write it as {}", shown(node), type.name, example);
   }
 
   // The node of each field, undefined where it is left out.
@@ -141,7 +141,7 @@ class YamlReader {
     for (const auto& entry : node) {
       const YAML::Mark mark = entry.first.Mark();
       if (!entry.first.IsScalar())
-        refuse(mark, fmt::format("a field's name is needed, not {}", shown(entry.first)));
+        refuse(mark, fmt::format("expected a field name, not {}", shown(entry.first)));
       std::string key = entry.first.Scalar();
       if (is_time(type) && (key == "secs" || key == "nsecs"))
         key = key == "secs" ? "sec" : "nanosec";  // ROS 1
@@ -179,18 +179,17 @@ class YamlReader {
   void value(const FieldDescription& field, const YAML::Node& node) {
     if (field.shape == FieldShape::single) return element(field, node);
     if (!node.IsSequence()) {
-      refuse(node.Mark(),
-             fmt::format("{} where '{}' needs a list; write it as [...]", shown(node), field.name));
+      refuse(node.Mark(), fmt::format("{}, but '{}' is a list; write it as [...]", shown(node), field.name));
     }
     if (field.shape == FieldShape::sequence) {
       if (field.bound > 0 && node.size() > field.bound) {
-        refuse(node.Mark(), fmt::format("'{}' takes at most {} elements, and there are {}", field.name,
+        refuse(node.Mark(), fmt::format("'{}' has at most {} elements, but {} are given", field.name,
                                         field.bound, node.size()));
       }
       out_.number(static_cast<std::uint32_t>(node.size()));
     } else if (node.size() != field.count) {
       refuse(node.Mark(),
-             fmt::format("'{}' needs {} elements and has {}", field.name, field.count, node.size()));
+             fmt::format("'{}' needs {} elements, but {} are given", field.name, field.count, node.size()));
     }
     for (const auto& item : node) element(field, item);
   }
@@ -217,12 +216,12 @@ class YamlReader {
   void text(const FieldDescription& field, const YAML::Node& node) {
     if (!node.IsScalar()) {
       refuse(node.Mark(),
-             fmt::format("{} where '{}' needs text; an empty one is ''", shown(node), field.name));
+             fmt::format("{}, but '{}' is a string; an empty one is ''", shown(node), field.name));
     }
     const std::u16string wide = field.kind == FieldKind::wide_text ? to_utf16(node.Scalar()) : u"";
     const std::size_t size = field.kind == FieldKind::wide_text ? wide.size() : node.Scalar().size();
     if (field.text_bound > 0 && size > field.text_bound) {
-      refuse(node.Mark(), fmt::format("'{}' takes at most {} characters, and there are {}", field.name,
+      refuse(node.Mark(), fmt::format("'{}' has at most {} characters, but {} are given", field.name,
                                       field.text_bound, size));
     }
     if (field.kind == FieldKind::wide_text) return out_.wide_text(wide);
@@ -232,7 +231,7 @@ class YamlReader {
   void boolean(const FieldDescription& field, const YAML::Node& node) {
     const auto value = parse_bool(node);
     if (!value) {
-      refuse(node.Mark(), fmt::format("{} where '{}' needs true or false", shown(node), field.name));
+      refuse(node.Mark(), fmt::format("{}, but '{}' is true or false", shown(node), field.name));
     }
     out_.number(static_cast<std::uint8_t>(*value));
   }
@@ -245,7 +244,7 @@ class YamlReader {
         value = (whole->negative ? -1.0 : 1.0) * static_cast<double>(whole->magnitude);
       }
     }
-    if (!value) refuse(node.Mark(), fmt::format("{} where '{}' needs a number", shown(node), field.name));
+    if (!value) refuse(node.Mark(), fmt::format("{}, but '{}' is a number", shown(node), field.name));
     const bool overflows = std::isfinite(*value) && std::abs(*value) > std::numeric_limits<float>::max();
     if (field.kind == FieldKind::float32 && overflows) {
       refuse(node.Mark(), fmt::format("{} does not fit into the float32 '{}'", shown(node), field.name));
@@ -256,8 +255,7 @@ class YamlReader {
   void whole(const FieldDescription& field, const YAML::Node& node) {
     std::optional<Whole> value;
     if (node.IsScalar()) value = parse_whole(node.Scalar());
-    if (!value)
-      refuse(node.Mark(), fmt::format("{} where '{}' needs a whole number", shown(node), field.name));
+    if (!value) refuse(node.Mark(), fmt::format("{}, but '{}' is an integer", shown(node), field.name));
     bool fits = false;
     switch (field.kind) {
       case FieldKind::int8:
@@ -363,7 +361,7 @@ Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml, Bytes& ou
       YAML::Mark mark;
       mark.line = line - 1;
       mark.column = 0;
-      refuse(mark, "one message is needed, not several documents");
+      refuse(mark, "expected one message, not several YAML documents");
     }
     const YAML::Node document = YAML::Load(std::string(yaml));
     YamlReader reader(out);

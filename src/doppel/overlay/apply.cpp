@@ -145,10 +145,10 @@ bool Application::stands_later(std::size_t i, const std::string& key, std::strin
 OperationOutcome Application::missing(std::size_t i) const {
   const OperationAction& action = operations_[i].action;
   if (std::holds_alternative<Remove>(action))
-    return {OperationState::already_there, fmt::format("{} is gone already", operation_target(action))};
+    return {OperationState::already_there, fmt::format("{} is already removed", operation_target(action))};
   if (removed_later(i))
     return {OperationState::already_there,
-            fmt::format("{} is gone already, as a later operation wants it", operation_target(action))};
+            fmt::format("{} is already removed, as by a later operation", operation_target(action))};
   const std::string kind = target_kind(action);
   return {OperationState::no_target,
           fmt::format("there is no {}{}", operation_target(action),
@@ -163,11 +163,11 @@ std::optional<OperationOutcome> Application::already_renamed(std::size_t i) cons
   const bool to = find_named(around_.root, renaming->kind, renaming->to) != nullptr ||
                   find_named(around_.root, renaming->kind, last) != nullptr;
   if (from && to) {
-    return OperationOutcome{
-        OperationState::changed,
-        fmt::format("there is a {} '{}' already, beside '{}'", renaming->kind, renaming->to, renaming->from)};
+    return OperationOutcome{OperationState::changed,
+                            fmt::format("there is already a {} '{}', next to '{}'", renaming->kind,
+                                        renaming->to, renaming->from)};
   }
-  if (!from && to) return OperationOutcome{OperationState::already_there, "it has its new name already"};
+  if (!from && to) return OperationOutcome{OperationState::already_there, "it already has its new name"};
   return {};
 }
 
@@ -202,14 +202,14 @@ OperationOutcome Application::compare(std::size_t i, Operation operation) {
       standing += makes != nullptr ? 1 : 0;
     } else {
       return {OperationState::changed,
-              fmt::format("{} of {} is {} now; the correction was made for {}{}", key,
+              fmt::format("{} of {} is now {}; the correction was made for {}{}", key,
                           operation_target(operation.action), current, was,
-                          makes != nullptr ? fmt::format(" and would make it {}", *makes) : "")};
+                          makes != nullptr ? fmt::format(" and would change it to {}", *makes) : "")};
     }
   }
   if (pending.empty() && (!structural || standing > 0)) {
     return {OperationState::already_there,
-            standing > 0 ? "the description holds the result already" : "there is nothing to do"};
+            standing > 0 ? "the description already contains the result" : "there is nothing to do"};
   }
   // Computed anew from what stands there, which may have more digits than the fingerprint.
   if (!masses) {
@@ -225,7 +225,7 @@ OperationOutcome Application::apply(std::size_t i) {
   const Operation& operation = operations_[i];
   if (operation.was.empty()) {
     return {OperationState::no_fingerprint,
-            "it does not say what it was made for (was), so nobody can tell whether it fits"};
+            "it has no fingerprint (was), so it cannot be checked against the description"};
   }
   if (auto outcome = already_renamed(i)) return *std::move(outcome);
   return compare(i, operation);
@@ -243,7 +243,7 @@ void report(const Operation& operation, const OperationOutcome& outcome, Diagnos
       return;
     case OperationState::changed:
       diagnostics.warning("overlay.changed", operation.where, what,
-                          "look whether it still holds, then remove it, or take its fingerprint anew with "
+                          "check whether it is still valid, then remove it, or renew its fingerprint with "
                           "'doppel overlay stamp'");
       return;
     case OperationState::no_target:
@@ -252,7 +252,7 @@ void report(const Operation& operation, const OperationOutcome& outcome, Diagnos
       return;
     case OperationState::no_fingerprint:
       diagnostics.warning("overlay.no_fingerprint", operation.where, what,
-                          "'doppel overlay stamp' takes it from the description as it stands");
+                          "'doppel overlay stamp' takes it from the current description");
       return;
   }
 }
@@ -264,7 +264,7 @@ std::string_view to_string(OperationState state) {
     case OperationState::applied:
       return "applied";
     case OperationState::already_there:
-      return "already there";
+      return "already present";
     case OperationState::changed:
       return "changed";
     case OperationState::no_target:
@@ -291,7 +291,7 @@ void warn_of_degrees(const Operation& operation, const XmlNode& root, Diagnostic
             "'{}': {} is {} rad, {:.3g} turns; a number without a unit is in rad; did you mean {} deg?",
             describe(operation.action), angle.key, number, std::abs(angle.value) / (2 * std::numbers::pi),
             number),
-        fmt::format("write the unit: '{} deg', or '{} rad' where that is meant", number, number));
+        fmt::format("write the unit: '{} deg', or '{} rad' if intended", number, number));
   }
 }
 
@@ -302,8 +302,8 @@ bool report_all_there(const Overlay& overlay, const std::vector<OperationOutcome
       outcomes, [](const auto& outcome) { return outcome.state == OperationState::already_there; });
   if (!all || outcomes.size() < 2) return false;
   diagnostics.note("overlay.already_there", overlay.operations.front().where,
-                   fmt::format("all {} corrections stand in the description already", outcomes.size()),
-                   "the overlay can go");
+                   fmt::format("all {} corrections are already in the description", outcomes.size()),
+                   "the overlay can be deleted");
   return true;
 }
 
@@ -342,9 +342,8 @@ void take_fingerprint(Operation& operation, const ExpandedDescription& descripti
   if (target_kind(operation.action) == "link" && target_name(operation.action).empty())
     set_target(operation.action, root_link(root));
   if (std::holds_alternative<AttachToWorld>(operation.action) && target_name(operation.action) == "world") {
-    throw InputError("overlay.nothing_to_do", operation.where,
-                     "the robot's root is a link 'world' already, and hangs on nothing else",
-                     "nothing needs to be attached; name the link if another one is meant");
+    throw InputError("overlay.nothing_to_do", operation.where, "the robot's root is already a link 'world'",
+                     "nothing needs to be attached; specify the link to attach another one");
   }
   const auto facts = facts_of(operation.action, root, fact_keys(operation.action, root));
   if (!facts) {

@@ -89,7 +89,7 @@ void Baking::refuse(const TreeEdit& edit, const char* rule, const std::string& w
   problem.rule = rule;
   problem.where = place_of(edit);
   problem.message = fmt::format("{} cannot be written here: {}", subject(edit), why);
-  problem.fix = "give the place a value of its own, or bake plain URDF (-o FILE)";
+  problem.fix = "give this element its own value, or bake to a URDF file (-o FILE)";
   problems_.push_back(std::move(problem));
 }
 
@@ -149,7 +149,7 @@ bool Baking::set_argument(const TreeEdit& edit) {
   const auto [known, fresh] = arguments_.emplace(fmt::format("{}:{}", *where.file, value->begin), edit.to);
   if (known->second != edit.to) {
     refuse(edit, "bake.shared",
-           fmt::format("an argument of the call at {} is wanted as {} and as {}", where.place(),
+           fmt::format("an argument of the call at {} would need both values {} and {}", where.place(),
                        known->second, edit.to));
   } else if (fresh) {
     text->replace(*value, escape_xml(guarded(edit.to), true));
@@ -162,7 +162,7 @@ void Baking::set_value(const TreeEdit& edit) {
   SourceText& text = source(where);
   const auto at = text.offset(where.line, where.column);
   const auto value = at ? text.value(*at, edit.attribute) : std::nullopt;
-  if (!value) return refuse(edit, "bake.place", "the source does not hold it there");
+  if (!value) return refuse(edit, "bake.place", "the source does not contain it there");
   text.replace(*value, escape_xml(guarded(edit.to), true));
 }
 
@@ -176,7 +176,7 @@ void Baking::insert_text(SourceText& text, std::size_t at, const std::string& in
 void Baking::append_child(const TreeEdit& edit, SourceText& text, std::size_t at) {
   const auto tag = text.tag(at, edit.node->name);
   const auto whole = text.element(at, edit.node->name);
-  if (!tag || !whole) return refuse(edit, "bake.place", "the source does not hold that element there");
+  if (!tag || !whole) return refuse(edit, "bake.place", "the source does not contain that element there");
   const std::string indent = text.indentation(at), deeper = indent + "  ";
   const std::string made = laid_out(*edit.inserted, deeper);
   if (tag->closed) {
@@ -204,7 +204,7 @@ void Baking::insert(const TreeEdit& edit) {
     if (whole) return insert_text(text, whole->end, text.indentation(*at), *edit.inserted, false);
   }
   const auto at = text.offset(edit.node->where.line, edit.node->where.column);
-  if (!at) return refuse(edit, "bake.place", "the source does not hold that element there");
+  if (!at) return refuse(edit, "bake.place", "the source does not contain that element there");
   append_child(edit, text, *at);
 }
 
@@ -219,19 +219,19 @@ void Baking::apply(const TreeEdit& edit) {
       return insert(edit);
     case Kind::add_attribute: {
       const auto tag = at ? text.tag(*at, edit.node->name) : std::nullopt;
-      if (!tag) return refuse(edit, "bake.place", "the source does not hold that element there");
+      if (!tag) return refuse(edit, "bake.place", "the source does not contain that element there");
       const std::size_t end = tag->attributes_end;
       return text.replace({end, end},
                           fmt::format(" {}=\"{}\"", edit.attribute, escape_xml(guarded(edit.to), true)));
     }
     case Kind::remove_attribute: {
       const auto value = at ? text.value(*at, edit.attribute) : std::nullopt;
-      if (!value) return refuse(edit, "bake.place", "the source does not hold it there");
+      if (!value) return refuse(edit, "bake.place", "the source does not contain it there");
       return text.replace({*at, value->end + 1}, "");
     }
     case Kind::remove: {
       const auto whole = at ? text.element(*at, edit.node->name) : std::nullopt;
-      if (!whole) return refuse(edit, "bake.place", "the source does not hold that element there");
+      if (!whole) return refuse(edit, "bake.place", "the source does not contain that element there");
       return text.replace(text.whole_lines(*whole), "");
     }
     case Kind::set_text: {
@@ -264,7 +264,7 @@ std::vector<BakedFile> Baking::run() {
   for (const TreeEdit& edit : edits_) {
     const SourceLocation& where = place_of(edit);
     if (!where.known()) {
-      refuse(edit, "bake.place", "nobody knows where it was written");
+      refuse(edit, "bake.place", "its source location is unknown");
       continue;
     }
     // Several attributes may be added to one tag, several children to one parent: each is a change of its
@@ -331,7 +331,7 @@ void write_baked(const std::vector<BakedFile>& files, const std::function<bool()
     if (!holds()) {
       throw InputError("bake.differs", make_location(files.front().file.string()),
                        "the patched sources would not expand to the corrected description",
-                       "bake plain URDF (-o FILE); nothing was changed");
+                       "bake to a URDF file (-o FILE); nothing was changed");
     }
   } catch (...) {
     restore(files, written);

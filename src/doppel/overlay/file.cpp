@@ -87,7 +87,7 @@ void write_checked(const fs::path& file, const std::string& text, const std::vec
   if (!good) {
     throw InputError("overlay.layout", make_location(file.string()),
                      "the file is laid out in a way that cannot be edited without rewriting it",
-                     "write every operation as a list entry of its own lines, beginning with '- '");
+                     "write every operation as a list entry on its own lines, beginning with '- '");
   }
   write_whole(file, text);
 }
@@ -155,7 +155,7 @@ fs::path add_to_overlay(const fs::path& description, const std::vector<Operation
   for (const Operation& added : operations) {
     if (added.was.empty()) {
       throw InputError("overlay.no_fingerprint", added.where,
-                       fmt::format("'{}' has no fingerprint of what it is made for", describe(added.action)));
+                       fmt::format("'{}' has no fingerprint", describe(added.action)));
     }
     Overlay overlay = parse_overlay(text, file.string());
     if (std::ranges::any_of(overlay.operations, [&](const Operation& old) {

@@ -30,7 +30,7 @@ Found first_of(std::initializer_list<Found> all) {
 
 Found problem_of(const SetAxis& a) {
   if (a.axis.norm() >= 1e-9) return {};
-  return InvalidValue{"axis", "an axis of length 0 points nowhere", "write for instance 'axis: 0 0 1'"};
+  return InvalidValue{"axis", "an axis of length 0 has no direction", "write for example 'axis: 0 0 1'"};
 }
 
 Found problem_of(const SetLimit& a) {
@@ -50,13 +50,13 @@ Found problem_of(const SetJointType& a) {
   static const std::vector<std::string> kTypes{"revolute", "continuous", "prismatic",
                                                "fixed",    "floating",   "planar"};
   if (std::ranges::find(kTypes, a.type) != kTypes.end()) return {};
-  return InvalidValue{"type",
-                      fmt::format("'{}' is no type of a joint{}", a.type, did_you_mean(a.type, kTypes)),
+  return InvalidValue{"type", fmt::format("'{}' is not a joint type{}", a.type, did_you_mean(a.type, kTypes)),
                       fmt::format("the types are {}", fmt::join(kTypes, ", "))};
 }
 
 Found problem_of(const SetInertia& a) {
-  if (auto found = not_positive("mass", a.mass, "'remove_inertial' makes a link without mass")) return found;
+  if (auto found = not_positive("mass", a.mass, "use 'remove_inertial' for a link without mass"))
+    return found;
   for (const char* moment : {"ixx", "iyy", "izz"}) {
     const auto at = a.components.find(moment);
     if (at == a.components.end()) continue;
@@ -66,40 +66,40 @@ Found problem_of(const SetInertia& a) {
 }
 
 Found problem_of(const ComputeInertia& a) {
-  constexpr const char* kLeaveOut = "leave it out to keep the link's mass";
+  constexpr const char* kLeaveOut = "omit it to keep the link's mass";
   return first_of({not_positive("mass", a.mass, kLeaveOut), not_positive("density", a.density, kLeaveOut)});
 }
 
 Found problem_of(const ScaleMasses& a) {
-  auto found = not_positive("a total mass", a.total, "write what the whole robot weighs");
+  auto found = not_positive("a total mass", a.total, "write the mass of the whole robot");
   if (found) found->key = "";
   return found;
 }
 
 Found problem_of(const AddMimic& a) {
   if (a.joint != a.leader) return {};
-  return InvalidValue{"leader", fmt::format("'{}' cannot follow itself", a.joint),
-                      "name another joint to follow"};
+  return InvalidValue{"leader", fmt::format("'{}' cannot mimic itself", a.joint),
+                      "choose another joint to mimic"};
 }
 
 Found problem_of(const SetMeshScale& a) {
   if (a.scale.cwiseAbs().minCoeff() > 0) return {};
-  return InvalidValue{"scale", "a scale of 0 leaves nothing of the mesh",
-                      "1 keeps its size, 0.001 makes metres of millimetres"};
+  return InvalidValue{"scale", "a scale of 0 makes the mesh vanish",
+                      "1 keeps its size, 0.001 converts millimetres to metres"};
 }
 
 Found problem_of(const Rename& a) {
   if (a.to.find_first_not_of(" \t\r\n") != std::string::npos) return {};
-  return InvalidValue{"to", fmt::format("'{}' would have no name", a.from), "write its new name behind 'to'"};
+  return InvalidValue{"to", fmt::format("'{}' would have no name", a.from), "write its new name after 'to'"};
 }
 
 Found problem_of(const AddRos2Control& a) {
   if (a.plugin.empty())
-    return InvalidValue{"plugin", "the block needs the class of its hardware",
-                        "for instance mock_components/GenericSystem"};
+    return InvalidValue{"plugin", "the block needs the class of its hardware plugin",
+                        "for example mock_components/GenericSystem"};
   if (a.joints.empty())
     return InvalidValue{"joints", "the block drives no joint",
-                        "write for instance 'joints: [shoulder, elbow]'"};
+                        "write for example 'joints: [shoulder, elbow]'"};
   return {};
 }
 

@@ -36,7 +36,7 @@ Facts baked_zero(const Operation& operation, const BakeZero& action, const Facts
   Eigen::Vector3d axis = vector_fact(operation, was, "axis");
   if (axis.norm() < 1e-9) {
     impossible(operation.where,
-               fmt::format("the axis of {} has no length, so it has no zero either",
+               fmt::format("the axis of {} has length 0, so its zero cannot be moved",
                            operation_target(operation.action)),
                "set the axis first (set_axis)");
   }

@@ -19,7 +19,7 @@ namespace {
 Link read_link(const std::string& name, const SourceLocation& where, const Surroundings& around) {
   const XmlNode* node = find_named(around.root, "link", name);
   if (node == nullptr || around.resolver == nullptr)
-    impossible(where, fmt::format("the shapes of link '{}' cannot be looked at", name));
+    impossible(where, fmt::format("the shapes of link '{}' cannot be evaluated", name));
   XmlNode alone = make_node("robot", where);
   alone.attributes.push_back({"name", "one_link", where});
   alone.children.push_back(*node);
@@ -53,7 +53,7 @@ MassProperties solid_of(const Link& link, const SourceLocation& where) {
     impossible(where,
                fmt::format("the inertia of link '{}' cannot be computed: {}", link.name,
                            written == 0 ? "it has no shape" : "a mesh of it cannot be read"),
-               "give the numbers instead (set_inertia)");
+               "give the values instead (set_inertia)");
   }
   MassProperties sum;
   for (const PlacedShape& shape : shapes) {
@@ -62,7 +62,7 @@ MassProperties solid_of(const Link& link, const SourceLocation& where) {
                  fmt::format("the inertia of link '{}' cannot be computed: a mesh of it is not closed, so it "
                              "encloses no solid",
                              link.name),
-                 "close the mesh, or give the numbers instead (set_inertia)");
+                 "close the mesh, or give the values instead (set_inertia)");
     }
     MassProperties body = shape.report.solid.unit;
     if (shape.report.solid.volume < 0) {
@@ -82,7 +82,8 @@ double wanted_mass(const Operation& operation, const ComputeInertia& action, con
   const std::string* text = find_fact(was, "mass");
   const auto mass = text != nullptr ? number_of(*text) : std::nullopt;
   if (!mass || *mass <= 0) {
-    impossible(operation.where, fmt::format("link '{}' has no mass to spread over its shapes", action.link),
+    impossible(operation.where,
+               fmt::format("link '{}' has no mass to distribute over its shapes", action.link),
                "give one: mass, or density in kg/m^3");
   }
   return *mass;

@@ -95,7 +95,8 @@ void remove_joint(XmlNode& root, const std::string& name, const SourceLocation& 
     const XmlNode* mimic = child.is("joint") ? child.first("mimic") : nullptr;
     if (mimic != nullptr && attribute_of(*mimic, "joint") == name) {
       impossible(where,
-                 fmt::format("joint '{}' cannot go: joint '{}' mimics it", name, attribute_of(child, "name")),
+                 fmt::format("joint '{}' cannot be removed: joint '{}' mimics it", name,
+                             attribute_of(child, "name")),
                  fmt::format("remove that mimic first (remove_mimic: {})", attribute_of(child, "name")));
     }
   }
@@ -121,11 +122,12 @@ void remove_link(XmlNode& root, const std::string& name, const SourceLocation& w
     for (const XmlNode* joint : below)
       joints += fmt::format("{}'{}'", joints.empty() ? "" : ", ", attribute_of(*joint, "name"));
     impossible(where,
-               fmt::format("link '{}' cannot go: {} hang on it, and the tree would fall apart", name, joints),
-               "remove what hangs on it first, the outermost link before the others");
+               fmt::format("link '{}' cannot be removed: {} are attached to it and would be disconnected",
+                           name, joints),
+               "remove its descendants first, the outermost link before the others");
   }
   if (names_of(root, "link").size() == 1)
-    impossible(where, fmt::format("link '{}' cannot go: it is the last one", name));
+    impossible(where, fmt::format("link '{}' cannot be removed: it is the last one", name));
   const XmlNode* joint = leaf ? above : below.front();
   if (joint != nullptr) remove_joint(root, attribute_of(*joint, "name"), where);
   std::erase_if(root.children, [&](const XmlNode& child) {
@@ -140,8 +142,10 @@ void remove_lone_joint(XmlNode& root, const std::string& name, const SourceLocat
     return node.is("joint") && link_of(node, "child") == child;
   });
   if (parents == 1 && find_named(root, "link", child) != nullptr) {
-    impossible(where, fmt::format("joint '{}' cannot go alone: link '{}' would hang on nothing", name, child),
-               fmt::format("remove the link with it (remove_link: {})", child));
+    impossible(
+        where,
+        fmt::format("joint '{}' cannot be removed alone: link '{}' would be disconnected", name, child),
+        fmt::format("remove the link with it (remove_link: {})", child));
   }
   remove_joint(root, name, where);
 }
@@ -151,7 +155,7 @@ void remove_lone_joint(XmlNode& root, const std::string& name, const SourceLocat
 void attach_to_world(XmlNode& root, const AttachToWorld& action, const SourceLocation& where) {
   if (find_named(root, "link", "world") != nullptr) {
     impossible(where,
-               fmt::format("there is a link 'world' already, but '{}' does not hang on it", action.link));
+               fmt::format("there is already a link 'world', but '{}' is not attached to it", action.link));
   }
   XmlNode joint = element("joint", {{"name", "world_to_" + action.link}, {"type", "fixed"}}, where);
   joint.children.push_back(element("parent", {{"link", "world"}}, where));

@@ -94,7 +94,7 @@ class OperationReader {
     return value;
   }
   std::string text(const YAML::Node& node, const std::string& what) const {
-    if (!node.IsScalar()) fail(node, "overlay.value", fmt::format("{} must be a plain text", what));
+    if (!node.IsScalar()) fail(node, "overlay.value", fmt::format("{} must be a string", what));
     return node.Scalar();
   }
   std::string target() const { return target_.IsNull() ? "" : text(target_, name_); }
@@ -143,8 +143,8 @@ double OperationReader::quantity(const YAML::Node& node, std::string_view scalar
   const bool letters = end == scalar.size() || scalar[end] == ' ' ||
                        std::isalpha(static_cast<unsigned char>(scalar[end])) != 0;
   if (!value || !letters) {
-    fail(node, "overlay.number", fmt::format("'{}' is no number", scalar),
-         "write it with a decimal point, and a unit behind it if you like: 45 deg");
+    fail(node, "overlay.number", fmt::format("'{}' is not a number", scalar),
+         "write it with a decimal point, optionally followed by a unit: 45 deg");
   }
   std::string_view unit = scalar.substr(end);
   unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
@@ -153,7 +153,7 @@ double OperationReader::quantity(const YAML::Node& node, std::string_view scalar
     if (known.of == dimension && known.name == unit) return noted(*value * known.factor, dimension, unit);
   }
   fail(node, "overlay.unit",
-       fmt::format("'{}' is no unit that fits here{}", unit, did_you_mean(unit, units_of(dimension))));
+       fmt::format("'{}' is not a valid unit here{}", unit, did_you_mean(unit, units_of(dimension))));
 }
 
 Eigen::Vector3d OperationReader::vector(const YAML::Node& node, Dimension dimension) {
@@ -180,7 +180,8 @@ Eigen::Vector3d OperationReader::vector(const YAML::Node& node, Dimension dimens
       return out;
     }
   }
-  fail(node, "overlay.vector", "three numbers are wanted here", "write them as [0, 0, 0.25] or as 0 0 0.25");
+  fail(node, "overlay.vector", "three numbers are expected here",
+       "write them as [0, 0, 0.25] or as 0 0 0.25");
 }
 
 std::vector<std::string> OperationReader::names(const YAML::Node& node, const char* what) const {
@@ -204,21 +205,21 @@ std::vector<std::pair<std::string, Value>> OperationReader::map(const char* key,
 void OperationReader::find_operation() {
   if (!node_.IsMap() || node_.size() == 0)
     fail(node_, "overlay.operation", "an operation is a map that begins with its name",
-         "write for instance '- flip_axis: Revolute 3'");
+         "write for example '- flip_axis: Revolute 3'");
   const auto& all = operation_names();
   for (const auto& entry : node_) {
     const std::string key = text(entry.first, "an operation's name");
     if (std::ranges::find(all, key) == all.end()) continue;
     if (!name_.empty())
       fail(entry.first, "overlay.operation", fmt::format("{} and {} are two operations in one", name_, key),
-           "begin the second with a '-' of its own");
+           "begin the second with its own '-'");
     name_ = key;
     target_ = entry.second;
   }
   if (!name_.empty()) return;
   const YAML::Node first = node_.begin()->first;
   fail(first, "overlay.operation",
-       fmt::format("'{}' is no operation{}", first.Scalar(), did_you_mean(first.Scalar(), all)),
+       fmt::format("'{}' is not an operation{}", first.Scalar(), did_you_mean(first.Scalar(), all)),
        "docs/overlay.md lists them all");
 }
 
@@ -359,7 +360,7 @@ Operation OperationReader::read() {
   if (!std::holds_alternative<AttachToWorld>(operation.action) &&
       !std::holds_alternative<ScaleMasses>(operation.action) && target_name(operation.action).empty() &&
       name_ != "remove_gazebo") {
-    fail(node_, "overlay.missing_key", fmt::format("{} does not say of what", name_),
+    fail(node_, "overlay.missing_key", fmt::format("{} has no target", name_),
          fmt::format("write '- {}: NAME'", name_));
   }
   return operation;
@@ -381,7 +382,7 @@ Overlay parse_overlay(const std::string& yaml, const std::string& name) {
   if (root.IsNull()) return overlay;
   if (!root.IsSequence()) {
     throw InputError("overlay.yaml", {file, root.Mark().line + 1, root.Mark().column + 1, nullptr},
-                     "an overlay is a list of operations", "write for instance '- flip_axis: Revolute 3'");
+                     "an overlay is a list of operations", "write for example '- flip_axis: Revolute 3'");
   }
   std::vector<Diagnostic> problems;
   for (const YAML::Node& node : root) {

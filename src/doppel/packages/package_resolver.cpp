@@ -188,7 +188,7 @@ PackageResolver::Resolved PackageResolver::resolve(const std::string& uri, const
     return out;
   }
   if (kind != "package" && kind != "model") {
-    out.tried.push_back("'" + kind + "://' is none of package://, model://, file://");
+    out.tried.push_back("'" + kind + "://' is not one of package://, model://, file://");
     return out;
   }
   const std::size_t slash = rest.find('/');

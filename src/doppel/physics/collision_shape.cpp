@@ -146,9 +146,10 @@ const CollisionMesh* CollisionMeshes::find(const MeshGeometry& mesh, const std::
   if (made.hull == nullptr) {
     diagnostics.warning(
         "physics.flat_mesh", where,
-        fmt::format("the mesh '{}' of {} is flat; a box of {:.3g} x {:.3g} x {:.3g} m collides instead",
-                    mesh.uri.empty() ? mesh.path : mesh.uri, owner, made.box_size.x(), made.box_size.y(),
-                    made.box_size.z()),
+        fmt::format(
+            "the mesh '{}' of {} is flat; a box of {:.3g} x {:.3g} x {:.3g} m is used for collisions instead",
+            mesh.uri.empty() ? mesh.path : mesh.uri, owner, made.box_size.x(), made.box_size.y(),
+            made.box_size.z()),
         "give the collision mesh a thickness, or write a <box>");
   }
   return &loaded_.emplace(key, std::move(made)).first->second;

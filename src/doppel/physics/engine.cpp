@@ -42,7 +42,7 @@ bool raise_base(const ModelInstance& instance, const Pose& X_WR, bool only_out_o
 void refuse_name(const ModelInstance& instance) {
   throw InputError("world.name_taken", instance.description->source,
                    instance.name == kGroundName
-                       ? "the name 'ground' is the ground's own"
+                       ? "the name 'ground' is reserved for the ground"
                        : fmt::format("the world already has an object named '{}'", instance.name),
                    "choose another name");
 }
@@ -97,7 +97,7 @@ int Instance::checked_joint(int joint) const {
 int Instance::checked_drive(int joint) const {
   if (model().joints[static_cast<std::size_t>(checked_joint(joint))].mimics())
     throw std::out_of_range(
-        fmt::format("joint {} of '{}' follows another one and has no drive", joint, name()));
+        fmt::format("joint {} of '{}' mimics another joint and has no drive", joint, name()));
   return joint;
 }
 

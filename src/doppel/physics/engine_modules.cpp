@@ -35,14 +35,14 @@ Registry& registry() {
 [[noreturn]] void refuse(const std::string& name, const std::vector<std::string>& names) {
   const auto known = std::ranges::find(kKnown, name, &Known::name);
   if (known != std::end(kKnown)) {
-    throw InputError(
-        "physics.engine_missing", {},
-        fmt::format("the engine '{}' is not built here: its library was not found", name),
-        fmt::format("install {} and build again (`doppel engines` lists what is there)", known->package));
+    throw InputError("physics.engine_missing", {},
+                     fmt::format("the engine '{}' is not built here: its library is missing", name),
+                     fmt::format("install {} and build again (`doppel engines` lists the available engines)",
+                                 known->package));
   }
   throw InputError("physics.unknown_engine", {},
                    fmt::format("there is no engine '{}'{}", name, did_you_mean(name, names)),
-                   "`doppel engines` lists those that are there");
+                   "`doppel engines` lists the available engines");
 }
 
 }  // namespace

@@ -24,12 +24,11 @@ std::vector<Drive> make_drives(const ModelInstance& instance, const WorldSetting
   const Model& model = *instance.model;
   const bool ideal = std::ranges::any_of(instance.servos, &ServoParameters::ideal);
   if (ideal && step_scheme(settings.integrator).order > 1) {
-    throw InputError(
-        "physics.ideal_scheme", {},
-        fmt::format("ideal servos land on their reference within one step of euler; {} is no such "
-                    "integrator",
-                    name_of(settings.integrator)),
-        "leave `integrator` out of the world, or the servos as they are");
+    throw InputError("physics.ideal_scheme", {},
+                     fmt::format("ideal servos need the integrator euler, with which they reach their "
+                                 "reference in one step; the integrator is {}",
+                                 name_of(settings.integrator)),
+                     "remove `integrator` from the world, or do not use ideal servos");
   }
   const Eigen::VectorXd carried =
       ideal ? carried_inertia(model)

@@ -62,18 +62,18 @@ void report_missing_capabilities(const EngineCapabilities& engine, const WorldSe
   MissingCapabilities lacks(engine, diagnostics);
   for (const ModelInstance& instance : instances) {
     const bool shaped = std::ranges::any_of(instance.shapes, [](const auto& of) { return !of.empty(); });
-    if (!engine.contacts && shaped) lacks.warn(instance, "contacts", "it passes through everything");
+    if (!engine.contacts && shaped) lacks.warn(instance, "contacts", "it collides with nothing");
     if (!engine.mimics)
       lacks.joints(
           instance, [](const ModelJoint& j) { return j.mimics(); }, "<mimic> coupling",
-          "they move by themselves");
+          "they move independently");
     if (!engine.friction)
       lacks.joints(
           instance, [](const ModelJoint& j) { return j.friction > 0; }, "joint friction",
-          "they move without it");
-    if (!engine.stops) lacks.joints(instance, has_stop, "<stopStiffness>", "its own stop counts");
+          "they move without friction");
+    if (!engine.stops) lacks.joints(instance, has_stop, "<stopStiffness>", "the engine's own stop is used");
     if (!engine.ideal && std::ranges::any_of(instance.servos, &ServoParameters::ideal))
-      lacks.warn(instance, "ideal servos", "they are servos with limits");
+      lacks.warn(instance, "ideal servos", "the servo model with limits is used");
     if (!engine.planar)
       lacks.joints(
           instance, [](const ModelJoint& j) { return j.type == JointType::planar; }, "planar joints",

@@ -138,10 +138,10 @@ void check(const WorldObject& object) {
                      "write positive sizes, m");
   }
   if (object.mass != 0 && !(object.mass >= kMinMass) && std::isfinite(object.mass)) {
-    throw InputError("world.mass", object.source,
-                     fmt::format("object '{}' has a mass of {:g} kg, which no engine can simulate",
-                                 object.name, object.mass),
-                     "write its mass in kg, or 0 to fix it to the world");
+    throw InputError(
+        "world.mass", object.source,
+        fmt::format("object '{}' has a mass of {:g} kg, which cannot be simulated", object.name, object.mass),
+        "write its mass in kg, or 0 to fix it to the world");
   }
   if (!object.X_WO.matrix().allFinite() || !object.X_OS.matrix().allFinite() || !std::isfinite(object.mass) ||
       !std::isfinite(object.friction)) {

@@ -29,7 +29,7 @@ class WorldReader {
       throw InputError("world.syntax", at(error.mark), "this is not YAML: " + error.msg);
     } catch (const YAML::BadFile&) {
       throw InputError("world.unreadable", at(YAML::Mark::null_mark()), "the world file cannot be read",
-                       "name a file that exists and may be read");
+                       "give a file that exists and is readable");
     }
     World world;
     if (root.IsNull()) return world;
@@ -58,7 +58,7 @@ class WorldReader {
   // True where `node` is a map; every key that is not among `known` is an error.
   bool fields(const YAML::Node& node, const std::string& what, const std::vector<std::string>& known) {
     if (!node.IsMap()) {
-      error(node, what + " is written as a map of keys and values");
+      error(node, what + " must be a map");
       return false;
     }
     std::set<std::string> seen;
@@ -68,7 +68,7 @@ class WorldReader {
         errors_.error("world.unknown_key", at(field.first.Mark()),
                       fmt::format("{} has no key '{}'{}", what, key, did_you_mean(key, known)));
       } else if (!seen.insert(key).second) {
-        error(field.first, fmt::format("the key '{}' stands twice", key));
+        error(field.first, fmt::format("the key '{}' is given twice", key));
       }
     }
     return true;
@@ -77,8 +77,8 @@ class WorldReader {
   double number(const YAML::Node& node, const std::string& what) {
     double value = 0;
     if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
-      error(node,
-            fmt::format("{} is a number{}", what, node.IsScalar() ? ", not '" + node.Scalar() + "'" : ""));
+      error(node, fmt::format("{} must be a number{}", what,
+                              node.IsScalar() ? ", not '" + node.Scalar() + "'" : ""));
       return 0;
     }
     return value;
@@ -101,7 +101,7 @@ class WorldReader {
   Eigen::Matrix<double, N, 1> vector(const YAML::Node& node, const std::string& what) {
     Eigen::Matrix<double, N, 1> out = Eigen::Matrix<double, N, 1>::Zero();
     if (!node.IsSequence() || node.size() != N) {
-      error(node, fmt::format("{} is a list of {} numbers", what, N));
+      error(node, fmt::format("{} must be a list of {} numbers", what, N));
       return out;
     }
     for (int i = 0; i < N; ++i) out[i] = number(node[i], what);
@@ -110,7 +110,7 @@ class WorldReader {
 
   std::string text(const YAML::Node& node, const std::string& what) {
     if (node.IsScalar() && !node.Scalar().empty()) return node.Scalar();
-    error(node, what + " is a text");
+    error(node, what + " must be a string");
     return "";
   }
 
@@ -129,7 +129,7 @@ class WorldReader {
     if (root["step"]) world.step = step(root["step"]);
     if (root["integrator"]) world.integrator = integrator(root["integrator"]);
     if (root["ground"]) read_ground(root["ground"], world);
-    if (root["robot"] && fields(root["robot"], "the robot's place", {"xyz", "rpy"}))
+    if (root["robot"] && fields(root["robot"], "the robot's pose", {"xyz", "rpy"}))
       world.X_WR = pose(root["robot"]);
     if (root["robots"]) read_robots(root["robots"], world);
     if (root["objects"]) read_objects(root["objects"], world);
@@ -155,7 +155,8 @@ class WorldReader {
   void read_ground(const YAML::Node& node, World& world) {
     if (node.IsScalar()) {
       if (!YAML::convert<bool>::decode(node, world.ground)) {
-        error(node, fmt::format("ground is true, false or a map with its friction, not '{}'", node.Scalar()));
+        error(node,
+              fmt::format("ground must be true, false or a map with its friction, not '{}'", node.Scalar()));
       }
     } else if (fields(node, "the ground", {"friction"}) && node["friction"]) {
       world.ground_friction = not_negative(node["friction"], "friction");
@@ -163,7 +164,7 @@ class WorldReader {
   }
 
   void read_robots(const YAML::Node& node, World& world) {
-    if (!node.IsSequence()) return error(node, "robots is a list");
+    if (!node.IsSequence()) return error(node, "robots must be a list");
     for (const auto& item : node) {
       if (fields(item, "a robot",
                  {"robot", "namespace", "xyz", "rpy", "controllers", "arguments", "base", "tf"}))
@@ -177,7 +178,7 @@ class WorldReader {
     if (node["robot"]) {
       robot.target = file_or_name(text(node["robot"], "robot"));
     } else {
-      error(node, "a robot needs the key 'robot'", "name a bundled robot, a file or a package's folder");
+      error(node, "a robot needs the key 'robot'", "give a bundled robot, a file or a package folder");
     }
     if (node["namespace"]) {
       robot.name_space = text(node["namespace"], "namespace");
@@ -198,12 +199,12 @@ class WorldReader {
   }
 
   void read_arguments(const YAML::Node& node, WorldRobot& robot) {
-    if (!node.IsMap()) return error(node, "arguments is a map of names and values");
+    if (!node.IsMap()) return error(node, "arguments must be a map of names and values");
     for (const auto& argument : node) {
       if (argument.first.IsScalar() && argument.second.IsScalar()) {
         robot.arguments.emplace_back(argument.first.Scalar(), argument.second.Scalar());
       } else {
-        error(argument.first, "an argument is a name and one value");
+        error(argument.first, "an argument must be a name and one value");
       }
     }
   }
@@ -213,7 +214,7 @@ class WorldReader {
     const std::string value = text(node, what);
     const auto found = std::find(known.begin(), known.end(), value);
     if (found != known.end()) return static_cast<std::size_t>(found - known.begin());
-    error(node, fmt::format("{} is '{}'; it has to be one of {}{}", what, value, fmt::join(known, ", "),
+    error(node, fmt::format("{} is '{}'; it must be one of {}{}", what, value, fmt::join(known, ", "),
                             did_you_mean(value, known)));
     return 0;
   }
@@ -227,7 +228,7 @@ class WorldReader {
 
   void read_objects(const YAML::Node& node, World& world) {
     if (!node.IsSequence()) {
-      error(node, "objects is a list");
+      error(node, "objects must be a list");
       return;
     }
     std::map<std::string, SourceLocation> names;
@@ -239,10 +240,10 @@ class WorldReader {
       }
       WorldObject object = read_object(item);
       if (object.name == "ground")
-        error(item, "the name 'ground' is the ground's own", "choose another name");
+        error(item, "the name 'ground' is reserved for the ground", "choose another name");
       const auto [before, fresh] = names.emplace(object.name, object.source);
       if (!fresh && !object.name.empty()) {
-        error(item, fmt::format("two objects are named '{}'; the first stands at {}", object.name,
+        error(item, fmt::format("two objects are named '{}'; the first is at {}", object.name,
                                 before->second.place()));
       }
       world.objects.push_back(std::move(object));
@@ -264,7 +265,7 @@ class WorldReader {
     if (node["color"]) {
       object.rgba = vector<4>(node["color"], "color");
       if (object.rgba.minCoeff() < 0 || object.rgba.maxCoeff() > 1) {
-        error(node["color"], "color is red, green, blue and opacity, each from 0 to 1");
+        error(node["color"], "color must be red, green, blue and opacity, each from 0 to 1");
       }
     }
     return object;
@@ -277,15 +278,16 @@ class WorldReader {
                  [&](const auto& kind) { return node[kind]; });
     if (found.size() != 1) {
       error(node,
-            fmt::format("an object has exactly one shape (box, cylinder, capsule, sphere or mesh), not {}",
-                        found.size()));
+            fmt::format(
+                "an object must have exactly one shape (box, cylinder, capsule, sphere or mesh), not {}",
+                found.size()));
       return;
     }
     const std::string& kind = found[0];
     const YAML::Node shape = node[kind];
     if (kind == "box") {
       const Eigen::Vector3d size = vector<3>(shape, "box");
-      if (shape.IsSequence() && size.minCoeff() <= 0) error(shape, "the sides of a box are positive");
+      if (shape.IsSequence() && size.minCoeff() <= 0) error(shape, "the sides of a box must be positive");
       object.shape = Box{size};
     } else if (kind == "mesh") {
       object.shape = mesh(shape);
@@ -337,8 +339,8 @@ Integrator integrator_named(const std::string& name, const std::string& rule, co
   const std::vector<std::string> known(std::begin(kIntegratorNames), std::end(kIntegratorNames));
   const auto found = std::find(known.begin(), known.end(), name);
   if (found != known.end()) return static_cast<Integrator>(found - known.begin());
-  throw InputError(rule, where, fmt::format("there is no integrator '{}'{}", name, did_you_mean(name, known)),
-                   "choose among euler, midpoint, rk4 and implicit (docs/physics.md)");
+  throw InputError(rule, where, fmt::format("unknown integrator '{}'{}", name, did_you_mean(name, known)),
+                   "choose one of euler, midpoint, rk4 and implicit (docs/physics.md)");
 }
 
 World load_world(const std::filesystem::path& file, PackageResolver& resolver) {

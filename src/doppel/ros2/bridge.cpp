@@ -113,11 +113,11 @@ struct Bridge::Impl {
   Impl(Bus& of, BridgeOptions with, const Log& to, MakeParticipant make)
       : bus(of), options(std::move(with)), log(to), make_participant(std::move(make)) {
     if (!options.diagnostics_node.empty()) diagnostics.emplace(bus, options);
-    thread = guarded_thread(
-        [this] { run(); },
-        [this](const std::string& what) {
-          log.error("ros2", fmt::format("the ROS 2 network has ended with an exception: {}", what));
-        });
+    thread = guarded_thread([this] { run(); },
+                            [this](const std::string& what) {
+                              log.error("ros2",
+                                        fmt::format("the ROS 2 bridge stopped after an exception: {}", what));
+                            });
   }
   ~Impl() {
     stop = true;
@@ -322,7 +322,7 @@ void Bridge::Impl::read_middleware_log() {
       printable(now_so_far.middleware_log.latest);  // names of peers stand in it
   now_so_far.refused_datagrams = network->participant->refused_datagrams();
   if (first && now_so_far.middleware_log.count > 0)
-    log.warning("ros2", fmt::format("Fast DDS complains: {}; more of it is counted on /diagnostics, not told",
+    log.warning("ros2", fmt::format("Fast DDS warning: {}; further warnings are counted on /diagnostics",
                                     now_so_far.middleware_log.latest));
   status_update.request();
 }

@@ -25,7 +25,7 @@ void NetworkDiagnostics::publish(const NetworkStatus& now) {
     status.message = "joins";
   } else if (refused > 0) {
     status.level = DiagnosticStatus::WARN;
-    status.message = fmt::format("refused {} messages in the last second", refused);
+    status.message = fmt::format("rejected {} messages in the last second", refused);
   } else {
     status.message = fmt::format("{} other participants", now.participants);
   }
@@ -40,15 +40,16 @@ void NetworkDiagnostics::publish(const NetworkStatus& now) {
   add("messages received", fmt::format("{}", now.received));
   add("requests received", fmt::format("{}", now.requests));
   add("refused", fmt::format("{}", now.refused));
-  add("refused datagrams", fmt::format("{}", now.refused_datagrams));
+  add("rejected datagrams", fmt::format("{}", now.refused_datagrams));
   add("lost", fmt::format("{}", now.lost));
   add("requests that could not be answered", fmt::format("{}", now.unanswered));
-  add("complaints of Fast DDS",
+  add("warnings of Fast DDS",
       now.middleware_log.count == 0
           ? "0"
           : fmt::format("{}, the last: {}", now.middleware_log.count, now.middleware_log.latest));
   for (const auto& [name, rejected] : now.rejections)
-    add(fmt::format("refused on {}", name), fmt::format("{}, the last: {}", rejected.count, rejected.reason));
+    add(fmt::format("rejected on {}", name),
+        fmt::format("{}, the last: {}", rejected.count, rejected.reason));
   DiagnosticArray message;
   message.status.push_back(std::move(status));
   bus_.post([&bus = bus_, topic = topic_, message = std::move(message)]() mutable {

@@ -35,13 +35,13 @@ void RejectionLog::add(const std::string& name, const Gid& sender, const std::st
   if (!logged_.emplace(name, std::vector(sender.prefix().begin(), sender.prefix().end())).second) return;
   log_.warning(
       "ros2",
-      fmt::format("{}: refused what a peer on the network sent: {}; more of the same is counted, not told",
+      fmt::format("{}: rejected a message from the network: {}; further ones are counted on /diagnostics",
                   name, reason));
 }
 
 void UnbridgedLog::log(const std::string& name, const std::string& reason) {
   if (logged_.size() < kMaxLogged && logged_.emplace(name, reason).second)
-    log_.warning("ros2", fmt::format("{} cannot be offered to the network: {}", name, reason));
+    log_.warning("ros2", fmt::format("{} cannot be offered on the network: {}", name, reason));
 }
 
 std::vector<OwnNode> Announcement::nodes() const {

@@ -85,11 +85,10 @@ void NetworkWarnings::look_at(const std::vector<GraphTopic>& topics, const Gid& 
       for (const GraphEndpoint& other : topic.publishers) {
         if (is_same_participant(other.gid, own)) continue;
         say(publisher, other,
-            fmt::format(
-                "{} is published by node {}, too, in {}: nodes that use simulated time jump between "
-                "the two clocks; give one of them a domain of its own (--domain), or a namespace with "
-                "its own clock (--ros-args -r __ns:=/left -r /clock:=clock)",
-                topic.name, other.node, place_of(other.gid, own)));
+            fmt::format("{} is also published by node {} in {}: nodes that use simulated time jump between "
+                        "the two clocks; give one of them its own domain (--domain), or a namespace with its "
+                        "own clock (--ros-args -r __ns:=/left -r /clock:=clock)",
+                        topic.name, other.node, place_of(other.gid, own)));
       }
     }
   }

@@ -131,7 +131,7 @@ struct Context::Impl {
 
   // Runs what has come and what is due.
   void turn() {
-    if (spins) throw std::logic_error("a callback cannot spin its context; ask with async_send_request()");
+    if (spins) throw std::logic_error("a callback cannot spin its context; use async_send_request()");
     const SpinGuard turning(spins);
     bus.set_now(ros_now());
     bus.spin();

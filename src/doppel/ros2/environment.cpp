@@ -24,9 +24,8 @@ std::uint32_t domain_of(std::string_view text) {
   std::uint32_t domain = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), domain);
   if (error != std::errc{} || end != text.data() + text.size() || domain > kLastDomain)
-    throw InputError(
-        kRule, {}, fmt::format("ROS_DOMAIN_ID is '{}', which is no domain: no ROS 2 node could be met", text),
-        fmt::format("set it to a number from 0 to {}, or unset it for 0", kLastDomain));
+    throw InputError(kRule, {}, fmt::format("ROS_DOMAIN_ID is '{}', which is not a valid domain", text),
+                     fmt::format("set it to a number from 0 to {}, or unset it for 0", kLastDomain));
   return domain;
 }
 
@@ -37,9 +36,9 @@ DiscoveryRange range_of(std::string_view text, Diagnostics& diagnostics) {
     names.emplace_back(name);
   }
   diagnostics.warning(kRule, {},
-                      fmt::format("ROS_AUTOMATIC_DISCOVERY_RANGE is '{}', which ROS 2 does not know{}", text,
+                      fmt::format("ROS_AUTOMATIC_DISCOVERY_RANGE is '{}', which is not a valid value{}", text,
                                   did_you_mean(text, names)),
-                      "LOCALHOST is taken, as ROS 2 does");
+                      "LOCALHOST is used, as in ROS 2");
   return DiscoveryRange::localhost;
 }
 
@@ -76,18 +75,18 @@ ParticipantOptions from_environment(const std::function<const char*(const char*)
     diagnostics.warning(
         kRule, {},
         fmt::format("ROS_LOCALHOST_ONLY is deprecated; {}",
-                    on ? "being 1, it wins over ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_STATIC_PEERS"
-                       : "not being 1, it changes nothing"),
+                    on ? "its value 1 overrides ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_STATIC_PEERS"
+                       : "only the value 1 has an effect"),
         "use ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST");
   }
   const bool takes_peers =
       options.range == DiscoveryRange::localhost || options.range == DiscoveryRange::subnet;
   if (!takes_peers && !options.static_peers.empty()) {
     options.static_peers.clear();
-    diagnostics.warning(kRule, {},
-                        "ROS_STATIC_PEERS is not looked at where ROS_AUTOMATIC_DISCOVERY_RANGE is OFF or "
-                        "SYSTEM_DEFAULT, as in ROS 2",
-                        "unset it, or use LOCALHOST or SUBNET");
+    diagnostics.warning(
+        kRule, {},
+        "ROS_STATIC_PEERS is ignored if ROS_AUTOMATIC_DISCOVERY_RANGE is OFF or SYSTEM_DEFAULT, as in ROS 2",
+        "unset it, or use LOCALHOST or SUBNET");
   }
   return options;
 }

@@ -122,10 +122,9 @@ void GraphClient::Impl::discover() {
   };
   wait(settled, begin + options.spin_time.value_or(kMaxIncompleteTime));
   if (is_alone()) {
-    warn(
-        fmt::format("nobody answers in ROS 2's domain {}, range {} (ROS_DOMAIN_ID, "
-                    "ROS_AUTOMATIC_DISCOVERY_RANGE)",
-                    options.network.domain, to_string(options.network.range)));
+    warn(fmt::format(
+        "no participant answers in ROS 2 domain {}, range {} (ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE)",
+        options.network.domain, to_string(options.network.range)));
   }
 }
 

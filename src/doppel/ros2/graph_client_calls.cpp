@@ -47,8 +47,8 @@ std::uint32_t GraphClient::Impl::begin_call(const std::string& service, std::spa
   ServiceClient& client = service_client(service);
   const auto available = [&] { return client.is_available(); };
   if (!wait(available, Clock::now() + options.timeout)) {
-    throw ClientError(fmt::format("service {} is announced, but no server of it came within reach in {} s",
-                                  service, seconds(options.timeout)));
+    throw ClientError(fmt::format("service {} is announced, but no server was matched within {} s", service,
+                                  seconds(options.timeout)));
   }
   const auto sequence = client.send(request);
   if (!sequence) throw ClientError("the request to " + service + " could not be sent");
@@ -71,7 +71,7 @@ void GraphClient::Impl::take_replies() {
   std::erase_if(pending, [&](const auto& entry) {
     // Not is_available(), which is false for a moment while another server comes.
     if (clients.at(entry.second.service)->requests().matched() > 0) return false;
-    answers[entry.first] = {false, "service " + entry.second.service + " went away before it answered", {}};
+    answers[entry.first] = {false, "service " + entry.second.service + " disappeared before it answered", {}};
     return true;
   });
 }
@@ -99,7 +99,7 @@ std::vector<NamedParameter> GraphClient::parameters() {
     try {
       for (NamedParameter& parameter : parameters(node)) out.push_back(std::move(parameter));
     } catch (const ClientError& error) {
-      impl_->warn(std::string("the parameters of ") + node + " are left out: " + error.what());
+      impl_->warn(std::string("the parameters of ") + node + " are omitted: " + error.what());
     }
   }
   return out;
@@ -124,11 +124,11 @@ std::vector<NamedParameter> GraphClient::parameters(const std::string& node) {
 Status GraphClient::set_parameter(const std::string& node, const std::string& name,
                                   const ParameterValue& value) {
   const std::string set = node + "/set_parameters";
-  if (!services().contains(set)) throw ClientError("node " + node + " lets no parameters be set");
+  if (!services().contains(set)) throw ClientError("node " + node + " has no service to set parameters");
   srv::SetParameters::Request request;
   request.parameters.push_back({name, to_msg(value)});
   const auto results = decode<srv::SetParameters::Response>(impl_->ask(set, to_cdr(request)), set).results;
-  if (results.empty()) return Status::refused("the node says nothing of it");
+  if (results.empty()) return Status::refused("the node gives no information about it");
   return results.front().successful ? Status() : Status::refused(results.front().reason);
 }
 

@@ -50,12 +50,13 @@ QosProfile GraphClient::Impl::fitting(const GraphTopic& topic) const {
   if (all_of(topic.publishers, is_reliable)) {
     qos.reliability = Reliability::reliable;
   } else if (any_of(topic.publishers, is_reliable)) {
-    warn("some publishers of " + topic.name + " are best effort; all are heard as that");
+    warn("some publishers of " + topic.name + " are best effort; the subscription is best effort");
   }
   if (all_of(topic.publishers, is_latched)) {
     qos.durability = Durability::transient_local;
   } else if (any_of(topic.publishers, is_latched)) {
-    warn("some publishers of " + topic.name + " are volatile; what others have latched is not heard");
+    warn("some publishers of " + topic.name +
+         " are volatile; latched messages of other publishers are not received");
   }
   return qos;
 }
@@ -97,7 +98,7 @@ Writer& GraphClient::Impl::writer(const std::string& topic, const std::string& t
   for (const GraphEndpoint& end : known.subscriptions) {
     const std::string why = incompatibility(qos, end.qos);
     if (why.empty() && end.type == type) expected.push_back(end.gid);
-    if (!why.empty()) warn(end.node + " does not hear what is published on " + topic + ": " + why);
+    if (!why.empty()) warn(end.node + " does not receive what is published on " + topic + ": " + why);
   }
   const auto all_matched = [&] {
     return std::ranges::all_of(expected, [&](const Gid& gid) { return ours.is_matched(gid); });
@@ -108,7 +109,8 @@ Writer& GraphClient::Impl::writer(const std::string& topic, const std::string& t
 
 void GraphClient::publish(const std::string& topic, const std::string& type, std::span<const std::byte> cdr) {
   if (!impl_->writer(topic, type).write(cdr))
-    throw ClientError("the message for " + topic + " could not be sent: it is too big, or nobody takes any");
+    throw ClientError("the message for " + topic +
+                      " could not be sent: it is too large, or no reader accepts it");
   impl_->last_published = Impl::Clock::now();
 }
 
@@ -119,7 +121,7 @@ void GraphClient::Impl::warn_of_incompatible_publishers() {
     for (const GraphEndpoint& end : topic.publishers) {
       const std::string why = incompatibility(end.qos, subscription.qos);
       if (why.empty() || !warned_of.insert(end.gid).second) continue;
-      warn(end.node + " is not heard on " + name + ": " + why);
+      warn(end.node + " is not received on " + name + ": " + why);
     }
   }
 }
@@ -147,7 +149,7 @@ std::shared_ptr<const TypeSupport> GraphClient::Impl::ask_for_type(const std::st
   if (support == nullptr) {
     why = node + " does not describe it: " + status.why();
   } else if (!hash.empty() && support->hash() != hash) {
-    why = "what " + node + " describes is another type";
+    why = "what " + node + " describes a different type";
     support = nullptr;
   }
   return support;
@@ -168,10 +170,9 @@ const TypeSupport& GraphClient::message_type(const std::string& name) {
     if (auto support = impl_->ask_for_type(end.node, type, hash, why))
       return *(impl_->described[name] = std::move(support));
   }
-  if (known == nullptr)
-    throw ClientError(name + " is a " + type + ", a type that this program does not know, and " + why);
+  if (known == nullptr) throw ClientError(name + " is a " + type + ", a type unknown to doppel, and " + why);
   throw ClientError(name + " is a " + type + " of another definition (" + hash + ") than this program's (" +
-                    known->hash() + "), so that its fields would be read wrongly, and " + why);
+                    known->hash() + "), so its fields would be decoded wrongly, and " + why);
 }
 
 }  // namespace doppel::ros2

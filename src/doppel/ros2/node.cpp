@@ -17,9 +17,11 @@ std::string checked_name(std::string_view name, std::string_view name_space) {
   std::string whole(name_space);
   if (!whole.starts_with('/')) whole.insert(0, "/");
   if (const Status status = check_namespace(whole); !status)
-    throw InputError("ros2.namespace", {}, fmt::format("'{}' is no namespace: {}", name_space, status.why()));
+    throw InputError("ros2.namespace", {},
+                     fmt::format("'{}' is not a valid namespace: {}", name_space, status.why()));
   if (const Status status = check_node_name(name); !status)
-    throw InputError("ros2.node_name", {}, fmt::format("'{}' is no node's name: {}", name, status.why()));
+    throw InputError("ros2.node_name", {},
+                     fmt::format("'{}' is not a valid node name: {}", name, status.why()));
   return fmt::format("{}{}{}", whole, whole == "/" ? "" : "/", name);
 }
 
@@ -39,7 +41,7 @@ Node::Node(Context& context, std::string_view name, std::string_view name_space)
   on_parameter_change([this](const std::string& parameter, const ParameterValue& value) {
     if (parameter == kUseSimTime) follow_clock(std::get<bool>(value));
   });
-  follow_clock(declare_parameter(kUseSimTime, false, "Time is what /clock says"));
+  follow_clock(declare_parameter(kUseSimTime, false, "Use /clock as the time source"));
 }
 
 Node::~Node() = default;

@@ -84,7 +84,7 @@ class Client {
       context->run([&] {
         Response response;
         if (const Status status = from_cdr(std::span(cdr), response); !status)
-          throw std::runtime_error("a service's answer cannot be read: " + status.why());
+          throw std::runtime_error("cannot decode a service response: " + status.why());
         call(response);
       });
     });
@@ -175,7 +175,7 @@ class Node {
   template <class T>
   [[nodiscard]] T get_parameter(std::string_view parameter) const {
     if (const T* value = std::get_if<T>(&value_of(parameter))) return *value;
-    throw std::logic_error("parameter '" + std::string(parameter) + "' is of another type");
+    throw std::logic_error("parameter '" + std::string(parameter) + "' has another type");
   }
   Status set_parameter(std::string_view parameter, ParameterValue value) {
     return node_->parameters().set(parameter, std::move(value));
@@ -202,7 +202,7 @@ class Node {
  private:
   template <class Call>
   Status decision_of(const Call& call) {
-    Status decision = Status::refused("its callback threw");
+    Status decision = Status::refused("its callback threw an exception");
     context_.run([&] { decision = call(); });
     return decision;
   }

@@ -18,7 +18,7 @@ std::unique_ptr<Participant> make_participant(const ParticipantOptions& options,
   } catch (const NetworkError&) {
     throw;
   } catch (const std::runtime_error& missing) {
-    throw NetworkError(std::string("ROS 2 cannot be spoken, because Fast DDS is not usable: ") +
+    throw NetworkError(std::string("ROS 2 is not available because Fast DDS cannot be used: ") +
                        missing.what() + "; install libfastrtps2.9");
   }
 }

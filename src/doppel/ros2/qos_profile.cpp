@@ -30,14 +30,14 @@ std::string_view incompatible_policy(const QosProfile& offered, const QosProfile
 
 std::string incompatibility(const QosProfile& offered, const QosProfile& wanted) {
   const std::string_view policy = incompatible_policy(offered, wanted);
-  if (policy == kReliability) return "reliability: best effort is offered, reliable is wanted";
-  if (policy == kDurability) return "durability: volatile is offered, transient local is wanted";
+  if (policy == kReliability) return "reliability: best effort is offered, reliable is requested";
+  if (policy == kDurability) return "durability: volatile is offered, transient local is requested";
   if (policy == kDeadline)
-    return fmt::format("deadline: {} is offered, {} is wanted", seconds_text(offered.deadline),
+    return fmt::format("deadline: {} is offered, {} is requested", seconds_text(offered.deadline),
                        seconds_text(wanted.deadline));
   if (policy != kLiveliness) return "";
-  if (offered.lease <= wanted.lease) return "liveliness: automatic is offered, manual by topic is wanted";
-  return fmt::format("liveliness lease: {} is offered, {} is wanted", seconds_text(offered.lease),
+  if (offered.lease <= wanted.lease) return "liveliness: automatic is offered, manual by topic is requested";
+  return fmt::format("liveliness lease: {} is offered, {} is requested", seconds_text(offered.lease),
                      seconds_text(wanted.lease));
 }
 

@@ -69,13 +69,13 @@ std::vector<std::string> addresses_of(const std::vector<std::string>& peers,
   std::unique_lock lock(search->mutex);
   while (!search->ended.wait_for(lock, kCancelCheck, [&] { return search->is_done; }))
     if (is_cancelled && is_cancelled())
-      throw NetworkError("the hosts of ROS_STATIC_PEERS were still looked up when it was given up");
+      throw NetworkError("the lookup of the hosts in ROS_STATIC_PEERS timed out");
   if (!search->failure.empty())
-    throw NetworkError("the hosts of ROS_STATIC_PEERS could not be looked up: " + search->failure);
+    throw NetworkError("cannot look up the hosts in ROS_STATIC_PEERS: " + search->failure);
   for (std::size_t i = 0; i < peers.size(); ++i) {
     if (search->addresses[i].empty())
-      throw NetworkError("ROS_STATIC_PEERS names '" + peers[i] +
-                         "', which is no address and no host that is known here; fix or remove it");
+      throw NetworkError("ROS_STATIC_PEERS contains '" + peers[i] +
+                         "', which is neither an IP address nor a known host; fix or remove it");
   }
   return search->addresses;
 }

@@ -65,17 +65,17 @@ Admission::Admission(std::string bound, bool loopback, std::string token, std::u
 Status Admission::check(const Credentials& who) const {
   if (!is_own_name(who.host)) {
     return Status::refused(
-        loopback_ ? "this server speaks only to its own machine; call it localhost"
-                  : "this server goes by its address or this machine's name; the request's Host is neither");
+        loopback_ ? "this server accepts only local clients; use the host name localhost"
+                  : "the request's Host is neither the address of this server nor the name of this machine");
   }
   if (who.origin && !is_own_origin(*who.origin, who.host))
-    return Status::refused("pages from elsewhere may not speak to the twin");
+    return Status::refused("pages of another origin may not connect to the twin");
   if (token_.empty() || same_secret(token_in_address(who.target), token_) ||
       same_secret(value_of(who.cookies, ';', cookie_name_), token_)) {
     return {};
   }
   return Status::refused(
-      "the token is missing or wrong; open the address that was printed at the start, with ?token=...");
+      "the token is missing or wrong; open the URL that was printed at the start, with ?token=...");
 }
 
 std::string Admission::cookie_for(std::string_view target) const {
@@ -104,7 +104,7 @@ bool Admission::is_own_origin(std::string_view origin, std::string_view host) co
 std::string make_token() {
   std::array<unsigned char, 16> bits{};
   if (getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size()))
-    throw std::system_error(errno, std::generic_category(), "the system gives no random numbers");
+    throw std::system_error(errno, std::generic_category(), "the system provides no random numbers");
   std::string out;
   for (const unsigned char byte : bits) out += fmt::format("{:02x}", byte);
   return out;
@@ -112,14 +112,14 @@ std::string make_token() {
 
 Status check_token(std::string_view token) {
   if (token.size() < kMinTokenLength) {
-    return Status::refused(fmt::format("it has {} characters; {} are the fewest that nobody guesses",
-                                       token.size(), kMinTokenLength));
+    return Status::refused(
+        fmt::format("it has {} characters; at least {} are required", token.size(), kMinTokenLength));
   }
   const auto plain = [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.' || c == '~';
   };
   if (!std::ranges::all_of(token, plain))
-    return Status::refused("it stands in an address: only letters, digits and - _ . ~ can be in it");
+    return Status::refused("it is part of a URL: only letters, digits and - _ . ~ are allowed");
   return {};
 }
 

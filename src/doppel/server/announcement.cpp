@@ -27,7 +27,7 @@ std::string ownership_problem(const fs::path& folder) {
   struct stat facts {};
   if (lstat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode) || facts.st_uid != geteuid() ||
       (facts.st_mode & 077) != 0) {
-    return fmt::format("{} is no folder of this user alone", folder.string());
+    return fmt::format("{} is not a folder that only this user can access", folder.string());
   }
   return "";
 }
@@ -95,7 +95,7 @@ Announcement::Announcement(std::string robot, std::uint16_t port, const std::str
                            const std::string& token) {
   const fs::path folder = announcement_folder();
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
-    problem_ = fmt::format("cannot make {}: {}", folder.string(), std::strerror(errno));
+    problem_ = fmt::format("cannot create {}: {}", folder.string(), std::strerror(errno));
     return;
   }
   problem_ = ownership_problem(folder);

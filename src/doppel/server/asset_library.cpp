@@ -112,7 +112,7 @@ std::shared_ptr<const AssetTable> AssetLibrary::table() {
 
 AssetLibrary::Answer AssetLibrary::read(std::string_view uri) {
   if (uri.size() > kMaxUriLength || uri.find('\0') != std::string_view::npos)
-    return refuse(uri, "that is no URI of a file");
+    return refuse(uri, "this is not the URI of a file");
   const auto known = table();
   const std::string decoded = percent_decoded(uri);
   for (const std::string_view name : {uri, std::string_view(decoded)}) {
@@ -125,8 +125,9 @@ AssetLibrary::Answer AssetLibrary::read(std::string_view uri) {
   }
   std::vector<std::string> names;
   for (const Asset& asset : known->assets) names.push_back(asset.uri);
-  return refuse(uri, "the robot's description names no such file, and only what it names can be had" +
-                         did_you_mean(std::string(uri.substr(0, 256)), names));
+  return refuse(uri,
+                "the robot description does not refer to this file, and only referenced files are served" +
+                    did_you_mean(std::string(uri.substr(0, 256)), names));
 }
 
 AssetLibrary::Answer AssetLibrary::read_companion(const AssetTable& known, std::string_view uri,
@@ -143,7 +144,7 @@ AssetLibrary::Answer AssetLibrary::read_companion(const AssetTable& known, std::
       // Judged by its name before the disk is asked, so that no answer tells what stands elsewhere.
       if (!may_be_had(file) || !is_held(file, known) || !fs::exists(file, none)) continue;
       if (!may_be_had(fs::canonical(file, none)))
-        return refuse(uri, "it is a link to what is neither a mesh nor a picture nor a material");
+        return refuse(uri, "it is a symbolic link to a file that is not a mesh, an image or a material");
       std::vector<fs::path> roots = known.roots;
       roots.insert(roots.end(), known.flat.begin(), known.flat.end());
       return read_file(file, roots, uri);
@@ -159,24 +160,24 @@ AssetLibrary::Answer AssetLibrary::read_file(const fs::path& file, const std::ve
   if (failed) return refuse(uri, failed.message());
   if (std::ranges::none_of(roots, [&](const fs::path& root) { return may_be_in(real, root); })) {
     return refuse(uri,
-                  "it lies outside of its package (or, without one, of the description's folder), and files "
-                  "from elsewhere are not handed out");
+                  "it is outside its package (or, without one, the description's folder), and other files "
+                  "are not served");
   }
   // Not to wait for the other end of a pipe; nor to follow what may have become a link meanwhile.
   const FileDescriptor opened(open(real.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
   if (!opened.is_open()) return refuse(uri, std::strerror(errno));
   const fs::path now = fs::read_symlink(fmt::format("/proc/self/fd/{}", opened.get()), failed);
-  if (failed || now != real) return refuse(uri, "it was moved while it was being opened; ask again");
+  if (failed || now != real) return refuse(uri, "it was moved while it was being opened; request it again");
   return read_open(opened.get(), real, uri);
 }
 
 AssetLibrary::Answer AssetLibrary::read_open(int fd, const fs::path& file, std::string_view uri) {
   struct stat facts {};
   if (fstat(fd, &facts) != 0) return refuse(uri, std::strerror(errno));
-  if (!S_ISREG(facts.st_mode)) return refuse(uri, "it is no regular file");
+  if (!S_ISREG(facts.st_mode)) return refuse(uri, "it is not a regular file");
   if (static_cast<std::uint64_t>(facts.st_size) > kMaxBytes) {
-    return refuse(
-        uri, fmt::format("it has {} MiB, and {} MiB are the most", facts.st_size >> 20, kMaxBytes >> 20));
+    return refuse(uri,
+                  fmt::format("it has {} MiB; the maximum is {} MiB", facts.st_size >> 20, kMaxBytes >> 20));
   }
   const Stamp stamp{
       .inode = facts.st_ino,

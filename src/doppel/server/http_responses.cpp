@@ -45,7 +45,7 @@ pre { overflow-x: auto; } pre i { color: var(--soft); font-style: normal; }
 )";
 
 constexpr std::string_view kPageVerbs = R"(<section><h2>From another shell</h2><pre>
-doppel topic list                    <i>what there is to see</i>
+doppel topic list                    <i>all topics</i>
 doppel topic echo /joint_states
 doppel control list_controllers
 doppel move "Joint=90deg" --in 2     <i>with a joint's name</i>
@@ -74,8 +74,8 @@ HttpResponse small_page(const ServerSummary& facts) {
   answer.headers.emplace_back("Content-Security-Policy", std::string(kSmallPagePolicy));
   answer.body = kPageTop;
   answer.body += fmt::format(
-      "<h1>{}</h1>\n<p>A digital twin is running here: {} topics. The page that "
-      "shows it has not been built: <code>./doppel</code> builds it.</p>\n",
+      "<h1>{}</h1>\n<p>A digital twin is running here, with {} topics. The web page is not built; "
+      "<code>./doppel</code> builds it.</p>\n",
       escape(facts.name, false), facts.topics);
   answer.body +=
       fmt::format("<section><h2>Foxglove WebSocket</h2><code class=\"address\">{}</code></section>\n",
@@ -145,7 +145,7 @@ HttpResponse http_problem(unsigned status, std::string text) {
 
 HttpResponse http_response_to(const HttpRequest& question, PageFiles& page, const ServerSummary& facts) {
   if (question.method != "GET" && question.method != "HEAD") {
-    HttpResponse answer = http_problem(405, "only GET and HEAD are answered here");
+    HttpResponse answer = http_problem(405, "only GET and HEAD are supported");
     answer.headers.emplace_back("Allow", "GET, HEAD");
     return answer;
   }
@@ -153,7 +153,7 @@ HttpResponse http_response_to(const HttpRequest& question, PageFiles& page, cons
   if (const PageFile* file = page.find(path)) return answer_file(*file, question);
   if (path == "/") return small_page(facts);
   if (path == "/health") return health(facts);
-  return http_problem(404, "there is nothing here; / is the page");
+  return http_problem(404, "not found; the page is at /");
 }
 
 std::string_view choose_subprotocol(std::string_view offered) {

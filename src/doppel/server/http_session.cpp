@@ -54,12 +54,13 @@ void HttpSession::close() {
 void HttpSession::unreadable(error_code why) {
   requests_ = kMaxRequests;  // whatever follows cannot be told from the rest of this one
   if (why == http::error::header_limit || why == http::error::buffer_overflow)
-    return reply(http_problem(431, fmt::format("the header of a request has {} bytes at most", kMaxHeader)));
+    return reply(
+        http_problem(431, fmt::format("the header of a request is larger than {} bytes", kMaxHeader)));
   if (why == http::error::body_limit)
-    return reply(http_problem(413, "nothing here is asked for with a body"));
+    return reply(http_problem(413, "requests with a body are not supported"));
   const bool gone = why == http::error::end_of_stream || why == http::error::partial_message;
   if (!gone && why.category() == make_error_code(http::error::bad_target).category())
-    return reply(http_problem(400, "that is no HTTP request"));
+    return reply(http_problem(400, "this is not an HTTP request"));
 }
 
 void HttpSession::answer(const Request& request) {
@@ -89,10 +90,11 @@ void HttpSession::answer(const Request& request) {
 
 void HttpSession::upgrade(const Request& request) {
   const std::string_view subprotocol = choose_subprotocol(view(request[http::field::sec_websocket_protocol]));
-  if (subprotocol.empty()) return reply(http_problem(400, "the subprotocol here is foxglove.websocket.v1"));
+  if (subprotocol.empty())
+    return reply(http_problem(400, "the subprotocol of this server is foxglove.websocket.v1"));
   if (context_.clients.size() >= context_.options.max_clients) {
     return reply(
-        http_problem(503, fmt::format("{} clients are the most here", context_.options.max_clients)));
+        http_problem(503, fmt::format("the maximum of {} clients is reached", context_.options.max_clients)));
   }
   std::make_shared<WebSocketSession>(stream_.release_socket(), context_)->accept(request, subprotocol);
 }

@@ -39,7 +39,7 @@ Status to_cdr_form(std::string_view encoding, const TypeSupport& type, foxglove:
   if (payload.size() > kMaxJson)
     return Status::refused(fmt::format("JSON of more than {} bytes; use cdr", kMaxJson));
   const std::string_view text = payload.empty() ? "{}" : as_text(payload);
-  if (!foxglove::is_json(text)) return Status::refused("that is no JSON");
+  if (!foxglove::is_json(text)) return Status::refused("this is not valid JSON");
   return type.yaml_to_cdr(text, out);
 }
 
@@ -127,7 +127,7 @@ void Hub::say(Client& client, StatusLevel level, std::string message) {
 }
 
 void Hub::handle(Client& client, ClientId, const foxglove::UnknownOperation& unknown) {
-  say(client, StatusLevel::error, fmt::format("the operation '{:.64}' is not known here", unknown.op));
+  say(client, StatusLevel::error, fmt::format("unknown operation '{:.64}'", unknown.op));
 }
 
 void Hub::handle(Client& client, ClientId id, const foxglove::Subscribe& subscribe) {
@@ -146,7 +146,8 @@ void Hub::subscribe_one(Client& client, ClientId id, const foxglove::Subscribe::
   }
   ChannelState& channel = found->second;
   if (std::ranges::any_of(channel.subscribers, [id](const auto& s) { return s.first == id; })) {
-    return say(client, StatusLevel::error, fmt::format("{} is subscribed to already", channel.offer.topic));
+    return say(client, StatusLevel::error,
+               fmt::format("channel {} is already subscribed to", channel.offer.topic));
   }
   client.subscriptions[item.id] = item.channel;
   channel.subscribers.emplace_back(id, item.id);
@@ -162,7 +163,7 @@ void Hub::handle(Client& client, ClientId id, const foxglove::Unsubscribe& unsub
     if (client.subscriptions.contains(subscription)) {
       unsubscribe_one(client, id, subscription);
     } else {
-      say(client, StatusLevel::warning, fmt::format("there is no subscription {} to end", subscription));
+      say(client, StatusLevel::warning, fmt::format("there is no subscription {}", subscription));
     }
   }
 }
@@ -192,15 +193,15 @@ void Hub::handle(Client& client, ClientId, const foxglove::Advertise& advertise)
     if (client.advertised.contains(channel.id)) {
       why = fmt::format("the channel id {} is in use", channel.id);
     } else if (client.advertised.size() >= options_.max_advertisements) {
-      why = fmt::format("{} channels of one client are the most", options_.max_advertisements);
+      why = fmt::format("the maximum of {} channels per client is reached", options_.max_advertisements);
     } else if (!is_topic_name(channel.topic)) {
-      why = "that is no name for a topic";
+      why = "this is not a valid topic name";
     } else if (!is_known_encoding(channel.encoding)) {
       why = fmt::format("the encoding '{:.64}' is not supported; use cdr or json", channel.encoding);
     } else if (type == nullptr) {
-      why = fmt::format("the type '{:.256}' is not known", channel.schema_name);
+      why = fmt::format("unknown type '{:.256}'", channel.schema_name);
     } else if (known != channels_.end() && known->second.offer.schema_name != type->name) {
-      why = fmt::format("the topic is a {}, not a {}", known->second.offer.schema_name, type->name);
+      why = fmt::format("the topic has type {}, not {}", known->second.offer.schema_name, type->name);
     } else {
       channel.schema_name = type->name;
       client.advertised[channel.id] = std::move(channel);
@@ -213,7 +214,7 @@ void Hub::handle(Client& client, ClientId, const foxglove::Advertise& advertise)
 void Hub::handle(Client& client, ClientId, const foxglove::Unadvertise& unadvertise) {
   for (const std::uint32_t channel : unadvertise.ids) {
     if (client.advertised.erase(channel) == 0) {
-      say(client, StatusLevel::warning, fmt::format("there is no client channel {} to end", channel));
+      say(client, StatusLevel::warning, fmt::format("there is no client channel {}", channel));
     }
   }
 }
@@ -221,15 +222,14 @@ void Hub::handle(Client& client, ClientId, const foxglove::Unadvertise& unadvert
 void Hub::handle(Client& client, ClientId, const foxglove::ClientData& data) {
   const auto found = client.advertised.find(data.channel);
   if (found == client.advertised.end()) {
-    return say(client, StatusLevel::error,
-               fmt::format("there is no client channel {} to publish on", data.channel));
+    return say(client, StatusLevel::error, fmt::format("there is no client channel {}", data.channel));
   }
   const foxglove::ClientChannel& channel = found->second;
   Bytes cdr;
   Status status = to_cdr_form(channel.encoding, *find_type(channel.schema_name), data.payload, cdr);
   if (status) status = edge_->publish(kEdgeName, channel.topic, channel.schema_name, cdr);
   if (!status)
-    say(client, StatusLevel::error, fmt::format("{}: message refused: {}", channel.topic, status.why()));
+    say(client, StatusLevel::error, fmt::format("{}: message rejected: {}", channel.topic, status.why()));
 }
 
 void Hub::handle(Client& client, ClientId id, const foxglove::ServiceCall& call) {
@@ -240,14 +240,14 @@ void Hub::handle(Client& client, ClientId id, const foxglove::ServiceCall& call)
   const auto found = services_.find(call.service);
   if (found == services_.end()) return fail(fmt::format("there is no service {}", call.service));
   const ServiceState& service = found->second;
-  if (client.calls >= options_.max_calls) return fail("too many calls are waiting for their answers");
+  if (client.calls >= options_.max_calls) return fail("too many calls are waiting for their responses");
   if (!is_known_encoding(call.encoding)) {
     return fail(fmt::format("the encoding '{:.64}' is not supported; use cdr or json", call.encoding));
   }
   Bytes request;
   if (const Status status = to_cdr_form(call.encoding, *service.support->request, call.payload, request);
       !status) {
-    return fail(fmt::format("request for {} refused: {}", service.offer.name, status.why()));
+    return fail(fmt::format("request for {} rejected: {}", service.offer.name, status.why()));
   }
   ++client.calls;
   const foxglove::ServiceCall origin{call.service, call.call, call.encoding, {}};
@@ -269,7 +269,7 @@ void Hub::finish_call(ClientId id, const foxglove::ServiceCall& call, const Stat
   if (outcome && call.encoding == foxglove::kJson) {
     const auto service = services_.find(call.service);
     outcome = service != services_.end() ? service->second.support->response->cdr_to_json(response, json)
-                                         : Status::refused("the service has gone meanwhile");
+                                         : Status::refused("the service no longer exists");
   }
   if (!outcome) {
     client.link->send(
@@ -308,7 +308,7 @@ void Hub::handle(Client& client, ClientId id, const foxglove::SetParameters& set
     std::string node, name;
     if (!foxglove::split_parameter_name(parameter.name, node, name)) {
       say(client, StatusLevel::error,
-          fmt::format("'{:.256}' is no parameter; they are called /node.parameter", parameter.name));
+          fmt::format("'{:.256}' is not a parameter; names have the form /node.parameter", parameter.name));
       continue;
     }
     names.push_back(foxglove::parameter_name(node, name));

@@ -13,9 +13,9 @@ void Hub::handle(Client& client, ClientId id, const foxglove::FetchAsset& fetch)
   const auto fail = [&](std::string why) {
     client.link->send(make_frame(foxglove::to_frame(foxglove::AssetFailure{fetch.request, std::move(why)})));
   };
-  if (!assets_.offers()) return fail("there are no files to fetch here");
+  if (!assets_.offers()) return fail("this server has no files");
   if (client.fetches.size() >= options_.max_fetches)
-    return fail(fmt::format("{} unanswered requests for files are the most", options_.max_fetches));
+    return fail(fmt::format("the maximum of {} pending file requests is reached", options_.max_fetches));
   client.fetches.push_back(fetch);
   fetch_next(client, id);
 }

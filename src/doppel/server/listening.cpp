@@ -25,8 +25,8 @@ asio::ip::address find_address(asio::io_context& io, const std::string& host) {
   if (!failed) return address;
   const auto found = tcp::resolver(io).resolve(host, "", failed);
   if (failed || found.empty()) {
-    throw InputError("server.host", {}, fmt::format("'{}' is no address to listen on", host),
-                     "use 127.0.0.1, 0.0.0.0 (all of this machine's) or one of those that 'ip addr' shows");
+    throw InputError("server.host", {}, fmt::format("'{}' is not an address of this machine", host),
+                     "use 127.0.0.1, 0.0.0.0 (all addresses of this machine) or one shown by 'ip addr'");
   }
   for (const auto& entry : found) {
     if (entry.endpoint().address().is_v4()) return entry.endpoint().address();
@@ -39,7 +39,7 @@ asio::ip::address find_address(asio::io_context& io, const std::string& host) {
                                 ? fmt::format("port {} is", options.port)
                                 : fmt::format("ports {} to {} are", options.port, options.port + tries - 1);
   throw InputError("server.port_taken", {}, fmt::format("{} in use by {}", ports, port_holder(options.port)),
-                   "end that program, or choose another port with --port N");
+                   "stop that program, or choose another port with --port N");
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ tcp::acceptor listen(asio::io_context& io, const ServerOptions& options) {
   throw InputError(
       "server.listen", {},
       fmt::format("cannot listen on {} port {}: {}", options.host, options.port, failed.message()),
-      "'ip addr' shows this machine's addresses; ports below 1024 are the system's");
+      "'ip addr' shows this machine's addresses; ports below 1024 need privileges");
 }
 
 std::string reachable_host(const asio::ip::address& address) {

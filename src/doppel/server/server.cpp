@@ -31,7 +31,7 @@ std::string checked_token(const ServerOptions& options, bool loopback) {
   if (options.token.empty()) return loopback ? "" : make_token();
   if (const Status status = check_token(options.token); !status) {
     throw InputError("server.token", {}, fmt::format("the token cannot be used: {}", status.why()),
-                     "leave --token away, and one is made");
+                     "omit --token to generate one");
   }
   return options.token;
 }
@@ -60,7 +60,7 @@ struct Server::Impl {
     thread = guarded_thread(
         [this] { run(); },
         [this](const std::string& what) {
-          log.error("server", fmt::format("the server has ended, nobody can connect any longer: {}", what));
+          log.error("server", fmt::format("the server has stopped, clients can no longer connect: {}", what));
         });
   }
 
@@ -85,7 +85,7 @@ struct Server::Impl {
       const std::string what = thrown_text();
       if (reported.size() < kMaxReported && reported.insert(what).second)
         log.error("server",
-                  fmt::format("the server goes on after: {}; the same again is not reported", what));
+                  fmt::format("the server continues after: {}; repetitions are not reported", what));
       return false;
     }
   }

@@ -72,7 +72,7 @@ void WebSocketSession::send(OutgoingFrame frame) {
     context_.bus.add_skipped(skipped);  // the loop's status tells it
   }
   if (queue_.answer_bytes() > 4 * context_.options.client_queue_bytes + kAnswersBeforePause) {
-    return close(websocket::close_code::try_again_later, "this client does not read what it asked for");
+    return close(websocket::close_code::try_again_later, "this client does not read its subscriptions");
   }
   write();
 }
@@ -115,13 +115,13 @@ bool WebSocketSession::within_limits(std::size_t bytes) {
   const auto now = RateLimit::Clock::now();
   if (!messages_.take(1, now)) {
     close(websocket::close_code::policy_error,
-          fmt::format("more than {} messages a second are too many", context_.options.messages_per_second));
+          fmt::format("the limit is {} messages per second", context_.options.messages_per_second));
   } else if (!bytes_.take(static_cast<double>(bytes), now)) {
     close(websocket::close_code::policy_error,
-          fmt::format("more than {} bytes a second are too many", context_.options.bytes_per_second));
+          fmt::format("the limit is {} bytes per second", context_.options.bytes_per_second));
   } else if (socket_.got_text() && bytes > context_.options.max_text) {
     close(websocket::close_code::too_big,
-          fmt::format("a text frame has {} bytes at most", context_.options.max_text));
+          fmt::format("a text frame is larger than {} bytes", context_.options.max_text));
   }
   return !closing_;
 }

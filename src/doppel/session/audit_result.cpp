@@ -33,10 +33,9 @@ void find_weak(const Instance& robot,
     if (std::abs(off) < (slides ? kSlideFarOff : kFarOff)) continue;
     if (!at_effort_limit(robot, index)) continue;
     add("run.unrest", joint.name,
-        fmt::format(
-            "joint '{}' stands {:.3g} {} off where its drive holds it: its effort limit of {:.3g} {} does "
-            "not hold it",
-            joint.name, std::abs(off), slides ? "m" : "rad", limit, slides ? "N" : "N m"));
+        fmt::format("joint '{}' is {:.3g} {} from its held position: its effort limit of {:.3g} {} is too "
+                    "low for the load",
+                    joint.name, std::abs(off), slides ? "m" : "rad", limit, slides ? "N" : "N m"));
   }
 }
 
@@ -66,7 +65,7 @@ std::vector<Finding> audit_run(const Scenario& scenario) {
   };
   if (twin.diverged()) {
     add("run.diverged", "",
-        fmt::format("the numbers run away {:.3f} s after the start", to_seconds(twin.now())));
+        fmt::format("the simulation diverges {:.3f} s after the start", to_seconds(twin.now())));
     return out;
   }
   for (UnsettledJoint& unsettled : find_unsettled_joints(robot, twin.robot().instance())) {
@@ -109,7 +108,7 @@ std::string health_json(const WorldRobot& robot, const BundledFolders& bundled) 
     return to_json(audit_result(robot.target, look).report);
   } catch (const std::exception& error) {
     return to_json(refusal_report(
-        InputError("health.failed", {}, std::string("the description could not be judged: ") + error.what()),
+        InputError("health.failed", {}, std::string("the description could not be checked: ") + error.what()),
         robot.target));
   }
 }

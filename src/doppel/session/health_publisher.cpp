@@ -52,7 +52,7 @@ Json places_of(const std::vector<SourcePlaces::Named>& named) {
 // As a report of `doppel check --json` with one finding, which the page shows.
 std::string failure_json(const std::string& what) {
   return to_json(refusal_report(
-      InputError("health.failed", {}, "the description could not be judged: " + what), "the running twin"));
+      InputError("health.failed", {}, "the description could not be checked: " + what), "the running twin"));
 }
 
 }  // namespace

@@ -28,8 +28,8 @@ Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> 
       return [&twin, before, fresh = twin.prepare(running, said)] {
         before(*fresh);
         return twin.replace(fresh) == Twin::Reload::controllers_kept
-                   ? "joints and controllers went on"
-                   : "joints kept their state, controllers were made anew";
+                   ? "joints and controllers kept their state"
+                   : "joints kept their state, controllers were recreated";
       };
     };
   };
@@ -43,7 +43,7 @@ Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replaceme
       return [&viewer, before, fresh = viewer.prepare(said)] {
         before(*fresh);
         viewer.replace(fresh);
-        return "joints stay where they are";
+        return "joints keep their positions";
       };
     };
   };
@@ -52,15 +52,14 @@ Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replaceme
 
 Reloader::Reloader(Reloadable what, const Log& log) : what_(std::move(what)), log_(log) {
   if (!watcher_.works()) {
-    log.warning(kOrigin, "the system gives no file notifications; edits are not picked up");
+    log.warning(kOrigin, "file notifications are not available; edits are not reloaded");
     return;
   }
   watcher_.watch(what_.files());
-  thread_ =
-      guarded_thread([this] { run(); },
-                     [this](const std::string& thrown) {
-                       log_.error(kOrigin, fmt::format("edits are not picked up any longer: {}", thrown));
-                     });
+  thread_ = guarded_thread([this] { run(); },
+                           [this](const std::string& thrown) {
+                             log_.error(kOrigin, fmt::format("edits are no longer reloaded: {}", thrown));
+                           });
 }
 
 Reloader::~Reloader() {
@@ -135,7 +134,7 @@ void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
       if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
     }
   } catch (...) {
-    log_.error(kOrigin, fmt::format("{} cannot be used; the machine from before runs on\n{}",
+    log_.error(kOrigin, fmt::format("{} cannot be used; the previous model keeps running\n{}",
                                     names_of(changed), thrown_text()));
     // An attribute that nobody reads is often the reason why.
     for (const Diagnostic& diagnostic : said.all()) {

@@ -11,7 +11,7 @@ namespace {
 std::string who_can_see(const ros2::ParticipantOptions& network) {
   switch (network.range) {
     case ros2::DiscoveryRange::off:
-      return "nobody is discovered (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF)";
+      return "discovery is off (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF)";
     case ros2::DiscoveryRange::localhost:
       return network.static_peers.empty()
                  ? "this machine only (ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET opens it)"

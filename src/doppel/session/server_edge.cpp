@@ -27,16 +27,15 @@ ServerEdge::ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptio
     : server_(bus, server_options(robot, options, std::move(assets)), log),
       announcement_(robot, server_.port(), server_.own_address(), server_.token()) {
   if (announcement_.problem().empty()) return;
-  log.warning(
-      "server",
-      fmt::format("other shells cannot find this twin by themselves: {}; name the port there, --port {}",
-                  announcement_.problem(), server_.port()));
+  log.warning("server",
+              fmt::format("other shells cannot find this twin automatically: {}; use --port {} there",
+                          announcement_.problem(), server_.port()));
 }
 
 std::string ServerEdge::banner() const {
   return fmt::format(
       "  page         {}{}\n  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n",
-      server_.page_url(), server_.token().empty() ? "" : "  (whoever has this address can move the robot)",
+      server_.page_url(), server_.token().empty() ? "" : "  (anyone with this URL can move the robot)",
       server_.url());
 }
 

@@ -97,13 +97,12 @@ std::string listed(const std::vector<Candidate>& candidates) {
 }
 
 std::string reason(const Candidate& best, const Candidate& second) {
-  if (best.own.size() != second.own.size()) return "it names most of the robot's joints";
-  if (best.foreign.size() != second.foreign.size())
-    return "it names the fewest joints that the robot does not have";
-  if (best.named_alike != second.named_alike) return "its path holds the robot's name";
-  if (best.launched != second.launched) return "a launch file names it";
+  if (best.own.size() != second.own.size()) return "it lists most of the robot's joints";
+  if (best.foreign.size() != second.foreign.size()) return "it lists the fewest unknown joints";
+  if (best.named_alike != second.named_alike) return "its path contains the robot's name";
+  if (best.launched != second.launched) return "a launch file refers to it";
   if (best.usual != second.usual) return "its name is the usual one";
-  return best.words != second.words ? "its path shares most words with the robot's name"
+  return best.words != second.words ? "its path has the most words in common with the robot's name"
                                     : "it is the first by name";
 }
 
@@ -302,11 +301,10 @@ void Search::choose(std::vector<Candidate> all) {
   if (!all.front().fits()) return report_others(all);
   std::erase_if(all, [](const Candidate& c) { return !c.fits(); });
   if (all.size() > 1) {
-    found_.choices.note(
-        "up.controllers_chosen", make_location(all.front().file.path.string()),
-        fmt::format("{} files declare controllers that fit this robot; this one is taken: {}.{}", all.size(),
-                    reason(all[0], all[1]), listed(all)),
-        "choose another with --controllers FILE");
+    found_.choices.note("up.controllers_chosen", make_location(all.front().file.path.string()),
+                        fmt::format("{} files declare controllers for this robot; this one is used: {}.{}",
+                                    all.size(), reason(all[0], all[1]), listed(all)),
+                        "choose another with --controllers FILE");
   }
   found_.files.push_back(std::move(all.front().file));
 }
@@ -316,11 +314,11 @@ void Search::report_others(const std::vector<Candidate>& others) {
   const bool one = others.size() == 1;
   found_.choices.note(
       "up.controllers_of_others", robot_.source,
-      fmt::format("{} file{} with controllers {} left alone, for {} of another robot{}:{}", others.size(),
+      fmt::format("{} file{} with controllers {} ignored because {} of another robot{}:{}", others.size(),
                   one ? "" : "s", one ? "is" : "are", one ? "it is" : "they are",
                   foreign.empty() ? "" : fmt::format(" ('{}' is not a joint here)", *foreign.begin()),
                   listed(others)),
-      "give the robot's own with --controllers FILE");
+      "give the robot's file with --controllers FILE");
 }
 
 }  // namespace
@@ -332,12 +330,11 @@ ControllersSearch find_controllers_files(const RobotDescription& robot, const Ta
 
 void report(const ControllersSearch& search, Diagnostics& diagnostics) {
   for (const ControllersSearch::Missing& missing : search.missing) {
-    diagnostics.warning(
-        "up.controllers_missing", missing.plugin->source,
-        fmt::format("the plugin's <parameters> name the file '{}', which does not exist{}; others are looked "
-                    "for",
-                    missing.file.string(), missing.did_you_mean),
-        "correct the path, or give the file with --controllers FILE");
+    diagnostics.warning("up.controllers_missing", missing.plugin->source,
+                        fmt::format("the plugin's <parameters> refer to the file '{}', which does not "
+                                    "exist{}; other files are searched",
+                                    missing.file.string(), missing.did_you_mean),
+                        "correct the path, or give the file with --controllers FILE");
   }
   for (const ControllersSearch::Unusable& file : search.unusable) {
     const Diagnostic& why = file.why.all().front();

@@ -24,7 +24,7 @@ SideFile read_side_file(const fs::path& file) {
     out.text = read_file(file.string(), kMaxSideFileBytes);
   } catch (const InputError& error) {
     throw InputError("audit.skipped", make_location(file.string()), error.diagnostics().front().message,
-                     "nothing, if it is not needed; else make it a regular file of usual size");
+                     "nothing, if it is not needed; otherwise make it a regular file of usual size");
   }
   out.line_starts.push_back(0);
   for (std::size_t at = out.text.find('\n'); at != std::string::npos; at = out.text.find('\n', at + 1))
@@ -59,8 +59,8 @@ std::vector<fs::path> side_files_of(const fs::path& folder, const std::vector<st
     skipped.note(
         "audit.skipped", make_location(folder.string()),
         all.complete
-            ? fmt::format("{} files are more than are looked at; the first {} are", found, all.entries.size())
-            : fmt::format("the folder has more than {} entries; the first of them are looked at",
+            ? fmt::format("the folder has {} files; only the first {} are read", found, all.entries.size())
+            : fmt::format("the folder has more than {} entries; only the first ones are read",
                           kMaxSideEntries),
         "nothing, if the others do not concern this robot");
   }

@@ -65,9 +65,8 @@ XacroArguments simulation_arguments(const fs::path& description, XacroArguments 
     given.emplace_back(std::string(name), std::string(value));
     diagnostics.note(
         "up.use_sim", found->source,
-        fmt::format("the description has an argument '{}'; it is set to '{}', for this is a simulation", name,
-                    value),
-        fmt::format("give {}:=... to choose otherwise", name));
+        fmt::format("the description has an argument '{}', which is set to '{}' for simulation", name, value),
+        fmt::format("pass {}:=... to choose otherwise", name));
     break;
   }
   return given;
@@ -85,11 +84,10 @@ ExpandedDescription expand_for_simulation(const fs::path& description, const Xac
   } catch (const InputError& problem) {
     ExpandedDescription out = expand_corrected(description, given, resolver, diagnostics);
     const Diagnostic& why = problem.diagnostics().front();
-    diagnostics.note(
-        "up.use_sim", why.where,
-        fmt::format("the description cannot be expanded with {}:={}, by which it chooses simulation; "
-                    "it is taken without. {}",
-                    arguments.back().first, arguments.back().second, why.message));
+    diagnostics.note("up.use_sim", why.where,
+                     fmt::format("the description cannot be expanded with {}:={}, which selects simulation; "
+                                 "it is expanded without it. {}",
+                                 arguments.back().first, arguments.back().second, why.message));
     return out;
   }
 }

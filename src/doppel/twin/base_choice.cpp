@@ -201,7 +201,7 @@ BaseChoice choose_base(const RobotDescription& robot) {
   } else if (const auto legs = legs_of(robot, parents); !legs.empty()) {
     reason = fmt::format("it has legs ({})", shown(legs));
   } else {
-    return {BaseKind::fixed, "nothing in the description suggests wheels or legs"};
+    return {BaseKind::fixed, "the description has no signs of wheels or legs"};
   }
   const auto solid = [](const Collision& collision) {
     const auto* mesh = std::get_if<MeshGeometry>(&collision.geometry);
@@ -213,8 +213,9 @@ BaseChoice choose_base(const RobotDescription& robot) {
     shapes = shapes || std::any_of(link.collisions.begin(), link.collisions.end(), solid);
   }
   if (!shapes) {
-    return {BaseKind::fixed, written ? "none of its collision meshes is found, so it has nothing to stand on"
-                                     : "it has no <collision> to stand on"};
+    return {BaseKind::fixed, written
+                                 ? "none of its collision meshes is found, so it cannot stand on the ground"
+                                 : "it has no <collision>, so it cannot stand on the ground"};
   }
   return {BaseKind::floating, reason};
 }

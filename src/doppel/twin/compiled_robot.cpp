@@ -24,15 +24,15 @@ void report_base(const RobotDescription& robot, const Instance& instance, const 
   if (choice.kind == BaseKind::floating) {
     diagnostics.note(
         "up.base_floating", robot.source,
-        fmt::format("the base floats because {}; it is set on the ground, with '{}' at z = {:.3f} m",
+        fmt::format("the base is floating because {}; it is placed on the ground, with '{}' at z = {:.3f} m",
                     choice.reason, root_name(model), instance.link_pose(1).translation().z()),
-        "--base fixed holds it in the air at the world's origin");
+        "--base fixed fixes it at the origin of the world");
     return;
   }
   diagnostics.note(
       "up.base_fixed", robot.source,
       fmt::format("the root link '{}' is fixed to the world: {}", root_name(model), choice.reason),
-      "--base floating lets it fall and move");
+      "--base floating lets it move freely");
 }
 
 void report_weightless(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics) {
@@ -43,7 +43,7 @@ void report_weightless(const RobotDescription& robot, const Model& model, Diagno
   if (names.empty()) return;
   diagnostics.note(
       "up.gravity_off", robot.find_link(names.front())->source,
-      fmt::format("<gazebo> turns gravity off for '{}'{}: no weight, but mass and inertia", names.front(),
+      fmt::format("<gazebo> turns gravity off for '{}'{}: mass and inertia are kept", names.front(),
                   names.size() > 1 ? fmt::format(" and {} more links", names.size() - 1) : ""));
 }
 
@@ -68,12 +68,11 @@ void report_rotors(const RobotDescription& robot, const Model& model,
   const Joint* const first = robot.find_joint(names.front());
   diagnostics.note(
       "up.rotor_inertia", first != nullptr ? first->source : robot.source,
-      fmt::format("'{}'{} carries so little that its effort limit would bring it to its velocity limit "
-                  "within 0.1 ms; "
-                  "commanded by effort it has a motor's inertia of up to {:.2g} kg m^2 beside its own",
+      fmt::format("'{}'{} has so little inertia that its effort limit accelerates it to its velocity limit "
+                  "within 0.1 ms; for effort commands, a motor inertia of up to {:.2g} kg m^2 is added",
                   names.front(), names.size() > 1 ? fmt::format(" and {} more joints", names.size() - 1) : "",
                   largest),
-      "check the effort limit and the link's inertia against the drive's data sheet");
+      "compare the effort limit and the link's inertia with the drive's datasheet");
 }
 
 std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Model& model,
@@ -88,10 +87,10 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
       if (robot.find_joint(joint.name) == nullptr) {
         unknown.warning(
             "ros2_control.unknown_joint", joint.source,
-            fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have; "
-                        "it is left out{}",
-                        hardware.name, joint.name, did_you_mean(joint.name, names)),
-            "write the joint's name as its <joint> element has it, or remove the entry");
+            fmt::format(
+                "<ros2_control> '{}' lists the joint '{}', which the robot does not have; it is ignored{}",
+                hardware.name, joint.name, did_you_mean(joint.name, names)),
+            "use the name of the <joint> element, or remove the entry");
         continue;
       }
       for (const auto& interface : joint.command_interfaces)
@@ -104,8 +103,8 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
         "up.hardware_generated", robot.source,
         robot.hardware.empty()
             ? "there is no <ros2_control>; every joint that can be driven gets simulated interfaces"
-            : "no joint under <ros2_control> takes position commands; every joint that can be driven gets "
-              "simulated interfaces instead");
+            : "no joint in <ros2_control> has a position command interface; every joint that can be driven "
+              "gets simulated interfaces instead");
     return {generated_hardware(model)};
   }
   return robot.hardware;
@@ -153,9 +152,9 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
   const bool has_world = robot.find_link("world") != nullptr;
   const std::optional<BaseKind> decided = asked_.base || has_world ? asked_.base : running;
   base_decided_ = decided.has_value();
-  base_ = decided ? BaseChoice{*decided, "it was asked for"} : choose_base(robot);
+  base_ = decided ? BaseChoice{*decided, "it was requested"} : choose_base(robot);
   if (!decided && base_.kind == BaseKind::floating && !world.ground)
-    base_ = {BaseKind::fixed, "the world has no ground to stand on"};
+    base_ = {BaseKind::fixed, "the world has no ground"};
   const auto model = std::make_shared<const Model>(compile_model(robot, base_.kind, diagnostics));
   InstanceOptions options;
   options.name = asked_.name_space;

@@ -77,14 +77,14 @@ void name_robots(std::vector<WorldRobot>& robots, Diagnostics& diagnostics) {
       if (!std::exchange(unnamed, true)) continue;
       robot.name_space = free_namespace(robot, robots);
       diagnostics.note("up.namespace_given", robot.source,
-                       fmt::format("a further robot '{}' has no namespace; it is called '{}'", robot.target,
+                       fmt::format("the additional robot '{}' has no namespace; it gets '{}'", robot.target,
                                    robot.name_space),
-                       "choose one yourself: --robot TARGET:NAMESPACE, or `namespace:` in the world file");
+                       "choose one with --robot TARGET:NAMESPACE, or `namespace:` in the world file");
     }
     if (const Status fine = check_namespace("/" + robot.name_space); !fine)
-      refuse_name(robot, "cannot be used: " + fine.why(), "letters, digits and _ make a namespace");
+      refuse_name(robot, "cannot be used: " + fine.why(), "use letters, digits and _ in a namespace");
     if (!taken.insert(robot.name_space).second)
-      refuse_name(robot, "stands for two robots", "give each a namespace of its own");
+      refuse_name(robot, "is used for two robots", "give each its own namespace");
   }
 }
 
@@ -103,8 +103,8 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
   const std::vector<WorldRobot> asked = robots_asked_for(scenario, world, running, diagnostics);
   if (asked.empty()) {
     throw InputError("up.no_robot", {},
-                     "no robot is named, neither by the command line nor by the world file",
-                     "name one: doppel up TARGET, or `robots:` in the world file");
+                     "no robot is given, neither on the command line nor in the world file",
+                     "give one: doppel up TARGET, or `robots:` in the world file");
   }
   CollisionMeshes meshes;
   std::vector<std::shared_ptr<CompiledRobot>> fresh;
@@ -172,16 +172,14 @@ void report_overlaps(const CompiledRobot& robot, const Engine& engine, Diagnosti
     const Link* const first = robot.description().find_link(in.links.front());
     diagnostics.warning(
         "up.starts_inside", first != nullptr ? first->source : robot.description().source,
-        fmt::format("{} up to {:.3g} m inside {}: {}; they pass through each other from now on",
+        fmt::format("{} up to {:.3g} m inside {}: {}; collisions between them are disabled",
                     in.links.size() == 1 ? "a link starts" : fmt::format("{} links start", in.links.size()),
                     in.deepest,
                     ground ? "the ground"
                            : fmt::format("the {} '{}'", what->is_object() ? "object" : "robot", what->name),
                     fmt::join(names, ", ")),
-        ground
-            ? "place the robot higher by a world file (robot: {xyz: [0, 0, 0.5]}), or let it stand (--base "
-              "floating)"
-            : "move the object or the robot in the world file");
+        ground ? "place the robot higher in a world file (robot: {xyz: [0, 0, 0.5]}), or use --base floating"
+               : "move the object or the robot in the world file");
   }
 }
 
@@ -196,13 +194,12 @@ std::optional<Diagnostic> lost_motion(const ModelJoint& old, const ModelJoint& j
   problem.rule = "reload.motion";
   if (old.mimics() && !joint.mimics() && source->mimic) {
     problem.where = source->mimic->source;
-    problem.message =
-        fmt::format("joint '{}' would not follow '{}' any more{}", joint.name, source->mimic->joint,
-                    did_you_mean(source->mimic->joint, to.model().scalar_joint_names()));
+    problem.message = fmt::format("joint '{}' would no longer mimic '{}'{}", joint.name, source->mimic->joint,
+                                  did_you_mean(source->mimic->joint, to.model().scalar_joint_names()));
     problem.fix = "correct the <mimic>, or remove it";
   } else if (old.scalar() && joint.type == JointType::fixed && source->type != JointType::fixed) {
     problem.where = source->axis_source;
-    problem.message = fmt::format("joint '{}' would stand still: its axis is zero", joint.name);
+    problem.message = fmt::format("joint '{}' would not move: its axis is zero", joint.name);
     problem.fix = "correct the axis";
   } else {
     return std::nullopt;
@@ -230,9 +227,9 @@ void find_lost_range(const CompiledRobot& from, const Instance& state, const Com
     problem.rule = "reload.limits";
     problem.where = source->limits ? source->limits->source : source->source;
     problem.message = fmt::format(
-        "joint '{}' stands at {:.4g} and would have the limits [{:.4g}, {:.4g}] instead of [{:.4g}, {:.4g}]",
+        "joint '{}' is at {:.4g} and would have the limits [{:.4g}, {:.4g}] instead of [{:.4g}, {:.4g}]",
         joint.name, q, joint.lower, joint.upper, old.lower, old.upper);
-    problem.fix = "correct lower and upper; where they are meant, move the joint inside of them first";
+    problem.fix = "correct lower and upper; if they are intended, move the joint inside them first";
     refused.push_back(std::move(problem));
   }
 }

@@ -74,9 +74,9 @@ class Unique {
       hardware.name = fmt::format("{}_{}", name, i);
     if (hardware.name != name) {
       diagnostics_.warning("ros2_control.duplicate_component", hardware.source,
-                           fmt::format("there is another <ros2_control> '{}'; this one is called '{}' here",
+                           fmt::format("there is another <ros2_control> '{}'; this one is renamed to '{}'",
                                        name, hardware.name),
-                           "give each component a name of its own");
+                           "give each component its own name");
     }
     for (auto* parts : {&hardware.joints, &hardware.sensors, &hardware.gpios}) {
       for (HardwareJointDescription& part : *parts) {
@@ -95,8 +95,8 @@ class Unique {
       if (interfaces_.insert(fmt::format("{} {}", kind, name)).second) return false;
       diagnostics_.warning(
           "ros2_control.duplicate_interface", interface.source,
-          fmt::format("the {} interface '{}' is offered already; this one is left out", kind, name),
-          "offer it once, in one <ros2_control> element");
+          fmt::format("the {} interface '{}' is already exported; this one is ignored", kind, name),
+          "export it once, in one <ros2_control> element");
       return true;
     });
   }
@@ -193,7 +193,7 @@ void ControlStack::start(const ControllerSelection& selection, const Log& log) {
     if (const Status configured = manager_->configure(name); !configured) log.warning(name, configured.why());
   }
   if (selection.only_compatible) hold_unclaimed_joints(selection, log);
-  if (selection.stopped) manager_->stop("the machine before the edit");
+  if (selection.stopped) manager_->stop("the model before the edit");
 }
 
 bool ControlStack::make(const GeneratedController& controller, bool active, const Log& log) {
@@ -209,11 +209,11 @@ bool ControlStack::make(const GeneratedController& controller, bool active, cons
     Status status = manager_->configure(name);
     if (status && active) status = manager_->switch_controllers(names, {}, Strictness::strict);
     if (status) return true;
-    log.warning(kManager, fmt::format("the generated controller '{}' does not run: {}", name, status.why()));
+    log.warning(kManager, fmt::format("the generated controller '{}' cannot start: {}", name, status.why()));
     static_cast<void>(manager_->unload(name));
   } catch (const InputError& problem) {
     log.warning(kManager,
-                fmt::format("the generated controller '{}' does not run: {}", name, problem.what()));
+                fmt::format("the generated controller '{}' cannot start: {}", name, problem.what()));
   }
   return false;
 }
@@ -255,12 +255,13 @@ void ControlStack::hold_unclaimed_joints(const ControllerSelection& selection, c
        log);
   hold({"velocity_controller", kVelocities, stopped, {}}, log);
   if (!passive.empty()) {
-    log_diagnostic(log, kManager,
-                   {Severity::note, "up.joints_passive",
-                    fmt::format("no controller drives {}, which take{} efforts only: passive; {} freely",
-                                quoted_names(passive), passive.size() == 1 ? "s" : "",
-                                passive.size() == 1 ? "it moves" : "they move"),
-                    make_location(controllers_.name()), "start a controller for their effort"});
+    log_diagnostic(
+        log, kManager,
+        {Severity::note, "up.joints_passive",
+         fmt::format("no controller commands {}, which take{} effort commands only: passive; {} freely",
+                     quoted_names(passive), passive.size() == 1 ? "s" : "",
+                     passive.size() == 1 ? "it moves" : "they move"),
+         make_location(controllers_.name()), "start a controller for their effort"});
   }
 }
 
@@ -273,7 +274,7 @@ void ControlStack::hold(GeneratedController wanted, const Log& log) {
   log_diagnostic(
       log, kManager,
       {Severity::note, "up.joints_held",
-       fmt::format("no controller that is loaded drives {}; '{}' was made to hold {}",
+       fmt::format("no loaded controller commands {}; '{}' was created to hold {}",
                    quoted_names(wanted.joints), wanted.name, wanted.joints.size() == 1 ? "it" : "them"),
        make_location(controllers_.name()),
        "add them to a controller, or give another file with --controllers FILE"});

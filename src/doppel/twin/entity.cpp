@@ -47,7 +47,7 @@ Status find_in_robots(const Scene& scene, const std::string& name, const Find& f
     const int found = find(scene.instance(index).model());
     if (found < 0) continue;
     if (robot >= 0) {
-      return Status::refused(fmt::format("'{}' is of several robots; write for instance '{}::{}'",
+      return Status::refused(fmt::format("'{}' exists in several robots; write for example '{}::{}'",
                                          name.substr(0, kMaxNameLength), scene.instance(robot).name(),
                                          name.substr(0, kMaxNameLength)));
     }

@@ -50,14 +50,14 @@ fs::path package_above(const fs::path& file) {
 fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolver, const Target& target) {
   const auto refuse = [&uri](const std::string& why) {
     return InputError(kRule, {}, fmt::format("the mesh '{}' {}", uri.substr(0, 200), why),
-                      "name a mesh of the robot's packages, as package://PACKAGE/meshes/part.stl");
+                      "use a mesh in the robot's packages, such as package://PACKAGE/meshes/part.stl");
   };
   const std::size_t colon = uri.find("://");
   const std::string scheme = uri.substr(0, colon == std::string::npos ? 0 : colon);
   if (scheme != "package" && scheme != "model" && scheme != "file")
     throw refuse("is neither package:// nor file://");
   if (uri.find('\0') != std::string::npos) throw refuse("has a NUL in its name");
-  if (!is_mesh_name(uri)) throw refuse("is no .stl, .obj or .dae");
+  if (!is_mesh_name(uri)) throw refuse("is not a .stl, .obj or .dae file");
 
   std::error_code failed;
   const fs::path base = fs::absolute(target.description, failed).parent_path();
@@ -66,7 +66,7 @@ fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolve
   if (file.is_relative() && scheme == "file") file = base / file;
   const std::vector<fs::path> folders = folders_of(scheme, rest, resolver, target);
   if (scheme != "file") {
-    if (folders.front().empty()) throw refuse("is of a package that is not found");
+    if (folders.front().empty()) throw refuse("is in a package that is not found");
     file = folders.front() / rest.substr(std::min(rest.size(), rest.find('/') + 1));
   }
   file = fs::absolute(file, failed).lexically_normal();
@@ -74,7 +74,7 @@ fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolve
   const auto holds = [&file, &failed](const fs::path& folder) {
     return !folder.empty() && is_below(file, fs::absolute(folder, failed).lexically_normal());
   };
-  if (std::ranges::none_of(folders, holds)) throw refuse("lies outside of the robot's packages");
+  if (std::ranges::none_of(folders, holds)) throw refuse("is outside the robot's packages");
   const fs::path real = fs::canonical(file, failed);
   if (failed || !fs::is_regular_file(real, failed)) throw refuse("is not found");
   const auto really_holds = [&real](const fs::path& folder) {
@@ -83,10 +83,10 @@ fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolve
     return is_below(real, canonical);
   };
   if (std::ranges::none_of(folders, really_holds) && package_above(real).empty())
-    throw refuse("is a link that leads out of the robot's packages");
-  if (!is_mesh_name(real)) throw refuse("is a link to what is no .stl, .obj or .dae");
+    throw refuse("is a symbolic link that points outside the robot's packages");
+  if (!is_mesh_name(real)) throw refuse("is a symbolic link to a file that is not a .stl, .obj or .dae file");
   if (fs::file_size(real, failed) > kMaxMeshBytes || failed)
-    throw refuse("is larger than 16 MB, and would stop the loop for too long");
+    throw refuse("is larger than 16 MB and would block the loop for too long");
   return real;
 }
 

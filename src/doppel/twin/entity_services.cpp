@@ -47,20 +47,20 @@ EntityServices::EntityServices(Bus& bus, const Scene& scene, const Log& log, Cal
 Status EntityServices::check_name(const std::string& name) const {
   if (name.empty()) return Status::refused("the entity has no name, neither in the request nor in the xml");
   if (name.size() > kMaxNameLength || !is_printable(name) || name.find("::") != std::string::npos) {
-    return Status::refused(fmt::format(
-        "a name has at most {} bytes of UTF-8, all of it printable and not only blanks, and no '::'",
-        kMaxNameLength));
+    return Status::refused(
+        fmt::format("a name has at most {} bytes of UTF-8, printable, not only spaces, and without '::'",
+                    kMaxNameLength));
   }
   const int taken = scene_.find(name);
   const bool link = std::ranges::any_of(
       scene_.robots(), [&](int robot) { return scene_.instance(robot).model().find_link(name) >= 0; });
   if (is_world(name) || name == "ground" || link || (taken >= 0 && scene_.is_robot(taken)))
-    return Status::refused(fmt::format("the name '{}' is taken by the robot or its world", name));
+    return Status::refused(fmt::format("the name '{}' is already used by the robot or its world", name));
   if (taken >= 0)
     return Status::refused(
-        fmt::format("there is an object '{}' already; choose another name, or delete it", name));
+        fmt::format("there is already an object '{}'; choose another name, or delete it", name));
   if (scene_.objects().size() >= kMaxObjects)
-    return Status::refused(fmt::format("the world has {} objects, which is the most it takes", kMaxObjects));
+    return Status::refused(fmt::format("the world has the maximum of {} objects", kMaxObjects));
   return {};
 }
 
@@ -69,8 +69,7 @@ Status EntityServices::place_of(const Spawn::Request& request, Pose& X_WE) const
   if (const Status found = find_frame(scene_, request.reference_frame, frame); !found) return found;
   const std::optional<Pose> X_FE = from_msg(request.initial_pose);
   if (!X_FE)
-    return Status::refused(
-        "initial_pose is no pose: a position of finite numbers and a quaternion of length 1");
+    return Status::refused("initial_pose is not valid: it needs a finite position and a unit quaternion");
   X_WE = frame.X_WE * *X_FE;
   return {};
 }
@@ -83,7 +82,7 @@ Status EntityServices::spawn_object(const Spawn::Request& request, const Pose& X
     if (const Status free = check_name(object.name); !free) return free;
     object.X_WO = X_WE * object.X_WO;
     if (object.X_WO.translation().cwiseAbs().maxCoeff() > kMaxEntityDistance)
-      return Status::refused(fmt::format("the pose is further away than {:g} m", kMaxEntityDistance));
+      return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
     CollisionMeshes meshes;
     scene_.engine().spawn(make_instance(object, meshes, notes));
     callbacks_.changed();
@@ -109,14 +108,14 @@ void EntityServices::spawn(const Spawn::Request& request, const Responder<Spawn:
   }
   if (wanted.name_space.starts_with('/')) wanted.name_space.erase(0, 1);
   if (X_WE.translation().cwiseAbs().maxCoeff() > kMaxEntityDistance)
-    status = Status::refused(fmt::format("the pose is further away than {:g} m", kMaxEntityDistance));
+    status = Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
   if (status) status = check_name(wanted.name_space);
   if (!status) return respond(answer<Spawn::Response>(status, ""));
   const std::string name = wanted.name_space;
   callbacks_.spawn_robot(std::move(wanted), request.xml, [this, respond, name](const Status& done) {
     const std::string there = fmt::format(
-        "the robot '{}' is in the world; it was sent as text, so that no edit of a file reaches it: delete "
-        "it and spawn it again to take one",
+        "the robot '{}' is in the world; it was sent as XML, so it is not reloaded from files: delete it and "
+        "spawn it again to change it",
         name);
     if (done.ok()) log_.note("gazebo", there);
     respond(answer<Spawn::Response>(done, there));
@@ -132,10 +131,11 @@ Status EntityServices::remove(const std::string& name) {
     return {};
   }
   if (name == "ground")
-    return Status::refused("the ground is the world's own; `ground: false` in a world file");
+    return Status::refused("the ground belongs to the world; write `ground: false` in a world file");
   Entity entity;
   const Status found = find_entity(scene_, name, entity);
-  return found ? Status::refused(fmt::format("'{}' is a part, and cannot be deleted alone", name)) : found;
+  return found ? Status::refused(fmt::format("'{}' is part of an entity and cannot be deleted alone", name))
+               : found;
 }
 
 Status EntityServices::get_state(const std::string& name, const std::string& reference,
@@ -167,12 +167,12 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
   }
   const std::optional<Pose> X_FE = from_msg(pose);
   if (!X_FE)
-    return Status::refused("the pose is no pose: a position of finite numbers and a quaternion of length 1");
+    return Status::refused("the pose is not valid: it needs a finite position and a unit quaternion");
   const Pose X_WE = frame.X_WE * *X_FE;
   const Eigen::Matrix3d R_WF = frame.X_WE.linear();
   const FrameVelocity velocity{R_WF * from_msg(twist.linear), R_WF * from_msg(twist.angular)};
   if (!(X_WE.translation().cwiseAbs().maxCoeff() <= kMaxEntityDistance))
-    return Status::refused(fmt::format("the pose is further away than {:g} m", kMaxEntityDistance));
+    return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
   if (!(velocity.linear_W.norm() <= kMaxEntitySpeed) || !(velocity.angular_W.norm() <= kMaxEntitySpeed))
     return Status::refused(
         fmt::format("the twist is not finite, or faster than {:g} m/s or rad/s", kMaxEntitySpeed));
@@ -210,7 +210,7 @@ void EntityServices::offer_coming_and_going() {
   node_.serve<DeleteEntity>(
       "delete_entity", [this](const DeleteEntity::Request& r, Responder<DeleteEntity::Response> respond) {
         const Status status = remove(r.name);
-        respond(answer<DeleteEntity::Response>(status, fmt::format("'{}' is gone", r.name)));
+        respond(answer<DeleteEntity::Response>(status, fmt::format("'{}' is deleted", r.name)));
       });
 }
 

@@ -83,10 +83,9 @@ class Reader {
       const bool same_place = (moves_nothing(here) && moves_nothing(there)) || same(here, there);
       if (visual == &carrier || (same_place && same(visual->first("geometry"), carrier.first("geometry"))))
         continue;
-      notes_.note(
-          "entity.visual", visual->where,
-          "the <visual> is not the same shape in the same place as the <collision>, and is not drawn: an "
-          "object is drawn as it collides");
+      notes_.note("entity.visual", visual->where,
+                  "the <visual> differs from the <collision> in shape or pose and is ignored: an object is "
+                  "drawn with its collision shape");
     }
   }
 
@@ -106,8 +105,7 @@ class Reader {
     for (std::string word; words >> word && out.size() <= most;) {
       const auto value = parse_number(word);
       if (!value) {
-        error(node,
-              fmt::format("<{}> holds '{}', which is not a finite number", node.name, word.substr(0, 40)));
+        error(node, fmt::format("<{}> is '{}', which is not a finite number", node.name, word.substr(0, 40)));
         return {};
       }
       out.push_back(*value);
@@ -128,8 +126,7 @@ class Reader {
   void check_range(const XmlNode& node, const char* what, double value, double low, double high,
                    const char* unit) {
     if (value >= low && value <= high) return;
-    error(node,
-          fmt::format("the {} is {:g} {}; it has to be from {:g} to {:g}", what, value, unit, low, high));
+    error(node, fmt::format("the {} is {:g} {}; it must be from {:g} to {:g}", what, value, unit, low, high));
   }
   void check_sizes(const XmlNode& node, const Geometry& shape) {
     const auto check = [&](const char* what, double value) {
@@ -177,17 +174,17 @@ class Reader {
     for (const XmlNode& child : geometry->children) {
       if (child.kind != XmlNode::Kind::element) continue;
       if (std::ranges::find(kinds, child.name) == kinds.end()) {
-        error(child, fmt::format("there is no shape <{}> for an object{}", child.name.substr(0, 40),
+        error(child, fmt::format("<{}> is not a shape of an object{}", child.name.substr(0, 40),
                                  did_you_mean(child.name.substr(0, 40), kinds)));
         return nullptr;
       }
       if (found != nullptr) {
-        error(child, "a <geometry> has one shape, not two");
+        error(child, "a <geometry> must have one shape, not two");
         return nullptr;
       }
       found = &child;
     }
-    if (found == nullptr) error(*geometry, "<geometry> holds no shape");
+    if (found == nullptr) error(*geometry, "<geometry> contains no shape");
     return found;
   }
 
@@ -220,8 +217,9 @@ class Reader {
   const XmlNode* only_link(const XmlNode& parent) {
     const auto links = all(parent, "link");
     if (links.size() == 1) return links.front();
-    error(links.empty() ? parent : *links[1], fmt::format("an object is one link, this has {}", links.size()),
-          "robots are brought up with `doppel up`");
+    error(links.empty() ? parent : *links[1],
+          fmt::format("an object must have one link, this has {}", links.size()),
+          "robots are started with `doppel up`");
     return nullptr;
   }
 
@@ -239,7 +237,7 @@ class SdfReader : private Reader {
     const auto models = all(sdf, "model");
     if (models.size() != 1) {
       error(models.size() > 1 ? *models[1] : sdf,
-            fmt::format("the SDF has {} models; an entity is one <model>", models.size()));
+            fmt::format("the SDF has {} models; an entity must be one <model>", models.size()));
     } else {
       read_model(*models.front(), object);
     }
@@ -305,7 +303,7 @@ class SdfReader : private Reader {
     if (shape.is("sphere")) return Sphere{length(shape, "radius")};
     if (shape.is("cylinder")) return Cylinder{length(shape, "radius"), length(shape, "length")};
     if (shape.is("capsule")) return Capsule{length(shape, "radius"), length(shape, "length")};
-    if (const XmlNode* part = shape.first("submesh")) error(*part, "parts of a mesh cannot be taken alone");
+    if (const XmlNode* part = shape.first("submesh")) error(*part, "a part of a mesh cannot be used alone");
     const XmlNode* uri = shape.first("uri");
     if (uri == nullptr) {
       error(shape, "<mesh> has no <uri>");
@@ -336,7 +334,7 @@ class SdfReader : private Reader {
     const std::string text = node.content();
     if (text == "true" || text == "1") return true;
     if (text != "false" && text != "0")
-      error(node, fmt::format("<{}> is true or false, not '{}'", node.name, text.substr(0, 40)));
+      error(node, fmt::format("<{}> must be true or false, not '{}'", node.name, text.substr(0, 40)));
     return false;
   }
 
@@ -349,7 +347,7 @@ class SdfReader : private Reader {
     const std::string format = UrdfReader::optional(*node, "rotation_format");
     const std::string degrees = UrdfReader::optional(*node, "degrees");
     if (!format.empty() && format != "euler_rpy")
-      error(*node, fmt::format("a rotation as '{}' is not supported", format.substr(0, 40)),
+      error(*node, fmt::format("the rotation format '{}' is not supported", format.substr(0, 40)),
             "write roll pitch yaw");
     const std::vector<double> found = numbers(*node, node->content(), 6, 6);
     if (found.empty()) return Pose::Identity();

@@ -119,20 +119,19 @@ std::string to_string(const Oscillation& oscillation, const Instance& robot) {
   std::string cause;
   if (oscillation.frequency * to_seconds(step) > kNearStep) {
     cause = fmt::format(
-        "that is the rate of the step of {:g} ms; a shorter one, or another integrator, in a world "
-        "file (docs/worlds.md) tells more",
+        "this is the frequency of the {:g} ms step; check with a shorter step or another integrator in a "
+        "world file (docs/worlds.md)",
         to_seconds(step) * 1e3);
   } else if (touches) {
-    cause = "its link, or one that it carries, touches something that pushes back";
+    cause = "its link, or one that it carries, is in contact";
   } else if (leads) {
-    cause = "joints are coupled to it by <mimic>; their inertias or limits may not fit each other";
+    cause = "joints are coupled to it by <mimic>; their inertias or limits may not match";
   } else if (at_effort_limit(robot, oscillation.joint)) {
-    cause = fmt::format("its effort limit of {:.3g} {} is too weak for what it carries", servo.effort,
+    cause = fmt::format("its effort limit of {:.3g} {} is too low for its load", servo.effort,
                         slides ? "N" : "N m");
   } else {
     cause =
-        "its drive and what it carries swing against each other; doppel verify tells whether the step "
-        "matters";
+        "its drive and its load oscillate against each other; doppel verify shows whether the step matters";
   }
   return fmt::format("joint '{}' oscillates by {:.2g} {} at {:.3g} Hz while its drive holds it ({}): {}",
                      joint.name, oscillation.amplitude, slides ? "m" : "rad", oscillation.frequency,

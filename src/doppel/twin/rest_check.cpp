@@ -23,19 +23,19 @@ std::string cause_of(int index, const Instance& robot, const std::vector<Contact
   const Model& model = robot.model();
   const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
   if (joint.mimics()) {
-    return fmt::format("it follows '{}'", model.joints[static_cast<std::size_t>(joint.mimic_leader)].name);
+    return fmt::format("it mimics '{}'", model.joints[static_cast<std::size_t>(joint.mimic_leader)].name);
   }
   const DriveMode mode = robot.drive(index);
   if (mode == DriveMode::passive) return "no active controller commands it";
   if (mode == DriveMode::effort) return "its controller commands no effort";
   const double limit = robot.made_of().servos[static_cast<std::size_t>(index)].effort;
   if (at_effort_limit(robot, index)) {
-    return fmt::format("its effort limit of {:.3g} {} does not hold it", limit,
+    return fmt::format("its effort limit of {:.3g} {} is too low for its load", limit,
                        joint.type == JointType::prismatic ? "N" : "N m");
   }
   const std::string touched = contact_of({robot.index(), joint.child_link}, robot.engine().world(), contacts);
   if (!touched.empty()) return fmt::format("its link touches '{}'", touched);
-  return "what it is joined to moves; doppel check looks for the reason in the description";
+  return "a connected link moves; run doppel check to find the reason in the description";
 }
 
 }  // namespace

@@ -91,14 +91,14 @@ void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const
   setup.controllers_origin = "generated";
   if (joints.empty()) {
     diagnostics.note("up.nothing_to_drive", setup.description.robot.source,
-                     "no joint of this robot can be driven; there is nothing to control");
+                     "no joint of this robot can be driven");
   } else {
     diagnostics.note(
         "up.controllers_generated", setup.description.robot.source,
-        fmt::format("no controllers' YAML of this robot was found; made a joint_state_broadcaster and a "
-                    "joint_trajectory_controller over {} joint{}{}",
+        fmt::format("no controllers' YAML of this robot was found; created a joint_state_broadcaster and a "
+                    "joint_trajectory_controller with {} joint{}{}",
                     joints.size(), joints.size() == 1 ? "" : "s", others),
-        "give your own with --controllers FILE, or put it into the package's config/");
+        "give your own file with --controllers FILE, or put it into the package's config/");
   }
   setup.controllers =
       ParameterFile::parse(generated_controllers(joints, offers_velocities(setup.description.robot, joints)),

@@ -12,7 +12,7 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
   throw InputError("cli.robot", {}, fmt::format("--robot {}: {}", text, why),
-                   "write TARGET[:NAMESPACE][@x,y,z[,roll,pitch,yaw]], for instance omarm_one:left@0,0.4,0");
+                   "write TARGET[:NAMESPACE][@x,y,z[,roll,pitch,yaw]], for example omarm_one:left@0,0.4,0");
 }
 
 }  // namespace
@@ -26,12 +26,13 @@ Pose parse_place(const std::string& text, const std::string& option) {
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const auto value = parse_number(text.substr(begin, end - begin));
-    if (!value) throw refuse_place(fmt::format("'{}' is no finite number", text.substr(begin, end - begin)));
+    if (!value)
+      throw refuse_place(fmt::format("'{}' is not a finite number", text.substr(begin, end - begin)));
     numbers.push_back(*value);
     begin = end + 1;
   }
   if (numbers.size() != 3 && numbers.size() != 6)
-    throw refuse_place(fmt::format("a place has 3 or 6 numbers, not {}", numbers.size()));
+    throw refuse_place(fmt::format("a pose has 3 or 6 numbers, not {}", numbers.size()));
   numbers.resize(6, 0.0);
   return make_pose({numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]});
 }
@@ -45,17 +46,17 @@ WorldRobot parse_robot(const std::string& text) {
   }
   std::string rest = text;
   if (const std::size_t at = rest.rfind('@'); at != std::string::npos) {
-    out.X_WR = parse_place(rest.substr(at + 1), "the place of --robot");
+    out.X_WR = parse_place(rest.substr(at + 1), "the pose of --robot");
     rest.erase(at);
   }
   if (const std::size_t colon = rest.rfind(':'); colon != std::string::npos && colon > 0) {
     out.name_space = rest.substr(colon + 1);
     if (out.name_space.starts_with('/')) out.name_space.erase(0, 1);
-    if (out.name_space.empty()) refuse(text, "behind the colon there is no namespace");
+    if (out.name_space.empty()) refuse(text, "the namespace after the colon is missing");
     if (const Status fine = check_namespace("/" + out.name_space); !fine) refuse(text, fine.why());
     rest.erase(colon);
   }
-  if (rest.empty()) refuse(text, "it names no target");
+  if (rest.empty()) refuse(text, "the target is missing");
   out.target = rest;
   return out;
 }

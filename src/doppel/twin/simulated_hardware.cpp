@@ -32,7 +32,7 @@ Status SimulatedHardware::on_init(const HardwareInfo& info) {
     const auto found = std::find(known.begin(), known.end(), value);
     if (found == known.end()) {
       throw InputError("ros2_control.unclaimed", info.description.source,
-                       fmt::format("hardware '{}' says unclaimed: '{}'{}", info.description.name, value,
+                       fmt::format("hardware '{}' has unclaimed: '{}'{}", info.description.name, value,
                                    did_you_mean(value, known)),
                        "write free, hold or brake");
     }
@@ -56,19 +56,19 @@ void SimulatedHardware::add_joint(const HardwareJointDescription& joint, const H
     for (const ModelJoint& known : model.joints) names.push_back(known.name);
     diagnostics.warning(
         "ros2_control.unknown_joint", joint.source,
-        fmt::format("<ros2_control> '{}' lists the joint '{}', which the robot does not have; it is left "
-                    "out{}",
-                    name, joint.name, did_you_mean(joint.name, names)),
-        "write the joint's name as its <joint> element has it, or remove the entry");
+        fmt::format(
+            "<ros2_control> '{}' lists the joint '{}', which the robot does not have; it is ignored{}", name,
+            joint.name, did_you_mean(joint.name, names)),
+        "use the name of the <joint> element, or remove the entry");
     return;
   }
   const ModelJoint& target = model.joints[static_cast<std::size_t>(index)];
   if (!target.scalar()) {
-    diagnostics.warning(
-        "ros2_control.fixed_joint", joint.source,
-        fmt::format("<ros2_control> '{}' lists '{}', which cannot move by one number; it is left out", name,
-                    joint.name),
-        "list revolute, continuous and prismatic joints only");
+    diagnostics.warning("ros2_control.fixed_joint", joint.source,
+                        fmt::format("<ros2_control> '{}' lists '{}', which does not have exactly one degree "
+                                    "of freedom; it is ignored",
+                                    name, joint.name),
+                        "list revolute, continuous and prismatic joints only");
     return;
   }
   for (const HardwareInterfaceDescription& state : joint.state_interfaces) {
@@ -79,17 +79,16 @@ void SimulatedHardware::add_joint(const HardwareJointDescription& joint, const H
     if (target.mimics()) {
       diagnostics.warning(
           "ros2_control.mimic_commanded", command.source,
-          fmt::format(
-              "'{}' follows '{}' (<mimic>) and takes no commands of its own; its {} command interface "
-              "is left out",
-              joint.name, model.joints[static_cast<std::size_t>(target.mimic_leader)].name, command.name),
+          fmt::format("'{}' mimics '{}' and cannot be commanded; its {} command interface is ignored",
+                      joint.name, model.joints[static_cast<std::size_t>(target.mimic_leader)].name,
+                      command.name),
           "remove the <command_interface>, or the <mimic>");
       continue;
     }
     if (quantity_of(command.name) == Quantity::constant) {
       diagnostics.warning("ros2_control.unknown_interface", command.source,
                           fmt::format("the simulated '{}' has no command interface '{}' (position, velocity "
-                                      "and effort are there); it is left out",
+                                      "and effort exist); it is ignored",
                                       joint.name, command.name));
       continue;
     }
@@ -159,8 +158,9 @@ Status SimulatedHardware::prepare_switch(std::span<const std::string> start,
         std::find(start.begin(), start.end(), i.description.prefix + "/" + kEffort) != start.end() &&
         std::find(start.begin(), start.end(), i.description.prefix + "/" + kPosition) == start.end();
     if (velocity_with_effort) {
-      return Status::refused(fmt::format(
-          "'{}' cannot be driven by velocity and effort at once; claim one of them", i.description.prefix));
+      return Status::refused(
+          fmt::format("'{}' cannot be commanded by velocity and effort at once; claim one of them",
+                      i.description.prefix));
     }
   }
   return {};
@@ -271,9 +271,10 @@ void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& 
   }
   if (find_simulator_plugin(hardware.plugin) != nullptr) {
     if (hardware.plugin != kSimulatedPlugin) {
-      diagnostics.note("ros2_control.plugin_mapped", hardware.plugin_source,
-                       fmt::format("'{}' is another simulator's; doppel's simulated hardware takes its place",
-                                   hardware.plugin));
+      diagnostics.note(
+          "ros2_control.plugin_mapped", hardware.plugin_source,
+          fmt::format("'{}' is the plugin of another simulator; doppel's simulated hardware replaces it",
+                      hardware.plugin));
     }
     return;
   }
@@ -282,15 +283,14 @@ void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& 
   const auto near = nearest_name(hardware.plugin, known);
   if (hardware.plugin.empty()) {
     diagnostics.warning("ros2_control.no_plugin", hardware.source,
-                        fmt::format("<ros2_control> '{}' names no <plugin>; it is simulated", hardware.name));
+                        fmt::format("<ros2_control> '{}' has no <plugin>; it is simulated", hardware.name));
   } else if (near) {
-    diagnostics.warning(
-        "ros2_control.plugin_typo", hardware.plugin_source,
-        fmt::format("'{}' is no plugin that doppel knows; did you mean '{}'? It is simulated all the same",
-                    hardware.plugin, *near));
+    diagnostics.warning("ros2_control.plugin_typo", hardware.plugin_source,
+                        fmt::format("'{}' is not a known plugin; did you mean '{}'? It is simulated",
+                                    hardware.plugin, *near));
   } else {
     diagnostics.note("ros2_control.plugin_simulated", hardware.plugin_source,
-                     fmt::format("'{}' drives real hardware; here it is simulated", hardware.plugin));
+                     fmt::format("'{}' drives real hardware; it is simulated here", hardware.plugin));
   }
 }
 

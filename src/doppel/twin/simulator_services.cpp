@@ -106,12 +106,12 @@ Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Tim
   load.model = instance.made_of().model;
   std::erase_if(loads_, [this](const Load& old) { return old.end <= scene_.now(); });
   if (loads_.size() >= kMaxLoads)
-    return Status::refused("too many efforts and wrenches act at once; clear some");
+    return Status::refused("too many efforts and wrenches are active; clear some");
   const Duration acts = from_msg(duration);
   if (acts == Duration::zero()) {
     return Status::refused(
-        "the duration is zero, so nothing would act; give for instance duration: {sec: 1}, or "
-        "{sec: -1} for as long as it is not cleared");
+        "the duration is zero, so it has no effect; use for example duration: {sec: 1}, or {sec: -1} to "
+        "apply it until cleared");
   }
   load.start = std::max(node_.bus().from_stamp(from_msg(start)), scene_.now());
   load.end = acts < Duration::zero() ? Time::max() : load.start + acts;
@@ -135,8 +135,7 @@ void SimulatorServices::offer_time_services() {
     time_control_.paused = false;
     time_control_.steps_owed = 0;
     for (const Stepping& call : std::exchange(stepping_, {})) {
-      call.respond(
-          {false, "time runs again; not all of the steps were made one by one", to_seconds(scene_.now())});
+      call.respond({false, "the simulation was resumed; not all steps were taken", to_seconds(scene_.now())});
     }
   });
   offer("~/reset_simulation", [this] { callbacks_.reset(); });
@@ -148,7 +147,7 @@ void SimulatorServices::offer_time_services() {
         Status status;
         if (!(request.factor >= 0.0 && request.factor <= kMaxTimeFactor)) {
           status = Status::refused(
-              fmt::format("the factor is {}; 1 is real time, 0 as fast as it goes", request.factor));
+              fmt::format("the factor is {}; 1 is real time, 0 as fast as possible", request.factor));
         } else {
           time_control_.speed = request.factor;
         }
@@ -160,7 +159,8 @@ void SimulatorServices::offer_step() {
   using doppel_msgs::srv::Step;
   node_.serve<Step>("~/step", [this](const Step::Request& request, Responder<Step::Response> respond) {
     if (!time_control_.paused) {
-      respond({false, "time is running; call /gazebo/pause_physics first", to_seconds(scene_.now())});
+      respond(
+          {false, "the simulation is running; call /gazebo/pause_physics first", to_seconds(scene_.now())});
       return;
     }
     if (stepping_.empty()) steps_asked_ = time_control_.steps_owed;
@@ -219,14 +219,15 @@ Status SimulatorServices::add_wrench(const std::string& body, const std::string&
   if (const Status found = find_body(body, load); !found) return found;
   const Instance instance = scene_.instance(load.body.instance);
   if (scene_.is_object(load.body.instance) && !instance.made_of().floating())
-    return Status::refused(fmt::format("'{}' is fixed to the world, so no force moves it", instance.name()));
+    return Status::refused(
+        fmt::format("'{}' is fixed to the world, so forces have no effect", instance.name()));
   EntityMotion reference;
   if (const Status found = find_frame(scene_, frame, reference); !found) return found;
   const Eigen::Matrix3d R_WF = reference.X_WE.linear();
   load.force_W = R_WF * from_msg(wrench.force);
   load.torque_W = R_WF * from_msg(wrench.torque);
   if (!load.force_W.allFinite() || !load.torque_W.allFinite() || !load.p_BoP_B.allFinite()) {
-    return Status::refused("the wrench is not made of finite numbers");
+    return Status::refused("the wrench is not finite");
   }
   return add_load(std::move(load), start, duration);
 }

@@ -98,10 +98,9 @@ void StatePublisher::declare_parameters(const RobotDescription& robot, Parameter
   Parameters& parameters = node_.parameters();
   parameters.declare(
       "robot_description", robot.xml,
-      {.description = "the robot, as URDF", .check = [](const ParameterValue&) {
+      {.description = "robot description (URDF)", .check = [](const ParameterValue&) {
          return Status::refused(
-             "the twin is built from its sources: edit and save them, or start it with another "
-             "description");
+             "the twin is built from its source files: edit them, or start it with another description");
        }});
   const auto take_frequency = [this](double frequency) {
     period_ = frequency > 0 ? from_seconds(std::min(1.0 / frequency, kMaxPeriod)) : Duration{};
@@ -111,9 +110,9 @@ void StatePublisher::declare_parameters(const RobotDescription& robot, Parameter
                       {.description = "Hz, of /tf; 0: at every step", .range = ParameterRange{0, 1000}}));
   set_frame_prefix(declare<std::string>(parameters, &written, "frame_prefix",
                                         name_space_.empty() ? "" : name_space_ + "/",
-                                        {.description = "before every frame"}));
+                                        {.description = "prefix of every frame"}));
   declare<bool>(parameters, &written, "ignore_timestamp", false,
-                {.description = "of joint_states, which are not what /tf is made of here"});
+                {.description = "of joint_states; not used: /tf is computed from the simulation"});
   parameters.on_change([this, take_frequency](const std::string& name, const ParameterValue& value) {
     if (name == "publish_frequency") take_frequency(std::get<double>(value));
     if (name == "frame_prefix") {

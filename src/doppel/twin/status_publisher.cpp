@@ -77,7 +77,7 @@ void StatusPublisher::publish_diagnostics(const Loop& loop) {
   if (loop.control.paused) {
     status.message = "paused";
   } else if (overran) {
-    status.message = fmt::format("fell 100 ms behind the clock {} times in the last second",
+    status.message = fmt::format("fell 100 ms behind the wall clock {} times in the last second",
                                  loop.run.overruns - overruns_reported_);
   } else if (slow) {
     status.message =
@@ -92,7 +92,7 @@ void StatusPublisher::publish_diagnostics(const Loop& loop) {
   };
   add("simulated time (s)", fmt::format("{:.3f}", to_seconds(loop.time)));
   add("real-time factor", fmt::format("{:.3f}", averages.real_time_factor));
-  add("wanted speed", wanted > 0 ? fmt::format("{:g}", wanted) : "as fast as possible");
+  add("requested speed", wanted > 0 ? fmt::format("{:g}", wanted) : "as fast as possible");
   add("control (us per step)", fmt::format("{:.2f}", averages.control));
   add("physics (us per step)", fmt::format("{:.2f}", averages.physics));
   add("publish (us per step)", fmt::format("{:.2f}", averages.publish));

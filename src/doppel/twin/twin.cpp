@@ -68,9 +68,9 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const Compiled
     if (other->name_space() == robot->name_space()) continue;  // that it is to take the place of
     if (bus.names().node(in_namespace(other->name_space(), "controller_manager")) != manager) continue;
     throw InputError("cli.ros_args", {},
-                     fmt::format("the rules behind --ros-args give the robots '{}' and '{}' one node {}",
+                     fmt::format("the rules after --ros-args give the robots '{}' and '{}' the same node {}",
                                  other->name(), robot->name(), manager),
-                     "leave __ns away, and give each robot its namespace: --robot TARGET:NAMESPACE");
+                     "remove __ns, and give each robot its namespace: --robot TARGET:NAMESPACE");
   }
   const Instance instance = instance_of(*machine->engine, *robot);
   auto made = std::make_unique<TwinRobot>(
@@ -100,7 +100,7 @@ void Twin::Impl::add_world_ticks() {
     for (const auto& robot : robots) {
       if (robot->instance().index() == index) return remove_robot(robot->name_space());
     }
-    return Status::refused("this robot is not the twin's");
+    return Status::refused("this robot does not belong to the twin");
   };
   ticks.add(std::make_unique<EntityServices>(bus, scene, log, std::move(entities)));
   ticks.add(std::make_unique<ClockPublisher>(bus, scene));

@@ -45,14 +45,14 @@ void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, 
     std::error_code none;
     const bool there = std::filesystem::exists(file, none);
     throw InputError("reload.controllers_lost", make_location(file.string()),
-                     there ? "this file, which the running controllers come from, declares none any more"
-                           : "this file, which the running controllers come from, does not exist any more",
-                     "restore it; to run without it, start again");
+                     there ? "this file, which the running controllers come from, no longer declares any"
+                           : "this file, which the running controllers come from, no longer exists",
+                     "restore it, or restart without it");
   }
   if (!before.declaring_files.empty() && after.controllers_files.empty()) {
     throw InputError("reload.controllers_lost", make_location(before.declaring_files.front().string()),
-                     "the controllers of this file, which run, would name no joint of this robot any more",
-                     "correct the joints' names in it or in the description; to run without it, start again");
+                     "the running controllers of this file would no longer list any joint of this robot",
+                     "correct the joint names in it or in the description, or restart without it");
   }
 }
 
@@ -109,7 +109,7 @@ class Twin::Impl::RobotReplacement {
     try {
       undo();
     } catch (...) {
-      twin_.log.error("reload", "the machine that runs could not be put back whole: " + thrown_text());
+      twin_.log.error("reload", "the running model could not be restored completely: " + thrown_text());
     }
   }
   RobotReplacement(const RobotReplacement&) = delete;
@@ -165,12 +165,11 @@ class Twin::Impl::RobotReplacement {
       });
       if (!robot->has_loop() || (next != machine_->robots.end() && same_structure(robot->machine(), **next)))
         continue;
-      throw InputError(
-          "reload.real_hardware", robot->description().source,
-          fmt::format("'{}' drives real hardware: other joints, interfaces or controllers are not "
-                      "taken while it runs",
-                      robot->name()),
-          "start again to take them");
+      throw InputError("reload.real_hardware", robot->description().source,
+                       fmt::format("'{}' drives real hardware: changes of joints, interfaces or controllers "
+                                   "are not applied while it runs",
+                                   robot->name()),
+                       "restart to apply them");
     }
   }
 
@@ -237,7 +236,7 @@ Twin::Reload Twin::Impl::replace(Replacement& fresh) {
   if (!std::ranges::equal(
           fresh.running->robots.now, machine->robots, {}, [](const auto& robot) { return robot->name(); },
           [](const auto& robot) { return robot->name(); })) {
-    throw InputError("reload.robots_changed", {}, "a robot came or went while the edit was read",
+    throw InputError("reload.robots_changed", {}, "a robot was added or removed while the edit was read",
                      "save the file again");
   }
   refuse_lost_range(*machine, *fresh.machine);

@@ -235,7 +235,7 @@ void TwinRobot::report_rest() {
   if (!rest()) return;
   const RestReport& report = *rest();
   for (std::size_t i = 0; i < std::min(report.unsettled.size(), kMaxUnsettledShown); ++i) {
-    log().warning(kRestOrigin, fmt::format("not at rest {:g} s after the start, without a command: {}",
+    log().warning(kRestOrigin, fmt::format("not at rest {:g} s after the start, without commands: {}",
                                            to_seconds(kRestTime), report.unsettled[i]));
   }
   if (report.unsettled.size() > kMaxUnsettledShown)
@@ -247,8 +247,8 @@ void TwinRobot::report_rest() {
         kRestOrigin,
         fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: {} (--base fixed holds it)",
                     report.base_linear, report.base_angular,
-                    report.base_touches ? "it tips over or slides, nothing balances it"
-                                        : "it falls, for it touches nothing"));
+                    report.base_touches ? "it tips over or slides; no controller balances it"
+                                        : "it falls because it touches nothing"));
   }
 }
 

@@ -37,7 +37,7 @@ void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) 
 }
 
 void refuse_taken(const std::string& name_space) {
-  throw InputError("up.namespace", {}, fmt::format("there is a robot '{}' already", name_space),
+  throw InputError("up.namespace", {}, fmt::format("there is already a robot '{}'", name_space),
                    "choose another namespace, or delete it first");
 }
 
@@ -48,9 +48,10 @@ std::shared_ptr<Twin::JoiningRobot> Twin::prepare_robot(const std::shared_ptr<co
                                                         Diagnostics& diagnostics) const {
   const Impl& twin = *impl_;
   if (const Status fine = check_namespace("/" + robot.name_space); !fine) {
-    throw InputError("up.namespace", robot.source,
-                     fmt::format("'{}' cannot be a robot's namespace: {}", robot.name_space, fine.why()),
-                     "letters, digits and _ make a namespace");
+    throw InputError(
+        "up.namespace", robot.source,
+        fmt::format("'{}' is not a valid namespace of a robot: {}", robot.name_space, fine.why()),
+        "use letters, digits and _ in a namespace");
   }
   for (const auto& known : running->robots.now) {
     if (known->name_space() == robot.name_space) refuse_taken(robot.name_space);
@@ -123,7 +124,7 @@ Status Twin::Impl::remove_robot(const std::string& name_space) {
   TwinRobot* const robot = find(name_space);
   if (robot == nullptr) return Status::refused(fmt::format("there is no robot '{}'", name_space));
   if (name_space.empty() || robots.size() == 1)
-    return Status::refused(fmt::format("'{}' is {}, which stays as long as the twin runs", robot->name(),
+    return Status::refused(fmt::format("'{}' is {}, which cannot be deleted", robot->name(),
                                        robots.size() == 1 ? "the robot" : "the robot without a namespace"));
   const std::string name = robot->name();
   gone_hash = mixed(gone_hash, robot->state_hash());
@@ -151,7 +152,7 @@ struct Twin::Impl::Spawning {
 
 void Twin::Impl::spawn_robot(WorldRobot robot, std::string urdf, std::function<void(const Status&)> done) {
   if (building)
-    return done(Status::refused("another robot is being made ready; call again when it is in the world"));
+    return done(Status::refused("another robot is being spawned; call again when it is in the world"));
   auto spawning = std::make_shared<Spawning>();
   spawning->robot = std::move(robot);
   spawning->urdf = std::move(urdf);
@@ -179,7 +180,7 @@ void Twin::Impl::build(const std::shared_ptr<Spawning>& spawning) {
     bus.post([this, spawning] { settle(spawning); });
   };
   builder = guarded_thread(work, [this](const std::string& why) {
-    log.error(kSpawnLogOrigin, "a spawned robot was made ready, but the loop could not be reached: " + why);
+    log.error(kSpawnLogOrigin, "a spawned robot is ready, but could not be passed to the loop: " + why);
   });
 }
 

@@ -106,7 +106,7 @@ struct Viewer::Impl {
     if (warned.size() >= kMaxWarnings || !warned.insert(key).second) return;
     log.warning(kViewerLogOrigin, fmt::format("{}: {}", kCommand, text));
     if (warned.size() == kMaxWarnings)
-      log.warning(kViewerLogOrigin, fmt::format("{}: more of this kind is not told", kCommand));
+      log.warning(kViewerLogOrigin, fmt::format("{}; further cases are not reported", kCommand));
   }
 
   // The joint that a command sets; null: none, and why was told.
@@ -119,12 +119,12 @@ struct Viewer::Impl {
     }
     const ModelJoint& joint = picture->model->joints[static_cast<std::size_t>(found->second)];
     if (!joint.scalar()) {
-      warn_once(name, fmt::format("the joint '{}' has no single position that could be set", name));
+      warn_once(name, fmt::format("the joint '{}' does not have a single position", name));
       return nullptr;
     }
     if (joint.mimics()) {
       const auto& leader = picture->model->joints[static_cast<std::size_t>(joint.mimic_leader)];
-      warn_once(name, fmt::format("the joint '{}' follows '{}'; set that one", name, leader.name));
+      warn_once(name, fmt::format("the joint '{}' mimics '{}'; set that one", name, leader.name));
       return nullptr;
     }
     return &joint;
@@ -132,7 +132,7 @@ struct Viewer::Impl {
 
   void take(const sensor_msgs::msg::JointState& command) {
     if (command.position.size() != command.name.size()) {
-      warn_once("", fmt::format("{} names with {} positions; such a message is left out", command.name.size(),
+      warn_once("", fmt::format("{} names with {} positions; the message is ignored", command.name.size(),
                                 command.position.size()));
       return;
     }
@@ -141,8 +141,7 @@ struct Viewer::Impl {
       if (joint == nullptr) continue;
       if (!std::isfinite(command.position[i])) {
         warn_once(joint->name + " is finite",
-                  fmt::format("the position of '{}' is {}, no finite number; it stays "
-                              "where it is",
+                  fmt::format("the position of '{}' is {}, which is not finite; it keeps its position",
                               joint->name, command.position[i]));
         continue;
       }

@@ -189,7 +189,7 @@ std::string tool_of(const ComparedEngine& engine, const std::string& asked) {
   std::vector<std::string> links;
   for (const ModelLink& link : model.links) links.push_back(link.name);
   throw InputError("compare.tool", {}, "the robot has no link '" + tool + "'" + did_you_mean(tool, links),
-                   "name a link of the robot with --tool; `doppel tree` prints them");
+                   "give a link of the robot with --tool; `doppel tree` prints them");
 }
 
 }  // namespace

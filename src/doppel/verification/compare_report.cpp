@@ -121,13 +121,12 @@ std::string verdict_line(const StaticsComparison& statics) {
   const std::string head = fmt::format("{:<10}", "statics");
   if (const Difference* const link = first_unexplained(statics.links))
     return head +
-           fmt::format("UNEXPLAINED: link '{}' stands {} apart", link->name, size_of(link->largest, "m"));
+           fmt::format("UNEXPLAINED: link '{}' differs by {}", link->name, size_of(link->largest, "m"));
   if (const Difference* const joint = first_unexplained(statics.joints))
     return head +
-           fmt::format(
-               "UNEXPLAINED: joint '{}' differs by {:.1e} {}, where the engines' own errors are {:.1e}",
-               joint->name, joint->largest, joint->unit,
-               std::accumulate(joint->own.begin(), joint->own.end(), 0.0));
+           fmt::format("UNEXPLAINED: joint '{}' differs by {:.1e} {}, the engines' own errors are {:.1e}",
+                       joint->name, joint->largest, joint->unit,
+                       std::accumulate(joint->own.begin(), joint->own.end(), 0.0));
   double pose = 0;
   for (const Difference& link : statics.links) pose = std::max(pose, link.largest);
   return head +
@@ -137,9 +136,9 @@ std::string verdict_line(const StaticsComparison& statics) {
 
 std::string verdict_line(const MotionComparison& motion) {
   const std::string head = fmt::format("{:<10}", name_of(motion.kind));
-  if (!motion.ran_away.empty()) return head + "UNEXPLAINED: " + motion.ran_away.front() + " ran away";
+  if (!motion.ran_away.empty()) return head + "UNEXPLAINED: " + motion.ran_away.front() + " diverged";
   if (motion.joints.empty()) return head + "nothing moves";
-  std::string tail = fmt::format("{} at most (tool {}) over {:g} s", largest_of(motion.joints),
+  std::string tail = fmt::format("at most {} (tool {}) over {:g} s", largest_of(motion.joints),
                                  size_of(motion.tool_largest, "m"), motion.span);
   if (motion.chaotic_after) tail += fmt::format("; chaotic after {:g} s", *motion.chaotic_after);
   if (const Difference* const joint = first_unexplained(motion.joints))
@@ -205,7 +204,7 @@ std::string comparison_json(const Comparison& of) {
 std::string comparison_svg(const Comparison& of, const MotionComparison& motion) {
   LogPlot plot(1, of.duration);
   plot.title(fmt::format("{}: {}", of.robot, description_of(motion.kind)),
-             "difference of the joint that is farthest off, and the engines' own errors, rad");
+             "difference of the worst joint, and the engines' own errors, rad");
   std::vector<PlottedCurve> curves{{"differ", motion.difference}};
   for (std::size_t i = 0; i < motion.own.size(); ++i)
     curves.push_back({short_name(of.engines[i]), motion.own[i]});

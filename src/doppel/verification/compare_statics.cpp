@@ -127,7 +127,7 @@ class Statics {
     for (const ComparedEngine& engine : engines) {
       if (engine.subject.robot.model->nv != model.nv ||
           engine.subject.robot.model->links.size() != model.links.size())
-        throw std::invalid_argument("engines are compared with one robot");
+        throw std::invalid_argument("engines can be compared with one robot only");
       engines_.emplace_back(engine.subject, model);
     }
     const std::vector<double> none(engines.size(), 0.0);

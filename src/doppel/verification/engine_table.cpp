@@ -35,11 +35,11 @@ constexpr Tolerance kTolerances[] = {
     {"period", "period of a pendulum", "relative", &EngineTolerances::period},
     {"free_fall", "free fall after 1 s, beside the integrator's own error", "m",
      &EngineTolerances::free_fall},
-    {"holding", "effort that holds a pose", "relative", &EngineTolerances::holding},
+    {"holding", "effort to hold a pose", "relative", &EngineTolerances::holding},
     {"sag", "sag of a held joint", "relative", &EngineTolerances::sag},
-    {"stiction", "speed of a joint that friction holds", "rad/s", &EngineTolerances::stiction},
-    {"mimic", "stray of a mimic under load", "rad or m", &EngineTolerances::mimic},
-    {"penetration", "depth of a resting body of 1 kg", "m", &EngineTolerances::penetration},
+    {"stiction", "velocity of a joint held by friction", "rad/s", &EngineTolerances::stiction},
+    {"mimic", "mimic error under load", "rad or m", &EngineTolerances::mimic},
+    {"penetration", "penetration depth of a resting body of 1 kg", "m", &EngineTolerances::penetration},
 };
 
 std::string integrators_of(const EngineCapabilities& engine) {

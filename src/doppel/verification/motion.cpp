@@ -98,8 +98,9 @@ const char* name_of(MotionKind kind) {
 
 const char* description_of(MotionKind kind) {
   constexpr std::array kTexts{
-      "falls without drives, friction, damping, limits and contacts; mimics and slides stay where they are",
-      "falls as it is described, without drives", "drives hold the start pose",
+      "falls without drives, friction, damping, limits and contacts; mimic and prismatic joints keep their "
+      "positions",
+      "falls as described, without drives", "drives hold the start pose",
       "drives follow a quintic of 1 s to another pose", "drives follow the given joint trajectory"};
   return kTexts[static_cast<std::size_t>(kind)];
 }

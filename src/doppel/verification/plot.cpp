@@ -117,7 +117,7 @@ void LogPlot::curve(const std::vector<double>& time, const PlottedCurve& of, std
 
 std::string verification_svg(const Verification& of) {
   LogPlot plot(of.motions.size(), of.duration);
-  plot.title(fmt::format("{}: error of the joint that is farthest off, rad", of.robot),
+  plot.title(fmt::format("{}: error of the worst joint, rad", of.robot),
              fmt::format("{}, steps of {:g}, {:g} and {:g} ms", name_of(of.integrator), of.step * 1e3,
                          of.step * 500, of.step * 250));
   for (std::size_t i = 0; i < of.motions.size(); ++i) {

@@ -43,20 +43,20 @@ std::string table_of(const Verification& of, const MotionVerdict& motion) {
   for (const JointError& joint : motion.joints)
     row(joint.joint, joint.largest, joint.at_end, joint.slides ? "m" : "rad");
   row("tool " + of.tool, motion.tool_largest, motion.tool_at_end, "m");
-  out += motion.order ? fmt::format("  order seen {:.2f}, of the scheme {}", *motion.order,
+  out += motion.order ? fmt::format("  observed order {:.2f}, nominal order {}", *motion.order,
                                     step_scheme(of.integrator).order)
-                      : std::string("  order not seen: the differences are rounding");
+                      : std::string("  order not observable: the differences are rounding");
   if (motion.energy_drift)
     out += fmt::format("; energy drifts by {:.1e} of the motion's", *motion.energy_drift);
   if (motion.touches_after) {
-    out += fmt::format("\n  touches something after {:.2f} s: from then on the order is 1 at most",
-                       *motion.touches_after);
+    out +=
+        fmt::format("\n  contact after {:.2f} s: from then on the order is at most 1", *motion.touches_after);
   }
   if (motion.runs_away_after)
-    out += fmt::format("\n  runs away {:.2f} s after the start", *motion.runs_away_after);
+    out += fmt::format("\n  diverges {:.2f} s after the start", *motion.runs_away_after);
   if (motion.chaotic_after) {
     out += fmt::format(
-        "\n  chaotic after {:.2f} s: a start changed by {:g} is then {:g} away, and no step repeats it",
+        "\n  chaotic after {:.2f} s: an initial change of {:g} has grown to {:g}, and no step reproduces it",
         *motion.chaotic_after, kPerturbation, kPerturbation * kChaoticGrowth);
   }
   return out + "\n";
@@ -87,18 +87,17 @@ std::string size_of(double value, const char* unit) {
 
 std::string verdict_line(const Verification& of, const MotionVerdict& motion) {
   if (motion.joints.empty()) return fmt::format("{:<7} nothing moves", name_of(motion.kind));
-  std::string out = fmt::format("{:<7} {} is good to ", name_of(motion.kind), step_text(of.step));
+  std::string out = fmt::format("{:<7} {} is accurate to ", name_of(motion.kind), step_text(of.step));
   const double span = std::round(motion.span * 100) / 100;
   if (std::max(motion.largest(false), motion.largest(true)) > kLost) {
-    out += fmt::format("{} for {:.2f} s, then it is another motion", size_of(kStillGood, "rad"),
+    out += fmt::format("{} for {:.2f} s, then the motions differ", size_of(kStillGood, "rad"),
                        motion.good_until);
   } else {
     out += fmt::format("{} over {:g} s", errors_of(motion), span);
   }
-  if (motion.order && *motion.order < kMinSeenOrder) out += "; a shorter step errs no less";
-  if (motion.touches_after) out += fmt::format("; touches after {:.2f} s", *motion.touches_after);
-  if (motion.runs_away_after)
-    return out + fmt::format("; it runs away after {:.2f} s", *motion.runs_away_after);
+  if (motion.order && *motion.order < kMinSeenOrder) out += "; a shorter step does not reduce the error";
+  if (motion.touches_after) out += fmt::format("; contact after {:.2f} s", *motion.touches_after);
+  if (motion.runs_away_after) return out + fmt::format("; diverges after {:.2f} s", *motion.runs_away_after);
   if (motion.chaotic_after) out += fmt::format("; chaotic after {:.2f} s", *motion.chaotic_after);
   return out;
 }

@@ -140,7 +140,7 @@ Verification verify(const MotionSubject& asked, const VerifyOptions& options) {
     for (const ModelLink& link : subject.robot.model->links) links.push_back(link.name);
     throw InputError("verify.tool", {},
                      fmt::format("the robot has no link '{}'{}", out.tool, did_you_mean(out.tool, links)),
-                     "name a link of the robot with --tool; `doppel tree` prints them");
+                     "give a link of the robot with --tool; `doppel tree` prints them");
   }
   std::vector<MotionKind> motions = options.motions;
   if (motions.empty()) motions.assign(std::begin(kMotions), std::end(kMotions));

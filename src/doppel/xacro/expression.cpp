@@ -80,7 +80,7 @@ void bind(const Target& target, const Value& value, InnerScope& scope) {
   const bool starred = star != target.parts.end();
   const std::size_t wanted = target.parts.size() - (starred ? 1 : 0);
   if (starred ? items.size() < wanted : items.size() != wanted) {
-    throw ExpressionError(fmt::format("{} cannot be taken apart into {} names", value.brief(), wanted));
+    throw ExpressionError(fmt::format("{} cannot be unpacked into {} names", value.brief(), wanted));
   }
   std::size_t next = 0;
   for (auto part = target.parts.begin(); part != target.parts.end(); ++part) {
@@ -206,7 +206,7 @@ class Evaluator {
       case Kind::format:
         return format(e);
       default:
-        throw ExpressionError("'*' was not expected");
+        throw ExpressionError("unexpected '*'");
     }
   }
 

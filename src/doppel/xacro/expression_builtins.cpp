@@ -22,7 +22,7 @@ Value extreme(ValueList& a, const KeywordArguments& keywords, const char* functi
   const Value* fallback = nullptr;
   for (const auto& [name, value] : keywords) (name == "key" ? key : fallback) = &value;
   if (items.empty() && fallback != nullptr) return *fallback;
-  if (items.empty()) throw ExpressionError(fmt::format("{}() of nothing", function));
+  if (items.empty()) throw ExpressionError(fmt::format("{}() of an empty sequence", function));
   std::size_t best = 0;
   Value measured = key == nullptr ? Value() : call_value(*key, {items[0]});
   for (std::size_t i = 1; i < items.size(); ++i) {
@@ -45,9 +45,9 @@ Value to_int(const Arguments& a) {
     const std::string& text = a[0].as<std::string>();
     const std::int64_t base = a.size() > 1 ? integer_argument(a, 1, "int") : 10;
     if (base < 0 || base == 1 || base > 36)
-      throw ExpressionError(fmt::format("int() knows no base {}", base), "xacro.value");
+      throw ExpressionError(fmt::format("int() does not support base {}", base), "xacro.value");
     if (auto out = parse_whole(text, static_cast<int>(base))) return *std::move(out);
-    throw ExpressionError(fmt::format("int() does not read {}", a[0].brief()), "xacro.value");
+    throw ExpressionError(fmt::format("int() cannot convert {}", a[0].brief()), "xacro.value");
   }
   if (a[0].is<Value::Big>()) return a[0];
   const double value = real_argument(a, 0, "int");
@@ -60,7 +60,7 @@ Value to_float(const Arguments& a) {
   if (!a[0].is<std::string>()) return Value(real_argument(a, 0, "float"));
   double out = 0;
   if (!parse_real(a[0].as<std::string>(), out))
-    throw ExpressionError(fmt::format("float() does not read {}", a[0].brief()), "xacro.value");
+    throw ExpressionError(fmt::format("float() cannot convert {}", a[0].brief()), "xacro.value");
   return Value(out);
 }
 
@@ -350,7 +350,7 @@ std::int64_t integer_argument(const Arguments& a, std::size_t i, const char* fun
   if (i >= a.size()) throw ExpressionError(fmt::format("{}() needs more arguments", function));
   if (!a[i].integral())
     throw ExpressionError(
-        fmt::format("{}() needs a whole number, not {} ({})", function, a[i].brief(), a[i].type_name()));
+        fmt::format("{}() needs an integer, not {} ({})", function, a[i].brief(), a[i].type_name()));
   return a[i].integer();
 }
 
@@ -389,7 +389,7 @@ Value call_value(const Value& function, ValueList arguments) {
 Value to_integer(double value, const char* function) {
   if (std::abs(value) < 9.2e18) return Value(static_cast<std::int64_t>(value));
   if (!std::isfinite(value))
-    throw ExpressionError(fmt::format("{}() of {}, which is no whole number", function, format_real(value)),
+    throw ExpressionError(fmt::format("{}() of {}, which is not an integer", function, format_real(value)),
                           "xacro.overflow");
   return Value::whole(WholeNumber(value));
 }

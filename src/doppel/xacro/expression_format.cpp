@@ -67,7 +67,7 @@ Spec parse_spec(std::string_view text) {
     if (at == before) throw ExpressionError(fmt::format("the format '{}' has no precision", text));
   }
   out.type = take("sdboxXncfFeEgG%");
-  if (at != text.size()) throw ExpressionError(fmt::format("'{}' is no format", text));
+  if (at != text.size()) throw ExpressionError(fmt::format("'{}' is not a format", text));
   return out;
 }
 
@@ -194,7 +194,7 @@ std::string formatted(const Spec& spec, const Value& value) {
     if (spec.type != 'c') return integer_text(spec, value.whole_number());
     std::string out;
     if (!value.integral() || value.integer() < 0 || value.integer() > 0x10FFFF)
-      throw ExpressionError(fmt::format("{} is no character", value.brief()));
+      throw ExpressionError(fmt::format("{} is not a character", value.brief()));
     append_utf8(out, static_cast<char32_t>(value.integer()));
     return string_text(spec, out);
   }
@@ -252,7 +252,7 @@ class PercentFormat {
       ++at_;
       const Value& given = argument();
       if (!given.integral() || std::abs(given.integer()) > kMaxWidth)
-        throw ExpressionError("'*' of a format needs a whole number");
+        throw ExpressionError("'*' in a format needs an integer");
       return static_cast<int>(given.integer());
     }
     return read_number(format_, at_);
@@ -319,7 +319,7 @@ class PercentFormat {
         c.spec.type = kind;
         return real_text(c.spec, given.real());
       default:
-        throw ExpressionError(fmt::format("'%{}' is no format", kind));
+        throw ExpressionError(fmt::format("'%{}' is not a format", kind));
     }
   }
   [[noreturn]] static void refuse(char kind, const Value& given) {
@@ -337,7 +337,7 @@ class PercentFormat {
     if (!given.number() || (given.is<double>() && kind != 'd' && kind != 'i' && kind != 'u'))
       refuse(kind, given);
     if (given.is<double>() && !std::isfinite(given.real()))
-      throw ExpressionError(fmt::format("%{} of {}, which is no whole number", kind, given.brief()));
+      throw ExpressionError(fmt::format("%{} of {}, which is not an integer", kind, given.brief()));
     const WholeNumber value = given.whole() ? given.whole_number() : WholeNumber(given.real());
     c.spec.type = kind == 'i' || kind == 'u' ? 'd' : kind;
     const int digits = std::exchange(c.spec.precision, -1);
@@ -370,7 +370,7 @@ class BraceFormat {
       if ((format[i] == '{' || format[i] == '}') && doubled) {
         out += format[i++];
       } else if (format[i] == '}') {
-        throw ExpressionError("a single '}' stands in the format");
+        throw ExpressionError("a single '}' in the format");
       } else if (format[i] != '{') {
         out += format[i];
       } else {
@@ -418,7 +418,7 @@ class BraceFormat {
         at = end;
       } else {
         const std::size_t end = path[at] == '[' ? path.find(']', at) : std::string::npos;
-        if (end == std::string::npos) throw ExpressionError(fmt::format("'{{{}}}' is no field", path));
+        if (end == std::string::npos) throw ExpressionError(fmt::format("'{{{}}}' is not a field", path));
         const std::string key = path.substr(at + 1, end - at - 1);
         std::int64_t index = 0;
         out = index_value(out, parse_integer(key, index) ? Value(index) : Value(key));

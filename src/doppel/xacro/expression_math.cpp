@@ -16,7 +16,7 @@ namespace {
 Value checked(double result, const Arguments& a, const char* name) {
   const bool finite = std::all_of(a.begin(), a.end(), [](const Value& v) { return std::isfinite(v.real()); });
   if (finite && std::isnan(result))
-    throw ExpressionError(fmt::format("{}({}) has no value", name, a[0].brief()));
+    throw ExpressionError(fmt::format("{}({}) is undefined", name, a[0].brief()));
   if (finite && std::isinf(result))
     throw ExpressionError(fmt::format("{}({}) is too large", name, a[0].brief()));
   return Value(result);
@@ -62,7 +62,7 @@ void add_real_functions(FunctionTable& t) {
     const Value value = checked(std::log(real_argument(a, 0, "log")), a, "log");
     if (a.size() == 1) return value;
     const double base = std::log(real_argument(a, 1, "log"));
-    if (base == 0.0) throw ExpressionError("log() to the base 1 has no value");
+    if (base == 0.0) throw ExpressionError("log() with base 1 is undefined");
     return checked(value.real() / base, a, "log");
   });
 }
@@ -93,7 +93,7 @@ void add_whole_functions(FunctionTable& t) {
   });
   add_function(t, "comb", [](const Arguments& a) {
     const std::int64_t n = integer_argument(a, 0, "comb"), k = integer_argument(a, 1, "comb");
-    if (n < 0 || k < 0) throw ExpressionError("comb() needs numbers that are not negative");
+    if (n < 0 || k < 0) throw ExpressionError("comb() needs non-negative numbers");
     std::int64_t out = k > n ? 0 : 1;
     for (std::int64_t i = 1; i <= std::min(k, n - k); ++i) {
       if (__builtin_mul_overflow(out, n - std::min(k, n - k) + i, &out))

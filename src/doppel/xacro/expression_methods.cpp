@@ -41,7 +41,7 @@ Value split(const Value& subject, const Arguments& a) {
     return Value::list(std::move(out));
   }
   const std::string& separator = text_argument(a, 0, "split");
-  if (separator.empty()) throw ExpressionError("split() by nothing");
+  if (separator.empty()) throw ExpressionError("split() with an empty separator");
   std::size_t begin = 0;
   for (std::size_t end; most-- != 0 && (end = text.find(separator, begin)) != std::string::npos;
        begin = end + separator.size()) {
@@ -55,7 +55,7 @@ Value split_from_right(const Value& subject, const Arguments& a) {
   const std::string& text = text_of(subject);
   if (a.size() < 2) return split(subject, a);
   const std::string& separator = text_argument(a, 0, "rsplit");
-  if (separator.empty()) throw ExpressionError("rsplit() by nothing");
+  if (separator.empty()) throw ExpressionError("rsplit() with an empty separator");
   std::int64_t most = integer_argument(a, 1, "rsplit");
   ValueList out;
   std::string rest = text;
@@ -81,7 +81,7 @@ Value split_lines(const Value& subject, const Arguments&) {
 
 Value partition(const Value& subject, const Arguments& a, bool right) {
   const std::string &text = text_of(subject), &by = text_argument(a, 0, "partition");
-  if (by.empty()) throw ExpressionError("partition() by nothing");
+  if (by.empty()) throw ExpressionError("partition() with an empty separator");
   const std::size_t at = right ? text.rfind(by) : text.find(by);
   if (at == std::string::npos)
     return right ? Value::tuple({Value(""), Value(""), subject})
@@ -107,7 +107,7 @@ Value replace(const Value& subject, const Arguments& a) {
   const std::string &from = text_argument(a, 0, "replace"), &to = text_argument(a, 1, "replace");
   const std::string& text = text_of(subject);
   std::int64_t most = a.size() > 2 ? integer_argument(a, 2, "replace") : -1;
-  if (from.empty()) throw ExpressionError("replace() of nothing");
+  if (from.empty()) throw ExpressionError("replace() of an empty string");
   std::string out;
   std::size_t begin = 0;
   for (std::size_t at; most-- != 0 && (at = text.find(from, begin)) != std::string::npos;
@@ -191,7 +191,7 @@ Value found(const Value& subject, const Arguments& a, bool last, bool required) 
 Value justified(const Value& subject, const Arguments& a, const char* align) {
   const std::int64_t width = integer_argument(a, 0, "just");
   const std::string fill = a.size() > 1 ? text_argument(a, 1, "just") : " ";
-  if (count_characters(fill) != 1) throw ExpressionError("a fill is one character");
+  if (count_characters(fill) != 1) throw ExpressionError("a fill must be one character");
   return Value(format_value(subject, fill + align + std::to_string(std::max<std::int64_t>(0, width))));
 }
 
@@ -347,11 +347,10 @@ Methods set_methods() {
   for (const std::string_view in_place : {"append", "extend", "insert", "pop", "remove", "sort", "reverse",
                                           "clear", "update", "setdefault", "add"}) {
     if (name == in_place && !object.is<std::string>())
-      throw ExpressionError(
-          fmt::format("'{}' would change a {} in place, which doppel does not do; make a new one, as in "
-                      "a + [b], sorted(a), dict(a, b=1)",
-                      name, object.type_name()),
-          "xacro.attribute");
+      throw ExpressionError(fmt::format("'{}' would modify a {} in place, which doppel does not support; "
+                                        "create a new one, as in a + [b], sorted(a), dict(a, b=1)",
+                                        name, object.type_name()),
+                            "xacro.attribute");
   }
   throw ExpressionError(fmt::format("{} ({}) has no '{}'{}", object.brief(), object.type_name(), name,
                                     did_you_mean(name, names)),
@@ -370,12 +369,11 @@ Value of_dict(const Value::Dict& dict, std::string_view name) {
   if (entry != nullptr && dict.dotted) return *entry;
   if (entry != nullptr)
     throw ExpressionError(
-        fmt::format("a dict's entries are no attributes; write ['{}'], or xacro.dotify(...)", name),
+        fmt::format("entries of a dict are not attributes; write ['{}'], or xacro.dotify(...)", name),
         "xacro.attribute");
   std::vector<std::string> names;
   for (const auto& [key, value] : dict.entries->dict) names.push_back(key.str());
-  throw ExpressionError(fmt::format("there is no '{}'{}", name, did_you_mean(name, names)),
-                        "xacro.attribute");
+  throw ExpressionError(fmt::format("unknown '{}'{}", name, did_you_mean(name, names)), "xacro.attribute");
 }
 
 // str.upper, for map().

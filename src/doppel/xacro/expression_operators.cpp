@@ -15,12 +15,12 @@ constexpr std::size_t kMaxLength = 1'000'000;  // items or characters that one o
 constexpr std::int64_t kMaxBits = WholeNumber::kMaxBits;
 
 [[noreturn]] void unsupported(Operator op, const Value& a, const Value& b) {
-  throw ExpressionError(fmt::format("'{}' does not work between {} ({}) and {} ({})", symbol(op), a.brief(),
-                                    a.type_name(), b.brief(), b.type_name()));
+  throw ExpressionError(fmt::format("'{}' is not supported between {} ({}) and {} ({})", symbol(op),
+                                    a.brief(), a.type_name(), b.brief(), b.type_name()));
 }
 [[noreturn]] void overflow(Operator op, const Value& a, const Value& b) {
-  throw ExpressionError(fmt::format("{} {} {} needs too many bits; write one of them with a point", a.brief(),
-                                    symbol(op), b.brief()),
+  throw ExpressionError(fmt::format("{} {} {} needs too many bits; write one of them with a decimal point",
+                                    a.brief(), symbol(op), b.brief()),
                         "xacro.overflow");
 }
 void check_length(std::size_t length) {
@@ -295,11 +295,11 @@ bool identical(const Value& a, const Value& b) {
 
 std::size_t position(const Value& key, std::size_t size, const char* what) {
   if (!key.integral())
-    throw ExpressionError(fmt::format("an index of a {} is a whole number, not {}", what, key.brief()));
+    throw ExpressionError(fmt::format("an index of a {} must be an integer, not {}", what, key.brief()));
   const auto count = static_cast<std::int64_t>(size);
   const std::int64_t i = key.integer() < 0 ? key.integer() + count : key.integer();
   if (i < 0 || i >= count)
-    throw ExpressionError(fmt::format("the index {} is outside of {} items", key.integer(), count),
+    throw ExpressionError(fmt::format("the index {} is out of range for {} items", key.integer(), count),
                           "xacro.index");
   return static_cast<std::size_t>(i);
 }
@@ -309,7 +309,7 @@ std::size_t position(const Value& key, std::size_t size, const char* what) {
 Value unary_operation(Operator op, const Value& operand) {
   if (!operand.number() || (op == Operator::invert && !operand.whole()))
     throw ExpressionError(
-        fmt::format("'{}' does not work on {} ({})", symbol(op), operand.brief(), operand.type_name()));
+        fmt::format("'{}' is not supported for {} ({})", symbol(op), operand.brief(), operand.type_name()));
   if (operand.is<double>()) return Value(op == Operator::subtract ? -operand.real() : operand.real());
   if (operand.is<Value::Big>() || operand.integer() == INT64_MIN) {
     const WholeNumber whole = operand.whole_number();
@@ -373,8 +373,7 @@ bool compare_values(Operator op, const Value& a, const Value& b) {
 ValueList items_of(const Value& value) {
   ValueList out;
   if (!value.items(out))
-    throw ExpressionError(
-        fmt::format("{} ({}) has no items to go through", value.brief(), value.type_name()));
+    throw ExpressionError(fmt::format("{} ({}) is not iterable", value.brief(), value.type_name()));
   return out;
 }
 
@@ -392,11 +391,11 @@ Value index_value(const Value& object, const Value& key) {
     const ValueDict& dict = object.as<Value::Dict>().entries->dict;
     std::vector<std::string> names;
     for (const auto& [known, value] : dict) names.push_back(known.str());
-    throw ExpressionError(fmt::format("there is no key {}{}", key.brief(), did_you_mean(key.str(), names)),
+    throw ExpressionError(fmt::format("key {} does not exist{}", key.brief(), did_you_mean(key.str(), names)),
                           "xacro.key");
   }
   if (object.is<Value::Object>() && key.is<std::string>()) {
-    throw ExpressionError(fmt::format("there is no key {}{}", key.brief(),
+    throw ExpressionError(fmt::format("key {} does not exist{}", key.brief(),
                                       did_you_mean(key.str(), object.as<Value::Object>().object->names())),
                           "xacro.key");
   }
@@ -413,7 +412,7 @@ Value slice_value(const Value& object, const Value& from, const Value& to, const
     throw ExpressionError(fmt::format("{} ({}) cannot be sliced", object.brief(), object.type_name()));
   const auto bound = [](const Value& v) -> std::optional<std::int64_t> {
     if (v.is<Value::None>()) return std::nullopt;
-    if (!v.integral()) throw ExpressionError("a slice is made of whole numbers");
+    if (!v.integral()) throw ExpressionError("a slice needs integers");
     return v.integer();
   };
   ValueList items, out;

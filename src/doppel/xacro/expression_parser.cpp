@@ -62,7 +62,7 @@ class Parser {
 
   Node whole() {
     Node out = expression_list();
-    if (peek().kind != Token::Kind::end) fail(fmt::format("{} was not expected", token_text(peek())));
+    if (peek().kind != Token::Kind::end) fail(fmt::format("unexpected {}", token_text(peek())));
     return out;
   }
 
@@ -95,9 +95,7 @@ class Parser {
   [[noreturn]] void fail(const std::string& why) const {
     throw ExpressionError(fmt::format("{} in '{}'", why, text_.substr(0, 200)));
   }
-  [[noreturn]] void not_expected(std::string_view text) const {
-    fail(fmt::format("'{}' was not expected", text));
-  }
+  [[noreturn]] void not_expected(std::string_view text) const { fail(fmt::format("unexpected '{}'", text)); }
   static std::string token_text(const Token& token) {
     return token.kind == Token::Kind::string ? "a string" : fmt::format("'{}'", token.text);
   }
@@ -115,7 +113,7 @@ class Parser {
     if (take(symbol)) return;
     fail(peek().kind == Token::Kind::end
              ? fmt::format("a '{}' is missing at the end", spelled(symbol))
-             : fmt::format("{} stands where '{}' was expected", token_text(peek()), spelled(symbol)));
+             : fmt::format("expected '{1}', found {0}", token_text(peek()), spelled(symbol)));
   }
   std::string_view name_or(const char* why) {
     if (peek().kind != Token::Kind::name) fail(why);
@@ -297,7 +295,7 @@ class Parser {
     }
   }
   Node attribute(Node object) {
-    const std::string_view name = name_or("a name has to follow '.'");
+    const std::string_view name = name_or("a name must follow '.'");
     if (name.starts_with("__")) fail(fmt::format("the name '{}' is not allowed", name));
     Expression* out = join(Kind::attribute, object);
     out->text = name;
@@ -464,8 +462,8 @@ class Parser {
       case Token::Kind::end:
         break;
     }
-    fail(text_.find_first_not_of(" \t\r\n") == std::string_view::npos ? "there is nothing"
-                                                                      : "it ends too early");
+    fail(text_.find_first_not_of(" \t\r\n") == std::string_view::npos ? "the expression is empty"
+                                                                      : "it is incomplete");
   }
 
   Node text_constant(std::string text) { return constant(store_.keep(std::move(text))); }

@@ -166,7 +166,7 @@ class Tokeniser {
   [[noreturn]] void bad_number(std::size_t begin) const {
     std::size_t end = at_;
     while (end < text_.size() && in_name(text_[end])) ++end;
-    throw ExpressionError(fmt::format("'{}' is no number", text_.substr(begin, end - begin)));
+    throw ExpressionError(fmt::format("'{}' is not a number", text_.substr(begin, end - begin)));
   }
 
   // Goes past digits, with single underscores between them.
@@ -322,7 +322,7 @@ class Tokeniser {
         code = code * 16 + static_cast<char32_t>(hex(text_[at_]));
       }
       if (code > 0x10FFFF || (code >= 0xD800 && code < 0xE000))
-        throw ExpressionError(fmt::format("'\\{}' is no character", c));
+        throw ExpressionError(fmt::format("'\\{}' is not a character", c));
       append_utf8(out, code);
     } else {
       out += '\\';

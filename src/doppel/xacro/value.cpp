@@ -209,7 +209,7 @@ Value Value::set(const ValueList& items) {
 Value Value::whole(WholeNumber number) {
   if (const auto small = number.small()) return {*small};
   if (number.bits() > WholeNumber::kMaxBits)
-    throw ExpressionError(fmt::format("the whole number needs more than {} bits", WholeNumber::kMaxBits),
+    throw ExpressionError(fmt::format("the integer needs more than {} bits", WholeNumber::kMaxBits),
                           "xacro.overflow");
   return wrap(Big{std::make_shared<const WholeNumber>(std::move(number))});
 }

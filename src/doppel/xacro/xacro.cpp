@@ -144,14 +144,14 @@ void Expander::audit_document(const XmlTree& tree, const TreeWithin& within) {
   where.within = steps_of(&within);
   if (tree.undeclared == "xacro") {
     diagnostics_.warning("xml.prefix", where,
-                         "the prefix 'xacro' is not declared; ros/xacro refuses the file",
+                         "the prefix 'xacro' is not declared; ros/xacro rejects the file",
                          "write xmlns:xacro=\"http://www.ros.org/wiki/xacro\" into the root element");
     return;
   }
   throw InputError(
       "xml.prefix", where,
-      fmt::format("the prefix '{}' is not declared, so that xacro refuses the file", tree.undeclared),
-      fmt::format("write xmlns:{}=\"...\" into the root element, or take the prefix off", tree.undeclared));
+      fmt::format("the prefix '{}' is not declared, so xacro rejects the file", tree.undeclared),
+      fmt::format("write xmlns:{}=\"...\" into the root element, or remove the prefix", tree.undeclared));
 }
 
 const TreeAttribute& Expander::required(const TreeNode& node, std::string_view name, const Context& context) {
@@ -161,7 +161,7 @@ const TreeAttribute& Expander::required(const TreeNode& node, std::string_view n
   const auto near = nearest_name(name, names);
   throw InputError("xacro.missing_attribute", location_of(node.where, context),
                    fmt::format("<{}> has no attribute '{}'{}", node.name, name,
-                               near ? fmt::format("; is '{}' meant?", *near) : ""));
+                               near ? fmt::format("; did you mean '{}'?", *near) : ""));
 }
 
 bool Expander::condition_of(const TreeAttribute* a, bool fallback, const Context& context) {
@@ -177,14 +177,14 @@ void Expander::check_attributes(const TreeNode& node, std::initializer_list<std:
     const std::vector<std::string> names(known.begin(), known.end());
     diagnostics_.warning(
         "xacro.unknown_attribute", location_of(a->where, context),
-        fmt::format("<{}> knows no attribute '{}'{}", node.name, a->name, did_you_mean(a->name, names)));
+        fmt::format("<{}> has no attribute '{}'{}", node.name, a->name, did_you_mean(a->name, names)));
   }
 }
 
 void Expander::count_nodes(std::int64_t nodes, const TreeNode& node, const Context& context) {
   if ((interpreter_.budget().nodes -= nodes) >= 0) return;
   throw InputError("xacro.too_much", outermost(location_of(node.where, context)),
-                   "the expansion grows without end",
+                   "the expansion grows without bound",
                    "look for a macro that calls itself or doubles its output");
 }
 
@@ -196,13 +196,13 @@ Context Expander::deeper(const TreeNode& node, const Context& context, std::stri
       TreePlace here = node.where;  // by itself, not through a hundred includes
       here.within = nullptr;
       throw InputError("xacro.include_loop", locate(here),
-                       fmt::format("files include each other without an end: {}", loop),
-                       "take this <xacro:include> out, or put what both need into a third file");
+                       fmt::format("files include each other recursively: {}", loop),
+                       "remove this <xacro:include>, or move the common part to a third file");
     }
     throw InputError("xacro.too_deep", outermost(location_of(node.where, context)),
                      fmt::format("macros and includes are nested more than {} deep, {}{}", deepest, what,
                                  name.empty() ? "" : fmt::format(" '{}'", name)),
-                     "look for one that calls or includes itself without an end");
+                     "look for one that calls or includes itself");
   }
   Context out = context;
   out.within = arena_.make<TreeWithin>(placed(node.where, context), what, name);
@@ -364,9 +364,10 @@ std::string_view Expander::property_name(const TreeNode& in, const Context& cont
   const TreeAttribute& attribute = required(in, "name", context);
   const std::string_view name = text_of(attribute, context);
   if (!identifier(name)) {
-    throw InputError("xacro.property_name", location_of(attribute.where, context),
-                     fmt::format("'{}' cannot be the name of a property", name),
-                     "letters, digits and underscores, no keyword of Python: expressions have to read it");
+    throw InputError(
+        "xacro.property_name", location_of(attribute.where, context),
+        fmt::format("'{}' cannot be the name of a property", name),
+        "use letters, digits and underscores, and no Python keyword: expressions must be able to read it");
   }
   if (name.starts_with("__"))
     throw InputError("xacro.property_name", location_of(attribute.where, context),
@@ -386,7 +387,7 @@ Scope* Expander::property_scope(const TreeNode& in, std::string_view name, const
   }
   if (target == nullptr)
     diagnostics_.warning("xacro.scope", location_of(wanted->where, context),
-                         fmt::format("the property '{}' has no scope around it; it is not defined", name));
+                         fmt::format("the property '{}' has no enclosing scope; it is not defined", name));
   return target;
 }
 
@@ -397,8 +398,9 @@ void Expander::property(const TreeNode& in, const Context& context, Output& out)
   const TreeAttribute *value = in.find("value"), *fallback = in.find("default");
   const bool remove = condition_of(in.find("remove"), false, context);
   if ((value != nullptr) + (fallback != nullptr) + remove > 1)
-    throw InputError("xacro.property", location_of(in.where, context),
-                     fmt::format("value, default and remove exclude each other, in the property '{}'", name));
+    throw InputError(
+        "xacro.property", location_of(in.where, context),
+        fmt::format("value, default and remove are mutually exclusive in the property '{}'", name));
   if (remove) return context.scope->remove(name);
   if (fallback != nullptr) {
     if (context.scope->knows(name)) return;
@@ -430,12 +432,12 @@ void Expander::macro(const TreeNode& in, const Context& context, Output& out) {
   if (made->name.starts_with(kPrefix)) {
     diagnostics_.warning(
         "xacro.macro_name", location_of(name.where, context),
-        fmt::format("the macro name '{}' holds the prefix 'xacro:', which is left off", made->name));
+        fmt::format("the macro name '{}' has the prefix 'xacro:', which is dropped", made->name));
     made->name.remove_prefix(kPrefix.size());
   }
   if (made->name.find('.') != std::string_view::npos || made->name == "call")
     throw InputError("xacro.macro_name", location_of(name.where, context),
-                     fmt::format("a macro cannot be called '{}'", made->name),
+                     fmt::format("a macro cannot be named '{}'", made->name),
                      "'call' is an element of xacro, and a '.' stands between a namespace and a macro");
   if (const TreeAttribute* parameters = in.find("params"))
     made->parameters = parse_parameters(parameters->value, placed(parameters->where, context));
@@ -471,9 +473,9 @@ void Expander::insert(const TreeNode& in, const Context& context, Output& out) {
   const bool whole = found == nullptr;
   if (whole) found = context.scope->find_block("*", name);
   if (found == nullptr) {
-    throw InputError(
-        "xacro.undefined_block", location_of(in.where, context), fmt::format("undefined block '{}'", name),
-        "it has to be a block parameter (*name) of the macro, or a property with elements inside");
+    throw InputError("xacro.undefined_block", location_of(in.where, context),
+                     fmt::format("undefined block '{}'", name),
+                     "it must be a block parameter (*name) of the macro, or a property with child elements");
   }
   const Block block = *found;
   Context inside = deeper(in, context, "in block", name);
@@ -492,7 +494,7 @@ void Expander::dynamic_element(const TreeNode& in, const Context& context, Outpu
   const std::string_view name = text_of(from, context);
   if (name.empty() || name == in.name)
     throw InputError("xacro.element", location_of(from.where, context),
-                     fmt::format("<xacro:element> cannot make an element called '{}'", name));
+                     fmt::format("<xacro:element> cannot create an element named '{}'", name));
   element_child(in, name, context, out);
 }
 

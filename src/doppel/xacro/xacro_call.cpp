@@ -76,9 +76,10 @@ void Expander::bind_blocks(Call& call) {
     skip();
   }
   if (next != nullptr) {
-    throw InputError("xacro.unused_block", locate(next->where),
-                     fmt::format("the macro '{}' has no use for the block <{}>", call.macro.name, next->name),
-                     fmt::format("it is defined at {}", locate(call.macro.where).place()));
+    throw InputError(
+        "xacro.unused_block", locate(next->where),
+        fmt::format("the macro '{}' has no parameter for the block <{}>", call.macro.name, next->name),
+        fmt::format("it is defined at {}", locate(call.macro.where).place()));
   }
 }
 
@@ -123,7 +124,7 @@ void Expander::call(const TreeNode& in, std::string_view name, bool through_call
     std::sort(names.begin(), names.end());
     throw InputError("xacro.unknown_macro", location_of(in.where, context),
                      fmt::format("unknown macro '{}'{}", name, did_you_mean(name, names)),
-                     "macros have to be defined or included before they are called");
+                     "macros must be defined or included before they are called");
   }
   Context inside = deeper(in, caller, "in macro", macro->name);
   auto inner = std::make_unique<Scope>(interpreter_, caller.scope, Scope::Kind::macro);

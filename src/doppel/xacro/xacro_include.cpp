@@ -59,7 +59,7 @@ std::vector<fs::path> Expander::included_files(std::string_view name, const Tree
     Matches matches(path);
     if (matches.too_many)
       throw InputError("xacro.too_much", locate(where),
-                       fmt::format("'{}' looks into too many files", path.string()));
+                       fmt::format("'{}' matches too many files", path.string()));
     std::vector<fs::path> out = std::move(matches.found);
     if (out.empty())
       diagnostics_.warning("xacro.no_match", locate(where),

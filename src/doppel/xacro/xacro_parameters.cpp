@@ -40,9 +40,9 @@ class Parameters {
     const std::size_t after_name = at_;
     skip();
     if (text_.substr(at_, 1) == ":" && text_.substr(at_, 2) != ":=")
-      fail(fmt::format("':' of the parameter '{}' is followed by something else than '='", out.name));
+      fail(fmt::format("':' of the parameter '{}' is not followed by '='", out.name));
     const std::size_t sign = text_.substr(at_, 2) == ":=" ? 2 : text_.substr(at_, 1) == "=" ? 1 : 0;
-    if (out.name.empty()) fail(fmt::format("'{}' is no list of parameters", text_));
+    if (out.name.empty()) fail(fmt::format("'{}' is not a list of parameters", text_));
     if (sign == 0) {
       at_ = after_name;
       return out;

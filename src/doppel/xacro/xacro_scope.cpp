@@ -57,9 +57,9 @@ const Value* Scope::find(std::string_view name) {
 
 const Value& Scope::resolved(std::string_view name, Property& property) {
   if (property.busy) {
-    throw ExpressionError(
-        fmt::format("the property '{}', defined at {}, needs itself", name, locate(property.where).place()),
-        "xacro.circular");
+    throw ExpressionError(fmt::format("the property '{}', defined at {}, depends on itself", name,
+                                      locate(property.where).place()),
+                          "xacro.circular");
   }
   property.busy = true;
   try {

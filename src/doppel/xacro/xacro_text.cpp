@@ -94,8 +94,8 @@ Interpreter::Interpreter(const PackageResolver& resolver, Diagnostics& diagnosti
 void Interpreter::charge(std::size_t characters, const TreePlace& where) {
   budget_.characters -= static_cast<std::int64_t>(characters);
   if (budget_.characters < 0)
-    throw InputError("xacro.too_much", locate(where), "the expansion grows without end",
-                     "look for a property or macro that doubles itself");
+    throw InputError("xacro.too_much", locate(where), "the expansion grows without bound",
+                     "look for a property or macro that repeats itself");
 }
 
 std::span<const TextPart> Interpreter::parts(std::string_view text, const TreePlace& where) {
@@ -126,7 +126,7 @@ Value Interpreter::text(std::string_view text, Scope& scope, const TreePlace& wh
   if (text.find('$') == std::string_view::npos) return Value(std::string(text));
   if (StackGuard::exhausted()) {
     throw InputError("xacro.too_deep", locate(where), "properties and expressions are nested too deeply here",
-                     "look for one that needs itself");
+                     "look for one that depends on itself");
   }
   const ScopedAssignment<const TreePlace*> here(here_, &where);
   const std::span<const TextPart> cut = parts(text, where);
@@ -195,7 +195,7 @@ const std::string& Interpreter::argument(std::string_view name, const TreePlace&
           fmt::format("undefined substitution argument '{}': it is declared at {}, which is not read "
                       "before this place",
                       name, locate(late->where).place()),
-          fmt::format("move the <xacro:arg> up, before what reads it, or give {}:=...", name));
+          fmt::format("move the <xacro:arg> up, before its first use, or pass {}:=...", name));
     }
   }
   std::vector<std::string> names;
@@ -203,7 +203,7 @@ const std::string& Interpreter::argument(std::string_view name, const TreePlace&
   throw InputError(
       "xacro.undefined_argument", locate(where),
       fmt::format("undefined substitution argument '{}'{}", name, did_you_mean(name, names)),
-      fmt::format("give {}:=..., or declare <xacro:arg name=\"{}\" default=\"...\"/> before this line", name,
+      fmt::format("pass {}:=..., or declare <xacro:arg name=\"{}\" default=\"...\"/> before this line", name,
                   name));
 }
 
@@ -218,7 +218,7 @@ std::string_view Interpreter::package(std::string_view name, const TreePlace& wh
       fmt::format("package '{}' is not found{}{}", name,
                   found.nearest.empty() ? "" : fmt::format("; did you mean '{}'?", found.nearest),
                   tried.empty() ? "" : (found.nearest.empty() ? ". Looked in:" : " Looked in:") + tried),
-      "put the package beside this one, or into ROS_PACKAGE_PATH");
+      "put the package next to this one, or add it to ROS_PACKAGE_PATH");
 }
 
 // $(...) of a text that holds nothing else, then $(find ...) in what came out.
@@ -251,7 +251,7 @@ std::string_view Interpreter::command(std::string_view inner, const TreePlace& w
                                  did_you_mean(name, commands)));
   }
   if (given.size() < 2 || (given.size() > 2 && name != "optenv"))
-    throw InputError("xacro.substitution", locate(where), fmt::format("$({}) needs one name", inner));
+    throw InputError("xacro.substitution", locate(where), fmt::format("$({}) needs exactly one name", inner));
   if (name == "find") return package(given[1], where);
   if (name == "arg") return argument(given[1], where);
   if (const char* value = std::getenv(std::string(given[1]).c_str())) return arena().copy(value);
@@ -298,7 +298,7 @@ void Interpreter::warn_of_global(std::string_view name) {
   if (find_builtin(name) == nullptr && global(name) == nullptr) return;
   if (!warned_.emplace(name).second) return;
   diagnostics_.warning("xacro.redefines", locate(here()),
-                       fmt::format("'{}' is a name of xacro's own, which is redefined here", name),
+                       fmt::format("'{}' is a built-in name of xacro, which is redefined here", name),
                        "choose another name; expressions below see this one");
 }
 

@@ -21,7 +21,7 @@ class Converter {
 
   Value value(const YAML::Node& node, int depth) {
     if (depth > kMaxYamlDepth) fail(node, "the YAML is nested too deeply");
-    if (++count_ > kMaxNodes) fail(node, "the YAML holds too much, its aliases counted");
+    if (++count_ > kMaxNodes) fail(node, "the YAML is too large with its aliases expanded");
     switch (node.Type()) {
       case YAML::NodeType::Scalar:
         return scalar(node);
@@ -84,13 +84,13 @@ class Converter {
     if (tag == "tag:yaml.org,2002:float" && parse_real(text, number)) return Value(number);
     if (auto whole = parse_whole(text); whole && tag == "tag:yaml.org,2002:int") return *std::move(whole);
     if (tag == "tag:yaml.org,2002:bool" || tag == "tag:yaml.org,2002:null") return yaml_scalar(text);
-    fail(node, fmt::format("the tag '{}' of '{}' is not known; there are !degrees, !radians, !meters, "
+    fail(node, fmt::format("unknown tag '{}' of '{}'; known tags are !degrees, !radians, !meters, "
                            "!millimeters, !foot, !inches",
                            tag, text));
   }
 
   Value quantity(const YAML::Node& node) {
-    std::string why = "it is no number";
+    std::string why = "it is not a number";
     try {
       if (const auto value = yaml_quantity(node.Tag(), node.Scalar())) return *value;
     } catch (const ExpressionError& problem) {

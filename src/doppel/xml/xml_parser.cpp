@@ -34,8 +34,7 @@ class Parser {
 
   // What the bytes were changed into before they came here.
   void changed(std::size_t offset) {
-    if (offset != std::string::npos)
-      tolerate(offset, "here are bytes that are not UTF-8, or not text at all");
+    if (offset != std::string::npos) tolerate(offset, "the file contains bytes that are not UTF-8");
   }
 
   XmlTree document() {
@@ -52,7 +51,7 @@ class Parser {
         characters();
     }
     if (!open_.empty()) unclosed(text_.size());
-    if (root_ == nullptr) fail(text_.size(), "there is no element in it");
+    if (root_ == nullptr) fail(text_.size(), "the file contains no element");
     out.root = root_;
     out.tolerated = std::move(tolerated_);
     out.undeclared = undeclared_;
@@ -69,7 +68,7 @@ class Parser {
   // What XML forbids, and urdfdom reads: refused, or said where the rules are lenient.
   void tolerate(std::size_t offset, const std::string& what, const std::string& fix = "") {
     if (!lenient_) fail(offset, what, fix);
-    warn(offset, what + "; urdfdom reads on, xacro and other readers of XML refuse the file", fix);
+    warn(offset, what + "; urdfdom accepts it, but xacro and other XML parsers reject the file", fix);
   }
   void warn(std::size_t offset, const std::string& what, const std::string& fix) {
     constexpr std::size_t kMaxWarnings = 20;
@@ -163,7 +162,7 @@ class Parser {
     if (blank(text_[at_])) return skip_blanks();
     if (text_[at_] != '<') {
       if (root_ == nullptr) fail(at_, "it begins with text");
-      tolerate(at_, "there is text behind the root element");
+      tolerate(at_, "there is text after the root element");
       at_ = std::min(text_.find('<', at_), text_.size());
       return;
     }
@@ -172,8 +171,9 @@ class Parser {
       return;
     }
     if (ahead("<!DOCTYPE") && root_ == nullptr) return doctype();
-    if (ahead("</") || ahead("<!")) fail(at_, "it begins with what can only stand within an element");
-    if (root_ != nullptr) tolerate(at_, "there are two root elements; it has to have one");
+    if (ahead("</") || ahead("<!"))
+      fail(at_, "it begins with content that is only allowed inside an element");
+    if (root_ != nullptr) tolerate(at_, "there are two root elements, but only one is allowed");
     element();
   }
 
@@ -187,7 +187,7 @@ class Parser {
       std::size_t end = text_.find("--", at_);
       if (end == std::string_view::npos) fail(opened, "the comment is not closed");
       if (text_.substr(end, 3) != "-->") {
-        tolerate(end, "'--' stands within a comment", "comments cannot hold comments, nor '--' otherwise");
+        tolerate(end, "'--' is not allowed in a comment", "comments cannot contain comments or '--'");
         end = text_.find("-->", end);
         if (end == std::string_view::npos) fail(opened, "the comment is not closed");
       }
@@ -215,9 +215,9 @@ class Parser {
 
   // Behind blank lines and comments, as editors leave them, it does no harm.
   void late_declaration(std::size_t at) {
-    const std::string what = "<?xml ...?> stands somewhere else than at the very beginning";
+    const std::string what = "<?xml ...?> is not at the beginning of the file";
     if (declared_ || root_ != nullptr) return tolerate(at, what);
-    warn(at, what + "; urdfdom reads on, ros/xacro refuses the file", "take out what stands before it");
+    warn(at, what + "; urdfdom accepts it, but ros/xacro rejects the file", "remove everything before it");
   }
 
   // Only the entities of an internal subset matter here.
@@ -287,7 +287,7 @@ class Parser {
       return;
     }
     if (ahead("<![CDATA[")) return section();
-    tolerate(at_, "a declaration cannot stand within an element");
+    tolerate(at_, "a declaration is not allowed inside an element");
     until(">", at_, "the declaration");
   }
 
@@ -363,9 +363,9 @@ class Parser {
         return;
       }
       if (before == at_) {
-        const std::string what = fmt::format("'{}' was not expected in <{}>", text_[at_], node->name);
+        const std::string what = fmt::format("unexpected '{}' in <{}>", text_[at_], node->name);
         if (!is(text_[at_], kStartsName)) fail(at_, what);
-        tolerate(at_, what, "write a blank before it");
+        tolerate(at_, what, "write a space before it");
       }
       TreeAttribute* const made = attribute(*node);
       *end = made;
@@ -423,7 +423,8 @@ class Parser {
       const char c = text_[end];
       if (c == quote) break;
       if (c == '<')
-        tolerate(end, fmt::format("'<' stands in the value of {}", key), "write &lt;, or close the quotes");
+        tolerate(end, fmt::format("'<' is not allowed in the value of {}", key),
+                 "write &lt;, or close the quotes");
       plain = plain && c != '&' && c >= ' ';
       dollar = dollar || c == '$';
     }
@@ -488,7 +489,7 @@ class Parser {
     if (!plain) {
       all_blank = raw.find_first_not_of(kBlank) == std::string_view::npos;
       if (const std::size_t bad = raw.find("]]>"); bad != std::string_view::npos)
-        tolerate(begin + bad, "']]>' stands in a text");
+        tolerate(begin + bad, "']]>' is not allowed in text");
     }
     TreeNode& parent = *open_.back();
     if (keep_ == XmlContent::content && all_blank && (parent.first != nullptr || !ahead("</"))) return;
@@ -527,7 +528,7 @@ class Parser {
                         std::string& out) {
     const std::size_t end = raw.substr(0, 256).find(';');
     if (end == std::string_view::npos || end < 2) {
-      tolerate(offset, "'&' does not begin a reference", "write &amp; for the character itself");
+      tolerate(offset, "'&' does not start a reference", "write &amp; for the character itself");
       return out += '&', 1;
     }
     const std::string_view key = raw.substr(1, end - 1);
@@ -538,7 +539,7 @@ class Parser {
     }
     if (key[0] == '#') {
       const char32_t code = character_reference(key.substr(1));
-      if (code == 0) fail(offset, fmt::format("&{}; is no character", key));
+      if (code == 0) fail(offset, fmt::format("&{}; is not a character", key));
       append_utf8(out, code);
       return end + 1;
     }
@@ -556,7 +557,7 @@ class Parser {
                      std::string& out) {
     for (std::size_t i = 0; i < value.size(); ++i) {
       if (++entity_bytes_ > kEntityBytes) fail(offset, "its entities come to more than 1 MB");
-      if (value[i] == '<') fail(offset, "entities that hold elements are not supported");
+      if (value[i] == '<') fail(offset, "entities that contain elements are not supported");
       if (value[i] == '&')
         i += reference(value.substr(i), offset, attribute, depth, out) - 1;
       else

@@ -64,9 +64,9 @@ TEST_F(DatasheetTest, UnknownKeyIsRefusedWithPlaceAndNearestName) {
   EXPECT_THAT(error_of(sheet("stall_torque: [{voltage: 5, value: 36, unit: kgcm}]\n")),
               HasSubstr("did you mean 'kg cm'?"));
   EXPECT_THAT(error_of(sheet("stall_torque: [{voltage: 5, value: -1, unit: N m}]\n")),
-              HasSubstr("no number above 0"));
+              HasSubstr("not a positive number"));
   EXPECT_THAT(error_of(sheet("stall_torque: [{voltage: 5, value: \"3,6\", unit: N m}]\n")),
-              HasSubstr("no number above 0"));
+              HasSubstr("not a positive number"));
   EXPECT_THAT(error_of("actuator: X\n"), HasSubstr("'source' is missing"));
   EXPECT_THAT(error_of("arm: a\njoints: {j: ds3241}\n"), HasSubstr("did you mean 'ds3240'?"));
   EXPECT_THAT(error_of("arm: a\njoints: {j: {actuator: ds3240, redution: 2}}\n"),

@@ -58,7 +58,7 @@ struct ActionServer<A>::Impl {
     const GoalId& id = request.goal_id.uuid;
     typename SendGoal<A>::Response response;
     response.stamp = to_time_msg(bus.ros_now());
-    Status decision = Status::refused("a goal with this id exists already");
+    Status decision = Status::refused("a goal with this id already exists");
     forget_expired();
     if (goals.add(id, bus.ros_now())) {
       deciding = true;

@@ -33,7 +33,7 @@ class EdgeLink {
         ring_(options.ring_bytes),
         fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
     if (fd_ < 0)
-      throw std::system_error(errno, std::generic_category(), "cannot make an eventfd for an edge");
+      throw std::system_error(errno, std::generic_category(), "cannot create an eventfd for an edge");
   }
   ~EdgeLink() { close(fd_); }
   EdgeLink(const EdgeLink&) = delete;

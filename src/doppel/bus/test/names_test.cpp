@@ -158,7 +158,7 @@ TEST(RosArguments, UnusedArgumentIsReported) {
 
 TEST(RosArguments, InvalidArgumentIsReported) {
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "a"})), HasSubstr("FROM:=TO"));
-  EXPECT_THAT(error_of(words({"--ros-args", "-r"})), HasSubstr("something is missing"));
+  EXPECT_THAT(error_of(words({"--ros-args", "-r"})), HasSubstr("a value is missing"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "__ns:=left"})), HasSubstr("slash"));
   EXPECT_THAT(error_of(words({"--ros-args", "--enclave", "left"})), HasSubstr("slash"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "__nss:=/left"})), HasSubstr("did you mean '__ns'?"));

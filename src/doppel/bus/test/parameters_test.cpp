@@ -111,7 +111,7 @@ TEST(Parameters, OverrideBeforeDeclarationIsUsed) {
   parameters.allow_undeclared();
   ASSERT_TRUE(parameters.set_all({{"p", std::int64_t{2}}, {"q", std::string("x")}, {"r", -1.0}}));
   EXPECT_EQ(parameters.declare("p", 1.0), ParameterValue(2.0));
-  EXPECT_EQ(parameters.declare("q", 1.0), ParameterValue(1.0)) << "of another type";
+  EXPECT_EQ(parameters.declare("q", 1.0), ParameterValue(1.0)) << "has another type";
   EXPECT_EQ(parameters.declare("r", 1.0, {.range = ParameterRange{0, 1}}), ParameterValue(1.0));
   EXPECT_FALSE(parameters.set("p", std::string("x")));
   EXPECT_THROW(parameters.declare("p", 1.0), std::logic_error);

@@ -30,7 +30,7 @@ class Params {
       : description_(description), known_(std::move(known)) {
     for (const auto& [name, value] : description.params) {
       if (std::find(known_.begin(), known_.end(), name) == known_.end())
-        report_problem(fmt::format("there is no <param> '{}'{}", name, did_you_mean(name, known_)));
+        report_problem(fmt::format("unknown <param> '{}'{}", name, did_you_mean(name, known_)));
     }
   }
   [[nodiscard]] double number(const std::string& name, double otherwise, double least) {
@@ -41,7 +41,7 @@ class Params {
     if (error != std::errc() || end != text->data() + text->size() || !std::isfinite(value) ||
         value < least) {
       report_problem(
-          fmt::format("<param> '{}' is '{}', where a number from {:g} on is wanted", name, *text, least));
+          fmt::format("<param> '{}' is '{}', but must be a number of at least {:g}", name, *text, least));
       return otherwise;
     }
     return value;
@@ -172,7 +172,7 @@ HardwareReturn Loopback::failing(std::int64_t count) const {
 }
 
 std::string Loopback::fault() const {
-  return fmt::format("its <param> 'fault' says so from {} {} on", fault_in_write_ ? "write" : "read",
+  return fmt::format("its <param> 'fault' triggers it from {} {} on", fault_in_write_ ? "write" : "read",
                      fault_at_);
 }
 

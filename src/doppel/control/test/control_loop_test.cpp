@@ -146,7 +146,7 @@ TEST(ControlLoopTest, StalledLoopStopsHardware) {
               options);
   EXPECT_TRUE(rig.attend_until([&] { return rig.manager->is_stopped(); }));
   const std::lock_guard lock(rig.mutex);
-  EXPECT_THAT(rig.said, HasSubstr("emergency stop by the watchdog: the control loop stood still for"));
+  EXPECT_THAT(rig.said, HasSubstr("emergency stop by watchdog: the control loop was blocked for"));
 }
 
 TEST(ControlLoopTest, ErrorInLoopIsHandledOnOtherThread) {
@@ -176,7 +176,7 @@ TEST(AsyncHardwareTest, DeviceErrorBecomesComponentError) {
   EXPECT_TRUE(rig.attend_until([&] { return !rig.manager->hardware().front().fault.empty(); }));
   const HardwareView view = rig.look([&] { return rig.manager->hardware().front(); });
   EXPECT_EQ(view.state, HardwareState::unconfigured);
-  EXPECT_THAT(view.fault, HasSubstr("its <param> 'fault' says so"));
+  EXPECT_THAT(view.fault, HasSubstr("its <param> 'fault' triggers it"));
 }
 
 }  // namespace

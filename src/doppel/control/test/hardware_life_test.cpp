@@ -111,7 +111,7 @@ TEST(HardwareLifecycle, FailedRecoveryFinalizesComponent) {
   rig.hardware->read_answer = HardwareReturn::error;
   rig.run(1);
   EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::finalized);
-  EXPECT_THAT(rig.view("FakeSystem").fault, HasSubstr("it cannot recover: it is burnt"));
+  EXPECT_THAT(rig.view("FakeSystem").fault, HasSubstr("recovery failed: it is burnt"));
   EXPECT_FALSE(rig.manager->state_interfaces()[0].available);
 }
 
@@ -141,7 +141,7 @@ TEST(HardwareLifecycle, LostHardwareStartsFallbackControllers) {
   rig.run(1);
   EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
   EXPECT_EQ(rig.state_of("spare"), ControllerState::active);
-  EXPECT_EQ(rig.count(Severity::warning, "'spare' runs in place of 'left'"), 1u) << rig.said();
+  EXPECT_EQ(rig.count(Severity::warning, "'spare' replaces 'left'"), 1u) << rig.said();
 }
 
 TEST(HardwareLifecycle, FaultIsPublishedInDiagnosticsAndParameter) {
@@ -216,7 +216,7 @@ spare: {ros__parameters: {joints: [a]}}
   EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
   EXPECT_EQ(rig.state_of("right"), ControllerState::active);
   EXPECT_EQ(rig.state_of("spare"), ControllerState::active);
-  EXPECT_EQ(rig.count(Severity::error, "'left' is deactivated: its update threw: no solution"), 1u)
+  EXPECT_EQ(rig.count(Severity::error, "'left' is deactivated: update() threw: no solution"), 1u)
       << rig.said();
 }
 

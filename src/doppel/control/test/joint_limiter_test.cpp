@@ -55,7 +55,7 @@ TEST(JointLimiter, PositionOutsideIsClampedAndReportedOnce) {
   rig.value = 2.75;
   rig.run(200);
   EXPECT_EQ(rig.count(Severity::warning,
-                      "j 1: commands ask 2.5 rad, its limits are -1 to 2 rad; held at the limit"),
+                      "j 1: command 2.5 rad is outside the limits -1 to 2 rad; clamped to the limit"),
             1u)
       << rig.said();
   EXPECT_EQ(rig.lines.size(), 1u) << rig.said();
@@ -84,9 +84,9 @@ TEST(JointLimiter, PositionRateIsClampedToVelocityLimit) {
   EXPECT_NEAR(rig.applied(), 0.512, 1e-12);
   rig.run(60);
   EXPECT_EQ(rig.applied(), 0.513);
-  EXPECT_EQ(
-      rig.count(Severity::warning, "j 1: commands ask 1.3 rad/s, its limit is 0.2 rad/s; held to the limit"),
-      1u)
+  EXPECT_EQ(rig.count(Severity::warning,
+                      "j 1: command 1.3 rad/s is above the limit 0.2 rad/s; clamped to the limit"),
+            1u)
       << rig.said();
   EXPECT_EQ(rig.lines.size(), 1u);
 }
@@ -124,18 +124,18 @@ TEST(JointLimiter, VelocityAndEffortAreClamped) {
   velocity.value = -3;
   velocity.run(40);
   EXPECT_EQ(velocity.applied(), -0.5);
-  EXPECT_EQ(velocity.count(Severity::warning, "j 1: commands ask -3 rad/s, its limit is 0.5 rad/s"), 1u)
+  EXPECT_EQ(velocity.count(Severity::warning, "j 1: command -3 rad/s is above the limit 0.5 rad/s"), 1u)
       << velocity.said();
   LimitRig effort({.name = "j 1", .effort = 3.5}, "effort");
   effort.value = 12;
   effort.run(40);
   EXPECT_EQ(effort.applied(), 3.5);
-  EXPECT_EQ(effort.count(Severity::warning, "j 1: commands ask 12 N m, its limit is 3.5 N m"), 1u)
+  EXPECT_EQ(effort.count(Severity::warning, "j 1: command 12 N m is above the limit 3.5 N m"), 1u)
       << effort.said();
   LimitRig linear({.name = "j 1", .type = JointType::prismatic, .effort = 3.5}, "effort");
   linear.value = 12;
   linear.run(40);
-  EXPECT_EQ(linear.count(Severity::warning, "ask 12 N, its limit is 3.5 N;"), 1u) << linear.said();
+  EXPECT_EQ(linear.count(Severity::warning, "command 12 N is above the limit 3.5 N;"), 1u) << linear.said();
 }
 
 TEST(JointLimiter, VelocityIsClampedAtPositionLimit) {
@@ -143,7 +143,7 @@ TEST(JointLimiter, VelocityIsClampedAtPositionLimit) {
   rig.value = 0.5;
   rig.run(400);
   EXPECT_NEAR(rig.hardware->position("j 1"), 1.0, 1e-9);
-  EXPECT_EQ(rig.count(Severity::warning, "it is at the end"), 1u) << rig.said();
+  EXPECT_EQ(rig.count(Severity::warning, "at the end of the range"), 1u) << rig.said();
   rig.value = -0.5;
   rig.run(100);
   EXPECT_NEAR(rig.hardware->position("j 1"), 0.5, 1e-9);

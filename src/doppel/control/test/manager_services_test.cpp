@@ -205,7 +205,7 @@ TEST(ManagerServices, ClaimedHardwareCannotBeDeactivated) {
   EXPECT_EQ(rig.hardware->calls.back(), "on_shutdown");
   sleep.target_state = {lifecycle_msgs::msg::State::PRIMARY_STATE_ACTIVE, ""};
   EXPECT_FALSE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
-  EXPECT_EQ(rig.count(Severity::error, "hardware 'FakeSystem' is finalized; it comes back when"), 1u)
+  EXPECT_EQ(rig.count(Severity::error, "hardware 'FakeSystem' is finalized; restart doppel"), 1u)
       << rig.said();
 }
 
@@ -320,7 +320,7 @@ TEST(Spawner, UnsupportedArgumentsAreReported) {
 TEST(Spawner, FailureIsReported) {
   ServiceRig rig("");
   EXPECT_FALSE(rig.load("fwd"));
-  EXPECT_EQ(rig.count(Severity::error, "no type is given for a controller 'fwd'"), 1u) << rig.said();
+  EXPECT_EQ(rig.count(Severity::error, "no type is given for the controller 'fwd'"), 1u) << rig.said();
   ASSERT_TRUE(rig.set("fwd.type", std::int64_t{1}));
   EXPECT_FALSE(rig.load("fwd"));
   EXPECT_EQ(rig.count(Severity::error, "'fwd.type' of /controller_manager is integer"), 1u) << rig.said();

@@ -161,7 +161,7 @@ TEST(ControllerSwitch, DuplicateInterfaceIsRefused) {
   const HardwareDescription description = other->description();
   EXPECT_THAT(
       input_error_of([&] { rig.manager->add_hardware(std::move(other), description, rig.diagnostics); }),
-      HasSubstr("the state interface 'a/position' of hardware 'Other' is offered already"));
+      HasSubstr("the state interface 'a/position' of hardware 'Other' is already exported"));
 }
 
 }  // namespace

@@ -82,7 +82,8 @@ TEST(ControllerManager, ClaimsAreExclusive) {
   EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
   const Status refused = rig.manager->switch_controllers(Names{"both"}, Names{}, Strictness::strict);
   EXPECT_EQ(refused.why(),
-            "'both' wants the command interface 'a/position', which 'left' holds; deactivate 'left' first");
+            "'both' claims the command interface 'a/position', which is claimed by 'left'; deactivate 'left' "
+            "first");
   EXPECT_EQ(rig.manager->command_interfaces()[0].claimed_by, "left");
   EXPECT_EQ(rig.manager->command_interfaces()[1].claimed_by, "");
   EXPECT_FALSE(rig.hardware->claimed("b/position"));
@@ -126,7 +127,8 @@ TEST(ControllerManager, FailedActivationStopsNoOtherController) {
   const Status refused =
       rig.manager->switch_controllers(Names{"both"}, Names{"states"}, Strictness::best_effort);
   EXPECT_EQ(refused.why(),
-            "'both' wants the command interface 'a/position', which 'left' holds; deactivate 'left' first");
+            "'both' claims the command interface 'a/position', which is claimed by 'left'; deactivate 'left' "
+            "first");
   EXPECT_EQ(rig.state_of("states"), ControllerState::active);
   EXPECT_EQ(rig.state_of("left"), ControllerState::active);
   EXPECT_EQ(rig.state_of("both"), ControllerState::inactive);
@@ -230,10 +232,10 @@ TEST(ControllerManager, ThrowingControllerIsReportedAndNotLoaded) {
   };
   rig.registry.add("test/Thrower", [] { return std::make_unique<Thrower>(); });
   EXPECT_THAT(input_error_of([&] { rig.manager->load("t", "test/Thrower"); }),
-              HasSubstr("'t' cannot be initialised: no such file"));
+              HasSubstr("cannot initialise 't': no such file"));
   EXPECT_TRUE(rig.manager->controllers().empty());
   EXPECT_THAT(input_error_of([&] { rig.manager->load("controller_manager", "test/Thrower"); }),
-              HasSubstr("needs its own"));
+              HasSubstr("needs a node name of its own"));
 }
 
 TEST(ControllerManager, UnknownTypeIsReportedWithNearestAndPlace) {
@@ -314,7 +316,7 @@ TEST(ControllerManager, UpdateRateIsRoundedToLoopPeriod) {
   EXPECT_EQ(place.place(), "test.yaml:3:18");
   EXPECT_EQ(rounded.manager->period(), Duration(4'000'000));
   EXPECT_THAT(input_error_of([] { ManagerRig("controller_manager: {ros__parameters: {update_rate: 0}}"); }),
-              HasSubstr("more than 0 Hz"));
+              HasSubstr("above 0 Hz"));
 }
 
 TEST(ControllerManager, ControllersKeepRateAndOrder) {
@@ -375,11 +377,8 @@ TEST(ControllerManager, MissingInterfaceAtStartIsReportedWithPlace) {
   options.joints = {"a"};
   ManagerRig rig(kTwoGroups, {{"a"}, {"b"}}, options);
   const std::string error = input_error_of([&] { rig.manager->start(Names{"both"}); });
-  EXPECT_THAT(
-      error,
-      HasSubstr(
-          "test.yaml:13:17: error: 'both' requires the command interface 'b/position', which no hardware "
-          "offers"));
+  EXPECT_THAT(error, HasSubstr("test.yaml:13:17: error: 'both' requires the command interface 'b/position', "
+                               "which no hardware exports"));
 }
 
 TEST(ControllerManager, StartCollectsErrorsOfAllControllers) {
@@ -407,9 +406,9 @@ left: {ros__parameters: {joints: [a], jointss: [b]}}
 othr: {ros__parameters: {use_local_topics: true}}
 )");
   ASSERT_EQ(rig.diagnostics.all().size(), 2u);
-  EXPECT_THAT(rig.diagnostics.all()[0].str(),
-              HasSubstr("no parameter 'updaterate', so this value does nothing; did you mean "
-                        "'update_rate'?"));
+  EXPECT_THAT(
+      rig.diagnostics.all()[0].str(),
+      HasSubstr("no parameter 'updaterate', so this value has no effect; did you mean 'update_rate'?"));
   EXPECT_THAT(rig.diagnostics.all()[1].str(),
               HasSubstr("the section 'othr' belongs to no controller; did you mean 'other'?"));
   rig.manager->load("left");
@@ -461,7 +460,7 @@ TEST(ControllerManager, TypeParameterOfControllerIsNoTypo) {
       "position_controllers/JointGroupPositionController}}}\n"
       "g: {ros__parameters: {type: a/B, joints: [a]}}");
   other.manager->start(Names{"g"});
-  EXPECT_EQ(other.count(Severity::warning, "the type 'a/B' here does nothing"), 1u) << other.said();
+  EXPECT_EQ(other.count(Severity::warning, "the type 'a/B' has no effect here"), 1u) << other.said();
 }
 
 TEST(ControllerManager, RestartReclaimsAndClearsCommands) {

@@ -162,7 +162,7 @@ TEST(ParameterFile, RepeatedNodeSectionsAreMerged) {
 
 TEST(ParameterFile, InvalidFileIsRefusedAsInRos2) {
   EXPECT_THAT(input_error_of([] { parse("a:\n  ros__parameters:\n    x: 1\n    x: 2\n"); }),
-              HasSubstr("p.yaml:4:5: error: 'x' is written twice; the first one is at p.yaml:3:5"));
+              HasSubstr("p.yaml:4:5: error: 'x' is given twice; the first one is at p.yaml:3:5"));
   EXPECT_THAT(input_error_of([] { parse("a: {ros__parameters: {b.c: 1, b: {c: 2}}}"); }),
               HasSubstr("written twice"));
   EXPECT_THAT(input_error_of([] { parse("a:\n  joints: [b]\n"); }), HasSubstr("outside of ros__parameters"));
@@ -256,7 +256,7 @@ TEST(ParameterDeclaration, WrongTypeOrValueIsRefusedWithPlace) {
   EXPECT_THAT(joints, HasSubstr("write it as a list: [a]"));
   auto yes = parse("m: {ros__parameters: {joints: [y]}}").overrides_for("m");
   EXPECT_THAT(input_error_of([&] { declare<std::vector<std::string>>(parameters, &yes, "joints", {}); }),
-              HasSubstr("put names into quotes"));
+              HasSubstr("quote names"));
   EXPECT_THAT(input_error_of([&] { declare<std::int64_t>(parameters, &o, "rate", 1); }),
               HasSubstr("p.yaml:4:11"));
   const auto check = [](const ParameterValue& v) {

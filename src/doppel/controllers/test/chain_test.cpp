@@ -119,7 +119,7 @@ TEST(ControllerChain, StoppingFollowerOfActiveLeaderIsRefused) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
   EXPECT_THAT(rig.switch_to({}, {"pid"}).why(),
-              HasSubstr("'pid' cannot be deactivated, because 'forward' commands its reference interfaces"));
+              HasSubstr("cannot deactivate 'pid', because 'forward' commands its reference interfaces"));
   EXPECT_EQ(rig.state_of("pid"), ControllerState::active);
   ASSERT_TRUE(rig.switch_to({}, {"pid", "forward"}).ok());
   EXPECT_EQ(rig.state_of("pid"), ControllerState::inactive);
@@ -128,8 +128,9 @@ TEST(ControllerChain, StoppingFollowerOfActiveLeaderIsRefused) {
 TEST(ControllerChain, SecondLeaderIsRefused) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
-  EXPECT_THAT(rig.switch_to({"arm"}).why(), HasSubstr("'arm' wants the command interface 'pid/a/position', "
-                                                      "which 'forward' holds"));
+  EXPECT_THAT(
+      rig.switch_to({"arm"}).why(),
+      HasSubstr("'arm' claims the command interface 'pid/a/position', which is claimed by 'forward'"));
   ASSERT_TRUE(rig.switch_to({"arm"}, {"forward"}).ok());
   EXPECT_TRUE(rig.view("pid").chained);
 }
@@ -192,7 +193,7 @@ TEST(ControllerChain, ListControllersReportsChain) {
 TEST(ControllerChain, UnloadedFollowerWithdrawsReferences) {
   ChainRig rig;
   EXPECT_TRUE(rig.manager->unload("pid").ok());
-  EXPECT_THAT(rig.switch_to({"forward"}).why(), HasSubstr("which no hardware offers"));
+  EXPECT_THAT(rig.switch_to({"forward"}).why(), HasSubstr("which no hardware exports"));
   rig.manager->load("pid");
   ASSERT_TRUE(rig.manager->configure("pid").ok());
   EXPECT_TRUE(rig.switch_to({"forward", "pid"}).ok());

@@ -178,7 +178,7 @@ TEST(JtcAction, GoalTolerancesApplyToOneGoal) {
   const auto fourth = rig.send(nonsense);
   rig.run_for(1);
   EXPECT_EQ(rig.answers[fourth].status, GoalStatus::succeeded);
-  EXPECT_EQ(rig.count(Severity::error, "judged by the default tolerances"), 1u);
+  EXPECT_EQ(rig.count(Severity::error, "uses the default tolerances"), 1u);
 }
 
 // jtc.md, B57.
@@ -279,7 +279,7 @@ TEST(JtcAction, TopicTrajectoryReplacesGoalAndIsReported) {
   rig.run_for(0.7);
   EXPECT_EQ(rig.answers[goal].status, GoalStatus::succeeded);
   EXPECT_DOUBLE_EQ(rig.command("a/position"), -1);
-  EXPECT_EQ(rig.count(Severity::warning, "replaces that of the active goal for a, b, c"), 1u);
+  EXPECT_EQ(rig.count(Severity::warning, "replaces the trajectory of the active goal for a, b, c"), 1u);
   EXPECT_EQ(rig.count(Severity::warning, "cancel the goal before sending to the topic"), 1u);
 }
 

@@ -106,7 +106,7 @@ TEST(JtcExecution, LateTrajectoryStartsInMiddleAndIsReported) {
   rig.say(trajectory(kJoints, {point(0.5, {0, 0, 0}), point(2.5, {1, 2, 1})}, rig.time() - 1.5));
   rig.run(1);
   EXPECT_NEAR(rig.command("b/position"), 1, 0.02);
-  EXPECT_EQ(rig.count(Severity::warning, "entered in the middle, where joint 'b' jumps by 0.99"), 1u)
+  EXPECT_EQ(rig.count(Severity::warning, "starts in the middle, where joint 'b' jumps by 0.99"), 1u)
       << rig.said();
 }
 
@@ -119,7 +119,7 @@ TEST(JtcExecution, FutureTrajectoryReplacesCurrent) {
   rig.say(trajectory(kJoints, {point(1, {0, 0, 0})}, rig.time() + 1));
   rig.run_for(1);
   EXPECT_NEAR(rig.command("a/position"), 0.5, 0.02);  // half of two seconds from 1 to 0
-  EXPECT_EQ(rig.count(Severity::warning, "what runs is dropped now and joint 'a' sets out"), 1u)
+  EXPECT_EQ(rig.count(Severity::warning, "the running trajectory is replaced now and joint 'a' moves"), 1u)
       << rig.said();
   rig.run_for(1.1);
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 0);
@@ -328,7 +328,7 @@ TEST(JtcExecution, GainsChangeWhileRunning) {
   EXPECT_TRUE(rig.set_parameter("gains.a.u_clamp_min", 3.0).ok());  // above u_clamp_max: the old gains stay
   rig.run(1);
   EXPECT_DOUBLE_EQ(rig.command("a/effort"), 2);
-  EXPECT_EQ(rig.count(Severity::error, "the values before remain in force"), 1u);
+  EXPECT_EQ(rig.count(Severity::error, "the previous values stay in effect"), 1u);
   EXPECT_FALSE(rig.set_parameter("joints", std::vector<std::string>{"a"}).ok());
 }
 
@@ -336,7 +336,7 @@ TEST(JtcExecution, GainsChangeWhileRunning) {
 TEST(JtcExecution, ToleranceChangeAppliesToNextGoalAndIsReported) {
   JtcRig rig;
   ASSERT_TRUE(rig.set_parameter("constraints.a.trajectory", 0.01).ok());
-  EXPECT_EQ(rig.count(Severity::warning, "'constraints.a.trajectory' counts from the next action goal on"),
+  EXPECT_EQ(rig.count(Severity::warning, "'constraints.a.trajectory' applies from the next action goal on"),
             1u);
   rig.hardware->block("a");
   rig.say(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
@@ -547,7 +547,7 @@ TEST(JtcExecution, TimeoutDecelerates) {
 TEST(JtcExecution, ImpossibleDecelerationFallsBackToHold) {
   JtcOptions no_velocity = braking_options();
   no_velocity.states = {kPosition};
-  EXPECT_EQ(JtcRig(no_velocity).count(Severity::warning, "no velocity is measured"), 1u);
+  EXPECT_EQ(JtcRig(no_velocity).count(Severity::warning, "there is no measured velocity"), 1u);
   JtcOptions no_deceleration = braking_options();
   no_deceleration.more = "constraints: {decelerate_on_cancel: true, a: {max_deceleration_on_cancel: 2.0}}";
   EXPECT_EQ(JtcRig(no_deceleration).count(Severity::warning, "joint 'b' has no deceleration"), 1u);

@@ -65,7 +65,7 @@ TEST(JtcMessage, RepeatedNamesAreAcceptedAndReported) {
 
 // jtc.md, B18.
 TEST(JtcMessage, MessageWithoutNamesOrPointsIsRefused) {
-  EXPECT_THAT(error_of(trajectory({}, {point(1, {})})), HasSubstr("names no joints"));
+  EXPECT_THAT(error_of(trajectory({}, {point(1, {})})), HasSubstr("lists no joints"));
   EXPECT_THAT(error_of(trajectory(kRevoluteJoints, {})), HasSubstr("does not stop the robot"));
 }
 
@@ -133,7 +133,7 @@ TEST(JtcMessage, NonzeroEndVelocityIsRefusedUnlessAllowed) {
 TEST(JtcMessage, PastTrajectoryIsRefused) {
   JointTrajectory m = good();
   m.header.stamp = to_time_msg(from_seconds(97));
-  EXPECT_THAT(error_of(m), AllOf(HasSubstr("ends in the past"), HasSubstr("leave the stamp 0")));
+  EXPECT_THAT(error_of(m), AllOf(HasSubstr("ends in the past"), HasSubstr("set the stamp to 0")));
 }
 
 // jtc.md, B25.

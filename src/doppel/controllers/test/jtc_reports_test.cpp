@@ -120,7 +120,7 @@ TEST(JtcReports, QueryStateAnswersDuringTrajectoryOnly) {
   EXPECT_THAT(query(rig, start - 0.5).message, HasSubstr("before the start"));
   EXPECT_FALSE(query(rig, start + 1).success);
   EXPECT_THAT(query(rig, start + 3).message,
-              AllOf(HasSubstr("at or after the end"), HasSubstr("ask for an earlier time")));
+              AllOf(HasSubstr("at or after the end"), HasSubstr("query an earlier time")));
   ASSERT_TRUE(rig.deactivate().ok());
   EXPECT_FALSE(query(rig, start + 0.5).success);
   EXPECT_THAT(query(rig, start + 0.5).message, HasSubstr("not active"));
@@ -196,7 +196,7 @@ TEST(JtcReports, InvalidFactorKeepsLast) {
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run_for(1.1);
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 1);
-  EXPECT_GE(rig.count(Severity::warning, "'speed_scaling/factor' holds no usable speed scaling factor"), 1u);
+  EXPECT_GE(rig.count(Severity::warning, "'speed_scaling/factor' is not a usable speed scaling factor"), 1u);
 }
 
 // jtc.md, B73.

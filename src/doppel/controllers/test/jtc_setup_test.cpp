@@ -392,12 +392,10 @@ TEST(JtcSetup, InvalidParametersAreErrors) {
 // jtc.md, B47.
 TEST(JtcSetup, UnusedGainsAreReportedOnce) {
   JtcRig rig(options_of({kPosition}, {kPosition, kVelocity}, "gains: {a: {p: 200.0}, c: {d: 3.0}}"));
-  EXPECT_EQ(
-      rig.count(
-          Severity::warning,
-          "gains for a, c have no effect: with command_interfaces [position] no PID runs; stiffness is the "
-          "servo's"),
-      1u)
+  EXPECT_EQ(rig.count(Severity::warning,
+                      "gains for a, c have no effect: with command_interfaces [position] no PID runs; "
+                      "stiffness is set by the servo"),
+            1u)
       << rig.said();
   EXPECT_EQ(rig.count(Severity::warning, "test.yaml:5:"), 1u);
   JtcRig silent(options_of({kVelocity}, {kPosition, kVelocity}, "gains: {a: {p: 200.0}}"));

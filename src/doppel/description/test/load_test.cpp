@@ -46,30 +46,31 @@ std::string robot(const std::string& more) {
 TEST(LoadDescription, UrdfdomToleratedFaultIsWarningWithPlace) {
   const std::pair<std::string, std::string> cases[] = {
       {"\n\n  <?xml version=\"1.0\"?>\n" + kRobot,
-       ":3:3: warning: the XML is not well-formed: <?xml ...?> stands"},
+       ":3:3: warning: the XML is not well-formed: <?xml ...?> is not"},
       {"<!-- hi -->\n<?xml version=\"1.0\"?>\n" + kRobot, ":2:1: warning"},
       {"\xEF\xBB\xBF\n<?xml version=\"1.0\"?>\n" + kRobot, ":2:1: warning"},
       {"<?xml version=\"1.0\"?><?xml version=\"1.0\"?>\n" + kRobot, ":1:22: warning"},
       {robot("<?xml version=\"1.0\"?>"), ":1:33: warning"},
-      {kRobot + "\nrest", ":2:1: warning: the XML is not well-formed: there is text behind the root element"},
+      {kRobot + "\nrest", ":2:1: warning: the XML is not well-formed: there is text after the root element"},
       {kRobot + "\n" + kRobot, ":2:1: warning: the XML is not well-formed: there are two root elements"},
       {"<x/>" + kRobot, ":1:5: warning"},
-      {robot("<!-- a -- b -->"), ":1:40: warning: the XML is not well-formed: '--' stands within a comment"},
+      {robot("<!-- a -- b -->"),
+       ":1:40: warning: the XML is not well-formed: '--' is not allowed in a comment"},
       {robot("<!-- a <!-- b -->"), ":1:42: warning"},
       {robot("<gazebo><x>a & b</x></gazebo>"),
-       ":1:46: warning: the XML is not well-formed: '&' does not begin"},
+       ":1:46: warning: the XML is not well-formed: '&' does not start"},
       {robot("<gazebo x=\"a&foo;\"/>"), "the entity &foo; is not defined"},
-      {robot("<gazebo x=\"a<b\"/>"), "'<' stands in the value of x"},
+      {robot("<gazebo x=\"a<b\"/>"), "'<' is not allowed in the value of x"},
       {robot("<gazebo x=l/>"), "the value of x needs quotes"},
       {robot("<gazebo x=l ></gazebo>"), "the value of x needs quotes"},
-      {robot("<gazebo x=\"l\"y=\"m\"/>"), "'y' was not expected in <gazebo>"},
-      {robot("<gazebo>]]></gazebo>"), "']]>' stands in a text"},
-      {robot("<gazebo>\x01</gazebo>"), "not UTF-8, or not text at all"},
-      {kRobot + "\n\0\0\0"s, "not UTF-8, or not text at all"},
+      {robot("<gazebo x=\"l\"y=\"m\"/>"), "unexpected 'y' in <gazebo>"},
+      {robot("<gazebo>]]></gazebo>"), "']]>' is not allowed in text"},
+      {robot("<gazebo>\x01</gazebo>"), "bytes that are not UTF-8"},
+      {kRobot + "\n\0\0\0"s, "bytes that are not UTF-8"},
       {robot("<!-- \xE9 -->"),
-       ":1:38: warning: the XML is not well-formed: here are bytes that are not UTF-8"},
+       ":1:38: warning: the XML is not well-formed: the file contains bytes that are not UTF-8"},
       {"<?xml version=\"1.0\" encoding=\"gb2312\"?>" + robot("<!-- \xD6\xD0 -->"),
-       "not UTF-8, or not text at all"}};
+       "bytes that are not UTF-8"}};
   for (const auto& [text, wanted] : cases) {
     const Reading got = read("a.urdf", text);
     EXPECT_FALSE(got.refused) << text << "\n" << got.diagnostics_text;
@@ -104,7 +105,7 @@ TEST(LoadDescription, TextBeforeDeclarationIsWarning) {
       read("a.xacro", "<!-- hi -->\n\n<?xml version=\"1.0\"?>\n" + robot("<link name=\"${1 + 1}\"/>"));
   EXPECT_NE(got.xml.find("<link name=\"2\"/>"), std::string::npos) << got.diagnostics_text;
   EXPECT_NE(got.diagnostics_text.find(":3:1: warning"), std::string::npos) << got.diagnostics_text;
-  EXPECT_NE(got.diagnostics_text.find("ros/xacro refuses the file"), std::string::npos)
+  EXPECT_NE(got.diagnostics_text.find("ros/xacro rejects the file"), std::string::npos)
       << got.diagnostics_text;
 }
 

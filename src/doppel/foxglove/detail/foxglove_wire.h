@@ -56,7 +56,7 @@ class Reader {
     return {reinterpret_cast<const char*>(raw.data()), raw.size()};
   }
   ByteView take(std::size_t size) {
-    if (size > rest_.size()) throw Malformed("the frame ends too early");
+    if (size > rest_.size()) throw Malformed("the frame is truncated");
     const ByteView taken = rest_.first(size);
     rest_ = rest_.subspan(size);
     return taken;

@@ -96,16 +96,17 @@ TEST(FoxgloveProtocol, InvalidFrameIsRefusedWithReason) {
   const std::pair<const char*, const char*> cases[] = {
       {"", "no JSON"},
       {"{", "no JSON"},
-      {"[1]", "no JSON object"},
+      {"[1]", "not a JSON object"},
       {"{}", "'op' is missing"},
-      {R"({"op":3})", "'op' is no text"},
+      {R"({"op":3})", "'op' is not a string"},
       {R"({"op":"subscribe"})", "'subscriptions' is missing"},
       {R"({"op":"subscribe","subscriptions":[1]})", "'id' was expected"},
-      {R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":3}]})", "'id' has to be a whole number"},
+      {R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":3}]})", "'id' must be an integer"},
       {R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":4294967296}]})", "'channelId' has to be"},
-      {R"({"op":"advertise","channels":{}})", "'channels' is no list"},
+      {R"({"op":"advertise","channels":{}})", "'channels' is not a list"},
       {R"({"op":"setParameters","parameters":[{"name":"/a.b","value":[1,"x"]}]})", "not all of one type"},
-      {R"({"op":"setParameters","parameters":[{"name":"/a.b","value":{"x":1}}]})", "none that a parameter"}};
+      {R"({"op":"setParameters","parameters":[{"name":"/a.b","value":{"x":1}}]})",
+       "does not have a parameter type"}};
   for (const auto& [frame, reason] : cases) {
     ClientMessage message;
     const Status status = read_client_text(frame, message);

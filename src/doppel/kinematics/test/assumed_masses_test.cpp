@@ -51,7 +51,7 @@ TEST(AssumedMasses, SingleWarningNamesAllLinksAndFix) {
   ASSERT_EQ(diagnostics.all().size(), 1u);
   EXPECT_EQ(diagnostics.all()[0].rule, "model.no_inertial");
   EXPECT_THAT(diagnostics.all()[0].message,
-              HasSubstr("7 links move and have no mass; guessed from the distances"));
+              HasSubstr("7 movable links have no mass; estimated from the distances"));
   EXPECT_THAT(diagnostics.all()[0].message, HasSubstr("'link3'"));
   EXPECT_THAT(diagnostics.all()[0].fix, HasSubstr("<inertial>"));
 }
@@ -125,7 +125,7 @@ TEST(AssumedMasses, SingleLinkUsesSingular) {
     return diagnostics.all().at(0).message + " | " + diagnostics.all().at(0).fix;
   };
   RobotDescription robot = one_link(0.0);
-  EXPECT_THAT(warnings(robot), HasSubstr("a link moves and has no mass; guessed from its length: 'l' "));
+  EXPECT_THAT(warnings(robot), HasSubstr("a movable link has no mass; guessed from its length: 'l' "));
   robot.links[1].visuals.push_back({});
   robot.links[1].visuals[0].geometry = Box{{0.1, 0.2, 0.3}};
   EXPECT_THAT(warnings(robot), HasSubstr("guessed from its shapes: 'l' 6 kg | "));

@@ -18,7 +18,7 @@ namespace doppel {
 
 using Bytes = std::vector<std::byte>;
 
-static_assert(std::endian::native == std::endian::little, "the writers copy numbers as they are");
+static_assert(std::endian::native == std::endian::little, "the writers copy numbers without byte swapping");
 
 constexpr std::size_t kCdrHeaderSize = 4;
 constexpr std::byte kCdrLittleEndianHeader[kCdrHeaderSize] = {std::byte{0}, std::byte{1}, std::byte{0},
@@ -134,7 +134,7 @@ class CdrReader {
   bool numbers(T* values, std::size_t count) {
     if (count == 0) return ok();
     if (!align(sizeof(T)) || count > (body_.size() - position_) / sizeof(T))
-      return fail("the bytes end too early");
+      return fail("the data is truncated");
     std::memcpy(values, body_.data() + position_, count * sizeof(T));
     position_ += count * sizeof(T);
     if (swap_ && sizeof(T) > 1) swap_each(reinterpret_cast<std::byte*>(values), sizeof(T), count);

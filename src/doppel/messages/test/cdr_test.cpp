@@ -228,7 +228,7 @@ TEST(Cdr, WideTextTakesFourBytesPerUnit) {
   EXPECT_EQ(yaml,
             "text: \xC3\xA4"
             "A\nunit: 66\n");
-  EXPECT_FALSE(from_cdr(hex("00 01 00 00 01 00 00 00 00 00 01 00 42 00"), wide)) << "no UTF-16 unit";
+  EXPECT_FALSE(from_cdr(hex("00 01 00 00 01 00 00 00 00 00 01 00 42 00"), wide)) << "not valid UTF-16";
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 ff ff ff 7f e4 00 00 00 42 00"), wide));
 }
 

@@ -94,11 +94,11 @@ TEST(YamlReader, UnknownFieldIsRefusedWithPlaceAndNearest) {
 }
 
 TEST(YamlReader, WrongTypesAreRefused) {
-  EXPECT_THAT(error_of<JointState>("{position: 1}"), HasSubstr("1:12: '1' where 'position' needs a list"));
+  EXPECT_THAT(error_of<JointState>("{position: 1}"), HasSubstr("1:12: '1', but 'position' is a list"));
   EXPECT_THAT(error_of<JointState>("{position: [a]}"), HasSubstr("'a' where 'position' needs a number"));
-  EXPECT_THAT(error_of<JointState>("{name: [[a]]}"), HasSubstr("needs text"));
-  EXPECT_THAT(error_of<JointState>("{header: 3}"), HasSubstr("where a std_msgs/msg/Header is needed"));
-  EXPECT_THAT(error_of<Int32>("{data: 1.5}"), HasSubstr("needs a whole number"));
+  EXPECT_THAT(error_of<JointState>("{name: [[a]]}"), HasSubstr("is a string"));
+  EXPECT_THAT(error_of<JointState>("{header: 3}"), HasSubstr("where a std_msgs/msg/Header is expected"));
+  EXPECT_THAT(error_of<Int32>("{data: 1.5}"), HasSubstr("is an integer"));
   EXPECT_THAT(error_of<Int32>("{data: 2147483648}"), HasSubstr("does not fit into the int32"));
   EXPECT_THAT(error_of<std_msgs::msg::Header>("stamp: {nanosec: -1}"),
               HasSubstr("does not fit into the uint32"));
@@ -107,10 +107,10 @@ TEST(YamlReader, WrongTypesAreRefused) {
   EXPECT_THAT(error_of<Int32>("{data: 1, data: 2}"), HasSubstr("given twice"));
   EXPECT_THAT(error_of<Int32>("[1]"), HasSubstr("write it as {data: ...}"));
   EXPECT_THAT(error_of<Int32>("{data: "), HasSubstr("not YAML"));
-  EXPECT_THAT(error_of<Int32>("data: 1\n---\ndata: 2\n"), HasSubstr("several documents"));
-  EXPECT_THAT(error_of<String>("data:\n"), HasSubstr("needs text"));
+  EXPECT_THAT(error_of<Int32>("data: 1\n---\ndata: 2\n"), HasSubstr("several YAML documents"));
+  EXPECT_THAT(error_of<String>("data:\n"), HasSubstr("is a string"));
   EXPECT_THAT(error_of<unique_identifier_msgs::msg::UUID>("{uuid: [1, 2]}"),
-              HasSubstr("needs 16 elements and has 2"));
+              HasSubstr("needs 16 elements, but 2 are given"));
   EXPECT_FALSE(error_of<Int32>(std::string(100000, '[')).empty());
 }
 

@@ -286,7 +286,7 @@ TEST(Overlay, BakedOverlayIsSingleNote) {
   EXPECT_TRUE(bench.diagnostics.all().empty());
   bench.apply(overlay);
   ASSERT_EQ(bench.diagnostics.all().size(), 1U);
-  EXPECT_EQ(bench.diagnostics.all()[0].fix, "the overlay can go");
+  EXPECT_EQ(bench.diagnostics.all()[0].fix, "the overlay can be deleted");
 }
 
 TEST(Overlay, SecondAttachToWorldIsRefused) {
@@ -297,7 +297,7 @@ TEST(Overlay, SecondAttachToWorldIsRefused) {
     take_fingerprint(again, bench.description);
     FAIL() << "it stands there already";
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("root is a link 'world' already"));
+    EXPECT_THAT(error.what(), HasSubstr("root is already a link 'world'"));
   }
 }
 

@@ -90,8 +90,8 @@ class Builder {
       if (group(joint.parent_link).tree >= 0) {
         throw InputError(
             "physics.deep_floating", {},
-            fmt::format("joint '{}' floats on link '{}', which moves itself; Bullet's bodies "
-                        "float on the world only",
+            fmt::format("floating joint '{}' has the movable parent link '{}'; in Bullet, bodies float "
+                        "relative to the world only",
                         joint.name, model_.links[static_cast<std::size_t>(joint.parent_link)].name),
             "choose --engine mujoco, or attach the floating link to the root");
       }

@@ -37,7 +37,7 @@ std::unique_ptr<Engine> BulletEngine::clone() const {
 
 void BulletEngine::copy_state(const Engine& from) {
   if (from.compiled() != compiled())
-    throw std::invalid_argument("a state can be copied within one compilation only");
+    throw std::invalid_argument("a state can be copied only between engines of the same compiled world");
   const auto& other = static_cast<const BulletEngine&>(from);
   if (this == &other) return;
   states_ = other.states_;

@@ -18,10 +18,10 @@ void refuse_mimics_across(const Model& model, const Articulation& articulation) 
         articulation.places[static_cast<std::size_t>(leader.v)].tree)
       continue;
     throw InputError("physics.mimic_across", {},
-                     fmt::format("joint '{}' mimics '{}', which is on another floating part; Bullet couples "
-                                 "joints of one part only",
+                     fmt::format("joint '{}' mimics '{}', which is in another floating subtree; Bullet "
+                                 "couples joints of one subtree only",
                                  joint.name, leader.name),
-                     "choose --engine mujoco, or let both joints be on one part");
+                     "choose --engine mujoco, or put both joints into one subtree");
   }
 }
 

@@ -123,7 +123,7 @@ std::unique_ptr<Engine> MujocoEngine::clone() const {
 // Scratch that a step fills before it reads it is left as it is.
 void MujocoEngine::copy_state(const Engine& from) {
   if (from.compiled() != compiled())
-    throw std::invalid_argument("a state can be copied within one compilation only");
+    throw std::invalid_argument("a state can be copied only between engines of the same compiled world");
   const auto& other = static_cast<const MujocoEngine&>(from);
   if (this == &other) return;
   view_ = other.view_;

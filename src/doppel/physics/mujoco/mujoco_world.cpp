@@ -62,11 +62,10 @@ void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics
   if (model_ == nullptr) {
     throw InputError(
         "physics.refused", {},
-        "the physics engine refuses the robot or its world: " + in_user_terms(message, instances()));
+        "the physics engine rejects the robot or its world: " + in_user_terms(message, instances()));
   }
   if (!message.empty()) {
-    diagnostics.warning("physics.engine", {},
-                        "the physics engine says: " + in_user_terms(message, instances()));
+    diagnostics.warning("physics.engine", {}, "physics engine: " + in_user_terms(message, instances()));
   }
 }
 
@@ -111,7 +110,7 @@ void MujocoWorld::collect_joints() {
       const int index = static_cast<int>(&joint - instance(i).model->joints.data());
       const int in_mujoco = find_part(m(), mjOBJ_JOINT, mjcf_joint_name(at.joint + index));
       if (m()->jnt_qposadr[in_mujoco] != at.q + joint.q || m()->jnt_dofadr[in_mujoco] != at.v + joint.v)
-        throw std::logic_error("MuJoCo orders the joints in another way than the models");
+        throw std::logic_error("MuJoCo orders the joints differently from the models");
     }
     collect_stops(i);
     joints = at.joint + static_cast<int>(instance(i).model->joints.size());

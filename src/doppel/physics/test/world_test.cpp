@@ -83,7 +83,7 @@ TEST(WorldFile, ErrorHasPlaceAndReason) {
   EXPECT_THAT(error_of("integrator: implicid"), HasSubstr("did you mean 'implicit'"));
   EXPECT_THAT(error_of("ground: maybe"), HasSubstr("not 'maybe'"));
   EXPECT_THAT(error_of("name: a\nname: b"), HasSubstr("stands twice"));
-  EXPECT_THAT(error_of("[1, 2]"), HasSubstr("a map of keys"));
+  EXPECT_THAT(error_of("[1, 2]"), HasSubstr("must be a map"));
   EXPECT_THAT(error_of("name: [unclosed"), HasSubstr("not YAML"));
 }
 
@@ -97,7 +97,7 @@ TEST(WorldFile, InvalidObjectsAreRefused) {
   EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}, mass: -1}"),
               HasSubstr("cannot be negative"));
   EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}}\n  - {name: a, sphere: {radius: 1}}"),
-              HasSubstr("the first stands at"));
+              HasSubstr("the first is at"));
   EXPECT_THAT(error_of("objects:\n  - {name: ground, sphere: {radius: 1}}"), HasSubstr("own"));
   EXPECT_THAT(error_of("objects:\n  - {name: a, mesh: nowhere.stl}"),
               HasSubstr("'nowhere.stl' is not found"));

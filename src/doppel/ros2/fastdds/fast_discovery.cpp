@@ -29,8 +29,8 @@ EndpointInfo endpoint_of(const ProxyData& data, bool is_writer) {
 }
 
 void log_limit_reached(const std::string& what) {
-  log_message("there are as many " + what +
-              " on the network as are kept; who comes now is not seen until some leave");
+  log_message("the maximum number of " + what +
+              " on the network is reached; new ones are ignored until some leave");
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ using eprosima::fastrtps::types::ReturnCode_t;
 void prepare_library() {
   if (std::getenv("FASTDDS_STATISTICS") != nullptr)
     throw NetworkError(
-        "FASTDDS_STATISTICS is set, with which peers can end this process; unset it, or call "
+        "FASTDDS_STATISTICS is set, which lets peers crash this process; unset it, or call "
         "ros2::forget_statistics() before threads are started");
   eprosima::fastrtps::LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
@@ -41,8 +41,9 @@ dds::DomainParticipant* create(const ParticipantOptions& options, Discovery& dis
           options.domain, participant_qos(options, receive_gate), &discovery, dds::StatusMask::none());
   receive_gate->open();
   if (participant != nullptr) return participant;
-  throw NetworkError("no ROS 2 program can be met: Fast DDS made no participant in domain " +
-                     std::to_string(options.domain) + " (" + middleware_log().latest + ")");
+  throw NetworkError(
+      "no connection to ROS 2 nodes is possible: Fast DDS cannot create a participant in domain " +
+      std::to_string(options.domain) + " (" + middleware_log().latest + ")");
 }
 
 void destroy(dds::DomainParticipant* participant) {
@@ -62,7 +63,8 @@ FastParticipant::FastParticipant(const ParticipantOptions& options, std::functio
   if (publisher_ == nullptr || subscriber_ == nullptr) {
     destroy(participant_);
     throw NetworkError(
-        "no ROS 2 program can be met: Fast DDS made a participant that can neither send nor hear (" +
+        "no connection to ROS 2 nodes is possible: the participant of Fast DDS can neither send nor receive "
+        "(" +
         middleware_log().latest + ")");
   }
   gid_ = gid_of(participant_->guid());
@@ -103,7 +105,7 @@ dds::Topic* FastParticipant::acquire_topic(const EndpointSpec& spec) {
   if (used.topic == nullptr || used.topic->get_type_name() != spec.type) {
     const std::string other = used.topic == nullptr ? "" : ": it carries " + used.topic->get_type_name();
     if (used.users == 0) topics_.erase(spec.topic);
-    throw NetworkError("the topic '" + spec.topic + "' cannot be made with the type " + spec.type + other);
+    throw NetworkError("the topic '" + spec.topic + "' cannot be created with the type " + spec.type + other);
   }
   ++used.users;
   return used.topic;

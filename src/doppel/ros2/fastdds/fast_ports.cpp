@@ -49,8 +49,9 @@ void check_interfaces(bool must_be_loopback) {
   ::freeifaddrs(all);
   if (!found)
     throw NetworkError(
-        must_be_loopback ? "no ROS 2 program can be met: the loopback interface is down; ip link set lo up"
-                         : "no ROS 2 program can be met: no network interface has an IPv4 address and is up");
+        must_be_loopback
+            ? "no connection to ROS 2 nodes is possible: the loopback interface is down; ip link set lo up"
+            : "no connection to ROS 2 nodes is possible: no network interface has an IPv4 address and is up");
 }
 
 }  // namespace
@@ -68,11 +69,12 @@ Ports free_ports(std::uint32_t domain, const std::string& address) {
       return {static_cast<std::uint16_t>(base), static_cast<std::uint16_t>(discovery),
               static_cast<std::uint16_t>(data)};
     if (error != EADDRINUSE && error != EACCES)
-      throw NetworkError("no ROS 2 program can be met: no socket can be opened at " + address + " (" +
-                         std::strerror(error) + ")");
+      throw NetworkError("no connection to ROS 2 nodes is possible: no socket can be opened at " + address +
+                         " (" + std::strerror(error) + ")");
   }
-  throw NetworkError("no ROS 2 program can be met: all UDP ports of domain " + std::to_string(domain) +
-                     " are taken at " + address + " (from " + std::to_string(base + kDiscoveryOffset) +
+  throw NetworkError("no connection to ROS 2 nodes is possible: all UDP ports of domain " +
+                     std::to_string(domain) + " are taken at " + address + " (from " +
+                     std::to_string(base + kDiscoveryOffset) +
                      "); end some participants or choose another ROS_DOMAIN_ID");
 }
 

@@ -21,8 +21,7 @@ class FastReader : public Reader, dds::DataReaderListener {
     reader_ = participant_.subscriber().create_datareader(topic_, reader_qos(spec), this, mask);
     if (reader_ == nullptr) {
       participant_.release_topic(topic_);
-      throw NetworkError("Fast DDS made no reader of '" + spec.topic +
-                         "'; is its quality of service possible?");
+      throw NetworkError("Fast DDS cannot create a reader of '" + spec.topic + "'; check its QoS");
     }
     gid_ = gid_of(reader_->guid());
     participant_.announce(gid_, false, spec);

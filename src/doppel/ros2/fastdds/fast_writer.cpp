@@ -31,8 +31,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
                                                          dds::StatusMask::publication_matched());
     if (writer_ == nullptr) {
       participant_.release_topic(topic_);
-      throw NetworkError("Fast DDS made no writer of '" + spec.topic +
-                         "'; is its quality of service possible?");
+      throw NetworkError("Fast DDS cannot create a writer of '" + spec.topic + "'; check its QoS");
     }
     gid_ = gid_of(writer_->guid());
     participant_.announce(gid_, true, spec);

@@ -328,8 +328,8 @@ TEST_F(BridgeTest, SecondClockPublisherIsReported) {
   EXPECT_TRUE(comes_true([this] {
     const std::lock_guard lock(mutex);
     return std::ranges::any_of(said, [](const std::string& line) {
-      return line.starts_with("/clock is published by node _CREATED_BY_BARE_DDS_APP_, too") ||
-             line.starts_with("/clock is published by node _NODE_NAME_UNKNOWN_, too");
+      return line.starts_with("/clock is also published by node _CREATED_BY_BARE_DDS_APP_") ||
+             line.starts_with("/clock is also published by node _NODE_NAME_UNKNOWN_");
     });
   }));
 }
@@ -448,7 +448,7 @@ TEST_F(BridgeTest, ParticipantExceptionDisablesNetworkOnly) {
   bridge.emplace(bus, BridgeOptions{}, log,
                  [](const auto&, auto) -> std::unique_ptr<Participant> { throw 42; });
   EXPECT_TRUE(comes_true([this] { return bridge->status().state == NetworkStatus::State::absent; }));
-  EXPECT_EQ(bridge->status().problem, "it threw what is no std::exception");
+  EXPECT_EQ(bridge->status().problem, "it threw something other than a std::exception");
 }
 
 TEST_F(BridgeTest, DestructionDuringPeerLookupIsSafe) {

@@ -149,7 +149,7 @@ TEST_F(GraphClientTest, VanishedServerEndsCall) {
   ASSERT_TRUE(client.wait_until([&] { return taken = taken || client.take_answer(call, answer); },
                                 Clock::now() + kTimeout));
   EXPECT_FALSE(answer.ok);
-  EXPECT_THAT(answer.why, HasSubstr("went away before it answered"));
+  EXPECT_THAT(answer.why, HasSubstr("disappeared before it answered"));
   EXPECT_TRUE(client.wait_until([&] { return client.topics().empty(); }, Clock::now() + kTimeout));
 }
 
@@ -316,7 +316,7 @@ TEST_F(GraphClientTest, UndescribedTypeIsReported) {
                           false);
   GraphClient client(options());
   EXPECT_THAT(failure_of([&] { static_cast<void>(client.message_type("/strange")); }),
-              HasSubstr("my_msgs/msg/Odd, a type that this program does not know, and /stranger"));
+              HasSubstr("my_msgs/msg/Odd, a type unknown to doppel, and /stranger"));
 }
 
 TEST_F(GraphClientTest, TypeWithOtherHashIsNotDecoded) {

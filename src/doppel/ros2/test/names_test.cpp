@@ -41,9 +41,9 @@ TEST(Qos, WeakerOfferIsIncompatible) {
   EXPECT_EQ(incompatibility(default_qos(), sensor_data_qos()), "");
   EXPECT_EQ(incompatibility(latched_qos(), default_qos()), "");
   EXPECT_EQ(incompatibility(sensor_data_qos(), default_qos()),
-            "reliability: best effort is offered, reliable is wanted");
+            "reliability: best effort is offered, reliable is requested");
   EXPECT_EQ(incompatibility(default_qos(), latched_qos()),
-            "durability: volatile is offered, transient local is wanted");
+            "durability: volatile is offered, transient local is requested");
   QosProfile every_second;
   every_second.deadline = std::chrono::seconds(1);
   EXPECT_EQ(incompatibility(default_qos(), every_second), "deadline: infinite is offered, 1 s is wanted");

@@ -122,7 +122,7 @@ TEST_F(AssetTest, SymlinkIsResolvedBeforeCheck) {
   fs::create_symlink(folder_ / "arm/config/secret.yaml", folder_ / "arm/meshes/secret.png");
   fs::create_symlink(folder_ / "arm/meshes/tex.png", folder_ / "arm/meshes/same.png");
   offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}});
-  EXPECT_THAT(get("package://arm/meshes/secret.png"), HasSubstr("a link to what is neither"));
+  EXPECT_THAT(get("package://arm/meshes/secret.png"), HasSubstr("a symbolic link to a file that is not"));
   EXPECT_EQ(get("package://arm/meshes/same.png"), "picture");
 }
 
@@ -146,7 +146,7 @@ TEST_F(AssetTest, WorldFilesAreServed) {
   files.description = folder_ / "arm/urdf/arm.urdf";
   files.meshes = {{uri, folder_ / "place/meshes/table.stl"}};
   library_.offer(files);
-  EXPECT_THAT(get(uri), HasSubstr("outside of its package")) << "named by the description";
+  EXPECT_THAT(get(uri), HasSubstr("outside its package")) << "named by the description";
   files.meshes.front().named_in = folder_ / "place/worlds/table.yaml";
   library_.offer(files);
   EXPECT_EQ(get(uri), "table");
@@ -187,7 +187,7 @@ TEST_F(AssetTest, SymlinkOutOfPackageIsRefused) {
   for (const char* uri :
        {"package://arm/meshes/link.stl", "package://arm/up/outside.stl", "package://arm/meshes/other.stl",
         "package://arm/meshes/link.png", "package://arm/up/outside.png"}) {
-    EXPECT_THAT(get(uri), HasSubstr("outside of its package")) << uri;
+    EXPECT_THAT(get(uri), HasSubstr("outside its package")) << uri;
   }
 }
 
@@ -245,10 +245,10 @@ TEST_F(AssetTest, IrregularAndHugeFilesAreRefused) {
          {"package://arm/meshes/most.stl", "arm/meshes/most.stl"},
          {"package://arm/meshes", "arm/meshes"},
          {"package://arm/meshes/gone.stl", "arm/meshes/gone.stl"}});
-  EXPECT_THAT(get("package://arm/meshes/pipe.stl"), HasSubstr("no regular file"));
-  EXPECT_THAT(get("package://arm/meshes/huge.stl"), HasSubstr("64 MiB are the most"));
+  EXPECT_THAT(get("package://arm/meshes/pipe.stl"), HasSubstr("not a regular file"));
+  EXPECT_THAT(get("package://arm/meshes/huge.stl"), HasSubstr("the maximum is 64 MiB"));
   EXPECT_EQ(library_.read("package://arm/meshes/most.stl").bytes->size(), AssetLibrary::kMaxBytes);
-  EXPECT_THAT(get("package://arm/meshes"), HasSubstr("no regular file"));
+  EXPECT_THAT(get("package://arm/meshes"), HasSubstr("not a regular file"));
   EXPECT_THAT(get("package://arm/meshes/gone.stl"), HasSubstr("No such file"));
 }
 

@@ -48,7 +48,7 @@ class PageTest : public ::testing::Test {
 
 TEST_F(PageTest, BuiltFilesAreServed) {
   page_ = PageFiles(folder_ / "dist");
-  EXPECT_NE(get("/").content().find("has not been built"), std::string::npos);
+  EXPECT_NE(get("/").content().find("is not built"), std::string::npos);
   build();
   const HttpResponse index = get("/?token=x");
   EXPECT_EQ(index.content(), "<html>");

@@ -136,7 +136,8 @@ TEST_F(ServerTest, TypeExceptionIsReportedAndServerContinues) {
   }
   {
     const std::lock_guard lock(mutex);
-    EXPECT_THAT(said, HasSubstr("the server goes on after: it threw what is no std::exception"));
+    EXPECT_THAT(said,
+                HasSubstr("the server continues after: it threw something other than a std::exception"));
   }
   WebSocketClient other(client_options());
   other.subscribe("/joint_states");
@@ -331,16 +332,16 @@ TEST_F(ServerTest, InvalidOperationIsAnsweredWithStatus) {
   test::RawClient raw(start().port());
   ASSERT_EQ(raw.handshake(), "");
   const std::pair<std::string, std::string> cases[] = {
-      {R"({"op":"dance"})", "'dance' is not known"},
+      {R"({"op":"dance"})", "unknown operation 'dance'"},
       {R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":99999}]})", "no channel 99999"},
       {R"({"op":"unsubscribe","subscriptionIds":[5]})", "no subscription 5"},
       {R"({"op":"unadvertise","channelIds":[5]})", "no client channel 5"},
       {R"({"op":"advertise","channels":[{"id":1,"topic":"/x","encoding":"protobuf","schemaName":"std_msgs/msg/Bool"}]})",
        "'protobuf' is not supported"},
       {R"({"op":"advertise","channels":[{"id":1,"topic":"/x y","encoding":"cdr","schemaName":"std_msgs/msg/Bool"}]})",
-       "no name for a topic"},
+       "not a valid topic name"},
       {R"({"op":"advertise","channels":[{"id":1,"topic":"/x","encoding":"cdr","schemaName":"my/msg/Own"}]})",
-       "'my/msg/Own' is not known"},
+       "unknown type 'my/msg/Own'"},
       {R"({"op":"advertise","channels":[{"id":1,"topic":"/command","encoding":"cdr","schemaName":"std_msgs/msg/Bool"}]})",
        "is a std_msgs/msg/Float64"},
       {R"({"op":"setParameters","parameters":[{"name":"x","value":1}]})", "'x' is no parameter"},

@@ -141,12 +141,12 @@ TEST_F(RunningTwin, EditsAreAppliedAndBrokenEditIsRefused) {
                                 *twin_, [](const Twin::Replacement&) {}, look),
                             log_);
     edit("urdf/omarm.xacro", "velocity=\"5.2\"", "velocity=\"4.4\"");
-    EXPECT_TRUE(is_said("joints and controllers went on"));
+    EXPECT_TRUE(is_said("joints and controllers kept their state"));
     edit("urdf/omarm.xacro", "<mimic joint=\"Revolute 8\"", "<mimic joint=\"Revolute 88\"");
-    EXPECT_TRUE(is_said("omarm.xacro cannot be used; the machine from before runs on"));
+    EXPECT_TRUE(is_said("omarm.xacro cannot be used; the previous model keeps running"));
     edit("urdf/omarm.xacro", "<mimic joint=\"Revolute 88\"", "<mimic joint=\"Revolute 8\"");
     edit("config/ros2_controllers.yaml", "update_rate: 100", "update_rate: 200");
-    EXPECT_TRUE(is_said("controllers were made anew"));
+    EXPECT_TRUE(is_said("controllers were recreated"));
   }
   ends = true;
   listener.join();

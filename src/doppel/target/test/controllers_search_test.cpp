@@ -76,7 +76,7 @@ TEST_F(ControllersSearchTest, FileWithMostJointsIsTaken) {
   write("arm_description/config/controllers.yaml", yaml("shoulder"));
   write("arm_description/config/other.yaml", yaml("shoulder, elbow"));
   EXPECT_EQ(chosen(), "arm_description/config/other.yaml");
-  EXPECT_THAT(said("up.controllers_chosen"), HasSubstr("names most of the robot's joints"));
+  EXPECT_THAT(said("up.controllers_chosen"), HasSubstr("lists most of the robot's joints"));
 }
 
 TEST_F(ControllersSearchTest, TieGoesToFewerForeignJoints) {
@@ -109,7 +109,7 @@ TEST_F(ControllersSearchTest, TieGoesToPathWithMostNameWords) {
     write(std::string(name) + "/config/ros2_controllers.yaml", yaml("shoulder, elbow"));
   }
   EXPECT_EQ(chosen(), "cr5_moveit/config/ros2_controllers.yaml");
-  EXPECT_THAT(said("up.controllers_chosen"), HasSubstr("shares most words with the robot's name"));
+  EXPECT_THAT(said("up.controllers_chosen"), HasSubstr("has the most words in common with the robot's name"));
   robot_.name = "arm_robot";
   target_.description = src_ / "arm_description/urdf/CR3.urdf.xacro";
   EXPECT_EQ(chosen(), "cr3_moveit/config/ros2_controllers.yaml") << "by the description's file";

@@ -44,7 +44,7 @@ TEST(BaseChoice, ArmIsFixed) {
                                 joint("shoulder_pan", "revolute", "base_link", "shoulder") +
                                 joint("legato", "revolute", "shoulder", "single_gear"));
   EXPECT_EQ(arm.kind, BaseKind::fixed);
-  EXPECT_THAT(arm.reason, HasSubstr("nothing in the description suggests wheels or legs"));
+  EXPECT_THAT(arm.reason, HasSubstr("the description has no signs of wheels or legs"));
 }
 
 TEST(BaseChoice, TwoWheelsByNameFloat) {

@@ -135,15 +135,15 @@ TEST_F(FoundControllersTest, UnavailableTypeIsLeftOut) {
   EXPECT_EQ(there.at("arm").size(), 2U);
   EXPECT_THAT(said_,
               HasSubstr("'diff_drive_controller/DiffDriveController' of ROS 2 Jazzy is not available"));
-  EXPECT_THAT(said_, HasSubstr("'base' is left out, the others run"));
+  EXPECT_THAT(said_, HasSubstr("'base' is not started, the others are"));
   EXPECT_THAT(said_, HasSubstr("controllers.yaml:5"));
 }
 
 TEST_F(FoundControllersTest, MisspeltTypeIsLeftOutWithNearest) {
   const auto there = up(manager(declared("arm", "joint_trajectory_controller/JointTrajectoryControler")));
   EXPECT_THAT(said_, HasSubstr("did you mean 'joint_trajectory_controller/JointTrajectoryController'?"));
-  EXPECT_THAT(said_, HasSubstr("'arm' is left out"));
-  EXPECT_EQ(said_.find("the others run"), std::string::npos) << "there are none";
+  EXPECT_THAT(said_, HasSubstr("'arm' is not started"));
+  EXPECT_EQ(said_.find("the others are"), std::string::npos) << "there are none";
   EXPECT_EQ(origin_, (folder_ / "config/controllers.yaml").string() + " and generated");
   EXPECT_THAT(there, ElementsAre(Pair("joint_state_broadcaster", IsEmpty()),
                                  Pair("joint_trajectory_controller",
@@ -163,7 +163,7 @@ TEST_F(FoundControllersTest, UndrivenJointsAreHeld) {
                         trajectories("joint_trajectory_controller", "[shoulder]"));
   EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
   EXPECT_THAT(there.at("joint_trajectory_controller_rest"), ElementsAre("elbow/position"));
-  EXPECT_THAT(said_, HasSubstr("no controller that is loaded drives 'elbow'"));
+  EXPECT_THAT(said_, HasSubstr("no loaded controller commands 'elbow'"));
 }
 
 TEST_F(FoundControllersTest, DeactivatedControllersJointsStayReleasedAfterReload) {
@@ -197,7 +197,7 @@ TEST_F(FoundControllersTest, ConflictingClaimPrefersTrajectoryController) {
          trajectories("arm", "[shoulder, elbow]"));
   EXPECT_EQ(there.at("arm").size(), 2U);
   EXPECT_THAT(there.at("fast"), IsEmpty());
-  EXPECT_THAT(said_, HasSubstr("'fast' stays inactive: 'arm' holds"));
+  EXPECT_THAT(said_, HasSubstr("'fast' stays inactive: the command interface"));
 }
 
 TEST_F(FoundControllersTest, ControllerWithBadParameterIsLeftOut) {
@@ -230,8 +230,10 @@ TEST_F(FoundControllersTest, EffortOnlyJointsArePassive) {
       "<state_interface name=\"position\"/></joint><joint name=\"elbow\">"
       "<command_interface name=\"effort\"/><state_interface name=\"position\"/></joint></ros2_control>";
   up(manager(kBroadcaster), hardware);
-  EXPECT_THAT(said_,
-              HasSubstr("no controller drives 'elbow', which takes efforts only: passive; it moves freely"));
+  EXPECT_THAT(
+      said_,
+      HasSubstr(
+          "no controller commands 'elbow', which takes effort commands only: passive; it moves freely"));
 }
 
 TEST_F(FoundControllersTest, UnknownJointOfReplacedHardwareIsReported) {

@@ -150,11 +150,11 @@ TEST(EntityXml, UndrawnVisualIsNoted) {
   };
   EXPECT_EQ(notes_of(sdf("<geometry><sphere><radius> 5e-2 </radius></sphere></geometry>")), "");
   EXPECT_THAT(notes_of(sdf("<geometry><sphere><radius>0.06</radius></sphere></geometry>")),
-              HasSubstr("the <visual> is not the same shape"));
+              HasSubstr("the <visual> differs from the <collision>"));
   EXPECT_THAT(notes_of(sdf("<geometry><mesh><uri>package://p/cup.dae</uri></mesh></geometry>")),
-              HasSubstr("is not drawn"));
+              HasSubstr("is ignored"));
   EXPECT_THAT(notes_of(sdf("<pose>0 0 1 0 0 0</pose><geometry>" + kBall + "</geometry>")),
-              HasSubstr("in the same place"));
+              HasSubstr("in shape or pose"));
   EXPECT_EQ(
       notes_of(model("<link name='l'><visual name='v'><geometry>" + kBall + "</geometry></visual></link>")),
       "")
@@ -166,7 +166,7 @@ TEST(EntityXml, UndrawnVisualIsNoted) {
            radius + "'/></geometry></visual>" + more + "</link></robot>";
   };
   EXPECT_EQ(notes_of(urdf("1e-1", "")), "");
-  EXPECT_THAT(notes_of(urdf("0.2", "")), HasSubstr("is not drawn"));
+  EXPECT_THAT(notes_of(urdf("0.2", "")), HasSubstr("is ignored"));
   EXPECT_THAT(notes_of(urdf("0.1", "<inertial><origin xyz='0 0 1'/><mass value='1'/></inertial>")),
               HasSubstr("<origin> has no effect"));
 }
@@ -224,7 +224,7 @@ TEST_F(EntityMeshTest, FileOutsidePackagesIsRefused) {
   for (const std::string& uri : {std::string("/etc/passwd"), std::string("../secret.stl"),
                                  std::string("http://x/a.stl"), std::string("://a.stl"), std::string()})
     EXPECT_THAT(find(uri), HasSubstr("neither package:// nor file://")) << uri;
-  EXPECT_THAT(find("package://arm/notes.txt"), HasSubstr("is no .stl"));
+  EXPECT_THAT(find("package://arm/notes.txt"), HasSubstr("is not a .stl"));
   EXPECT_THAT(find("package://nobody/a.stl"), HasSubstr("not found"));
   EXPECT_THAT(find(std::string("package://arm/meshes/a\0.stl", 27)), HasSubstr("NUL"));
   EXPECT_THAT(find("package://.stl"), Not(HasSubstr("ws/")));
@@ -235,9 +235,10 @@ TEST_F(EntityMeshTest, SymlinkOutOfPackagesIsRefused) {
   fs::create_symlink(root_ / "ws/hand/meshes/a.stl", root_ / "ws/arm/meshes/in.stl");
   fs::create_symlink(root_ / "ws/arm/notes.txt", root_ / "ws/arm/meshes/text.stl");
   fs::create_directory_symlink(root_, root_ / "ws/arm/meshes/up");
-  EXPECT_THAT(find("package://arm/meshes/out.stl"), HasSubstr("link that leads out"));
-  EXPECT_THAT(find("package://arm/meshes/up/secret.stl"), HasSubstr("link that leads out"));
-  EXPECT_THAT(find("package://arm/meshes/text.stl"), HasSubstr("is a link to what is no .stl"));
+  EXPECT_THAT(find("package://arm/meshes/out.stl"), HasSubstr("symbolic link that points outside"));
+  EXPECT_THAT(find("package://arm/meshes/up/secret.stl"), HasSubstr("symbolic link that points outside"));
+  EXPECT_THAT(find("package://arm/meshes/text.stl"),
+              HasSubstr("is a symbolic link to a file that is not a .stl"));
   EXPECT_EQ(find("package://arm/meshes/in.stl"), "ws/hand/meshes/a.stl");
 }
 

@@ -63,7 +63,7 @@ TEST(RestCheck, WeakDriveIsReportedAsCause) {
   const auto report = rest_of(robot, rig, 0.6);
   ASSERT_TRUE(report);
   ASSERT_EQ(report->unsettled.size(), 1u);
-  EXPECT_THAT(report->unsettled[0], HasSubstr("its effort limit of 5 N m does not hold it"));
+  EXPECT_THAT(report->unsettled[0], HasSubstr("its effort limit of 5 N m is too low for its load"));
 }
 
 TEST(RestCheck, CommandedRobotIsNotChecked) {

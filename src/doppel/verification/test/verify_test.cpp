@@ -136,7 +136,7 @@ TEST(Verify, TextJsonAndPictureAgree) {
     EXPECT_THAT(svg, HasSubstr(line));
     EXPECT_EQ(json["motions"][i]["verdict"], line);
     EXPECT_EQ(json["motions"][i]["joints"].size(), 6U);
-    EXPECT_THAT(line, HasSubstr("1 ms is good to"));
+    EXPECT_THAT(line, HasSubstr("1 ms is accurate to"));
   }
   EXPECT_THAT(svg, HasSubstr("0.25 ms"));
 }
