@@ -87,9 +87,9 @@ TEST_F(EntityTest, InvalidEntityIsRefusedWithoutChange) {
   EXPECT_THAT(spawn("b", "<sdf/>"), HasSubstr("0 models"));
   EXPECT_THAT(spawn("b", "not xml"), HasSubstr("success: false"));
   EXPECT_THAT(spawn("b", ball("b"), at(0, 0, 1), "nowhere"), HasSubstr("frame of reference is unknown"));
-  EXPECT_THAT(spawn("b", ball("b"), "{position: {x: .nan}}"), HasSubstr("no pose"));
-  EXPECT_THAT(spawn("b", ball("b"), "{orientation: {x: 0, y: 0, z: 0, w: 0}}"), HasSubstr("no pose"));
-  EXPECT_THAT(spawn("b", ball("b"), at(1e9, 0, 0)), HasSubstr("further away"));
+  EXPECT_THAT(spawn("b", ball("b"), "{position: {x: .nan}}"), HasSubstr("is not valid"));
+  EXPECT_THAT(spawn("b", ball("b"), "{orientation: {x: 0, y: 0, z: 0, w: 0}}"), HasSubstr("is not valid"));
+  EXPECT_THAT(spawn("b", ball("b"), at(1e9, 0, 0)), HasSubstr("more than"));
   EXPECT_THAT(
       spawn("b",
             "<sdf version='1.7'><model name='b'><link name='l'><collision name='c'><geometry><mesh><uri>"

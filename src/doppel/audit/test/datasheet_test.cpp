@@ -71,7 +71,7 @@ TEST_F(DatasheetTest, UnknownKeyIsRefusedWithPlaceAndNearestName) {
   EXPECT_THAT(error_of("arm: a\njoints: {j: ds3241}\n"), HasSubstr("did you mean 'ds3240'?"));
   EXPECT_THAT(error_of("arm: a\njoints: {j: {actuator: ds3240, redution: 2}}\n"),
               HasSubstr("did you mean 'reduction'?"));
-  EXPECT_THAT(error_of("a: [\n"), HasSubstr("no YAML"));
+  EXPECT_THAT(error_of("a: [\n"), HasSubstr("not valid YAML"));
 }
 
 TEST_F(DatasheetTest, BundledSheetsAreCompleteAndPlausible) {

@@ -84,7 +84,7 @@ TEST_F(ControllerRulesTest, FaultsOfFoundFilesAreWarnings) {
 TEST_F(ControllerRulesTest, MissingHardwareInterfaceIsReported) {
   const auto command = of("controllers.command_interface", manager() + section("[elbow]", "", "[velocity]"));
   ASSERT_THAT(command, SizeIs(1));
-  EXPECT_THAT(command[0].message, HasSubstr("it offers 'position'"));
+  EXPECT_THAT(command[0].message, HasSubstr("it exports 'position'"));
   EXPECT_THAT(
       of("controllers.state_interface",
          manager() + "arm:\n  ros__parameters:\n    joints: [elbow]\n    command_interfaces: [position]\n"
@@ -93,7 +93,7 @@ TEST_F(ControllerRulesTest, MissingHardwareInterfaceIsReported) {
   const auto both =
       of("controllers.command_interface", manager() + section("[shoulder, elbow]", "", "[effort]"));
   ASSERT_THAT(both, SizeIs(1));
-  EXPECT_THAT(both[0].message, HasSubstr("they offer 'position'"));
+  EXPECT_THAT(both[0].message, HasSubstr("they export 'position'"));
   const auto left = of("controllers.uncontrolled_joint", manager() + section("[elbow]"));
   ASSERT_THAT(left, SizeIs(1));
   EXPECT_EQ(left[0].subject, "joint 'shoulder'");

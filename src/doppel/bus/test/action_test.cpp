@@ -169,7 +169,7 @@ TEST_F(ActionServerTest, ServerWithOpenGoalsCanBeRecreated) {
   std::optional<GetResult<Move>::Response> response;
   call<GetResult<Move>>("get_result", {{id_of(1)}}, response);
   server_.reset();
-  EXPECT_THAT(why_, HasSubstr("went away"));
+  EXPECT_THAT(why_, HasSubstr("was removed"));
   std::optional<SendGoal<Move>::Response> refused;
   call<SendGoal<Move>>("send_goal", {{id_of(2)}, {}}, refused);
   EXPECT_FALSE(refused);

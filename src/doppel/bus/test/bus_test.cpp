@@ -402,12 +402,12 @@ TEST(Service, FailureHasReason) {
   bus.spin();
   EXPECT_THAT(unknown.status.why(), HasSubstr("no service /n/kep; did you mean '/n/keep'?"));
   EXPECT_THAT(malformed.status.why(), HasSubstr("request for /n/keep refused"));
-  EXPECT_THAT(dropped.status.why(), HasSubstr("went away"));
+  EXPECT_THAT(dropped.status.why(), HasSubstr("was removed"));
   EXPECT_THAT(thrown.status.why(), HasSubstr("no power"));
   edge->call("/n/keep", request, gone.receiver());
   node.reset();
   bus.spin();
-  EXPECT_THAT(gone.status.why(), HasSubstr("went away")) << "its node has gone before the request came";
+  EXPECT_THAT(gone.status.why(), HasSubstr("was removed")) << "its node has gone before the request came";
 }
 
 TEST(Service, NodeAndEdgeCanBeDestroyedDuringRequest) {

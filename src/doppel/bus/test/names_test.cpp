@@ -162,7 +162,7 @@ TEST(RosArguments, InvalidArgumentIsReported) {
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "__ns:=left"})), HasSubstr("slash"));
   EXPECT_THAT(error_of(words({"--ros-args", "--enclave", "left"})), HasSubstr("slash"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "__nss:=/left"})), HasSubstr("did you mean '__ns'?"));
-  EXPECT_THAT(error_of(words({"--ros-args", "-r", "__node:=x"})), HasSubstr("say whose"));
+  EXPECT_THAT(error_of(words({"--ros-args", "-r", "__node:=x"})), HasSubstr("select the node"));
   EXPECT_THAT(error_of(words({"--ros-args", "-r", "a b:=c"})), HasSubstr("' '"));
   EXPECT_THAT(error_of(words({"--ros-args", "-p", "x"})), HasSubstr("NAME:=VALUE"));
   EXPECT_THAT(error_of(words({"--ros-args", "a:=b"})), HasSubstr("-r a:=b"));

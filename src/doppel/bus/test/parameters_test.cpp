@@ -122,7 +122,7 @@ TEST(Parameters, UndeclaredAreBounded) {
   parameters.allow_undeclared();
   for (std::size_t i = 0; i < Parameters::kMaxUndeclared; ++i)
     ASSERT_TRUE(parameters.set(std::to_string(i), 1.0));
-  EXPECT_THAT(parameters.set("more", 1.0).why(), HasSubstr("1000 undeclared ones"));
+  EXPECT_THAT(parameters.set("more", 1.0).why(), HasSubstr("1000 undeclared parameters"));
   EXPECT_TRUE(parameters.set("0", std::monostate{}));
   EXPECT_TRUE(parameters.set("more", 1.0));
 }

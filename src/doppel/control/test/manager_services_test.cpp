@@ -130,7 +130,7 @@ TEST(ManagerServices, ControllerLifecycleByServices) {
   EXPECT_FALSE(rig.call<srv::UnloadController>("unload_controller", {"group"}).ok);
   const auto again = rig.call<srv::SwitchController>("switch_controller", request);
   EXPECT_FALSE(again.ok);
-  EXPECT_THAT(again.message, HasSubstr("active already"));
+  EXPECT_THAT(again.message, HasSubstr("already active"));
   std::swap(request.activate_controllers, request.deactivate_controllers);
   EXPECT_TRUE(rig.call<srv::SwitchController>("switch_controller", request).ok);
   EXPECT_TRUE(rig.call<srv::CleanupController>("cleanup_controller", {"group"}).ok);
@@ -176,7 +176,7 @@ TEST(ManagerServices, ClaimedHardwareCannotBeDeactivated) {
   sleep.name = "FakeSystem";
   sleep.target_state.label = "inactive";
   EXPECT_FALSE(rig.call<srv::SetHardwareComponentState>("set_hardware_component_state", sleep).ok);
-  EXPECT_EQ(rig.count(Severity::error, "the controller 'group' drives hardware 'FakeSystem'"), 1u)
+  EXPECT_EQ(rig.count(Severity::error, "the controller 'group' uses hardware 'FakeSystem'"), 1u)
       << rig.said();
   std::swap(request.activate_controllers, request.deactivate_controllers);
   ASSERT_TRUE(rig.call<srv::SwitchController>("switch_controller", request).ok);

@@ -106,7 +106,7 @@ TEST(JtcAction, BadGoalsAreRejected) {
     EXPECT_EQ(rig.answers[goal].accepted, false);
   }
   EXPECT_EQ(rig.count(Severity::error, "; the goal is rejected"), bad.size());
-  EXPECT_EQ(rig.count(Severity::error, "names joint 'd', which this controller does not have"), 1u);
+  EXPECT_EQ(rig.count(Severity::error, "lists joint 'd', which this controller does not have"), 1u);
   // A rejected goal disturbs nothing.
   const auto good = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
   rig.send(bad[0]);

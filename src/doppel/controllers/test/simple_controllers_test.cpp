@@ -127,7 +127,7 @@ TEST(ForwardCommand, CommandsAreForwardedAndHeld) {
   rig.run(1);
   EXPECT_EQ(rig.hardware->position("b"), 1.5);
   EXPECT_EQ(
-      rig.count(Severity::error, "a command has 1 value, but there are 2: b/position, a/position; refused"),
+      rig.count(Severity::error, "a command has 1 value, but there are 2: b/position, a/position; rejected"),
       1u)
       << rig.said();
   EXPECT_EQ(rig.lines.size(), 1u) << rig.said();

@@ -65,7 +65,7 @@ TEST(Urdf, FileContentIsKept) {
 }
 
 TEST(Urdf, NonTreeIsRefusedWithPlace) {
-  EXPECT_NE(error_of(kPair).find("2 roots, 'a', 'b'"), std::string::npos);
+  EXPECT_NE(error_of(kPair).find("2 root links, 'a', 'b'"), std::string::npos);
   EXPECT_NE(error_of(kPair + joint("") +
                      "<joint name=\"k\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint>")
                 .find("loop"),

@@ -94,8 +94,8 @@ TEST(FoxgloveProtocol, ParametersKeepTypesThroughJson) {
 
 TEST(FoxgloveProtocol, InvalidFrameIsRefusedWithReason) {
   const std::pair<const char*, const char*> cases[] = {
-      {"", "no JSON"},
-      {"{", "no JSON"},
+      {"", "not valid JSON"},
+      {"{", "not valid JSON"},
       {"[1]", "not a JSON object"},
       {"{}", "'op' is missing"},
       {R"({"op":3})", "'op' is not a string"},

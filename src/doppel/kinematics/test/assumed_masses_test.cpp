@@ -125,13 +125,14 @@ TEST(AssumedMasses, SingleLinkUsesSingular) {
     return diagnostics.all().at(0).message + " | " + diagnostics.all().at(0).fix;
   };
   RobotDescription robot = one_link(0.0);
-  EXPECT_THAT(warnings(robot), HasSubstr("a movable link has no mass; guessed from its length: 'l' "));
+  EXPECT_THAT(warnings(robot), HasSubstr("a movable link has no mass; estimated from its length: 'l' "));
   robot.links[1].visuals.push_back({});
   robot.links[1].visuals[0].geometry = Box{{0.1, 0.2, 0.3}};
-  EXPECT_THAT(warnings(robot), HasSubstr("guessed from its shapes: 'l' 6 kg | "));
+  EXPECT_THAT(warnings(robot), HasSubstr("estimated from its shapes: 'l' 6 kg | "));
   robot.joints[0].type = JointType::prismatic;
   robot.joints[0].axis = {0, 0, 1};
-  EXPECT_THAT(warnings(robot), HasSubstr("guessed from its shapes, scaled by 0.085 so that 'j' holds it: "));
+  EXPECT_THAT(warnings(robot),
+              HasSubstr("estimated from its shapes, scaled by 0.085 so that 'j' holds it: "));
   EXPECT_THAT(warnings(robot), ::testing::Not(HasSubstr("these")));
 }
 

@@ -122,9 +122,9 @@ TEST(DescribedType, HostileDescriptionsAreRefused) {
   EXPECT_THAT(error_of(message({field("a", 2), field("a", 2)})), HasSubstr("name of its own"));
   EXPECT_THAT(error_of(message({field("a b", 2)})), HasSubstr("name of its own"));
   EXPECT_THAT(error_of(message({field("a\"", 2)})), HasSubstr("name of its own"));
-  EXPECT_THAT(error_of(message({field("a", 2 + 48, "", 0)})), HasSubstr("no room"));
-  EXPECT_THAT(error_of(message({field("a", 2 + 96, "", 0)})), HasSubstr("no room"));
-  EXPECT_THAT(error_of(message({field("a", 21)})), HasSubstr("no room"));
+  EXPECT_THAT(error_of(message({field("a", 2 + 48, "", 0)})), HasSubstr("size 0"));
+  EXPECT_THAT(error_of(message({field("a", 2 + 96, "", 0)})), HasSubstr("size 0"));
+  EXPECT_THAT(error_of(message({field("a", 21)})), HasSubstr("size 0"));
   EXPECT_THAT(error_of(message({field("a", 11 + 48, "", UINT64_MAX)})), HasSubstr("64 MiB"));
   TypeDescriptionMessage nameless = message({field("a", 2)});
   nameless.type_description.type_name = "Top";

@@ -82,7 +82,7 @@ TEST(WorldFile, ErrorHasPlaceAndReason) {
   EXPECT_THAT(error_of("step: 1"), HasSubstr("must be from"));
   EXPECT_THAT(error_of("integrator: implicid"), HasSubstr("did you mean 'implicit'"));
   EXPECT_THAT(error_of("ground: maybe"), HasSubstr("not 'maybe'"));
-  EXPECT_THAT(error_of("name: a\nname: b"), HasSubstr("stands twice"));
+  EXPECT_THAT(error_of("name: a\nname: b"), HasSubstr("is given twice"));
   EXPECT_THAT(error_of("[1, 2]"), HasSubstr("must be a map"));
   EXPECT_THAT(error_of("name: [unclosed"), HasSubstr("not YAML"));
 }

@@ -46,7 +46,7 @@ TEST(Qos, WeakerOfferIsIncompatible) {
             "durability: volatile is offered, transient local is requested");
   QosProfile every_second;
   every_second.deadline = std::chrono::seconds(1);
-  EXPECT_EQ(incompatibility(default_qos(), every_second), "deadline: infinite is offered, 1 s is wanted");
+  EXPECT_EQ(incompatibility(default_qos(), every_second), "deadline: infinite is offered, 1 s is requested");
   EXPECT_EQ(incompatibility(every_second, default_qos()), "");
 }
 

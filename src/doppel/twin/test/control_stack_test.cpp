@@ -155,7 +155,7 @@ TEST_F(FoundControllersTest, ControllerWithUnknownJointIsLeftOut) {
                         trajectories("arm", "[shoulder, elbow]") + trajectories("hand", "[finger]"));
   EXPECT_EQ(there.count("hand"), 0U);
   EXPECT_EQ(there.at("arm").size(), 2U);
-  EXPECT_THAT(said_, HasSubstr("names joint 'finger'"));
+  EXPECT_THAT(said_, HasSubstr("lists joint 'finger'"));
 }
 
 TEST_F(FoundControllersTest, UndrivenJointsAreHeld) {

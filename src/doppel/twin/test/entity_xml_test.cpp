@@ -220,7 +220,7 @@ TEST_F(EntityMeshTest, FileOutsidePackagesIsRefused) {
        {std::string("package://arm/../../secret.stl"), "file://" + (root_ / "secret.stl").string(),
         "file://" + (root_ / "ws/arm/../../secret.stl").string(), std::string("file:///etc/nothing.stl"),
         std::string("file://../../../secret.stl")})
-    EXPECT_THAT(find(uri), HasSubstr("lies outside")) << uri;
+    EXPECT_THAT(find(uri), HasSubstr("is outside")) << uri;
   for (const std::string& uri : {std::string("/etc/passwd"), std::string("../secret.stl"),
                                  std::string("http://x/a.stl"), std::string("://a.stl"), std::string()})
     EXPECT_THAT(find(uri), HasSubstr("neither package:// nor file://")) << uri;

@@ -467,7 +467,7 @@ TEST(Expression, ErrorsNameCause) {
       {"if", "unexpected 'if'"},
       {"a.", "a name must follow"},
       {"[x for in [1]]", "'for' needs a name"},
-      {"[a for a, b in [(1, 2, 3)]]", "taken apart"},
+      {"[a for a, b in [(1, 2, 3)]]", "unpacked"},
       {"1 in 2", "is not supported between"},
   };
   for (const auto& [text, wanted] : kTable) {

@@ -67,7 +67,7 @@ TEST(Xml, MalformedTextIsRefusedWithPlace) {
       {"<a>]]></a>", "is not allowed in text"},
       {"<a><![CDATA[x</a>", "CDATA section is not closed"},
       {"<1/>", "f.xml:1:2: error: the XML is not well-formed: a name is expected"},
-      {"<a><?xml version='1.0'?></a>", "somewhere else"},
+      {"<a><?xml version='1.0'?></a>", "not at the beginning"},
       {"<a>\0</a>"s, "f.xml:1:4: error: the XML is not well-formed: the character 0x00"},
       {std::string(10'000, '\0'), "the character 0x00"},
       {"<a>\xff</a>", "the byte 0xff is not UTF-8"},
