@@ -98,7 +98,7 @@ TEST(Bus, TopicOfAnotherTypeIsRefused) {
     b.subscribe<String>("x", [](const String&) {});
     FAIL();
   } catch (const std::logic_error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("/x is a std_msgs/msg/Float64 of node /a"));
+    EXPECT_THAT(e.what(), HasSubstr("/x has type std_msgs/msg/Float64 in node /a"));
   }
   EXPECT_THROW(Node(bus, "no_slash"), std::logic_error);
 }
@@ -401,7 +401,7 @@ TEST(Service, FailureHasReason) {
   edge->call("/n/throw", request, thrown.receiver());
   bus.spin();
   EXPECT_THAT(unknown.status.why(), HasSubstr("no service /n/kep; did you mean '/n/keep'?"));
-  EXPECT_THAT(malformed.status.why(), HasSubstr("request for /n/keep refused"));
+  EXPECT_THAT(malformed.status.why(), HasSubstr("request for /n/keep rejected"));
   EXPECT_THAT(dropped.status.why(), HasSubstr("was removed"));
   EXPECT_THAT(thrown.status.why(), HasSubstr("no power"));
   edge->call("/n/keep", request, gone.receiver());

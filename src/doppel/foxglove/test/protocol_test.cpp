@@ -102,7 +102,7 @@ TEST(FoxgloveProtocol, InvalidFrameIsRefusedWithReason) {
       {R"({"op":"subscribe"})", "'subscriptions' is missing"},
       {R"({"op":"subscribe","subscriptions":[1]})", "'id' was expected"},
       {R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":3}]})", "'id' must be an integer"},
-      {R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":4294967296}]})", "'channelId' has to be"},
+      {R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":4294967296}]})", "'channelId' must be"},
       {R"({"op":"advertise","channels":{}})", "'channels' is not a list"},
       {R"({"op":"setParameters","parameters":[{"name":"/a.b","value":[1,"x"]}]})", "not all of one type"},
       {R"({"op":"setParameters","parameters":[{"name":"/a.b","value":{"x":1}}]})",

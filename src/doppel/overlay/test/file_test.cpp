@@ -21,7 +21,7 @@ std::string error_of(const std::string& yaml) {
 
 TEST(OverlayFile, TypoIsReportedWithPlaceAndNearest) {
   EXPECT_THAT(error_of("- flip_axs: J 1"),
-              StartsWith("o.yaml:1:3: error: 'flip_axs' is no operation; did you mean 'flip_axis'?"));
+              StartsWith("o.yaml:1:3: error: 'flip_axs' is not an operation; did you mean 'flip_axis'?"));
   EXPECT_THAT(error_of("- flip_axis: J\n  wy: x"),
               StartsWith("o.yaml:2:3: error: flip_axis has no 'wy'; did you mean 'why'?"));
   EXPECT_THAT(error_of("- bake_zero: J\n  offset: 45 dg"),

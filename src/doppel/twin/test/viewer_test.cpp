@@ -162,7 +162,7 @@ TEST_F(ViewerTest, MimicsFollowAndAreNotSet) {
   command({"finger"}, {2.0});
   EXPECT_DOUBLE_EQ(at("finger"), -0.75);
   ASSERT_EQ(said_.size(), 1U);
-  EXPECT_NE(said_[0].find("follows 'elbow'"), std::string::npos) << said_[0];
+  EXPECT_NE(said_[0].find("mimics 'elbow'"), std::string::npos) << said_[0];
 }
 
 TEST_F(ViewerTest, NanMovesNothing) {
