@@ -150,7 +150,7 @@ fs::path add_to_overlay(const fs::path& description, const std::vector<Operation
   std::string text = exists ? read_text(file)
                             : fmt::format(
                                   "# Corrections of {}, applied whenever doppel loads it.\n"
-                                  "# 'doppel overlay show' tells their state.\n",
+                                  "# 'doppel overlay show' prints their state.\n",
                                   description.filename().string());
   for (const Operation& added : operations) {
     if (added.was.empty()) {
