@@ -337,7 +337,7 @@ TEST_F(EntityStateTest, WrenchEndsWithObject) {
   bring_up("lab_arm");
   spawn("ball", ball("ball", 1), at(1, 0, 50));
   push("{link_name: ball, wrench: {force: {z: 9.81}}, duration: {sec: -1}}");
-  spawn("other", ball("other", 1), at(2, 0, 50));  // the physics' model is made anew
+  spawn("other", ball("other", 1), at(2, 0, 50));  // the physics' model is recreated
   run(0.5);
   EXPECT_NEAR(where("ball").z(), 50, 1e-6) << "held";
   call("/gazebo/clear_link_wrenches", "gazebo_msgs/srv/LinkRequest", "{link_name: 'ball::link'}");

@@ -1,4 +1,4 @@
-// Whatever fails while a replacement is made ready or takes over, the machine that runs goes on to the same
+// Whatever fails while a replacement is made ready or takes over, the machine that runs continues to the same
 // bits: the nth allocation, the nth file, the nth call of the engine.
 
 #include <fmt/format.h>
@@ -127,7 +127,7 @@ class FaultInjectionTest : public TwinFixture, public ::testing::WithParamInterf
     EXPECT_GT(refused, 0);
   }
 
-  // Both twins anew, since one of them has been reloaded.
+  // Both twins again, since one of them has been reloaded.
   void return_to_start() {
     edge_.reset();
     bring_up(scenario());

@@ -193,7 +193,7 @@ TEST_F(TwinReloadTest, InvalidEditChangesNothing) {
   for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-4) << name;
 }
 
-// Refused before anything that runs is let go: the run goes on bit by bit as if nobody had edited anything.
+// Rejected before anything running is destroyed: the run continues bit by bit as if there had been no edit.
 TEST_F(TwinReloadTest, RefusedPublisherParametersKeepOldRobot) {
   send_trajectory();
   run(1.0);

@@ -1,5 +1,5 @@
-// A twin as ROS 2's tools would meet it: in a namespace, with other names and parameters, stamped by the
-// wall's time.
+// A twin as ROS 2's tools would meet it: in a namespace, with other names and parameters, stamped by
+// wall-clock time.
 #include <gmock/gmock.h>
 
 #include <chrono>

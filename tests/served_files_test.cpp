@@ -1,5 +1,5 @@
-// What clients are told of the world's meshes can be had: each marker's resource, at the start and after a
-// reload.
+// The meshes of the world announced to clients can be fetched: each marker's resource, at the start and after
+// a reload.
 #include "doppel/session/served_files.h"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-// What surrounds a twin while it is up, as `doppel up` puts it together: where it can be reached, what is
-// told of its description, edits of its sources.
+// What surrounds a twin while it is up, as `doppel up` puts it together: where it can be reached, what is its
+// description, edits of its sources.
 #include "doppel/session/session.h"
 
 #include <gmock/gmock.h>

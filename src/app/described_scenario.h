@@ -1,5 +1,5 @@
 #pragma once
-// What `up` and `view` are told of a robot on the command line.
+// What the command line of `up` and `view` specifies about a robot.
 
 #include <string>
 #include <vector>

@@ -56,7 +56,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
                            "give them to up or view");
 }
 
-// `doppel --remote VERB` and `doppel --ns ROBOT VERB` are for verbs that speak to somebody.
+// `doppel --remote VERB` and `doppel --ns ROBOT VERB` are for verbs with a connection.
 void refuse_elsewhere(const CLI::App& app, const char* option) {
   const CLI::App* verb = &app;
   std::string path;

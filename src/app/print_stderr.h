@@ -1,6 +1,6 @@
 #pragma once
-// What a person is told, on stderr. It may be a file on a full disk or a terminal that is gone: what runs
-// goes on all the same.
+// Output for the user, on stderr. It may be a file on a full disk or a closed terminal: the program continues
+// in any case.
 
 #include <fmt/format.h>
 

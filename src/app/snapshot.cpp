@@ -81,7 +81,7 @@ std::string to_json(const Summary& summary) {
   }
   out["state_hash"] = fmt::format("{:016x}", summary.state_hash);
   out["peak_rss_mb"] = peak_rss_mb();
-  // Null: it ended before, no controllers were to start, or somebody commanded the robot.
+  // Null: it ended before, no controllers were to start, or the robot was commanded.
   out["rest"] = summary.robots.empty() ? Json(nullptr) : rest_of(summary.robots.front().rest);
   if (summary.robots.size() > 1) {
     for (const Summary::Robot& robot : summary.robots) {

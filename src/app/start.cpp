@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
   const bool xacro = argc > 2 && std::string_view(argv[2]) == "xacro";
   if (doppel::app::must_build(root, xacro ? doppel::app::Part::xacro : doppel::app::Part::all)) {
     if (const int failed = doppel::app::build(root)) return failed;
-    become_program(root, words);  // not this one, which may have been built anew as well
+    become_program(root, words);  // not this one, which may have been rebuilt as well
   }
   if (!xacro) become_program(root, words);
   return expand(argc - 1, words);

@@ -1,5 +1,5 @@
 #pragma once
-// Whether the program has to be built anew before it starts.
+// Whether the program has to be rebuilt before it starts.
 
 #include <string>
 

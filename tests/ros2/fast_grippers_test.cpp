@@ -164,7 +164,7 @@ TYPED_TEST(FastGrippers, CancelEndsGoal) {
   EXPECT_EQ(gripper.cancel(id).value().return_code_(), 3);  // ERROR_GOAL_TERMINATED
 }
 
-// What no gripper can do: a position that is no number, or not one position.
+// What no gripper can do: a position that is not a number, or not one position.
 GripperCommand::Goal impossible(GripperCommand) {
   return GripperCommand::go_to(std::nan(""));
 }

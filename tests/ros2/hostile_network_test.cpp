@@ -123,7 +123,7 @@ class HostileNetwork : public FastTwinTest {
     ParameterClient client(joining, kGetParameters);
     expect_parameters_are_reported(client);
   }
-  // Simulated time goes on, services answer, and the arm obeys.
+  // Simulated time continues, services answer, and the arm obeys.
   void expect_twin_is_well() {
     ASSERT_TRUE(twin().process().running());
     FastPeer joining(own_domain());

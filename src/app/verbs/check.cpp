@@ -76,7 +76,7 @@ std::vector<Operation> repairs_of(const AuditReport& report, DescriptionTarget& 
   return out;
 }
 
-// Writes what is uniquely determined, says so, and judges again.
+// Writes what is uniquely determined, says so, and runs the audit again.
 AuditReport fix(DescriptionTarget& target, const AuditOptions& options, const AuditReport& before,
                 bool quiet) {
   const std::vector<Operation> repairs = repairs_of(before, target);

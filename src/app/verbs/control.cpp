@@ -48,7 +48,7 @@ std::vector<msg::ControllerState> list_controllers(Client& twin, const std::stri
 namespace {
 
 struct ControlOptions {
-  std::string manager;  // as asked for; when a verb runs, whole
+  std::string manager;  // as requested; when a verb runs, whole
   bool verbose = false;
   std::string name, type, state;
   std::vector<std::string> activate, deactivate;

@@ -8,8 +8,8 @@
 
 namespace doppel::app {
 
-// `file` empty or "-": stdout; a reader that leaves early (| head) is no failure. Throws InputError where it
-// cannot be written.
+// `file` empty or "-": stdout; a reader that leaves early (| head) is not a failure. Throws InputError where
+// it cannot be written.
 void deliver(std::string_view text, const std::string& file = "");
 
 // Throws InputError where `file` is one of those that the result was made of, also by another name or a link.

@@ -304,7 +304,7 @@ int stamp(const OverlayOptions& o) {
   }
   bool stamped = false;
   for (std::size_t i = 0;; ++i) {
-    const Corrected c(words);  // anew: each operation's fingerprint is of what the ones before it leave
+    const Corrected c(words);  // again: each operation's fingerprint is of what the ones before it leave
     if (i >= c.overlay.operations.size()) break;
     if (c.overlay.operations[i].was.empty()) stamped = stamp_one(c, i);
   }

@@ -34,7 +34,7 @@ std::uint16_t parse_port(const char* text) {
   return port;
 }
 
-// With an announcement also the token, if the twin asks for one.
+// With an announcement also the token, if the twin requires one.
 RunningTwin twin_at(std::uint16_t port) {
   for (const RunningTwin& twin : find_running()) {
     if (twin.port == port) return twin;

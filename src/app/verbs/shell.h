@@ -1,6 +1,6 @@
 #pragma once
-// What every verb needs: the twin to speak to, output that is flushed line by line, Ctrl-C, and names that
-// are checked. stdout carries data, stderr what is said about it.
+// What every verb needs: the connection to the twin, output that is flushed line by line, Ctrl-C, and names
+// that are checked. stdout carries data, stderr what is said about it.
 
 #include <fmt/format.h>
 
@@ -31,7 +31,7 @@ void print_line(fmt::format_string<Args...> format, Args&&... args) {
 
 inline constexpr auto kForever = std::chrono::hours(24 * 365);  // for waits that something else ends
 
-// Whom a verb speaks to.
+// The connection that a verb uses.
 struct Connection {
   int port = 0;                 // of the twin; 0: of DOPPEL_PORT, else the newest that runs
   bool remote = false;          // the ROS 2 graph instead of a twin's server

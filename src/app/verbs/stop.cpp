@@ -1,4 +1,4 @@
-// The emergency stop from the shell: every controller manager there is, whoever commands it.
+// The emergency stop from the shell: of every controller manager, whatever commands it.
 
 #include "app/verbs/controllers.h"
 #include "app/verbs/verbs.h"

@@ -76,7 +76,7 @@ std::string subject_at(const XmlNode& root, const SourceLocation& where) {
   return "the robot";
 }
 
-// The parser warns of what can be left out and goes on; the rule says how much it matters.
+// The parser warns of what can be left out and continues; the rule says how much it matters.
 void take_over(const Diagnostics& diagnostics, const XmlNode& root, Findings& out) {
   for (const Diagnostic& d : diagnostics.all()) {
     const RuleInfo* const rule = d.rule.starts_with("urdf.") ? find_rule(d.rule) : nullptr;
@@ -100,7 +100,7 @@ std::optional<Model> compile(const RobotDescription& robot, const XmlNode& root,
 
 void apply_rules(const AuditInput& in, Findings& out) {
   using namespace audit_rules;
-  // Meshes and shapes come before the inertias that are held against them: one fault is told once.
+  // Meshes and shapes come before the inertias that are held against them: one fault is reported once.
   for (const auto check : {check_schema, check_joints, check_origins, check_mimics, check_meshes,
                            check_shapes, check_inertia, check_names, check_collisions, check_ros2_control,
                            check_controllers, check_package, check_world, check_datasheet}) {

@@ -75,7 +75,7 @@ struct AuditInput {
 AuditReport audit(const std::filesystem::path& file, const XacroArguments& arguments,
                   PackageResolver& resolver, const AuditOptions& options);
 
-// Elements and attributes that nobody reads, where a known one was surely meant: cheap enough for every
+// Elements and attributes that nothing reads, where a known one was surely meant: cheap enough for every
 // reload.
 std::vector<Finding> misspellings(const ExpandedDescription& expanded);
 

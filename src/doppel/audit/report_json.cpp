@@ -34,12 +34,12 @@ std::string message_with_fix(const Finding& finding) {
   return subject + finding.message + (fix.empty() ? "" : "\nFix: " + fix);
 }
 
-// Messages may quote bytes of a broken file: what is no UTF-8 is replaced.
+// Messages may quote bytes of a broken file: what is not valid UTF-8 is replaced.
 std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-// RFC 3986: what is no path character is percent-encoded; an absolute path is a file URI.
+// RFC 3986: what is not a path character is percent-encoded; an absolute path is a file URI.
 std::string uri_of(const SourceLocation& where) {
   const std::string path = file_of(where);
   std::string out = path.starts_with('/') ? "file://" : "";

@@ -27,7 +27,7 @@ void check_types(const ControllersFile& file, const ControllerRegistry& registry
     if (contains(known, c.type)) continue;
     const auto near = std::find_if(known.begin(), known.end(),
                                    [&](const std::string& name) { return edit_distance(name, c.type) <= 3; });
-    if (near == known.end()) continue;  // somebody's own controller
+    if (near == known.end()) continue;  // a user's own controller
     out.add("controllers.unknown_type", c.subject(), c.where,
             fmt::format("there is no controller type '{}'; did you mean '{}'?", c.type, *near),
             fmt::format("write type: {}", *near));

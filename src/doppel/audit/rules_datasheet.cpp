@@ -1,5 +1,5 @@
 // Limits against what the actuators can do. Where another rule has already found a limit to be an exporter's
-// default, the sheet adds its value and the repair to that finding; a fault is told once.
+// default, the sheet adds its value and the repair to that finding; a fault is reported once.
 #include <algorithm>
 #include <cmath>
 

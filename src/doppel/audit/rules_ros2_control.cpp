@@ -93,7 +93,7 @@ void check_interface_names(const HardwareJoint& joint, bool simulated, Findings&
         }
       }
       if (meant.empty()) continue;
-      // A driver may offer what it likes under other words; a slip of the pen is one everywhere.
+      // A driver may offer what it likes under other words; a typo is one everywhere.
       out.add("ros2_control.interface_name", other_word && !simulated ? Severity::note : Severity::warning,
               subject_of(joint), interface.source,
               fmt::format("the {} interface '{}' is not one of position, velocity, acceleration, effort; did "

@@ -160,7 +160,7 @@ class Parser {
     return out;
   }
 
-  // What it fails to read of a link it leaves out, and goes on with what it has.
+  // What it fails to read of a link it leaves out, and continues with what it has.
   void link(const XmlNode& node, std::string& name, std::vector<VisualMaterial>& visuals) {
     const XmlAttribute* attribute = node.find("name");
     if (attribute == nullptr) {

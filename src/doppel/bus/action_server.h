@@ -23,7 +23,7 @@ class ActionServer {
     // refused.
     std::function<Status(const GoalId&)> on_cancel;
   };
-  // The node must outlive the server; a server made anew on the same node and name takes over.
+  // The node must outlive the server; a server recreated on the same node and name takes over.
   ActionServer(Node& node, std::string_view name, Callbacks callbacks);
   ~ActionServer();  // whoever waits for a result is told that the service went away
   ActionServer(const ActionServer&) = delete;

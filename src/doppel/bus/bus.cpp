@@ -159,7 +159,7 @@ void Bus::Impl::subscribe_link(TopicId id, const std::shared_ptr<bus_detail::Edg
   deliver_last(topic, link);
 }
 
-// A latched message that finds the ring full is tried again at the next step: nobody will publish it anew.
+// A latched message that finds the ring full is tried again at the next step: nobody will publish it again.
 void Bus::Impl::deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link) {
   const bool subscribed = std::ranges::find(topic.links, link) != topic.links.end();
   if (topic.last.empty() || !subscribed || !link->wants_from(topic.last_from)) return;
@@ -255,7 +255,7 @@ Bus::~Bus() = default;
 
 namespace {
 
-// A node may be put together from several parts; it is told of once, with what its first part asked for.
+// A node may be put together from several parts; it is announced once, with what its first part requested.
 std::vector<EndpointInfo> endpoint_infos(const std::vector<Endpoint>& endpoints) {
   std::vector<EndpointInfo> infos;
   for (const Endpoint& endpoint : endpoints) {

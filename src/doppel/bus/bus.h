@@ -4,7 +4,7 @@
 // what the loop publishes reaches them through a lock-free ring each, what they send reaches the loop through
 // its inbox.
 //
-// publish() neither allocates nor locks, and costs a load and a branch where nobody listens.
+// publish() neither allocates nor locks, and costs a load and a branch without subscribers.
 
 #include <atomic>
 #include <functional>
@@ -35,7 +35,7 @@ struct TopicOps;
 struct ServiceEntry;
 }  // namespace bus_detail
 
-// What of ROS 2's quality of service a node asks for; deadline and liveliness are never asked for.
+// What of ROS 2's quality of service a node requests; deadline and liveliness are never requested.
 struct Qos {
   std::size_t depth = 10;    // of the history that is kept
   bool latched = false;      // transient local: the last message is kept for late joiners
@@ -44,7 +44,7 @@ struct Qos {
 
   // Transient local on a network, which keeps the history itself; the bus keeps nothing for late joiners.
   bool latched_on_network = false;
-  Duration lifespan{};  // of a message on a network, by the wall's clock; zero: for ever
+  Duration lifespan{};  // of a message on a network, by the wall clock; zero: forever
 
   // The profiles that ROS 2 names. What it leaves to the system is as Jazzy's middleware (Fast DDS) has it.
   static constexpr Qos sensor_data() { return {.depth = 5, .best_effort = true}; }
@@ -122,7 +122,7 @@ class Node {
   template <Message M>
   void subscribe(std::string_view topic, std::function<void(const M&)> callback, Qos qos = {});
   // Serving a name again replaces one's own handler; throws std::logic_error if it is another node's. A
-  // caller whose responder is dropped unanswered is told so; so is one whose handler throws.
+  // caller whose responder is dropped unanswered gets an error; so is one whose handler throws.
   template <Service S>
   void serve(std::string_view service,
              std::function<void(const typename S::Request&, Responder<typename S::Response>)> handler);
@@ -174,7 +174,7 @@ class Edge {
 
   // Sends a message in from outside, as node `from`. Refused: a type that nobody knows or that is not the
   // topic's, malformed bytes. Whoever subscribes gets it at the loop's next step; this edge too, unless it
-  // was attached as one that does not hear itself.
+  // was attached as one that does not receive its own messages.
   virtual Status publish(std::string_view from, std::string_view topic, std::string_view type,
                          std::span<const std::byte> cdr) = 0;
   // Calls a service; `reply` runs on the loop's thread with the response's CDR, or the reason why there is
@@ -192,8 +192,8 @@ struct BusOptions {
   // Whether messages are stamped with simulated time, which /clock tells; else with the wall's. Everything on
   // this side of the bus (now(), update(), publish()) is simulated time in either case.
   bool sim_time = true;
-  // Where the first exception of each topic's subscribers goes, as text: the loop goes on. Empty: exceptions
-  // leave publish() and spin(), as in a program of one's own.
+  // Where the first exception of each topic's subscribers goes, as text: the loop continues. Empty:
+  // exceptions leave publish() and spin(), as in a program of one's own.
   std::function<void(const std::string&)> report = {};
 };
 
@@ -217,7 +217,7 @@ class Bus {
   [[nodiscard]] bool sim_time() const { return sim_time_; }
   // By the logger's name, rcl's levels: below it, nothing reaches /rosout. The loop's thread.
   [[nodiscard]] std::map<std::string, std::uint32_t>& logger_levels() { return logger_levels_; }
-  // What a message's header says of a time here, and back. With the wall's clock they lie set_stamp_offset()
+  // What a message's header says of a time here, and back. With the wall clock they lie set_stamp_offset()
   // apart, which changes while time stands or runs at another speed.
   [[nodiscard]] Time stamp(Time here) const { return here + stamp_offset_; }
   [[nodiscard]] Time from_stamp(Time there) const { return there - stamp_offset_; }
@@ -234,8 +234,8 @@ class Bus {
   [[nodiscard]] std::vector<std::string> nodes() const;  // sorted
   // Grows whenever a topic or who has it, a service or a node comes or goes, so that edges can tell.
   [[nodiscard]] std::uint64_t graph_version() const { return graph_version_.load(std::memory_order_acquire); }
-  // Messages that did not reach who had asked for them, because they do not keep up: what found an edge's
-  // ring full, and what edges say they skipped for clients of theirs.
+  // Messages that did not reach the edges that had requested them, because they do not keep up: what found an
+  // edge's ring full, and what edges say they skipped for clients of theirs.
   [[nodiscard]] std::uint64_t skipped() const { return skipped_.load(std::memory_order_relaxed); }
   void add_skipped(std::uint64_t messages) { skipped_.fetch_add(messages, std::memory_order_relaxed); }
   std::unique_ptr<Edge> attach(std::string name, EdgeOptions options = {});

@@ -1,4 +1,4 @@
-// The edge's end of the bus. What it asks for is decoded here, on its own thread, and done by the loop.
+// The edge's end of the bus. Its requests are decoded here, on its own thread, and executed by the loop.
 
 #include <fmt/format.h>
 #include <poll.h>

@@ -19,7 +19,7 @@ std::string node_base_name(std::string_view full_name);
 // "left.arm": what the node calls itself in the log.
 std::string logger_name(std::string_view full_name);
 
-// Why it is no valid name; ok otherwise. A topic's or service's name may be relative or private ("~/x").
+// Why it is not a valid name; ok otherwise. A topic's or service's name may be relative or private ("~/x").
 Status check_node_name(std::string_view name);
 Status check_namespace(std::string_view name);
 Status check_topic_name(std::string_view name);

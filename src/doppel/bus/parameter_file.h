@@ -89,7 +89,7 @@ class ParameterFile {
   std::string home_;  // "/left"
 };
 
-// Adds what the command line says of nodes' parameters. Throws InputError: a file that cannot be read.
+// Adds what the command line specifies of nodes' parameters. Throws InputError: a file that cannot be read.
 void add_ros_parameters(const RosArguments& arguments, ParameterFile& parameters);
 
 }  // namespace doppel

@@ -30,7 +30,7 @@ struct GivenParameterFile {
 struct RosArguments {
   NameRules names = {};
   std::vector<std::variant<GivenParameter, GivenParameterFile>> parameters;  // in order: a later one wins
-  std::optional<Severity> log_level;                                         // nothing below it is told
+  std::optional<Severity> log_level;                                         // nothing below it is reported
   std::optional<std::string> enclave;                                        // "/left", told to the network
   [[nodiscard]] bool empty() const { return names.empty() && parameters.empty() && !log_level && !enclave; }
 };

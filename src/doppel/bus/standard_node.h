@@ -8,7 +8,7 @@
 
 namespace doppel {
 
-// Call it before the node declares parameters of its own, so that these are told on /parameter_events.
+// Call it before the node declares parameters of its own, so that these are reported on /parameter_events.
 // Declares use_sim_time (the bus's, not to be changed), start_type_description_service and
 // qos_overrides./parameter_events; subscribes to what rclcpp's nodes subscribe to, so that graphs look alike.
 // own_clock: the node declares use_sim_time and hears /clock by itself.

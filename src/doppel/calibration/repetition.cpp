@@ -8,7 +8,7 @@ namespace doppel {
 namespace {
 
 constexpr double kSameErrorShare = 0.1;  // of the older zero: a second error of just this size is none
-constexpr double kSmallZero = 0.017453292519943295;  // rad or m: below it nothing can be told
+constexpr double kSmallZero = 0.017453292519943295;  // rad or m: smaller differences are not significant
 
 bool share_a_measurement(const Operation& a, const Operation& b) {
   return std::ranges::any_of(a.evidence, [&](const std::string& one) {

@@ -14,7 +14,7 @@ namespace doppel {
 struct ClientOptions {
   std::string host = "127.0.0.1";
   std::uint16_t port = 8700;
-  std::string token;                                  // where the twin asks for one
+  std::string token;                                  // where the twin requires one
   std::chrono::milliseconds timeout{5000};            // for what should come at once
   std::function<bool()> interrupted;                  // asked every 20 ms or so; may be empty
   std::function<void(const std::string&)> on_status;  // warnings that belong to no request

@@ -103,7 +103,7 @@ class Controller {
   // Filled by the controller manager before on_activate, emptied after on_deactivate.
   std::vector<CommandHandle> command_handles;
   std::vector<StateHandle> state_handles;
-  // In the order of reference_interfaces(), from on_configure to on_cleanup. In chained mode NaN is no
+  // In the order of reference_interfaces(), from on_configure to on_cleanup. In chained mode NaN is not a
   // command yet; else the controller writes there what it follows, so that everybody can see it.
   std::vector<CommandHandle> reference_handles;
 };

@@ -23,7 +23,7 @@ enum class Strictness { best_effort = 1, strict = 2 };  // controller_manager_ms
 struct ControllerManagerOptions {
   std::string name = "controller_manager";
   std::string name_space;    // "/left": of its node and its controllers'; empty: none
-  double update_rate = 100;  // Hz, used where the YAML says nothing
+  double update_rate = 100;  // Hz, used where the YAML does not specify it
   // The period that the loop can keep for an update rate in Hz that was written at a place; what it has to
   // round it warns of. Empty: exactly that of the rate.
   std::function<Duration(double rate, const SourceLocation& where, Diagnostics& diagnostics)> choose_period =
@@ -31,7 +31,7 @@ struct ControllerManagerOptions {
   bool enforce_limits = true;
 };
 
-// What the YAML says of a loop with a thread of its own, by ros2_control's names.
+// What the YAML specifies of a loop with a thread of its own, by ros2_control's names.
 struct LoopSettings {
   int thread_priority = 50;  // SCHED_FIFO
   bool lock_memory = true;
@@ -95,9 +95,9 @@ class ControllerManager {
   // Loads, configures and activates `names` (broadcasters first). Throws InputError, with both places in the
   // YAML, where two of them claim one interface; nothing is active then.
   void start(std::span<const std::string> names);
-  // The same of a file that nobody named: what cannot be loaded, configured or have its interfaces is left
-  // out with a warning and not loaded; of two that claim one interface the trajectory controller, else the
-  // first one, is active and the other inactive, with a note.
+  // The same of a file that the user did not name: what cannot be loaded, configured or have its interfaces
+  // is left out with a warning and not loaded; of two that claim one interface the trajectory controller,
+  // else the first one, is active and the other inactive, with a note.
   void start_compatible(std::span<const std::string> names);
 
   // In the loop, once every period(). No allocation, no lock, no throw.
@@ -119,9 +119,9 @@ class ControllerManager {
   // and trajectories go on, limits are the new ones.
   void model_changed(const Model& model);
 
-  // The emergency stop, latched until it is reset: hardware brings its joints to rest and holds them, whoever
-  // commands them; controllers that command are deactivated and none can be activated. A reset activates them
-  // again, without what they were doing. `by`: who stops, for the log.
+  // The emergency stop, latched until it is reset: hardware brings its joints to rest and holds them,
+  // whatever commands them; controllers that command are deactivated and none can be activated. A reset
+  // activates them again, without what they were doing. `by`: who stops, for the log.
   void stop(const std::string& by);
   Status reset_stop();
   [[nodiscard]] bool is_stopped() const;

@@ -109,7 +109,7 @@ class HardwareComponent {
   virtual HardwareReturn write(Time now, Duration period, std::span<const double> commands) = 0;
   // The loop has not come by for longer than it may (control_loop.h): called once, from another thread, while
   // read() or write() may be under way. Brings the joints to rest as far as the device can by itself;
-  // on_stop() follows when the loop goes on.
+  // on_stop() follows when the loop continues.
   virtual void on_stall() noexcept {}
   // Why the last read() or write() did not answer ok, as a sentence's end; asked between ticks.
   [[nodiscard]] virtual std::string fault() const { return "no reason given"; }

@@ -13,7 +13,7 @@
 namespace doppel {
 
 enum class HardwareKind {
-  real,       // a device, or what behaves as one: on the wall's clock
+  real,       // a device, or what behaves as one: on the wall clock
   simulated,  // moves with the simulation, on its clock
 };
 

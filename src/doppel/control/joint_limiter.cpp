@@ -16,7 +16,7 @@ constexpr double kSlack =
     1e-6;  // rad, m, ...: rounding in somebody's file is held to the limit, but not told
 constexpr Duration kEpisodeTimeout = std::chrono::seconds(1);  // without intervention: the episode is over
 constexpr Duration kReportDelay =
-    std::chrono::milliseconds(250);  // so that the most is known when it is told
+    std::chrono::milliseconds(250);  // so that the most is known when it is reported
 
 bool beyond(double asked, double limit) {
   return std::abs(asked) > limit + kSlack * std::max(1.0, limit);

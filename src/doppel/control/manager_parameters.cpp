@@ -1,4 +1,4 @@
-// What the controller manager's part of the YAML says, and that of each controller.
+// What the controller manager's part of the YAML specifies, and that of each controller.
 
 #include <fmt/format.h>
 

@@ -103,7 +103,7 @@ void ControllerManager::Impl::serve_life_cycle() {
       "~/unload_controller", [this, attempt](const auto& request, auto respond) {
         respond({attempt("unload", request.name, [&] { return unload(request.name); })});
       });
-  // Libraries are loaded once, at the start; there is nothing to load anew.
+  // Libraries are loaded once, at the start; there is nothing to load again.
   node.serve<srv::ReloadControllerLibraries>(
       "~/reload_controller_libraries", [this](const auto&, auto respond) {
         log.warning(options.name, "controller libraries cannot be reloaded; restart doppel");

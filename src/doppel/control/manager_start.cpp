@@ -1,4 +1,5 @@
-// Starting a set of controllers whole: all that is wrong with it is told at once, and nothing is active then.
+// Starting a set of controllers whole: all that is wrong with it is reported at once, and nothing is active
+// then.
 
 #include <fmt/format.h>
 

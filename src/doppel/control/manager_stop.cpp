@@ -1,5 +1,5 @@
 // The emergency stop: latched until it is reset, the same for every client. The hardware stops its joints by
-// itself; controllers that command are deactivated, so that no goal goes on from where it would be by then.
+// itself; controllers that command are deactivated, so that no goal continues from where it would be by then.
 
 #include <fmt/format.h>
 

@@ -257,7 +257,7 @@ void ControllerManager::Impl::release(LoadedController& c) {
 
 // `handed_over`: commands that another controller held until this moment. Their last values go on, so that a
 // servo that sags under load does not sag again at every switch; all others start from what the description
-// says, which for joints is no command.
+// specifies, which for joints is not a command.
 Status ControllerManager::Impl::activate(LoadedController& c, std::span<const std::string> handed_over) {
   for (const std::string& name : c.commands) {
     const std::size_t command = *resources.find_command(name);

@@ -86,7 +86,7 @@ void CommandForwarder::receive(const std_msgs::msg::Float64MultiArray& message) 
     why = "a command contains a value that is not a finite number";
   }
   if (!why.empty()) {
-    // A stream of bad commands is told once.
+    // A stream of bad commands is reported once.
     if (!error_logged_) log_->error(name_, why + "; rejected, the last valid command stays in effect");
     error_logged_ = true;
     return;

@@ -132,7 +132,7 @@ Status GripperController::on_deactivate() {
     goal_.reset();
     context_->log->warning(context_->name, "the goal is aborted because the controller is deactivated");
   }
-  // A force that nobody controls any more must not go on.
+  // A force that is no longer controlled must not go on.
   if (kind_ == Kind::effort) command_handles[0].set(0.0);
   return {};
 }

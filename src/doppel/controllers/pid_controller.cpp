@@ -196,7 +196,7 @@ std::vector<std::string> PidController::reference_interfaces() const {
   return state_interfaces().names;
 }
 
-// What a leader has left is no reference to go on with: the joints stay where they are.
+// What a leader has left is not a reference to continue with: the joints stay where they are.
 void PidController::set_chained_mode(bool chained) {
   chained_ = chained;
   for (std::size_t i = 0; i < dofs_.size(); ++i)
@@ -243,7 +243,7 @@ Status PidController::on_activate() {
 
 Status PidController::on_deactivate() {
   active_ = false;
-  // A force or a speed that nobody controls any more must not go on.
+  // A force or a speed that is no longer controlled must not go on.
   if (command_interface_ != kPosition) {
     for (CommandHandle& handle : command_handles) handle.set(0.0);
   }

@@ -26,7 +26,7 @@ class MeshFiles {
   // What to write for the mesh; its URI as it stands where the file is not known.
   std::string reference(const MeshGeometry& mesh);
   // The same for a tool that reads only these kinds ("stl", "obj"; "stl" means a binary one): another file is
-  // written anew as OBJ, in meshes/ where no folder for copies was given.
+  // written again as OBJ, in meshes/ where no folder for copies was given.
   std::string reference(const MeshGeometry& mesh, const std::vector<std::string>& kinds);
 
   // Copies and writes what was referred to. Throws InputError.

@@ -59,8 +59,8 @@ class MjcfWriter final : private MjcfNaming {
   }
 
  private:
-  // MuJoCo wants mass on a body that moves itself. Where only links that are fixed to it have any, the first
-  // of them gives its own to it.
+  // MuJoCo requires mass on a body that moves itself. Where only links that are fixed to it have any, the
+  // first of them gives its own to it.
   void distribute_masses() {
     const std::vector<int> groups = rigid_groups(model_);
     const std::vector<Pose> X_GL = poses_in_groups(model_, groups);

@@ -1,9 +1,8 @@
 #pragma once
 // The description as an SDF 1.11 model for Gazebo (gz). Links keep their names and their frames: each link
 // stands at its joint (relative_to), fixed joints are kept and nothing is lumped. Two things differ because
-// SDF wants it: a root link "world" is SDF's world, and a fixed link without mass and shape (tool0) becomes a
-// <frame>, for a <link> without <inertial> would weigh 1 kg.
-// Source: sdformat.org/spec?ver=1.11.
+// SDF requires it: a root link "world" is SDF's world, and a fixed link without mass and shape (tool0)
+// becomes a <frame>, for a <link> without <inertial> would weigh 1 kg. Source: sdformat.org/spec?ver=1.11.
 
 #include <string>
 

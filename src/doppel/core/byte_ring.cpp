@@ -29,7 +29,7 @@ std::span<std::byte> ByteRing::begin_write(std::size_t size) {
   const std::size_t used = written - read_.load(std::memory_order_acquire);
   const std::size_t at = written & mask_;
   const std::size_t to_end = capacity - at;
-  // Where nothing waits it begins anew at the front: else a large ring whose reader keeps up would sooner or
+  // Where nothing waits it begins again at the front: else a large ring whose reader keeps up would sooner or
   // later have all of its memory in use. Until the reader has passed the skip there is room for `at` bytes.
   const bool begins_anew = used == 0 && at >= std::max(need, kInUse);
   const std::size_t skip = to_end < need || begins_anew ? to_end : 0;

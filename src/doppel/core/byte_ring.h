@@ -1,6 +1,7 @@
 #pragma once
-// A ring of byte records from the loop to one edge: one thread writes, one reads, nobody waits. A record that
-// does not fit is dropped and counted, so that a slow reader is skipped ahead and never a brake on the loop.
+// A ring of byte records from the loop to one edge: one thread writes, one reads, neither waits. A record
+// that does not fit is dropped and counted, so that a slow reader is skipped ahead and never a brake on the
+// loop.
 
 #include <atomic>
 #include <cstddef>
@@ -17,7 +18,7 @@ class ByteRing {
 
   // Writer: room for a record of `size` bytes (8-byte aligned), or an empty span (counted as dropped).
   std::span<std::byte> begin_write(std::size_t size);
-  // Writer: makes the record begun last visible; `size` may be smaller than what was asked for.
+  // Writer: makes the record begun last visible; `size` may be smaller than what was requested.
   void commit(std::size_t size);
 
   // Reader: the oldest record, or an empty span with nullptr data; valid until pop().

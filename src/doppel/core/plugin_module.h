@@ -1,6 +1,6 @@
 #pragma once
 // Libraries that few runs need and every start would pay for (their symbols take milliseconds to bind) are
-// wrapped in modules beside the program and loaded when they are first asked for.
+// wrapped in modules beside the program and loaded when they are first requested.
 
 #include <string>
 

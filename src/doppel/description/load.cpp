@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A .urdf that xacro is not asked for is read as urdfdom reads it.
+// A .urdf without xacro is read as urdfdom reads it.
 XmlTree read_tree(const fs::path& file) {
   try {
     return load_xml_tree(file.string(), XmlContent::content);

@@ -49,7 +49,7 @@ class ObjReader {
     corners_.clear();
     while (true) {
       const std::string_view word = text_.word_in_line();
-      if (word == "\\") {  // the line goes on
+      if (word == "\\") {  // the line continues
         text_.skip_line();
         continue;
       }

@@ -326,7 +326,7 @@ void Parser::look_up_materials(RobotDescription& robot) {
   }
 }
 
-// A component without a name has none to be asked for by, and ros2_control refuses it.
+// A component without a name cannot be referred to, and ros2_control rejects it.
 void Parser::hardware(const XmlNode& node, RobotDescription& out) {
   UrdfReader read(diagnostics_, "urdf.optional_value", "this <ros2_control> is ignored");
   if (!read.required(node, "name").empty() || !read.faulty())

@@ -88,7 +88,7 @@ struct LinkCollider::Impl {
     return deepest;
   }
 
-  // The surfaces decide where there are meshes and triangles were asked for; the depth is the hulls'.
+  // The surfaces decide where there are meshes and triangles were requested; the depth is the hulls'.
   static ConvexDepth pair_overlap(const CollidingShape& a, const CollidingShape& b, const Pose& X_AB,
                                   bool exact) {
     const bool by_surface = a.surface != nullptr && b.surface != nullptr && (a.is_mesh || b.is_mesh);

@@ -1,8 +1,8 @@
 #pragma once
-// Which links of a robot touch, and how deep. A link is what its <collision> elements say: primitives as they
-// are, meshes as their convex hulls or, where asked, by their own triangles. Not for the simulation, which
-// has the engine's own; for judging a description and for self-collision matrices. Hulls and primitives:
-// convex.h; triangles: the bounding volume trees of FCL (Pan, Chitta, Manocha 2012).
+// Which links of a robot touch, and how deep. A link is what its <collision> elements specify: primitives as
+// they are, meshes as their convex hulls or, where asked, by their own triangles. Not for the simulation,
+// which has the engine's own; for judging a description and for self-collision matrices. Hulls and
+// primitives: convex.h; triangles: the bounding volume trees of FCL (Pan, Chitta, Manocha 2012).
 
 #include <memory>
 #include <span>

@@ -136,7 +136,7 @@ class Compiler {
     add_subtree(child, model_.joints[index].child_link);
   }
 
-  // An exporter's 0 would freeze the joint for good, which nobody means by it.
+  // An exporter's 0 would freeze the joint for good, which is never intended.
   double limit_or_unlimited(const Joint& joint, const std::optional<double>& written, const char* what) {
     if (!written) return kInfinity;
     if (*written > 0) return *written;

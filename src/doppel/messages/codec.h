@@ -35,7 +35,7 @@ Bytes to_cdr(const M& message);
 template <Message M>
 Status from_cdr(std::span<const std::byte> bytes, M& message);
 
-// A text that is made when it is first asked for; any thread.
+// A text that is made when it is first requested; any thread.
 class LazyText {
  public:
   template <class Make>

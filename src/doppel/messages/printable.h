@@ -7,7 +7,7 @@
 namespace doppel {
 
 // With '?' for each control character that could steer the terminal (all but the line's end) and for each
-// byte that is no UTF-8.
+// byte that is not valid UTF-8.
 std::string printable(std::string_view text);
 
 }  // namespace doppel

@@ -52,7 +52,7 @@ void collect(const TypeDescription& type, std::map<std::string_view, const TypeD
   }
 }
 
-// `encoding` and `text` are the top type's, where it is no message.
+// `encoding` and `text` are the top type's, where it is not a message.
 TypeSources sources(const TypeDescription& type, std::string_view encoding, std::string text) {
   std::map<std::string_view, const TypeDescription*> types;
   collect(type, types);

@@ -59,7 +59,7 @@ inline std::string to_utf8(std::u16string_view text) {
   return out;
 }
 
-// A byte that is no UTF-8 becomes U+FFFD.
+// A byte that is not valid UTF-8 becomes U+FFFD.
 inline std::u16string to_utf16(std::string_view text) {
   std::u16string out;
   for (std::size_t at = 0; at < text.size();) {

@@ -28,7 +28,7 @@ struct Marker {
   geometry_msgs::msg::Pose pose;
   geometry_msgs::msg::Vector3 scale;
   std_msgs::msg::ColorRGBA color;
-  builtin_interfaces::msg::Duration lifetime;  // zero: for ever
+  builtin_interfaces::msg::Duration lifetime;  // zero: forever
   bool frame_locked = false;
   std::vector<geometry_msgs::msg::Point> points;
   std::vector<std_msgs::msg::ColorRGBA> colors;

@@ -335,8 +335,8 @@ class YamlReader {
   CdrAppender out_;
 };
 
-// The line on which a second document begins; 0: there is none. (YAML::LoadAll finds documents for ever in
-// some texts that are no YAML.)
+// The line on which a second document begins; 0: there is none. (YAML::LoadAll finds documents forever in
+// some texts that are not valid YAML.)
 int second_document(std::string_view yaml) {
   bool content = false;
   int line = 0;

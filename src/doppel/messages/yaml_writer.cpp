@@ -111,7 +111,7 @@ std::string yaml_real(double value) {
   if (text == "nan") return ".nan";
   if (text == "inf") return ".inf";
   if (text == "-inf") return "-.inf";
-  const std::size_t e = text.find('e');  // YAML 1.1 wants a dot in a float: 1.0e-05
+  const std::size_t e = text.find('e');  // YAML 1.1 requires a dot in a float: 1.0e-05
   if (e != text.npos && text.find('.') == text.npos) text.insert(e, ".0");
   return text;
 }

@@ -87,7 +87,7 @@ void mjcf_place(XmlNode& node, const Pose& X);
 std::string mjcf_range(double lower, double upper);
 
 // Where each link stands in the topmost one of those that are rigidly joined to it (`groups`:
-// rigid_groups()). MuJoCo wants mass on every body that moves itself, whichever of these links has it.
+// rigid_groups()). MuJoCo requires mass on every body that moves itself, whichever of these links has it.
 std::vector<Pose> poses_in_groups(const Model& model, const std::vector<int>& groups);
 
 }  // namespace doppel

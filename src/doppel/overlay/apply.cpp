@@ -211,7 +211,7 @@ OperationOutcome Application::compare(std::size_t i, Operation operation) {
     return {OperationState::already_there,
             standing > 0 ? "the description already contains the result" : "there is nothing to do"};
   }
-  // Computed anew from what stands there, which may have more digits than the fingerprint.
+  // Recomputed from what stands there, which may have more digits than the fingerprint.
   if (!masses) {
     const Facts exact = result_of(operation, basis, around_);
     for (auto& [key, value] : pending) value = or_nothing(find_fact(exact, key));

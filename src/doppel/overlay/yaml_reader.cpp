@@ -56,7 +56,7 @@ const std::vector<std::string>& operation_names() {
   return kNames;
 }
 
-// Reads one operation, a map; remembers which keys it was asked for, so that the others can be told.
+// Reads one operation, a map; records which keys have been read, so that the others can be reported.
 class OperationReader {
  public:
   OperationReader(const YAML::Node& node, std::shared_ptr<const std::string> file)
@@ -236,7 +236,7 @@ void OperationReader::check_keys() const {
 }
 
 void OperationReader::missing(const char* key) {
-  for (const auto& entry : node_) {  // is it there, with a slip of the pen?
+  for (const auto& entry : node_) {  // is it there, with a typo?
     if (!entry.first.IsScalar()) continue;
     const std::string written = entry.first.Scalar();
     const std::vector<std::string> wanted{key};

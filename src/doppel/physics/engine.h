@@ -236,7 +236,7 @@ class Engine {
   [[nodiscard]] virtual RayHit cast_ray(const Eigen::Vector3d& from_W,
                                         const Eigen::Vector3d& direction_W) const = 0;
 
-  // Compiles (it allocates) and goes on with other instances: what keeps its name and its model keeps its
+  // Compiles (it allocates) and continues with other instances: what keeps its name and its model keeps its
   // state, drives and loads. Throw InputError (a name taken); nothing has changed then.
   void set_instances(std::vector<ModelInstance> instances);
   // The same with a compilation that was made beforehand, on any thread, by world().with().
@@ -251,7 +251,7 @@ class Engine {
   Engine& operator=(Engine&&) = default;
 
   // From now on a state of `world`: for each of its instances, the instance of this engine whose state it
-  // keeps, or -1. Time goes on. Nothing changes where it throws.
+  // keeps, or -1. Time continues. Nothing changes where it throws.
   virtual void become(std::shared_ptr<const CompiledWorld> world, std::span<const int> kept) = 0;
   std::shared_ptr<const CompiledWorld> world_;
 

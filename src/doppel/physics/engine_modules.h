@@ -27,7 +27,7 @@ struct KnownEngine {
 };
 std::vector<KnownEngine> known_engines();
 
-// Loads the module when it is first asked for. Throws InputError: no engine of this name (with the nearest),
+// Loads the module when it is first requested. Throws InputError: no engine of this name (with the nearest),
 // or one that is not built here (with the package to install).
 const EngineModule& engine_module(const std::string& name);
 // Another engine of the program's own: tests have one.

@@ -1,8 +1,8 @@
 #pragma once
 // Which bodies never collide: by the structure of a model (one rigid body, joined by a joint, both fixed to
 // the world), and because they touch or overlap at the start. Links that touch there are shaped so, as a hull
-// that fills a hollow, and would push each other for ever; what is inside the ground or another instance
-// would be thrown.
+// that fills a hollow, and would push each other forever; what is inside the ground or another instance would
+// be thrown.
 
 #include <map>
 #include <span>

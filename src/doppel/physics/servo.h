@@ -54,12 +54,11 @@ struct ServoOptions {
 
 // stiffness = I w^2 and damping = 2 z sqrt(stiffness I) with I = carried_inertia. Two things raise the
 // stiffness: gravity and the joint's own Coulomb friction, where they would hold it off its target by more
-// than kMaxSag (a load beyond the effort limit does not count); and the drive's strength, which is all
-// given at an error of kFullEffortError, as a wrist's drive is as strong as its data sheet says however
-// little it carries (but never beyond kStiffestFrequency). Where a robot with a floating root stands on a
-// joint's link (a leg, a wheel), load and damping are also those of the rest of the robot on that link.
-// Slides have these constants in metres. [joints]; zero for joints without a drive. gravity: in the root
-// link's axes.
+// than kMaxSag (a load beyond the effort limit does not count); and the drive's strength, which is all given
+// at an error of kFullEffortError, as a wrist's drive is as strong as its data sheet specifies however little
+// it carries (but never beyond kStiffestFrequency). Where a robot with a floating root stands on a joint's
+// link (a leg, a wheel), load and damping are also those of the rest of the robot on that link. Slides have
+// these constants in metres. [joints]; zero for joints without a drive. gravity: in the root link's axes.
 std::vector<ServoParameters> choose_servos(const Model& model, const ServoOptions& options,
                                            const Eigen::Vector3d& gravity);
 

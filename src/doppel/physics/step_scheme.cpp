@@ -13,7 +13,7 @@ StepScheme make_euler() {
   return euler;
 }
 
-// The explicit midpoint rule where J = 0. Order 2 for any J asks for gamma_21 = -gamma; gamma = 1 - 1/sqrt(2)
+// The explicit midpoint rule where J = 0. Order 2 for any J requires gamma_21 = -gamma; gamma = 1 - 1/sqrt(2)
 // makes it L-stable where J is exact.
 StepScheme make_midpoint() {
   StepScheme midpoint;

@@ -1,5 +1,5 @@
 #pragma once
-// A robot that is to stand in a world: what a world file's `robots:` or the command line says of it.
+// A robot that is to stand in a world: what a world file's `robots:` or the command line specifies of it.
 
 #include <filesystem>
 #include <optional>

@@ -20,7 +20,7 @@ namespace doppel::ros2 {
 // RateLimitedTask and JoinedNetwork are outside of the anonymous namespace, because Bridge::Impl, which holds
 // both, has external linkage.
 
-// Work that is asked for at any time, and done at most once in a period.
+// Work that is requested at any time, and done at most once in a period.
 class RateLimitedTask {
  public:
   explicit RateLimitedTask(std::chrono::milliseconds period) : period_(period) {}
@@ -314,7 +314,7 @@ void Bridge::Impl::publish_status(SteadyTime now) {
   if (diagnostics.has_value()) diagnostics->publish(status);
 }
 
-// The middleware goes on after what it complains of; the first one is said, for it may be all there is.
+// The middleware continues after the warning; the first one is logged, because it may be the only one.
 void Bridge::Impl::read_middleware_log() {
   const bool first = now_so_far.middleware_log.count == 0;
   now_so_far.middleware_log = network->participant->middleware_log();

@@ -90,7 +90,7 @@ void Timer::reset(Time ros_now) {
 }
 
 bool Timer::take_due(Time ros_now) {
-  // Simulated time may begin anew, or first be told.
+  // Simulated time may begin again, or first be reported.
   if (!by_wall_ && next_ros_ - ros_now > period_) next_ros_ = ros_now + period_;
   const auto late = -left(ros_now);
   if (canceled_ || late < 0ns) return false;

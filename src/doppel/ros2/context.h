@@ -39,7 +39,7 @@ struct ContextOptions {
 class Timer {
  public:
   using Clock = std::chrono::steady_clock;
-  // `by_wall`: by the wall's clock, else by ROS time, which may be simulated.
+  // `by_wall`: by the wall clock, else by ROS time, which may be simulated.
   Timer(std::chrono::nanoseconds period, bool by_wall, Time ros_now, std::function<void()> callback);
 
   void cancel() { canceled_ = true; }

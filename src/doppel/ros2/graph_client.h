@@ -1,6 +1,6 @@
 #pragma once
 // Any ROS 2 graph, as the command line's verbs see it: a hidden node ("/_doppel_<pid>") of a participant of
-// its own. Endpoints are made when they are asked for, with a QoS that meets what is there, as ros2cli does.
+// its own. Endpoints are made when they are requested, with a QoS that meets what is there, as ros2cli does.
 
 #include <chrono>
 #include <functional>
@@ -39,7 +39,7 @@ class GraphClient : public BufferedClient {
   GraphClient& operator=(const GraphClient&) = delete;
 
   [[nodiscard]] std::vector<std::string> nodes() override;
-  // A type that is not compiled in, or compiled in differently (its hash tells), is asked of the nodes that
+  // A type that is not compiled in, or compiled in differently (its hash differs), is asked of the nodes that
   // use it (~/get_type_description).
   [[nodiscard]] const TypeSupport& message_type(const std::string& topic) override;
 
@@ -56,7 +56,7 @@ class GraphClient : public BufferedClient {
   // Waits for a server within reach. One that goes before it has answered makes a refusal.
   std::uint32_t begin_call(const std::string& service, std::span<const std::byte> request) override;
 
-  // Nodes without parameter services are left out, those that do not answer are told of.
+  // Nodes without parameter services are left out, those that do not answer are reported.
   std::vector<NamedParameter> parameters() override;
   std::vector<NamedParameter> parameters(const std::string& node) override;
   Status set_parameter(const std::string& node, const std::string& name,

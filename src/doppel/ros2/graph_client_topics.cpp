@@ -79,7 +79,7 @@ void GraphClient::unsubscribe(const std::string& topic) {
   if (impl_->subscriptions.erase(topic) > 0) impl_->announce();
 }
 
-// A reader that asks for what latches gets it; else the defaults, as any ROS 2 publisher.
+// A reader that requests transient local gets it; otherwise the defaults, as any ROS 2 publisher.
 Writer& GraphClient::Impl::writer(const std::string& topic, const std::string& type) {
   if (const auto found = writers.find({topic, type}); found != writers.end()) return *found->second;
   QosProfile qos = default_qos();
@@ -114,7 +114,7 @@ void GraphClient::publish(const std::string& topic, const std::string& type, std
   impl_->last_published = Impl::Clock::now();
 }
 
-// Publishers that came later and offer less than was asked for.
+// Publishers that came later and offer less than was requested.
 void GraphClient::Impl::warn_of_incompatible_publishers() {
   for (const auto& [name, subscription] : subscriptions) {
     const GraphTopic topic = topic_of_others(name);

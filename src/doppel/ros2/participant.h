@@ -75,7 +75,7 @@ struct EndpointSpec {
   std::string type_hash;    // goes into the user data as "typehash=...;"; "": left out
   QosProfile qos;
   // Carries a service's requests or replies: somebody waits for each of them, so that what was lost on the
-  // way is asked for sooner, and a writer keeps is_in_step().
+  // way is requested sooner, and a writer keeps is_in_step().
   bool of_service = false;
 };
 

@@ -48,7 +48,7 @@ constexpr QosProfile latched_qos(std::size_t depth = 1) {
 // that DDS numbers last, as it tells rclcpp. "": they can.
 std::string_view incompatible_policy(const QosProfile& offered, const QosProfile& wanted);
 
-// Why a reader that asks for `wanted` gets nothing from a writer that offers `offered`; "": they match.
+// Why a reader that requests `wanted` gets nothing from a writer that offers `offered`; "": they match.
 std::string incompatibility(const QosProfile& offered, const QosProfile& wanted);
 
 }  // namespace doppel::ros2

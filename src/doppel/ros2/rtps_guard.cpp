@@ -130,7 +130,7 @@ bool RtpsGuard::admits(std::span<const std::uint8_t> datagram) {
     if (size == 0 && kind != rtps::kPad && kind != rtps::kInfoTimestamp)
       size = datagram.size();  // it is the last one
     if (size > datagram.size() || !admits_submessage(kind, flags, datagram.first(size), writer)) return false;
-    // Fast DDS goes on at the next multiple of four, where other submessages would stand than here, and
+    // Fast DDS continues at the next multiple of four, where other submessages would stand than here, and
     // aborts the process where something follows the statistics.
     if (size < datagram.size() && (size % 4 != 0 || kind == kStatistics)) return false;
     datagram = datagram.subspan(size);

@@ -1,5 +1,6 @@
 #pragma once
-// To whom the server speaks: what a request's Host, Origin and token have to be. Knows nothing of sockets.
+// Which clients the server accepts: what a request's Host, Origin and token have to be. Knows nothing of
+// sockets.
 //
 // On loopback only this machine may ask, and no page from elsewhere: neither by its Origin nor under a name
 // that was made to point here (DNS rebinding), which shows in Host. On any other address everybody who asks

@@ -108,7 +108,7 @@ Announcement::Announcement(std::string robot, std::uint16_t port, const std::str
                               {"token", token},
                               {"started", std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()}};
   const fs::path file = folder / fmt::format("{}-{}.json", getpid(), port);
-  const fs::path draft = file.string() + ".new";  // renamed when whole, so that nobody reads half of it
+  const fs::path draft = file.string() + ".new";  // renamed when whole, so that nothing reads half of it
   if (!write_private(draft, object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n")) {
     problem_ = fmt::format("cannot write {}: {}", draft.string(), std::strerror(errno));
     unlink(draft.c_str());

@@ -32,7 +32,7 @@ int hex_digit(char c) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
-// "%20" as the byte it stands for, once; what is no such escape stays.
+// "%20" as the byte it stands for, once; an invalid escape stays as it is.
 std::string percent_decoded(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {

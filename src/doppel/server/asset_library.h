@@ -35,7 +35,7 @@ struct AssetTable {
 
 // A mesh that was found.
 struct MeshFile {
-  std::string uri;                   // as clients are told of it
+  std::string uri;                   // as clients are notified of it
   std::filesystem::path file;        // absolute
   std::filesystem::path named_in{};  // absolute; empty: the description
 };

@@ -58,7 +58,7 @@ doppel action list
 </main></body></html>
 )";
 
-// What the page may load and whom it may speak to: only what comes from here, and WebSockets (a twin
+// What the page may load and what it may connect to: only what comes from here, and WebSockets (a twin
 // elsewhere can be named in its address). Meshes and pictures reach it as blobs.
 constexpr std::string_view kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "

@@ -7,7 +7,7 @@
 namespace doppel::net {
 namespace {
 
-constexpr std::size_t kMaxHeader = 8192, kMaxBody = 1024;  // bytes; nothing here is asked for with a body
+constexpr std::size_t kMaxHeader = 8192, kMaxBody = 1024;  // bytes; no request here has a body
 constexpr std::size_t kMaxRequests = 200;                  // of one connection
 constexpr auto kSendTimeout = std::chrono::seconds(30);
 constexpr auto kLingerTimeout = std::chrono::milliseconds(500);

@@ -5,7 +5,7 @@
 #include "doppel/server/hub.h"
 
 // fetchAsset: one file at a time for each client, the next when the one before is on its way, so that a
-// client that asks for everything and reads nothing holds no more than that.
+// client that requests everything and reads nothing holds no more than that.
 
 namespace doppel {
 

@@ -109,7 +109,7 @@ void Hub::refresh_services() {
   services_frame_ = make_frame(foxglove::to_frame(all));
 }
 
-// The server itself is no participant: in its place stand the clients that it speaks for.
+// The server itself is not a participant: its clients represent it.
 Hub::Graph Hub::read_graph() const {
   Graph graph;
   const auto names = [](const std::vector<EndpointInfo>& endpoints) {

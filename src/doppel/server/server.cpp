@@ -143,7 +143,7 @@ struct Server::Impl {
     });
   }
 
-  // Says goodbye to the clients, but waits for nobody for long.
+  // Sends the close frame to the clients, but does not wait for them for long.
   void stop() {
     stopping = true;
     error_code ignored;

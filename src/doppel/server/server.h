@@ -1,7 +1,7 @@
 #pragma once
 // A twin's server: a Foxglove WebSocket server (subprotocol foxglove.websocket.v1) and the page in the
 // browser on the same port. It lives on a thread of its own and knows the twin only as an edge of its bus.
-// Binds loopback unless told otherwise; admission.h tells whom it lets in.
+// Binds loopback unless told otherwise; admission.h tells which clients it admits.
 
 #include <chrono>
 #include <cstdint>

@@ -126,7 +126,7 @@ struct HealthPublisher::SharedState {
   std::weak_ptr<Publishers> publishers;
   std::mutex mutex;
   std::condition_variable change;
-  std::optional<SourcePlaces> wanted;  // not yet told
+  std::optional<SourcePlaces> wanted;  // not yet reported
   bool busy = false, ending = false;
 };
 

@@ -39,7 +39,7 @@ class HealthPublisher {
   HealthPublisher(const HealthPublisher&) = delete;
   HealthPublisher& operator=(const HealthPublisher&) = delete;
 
-  // The loop's thread: `robot` is what runs (now). Judges anew and publishes both.
+  // The loop's thread: `robot` is what runs (now). Runs the audit again and publishes both.
   void look_at(const RobotDescription& robot);
 
  private:

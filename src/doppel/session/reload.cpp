@@ -136,7 +136,7 @@ void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
   } catch (...) {
     log_.error(kOrigin, fmt::format("{} cannot be used; the previous model keeps running\n{}",
                                     names_of(changed), thrown_text()));
-    // An attribute that nobody reads is often the reason why.
+    // An attribute that nothing reads is often the reason why.
     for (const Diagnostic& diagnostic : said.all()) {
       if (diagnostic.rule.starts_with("schema.")) log_.warning(kOrigin, diagnostic.str());
     }

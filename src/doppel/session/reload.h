@@ -1,6 +1,7 @@
 #pragma once
 // Hot reload: watches the files that a running twin or view was made of, builds what they say now beside it,
-// and lets that take over between two steps. What cannot be used is reported, and the old machine runs on.
+// and lets that take over between two steps. What cannot be used is reported, and the old machine keeps
+// running.
 
 #include <atomic>
 #include <filesystem>
@@ -18,7 +19,7 @@
 
 namespace doppel {
 
-// How something that runs is made anew, in three turns: begin() on the loop's thread notes what is to go on,
+// How something that runs is recreated, in three turns: begin() on the loop's thread notes what is to go on,
 // the result builds beside it on any thread, and that result takes over on the loop's thread and says what
 // became of the joints. The latter two throw InputError.
 struct Reloadable {
@@ -37,7 +38,7 @@ Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replaceme
 
 class Reloader {
  public:
-  // On the loop's thread. The loop has to run on while this lives, or to be what ends it.
+  // On the loop's thread. The loop has to keep running while this lives, or to be what ends it.
   Reloader(Reloadable what, const Log& log);
   ~Reloader();
   Reloader(const Reloader&) = delete;
@@ -46,7 +47,7 @@ class Reloader {
  private:
   void run();
   void reload(const std::vector<std::filesystem::path>& changed);
-  // Lets what the files say now take over. False: the program ends. Throws InputError.
+  // Replaces the machine by one from the current files. False: the program ends. Throws InputError.
   bool apply(std::string& outcome, Diagnostics& said);
   // Runs `task` on the loop's thread and waits for it; false: the program ends.
   bool on_loop(const std::function<void()>& task);

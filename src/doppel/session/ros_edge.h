@@ -1,6 +1,6 @@
 #pragma once
 // How ROS 2 gets to what runs: the bridge to its network. On by default; without a usable network the twin
-// runs on.
+// keeps running.
 
 #include <cstdint>
 #include <optional>

@@ -11,8 +11,8 @@ namespace doppel {
 
 RobotFiles served_files(const std::vector<ModelInstance>& instances);
 
-// Those of `next`, and those of `present` as well: clients ask for what they are told of, and are told of
-// what comes while what was there still runs.
+// Those of `next`, and those of `present` as well: clients ask for what they are notified of, and are
+// notified of what comes while what was there still runs.
 RobotFiles both(RobotFiles next, const RobotFiles& present);
 
 }  // namespace doppel

@@ -26,8 +26,8 @@ struct SessionOptions {
   bool reload = true;  // edits of the sources are picked up
 };
 
-// On the loop's thread, all of it; the loop runs on between the calls. Throws InputError: there is no port.
-// What it is for, and `log`, have to outlive it.
+// On the loop's thread, all of it; the loop keeps running between the calls. Throws InputError: there is no
+// port. What it is for, and `log`, have to outlive it.
 class Session {
  public:
   Session(const Session&) = delete;

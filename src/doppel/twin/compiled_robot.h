@@ -58,7 +58,7 @@ class CompiledRobot {
   std::vector<HardwareDescription> hardware_;  // the description's, or one made up
 };
 
-// Whether controllers made for `a` can go on with `b`: the same links, joints, interfaces and controllers'
+// Whether controllers made for `a` can continue with `b`: the same links, joints, interfaces and controllers'
 // YAML; limits, inertia, geometry and places may differ.
 bool same_structure(const CompiledRobot& a, const CompiledRobot& b);
 

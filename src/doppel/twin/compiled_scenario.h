@@ -1,6 +1,6 @@
 #pragma once
 // What a scenario's files make before anything is on the bus: the world, its robots, and the engine that they
-// stand in. Built on any thread, so that an edit is judged while the old machine runs on.
+// stand in. Built on any thread, so that an edit is judged while the old machine keeps running.
 
 #include <memory>
 #include <string_view>
@@ -49,7 +49,7 @@ void report_overlaps(const CompiledRobot& robot, const Engine& engine, Diagnosti
 
 // Throws InputError where a joint that stands within its limits in `from` would stand outside of them in
 // `to`, would lose its whole range, or where what is written of its <mimic> or axis would have no effect any
-// more: a slip of the pen must not drive a machine that runs.
+// more: a typo must not drive a machine that runs.
 void refuse_lost_range(const CompiledScenario& from, const CompiledScenario& to);
 
 // Time, the state and drives' references of every joint of the same robot with the same name and type, the

@@ -60,7 +60,7 @@ class ControlStack {
   // What runs now.
   [[nodiscard]] ControllerSelection present_selection() const;
 
-  // Some component is no simulation: it wants a loop by the wall's clock.
+  // Some component is not a simulation: it wants a loop by the wall clock.
   [[nodiscard]] bool has_real_hardware() const { return real_; }
   [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
@@ -85,7 +85,7 @@ class ControlStack {
   // Whether it runs now, or is inactive where it is not to be active; a warning says why not.
   bool make(const GeneratedController& controller, bool active, const Log& log);
 
-  // The second one is what the hardware was initialised with, which may point to it for ever.
+  // The second one is what the hardware was initialised with, which may point to it forever.
   std::shared_ptr<const Model> model_, first_model_;
   ParameterFile controllers_;
   bool named_;                    // by the user

@@ -17,7 +17,7 @@
 
 namespace doppel {
 
-// The URI under which listeners are told of an object's mesh; one without a scheme is its file's.
+// The URI under which listeners are notified of an object's mesh; one without a scheme is its file's.
 std::string mesh_resource(const MeshGeometry& mesh);
 
 class ObjectPublisher : public Tickable {

@@ -21,7 +21,7 @@ inline geometry_msgs::msg::Pose to_pose_msg(const Pose& X) {
           {rotation.x(), rotation.y(), rotation.z(), rotation.w()}};
 }
 
-// Nothing where it is no pose: a number that is not finite, or a quaternion without direction.
+// Empty if it is not a pose: a number that is not finite, or a quaternion without direction.
 inline std::optional<Pose> from_msg(const geometry_msgs::msg::Pose& pose) {
   const Eigen::Quaterniond rotation(pose.orientation.w, pose.orientation.x, pose.orientation.y,
                                     pose.orientation.z);

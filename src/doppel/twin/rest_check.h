@@ -52,7 +52,7 @@ class RestCheck {
   // Between steps. True once: kRestTime has passed, and report() tells what was found; where a drive was
   // commanded before, there is nothing to tell.
   bool look(const RobotDescription& robot, const Instance& instance);
-  // None: not yet, or somebody commanded the robot.
+  // None: not yet, or the robot was commanded.
   [[nodiscard]] const std::optional<RestReport>& report() const { return report_; }
 
  private:

@@ -24,10 +24,10 @@ struct Scenario {
   bool ideal = false;                // joints follow commands exactly, whatever they carry
   bool enforce_limits = true;
   RosArguments ros;                      // names, parameters: what stood behind --ros-args
-  bool wall_stamps = false;              // messages are stamped with the wall's time, and there is no /clock
+  bool wall_stamps = false;              // messages are stamped with wall-clock time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
-  // Looks at each expanded description whenever it is read, also anew: its findings are reported with the
-  // rest.
+  // Looks at each expanded description whenever it is read, also at a reload: its findings are reported with
+  // the rest.
   std::function<void(const ExpandedDescription&, Diagnostics&)> inspect;
 };
 

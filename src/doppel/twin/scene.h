@@ -19,7 +19,7 @@ class Scene {
   [[nodiscard]] Engine& engine() const { return *engine_; }
   [[nodiscard]] Time now() const { return engine_->time(); }
   [[nodiscard]] const std::vector<int>& robots() const { return robots_; }  // instances
-  // Instances of one body with a look, that are no robots.
+  // Instances of one body with a look, that are not robots.
   [[nodiscard]] const std::vector<int>& objects() const { return objects_; }
   [[nodiscard]] bool is_robot(int instance) const;
   [[nodiscard]] bool is_object(int instance) const;

@@ -43,7 +43,7 @@ class SimulatorServices : public Tickable {
   }
   // No load acts any more.
   void reset(Time now) override;
-  // Loads go on with who has kept its name; who has the name of one that is gone is not pushed in its place.
+  // Loads continue on bodies that have kept their name; a new body with the name of a deleted one gets none.
   void instances_changed() override;
 
  private:
@@ -61,7 +61,7 @@ class SimulatorServices : public Tickable {
       return joint < 0 && other.joint < 0 && body == other.body;
     }
   };
-  // A call of ~/step, answered once so many of the steps that were asked for have run.
+  // A call of ~/step, answered once so many of the steps that were requested have run.
   struct Stepping {
     std::uint32_t steps = 0;
     std::uint64_t last = 0;

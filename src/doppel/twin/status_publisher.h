@@ -22,7 +22,7 @@ class StatusPublisher {
   // `robot`: its name, the diagnostics' hardware id.
   StatusPublisher(Bus& bus, std::string robot, WallTime now);
 
-  // What is told, as it is now.
+  // The current status.
   struct Loop {
     Time time{};  // simulated
     std::uint64_t steps = 0;

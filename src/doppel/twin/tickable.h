@@ -54,7 +54,7 @@ class Tickable {
   virtual void show(Time /*now*/) {}
   // The simulation was set back to its start.
   virtual void reset(Time /*now*/) {}
-  // Instances came or went, or another engine took over: handles are looked up anew.
+  // Instances came or went, or another engine took over: handles are looked up again.
   virtual void instances_changed() {}
   // Another robot has come or gone.
   virtual void robots_changed(Time /*now*/) {}

@@ -182,7 +182,7 @@ void Twin::Impl::hash_objects() {
   }
 }
 
-// In the loop. Stamps of the wall's time follow it, but run backwards only where the clock was set back.
+// In the loop. Stamps of wall-clock time follow it, but run backwards only where the clock was set back.
 void Twin::Impl::follow_wall(Time now) {
   if (bus.sim_time()) return;
   const Duration wall = std::chrono::system_clock::now().time_since_epoch();

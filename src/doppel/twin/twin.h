@@ -73,15 +73,15 @@ class Twin {
   void on_robots_changed(std::function<void()> callback);
 
   // -- reload of the sources
-  // What the scenario's files say now, built beside the running machine; opaque.
+  // A machine made from the scenario's current files, built beside the running machine; opaque.
   struct Replacement;
   // On any thread. Throws InputError where the files cannot be used: what runs is untouched.
   [[nodiscard]] std::shared_ptr<Replacement> prepare(const std::shared_ptr<const Running>& running,
                                                      Diagnostics& diagnostics) const;
-  // The loop's thread, between steps: the replacement goes on from the present time and joint state. Robots
-  // with the same links, joints, interfaces and controllers' YAML have their controllers go on with what they
-  // are doing; the others' are made anew, and those that were active are so again. Throws InputError where
-  // they cannot, or where a robot came or went since prepare(); the old machine runs on then.
+  // The loop's thread, between steps: the replacement continues from the present time and joint state. Robots
+  // with the same links, joints, interfaces and controllers' YAML have their controllers continue with what
+  // they are doing; the others' are recreated, and those that were active are so again. Throws InputError
+  // where they cannot, or where a robot came or went since prepare(); the old machine runs on then.
   enum class Reload { controllers_kept, controllers_recreated };
   Reload replace(const std::shared_ptr<Replacement>& replacement);
   // What it is made of, before it takes over.

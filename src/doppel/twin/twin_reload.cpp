@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-// What ran goes on where it is still declared; what the YAML declares newly is treated as at the start.
+// What ran continues where it is still declared; what the YAML declares newly is treated as at the start.
 ControllerSelection renewed(const ControllerSelection& before,
                             const std::vector<std::pair<std::string, std::string>>& declared,
                             const Scenario& scenario, const WorldRobot& robot) {
@@ -56,7 +56,7 @@ void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, 
   }
 }
 
-// What runs must run on, whoever chose it; what comes new may be left out where nobody chose it.
+// What runs must keep running, whoever chose it; what comes new may be left out where nobody chose it.
 void rehearse_start(ControlStack& control, const Log& quiet, const ControllerSelection& ran_before,
                     const ControllerSelection& selection) {
   ControllerSelection ran = selection;

@@ -69,14 +69,14 @@ class TwinRobot {
   void restore_publishers(TickList before) { ticks_ = std::move(before); }
   // Throws InputError; nothing is active then.
   void start(const ControllerSelection& selection) { control_->start(selection, log()); }
-  // Real hardware is served by the wall's clock from now on, beside the simulation. With the gate.
+  // Real hardware is served by the wall clock from now on, beside the simulation. With the gate.
   void start_loop();
   // What is to run where nothing has run before.
   [[nodiscard]] ControllerSelection first_selection() const {
     return control_->selection_of(machine_->asked().activate);
   }
-  // A machine of the same structure takes over; controllers go on. Publishers are to be made anew then. The
-  // one before can take over again, and is as it was then.
+  // A machine of the same structure takes over; controllers go on. Publishers must be recreated then. The one
+  // before can take over again, and is as it was then.
   void take_over(std::shared_ptr<const CompiledRobot> machine, Instance now);
   void carry_references(const Instance& before) { control_->carry_references(before, instance_); }
   void rebind(Instance instance);
@@ -102,7 +102,7 @@ class TwinRobot {
   }
   // A thread of its own ticks the controllers, since some hardware is real.
   [[nodiscard]] bool has_loop() const { return loop_ != nullptr; }
-  // What the controllers call now: a loop of its own goes on where the simulation is paused.
+  // What the controllers call now: a loop of its own continues where the simulation is paused.
   [[nodiscard]] Time control_time(Time now) const { return loop_ ? loop_->now() : now; }
   void control_at_once(std::uint64_t step) { next_tick_ = step; }
   void before_step(Time now) { ticks_.before_step(now); }
@@ -123,8 +123,8 @@ class TwinRobot {
   [[nodiscard]] ControllerSelection present_selection() const { return control_->present_selection(); }
   [[nodiscard]] std::string controllers_origin() const;
   [[nodiscard]] std::vector<JointSnapshot> joints() const;  // scalar joints, in the model's order
-  // What was not at rest kRestTime after the start; none: not yet, no controllers were to start, or somebody
-  // commanded the robot.
+  // What was not at rest kRestTime after the start; none: not yet, no controllers were to start, or the robot
+  // was commanded.
   [[nodiscard]] const std::optional<RestReport>& rest() const { return history_.rest.report(); }
   // What oscillated while its drive held it, so far.
   [[nodiscard]] const std::vector<OscillationReport>& oscillations() const { return history_.oscillations; }

@@ -26,7 +26,7 @@ constexpr const char* kViewerLogOrigin = "joint_state_publisher";
 constexpr Duration kIdlePublishPeriod{100'000'000};  // between two publications while nothing moves
 constexpr std::size_t kMaxWarnings = 50;             // whoever sends made-up names does not fill the log
 
-// A joint's position as it may be: within the limits; where it turns for ever, within a turn.
+// A joint's position as it may be: within the limits; where it turns forever, within a turn.
 double allowed(const ModelJoint& joint, double position) {
   if (joint.type == JointType::continuous) return std::remainder(position, 2 * std::numbers::pi);
   return std::clamp(position, joint.lower, joint.upper);
@@ -109,7 +109,7 @@ struct Viewer::Impl {
       log.warning(kViewerLogOrigin, fmt::format("{}; further cases are not reported", kCommand));
   }
 
-  // The joint that a command sets; null: none, and why was told.
+  // The joint that a command sets; null: none, and why was reported.
   const ModelJoint* find(const std::string& name) {
     const auto found = joints.find(name);
     if (found == joints.end()) {

@@ -55,7 +55,7 @@ struct MotionRecord {
   std::vector<Eigen::VectorXd> x;     // [samples] [coordinates]
   std::vector<Eigen::Vector3d> tool;  // [samples] p_WT, m
   std::optional<double>
-      touches_after;        // s: contacts that there were not at the start; only where it was asked for
+      touches_after;        // s: contacts that there were not at the start; only where it was requested
   double energy_drift = 0;  // largest, of the largest kinetic energy; smooth only
 };
 

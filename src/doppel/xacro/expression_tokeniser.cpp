@@ -34,7 +34,7 @@ int hex(char c) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
-// By their first letter; the words of statements are no names either.
+// By their first letter; the words of statements are not names either.
 constexpr std::array<std::pair<std::string_view, Symbol>, 30> kKeywords{{
     {"False", Symbol::key_false}, {"None", Symbol::key_none},     {"True", Symbol::key_true},
     {"and", Symbol::key_and},     {"assert", Symbol::key_other},  {"await", Symbol::key_other},

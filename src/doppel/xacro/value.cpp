@@ -166,7 +166,7 @@ void ValueDict::grow_index() {
 }
 
 void ValueDict::set(Value key, Value value) {
-  if (!key.is<std::string>()) static_cast<void>(hash(key));  // refuses what is no key
+  if (!key.is<std::string>()) static_cast<void>(hash(key));  // refuses what is not a key
   const std::size_t at = position(key);
   if (at < entries_.size()) {
     entries_[at].second = std::move(value);

@@ -243,7 +243,7 @@ bool parse_real(std::string_view text, double& out) {
       out = std::nan("");
     else
       return false;
-    // The sign of what is no number does not show.
+    // The sign of what is not a number does not show.
     if (minus && !std::isnan(out)) out = -out;
     return true;
   }

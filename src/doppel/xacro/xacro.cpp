@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "xacro:";
 
-// A run-away recursion is told by its first call, not by a hundred of them.
+// A run-away recursion is reported by its first call, not by a hundred of them.
 SourceLocation outermost(SourceLocation where) {
   while (where.within) where = SourceLocation(where.within->call);
   return where;

@@ -22,7 +22,7 @@ struct XacroResult {
 };
 
 // Throws InputError with the place through macros and includes. Bounded in depth, steps and size: a macro
-// that calls itself for ever is an error, soon. Included files are read as `source` was: with
+// that calls itself forever is an error, soon. Included files are read as `source` was: with
 // XmlContent::everything comments and blank text stay as ros/xacro keeps them.
 XacroResult expand_xacro(XmlTree source, const std::filesystem::path& file,
                          const std::vector<std::pair<std::string, std::string>>& arguments,

@@ -104,7 +104,7 @@ class Converter {
   std::int64_t count_ = 0;
 };
 
-// Documents are only counted; YAML::LoadAll would find them for ever in some texts that are no YAML.
+// Documents are only counted; YAML::LoadAll would find them forever in some texts that are not valid YAML.
 class DocumentCounter : public YAML::EventHandler {
  public:
   void OnDocumentStart(const YAML::Mark&) override {}

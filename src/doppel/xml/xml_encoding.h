@@ -28,7 +28,7 @@ TolerantText tolerant_text(std::string_view bytes);
 // How many bytes the character at the beginning takes; 0: not valid UTF-8.
 std::size_t utf8_length(std::string_view text);
 void append_utf8(std::string& out, char32_t code);
-// "65", "x41"; 0 where it is no character that XML allows.
+// "65", "x41"; 0 where it is not a character that XML allows.
 char32_t character_reference(std::string_view digits);
 
 }  // namespace doppel

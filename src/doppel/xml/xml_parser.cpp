@@ -319,8 +319,8 @@ class Parser {
     }
   }
 
-  // Blank text beside elements says nothing where only the content matters; what is literally blank was not
-  // even made.
+  // Blank text next to elements has no meaning where only the content matters; what is literally blank was
+  // not even made.
   void tidy(TreeNode& node) const {
     if (keep_ == XmlContent::everything || node.first == node.last) return;
     TreeList children{node.first, node.last};

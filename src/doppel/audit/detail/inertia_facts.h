@@ -1,5 +1,5 @@
 #pragma once
-// Tensors as numbers: what makes one impossible, and which single slip of the pen explains it.
+// Tensors as numbers: what makes one impossible, and which single typo explains it.
 
 #include <array>
 #include <optional>

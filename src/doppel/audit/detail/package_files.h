@@ -19,7 +19,7 @@ struct PackageManifest {
   bool catkin = false;                    // a package of ROS 1
   SourceLocation source, name_source;
 };
-// Throws InputError as well where it is no XML or has no <package>.
+// Throws InputError as well where it is not valid XML or has no <package>.
 PackageManifest read_manifest(const std::filesystem::path& file);
 
 struct InstalledPath {

@@ -156,7 +156,7 @@ TEST(RuleTable, RulesAreSortedCompleteAndUnique) {
   EXPECT_EQ(find_rule("no.such_rule"), nullptr);
 }
 
-// What compiling assumes is told by rules of the audit, with more to it.
+// What compiling assumes is reported by rules of the audit, with more to it.
 bool told_otherwise(const std::string& rule) {
   return rule.starts_with("model.");
 }

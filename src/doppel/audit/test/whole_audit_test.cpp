@@ -228,7 +228,7 @@ TEST_F(AuditDescriptionTest, ScaleFixNeedsSingleFile) {
   EXPECT_TRUE(found->repair.empty());
 }
 
-// What is written in millimetres is told once: not again as a mass, a centre or a scale that do not fit.
+// What is written in millimetres is reported once: not again as a mass, a centre or a scale that do not fit.
 TEST_F(AuditDescriptionTest, SuspectShapeGivesNoInertiaFinding) {
   write("m.obj", cube(100));
   const auto arm = [](const std::string& scale, const std::string& com) {

@@ -102,7 +102,7 @@ struct Bus::Impl {
   using ServiceEntry = bus_detail::ServiceEntry;
   using ServiceEntries = std::map<std::string, std::shared_ptr<const ServiceEntry>, std::less<>>;
 
-  // The graph as others are told of it.
+  // The graph as others are notified of it.
   struct GraphReport {
     std::vector<TopicInfo> topics;
     std::vector<ServiceInfo> services;

@@ -19,7 +19,7 @@ using std_srvs::srv::Trigger;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// A node as a robot has it: it publishes latched, hears and serves.
+// A node as a robot has it: it publishes latched, subscribes and serves.
 struct Part {
   Part(Bus& bus, const std::string& says) : node(bus, "/robot"), text(says) {
     state = node.advertise<String>("state", {.depth = 1, .latched = true});

@@ -56,7 +56,7 @@ struct LoadedController {
   std::vector<std::string> fallback;          // controllers that run where its hardware has failed
   std::vector<std::string> references;        // full names that it offers to other controllers
   bool chained = false;                       // an active one commands them
-  LoopExceptionText thrown{};  // by its update(), until somebody between the ticks deals with it
+  LoopExceptionText thrown{};  // by its update(), until it is handled between two cycles
 };
 
 struct ControllerManager::Impl {
@@ -105,7 +105,7 @@ struct ControllerManager::Impl {
   // Why the interfaces it requires cannot be had at all, once the plan is carried out; empty: they can.
   [[nodiscard]] std::string missing_interface(const LoadedController& loaded, const Plan& plan,
                                               std::string* full_name = nullptr) const;
-  // nothing_to_do: of a switch that is not refused, whether everything is already as it was asked for, or was
+  // nothing_to_do: of a switch that is not refused, whether everything is already as it was requested, or was
   // left out.
   Status switch_controllers(std::span<const std::string> activate, std::span<const std::string> deactivate,
                             Strictness strictness, bool* nothing_to_do = nullptr);

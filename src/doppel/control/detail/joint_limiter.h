@@ -1,7 +1,7 @@
 #pragma once
 // What stands between controllers and hardware: positions held inside [lower, upper] and to the velocity
 // limit, velocities and efforts to theirs, and nothing that is not a finite number gets through. Each kind of
-// intervention is told once per episode, between steps.
+// intervention is reported once per episode, between steps.
 
 #include <array>
 #include <string>
@@ -23,7 +23,7 @@ class JointLimiter {
   void add(ResourceTable& table, std::size_t command);
   // A controller that updates every `ticks` ticks takes a command; the first one is held against the state.
   void claim(std::size_t command, const std::string& controller, int ticks);
-  // Another model with the same joints: their limits are looked up anew.
+  // Another model with the same joints: their limits are looked up again.
   void model_changed(const Model& model);
   // Lets a last command through (a velocity's zero, say) and forgets the controller.
   void release(std::size_t command, Time now, Duration tick);

@@ -22,7 +22,7 @@ using LoopExceptionText = std::array<char, 200>;
 // Of the exception that is being handled. Without allocation.
 void note_thrown(LoopExceptionText& text) noexcept;
 
-// A read, write or switch of a component that was not ok, until somebody between the ticks deals with it.
+// A read, write or switch of a component that was not ok, until it is handled between two cycles.
 struct HardwareFault {
   const char* during = nullptr;  // "read"; null: none
   HardwareReturn answer = HardwareReturn::ok;
@@ -91,7 +91,7 @@ class ResourceTable {
   // In the loop: those that are due. A component with a fault is left alone until it is cleared.
   void read(Time now);
   void write(Time now);
-  // Some component has a fault that nobody has dealt with.
+  // Some component has a fault that is not handled yet.
   [[nodiscard]] bool has_fault() const { return has_fault_; }
   // Between ticks: everything, due or not.
   void read_all(Time now);

@@ -1,4 +1,4 @@
-// A loop of its own, by the wall's clock: it keeps its period beside work that takes long, counts what it
+// A loop of its own, by the wall clock: it keeps its period beside work that takes long, counts what it
 // misses, and is watched. Asynchronous hardware keeps the loop from waiting for the device.
 
 #include "doppel/control/control_loop.h"

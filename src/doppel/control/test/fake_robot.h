@@ -1,5 +1,5 @@
 #pragma once
-// A robot for tests, without any file: a chain of revolute joints with the limits that are asked for.
+// A robot for tests, without any file: a chain of revolute joints with the limits that are requested.
 
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-// Hardware that fails: its life cycle, the controllers that use it, and everything else, which runs on.
+// Hardware that fails: its life cycle, the controllers that use it, and everything else, which keeps running.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

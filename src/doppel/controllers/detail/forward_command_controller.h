@@ -41,7 +41,7 @@ class CommandForwarder : public Controller {
   std::optional<double> on_stop_;
   std::vector<double> values_;  // of the last message, one for each driven interface
   std::vector<bool> stops_;     // of each driven interface: zero is no motion
-  Duration timeout_{};          // zero: commands hold for ever
+  Duration timeout_{};          // zero: commands hold forever
   Time last_message_{};
   bool message_came_ = false, timed_out_ = false, timeout_logged_ = false;
   bool active_ = false, commanded_ = false, error_logged_ = false;

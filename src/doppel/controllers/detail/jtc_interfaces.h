@@ -18,7 +18,7 @@ class Interfaces {
               const std::vector<CommandHandle>& commands, const std::vector<StateHandle>& states);
   void release();
 
-  // What is measured; effort, which nobody measures here, is what is commanded.
+  // What is measured; effort, which is not measured here, is what is commanded.
   void read(JointStates& states) const;
   // Overwrites the fields of the kinds that are commanded with a number on every joint.
   void read_commands(JointStates& states) const;

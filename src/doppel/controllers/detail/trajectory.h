@@ -14,7 +14,7 @@ namespace doppel::jtc {
 
 enum class Interpolation { splines, none };
 
-// All joints at one instant, one array of [joints] each; the arrays are always there, the flags tell what is
+// All joints at one instant, one array of [joints] each; the arrays are always there, the flags state what is
 // measured.
 struct JointStates {
   explicit JointStates(std::size_t joints = 0)

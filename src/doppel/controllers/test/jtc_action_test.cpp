@@ -260,7 +260,7 @@ TEST(JtcAction, ResultSurvivesNextTrajectory) {
   JtcRig rig(options_with("action_monitor_rate: 1.0, constraints: {a: {trajectory: 0.05}}"));
   rig.hardware->block("a");
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
-  rig.run(12);  // violated, not yet told
+  rig.run(12);  // violated, not yet reported
   rig.say(trajectory(kJoints, {point(0.1, {1, 1, 1})}));
   rig.run(12);  // violated again
   rig.run_for(2);

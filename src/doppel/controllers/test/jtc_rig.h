@@ -1,6 +1,6 @@
 #pragma once
 // A joint_trajectory_controller "arm" under a controller manager with fake hardware, and a client that speaks
-// to it as the world outside does: topics from a node, the action through an edge.
+// to it as external clients do: topics from a node, the action through an edge.
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 namespace doppel {
 
 constexpr double kAssumedDensity = 1000.0;  // kg/m^3: printed plastic with its screws and servos
-constexpr double kMinSolidMass = 1e-6;      // kg: shapes that enclose less are no bodies
+constexpr double kMinSolidMass = 1e-6;      // kg: shapes that enclose less are not bodies
 
 // The solids of the collision shapes, else of the visual ones, at kAssumedDensity, in the link frame. A mesh
 // that is not closed counts as three tenths of its box. Mass 0: nothing is enclosed, or no mesh can be read.

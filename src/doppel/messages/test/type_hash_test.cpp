@@ -47,7 +47,8 @@ TEST(TypeHash, EveryTypeHasPublishedHash) {
   }
 }
 
-// gazebo_msgs as far as the twin serves them; an event message is no struct, only part of its service's hash.
+// gazebo_msgs as far as the twin serves them; an event message is not a struct, only part of its service's
+// hash.
 TEST(TypeHash, ListedPackagesAreComplete) {
   const auto ours = all_hashes();
   std::string missing;

@@ -16,7 +16,7 @@ std::optional<std::filesystem::path> write_hull(const std::vector<Eigen::Vector3
                                                 const std::string& name);
 
 // The hulls of several parts, as STEM_1.stl, STEM_2.stl... in a folder named by `key`, which says all that
-// they follow from: where they lie there already, `parts` is not asked for.
+// they follow from: where they lie there already, `parts` is not requested.
 using Parts = std::vector<std::vector<Eigen::Vector3d>>;
 std::vector<std::filesystem::path> write_parts(const std::string& key, const std::string& stem,
                                                const std::function<Parts()>& parts);

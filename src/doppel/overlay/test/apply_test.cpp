@@ -30,7 +30,7 @@ TEST_P(OperationTest, SecondApplicationChangesNothing) {
   EXPECT_EQ(bench.text(), once);
 }
 
-// The file says the same after a round trip, fingerprints included.
+// The file is the same after a round trip, fingerprints included.
 TEST_P(OperationTest, FileRoundTripIsEqual) {
   Bench bench;
   const Overlay overlay = bench.stamped(GetParam());

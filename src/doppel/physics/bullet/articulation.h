@@ -1,5 +1,5 @@
 #pragma once
-// A model as Bullet's articulated bodies want it: links that fixed joints join are one rigid group, every
+// A model as Bullet's articulated bodies need it: links that fixed joints join are one rigid group, every
 // group has its frame at its centre of mass along its principal axes, and every floating joint begins a tree
 // of its own.
 

@@ -1,6 +1,6 @@
 #pragma once
-// Where shapes touch, computed anew from their poses alone: nothing is kept from one step to the next, so
-// that what is found does not depend on how a state was reached.
+// Where shapes touch, recomputed from their poses alone: nothing is kept from one step to the next, so that
+// what is found does not depend on how a state was reached.
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>

@@ -391,7 +391,7 @@ void StepSolver::contacts(std::vector<Contact>& out) {
     btPersistentManifold& manifold = *finder_->manifolds()[i];
     for (int k = 0; k < manifold.getNumContacts(); ++k) {
       const btManifoldPoint& point = manifold.getContactPoint(k);
-      // Bullet looks ahead: what is near but neither touches nor pushes is no contact.
+      // Bullet looks ahead: what is near but neither touches nor pushes is not a contact.
       if (point.getDistance() > 0 && !(point.m_appliedImpulse > 0)) continue;
       Contact contact;
       contact.a = world_.link_of(finder_->pair_of(i).first);

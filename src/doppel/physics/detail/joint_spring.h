@@ -34,7 +34,7 @@ struct JointSpring {
   [[nodiscard]] double effort_at_bound() const { return bound < 0 ? low : high; }
 };
 
-// Which bound, if any, belongs to the effort that the unbounded law asks for.
+// Which bound, if any, belongs to the effort that the unbounded law requires.
 inline int bound_of(const JointSpring& spring, double asked) {
   return asked > spring.high ? 1 : asked < spring.low ? -1 : 0;
 }

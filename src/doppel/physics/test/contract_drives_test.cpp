@@ -81,7 +81,7 @@ TEST_P(DrivesContract, HoldingAccelerationTakesInverseDynamicsEffort) {
                 within().holding * data.tau.cwiseAbs().maxCoeff());
 }
 
-// However many drives meet their bounds in one step, each exerts what its law asks for at the velocity that
+// However many drives meet their bounds in one step, each exerts what its law requires at the velocity that
 // the step ends with. An engine whose contacts are iterated may miss it in one of a hundred.
 TEST_P(DrivesContract, DriveAtBoundsFollowsControlLaw) {
   if (!can().contacts || !can().floating) GTEST_SKIP() << "nothing to fall on";

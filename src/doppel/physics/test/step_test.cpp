@@ -182,7 +182,7 @@ TEST(IntegrationStep, RestIsHeldUnderEveryIntegrator) {
   }
 }
 
-// A joint of 1 kg m^2 whose servo is asked for more than its 2 N m accelerates with 2 rad/s^2, no less.
+// A joint of 1 kg m^2 whose servo needs more than its 2 N m accelerates with 2 rad/s^2, no less.
 TEST(IntegrationStep, ClippedDriveHasNoImplicitDamping) {
   RobotDescription robot = test::make_pendulum(1.0, 1.0);
   robot.joints[0].axis = {0, 0, 1};  // about the vertical: no gravity
@@ -264,7 +264,7 @@ TEST(IntegrationStep, ClippedDrivesStayStableUnderEveryIntegrator) {
   }
 }
 
-// What springs and dampers add to the matrix of the step is no inertia: the energy is that of the masses.
+// What springs and dampers add to the matrix of the step is not an inertia: the energy is that of the masses.
 TEST(IntegrationStep, EnergyOfDrivenMotionExcludesArmature) {
   std::mt19937 random(11);
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);

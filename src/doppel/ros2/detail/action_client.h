@@ -16,7 +16,7 @@ class ActionClient {
     std::function<void(GoalStatus, const typename A::Result&)> on_result;
   };
 
-  // A goal on its way; it may outlive the client's interest: dropped, it goes on.
+  // A goal on its way; it may outlive the client's interest: dropped, it continues.
   class Goal {
    public:
     [[nodiscard]] const GoalId& id() const { return id_; }

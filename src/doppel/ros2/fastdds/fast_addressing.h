@@ -46,7 +46,7 @@ class ReaderPlaces {
 
 // While it is there, samples of `writer` that this thread sends go to `places` alone, and all others are told
 // that they are not for them. Without places, to all. What is sent again later, on other threads, goes to who
-// has asked for it.
+// has requested it.
 class AddressingScope {
  public:
   AddressingScope(const Gid& writer, Places places) : places_(std::move(places)) {

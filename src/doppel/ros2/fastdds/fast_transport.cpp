@@ -168,7 +168,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
   const bool off = options.range == DiscoveryRange::off;
   const bool stays = off || (options.range == DiscoveryRange::localhost && options.static_peers.empty());
   set_announcements(options, stays, builtin);
-  // Else whoever announces thousands, who need not exist, has Fast DDS send to all of them for ever.
+  // Else whoever announces thousands, who need not exist, has Fast DDS send to all of them forever.
   qos.allocation().participants.maximum = kMaxParticipants;
   qos.allocation().readers.maximum = kMaxEndpoints / kMaxParticipants;  // of all: the product of the two
   qos.allocation().writers.maximum = kMaxEndpoints / kMaxParticipants;
@@ -186,7 +186,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
   qos.wire_protocol().default_unicast_locator_list.push_back(locator(own_address, ports.data));
 
   if (off) return qos;
-  // Also in a subnet: programs that keep to this machine do not hear its multicast.
+  // Also in a subnet: programs that keep to this machine do not receive its multicast.
   builtin.initialPeersList.push_back(locator(kLoopback, 0));
   for (const std::string& address : options.static_peers)
     builtin.initialPeersList.push_back(locator(address, 0));  // port 0: those of the first participants

@@ -23,7 +23,7 @@ class ReceiveGate {
   explicit ReceiveGate(std::shared_ptr<Acknowledgements> acknowledgements)
       : acknowledgements_(std::move(acknowledgements)) {}
   void open();
-  // Whether Fast DDS shall see the datagram, after a wait for open(), though not for ever: a participant that
+  // Whether Fast DDS shall see the datagram, after a wait for open(), though not forever: a participant that
   // could not be made is destroyed unopened.
   bool admits(std::span<const std::uint8_t> datagram);
   [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }

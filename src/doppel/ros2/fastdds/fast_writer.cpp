@@ -79,8 +79,8 @@ class FastWriter : public Writer, dds::DataWriterListener {
   }
 
  private:
-  // Fast DDS (2.9, also 2.14) keeps a volatile sample for ever that was in the history when a reader came,
-  // and lists the numbers of all later samples behind it in each heartbeat, as a GAP of which readers look at
+  // Fast DDS (2.9, also 2.14) keeps a volatile sample forever that was in the history when a reader came, and
+  // lists the numbers of all later samples behind it in each heartbeat, as a GAP of which readers look at
   // every number: after 10,000 answers a client takes 10 ms for each of fifty heartbeats a second. This
   // happens only where nothing is unacknowledged, and that lasts until the next sample.
   void drop_strays() {

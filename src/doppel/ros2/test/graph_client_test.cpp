@@ -52,7 +52,7 @@ class GraphClientTest : public testing::Test {
         response.success = request.data;
       });
       node.on_bus().serve<Trigger>("~/never", [this](const auto&, const auto& respond) {
-        waiting.push_back(respond);  // for ever
+        waiting.push_back(respond);  // forever
       });
     }
     Node node;

@@ -1,4 +1,4 @@
-// The client library as its users know it: programs that speak to each other over loopback.
+// The client library as its users know it: programs that communicate over loopback.
 
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 #pragma once
-// For tests that speak to themselves over loopback: a domain of their own, waiting for conditions.
+// For tests that communicate with themselves over loopback: a domain of their own, waiting for conditions.
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

@@ -203,7 +203,7 @@ TEST(Participant, VolatileWriterDropsAcknowledgedSamples) {
   EndpointSpec spec = text_topic();
   spec.topic += "_of_many";
   spec.qos.depth = 1000;
-  spec.of_service = true;  // asks for acknowledgements every 20 ms
+  spec.of_service = true;  // requires acknowledgements every 20 ms
   const auto writer = pair.here->make_writer(spec);
   std::vector<std::unique_ptr<Reader>> readers;
   for (std::size_t i = 1; i <= kReaders; ++i) {

@@ -43,7 +43,7 @@ struct Context {
   std::function<void()> joined = [] {};
   std::atomic<std::uint64_t> skipped{0};
   std::set<WebSocketSession*> clients{};
-  std::set<HttpSession*> visitors{};  // connections that are no clients (yet)
+  std::set<HttpSession*> visitors{};  // connections that are not clients (yet)
 };
 
 }  // namespace doppel::net

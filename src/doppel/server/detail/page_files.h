@@ -1,6 +1,6 @@
 #pragma once
 // The built page (web/dist) in memory: index.html and assets/*, each with its compressed form beside it. Read
-// once, when first asked for; a request only ever looks into this table, never at the disk.
+// once, when first requested; a request only ever looks into this table, never at the disk.
 
 #include <filesystem>
 #include <map>

@@ -30,7 +30,7 @@ class WebSocketSession : public ClientLink, public std::enable_shared_from_this<
   void write();
   void leave();
   void end();
-  // What the work throws ends the connection before it goes on to the server: a handler that throws lets go
+  // What the work throws ends the connection before it continues to the server: a handler that throws lets go
   // of this session, which the hub must not know any longer by then.
   template <class Work>
   void or_end(const Work& work);

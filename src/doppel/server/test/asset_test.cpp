@@ -209,7 +209,7 @@ TEST_F(AssetTest, WithoutPackageDescriptionFolderIsServed) {
   EXPECT_THAT(get("../../outside.stl"), HasSubstr("refused: "));
 }
 
-// Such as a description in somebody's home folder.
+// Such as a description in a user's home folder.
 TEST_F(AssetTest, WithoutPackageMeshCompanionsAreServed) {
   write("home/arm.urdf", "");
   write("home/meshes/a.dae", "mesh");

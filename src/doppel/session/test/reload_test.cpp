@@ -36,7 +36,7 @@ class ReloadTest : public ::testing::Test {
     const std::lock_guard lock(mutex_);
     return said_;
   }
-  // Something whose file is <folder>/watched, and that is made anew by `begin`.
+  // Something whose file is <folder>/watched, and that is recreated by `begin`.
   Reloadable watched(Bus& bus, std::function<void()> begin) {
     fs::create_directories(folder_);
     save("watched", "1");
@@ -108,7 +108,7 @@ class RunningTwin : public ReloadTest {
     ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
     save(file, text.replace(at, from.size(), to));
   }
-  // Until the log tells it; the loop runs on meanwhile.
+  // Until the log tells it; the loop keeps running meanwhile.
   ::testing::AssertionResult is_said(const std::string& text) {
     for (const auto end = steady_clock::now() + seconds(60); steady_clock::now() < end;) {
       twin_->between_steps();

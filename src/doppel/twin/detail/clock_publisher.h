@@ -1,5 +1,5 @@
 #pragma once
-// /clock at 100 Hz of simulated time, on the node /gazebo; nothing where the wall's time stamps messages.
+// /clock at 100 Hz of simulated time, on the node /gazebo; nothing where wall-clock time stamps messages.
 
 #include <optional>
 

@@ -30,7 +30,7 @@ struct EntityMotion {
 [[nodiscard]] bool find_object(const Scene& scene, const std::string& name, Entity& entity);
 // "left::Revolute 1", or the joint alone where one robot alone has it.
 [[nodiscard]] Status find_scalar_joint(const Scene& scene, const std::string& name, int& robot, int& joint);
-// A link of a robot, as `entity` says; where the scope is no robot, it is not looked at: in Gazebo a model is
+// A link of a robot, as `entity` says; where the scope is not a robot, it is ignored: in Gazebo a model is
 // called whatever it was spawned as.
 [[nodiscard]] Status find_link(const Scene& scene, const std::string& name, BodyId& body);
 [[nodiscard]] Status find_entity(const Scene& scene, const std::string& name, Entity& entity);

@@ -1,6 +1,6 @@
 #pragma once
-// /doppel/joint_loads (doppel_msgs/msg/JointLoads, 5 Hz of simulated time, only while somebody listens): what
-// each driven joint bears, and how far gravity pulls it off its target. Below the robot's namespace.
+// /doppel/joint_loads (doppel_msgs/msg/JointLoads, 5 Hz of simulated time, only while there are subscribers):
+// what each driven joint bears, and how far gravity pulls it off its target. Below the robot's namespace.
 
 #include <memory>
 #include <optional>

@@ -1,4 +1,5 @@
-// A file of controllers that nobody named never stops a robot: what fits runs, and what is left is held.
+// A file of controllers that the user did not name never stops a robot: what fits runs, and what is left is
+// held.
 #include "doppel/twin/control_stack.h"
 
 #include <gmock/gmock.h>
@@ -299,7 +300,7 @@ TEST_F(FoundControllersTest, RegisteredPluginIsRealAndOthersAreSimulated) {
   EXPECT_THAT(rules, ::testing::IsSupersetOf({"ros2_control.plugin_real", "ros2_control.plugin_simulated"}));
   Node speaker(twin.bus(), "/speaker");
   const auto commands = speaker.advertise<std_msgs::msg::Float64MultiArray>("/group/commands");
-  // Its loop runs by the wall's clock, beside the simulation and its reloads.
+  // Its loop runs by the wall clock, beside the simulation and its reloads.
   const auto reaches = [&twin](double shoulder, double elbow) {
     bool there = false;
     for (int i = 0; i < 5000 && !there; ++i) {
@@ -376,7 +377,7 @@ TEST_F(FoundControllersTest, RunnerStatusAndHardwareLoopMessagesReachEdge) {
     edge->subscribe(topic.id);
     types[topic.id] = find_type(topic.type);
   }
-  // A change of speed is told at once: a status at every step.
+  // A change of speed is reported at once: a status at every step.
   const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
   std::atomic<bool> stop{false};
   const std::function<void()> hurry = [&] {

@@ -28,7 +28,7 @@ std::string joint_with(const std::string& name, const std::string& type, const s
          "\"/><child link=\"" + child + "\"/><axis xyz=\"0 0 1\"/>" + inside + "</joint>\n";
 }
 
-// base - lift (0.1..0.5) - elbow (-1..1) - finger follows the elbow, -2 times; base - wheel turns for ever.
+// base - lift (0.1..0.5) - elbow (-1..1) - finger follows the elbow, -2 times; base - wheel turns forever.
 std::string arm(
     const std::string& elbow_limit = "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>",
     const std::string& more = "") {
