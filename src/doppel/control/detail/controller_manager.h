@@ -56,7 +56,7 @@ struct LoadedController {
   std::vector<std::string> fallback;          // controllers that run where its hardware has failed
   std::vector<std::string> references;        // full names that it offers to other controllers
   bool chained = false;                       // an active one commands them
-  LoopExceptionText thrown{};  // by its update(), until it is handled between two cycles
+  LoopExceptionText thrown{};                 // by its update(), until it is handled between two cycles
 };
 
 struct ControllerManager::Impl {
