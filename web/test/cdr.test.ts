@@ -93,7 +93,7 @@ test('what a field cannot hold is refused by name; lists of numbers of any kind 
   const type = typeOf('a/msg/A', 'float64[] a\nint64 b\nint64[] c\nint16[3] d\na/B e\na/B[] f\n' + '='.repeat(80) + '\nMSG: a/B\nstring on\n');
   const wrong: [Message, RegExp][] = [
     [{ z: 1 }, /a\/msg\/A has no field 'z'/], [{ e: { off: true } }, /a\/B has no field 'off'/], [{ f: [{}, { off: true }] }, /no field 'off'/],
-    [{ a: 1 }, /'a' has to be a list/], [{ a: ['x'] }, /'a' has to be a number/],
+    [{ a: 1 }, /'a' must be a list/], [{ a: ['x'] }, /'a' must be a number/],
   ];
   for (const [message, reason] of wrong) assert.throws(() => writeCdr(type, message), (e: Error) => e instanceof CdrError && reason.test(e.message), String(reason));
   const good = { a: Float64Array.of(1), b: 5n, c: BigInt64Array.of(-1n), d: Int16Array.of(1, 2, 0), e: { on: 'x' }, f: [{ on: '' }] };

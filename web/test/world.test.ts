@@ -187,6 +187,6 @@ test('a parameter that a node refuses says why; values follow those that change'
   client.onparameters([{ name: '/a.b' }]);
   assert.equal(parameters.values.has('/a.b'), false);
   await assert.rejects(parameters.set('/a.c', 'y', 'string'), /out of range/);
-  await assert.rejects(parameters.set('/a.c', 'y', 'int'), /no number/);
+  await assert.rejects(parameters.set('/a.c', 'y', 'int'), /not a number/);
   assert.equal((await parameters.describe('/a')).size, 0);
 });

@@ -7,8 +7,7 @@
 namespace doppel {
 
 // Offers ~/list_parameters, ~/get_parameters, ~/get_parameter_types, ~/describe_parameters, ~/set_parameters
-// and
-// ~/set_parameters_atomically. The services go with the node.
+// and ~/set_parameters_atomically. The services go with the node.
 void serve_parameters(Node& node);
 
 rcl_interfaces::msg::ParameterValue to_msg(const ParameterValue& value);

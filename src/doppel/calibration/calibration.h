@@ -37,9 +37,8 @@ inline constexpr double kMinSpread = 60.0 * 0.017453292519943295;  // rad, betwe
 inline constexpr double kScaleTolerance = 0.02;                    // more than this is no error of reading
 
 // Throws InputError: fewer than two measurements, all within 60 degrees (for a prismatic joint: within a
-// third of its range), a machine that did not move, a scale
-// beyond a factor of 2, residuals beyond 5 degrees, a joint that is unknown,
-// fixed or a mimic.
+// third of its range), a machine that did not move, a scale beyond a factor of 2, residuals beyond 5 degrees,
+// a joint that is unknown, fixed or a mimic.
 JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements);
 
 enum class LimitChoice {

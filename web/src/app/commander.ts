@@ -246,7 +246,7 @@ export class Commander {
         strictness: 1,
         timeout: duration(3),
       });
-      if (answer['ok'] !== true) toast(String(answer['message'] || 'the controllers could not be switched'), 'error');
+      if (answer['ok'] !== true) toast(String(answer['message'] || 'cannot switch the controllers'), 'error');
     } catch (problem) {
       toast((problem as Error).message, 'error');
     }

@@ -13,25 +13,25 @@ export function valueOf(text: string, type: string): Value {
   const plain = text.trim();
   if (type === 'string' || type === 'wstring') return text;
   if (type === 'bool') {
-    if (!/^(true|false|0|1)$/i.test(plain)) throw new Error("'true' or 'false' is wanted");
+    if (!/^(true|false|0|1)$/i.test(plain)) throw new Error("enter 'true' or 'false'");
     return /^(true|1)$/i.test(plain);
   }
   if (type === 'int64' || type === 'uint64') {
-    if (!/^[-+]?\d+$/.test(plain)) throw new Error('a whole number is wanted');
+    if (!/^[-+]?\d+$/.test(plain)) throw new Error('enter an integer');
     const whole = BigInt(plain);
-    if (BigInt[type === 'int64' ? 'asIntN' : 'asUintN'](64, whole) !== whole) throw new Error(`that is outside of ${type}`);
+    if (BigInt[type === 'int64' ? 'asIntN' : 'asUintN'](64, whole) !== whole) throw new Error(`the value is out of range for ${type}`);
     return Number.isSafeInteger(Number(whole)) ? Number(whole) : whole;
   }
   const value = /^[-+]?\.?inf(inity)?$/i.test(plain) ? (plain.startsWith('-') ? -Infinity : Infinity) : /^\.?nan$/i.test(plain) ? NaN : Number(plain.replace(/^([-+]?\d+),(\d+)$/, '$1.$2'));
-  if (plain === '' || (Number.isNaN(value) && !/nan$/i.test(plain))) throw new Error('a number is wanted');
+  if (plain === '' || (Number.isNaN(value) && !/nan$/i.test(plain))) throw new Error('enter a number');
   const range = RANGES[type];
-  if (range && !(Number.isInteger(value) && value >= range[0] && value <= range[1])) throw new Error(`a whole number from ${range[0]} to ${range[1]} is wanted`);
+  if (range && !(Number.isInteger(value) && value >= range[0] && value <= range[1])) throw new Error(`enter an integer from ${range[0]} to ${range[1]}`);
   return value;
 }
 
 export function listOf(text: string, field: Field): Value[] {
   const list = elements(text).map((one) => valueOf(one, field.type));
-  if (field.arrayLength !== undefined && list.length !== field.arrayLength) throw new Error(`${field.arrayLength} elements are wanted, these are ${list.length}`);
+  if (field.arrayLength !== undefined && list.length !== field.arrayLength) throw new Error(`expected ${field.arrayLength} elements, not ${list.length}`);
   return list;
 }
 
@@ -87,7 +87,7 @@ function messageList(field: Field, value: Message): HTMLElement {
   const list = (): Message[] => value[field.name] as Message[];
   const build = (): void => {
     fill(items, list().map((one, i) => h('fieldset', {},
-      h('legend', {}, `${field.name}[${i}]`, field.arrayLength === undefined ? button('×', `Take away ${field.name}[${i}]`, () => {
+      h('legend', {}, `${field.name}[${i}]`, field.arrayLength === undefined ? button('×', `Remove ${field.name}[${i}]`, () => {
         list().splice(i, 1);
         build();
       }, { class: 'icon small' }) : null),

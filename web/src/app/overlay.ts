@@ -6,15 +6,15 @@ import { settings } from './settings';
 import { VIEWS, type ViewName } from '../scene/camera';
 
 const LAYERS: [string, string, string][] = [
-  ['visual', 'Visual', 'The shapes that are seen'],
-  ['collision', 'Collision', 'The shapes that physics uses: of a mesh its convex hull'],
+  ['visual', 'Visual', 'Visual shapes'],
+  ['collision', 'Collision', 'Collision shapes of the physics: convex hulls for meshes'],
   ['inertia', 'Inertia', 'Boxes of the same mass and inertia'],
   ['com', 'Centres of mass', 'A ball at each centre of mass'],
   ['frames', 'Frames', 'Frames of the links, with names'],
   ['axes', 'Joint axes', 'Axes of the joints and the arcs that limits allow'],
-  ['ghost', 'Commanded pose', 'A ghost where the targets are'],
-  ['trace', 'Trace of the tool', 'The way of the tool'],
-  ['contacts', 'Contacts', 'Contact points and forces, where the twin tells them'],
+  ['ghost', 'Commanded pose', 'A ghost at the target positions'],
+  ['trace', 'Trace of the tool', 'The path of the tool'],
+  ['contacts', 'Contacts', 'Contact points and forces, if the twin publishes them'],
   ['grid', 'Grid', 'The ground'],
   ['shadows', 'Shadows', 'Shadows'],
 ];
@@ -29,7 +29,7 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
     world.stage.invalidate();
   }, { 'aria-pressed': 'false' });
   const views = h('div', { class: 'views', role: 'group', 'aria-label': 'Views' },
-    ...Object.entries(VIEWS).map(([name, view]) => button(view.label, `Look from: ${view.label.toLowerCase()}`, () => world.look(name as ViewName))),
+    ...Object.entries(VIEWS).map(([name, view]) => button(view.label, `View from: ${view.label.toLowerCase()}`, () => world.look(name as ViewName))),
     follow);
   const list = h('div', { class: 'layer-list', hidden: true },
     LAYERS.map(([id, label, title]) => toggle(label, title, settings.layers[id] ?? false, (on) => world.setLayer(id, on))));
@@ -41,12 +41,12 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
   const details = makeDetails(app);
   app.details = details.element;
   const note = h('div', { class: 'stage-note', role: 'status', hidden: true });
-  const stopped = h('div', { class: 'stopped-note', role: 'alert' }, 'Stopped. Commands of this page are refused until the stop is released.');
+  const stopped = h('div', { class: 'stopped-note', role: 'alert' }, 'Stopped. Commands of this page are rejected until the stop is released.');
 
   function update(): void {
     details.update();
     const { view } = world;
-    const text = twin.client.phase === 'lost' ? 'The twin is gone. Waiting for it to come back.'
+    const text = twin.client.phase === 'lost' ? 'Connection to the twin lost. Reconnecting.'
       : !view ? (twin.client.phase === 'open' ? 'Waiting for /robot_description.' : 'Connecting.')
       : view.loading > 0 ? `Loading meshes: ${view.loading} to go.`
       : view.failed.length > 0 ? `${view.failed.length} meshes could not be loaded: ${view.failed[0]!.uri.split('/').pop()}, ${view.failed[0]!.reason}` : '';

@@ -40,13 +40,13 @@ export function textOf(value: ParameterValue | undefined): string {
 
 function number(text: string, whole: boolean): number {
   const value = Number(text.trim().replace(/^([-+]?\d+),(\d+)$/, '$1.$2'));
-  if (text.trim() === '' || Number.isNaN(value)) throw new Error(`'${text.trim()}' is no number`);
-  if (whole && !Number.isSafeInteger(value)) throw new Error(`${text.trim()} is no whole number`);
+  if (text.trim() === '' || Number.isNaN(value)) throw new Error(`'${text.trim()}' is not a number`);
+  if (whole && !Number.isSafeInteger(value)) throw new Error(`${text.trim()} is not an integer`);
   return value;
 }
 
 function truth(text: string): boolean {
-  if (!/^(true|false)$/.test(text.trim())) throw new Error("'true' or 'false' is wanted");
+  if (!/^(true|false)$/.test(text.trim())) throw new Error("enter 'true' or 'false'");
   return text.trim() === 'true';
 }
 

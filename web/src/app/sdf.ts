@@ -20,10 +20,10 @@ const NAME = /^[A-Za-z0-9_][A-Za-z0-9_ .-]{0,63}$/;
 export function objectProblem(spec: ObjectSpec): string {
   const { shape } = spec;
   const lengths = shape.kind === 'box' ? shape.size : shape.kind === 'ball' ? [shape.radius] : shape.kind === 'cylinder' ? [shape.radius, shape.length] : [shape.scale];
-  if (!NAME.test(spec.name)) return 'The name has to begin with a letter or digit, and may have spaces, dots and dashes after that.';
-  if (!lengths.every((one) => Number.isFinite(one) && one > 0)) return 'Sizes have to be above zero.';
+  if (!NAME.test(spec.name)) return 'The name must begin with a letter or digit, and may have spaces, dots and dashes after that.';
+  if (!lengths.every((one) => Number.isFinite(one) && one > 0)) return 'Sizes must be above zero.';
   if (shape.kind === 'mesh' && shape.uri === '') return 'Choose a mesh.';
-  if (!spec.fixed && !(Number.isFinite(spec.mass) && spec.mass > 0)) return 'The mass has to be above zero, or the object fixed.';
+  if (!spec.fixed && !(Number.isFinite(spec.mass) && spec.mass > 0)) return 'The mass must be above zero, or the object fixed.';
   return '';
 }
 

@@ -25,7 +25,7 @@ export function controlPanel(app: App): Panel {
 
   const facts: [string, () => string][] = [
     ['simulated time', () => `${twin.simTime.toFixed(3)} s`],
-    ['real-time factor', () => (!twin.status ? '–' : twin.paused ? 'paused' : `${twin.status.realTimeFactor.toFixed(3)} of ${twin.status.speed > 0 ? twin.status.speed : 'as much as there is'}`)],
+    ['real-time factor', () => (!twin.status ? '–' : twin.paused ? 'paused' : `${twin.status.realTimeFactor.toFixed(3)} of ${twin.status.speed > 0 ? twin.status.speed : 'as fast as possible'}`)],
     ['drawing', () => `${app.world.stage.frameTime.toFixed(1)} ms a frame`],
     ['received', () => `${(rate / 1024).toFixed(0)} KiB/s`],
   ];

@@ -57,11 +57,11 @@ export function healthPanel(app: App): Panel {
   let told = '';
   function show(): void {
     const read = readFindings(told);
-    if (!read) fill(findings, h('p', { class: 'empty' }, '/doppel/health holds nothing that can be read.'));
+    if (!read) fill(findings, h('p', { class: 'empty' }, '/doppel/health has no valid content.'));
     else fill(findings, read.findings.length === 0 ? h('p', { class: 'empty' }, 'Nothing found.') : read.findings.map(showFinding));
   }
 
-  fill(findings, h('p', { class: 'empty' }, 'No findings have come yet, on /doppel/health.'));
+  fill(findings, h('p', { class: 'empty' }, 'No findings received yet on /doppel/health.'));
   twin.client.subscribe('/doppel/health', (m) => {
     told = String(m['data']);
     show();
@@ -114,7 +114,7 @@ export function healthPanel(app: App): Panel {
     element: h('div', { class: 'padded' }, h('h3', {}, 'Findings'), findings, h('h3', {}, 'Load of the joints'),
       missing, loads),
     update: () => {
-      say(missing, app.commander.viewing ? 'Loads need physics: doppel up instead of doppel view.' : 'This twin does not tell the load of its joints.');
+      say(missing, app.commander.viewing ? 'Loads need physics: doppel up instead of doppel view.' : 'This twin does not publish joint loads.');
       const offered = twin.client.channel('/doppel/joint_loads') !== null;
       missing.hidden = offered;
       loads.hidden = !offered;

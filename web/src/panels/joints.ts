@@ -125,7 +125,7 @@ export function jointsPanel(app: App): Panel {
   function zero(): void {
     const stays = (twin.tree?.moving ?? []).filter((j) => !j.mimic && (j.lower > 0 || j.upper < 0));
     all((j) => (stays.includes(j) ? twin.target[j.index]! : 0));
-    if (stays.length > 0) toast(`Zero is outside of the limits of ${stays.map((j) => j.name).join(', ')}.`);
+    if (stays.length > 0) toast(`Zero is outside the limits of ${stays.map((j) => j.name).join(', ')}.`);
   }
 
   function copy(): void {
@@ -140,7 +140,7 @@ export function jointsPanel(app: App): Panel {
   function take(text: string): void {
     const pose = parsePose(text);
     if (!pose) {
-      toast('The clipboard holds no trajectory with joint_names and positions.', 'warning');
+      toast('The clipboard contains no trajectory with joint_names and positions.', 'warning');
       return;
     }
     const known: [TreeJoint, number][] = [];

@@ -31,7 +31,7 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
   const fixed = h('input', { type: 'checkbox', onchange: () => (mass.disabled = fixed.checked), id: 'object-fixed' });
   const colour = h('input', { type: 'color', value: '#2a9d8f', 'aria-label': 'Colour', id: 'object-colour' });
   const problem = h('p', { class: 'error', role: 'alert', hidden: true });
-  const place = button('Place in the picture', 'The next click on the ground says where it stands', () => {
+  const place = button('Place in the view', 'The next click on the ground places it', () => {
     if (layer.placing) layer.place(null);
     else if (check()) layer.place((at) => void add(at.x, at.y));
   }, { id: 'object-place', 'aria-pressed': 'false' });
@@ -49,7 +49,7 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
 
   function check(): boolean {
     const wanted = spec();
-    const text = layer.objects.has(wanted.name) ? `There is an object '${wanted.name}' already.` : objectProblem(wanted);
+    const text = layer.objects.has(wanted.name) ? `There is already an object '${wanted.name}'.` : objectProblem(wanted);
     say(problem, text);
     problem.hidden = text === '';
     return text === '';
@@ -57,7 +57,7 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
 
   async function add(x: number, y: number): Promise<void> {
     if (!Number.isFinite(x) || !Number.isFinite(y)) {
-      toast('A number is wanted for x and for y.', 'warning');
+      toast('Enter a number for x and for y.', 'warning');
       return;
     }
     if (!check()) return;
@@ -118,7 +118,7 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
   function moveByNumbers(): void {
     const [x, y, z, roll, pitch, yaw] = pose.map(numberOf) as [number, number, number, number, number, number];
     if (![x, y, z, roll, pitch, yaw].every(Number.isFinite) || layer.selected === null) {
-      toast('A number is wanted in each of the six fields.', 'warning');
+      toast('Enter a number in each of the six fields.', 'warning');
       return;
     }
     void layer.move(layer.selected, new THREE.Vector3(x, y, z).divideScalar(1000), new THREE.Quaternion().setFromEuler(new THREE.Euler(roll / DEG, pitch / DEG, yaw / DEG, 'ZYX')));
@@ -163,7 +163,7 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
   });
   layer.placingChanged.on((on) => {
     place.setAttribute('aria-pressed', String(on));
-    say(place, on ? 'Click on the ground…' : 'Place in the picture');
+    say(place, on ? 'Click on the ground…' : 'Place in the view');
     document.body.classList.toggle('placing', on);
   });
   twin.graphChanged.on(build);

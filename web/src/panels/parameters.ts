@@ -83,7 +83,7 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
     }
     known = [...parameters.values.keys()].sort().join();
     if (!found.has(chosen)) chosen = [...found.keys()].find((node) => /controller$/.test(node)) ?? [...found.keys()][0] ?? '';
-    fill(nodes, found.size === 0 ? h('li', { class: 'empty' }, parameters.values.size > 0 ? 'None of this name.' : 'No node has parameters.') : [...found].map(([node, names]) =>
+    fill(nodes, found.size === 0 ? h('li', { class: 'empty' }, parameters.values.size > 0 ? 'No match.' : 'No node has parameters.') : [...found].map(([node, names]) =>
       h('li', {}, h('button', { type: 'button', role: 'option', 'aria-selected': String(node === chosen), onclick: () => {
         chosen = node;
         build();
@@ -91,7 +91,7 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
     const names = found.get(chosen) ?? [];
     const node = chosen;
     rows = new Map();
-    fill(table, names.length === 0 ? null : h('p', { class: 'empty' }, 'Asking the node.'));
+    fill(table, names.length === 0 ? null : h('p', { class: 'empty' }, 'Loading.'));
     if (names.length === 0) return;
     void parameters.describe(node).then((told) => {
       if (node !== chosen) return;

@@ -83,7 +83,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
   function reflect(): void {
     say(live, held === null ? 'Hold' : 'Live');
     live.setAttribute('aria-pressed', String(held !== null));
-    live.title = held === null ? 'Hold the curves, to look through the last minutes' : 'Back to what happens now';
+    live.title = held === null ? 'Hold the curves, to look through the last minutes' : 'Back to live data';
     const moment = hovered ?? held;
     world.showPast(moment === null ? null : recorder.positionsAt(moment));
     if (moment === null) {
@@ -137,7 +137,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     plot = null;
     fill(host);
     const palette = colours();
-    fill(chips, shown.map((key, i) => h('button', { type: 'button', class: 'chip', title: `Take away ${recorder.series.get(key)?.label ?? key}`, onclick: () => remove(key) },
+    fill(chips, shown.map((key, i) => h('button', { type: 'button', class: 'chip', title: `Remove ${recorder.series.get(key)?.label ?? key}`, onclick: () => remove(key) },
       h('i', { style: `background:${palette[i % palette.length]}` }), h('span', { class: 'chip-name' }, recorder.series.get(key)?.label ?? key), h('span', { class: 'muted', 'aria-hidden': 'true' }, ' ×'))));
     if (shown.length === 0) {
       fill(host, h('p', { class: 'empty' }, 'Choose a joint and a quantity, or a number in Topics.'));
@@ -244,7 +244,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
           }
           rebuild();
         }),
-        button('Clear', 'Take all curves away', () => {
+        button('Clear', 'Remove all curves', () => {
           for (const key of [...shown]) remove(key);
         }),
         h('span', { class: 'spacer' }), width, live,

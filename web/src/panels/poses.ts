@@ -155,7 +155,7 @@ export function posesPanel(app: App): Panel {
           step[field] = Math.max(0, Number(input.value) || 0);
           store();
         } });
-        return h('label', { class: 'field muted', title: field === 'seconds' ? 'Seconds of the way there; auto: as fast as the limits allow' : 'Seconds to wait there' }, `${label} `, input, ' s');
+        return h('label', { class: 'field muted', title: field === 'seconds' ? 'Seconds to move there; auto: as fast as the limits allow' : 'Seconds to wait there' }, `${label} `, input, ' s');
       };
       return h('li', {}, h('div', { class: 'step' }, h('span', { class: 'pose-name' }, step.pose), number('seconds', 'in'), number('pause', 'wait'),
         button('↑', 'Earlier', () => {
@@ -185,7 +185,7 @@ export function posesPanel(app: App): Panel {
   return {
     id: 'poses', title: 'Poses',
     element: h('div', { class: 'padded' }, h('div', { class: 'row keep-row' }, name, button('Keep', 'Keep the commanded pose under this name', keep),
-      button('Open', 'Take poses and a sequence from a file', () => file.click()), file,
+      button('Open', 'Load poses and a sequence from a file', () => file.click()), file,
       button('Save', 'Save poses and sequence to a file', () => download('poses.json', 'application/json', JSON.stringify({ poses, steps }, null, 2)))),
     poseList, h('h3', {}, 'Sequence'), stepList,
     h('div', { class: 'row' }, run, button('Halt', 'Hold where the arm is', halt), button('Copy', 'Copy the sequence as a YAML trajectory', copy), h('label', { class: 'toggle' }, repeat, h('span', {}, 'again and again')))),

@@ -49,7 +49,7 @@ export function topicsPanel(app: App): Panel {
         rates.set(channel.topic, { out, count: client.received.get(channel.topic)?.count ?? 0, at: performance.now() });
         return entry(channel.topic, channel.schemaName, () => choose(channel.topic), out);
       });
-    fill(list, entries.length === 0 ? h('li', { class: 'empty' }, wanted ? 'None of this name.' : `No ${kind} yet.`) : entries);
+    fill(list, entries.length === 0 ? h('li', { class: 'empty' }, wanted ? 'No match.' : `No ${kind} yet.`) : entries);
   }
 
   function showKind(next: typeof kind): void {
@@ -130,7 +130,7 @@ export function topicsPanel(app: App): Panel {
     return h('div', { class: 'leaf-row' }, h('span', { class: 'muted' }, name), out,
       (typeof value === 'number' || typeof value === 'bigint') && plots ? button('plot', `Plot ${path.join('.')}`, () => {
         plotWanted.emit({ topic: chosen, path });
-        toast('It is among the plots now.');
+        toast('Added to the plots.');
       }, { class: 'plot-it' }) : null);
   }
 

@@ -47,7 +47,7 @@ export function readCdr(type: MessageType, data: ArrayBufferView): Message {
   } catch (problem) {
     throw new CdrError(`${type.name} cannot be read: ${(problem as Error).message}`);
   }
-  throw new CdrError(`${type.name} cannot be read: it ends in its last text`);
+  throw new CdrError(`${type.name} cannot be read: it ends inside its last string`);
 }
 
 class Writer {
@@ -99,7 +99,7 @@ class Writer {
       return;
     }
     const number = value === undefined ? 0 : Number(value);
-    if (Number.isNaN(number) && typeof value !== 'number') throw new CdrError(`'${name}' has to be a number`);
+    if (Number.isNaN(number) && typeof value !== 'number') throw new CdrError(`'${name}' must be a number`);
     switch (type) {
       case 'int8': view.setInt8(at, number); break;
       case 'int16': view.setInt16(at, number, true); break;
@@ -131,7 +131,7 @@ class Writer {
 
   private list(field: Field, value: Value | undefined): void {
     const items = value ?? [];
-    if (!Array.isArray(items) && !isNumbers(items)) throw new CdrError(`'${field.name}' has to be a list`);
+    if (!Array.isArray(items) && !isNumbers(items)) throw new CdrError(`'${field.name}' must be a list`);
     if (field.arrayLength === undefined) this.length(items.length);
     const count = field.arrayLength ?? items.length;
     for (let i = 0; i < count; i += 1) this.single(field, items[i]);

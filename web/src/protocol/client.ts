@@ -345,7 +345,7 @@ export class Client {
   publish(name: string, typeName: string, message: Message): void {
     const topic = this.channel(name)?.topic ?? name;
     const type = this.type(typeName);
-    if (!type) throw new Error(`the type ${typeName} is not known here`);
+    if (!type) throw new Error(`the type ${typeName} is unknown`);
     const payload = writeCdr(type, message);
     if (!this.wire) return;
     let mine = this.advertised.get(topic);

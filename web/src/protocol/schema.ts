@@ -73,7 +73,7 @@ function readLine(raw: string, type: MessageType, types: Map<string, MessageType
     return;
   }
   const field = FIELD.exec(raw.replace(/\s*#.*$/, ''));
-  if (!field) throw new SchemaError(`'${raw}' in ${type.name} is no field`);
+  if (!field) throw new SchemaError(`'${raw}' in ${type.name} is not a field`);
   const primitive = PRIMITIVES.get(field[1]!);
   const message = primitive ? null : resolve(field[1]!, type.name, types);
   const isArray = field[3] !== undefined;

@@ -25,7 +25,7 @@ export class AssetStore {
   }
 
   private async fetch(uri: string): Promise<Uint8Array> {
-    if (!this.client.capabilities.has('assets')) throw new Error('the server hands out no files');
+    if (!this.client.capabilities.has('assets')) throw new Error('the server has no files');
     return this.client.fetchAsset(uri);
   }
 }

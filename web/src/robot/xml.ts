@@ -50,7 +50,7 @@ export function parseXml(source: string): Element {
   }
   if (open.length !== 1) throw new XmlError(`<${open[open.length - 1]!.name}> is never closed`);
   const first = root.children[0];
-  if (!first) throw new XmlError('there is no element');
+  if (!first) throw new XmlError('the file contains no element');
   return first;
 }
 

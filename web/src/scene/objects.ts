@@ -49,10 +49,10 @@ export class ObjectLayer {
 
   // Why objects cannot be changed here; '' when they can.
   get missing(): string {
-    if (this.app.commander.viewing) return 'Here the arm is looked at without physics: there are no objects.';
+    if (this.app.commander.viewing) return 'This view has no physics and therefore no objects.';
     const { services } = this.app.twin.client;
     const lacking = [SPAWN, DELETE, SET_STATE].filter((name) => !services.has(name));
-    return lacking.length === 0 ? '' : `This twin takes no objects: it does not offer ${lacking.join(', ')}.`;
+    return lacking.length === 0 ? '' : `This twin cannot spawn objects: it does not offer ${lacking.join(', ')}.`;
   }
 
   private clear(): void {

@@ -1,4 +1,4 @@
-// The way of the tool over the last seconds.
+// The path of the tool over the last seconds.
 import * as THREE from 'three';
 
 const SIZE = 3000;

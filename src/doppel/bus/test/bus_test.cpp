@@ -349,7 +349,7 @@ TEST(Edge, UnpublishableMessageIsRefused) {
   node.subscribe<Float64>("x", [](const Float64&) {});
   const auto edge = bus.attach("edge");
   EXPECT_THAT(edge->publish("/c", "/x", "std_msgs/msg/Int32", to_cdr(Int32{1})).why(),
-              HasSubstr("topic /x is a std_msgs/msg/Float64, not a std_msgs/msg/Int32"));
+              HasSubstr("topic /x has type std_msgs/msg/Float64, not std_msgs/msg/Int32"));
   EXPECT_THAT(edge->publish("/c", "/x", "std_msgs/msg/Flaot64", to_cdr(Float64{1})).why(),
               HasSubstr("did you mean 'std_msgs/msg/Float64'?"));
   EXPECT_FALSE(edge->publish("/c", "/x", "std_msgs/msg/Float64", to_cdr(Int32{1})));

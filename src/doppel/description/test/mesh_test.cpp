@@ -88,7 +88,7 @@ TEST(StlReader, InvalidFileIsRefusedWithPlace) {
   EXPECT_NE(refused("solid a\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0\nendloop", "stl").find("part:"),
             std::string::npos);
   EXPECT_NE(refused("solid a\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop", "stl")
-                .find("4 corners"),
+                .find("4 vertices"),
             std::string::npos);
   EXPECT_NE(refused("solid a\nouter loop\nvertex 0,5 0 0\n", "stl").find("part:3"), std::string::npos)
       << "a decimal comma is no number";

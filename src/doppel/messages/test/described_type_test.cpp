@@ -119,9 +119,9 @@ TEST(DescribedType, HostileDescriptionsAreRefused) {
   EXPECT_THAT(error_of(message({field("a", 145, "my_msgs/msg/Top")})), HasSubstr("contains itself"));
   for (const int kind : {0, 12, 19, 20, 23, 47, 71, 96, 143, 144, 167, 255})
     EXPECT_THAT(error_of(message({field("a", kind)})), HasSubstr("unknown kind")) << kind;
-  EXPECT_THAT(error_of(message({field("a", 2), field("a", 2)})), HasSubstr("name of its own"));
-  EXPECT_THAT(error_of(message({field("a b", 2)})), HasSubstr("name of its own"));
-  EXPECT_THAT(error_of(message({field("a\"", 2)})), HasSubstr("name of its own"));
+  EXPECT_THAT(error_of(message({field("a", 2), field("a", 2)})), HasSubstr("a unique name"));
+  EXPECT_THAT(error_of(message({field("a b", 2)})), HasSubstr("a unique name"));
+  EXPECT_THAT(error_of(message({field("a\"", 2)})), HasSubstr("a unique name"));
   EXPECT_THAT(error_of(message({field("a", 2 + 48, "", 0)})), HasSubstr("size 0"));
   EXPECT_THAT(error_of(message({field("a", 2 + 96, "", 0)})), HasSubstr("size 0"));
   EXPECT_THAT(error_of(message({field("a", 21)})), HasSubstr("size 0"));

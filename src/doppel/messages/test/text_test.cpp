@@ -95,7 +95,7 @@ TEST(YamlReader, UnknownFieldIsRefusedWithPlaceAndNearest) {
 
 TEST(YamlReader, WrongTypesAreRefused) {
   EXPECT_THAT(error_of<JointState>("{position: 1}"), HasSubstr("1:12: '1', but 'position' is a list"));
-  EXPECT_THAT(error_of<JointState>("{position: [a]}"), HasSubstr("'a' where 'position' needs a number"));
+  EXPECT_THAT(error_of<JointState>("{position: [a]}"), HasSubstr("'a', but 'position' is a number"));
   EXPECT_THAT(error_of<JointState>("{name: [[a]]}"), HasSubstr("is a string"));
   EXPECT_THAT(error_of<JointState>("{header: 3}"), HasSubstr("where a std_msgs/msg/Header is expected"));
   EXPECT_THAT(error_of<Int32>("{data: 1.5}"), HasSubstr("is an integer"));

@@ -151,7 +151,7 @@ TEST(Overlay, ChangedTargetIsReportedAndUnmodified) {
   EXPECT_EQ(bench.text(), before);
   ASSERT_EQ(bench.diagnostics.all().size(), 1U);
   EXPECT_EQ(bench.diagnostics.all()[0].rule, "overlay.changed");
-  EXPECT_THAT(bench.messages[0], HasSubstr("axis of joint 'J 1' is 0 0 1 now"));
+  EXPECT_THAT(bench.messages[0], HasSubstr("axis of joint 'J 1' is now 0 0 1"));
 }
 
 TEST(Overlay, CorrectionInCadIsAlreadyThere) {

@@ -75,9 +75,9 @@ TEST(WorldFile, ErrorHasPlaceAndReason) {
   EXPECT_THAT(error_of("gravty: [0, 0, -9.81]"), HasSubstr(".yaml:1:1: error: a world has no key 'gravty'"));
   EXPECT_THAT(error_of("gravty: [0, 0, -9.81]"), HasSubstr("did you mean 'gravity'"));
   EXPECT_THAT(error_of("name: a\ngravity: [0, x, 1]"),
-              HasSubstr(":2:14: error: gravity is a number, not 'x'"));
+              HasSubstr(":2:14: error: gravity must be a number, not 'x'"));
   EXPECT_THAT(error_of("gravity: [0, 1]"), HasSubstr("a list of 3 numbers"));
-  EXPECT_THAT(error_of("gravity: [0, 0, .nan]"), HasSubstr("is a number"));
+  EXPECT_THAT(error_of("gravity: [0, 0, .nan]"), HasSubstr("must be a number"));
   EXPECT_THAT(error_of("step: 0"), HasSubstr("must be from"));
   EXPECT_THAT(error_of("step: 1"), HasSubstr("must be from"));
   EXPECT_THAT(error_of("integrator: implicid"), HasSubstr("did you mean 'implicit'"));
@@ -98,7 +98,7 @@ TEST(WorldFile, InvalidObjectsAreRefused) {
               HasSubstr("cannot be negative"));
   EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}}\n  - {name: a, sphere: {radius: 1}}"),
               HasSubstr("the first is at"));
-  EXPECT_THAT(error_of("objects:\n  - {name: ground, sphere: {radius: 1}}"), HasSubstr("own"));
+  EXPECT_THAT(error_of("objects:\n  - {name: ground, sphere: {radius: 1}}"), HasSubstr("reserved"));
   EXPECT_THAT(error_of("objects:\n  - {name: a, mesh: nowhere.stl}"),
               HasSubstr("'nowhere.stl' is not found"));
   EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}, color: [1, 2, 0, 1]}"),

@@ -102,7 +102,7 @@ TEST(EntityXml, InvalidModelIsRefusedWithPlace) {
   EXPECT_THAT(error_of("<sdf version='1.7'/>"), HasSubstr("0 models"));
   EXPECT_THAT(error_of(model("")), HasSubstr("this has 0"));
   EXPECT_THAT(error_of(model("<link name='a'/><link name='b'/>")),
-              HasSubstr("an object is one link, this has 2"));
+              HasSubstr("an object must have one link, this has 2"));
   EXPECT_THAT(
       error_of("<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='fixed'/></robot>"),
       HasSubstr("one link"));

@@ -95,7 +95,7 @@ TEST(OscillationWatch, MovingTargetIsNotReported) {
 TEST(OscillationWatch, OscillationAtStepRateNamesStepAsCause) {
   Rig rig(pendulum());
   const std::string text = to_string(Oscillation{0, 0.01, 250, 0.0001}, rig.robot);
-  EXPECT_THAT(text, HasSubstr("the step of 1 ms"));
+  EXPECT_THAT(text, HasSubstr("the 1 ms step"));
   EXPECT_THAT(text, HasSubstr("100 times its sag"));
 }
 

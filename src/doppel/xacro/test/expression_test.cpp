@@ -443,7 +443,7 @@ TEST(Expression, ErrorsNameCause) {
       {"'a' + 1", "is not supported between 'a' (str) and 1 (int)"},
       {"-'a'", "does not work on 'a'"},
       {"[1, 'a'] < ['a', 1]", "is not supported between"},
-      {"[1][5]", "outside of 1 items"},
+      {"[1][5]", "out of range for 1 items"},
       {"'abc", "no closing quote"},
       {"007", "leading zeros"},
       {"1__0", "is not a number"},
