@@ -37,7 +37,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
     }
     if (next == nullptr) {
       if (!names.empty() && !word.starts_with('-')) {
-        doppel::app::print_stderr("error: '{}' is no verb of {}{}\n", word, path,
+        doppel::app::print_stderr("error: '{}' is not a verb of {}{}\n", word, path,
                                   doppel::did_you_mean(word, names));
         return kBadInput;
       }
@@ -46,14 +46,14 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
     deepest = next;
     path += " " + next->get_name();
   }
-  doppel::app::print_stderr("error: {}\n  fix: {} --help tells how it is used\n", error.what(), path);
+  doppel::app::print_stderr("error: {}\n  fix: {} --help shows its usage\n", error.what(), path);
   return kBadInput;
 }
 
 [[noreturn]] void refuse_ros_arguments(const std::string& verb) {
   throw doppel::InputError("cli.ros_args", {},
-                           fmt::format("'{}' brings up no nodes, so --ros-args have nothing to act on", verb),
-                           "give them to up or view");
+                           fmt::format("'{}' starts no nodes, so --ros-args have no effect", verb),
+                           "pass them to up or view");
 }
 
 // `doppel --remote VERB` and `doppel --ns ROBOT VERB` are for verbs with a connection.
@@ -65,8 +65,8 @@ void refuse_elsewhere(const CLI::App& app, const char* option) {
     path += (path.empty() ? "" : " ") + verb->get_name();
   }
   if (verb->get_option_no_throw(option) != nullptr) return;
-  throw doppel::InputError("cli.use", {}, fmt::format("'{}' speaks to no ROS 2 graph", path),
-                           fmt::format("leave {} away", option));
+  throw doppel::InputError("cli.use", {}, fmt::format("'{}' does not work on a ROS 2 graph", path),
+                           fmt::format("omit {}", option));
 }
 
 int run(int argc, char** argv) {
@@ -76,15 +76,15 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   bool remote = false;
   app.add_flag("--remote", remote,
-               "Speak to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin: topic, node, ...");
+               "Connect to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin: topic, node, ...");
   std::string name_space;
-  app.add_option("--ns", name_space, "Speak to the robot in this namespace: topic, control, move, ...");
+  app.add_option("--ns", name_space, "Use the robot in this namespace: topic, control, move, ...");
   app.parse_complete_callback([&] {
     if (remote) refuse_elsewhere(app, "--remote");
     if (!name_space.empty()) refuse_elsewhere(app, "--ns");
   });
   app.footer(
-      "Start here:\n  doppel up omarm_one\nor, to look at a description without physics:\n  doppel view "
+      "Start here:\n  doppel up omarm_one\nor, to view a description without physics:\n  doppel view "
       "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states\nor, for an arm of your "
       "own:\n  doppel new my_arm");
   int exit_code = 0;

@@ -23,7 +23,7 @@ std::vector<std::string> bundled_robots() {
 }
 
 void add_robots(CLI::App& app, int& exit_code) {
-  CLI::App* verb = app.add_subcommand("robots", "List the robots that come with doppel");
+  CLI::App* verb = app.add_subcommand("robots", "List the bundled robots");
   verb->footer("Example:\n  doppel robots");
   verb->callback([&exit_code] {
     std::string text;
