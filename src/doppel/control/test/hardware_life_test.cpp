@@ -178,7 +178,7 @@ TEST(HardwareLifecycle, UnusableFallbackIsReported) {
   rig.hardware->read_answer = HardwareReturn::error;
   rig.run(1);
   EXPECT_EQ(rig.count(Severity::error,
-                      "the fallback controller 'spare' of 'left' cannot be activated: no "
+                      "cannot activate the fallback controller 'spare' of 'left': no "
                       "controller 'spare' is loaded"),
             1u)
       << rig.said();

@@ -164,8 +164,8 @@ TEST(ParameterFile, InvalidFileIsRefusedAsInRos2) {
   EXPECT_THAT(input_error_of([] { parse("a:\n  ros__parameters:\n    x: 1\n    x: 2\n"); }),
               HasSubstr("p.yaml:4:5: error: 'x' is given twice; the first one is at p.yaml:3:5"));
   EXPECT_THAT(input_error_of([] { parse("a: {ros__parameters: {b.c: 1, b: {c: 2}}}"); }),
-              HasSubstr("written twice"));
-  EXPECT_THAT(input_error_of([] { parse("a:\n  joints: [b]\n"); }), HasSubstr("outside of ros__parameters"));
+              HasSubstr("given twice"));
+  EXPECT_THAT(input_error_of([] { parse("a:\n  joints: [b]\n"); }), HasSubstr("outside ros__parameters"));
   EXPECT_THAT(input_error_of([] { parse("a:\n  ros__parameters:\n    x:\n"); }),
               HasSubstr("p.yaml:3:5: error: parameter 'x' has no value"));
   EXPECT_THAT(input_error_of([] { parse("a:\n\t- b\n"); }),

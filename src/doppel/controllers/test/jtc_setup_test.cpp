@@ -43,7 +43,8 @@ TEST(JtcSetup, EmptyUnknownAndRepeatedListsAreErrors) {
   EXPECT_THAT(load_error(options_of({kPosition}, {})), HasSubstr("'state_interfaces' is empty"));
   EXPECT_THAT(load_error(options_of({"positon"})),
               AllOf(HasSubstr("did you mean 'position'"), HasSubstr("test.yaml:5:")));
-  EXPECT_THAT(load_error(options_of({kPosition}, {kPosition, kEffort})), HasSubstr("no interface 'effort'"));
+  EXPECT_THAT(load_error(options_of({kPosition}, {kPosition, kEffort})),
+              HasSubstr("unknown interface 'effort'"));
   EXPECT_THAT(load_error(options_of({kPosition, kPosition})), HasSubstr("twice"));
   EXPECT_THAT(load_error(options_of({kPosition}, {kPosition, kPosition})), HasSubstr("twice"));
 }
