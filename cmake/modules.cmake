@@ -1,11 +1,13 @@
 # One module = one static library `doppel_<name>` with headers and sources side by side and tests in test/ beside them.
 #
 #   doppel_module(NAME <name> ABOUT "what it holds" SOURCES ... [USES <modules>] [PUBLIC <libs>] [PRIVATE <libs>]
-#     [FUZZ <what its fuzz targets link besides it>])
+#     [OFF_LOOP] [FUZZ <what its fuzz targets link besides it>])
 #   doppel_module_tests(NAME <name> SOURCES ... [LINKS ...])   -> program <name>_test, registered with ctest
 #
 # USES is every module that its files include, no more and no less: tools/modules, part of ./test, holds the includes to it
 # and makes the table and the picture in docs from it.
+#
+# OFF_LOOP: nothing of it runs in the control loop, so that it is compiled by -O1, in three quarters of the time.
 #
 # A module's fuzz/*_fuzz.cpp are libFuzzer targets, built with DOPPEL_FUZZ (clang only): <module>_<name>_fuzz, with first
 # inputs in fuzz/corpus/<name>/. `./test --fuzz` runs them.
@@ -22,7 +24,8 @@ endif()
 
 add_library(doppel_flags INTERFACE)
 # g++ 12 warns of overlaps and bounds in std::string that are not there (GCC bug 105651).
-target_compile_options(doppel_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+target_compile_options(doppel_flags INTERFACE -fvisibility=hidden -fvisibility-inlines-hidden
+  -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
   "$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-array-bounds;-Wno-stringop-overflow>")
 if(DOPPEL_WERROR)
   target_compile_options(doppel_flags INTERFACE -Werror)
@@ -55,9 +58,15 @@ endif()
 include(cmake/units.cmake)
 
 function(doppel_module)
-  cmake_parse_arguments(MODULE "" "NAME;ABOUT" "SOURCES;USES;PUBLIC;PRIVATE;FUZZ" ${ARGN})
+  cmake_parse_arguments(MODULE "OFF_LOOP" "NAME;ABOUT" "SOURCES;USES;PUBLIC;PRIVATE;FUZZ" ${ARGN})
   add_library(doppel_${MODULE_NAME} STATIC ${MODULE_SOURCES})
-  doppel_units(doppel_${MODULE_NAME} library)
+  if(MODULE_OFF_LOOP)
+    doppel_units(doppel_${MODULE_NAME} outer)
+  else()
+    doppel_units(doppel_${MODULE_NAME} library)
+  endif()
+  set_property(GLOBAL APPEND PROPERTY DOPPEL_MODULES ${MODULE_NAME})
+  set_property(GLOBAL APPEND PROPERTY DOPPEL_BORROWED ${MODULE_PUBLIC} ${MODULE_PRIVATE})
   add_library(doppel::${MODULE_NAME} ALIAS doppel_${MODULE_NAME})  # for projects that contain this one
   set_target_properties(doppel_${MODULE_NAME} PROPERTIES LINKER_LANGUAGE CXX)
   target_link_libraries(doppel_${MODULE_NAME} PUBLIC doppel_flags ${MODULE_PUBLIC} PRIVATE ${MODULE_PRIVATE})
@@ -85,19 +94,20 @@ function(doppel_module)
   endif()
 endfunction()
 
-# A library that is loaded when it is first needed (core/plugin_module.h): bin/lib<NAME>.so.
+# A library that is loaded when it is first needed (core/plugin_module.h): lib/doppel/lib<NAME>.so.
 function(doppel_plugin_module)
-  cmake_parse_arguments(LATE "" "NAME;MODULE" "SOURCES;LINKS" ${ARGN})
-  add_library(${LATE_NAME} MODULE ${LATE_SOURCES})
-  doppel_units(${LATE_NAME} library)
-  set_target_properties(${LATE_NAME} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
-  target_link_libraries(${LATE_NAME} PRIVATE doppel_flags Eigen3::Eigen fmt::fmt ${LATE_LINKS})
-  if(LATE_ROOM)
-    add_dependencies(doppel_${LATE_ROOM} ${LATE_NAME})
+  cmake_parse_arguments(PLUGIN "" "NAME;MODULE" "SOURCES;LINKS" ${ARGN})
+  add_library(${PLUGIN_NAME} MODULE ${PLUGIN_SOURCES})
+  doppel_units(${PLUGIN_NAME} library)
+  set_target_properties(${PLUGIN_NAME} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/doppel)
+  target_link_libraries(${PLUGIN_NAME} PRIVATE doppel_flags Eigen3::Eigen fmt::fmt ${PLUGIN_LINKS})
+  set_property(GLOBAL APPEND PROPERTY DOPPEL_PLUGIN_MODULES ${PLUGIN_NAME})
+  if(PLUGIN_MODULE)
+    add_dependencies(doppel_${PLUGIN_MODULE} ${PLUGIN_NAME})
   endif()
 endfunction()
 
-# A physics engine: the late library doppel_engine_<NAME> over the module `physics`. What it needs of the modules is
+# A physics engine: the plugin module doppel_engine_<NAME> over the module `physics`. What it needs of the modules is
 # linked into it and stays its own. Programs that simulate depend on `doppel_engines`.
 add_custom_target(doppel_engines)
 function(doppel_engine)

@@ -2,6 +2,7 @@
 // stands.
 #include <fmt/format.h>
 
+#include "doppel/core/installation.h"
 #include "doppel/twin/twin.h"
 
 int main() {
@@ -9,7 +10,7 @@ int main() {
   doppel::Diagnostics diagnostics;
   doppel::Scenario scenario;
   scenario.robots = {{.target = "omarm_one"}};
-  scenario.bundled_robots = DOPPEL_ROBOTS;
+  scenario.bundled_robots = doppel::data_folder() / "robots";
   doppel::Twin twin(scenario, log, diagnostics);
 
   while (twin.now() < doppel::from_seconds(1.0)) {

@@ -5,6 +5,7 @@
 #include "app/process.h"
 #include "app/verbs/description_target.h"
 #include "doppel/audit/audit.h"
+#include "doppel/core/installation.h"
 
 namespace doppel::app {
 
@@ -21,7 +22,7 @@ Scenario described_scenario(const DescribedBy& by) {
     for (std::size_t i = 1; i < by.words.size(); ++i) robot.arguments.push_back(split_argument(by.words[i]));
     for (const std::string& text : by.set) robot.arguments.push_back(split_argument(text));
   }
-  scenario.bundled_robots = root_folder() / "robots";
+  scenario.bundled_robots = data_folder() / "robots";
   scenario.inspect = [](const ExpandedDescription& expanded, Diagnostics& said) {
     for (Finding& finding : misspellings(expanded))
       said.warning(finding.rule, finding.where, finding.message, finding.fix);

@@ -2,6 +2,7 @@
 
 #include "app/process.h"
 #include "app/verbs/description_target.h"
+#include "doppel/core/installation.h"
 #include "doppel/server/admission.h"
 
 namespace doppel::app {
@@ -37,12 +38,8 @@ SessionOptions session_options(const EdgeOptions& options, const RosArguments& r
   return out;
 }
 
-std::filesystem::path page_folder() {
-  return root_folder() / "web" / "dist";
-}
-
 BundledFolders bundled_folders() {
-  return {root_folder() / "robots", root_folder() / "datasheets"};
+  return {data_folder() / "robots", data_folder() / "datasheets"};
 }
 
 }  // namespace doppel::app

@@ -26,6 +26,5 @@ void add_edge_options(CLI::App& verb, EdgeOptions& options);
 SessionOptions session_options(const EdgeOptions& options, const RosArguments& ros);
 
 BundledFolders bundled_folders();
-std::filesystem::path page_folder();  // of the built page
 
 }  // namespace doppel::app

@@ -15,9 +15,11 @@
 #include "app/view.h"
 #include "doppel/bus/ros_arguments.h"
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/installation.h"
 #include "doppel/core/names.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/session/abandoned_thread.h"
+#include "doppel/version.h"
 
 namespace {
 
@@ -72,7 +74,7 @@ void refuse_elsewhere(const CLI::App& app, const char* option) {
 int run(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
-  app.set_version_flag("--version", "doppel " DOPPEL_VERSION);
+  app.set_version_flag("--version", "doppel " + std::string(doppel::version()));
   app.require_subcommand(1);
   bool remote = false;
   app.add_flag("--remote", remote,

@@ -11,6 +11,7 @@
 #include "app/verbs/output.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
+#include "doppel/version.h"
 
 namespace doppel::app {
 namespace {
@@ -97,7 +98,7 @@ std::string first_lines(const std::string& page, const std::string& about) {
   std::string title = page;
   std::ranges::transform(title, title.begin(),
                          [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return fmt::format(".TH {} 1 \"\" \"doppel {}\" \"doppel\"\n{}{} \\- {}\n", roff(title), DOPPEL_VERSION,
+  return fmt::format(".TH {} 1 \"\" \"doppel {}\" \"doppel\"\n{}{} \\- {}\n", roff(title), version(),
                      heading("NAME"), roff(page), roff(about));
 }
 

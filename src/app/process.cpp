@@ -51,9 +51,4 @@ const std::atomic<bool>& stop_on_signals() {
   return requested;
 }
 
-std::filesystem::path root_folder() {
-  if (const char* root = std::getenv("DOPPEL_ROOT"); root != nullptr && *root != '\0') return root;
-  return DOPPEL_BUILT_FROM;
-}
-
 }  // namespace doppel::app

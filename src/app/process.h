@@ -19,7 +19,4 @@ void fill_standard_files();
 // From now on SIGINT and SIGTERM do not end the process; they set the flag that is returned.
 const std::atomic<bool>& stop_on_signals();
 
-// The folder that holds robots/ and worlds/: DOPPEL_ROOT, else where this program was built from.
-std::filesystem::path root_folder();
-
 }  // namespace doppel::app

@@ -8,6 +8,7 @@
 
 #include "app/print_stderr.h"
 #include "app/process.h"
+#include "doppel/core/installation.h"
 #include "doppel/overlay/overlay.h"
 #include "doppel/target/controllers_search.h"
 
@@ -30,7 +31,7 @@ std::pair<std::string, std::string> split_argument(const std::string& text) {
 }
 
 DescriptionTarget open_target(const std::string& target, XacroArguments arguments) {
-  return doppel::open_target(target, std::move(arguments), root_folder() / "robots");
+  return doppel::open_target(target, std::move(arguments), data_folder() / "robots");
 }
 
 DescriptionTarget open_target(const std::vector<std::string>& words) {

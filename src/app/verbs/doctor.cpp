@@ -6,16 +6,18 @@
 #include <memory>
 
 #include "app/edge_options.h"
-#include "app/process.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
+#include "doppel/core/installation.h"
 #include "doppel/doctor/findings.h"
+#include "doppel/version.h"
 
 namespace doppel::app {
 namespace {
 
 int run_doctor(bool json) {
-  const doctor::Machine machine = doctor::gather_facts({DOPPEL_VERSION, root_folder(), page_folder()});
+  const doctor::Machine machine =
+      doctor::gather_facts({std::string(version()), data_folder(), page_folder()});
   const std::vector<doctor::Finding> findings = doctor::judge(machine);
   const bool coloured = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
   deliver(json ? doctor::report_json(machine, findings) : doctor::report_text(findings, coloured));

@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "app/process.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
+#include "doppel/core/installation.h"
 
 namespace doppel::app {
 
 std::vector<std::string> bundled_robots() {
   std::vector<std::string> names;
   std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(root_folder() / "robots", none)) {
+  for (const auto& entry : std::filesystem::directory_iterator(data_folder() / "robots", none)) {
     if (std::filesystem::exists(entry.path() / "package.xml", none))
       names.push_back(entry.path().filename().string());
   }

@@ -11,6 +11,7 @@
 #include "app/process.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
+#include "doppel/core/installation.h"
 
 namespace doppel::app {
 namespace {
@@ -81,7 +82,7 @@ int run_xacro(const XacroOptions& options) {
   const ExpansionRequest request = read_words(options.words);
   PackageResolver resolver;
   resolver.add_context(request.file);
-  resolver.add_bundled(root_folder() / "robots");
+  resolver.add_bundled(data_folder() / "robots");
   Diagnostics diagnostics;
   std::string text;
   try {

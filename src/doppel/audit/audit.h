@@ -11,6 +11,7 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/load.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 #include "doppel/overlay/operation.h"
 
@@ -29,8 +30,8 @@ struct RuleInfo {
   unsigned profiles = kAllProfiles;
 };
 // Every rule, sorted by id, those of the parsers (urdf.*, xacro.*, mesh.*, overlay.*) included.
-const std::vector<RuleInfo>& rule_table();
-const RuleInfo* find_rule(std::string_view id);
+DOPPEL_API const std::vector<RuleInfo>& rule_table();
+DOPPEL_API const RuleInfo* find_rule(std::string_view id);
 
 struct Finding {
   std::string rule;
@@ -51,7 +52,7 @@ struct AuditOptions {
   std::filesystem::path datasheet_folder;            // the library of servos
 };
 
-struct AuditReport {
+struct DOPPEL_API AuditReport {
   std::string robot;
   std::filesystem::path file;
   std::vector<Finding> findings;  // errors first, then by place
@@ -72,12 +73,12 @@ struct AuditInput {
 
 // Reads the file (with its overlay), applies every rule. Throws InputError where there is nothing to judge:
 // unreadable, XML not well-formed, xacro errors, no <robot>.
-AuditReport audit(const std::filesystem::path& file, const XacroArguments& arguments,
-                  PackageResolver& resolver, const AuditOptions& options);
+DOPPEL_API AuditReport audit(const std::filesystem::path& file, const XacroArguments& arguments,
+                             PackageResolver& resolver, const AuditOptions& options);
 
 // Elements and attributes that nothing reads, where a known one was surely meant: cheap enough for every
 // reload.
-std::vector<Finding> misspellings(const ExpandedDescription& expanded);
+DOPPEL_API std::vector<Finding> misspellings(const ExpandedDescription& expanded);
 
 // -- reports (report_text.cpp, report_json.cpp)
 struct TextStyle {
@@ -85,11 +86,11 @@ struct TextStyle {
   int width = 100;
   bool summary_only = false;  // the last line, with the counts
 };
-std::string to_text(const AuditReport& report, const TextStyle& style);
-std::string rules_text(const TextStyle& style);  // every rule with the failure it prevents
-std::string rules_markdown();                    // the same, as docs/rules.md
-std::string to_json(const AuditReport& report);
-std::string to_sarif(const AuditReport& report);
-std::string to_github(const AuditReport& report);  // ::error file=...,line=...::...
+DOPPEL_API std::string to_text(const AuditReport& report, const TextStyle& style);
+DOPPEL_API std::string rules_text(const TextStyle& style);  // every rule with the failure it prevents
+DOPPEL_API std::string rules_markdown();                    // the same, as docs/rules.md
+DOPPEL_API std::string to_json(const AuditReport& report);
+DOPPEL_API std::string to_sarif(const AuditReport& report);
+DOPPEL_API std::string to_github(const AuditReport& report);  // ::error file=...,line=...::...
 
 }  // namespace doppel

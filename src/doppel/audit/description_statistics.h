@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {
@@ -31,6 +32,6 @@ struct DescriptionStatistics {
   std::map<std::string, std::size_t> other_top_level_tags;
 };
 
-DescriptionStatistics count_statistics(const XmlNode& root);
+DOPPEL_API DescriptionStatistics count_statistics(const XmlNode& root);
 
 }  // namespace doppel

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {
@@ -17,6 +18,6 @@ struct UrdfdomVerdict {
 };
 
 // `root`: the expanded tree.
-UrdfdomVerdict urdfdom_verdict(const XmlNode& root);
+DOPPEL_API UrdfdomVerdict urdfdom_verdict(const XmlNode& root);
 
 }  // namespace doppel

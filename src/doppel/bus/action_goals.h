@@ -10,6 +10,7 @@
 
 #include "doppel/core/status.h"
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 #include "doppel/messages/action_msgs.h"
 
 namespace doppel {
@@ -31,11 +32,11 @@ constexpr bool is_terminal(GoalStatus status) {
 }
 
 // "5f0c...": the id as 32 hexadecimal digits.
-std::string to_string(const GoalId& id);
+DOPPEL_API std::string to_string(const GoalId& id);
 // Random, as RFC 4122 (version 4) wants it.
-GoalId new_goal_id();
+DOPPEL_API GoalId new_goal_id();
 
-class ActionGoals {
+class DOPPEL_API ActionGoals {
  public:
   // As rcl_action keeps them; the number keeps a flood of goals from filling the memory.
   static constexpr Duration kResultTimeout{10'000'000'000};

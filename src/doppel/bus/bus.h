@@ -23,6 +23,7 @@
 #include "doppel/core/inbox.h"
 #include "doppel/core/status.h"
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 #include "doppel/messages/codec.h"
 
 namespace doppel {
@@ -104,7 +105,7 @@ class Publisher {
 // A named participant: "/omarm_arm_controller". Destroying it removes all that it offered. The loop's thread
 // only. It must go before its bus does. Whatever it names goes through the bus's rules (name_rules.h), so
 // that everybody sees what `--ros-args -r` made of it.
-class Node {
+class DOPPEL_API Node {
  public:
   Node(Bus& bus, std::string_view name);  // with its leading slash, before the rules
   ~Node();
@@ -148,7 +149,7 @@ struct EdgeOptions {
 
 // An edge's view: everything here may be called from the edge's one thread, wake() from any. It must go
 // before its bus does; replies that come after it are dropped, and none runs while or after it is destroyed.
-class Edge {
+class DOPPEL_API Edge {
  public:
   virtual ~Edge() = default;
 
@@ -197,7 +198,7 @@ struct BusOptions {
   std::function<void(const std::string&)> report = {};
 };
 
-class Bus {
+class DOPPEL_API Bus {
  public:
   explicit Bus(BusOptions options = {});
   ~Bus();

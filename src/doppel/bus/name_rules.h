@@ -10,28 +10,29 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/status.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
 // "/left/arm": the namespace "/left" ("/" for a node without one) and the name "arm".
-std::string node_namespace(std::string_view full_name);
-std::string node_base_name(std::string_view full_name);
+DOPPEL_API std::string node_namespace(std::string_view full_name);
+DOPPEL_API std::string node_base_name(std::string_view full_name);
 // "left.arm": what the node calls itself in the log.
-std::string logger_name(std::string_view full_name);
+DOPPEL_API std::string logger_name(std::string_view full_name);
 
 // Why it is not a valid name; ok otherwise. A topic's or service's name may be relative or private ("~/x").
-Status check_node_name(std::string_view name);
-Status check_namespace(std::string_view name);
-Status check_topic_name(std::string_view name);
+DOPPEL_API Status check_node_name(std::string_view name);
+DOPPEL_API Status check_namespace(std::string_view name);
+DOPPEL_API Status check_topic_name(std::string_view name);
 
 // The whole name of what the node "/left/arm" calls `name`: "x" is "/left/x", "~/x" is "/left/arm/x", "/x"
 // itself.
-std::string expand_name(std::string_view name, std::string_view node);
+DOPPEL_API std::string expand_name(std::string_view name, std::string_view node);
 
 enum class NameKind { topic, service };
 
 // The rules of one process, in order; the first that fits counts. Not shared by threads.
-class NameRules {
+class DOPPEL_API NameRules {
  public:
   NameRules() = default;
   // one_node: of a program with a single node, which "__node:=name" may rename.

@@ -9,6 +9,7 @@
 
 #include "doppel/bus/name_rules.h"
 #include "doppel/bus/ros_arguments.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -20,7 +21,7 @@ struct NodeArguments {
 // full_name: of the node before it is renamed, "/left/arm"; names: the rules of the process, which come
 // first. A --ros-args in front may be missing. Throws InputError, also for what one node cannot have for
 // itself here: a log level, an enclave, or a rule that names another node.
-NodeArguments read_node_arguments(std::vector<std::string> words, std::string_view full_name,
-                                  NameRules names);
+DOPPEL_API NodeArguments read_node_arguments(std::vector<std::string> words, std::string_view full_name,
+                                             NameRules names);
 
 }  // namespace doppel

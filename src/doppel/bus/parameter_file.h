@@ -11,6 +11,7 @@
 #include "doppel/bus/ros_arguments.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/source_location.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -23,7 +24,7 @@ struct ParameterOverride {
 };
 
 // The overrides of one node. Taking one marks it used; what is left over at the end is a typo.
-class ParameterOverrides {
+class DOPPEL_API ParameterOverrides {
  public:
   explicit ParameterOverrides(std::vector<ParameterOverride> all = {}) : all_(std::move(all)) {}
 
@@ -40,9 +41,9 @@ class ParameterOverrides {
 // Declares a parameter on a node with the override's value if there is one, else `initial`. Throws InputError
 // at the override's place where the type does not fit (an int is taken for a double) or `check` refuses.
 using DeclareOptions = ParameterOptions;
-ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* overrides,
-                                 const std::string& name, ParameterValue initial,
-                                 DeclareOptions options = {});
+DOPPEL_API ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* overrides,
+                                            const std::string& name, ParameterValue initial,
+                                            DeclareOptions options = {});
 template <class T>
 T declare(Parameters& parameters, ParameterOverrides* overrides, const std::string& name, T initial,
           DeclareOptions options = {}) {
@@ -51,10 +52,10 @@ T declare(Parameters& parameters, ParameterOverrides* overrides, const std::stri
 }
 
 // A warning for each override that nobody took: its name is not a parameter; with the nearest valid one.
-void report_unused(const ParameterOverrides& overrides, const std::string& node,
-                   const std::vector<std::string>& valid_names, Diagnostics& diagnostics);
+DOPPEL_API void report_unused(const ParameterOverrides& overrides, const std::string& node,
+                              const std::vector<std::string>& valid_names, Diagnostics& diagnostics);
 
-class ParameterFile {
+class DOPPEL_API ParameterFile {
  public:
   // Throws InputError: unreadable, YAML not well-formed, no ros__parameters anywhere.
   static ParameterFile load(const std::filesystem::path& file);
@@ -90,6 +91,6 @@ class ParameterFile {
 };
 
 // Adds what the command line specifies of nodes' parameters. Throws InputError: a file that cannot be read.
-void add_ros_parameters(const RosArguments& arguments, ParameterFile& parameters);
+DOPPEL_API void add_ros_parameters(const RosArguments& arguments, ParameterFile& parameters);
 
 }  // namespace doppel

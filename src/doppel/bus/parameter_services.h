@@ -2,16 +2,17 @@
 // ROS 2's six parameter services over a node's Parameters.
 
 #include "doppel/bus/bus.h"
+#include "doppel/export.h"
 #include "doppel/messages/rcl_interfaces.h"
 
 namespace doppel {
 
 // Offers ~/list_parameters, ~/get_parameters, ~/get_parameter_types, ~/describe_parameters, ~/set_parameters
 // and ~/set_parameters_atomically. The services go with the node.
-void serve_parameters(Node& node);
+DOPPEL_API void serve_parameters(Node& node);
 
-rcl_interfaces::msg::ParameterValue to_msg(const ParameterValue& value);
+DOPPEL_API rcl_interfaces::msg::ParameterValue to_msg(const ParameterValue& value);
 // A byte array becomes an integer array; an unknown type is not set.
-ParameterValue from_msg(const rcl_interfaces::msg::ParameterValue& message);
+DOPPEL_API ParameterValue from_msg(const rcl_interfaces::msg::ParameterValue& message);
 
 }  // namespace doppel

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "doppel/core/status.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -21,10 +22,10 @@ using ParameterValue =
                  std::vector<std::int64_t>, std::vector<double>, std::vector<std::string>>;
 
 // "double array" and so on, for messages.
-std::string_view parameter_type_name(const ParameterValue& value);
-std::string to_string(const ParameterValue& value);
+DOPPEL_API std::string_view parameter_type_name(const ParameterValue& value);
+DOPPEL_API std::string to_string(const ParameterValue& value);
 // As YAML 1.2 reads a scalar or a flow sequence: "1" int, "1.0" double, "true" bool, "[a, b]" strings.
-ParameterValue parse_parameter(std::string_view text);
+DOPPEL_API ParameterValue parse_parameter(std::string_view text);
 
 struct NamedParameter {
   std::string node, name;
@@ -36,7 +37,7 @@ struct ParameterRange {
   double from = 0, to = 0;
 };
 // Of an integer or a double, "-1.0 is below 0"; ok for everything else.
-Status check_range(const ParameterRange& range, const ParameterValue& value);
+DOPPEL_API Status check_range(const ParameterRange& range, const ParameterValue& value);
 
 struct ParameterOptions {
   using Check = std::function<Status(const ParameterValue&)>;
@@ -47,7 +48,7 @@ struct ParameterOptions {
   bool dynamic_typing = false;  // a value of another type may be set, and "not set" deletes it
 };
 
-class Parameters {
+class DOPPEL_API Parameters {
  public:
   using Check = ParameterOptions::Check;
   using Listener = std::function<void(const std::string& name, const ParameterValue& value)>;

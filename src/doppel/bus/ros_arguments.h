@@ -11,6 +11,7 @@
 #include "doppel/bus/name_rules.h"
 #include "doppel/bus/parameters.h"
 #include "doppel/core/diagnostic.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -27,7 +28,7 @@ struct GivenParameterFile {
   std::string path;
 };
 
-struct RosArguments {
+struct DOPPEL_API RosArguments {
   NameRules names = {};
   std::vector<std::variant<GivenParameter, GivenParameterFile>> parameters;  // in order: a later one wins
   std::optional<Severity> log_level;                                         // nothing below it is reported
@@ -37,11 +38,11 @@ struct RosArguments {
 
 // Takes everything from each "--ros-args" to the "--" behind it (or the end) out of `words`, and reads it.
 // Throws InputError, with every fault at once.
-RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names = NameRules());
+DOPPEL_API RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names = NameRules());
 
 class Bus;
 
 // A warning for each renaming and each parameter that fits nothing on the bus, with the nearest name.
-void report_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnostics);
+DOPPEL_API void report_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnostics);
 
 }  // namespace doppel

@@ -6,16 +6,17 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 #include "doppel/messages/rcl_interfaces.h"
 
 namespace doppel {
 
 // Where a line was said in the sources, as rclcpp's macros fill it in: the file, the function's bare name,
 // the line.
-void fill_place(rcl_interfaces::msg::Log& line, const std::source_location& where);
+DOPPEL_API void fill_place(rcl_interfaces::msg::Log& line, const std::source_location& where);
 
 // The loop's thread. Its node is /doppel, in whose name also stands what is about no node.
-class Rosout {
+class DOPPEL_API Rosout {
  public:
   explicit Rosout(Bus& bus);
   ~Rosout();

@@ -12,10 +12,11 @@
 #include <memory>
 
 #include "doppel/bus/bus.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
-class BusStage {
+class DOPPEL_API BusStage {
  public:
   // The loop's thread, between steps, one at a time. Throws std::bad_alloc; nothing has changed then.
   explicit BusStage(Bus& bus);

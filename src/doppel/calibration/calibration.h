@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/overlay/operation.h"
 
 namespace doppel {
@@ -21,7 +22,7 @@ struct Measurement {
   double machine = 0;  // the machine's own number (the servo's) at the same pose: rad or m
 };
 
-struct JointFit {
+struct DOPPEL_API JointFit {
   std::string joint;
   int direction = 1;              // -1: the model turns the other way
   double scale = 1;               // machine per model, positive
@@ -39,7 +40,7 @@ inline constexpr double kScaleTolerance = 0.02;                    // more than 
 // Throws InputError: fewer than two measurements, all within 60 degrees (for a prismatic joint: within a
 // third of its range), a machine that did not move, a scale beyond a factor of 2, residuals beyond 5 degrees,
 // a joint that is unknown, fixed or a mimic.
-JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements);
+DOPPEL_API JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements);
 
 enum class LimitChoice {
   keep,  // the numbers stay: they were the machine's all along, as a servo's 0 to 180 degrees
@@ -49,16 +50,19 @@ enum class LimitChoice {
 // The operations that make the model's number the machine's: FlipAxis where the direction is -1, BakeZero
 // where the zero differs (R_new = R_old R_axis(-offset)), SetLimit where `limits` says so. The scale cannot
 // be baked into geometry; it is the driver's.
-std::vector<Operation> calibration_operations(const Joint& joint, const JointFit& fit,
-                                              std::span<const Measurement> measurements, LimitChoice limits);
+DOPPEL_API std::vector<Operation> calibration_operations(const Joint& joint, const JointFit& fit,
+                                                         std::span<const Measurement> measurements,
+                                                         LimitChoice limits);
 
 // The corrections that measurements of before made. A measurement is of the model as it was then: taken
 // again, it would count twice. `corrections`: the overlay's; found where one of the joint's was made of one
 // of these very measurements, or turns it around or moves its zero as these would once more.
-std::optional<std::size_t> correction_made_of(const std::vector<Operation>& corrections,
-                                              const std::string& joint, const std::vector<Operation>& fresh);
+DOPPEL_API std::optional<std::size_t> correction_made_of(const std::vector<Operation>& corrections,
+                                                         const std::string& joint,
+                                                         const std::vector<Operation>& fresh);
 // The joint's directions and zeros among the corrections, whoever made them; joints go by their last names.
-std::vector<std::size_t> zeros_of(const std::vector<Operation>& corrections, const std::string& joint);
+DOPPEL_API std::vector<std::size_t> zeros_of(const std::vector<Operation>& corrections,
+                                             const std::string& joint);
 
 // -- measurements as people write them
 struct NamedMeasurements {
@@ -69,7 +73,7 @@ struct NamedMeasurements {
 // ones. Throws InputError for what is not of that form, and for a joint that the robot does not have, with
 // the nearest.
 // One number of them; nothing where it is none.
-std::optional<double> measured_number(std::string_view text);
-NamedMeasurements parse_measurements(const std::string& text, const RobotDescription& robot);
+DOPPEL_API std::optional<double> measured_number(std::string_view text);
+DOPPEL_API NamedMeasurements parse_measurements(const std::string& text, const RobotDescription& robot);
 
 }  // namespace doppel

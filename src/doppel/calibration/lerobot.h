@@ -8,9 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-struct LerobotMotor {
+struct DOPPEL_API LerobotMotor {
   std::string name;
   int id = 0;                        // 0: not written
   bool inverted = false;             // drive_mode
@@ -27,7 +29,8 @@ struct LerobotMotor {
 };
 
 // Throws InputError: unreadable, no JSON, not a calibration, a range without width.
-std::vector<LerobotMotor> read_lerobot_calibration(const std::filesystem::path& file);
-std::vector<LerobotMotor> parse_lerobot_calibration(const std::string& json, const std::string& name);
+DOPPEL_API std::vector<LerobotMotor> read_lerobot_calibration(const std::filesystem::path& file);
+DOPPEL_API std::vector<LerobotMotor> parse_lerobot_calibration(const std::string& json,
+                                                               const std::string& name);
 
 }  // namespace doppel

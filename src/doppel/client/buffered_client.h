@@ -7,10 +7,11 @@
 #include <string>
 
 #include "doppel/client/client.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
-struct ReceiveBuffer {
+struct DOPPEL_API ReceiveBuffer {
   std::map<std::string, Client::Topic> topics;
   std::map<std::string, Client::Service> services;
   std::deque<Client::Received> inbox;
@@ -21,7 +22,7 @@ struct ReceiveBuffer {
   bool take(std::uint32_t call, Client::Answer& answer);
 };
 
-class BufferedClient : public Client {
+class DOPPEL_API BufferedClient : public Client {
  public:
   [[nodiscard]] const std::map<std::string, Topic>& topics() const final { return buffer().topics; }
   [[nodiscard]] const std::map<std::string, Service>& services() const final { return buffer().services; }

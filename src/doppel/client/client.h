@@ -13,17 +13,18 @@
 
 #include "doppel/bus/parameters.h"
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 #include "doppel/messages/codec.h"
 
 namespace doppel {
 
-struct ClientError : std::runtime_error {
+struct DOPPEL_API ClientError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 // Whoever was asked has said so while something was waited for (Ctrl-C).
 struct Interrupted {};
 
-class Client {
+class DOPPEL_API Client {
  public:
   // One node's end of a topic. Empty: the connection does not tell.
   struct Endpoint {

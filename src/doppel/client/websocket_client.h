@@ -8,6 +8,7 @@
 #include <string>
 
 #include "doppel/client/buffered_client.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -20,7 +21,7 @@ struct ClientOptions {
   std::function<void(const std::string&)> on_status;  // warnings that belong to no request
 };
 
-class WebSocketClient : public BufferedClient {
+class DOPPEL_API WebSocketClient : public BufferedClient {
  public:
   // Returns when it knows all topics, services and nodes that there are.
   explicit WebSocketClient(ClientOptions options);

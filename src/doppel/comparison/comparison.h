@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -26,8 +27,8 @@ inline constexpr double kSameRelative = 1e-6;  // of masses, inertias, limits
 
 // The changes that lead from `a` to `b`: the robot's own first, then joints and links in b's order, what was
 // removed after them, last what surrounds them.
-std::vector<Change> compare(const RobotDescription& a, const RobotDescription& b);
+DOPPEL_API std::vector<Change> compare(const RobotDescription& a, const RobotDescription& b);
 
-std::string to_json(const std::vector<Change>& changes);
+DOPPEL_API std::string to_json(const std::vector<Change>& changes);
 
 }  // namespace doppel

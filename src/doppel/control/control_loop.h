@@ -16,12 +16,13 @@
 
 #include "doppel/control/controller_manager.h"
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
 // Who has it may touch what the loop uses. With priority inheritance, so that the loop waits no longer than
 // one piece of work takes; the thread that has it may take it again.
-class LoopGate {
+class DOPPEL_API LoopGate {
  public:
   LoopGate();
   ~LoopGate();
@@ -43,7 +44,7 @@ struct ControlLoopOptions {
   Duration stall{};         // without a tick: the loop stands still; zero: ten periods, at least 100 ms
 };
 
-class ControlLoop {
+class DOPPEL_API ControlLoop {
  public:
   // The manager and the gate outlive the loop. `begin`: the manager's time now. What the system does not
   // permit is a note in the log.

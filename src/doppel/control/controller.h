@@ -16,6 +16,7 @@
 #include "doppel/core/log.h"
 #include "doppel/core/status.h"
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
@@ -26,7 +27,7 @@ struct InterfaceConfiguration {
 };
 
 // A claimed interface: reading and writing are plain loads and stores. Valid while the controller is active.
-class StateHandle {
+class DOPPEL_API StateHandle {
  public:
   StateHandle() = default;
   StateHandle(const std::string* full_name, std::size_t slash, const double* value)
@@ -42,7 +43,7 @@ class StateHandle {
   const double* value_ = nullptr;
 };
 
-class CommandHandle {
+class DOPPEL_API CommandHandle {
  public:
   CommandHandle() = default;
   CommandHandle(const std::string* full_name, std::size_t slash, double* value)
@@ -70,7 +71,7 @@ struct ControllerContext {
   double update_rate = 0;                   // Hz, as it will really run
 };
 
-class Controller {
+class DOPPEL_API Controller {
  public:
   virtual ~Controller() = default;
 
@@ -109,7 +110,7 @@ class Controller {
 };
 
 // Controller types by their ROS names; each library registers its own.
-class ControllerRegistry {
+class DOPPEL_API ControllerRegistry {
  public:
   using Factory = std::function<std::unique_ptr<Controller>()>;
   struct Type {
@@ -127,8 +128,9 @@ class ControllerRegistry {
 
 }  // namespace doppel
 
-#define DOPPEL_EXPORT_CONTROLLER(Class, type_name)                                                         \
-  extern "C" void doppel_register_controllers(doppel::ControllerRegistry& registry, const char* library) { \
-    registry.add(                                                                                          \
-        type_name, [] { return std::make_unique<Class>(); }, library);                                     \
+#define DOPPEL_EXPORT_CONTROLLER(Class, type_name)                                             \
+  extern "C" DOPPEL_API void doppel_register_controllers(doppel::ControllerRegistry& registry, \
+                                                         const char* library) {                \
+    registry.add(                                                                              \
+        type_name, [] { return std::make_unique<Class>(); }, library);                         \
   }

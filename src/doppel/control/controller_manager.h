@@ -12,11 +12,12 @@
 #include "doppel/bus/parameter_file.h"
 #include "doppel/control/controller.h"
 #include "doppel/control/hardware.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
 enum class ControllerState { unconfigured, inactive, active };
-std::string_view to_string(ControllerState state);
+DOPPEL_API std::string_view to_string(ControllerState state);
 
 enum class Strictness { best_effort = 1, strict = 2 };  // controller_manager_msgs/srv/SwitchController
 
@@ -67,7 +68,7 @@ struct InterfaceView {
   std::string claimed_by;  // empty: nobody
 };
 
-class ControllerManager {
+class DOPPEL_API ControllerManager {
  public:
   // `file` may be null: no controllers are known. The model outlives the manager, or model_changed() names
   // another one before it goes. Throws InputError for bad values in the manager's own section.

@@ -25,6 +25,7 @@
 #include "doppel/core/status.h"
 #include "doppel/core/time.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
@@ -34,7 +35,7 @@ inline constexpr const char* kVelocity = "velocity";          // rad/s or m/s
 inline constexpr const char* kAcceleration = "acceleration";  // rad/s^2 or m/s^2
 inline constexpr const char* kEffort = "effort";              // N m or N
 
-struct InterfaceDescription {
+struct DOPPEL_API InterfaceDescription {
   std::string prefix;  // joint, sensor or gpio name, spaces and all
   std::string name;    // "position"
   double initial = 0;  // a state's value before the first read; a command's before the first one: NaN none
@@ -42,7 +43,7 @@ struct InterfaceDescription {
 };
 
 enum class HardwareState { unconfigured, inactive, active, finalized };
-std::string_view to_string(HardwareState state);
+DOPPEL_API std::string_view to_string(HardwareState state);
 
 // What read() and write() answer. error: on_error runs; deactivate: on_deactivate runs and the component is
 // inactive. In both cases the controllers that use it are deactivated and their fallback controllers started.
@@ -54,7 +55,7 @@ enum class PassiveJoint {
   hold,   // a drive holds it where it is
   brake,  // its speed is held at zero
 };
-std::string_view to_string(PassiveJoint passive);
+DOPPEL_API std::string_view to_string(PassiveJoint passive);
 
 // What a component is given; valid during on_init only, but for what it points to.
 struct HardwareInfo {
@@ -65,7 +66,7 @@ struct HardwareInfo {
   Diagnostics& diagnostics;                // for warnings and notes about the description
 };
 
-class HardwareComponent {
+class DOPPEL_API HardwareComponent {
  public:
   virtual ~HardwareComponent() = default;
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "doppel/control/hardware.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -17,7 +18,7 @@ enum class HardwareKind {
   simulated,  // moves with the simulation, on its clock
 };
 
-class HardwareRegistry {
+class DOPPEL_API HardwareRegistry {
  public:
   using Factory = std::function<std::unique_ptr<HardwareComponent>()>;
   struct Type {
@@ -40,8 +41,9 @@ class HardwareRegistry {
 
 }  // namespace doppel
 
-#define DOPPEL_EXPORT_HARDWARE(Class, plugin_name)                                                    \
-  extern "C" void doppel_register_hardware(doppel::HardwareRegistry& registry, const char* library) { \
-    registry.add(                                                                                     \
-        plugin_name, doppel::HardwareKind::real, [] { return std::make_unique<Class>(); }, library);  \
+#define DOPPEL_EXPORT_HARDWARE(Class, plugin_name)                                                   \
+  extern "C" DOPPEL_API void doppel_register_hardware(doppel::HardwareRegistry& registry,            \
+                                                      const char* library) {                         \
+    registry.add(                                                                                    \
+        plugin_name, doppel::HardwareKind::real, [] { return std::make_unique<Class>(); }, library); \
   }

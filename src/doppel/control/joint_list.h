@@ -8,6 +8,7 @@
 
 #include "doppel/control/controller.h"
 #include "doppel/core/source_location.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -19,15 +20,17 @@ enum class JointUse {
 // `names` is the value of the declared parameter `parameter` (a list or one string); returns those that
 // remain, in order. Throws InputError with one diagnostic for each name that is unknown, listed twice or
 // unfit. Warnings go to the context's log.
-std::vector<std::string> check_joints(const ControllerContext& context, const std::string& parameter,
-                                      const std::vector<std::string>& names,
-                                      JointUse use = JointUse::commanded);
+DOPPEL_API std::vector<std::string> check_joints(const ControllerContext& context,
+                                                 const std::string& parameter,
+                                                 const std::vector<std::string>& names,
+                                                 JointUse use = JointUse::commanded);
 
 // Where the YAML wrote element `index` of a list parameter (the whole value where elements have no place of
 // their own); unknown where the parameter has its default.
-SourceLocation place_of(const ControllerContext& context, std::string_view parameter, std::size_t index = 0);
+DOPPEL_API SourceLocation place_of(const ControllerContext& context, std::string_view parameter,
+                                   std::size_t index = 0);
 
 // Writes a finding to the log, with its place and fix.
-void log_diagnostic(const Log& log, const std::string& origin, const Diagnostic& finding);
+DOPPEL_API void log_diagnostic(const Log& log, const std::string& origin, const Diagnostic& finding);
 
 }  // namespace doppel

@@ -5,12 +5,13 @@
 
 #include "doppel/control/controller.h"
 #include "doppel/control/hardware_registry.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
 // dlopen()s a library made with DOPPEL_EXPORT_CONTROLLER or DOPPEL_EXPORT_HARDWARE and registers what it
 // exports. Throws InputError: it cannot be loaded, it exports nothing, a name is taken.
-void load_plugin_library(const std::string& path, ControllerRegistry& controllers,
-                         HardwareRegistry& hardware);
+DOPPEL_API void load_plugin_library(const std::string& path, ControllerRegistry& controllers,
+                                    HardwareRegistry& hardware);
 
 }  // namespace doppel

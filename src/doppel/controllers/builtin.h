@@ -2,10 +2,11 @@
 // The controllers that doppel has built in, by the names of ros2_controllers.
 
 #include "doppel/control/controller.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
 // A registry with all of them.
-ControllerRegistry builtin_controllers();
+DOPPEL_API ControllerRegistry builtin_controllers();
 
 }  // namespace doppel

@@ -8,6 +8,8 @@
 #include <variant>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 enum class Tone {  // what a colour stands for; SVG follows the reader's light or dark scheme
@@ -49,10 +51,10 @@ struct Drawing {
   std::vector<std::variant<DrawnBox, DrawnCurve, DrawnText>> items;  // painted in this order
 };
 
-double text_width(std::string_view utf8, double size, bool bold);
+DOPPEL_API double text_width(std::string_view utf8, double size, bool bold);
 
-std::string to_svg(const Drawing& drawing);
+DOPPEL_API std::string to_svg(const Drawing& drawing);
 // PDF 1.4, one page; characters beyond Windows' Latin set become '?'.
-std::string to_pdf(const Drawing& drawing);
+DOPPEL_API std::string to_pdf(const Drawing& drawing);
 
 }  // namespace doppel

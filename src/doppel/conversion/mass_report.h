@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
@@ -33,11 +34,11 @@ struct MassReport {
 };
 
 // Gravity along -z of the root link, 9.81 m/s^2; `samples` configurations within the limits.
-MassReport mass_report(const Model& model, int samples = 4000);
+DOPPEL_API MassReport mass_report(const Model& model, int samples = 4000);
 
-std::string mass_text(const MassReport& report);
+DOPPEL_API std::string mass_text(const MassReport& report);
 
 // How the description compares with a scale, in one or two lines. measured: kg, positive.
-std::string compared_with_scale(const MassReport& report, double measured);
+DOPPEL_API std::string compared_with_scale(const MassReport& report, double measured);
 
 }  // namespace doppel

@@ -10,6 +10,7 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -19,7 +20,7 @@ struct MeshPlacement {
   std::optional<std::filesystem::path> copy_to;  // folder for copies, relative to out_folder or absolute
 };
 
-class MeshFiles {
+class DOPPEL_API MeshFiles {
  public:
   explicit MeshFiles(MeshPlacement placement);
 

@@ -10,6 +10,7 @@
 #include "doppel/conversion/mesh_files.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
@@ -17,7 +18,7 @@ namespace doppel {
 // `model` is compiled from `robot`; its root's own name "world" is MuJoCo's world. Meshes that MuJoCo cannot
 // read (COLLADA, glTF, text STL) are written as OBJ beside the document. Warnings: "mjcf.shape" (one that is
 // left out), "physics.flat_mesh" (a box stands in), "mjcf.renamed".
-std::string to_mjcf(const RobotDescription& robot, const Model& model, MeshFiles& meshes,
-                    Diagnostics& diagnostics);
+DOPPEL_API std::string to_mjcf(const RobotDescription& robot, const Model& model, MeshFiles& meshes,
+                               Diagnostics& diagnostics);
 
 }  // namespace doppel

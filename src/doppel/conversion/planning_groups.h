@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 #include "doppel/target/controllers_file.h"
 
@@ -17,7 +18,7 @@ struct JointGroup {
 };
 
 // Of every controller that a file declares with its type, in its order.
-std::vector<JointGroup> joint_groups(const ControllersFile& file);
+DOPPEL_API std::vector<JointGroup> joint_groups(const ControllersFile& file);
 
 struct PlanningGroup {
   std::string name;  // "arm", "left_gripper"
@@ -28,7 +29,7 @@ struct PlanningGroup {
   int parent_group = -1;              // of a gripper: the arm it belongs to; -1: none
 };
 
-std::vector<PlanningGroup> find_planning_groups(const Model& model,
-                                                const std::vector<JointGroup>& controllers);
+DOPPEL_API std::vector<PlanningGroup> find_planning_groups(const Model& model,
+                                                           const std::vector<JointGroup>& controllers);
 
 }  // namespace doppel

@@ -9,6 +9,7 @@
 #include "doppel/conversion/mesh_files.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
@@ -17,7 +18,7 @@ namespace doppel {
 // mass: 1 g is written), "sdf.joint_type" (planar and floating joints have no counterpart: the link is left
 // free), "sdf.renamed" (SDF has one name for one thing), "sdf.dropped" (a <gazebo> element without a place in
 // SDF).
-std::string to_sdf(const RobotDescription& robot, const Model& model, MeshFiles& meshes,
-                   Diagnostics& diagnostics);
+DOPPEL_API std::string to_sdf(const RobotDescription& robot, const Model& model, MeshFiles& meshes,
+                              Diagnostics& diagnostics);
 
 }  // namespace doppel

@@ -8,13 +8,14 @@
 #include <string_view>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/geometry/collision.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
 
 enum class DisabledReason { adjacent, by_default, always, never };
-std::string_view to_string(DisabledReason reason);  // as SRDF writes it: "Default"
+DOPPEL_API std::string_view to_string(DisabledReason reason);  // as SRDF writes it: "Default"
 
 struct DisabledPair {
   int link_a = 0, link_b = 0;  // indices into Model::links, a < b
@@ -36,11 +37,11 @@ struct SelfCollisions {
 };
 
 // `model` is compiled from `robot`. Links without shapes are in no pair.
-SelfCollisions find_self_collisions(const RobotDescription& robot, const Model& model,
-                                    const SelfCollisionOptions& options);
+DOPPEL_API SelfCollisions find_self_collisions(const RobotDescription& robot, const Model& model,
+                                               const SelfCollisionOptions& options);
 
 // A configuration within the limits (mimics follow), evenly spread; joints without limits turn all the way
 // round, or slide a metre to each side. The same for the same state on every machine.
-Eigen::VectorXd random_configuration(const Model& model, std::uint64_t& state);
+DOPPEL_API Eigen::VectorXd random_configuration(const Model& model, std::uint64_t& state);
 
 }  // namespace doppel

@@ -7,11 +7,12 @@
 
 #include "doppel/conversion/planning_groups.h"
 #include "doppel/conversion/self_collision.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
 
-std::string to_srdf(const Model& model, const std::vector<PlanningGroup>& groups,
-                    const std::vector<DisabledPair>& disabled);
+DOPPEL_API std::string to_srdf(const Model& model, const std::vector<PlanningGroup>& groups,
+                               const std::vector<DisabledPair>& disabled);
 
 }  // namespace doppel

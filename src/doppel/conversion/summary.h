@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "doppel/conversion/planning_groups.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
@@ -27,7 +28,7 @@ struct RobotSummary {
 };
 
 // `model` is compiled from `robot`.
-RobotSummary summarise(const RobotDescription& robot, const Model& model);
+DOPPEL_API RobotSummary summarise(const RobotDescription& robot, const Model& model);
 
 // What surrounds a description.
 struct Surroundings {
@@ -38,7 +39,7 @@ struct Surroundings {
 };
 
 // One screen for people.
-std::string summary_text(const RobotDescription& robot, const RobotSummary& summary,
-                         const Surroundings& surroundings);
+DOPPEL_API std::string summary_text(const RobotDescription& robot, const RobotSummary& summary,
+                                    const Surroundings& surroundings);
 
 }  // namespace doppel

@@ -7,6 +7,7 @@
 
 #include "doppel/conversion/drawing.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -18,19 +19,19 @@ struct LinkTreeNode {
 };
 
 // Every link, parents before their children and siblings in the description's order.
-std::vector<LinkTreeNode> link_tree(const RobotDescription& robot);
+DOPPEL_API std::vector<LinkTreeNode> link_tree(const RobotDescription& robot);
 
 // One line for each link: the tree, then columns for the joint above it and for its mass.
 // `unicode`: box-drawing characters, else ASCII.
-std::string tree_text(const RobotDescription& robot, bool unicode);
-std::string frames_text(const RobotDescription& robot, bool unicode);
+DOPPEL_API std::string tree_text(const RobotDescription& robot, bool unicode);
+DOPPEL_API std::string frames_text(const RobotDescription& robot, bool unicode);
 
 // For `dot -Tpdf`.
-std::string tree_dot(const RobotDescription& robot);
-std::string frames_dot(const RobotDescription& robot);
+DOPPEL_API std::string tree_dot(const RobotDescription& robot);
+DOPPEL_API std::string frames_dot(const RobotDescription& robot);
 
 // Laid out from the top down or from left to right, whichever is nearer to a page's proportions.
-Drawing tree_drawing(const RobotDescription& robot);
-Drawing frames_drawing(const RobotDescription& robot);
+DOPPEL_API Drawing tree_drawing(const RobotDescription& robot);
+DOPPEL_API Drawing frames_drawing(const RobotDescription& robot);
 
 }  // namespace doppel

@@ -5,9 +5,10 @@
 
 #include "doppel/conversion/mesh_files.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
-std::string to_urdf(const RobotDescription& robot, MeshFiles& meshes);
+DOPPEL_API std::string to_urdf(const RobotDescription& robot, MeshFiles& meshes);
 
 }  // namespace doppel

@@ -13,9 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-class Arena {
+class DOPPEL_API Arena {
  public:
   Arena() = default;
   ~Arena() { release(); }

@@ -9,9 +9,11 @@
 #include <memory>
 #include <span>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-class ByteRing {
+class DOPPEL_API ByteRing {
  public:
   // capacity in bytes, rounded up to a power of two.
   explicit ByteRing(std::size_t capacity);

@@ -9,14 +9,15 @@
 #include <vector>
 
 #include "doppel/core/source_location.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
 enum class Severity { note, warning, error };
 
-std::string_view to_string(Severity severity);
+DOPPEL_API std::string_view to_string(Severity severity);
 
-struct Diagnostic {
+struct DOPPEL_API Diagnostic {
   Severity severity = Severity::error;
   std::string rule;     // stable id, dotted: "urdf.two_roots"
   std::string message;  // what is wrong and why it matters
@@ -27,7 +28,7 @@ struct Diagnostic {
   [[nodiscard]] std::string str() const;
 };
 
-class Diagnostics {
+class DOPPEL_API Diagnostics {
  public:
   void add(Diagnostic diagnostic);
   void error(std::string rule, SourceLocation where, std::string message, std::string fix = "");
@@ -46,7 +47,7 @@ class Diagnostics {
 };
 
 // Input that cannot be used. what() is the complete text for a person, one diagnostic after another.
-class InputError : public std::runtime_error {
+class DOPPEL_API InputError : public std::runtime_error {
  public:
   explicit InputError(Diagnostic diagnostic);
   explicit InputError(std::vector<Diagnostic> diagnostics);

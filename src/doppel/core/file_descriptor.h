@@ -6,9 +6,11 @@
 #include <cstddef>
 #include <span>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-class FileDescriptor {
+class DOPPEL_API FileDescriptor {
  public:
   // What open() gave; negative: it has failed, and there is nothing to close.
   explicit FileDescriptor(int fd) : fd_(fd) {}
@@ -24,6 +26,6 @@ class FileDescriptor {
 };
 
 // Reads until `out` is full or the file ends. Returns how many bytes came; negative: errno says why.
-ssize_t read_all(int fd, std::span<std::byte> out);
+DOPPEL_API ssize_t read_all(int fd, std::span<std::byte> out);
 
 }  // namespace doppel

@@ -11,9 +11,11 @@
 #include <mutex>
 #include <utility>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-class Inbox {
+class DOPPEL_API Inbox {
  public:
   using Task = std::function<void()>;
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -18,7 +19,7 @@ struct LogLine {
   std::source_location where = std::source_location::current();  // in the sources
 };
 
-class Log {
+class DOPPEL_API Log {
  public:
   using Sink = std::function<void(const LogLine&)>;
 

@@ -7,16 +7,19 @@
 #include <string_view>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 // Edit distance with adjacent transpositions (Damerau-Levenshtein, optimal string alignment),
 // case-insensitive.
-std::size_t edit_distance(std::string_view a, std::string_view b);
+DOPPEL_API std::size_t edit_distance(std::string_view a, std::string_view b);
 
 // The nearest candidate, if a typo away (a third of the length); another number or side is the last guess.
-std::optional<std::string> nearest_name(std::string_view name, std::span<const std::string> candidates);
+DOPPEL_API std::optional<std::string> nearest_name(std::string_view name,
+                                                   std::span<const std::string> candidates);
 
 // "; did you mean 'x'?" or, with no near name and at most eight candidates, "; there are: a, b, c"; else "".
-std::string did_you_mean(std::string_view name, std::span<const std::string> candidates);
+DOPPEL_API std::string did_you_mean(std::string_view name, std::span<const std::string> candidates);
 
 }  // namespace doppel

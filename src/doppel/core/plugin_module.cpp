@@ -5,16 +5,15 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "doppel/core/installation.h"
+
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
 
 fs::path path_of(const std::string& name) {
-  const std::string file = "lib" + name + ".so";
-  std::error_code none;
-  const fs::path beside = fs::read_symlink("/proc/self/exe", none).parent_path() / file;
-  return fs::exists(beside, none) ? beside : fs::path(DOPPEL_MODULE_FOLDER) / file;
+  return plugin_module_folder() / ("lib" + name + ".so");
 }
 
 }  // namespace

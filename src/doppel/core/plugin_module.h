@@ -4,12 +4,14 @@
 
 #include <string>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 // Whether lib<name>.so is there.
-bool plugin_module_exists(const std::string& name);
+DOPPEL_API bool plugin_module_exists(const std::string& name);
 
 // The address of `symbol` in lib<name>.so, which stays loaded. Throws std::runtime_error with the reason.
-void* plugin_symbol(const std::string& name, const char* symbol);
+DOPPEL_API void* plugin_symbol(const std::string& name, const char* symbol);
 
 }  // namespace doppel

@@ -8,11 +8,13 @@
 #include <string>
 #include <string_view>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 using Sha256 = std::array<std::uint8_t, 32>;
 
-Sha256 sha256(std::span<const std::byte> bytes);
-std::string sha256_hex(std::string_view text);  // 64 lower-case digits
+DOPPEL_API Sha256 sha256(std::span<const std::byte> bytes);
+DOPPEL_API std::string sha256_hex(std::string_view text);  // 64 lower-case digits
 
 }  // namespace doppel

@@ -4,13 +4,15 @@
 #include <filesystem>
 #include <string>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 // `file` relative to `folder` where it lies below it, else as it is; the root of the file system shortens
 // nothing.
-std::string shown_path(const std::filesystem::path& file, const std::filesystem::path& folder);
+DOPPEL_API std::string shown_path(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 // By the working folder.
-std::string shown_path(const std::filesystem::path& file);
+DOPPEL_API std::string shown_path(const std::filesystem::path& file);
 
 }  // namespace doppel

@@ -5,9 +5,11 @@
 #include <memory>
 #include <string>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-struct SourceLocation {
+struct DOPPEL_API SourceLocation {
   // One step of an expansion: the place that called or included, and what it called ("in macro
   // 'servo_joint'").
   struct Within;
@@ -31,6 +33,6 @@ struct SourceLocation::Within {
   std::string what;     // "in macro 'servo_joint'", "in include"
 };
 
-SourceLocation make_location(std::string file, int line = 0, int column = 0);
+DOPPEL_API SourceLocation make_location(std::string file, int line = 0, int column = 0);
 
 }  // namespace doppel

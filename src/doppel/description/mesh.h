@@ -12,9 +12,11 @@
 #include <string_view>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-struct TriangleMesh {
+struct DOPPEL_API TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;                // in the file's frame and, after load_mesh, scaled: m
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
   std::optional<Eigen::Vector4f> rgba;                  // the file's own colour, where it has one
@@ -28,11 +30,11 @@ struct TriangleMesh {
 // the triangles back outward). COLLADA's unit and up axis: the unit is applied, the up axis is not, as RViz
 // and Gazebo do. Throws InputError (rules "file.unreadable", "mesh.unreadable", "mesh.empty",
 // "mesh.not_fetched").
-TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale);
+DOPPEL_API TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale);
 
 // The same for the bytes of a file; format: "stl", "obj" or "dae". `name` stands for the file in messages,
 // and an OBJ's materials are looked for beside it.
-TriangleMesh parse_mesh(std::string_view bytes, std::string_view format, const std::string& name,
-                        const Eigen::Vector3d& scale);
+DOPPEL_API TriangleMesh parse_mesh(std::string_view bytes, std::string_view format, const std::string& name,
+                                   const Eigen::Vector3d& scale);
 
 }  // namespace doppel

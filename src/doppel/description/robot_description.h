@@ -13,18 +13,19 @@
 #include <vector>
 
 #include "doppel/core/source_location.h"
+#include "doppel/export.h"
 #include "doppel/math/pose.h"
 
 namespace doppel {
 
-struct Origin {
+struct DOPPEL_API Origin {
   Eigen::Vector3d xyz = Eigen::Vector3d::Zero();  // m
   Eigen::Vector3d rpy = Eigen::Vector3d::Zero();  // rad, fixed axes x y z
   SourceLocation source;                          // unknown: no <origin> was written
   [[nodiscard]] Pose pose() const { return make_pose(xyz, rpy); }
 };
 
-struct Inertial {
+struct DOPPEL_API Inertial {
   Origin origin;  // centre of mass and the axes of the tensor, in the link frame
   double mass = 0.0;
   // kg m^2 about the centre of mass, in the axes of origin
@@ -185,7 +186,7 @@ struct Transmission {
   SourceLocation source;
 };
 
-struct RobotDescription {
+struct DOPPEL_API RobotDescription {
   std::string name;
   std::vector<Link> links;
   std::vector<Joint> joints;
@@ -202,11 +203,11 @@ struct RobotDescription {
 };
 
 // Whether the joint's axis says where it moves to: it is not zero.
-bool has_direction(const Joint& joint);
+DOPPEL_API bool has_direction(const Joint& joint);
 // Whether the joint moves by one number: revolute, continuous or prismatic, with a direction.
-bool is_scalar(const Joint& joint);
+DOPPEL_API bool is_scalar(const Joint& joint);
 // The joint whose motion `joint` follows. Null where nothing is mimicked, and where <mimic> has no effect: it
 // names no joint, one of the two is not scalar, or the chain of mimics leads back to `joint`.
-const Joint* leader_of(const RobotDescription& robot, const Joint& joint);
+DOPPEL_API const Joint* leader_of(const RobotDescription& robot, const Joint& joint);
 
 }  // namespace doppel

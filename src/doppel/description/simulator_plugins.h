@@ -5,6 +5,8 @@
 #include <span>
 #include <string_view>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 inline constexpr std::string_view kSimulatedPlugin = "doppel/SimulatedSystem";  // doppel's own
@@ -15,8 +17,8 @@ struct SimulatorPlugin {
   std::string_view whose;     // what it belonged to, for people
   bool needs_gazebo = false;  // lives inside a simulator and needs its <gazebo> plugin
 };
-std::span<const SimulatorPlugin> simulator_plugins();
+DOPPEL_API std::span<const SimulatorPlugin> simulator_plugins();
 // Null: no simulator's.
-const SimulatorPlugin* find_simulator_plugin(std::string_view name);
+DOPPEL_API const SimulatorPlugin* find_simulator_plugin(std::string_view name);
 
 }  // namespace doppel

@@ -7,14 +7,15 @@
 #include <string_view>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/export.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {
 
 // A finite number in the C locale with nothing but blanks around it.
-std::optional<double> parse_number(std::string_view text);
+DOPPEL_API std::optional<double> parse_number(std::string_view text);
 
-class UrdfReader {
+class DOPPEL_API UrdfReader {
  public:
   explicit UrdfReader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
   // Of something that can be left out: every fault is a warning of this rule that says what happens instead.

@@ -5,12 +5,13 @@
 #include <vector>
 
 #include "doppel/doctor/machine.h"
+#include "doppel/export.h"
 
 namespace doppel::doctor {
 
 enum class Level { ok, note, problem };  // a problem prevents `up`
 
-std::string_view to_string(Level level);
+DOPPEL_API std::string_view to_string(Level level);
 
 struct Finding {
   Level level = Level::ok;
@@ -21,19 +22,19 @@ struct Finding {
   std::string remedy;   // what to do; empty where it is ok
 };
 
-std::vector<Finding> judge(const Machine& machine);
+DOPPEL_API std::vector<Finding> judge(const Machine& machine);
 
 // One per subject, in the order of a report.
-std::vector<Finding> judge_program(const ProgramFacts& facts);
-std::vector<Finding> judge_processor(const ProcessorFacts& facts);
-std::vector<Finding> judge_display(const DisplayFacts& facts);
-std::vector<Finding> judge_network(const NetworkFacts& facts);
-std::vector<Finding> judge_storage(const StorageFacts& facts);
+DOPPEL_API std::vector<Finding> judge_program(const ProgramFacts& facts);
+DOPPEL_API std::vector<Finding> judge_processor(const ProcessorFacts& facts);
+DOPPEL_API std::vector<Finding> judge_display(const DisplayFacts& facts);
+DOPPEL_API std::vector<Finding> judge_network(const NetworkFacts& facts);
+DOPPEL_API std::vector<Finding> judge_storage(const StorageFacts& facts);
 
-bool has_problem(const std::vector<Finding>& findings);
+DOPPEL_API bool has_problem(const std::vector<Finding>& findings);
 
 // For a person, with ANSI colours if `coloured`; for programs.
-std::string report_text(const std::vector<Finding>& findings, bool coloured);
-std::string report_json(const Machine& machine, const std::vector<Finding>& findings);
+DOPPEL_API std::string report_text(const std::vector<Finding>& findings, bool coloured);
+DOPPEL_API std::string report_json(const Machine& machine, const std::vector<Finding>& findings);
 
 }  // namespace doppel::doctor

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel::doctor {
 
 struct ProgramFacts {
@@ -91,6 +93,6 @@ struct ProgramPlace {
 };
 
 // Looks at this machine; never throws for what is missing there. Takes up to two seconds.
-Machine gather_facts(const ProgramPlace& program);
+DOPPEL_API Machine gather_facts(const ProgramPlace& program);
 
 }  // namespace doppel::doctor

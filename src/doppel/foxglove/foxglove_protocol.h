@@ -16,6 +16,7 @@
 #include "doppel/bus/parameters.h"
 #include "doppel/core/status.h"
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 
 namespace doppel::foxglove {
 
@@ -108,30 +109,30 @@ struct AssetData {
   ByteView data;
 };
 
-std::string to_frame(const ServerInfo& info);
-std::string to_frame(const StatusMessage& status);
-std::string to_frame(const Channels& channels);
-std::string to_frame(const RemovedChannels& removed);
-std::string to_frame(const Services& services);
-std::string to_frame(const RemovedServices& removed);
-std::string to_frame(const ParameterValues& values);
-std::string to_frame(const GraphUpdate& update);
-std::string to_frame(const ServiceFailure& failure);
-FrameBytes to_frame(const TimeMessage& time);
-FrameBytes to_frame(const ServiceResponse& response);
-FrameBytes to_frame(const AssetFailure& failure);
+DOPPEL_API std::string to_frame(const ServerInfo& info);
+DOPPEL_API std::string to_frame(const StatusMessage& status);
+DOPPEL_API std::string to_frame(const Channels& channels);
+DOPPEL_API std::string to_frame(const RemovedChannels& removed);
+DOPPEL_API std::string to_frame(const Services& services);
+DOPPEL_API std::string to_frame(const RemovedServices& removed);
+DOPPEL_API std::string to_frame(const ParameterValues& values);
+DOPPEL_API std::string to_frame(const GraphUpdate& update);
+DOPPEL_API std::string to_frame(const ServiceFailure& failure);
+DOPPEL_API FrameBytes to_frame(const TimeMessage& time);
+DOPPEL_API FrameBytes to_frame(const ServiceResponse& response);
+DOPPEL_API FrameBytes to_frame(const AssetFailure& failure);
 // What stands before the payload, so that one payload can go to many.
 constexpr std::size_t kDataHeadSize = 13;
-std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscription, Time stamp);
+DOPPEL_API std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscription, Time stamp);
 constexpr std::size_t kAssetHeadSize = 10;
-std::array<std::byte, kAssetHeadSize> asset_head(std::uint32_t request);
+DOPPEL_API std::array<std::byte, kAssetHeadSize> asset_head(std::uint32_t request);
 
 using ServerMessage = std::variant<std::monostate, ServerInfo, StatusMessage, Channels, RemovedChannels,
                                    Services, RemovedServices, ParameterValues, GraphUpdate, ServiceFailure,
                                    MessageData, TimeMessage, ServiceResponse, AssetFailure, AssetData>;
 // monostate: well-formed, but of a kind that this version does not know. Views point into the frame.
-Status read_server_text(std::string_view frame, ServerMessage& out);
-Status read_server_binary(ByteView frame, ServerMessage& out);
+DOPPEL_API Status read_server_text(std::string_view frame, ServerMessage& out);
+DOPPEL_API Status read_server_binary(ByteView frame, ServerMessage& out);
 
 // -- what a client says
 
@@ -190,20 +191,20 @@ using ClientMessage =
     std::variant<UnknownOperation, Subscribe, Unsubscribe, Advertise, Unadvertise, GetParameters,
                  SetParameters, WatchParameters, WatchGraph, FetchAsset, ClientData, ServiceCall>;
 // Refused: what is no frame of this protocol. Views point into the frame.
-Status read_client_text(std::string_view frame, ClientMessage& out);
-Status read_client_binary(ByteView frame, ClientMessage& out);
+DOPPEL_API Status read_client_text(std::string_view frame, ClientMessage& out);
+DOPPEL_API Status read_client_binary(ByteView frame, ClientMessage& out);
 
 // Whether a payload that is said to be JSON is.
-bool is_json(std::string_view text);
+DOPPEL_API bool is_json(std::string_view text);
 
-std::string to_frame(const Subscribe& subscribe);
-std::string to_frame(const Unsubscribe& unsubscribe);
-std::string to_frame(const Advertise& advertise);
-std::string to_frame(const GetParameters& get);
-std::string to_frame(const SetParameters& set);
-std::string to_frame(const WatchGraph& watch);
-std::string to_frame(const FetchAsset& fetch);
-FrameBytes to_frame(const ClientData& data);
-FrameBytes to_frame(const ServiceCall& call);
+DOPPEL_API std::string to_frame(const Subscribe& subscribe);
+DOPPEL_API std::string to_frame(const Unsubscribe& unsubscribe);
+DOPPEL_API std::string to_frame(const Advertise& advertise);
+DOPPEL_API std::string to_frame(const GetParameters& get);
+DOPPEL_API std::string to_frame(const SetParameters& set);
+DOPPEL_API std::string to_frame(const WatchGraph& watch);
+DOPPEL_API std::string to_frame(const FetchAsset& fetch);
+DOPPEL_API FrameBytes to_frame(const ClientData& data);
+DOPPEL_API FrameBytes to_frame(const ServiceCall& call);
 
 }  // namespace doppel::foxglove

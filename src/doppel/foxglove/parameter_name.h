@@ -4,10 +4,12 @@
 #include <string>
 #include <string_view>
 
+#include "doppel/export.h"
+
 namespace doppel::foxglove {
 
-std::string parameter_name(std::string_view node, std::string_view name);
+DOPPEL_API std::string parameter_name(std::string_view node, std::string_view name);
 // Into its two halves; false: it is no such name.
-bool split_parameter_name(std::string_view full, std::string& node, std::string& name);
+DOPPEL_API bool split_parameter_name(std::string_view full, std::string& node, std::string& name);
 
 }  // namespace doppel::foxglove

@@ -10,12 +10,13 @@
 #include <vector>
 
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/math/pose.h"
 
 namespace doppel {
 
 // A primitive with positive measures, or a mesh whose file is known.
-bool has_extent(const Geometry& geometry);
+DOPPEL_API bool has_extent(const Geometry& geometry);
 
 enum class CollisionDetail {
   hulls,      // every mesh as its convex hull: fast, solid; what physics uses
@@ -27,7 +28,7 @@ struct LinkContact {
   double depth = 0;            // m, along the shortest way out; of hulls
 };
 
-class LinkCollider {
+class DOPPEL_API LinkCollider {
  public:
   // Meshes without a file, or that cannot be read, are left out, and so are primitives without a size.
   LinkCollider(const RobotDescription& robot, CollisionDetail detail);

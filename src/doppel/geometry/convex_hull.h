@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 struct ConvexHull {
@@ -18,12 +20,12 @@ struct ConvexHull {
 };
 
 // Points that span no volume: `vertices` are their extremes in some fifty directions. Points must be finite.
-ConvexHull convex_hull(std::span<const Eigen::Vector3f> points);
+DOPPEL_API ConvexHull convex_hull(std::span<const Eigen::Vector3f> points);
 
 // `count` directions spread evenly over the sphere (Fibonacci's lattice).
-std::vector<Eigen::Vector3d> even_directions(int count);
+DOPPEL_API std::vector<Eigen::Vector3d> even_directions(int count);
 
 // The points furthest in each direction, each once.
-std::vector<std::uint32_t> extreme_points(std::span<const Eigen::Vector3f> points, int directions);
+DOPPEL_API std::vector<std::uint32_t> extreme_points(std::span<const Eigen::Vector3f> points, int directions);
 
 }  // namespace doppel

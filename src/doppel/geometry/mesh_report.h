@@ -11,12 +11,13 @@
 #include <vector>
 
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/math/mass_properties.h"
 
 namespace doppel {
 
 // All in the file's own units and frame, before the URDF's scale.
-struct MeshReport {
+struct DOPPEL_API MeshReport {
   std::string problem;  // not empty: the file cannot be read, and why
   std::string rule;     // of the problem: "mesh.unreadable"; "audit.skipped" above kMaxMeasuredBytes
   std::string remark;   // not empty: only a lenient reader took the file; why ours did not
@@ -37,14 +38,14 @@ inline constexpr std::size_t kHullVertices = 500;
 inline constexpr std::uintmax_t kMaxMeasuredBytes = std::uintmax_t{128} << 20;  // bytes: some seconds
 
 // Never throws; what is wrong stands in `problem`.
-MeshReport report_mesh(const std::filesystem::path& file);
+DOPPEL_API MeshReport report_mesh(const std::filesystem::path& file);
 // The same through the cache ($XDG_CACHE_HOME/doppel, else ~/.cache/doppel; keyed by path, size and time of
 // change). A cache that cannot be written is done without. The reference holds as long as the program runs.
-const MeshReport& cached_mesh_report(const std::filesystem::path& file);
+DOPPEL_API const MeshReport& cached_mesh_report(const std::filesystem::path& file);
 
 // The cache's bytes (mesh_report_cache.cpp): with version and checksum; nothing where they are not whole.
-std::string to_bytes(const MeshReport& report, const std::string& key);
-std::optional<MeshReport> from_bytes(std::string_view bytes, const std::string& key);
+DOPPEL_API std::string to_bytes(const MeshReport& report, const std::string& key);
+DOPPEL_API std::optional<MeshReport> from_bytes(std::string_view bytes, const std::string& key);
 
 // A shape as written in a link, in metres: bounds, solid and hull in the frame of the shape. The solid of a
 // mesh that is not watertight says nothing. Nothing for a mesh without a file or with a problem.
@@ -55,6 +56,6 @@ struct ShapeReport {
   double hull_volume = 0;  // m^3
   bool watertight = true;
 };
-std::optional<ShapeReport> report_shape(const Geometry& geometry);
+DOPPEL_API std::optional<ShapeReport> report_shape(const Geometry& geometry);
 
 }  // namespace doppel

@@ -24,7 +24,7 @@ const Eigen::Vector3d kGravity{0, 0, -9.81};  // m/s^2, in the root link's axes
 MassProperties bar(const Eigen::Vector3d& end) {
   const double length = end.norm();
   Pose X = Pose::Identity();
-  X.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), end).toRotationMatrix();
+  X.linear() = rotation_from_z(end);
   X.translation() = 0.5 * end;
   return transformed(solid_cylinder(0.5 * kThickness * length, length), X);
 }

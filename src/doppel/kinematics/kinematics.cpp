@@ -8,9 +8,7 @@
 namespace doppel {
 
 Eigen::Matrix<double, 3, 2> planar_directions(const Eigen::Vector3d& axis) {
-  const Eigen::Matrix3d R =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix();
-  return R.leftCols<2>();
+  return rotation_from_z(axis).leftCols<2>();
 }
 
 Pose joint_transform(const ModelJoint& joint, const ConstVector& q) {

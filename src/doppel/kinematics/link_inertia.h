@@ -7,22 +7,23 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/math/mass_properties.h"
 
 namespace doppel {
 
 // Why no rigid body can have this mass and tensor, in words; empty: one can. The tensor's principal moments
 // must be positive and none larger than the sum of the others.
-std::string physical_defect(const MassProperties& body);
+DOPPEL_API std::string physical_defect(const MassProperties& body);
 
 // The nearest tensor that a rigid body can have: same principal axes, moments raised to at least 1e-3 of the
 // largest and, where one exceeds the sum of the others, the others raised by half of the excess.
-MassProperties physical_repair(const MassProperties& body);
+DOPPEL_API MassProperties physical_repair(const MassProperties& body);
 
 // The link's own inertia in the link frame. Absent where nothing was written or the mass is not positive; a
 // tensor that no body can have is repaired. Both are said: warning "model.not_physical". A tensor that is not
 // written (the parser said so) is that of the link's solid at the written mass and centre of mass, else a
 // ball's.
-std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagnostics);
+DOPPEL_API std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagnostics);
 
 }  // namespace doppel

@@ -12,6 +12,7 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/math/mass_properties.h"
 
 namespace doppel {
@@ -21,7 +22,7 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr double kCriticalRestitution = 0.1353352832366127;  // exp(-2)
 inline constexpr double kStiffestStop = 1e12;                       // N m/rad or N/m
 
-struct ModelJoint {
+struct DOPPEL_API ModelJoint {
   std::string name;
   JointType type = JointType::fixed;
   int parent_link = -1;  // index into Model::links
@@ -56,7 +57,7 @@ struct ModelLink {
   bool weightless = false;  // <gazebo> turns gravity off for it: a counterbalanced link
 };
 
-struct Model {
+struct DOPPEL_API Model {
   std::string name;
   std::vector<ModelLink> links;    // links[0] is the root; parents before children
   std::vector<ModelJoint> joints;  // joints[i].child_link == i + 1
@@ -84,10 +85,10 @@ enum class BaseKind { fixed, floating };  // how the root link stands in the wor
 // parser warned of is taken as it said: a joint whose axis is zero is fixed, crossed limits bound the same
 // range, a <mimic> without effect (leader_of) is left out. InputError: links that are not one tree, a
 // floating robot with a link "world".
-Model compile_model(const RobotDescription& robot, BaseKind base, Diagnostics& diagnostics);
+DOPPEL_API Model compile_model(const RobotDescription& robot, BaseKind base, Diagnostics& diagnostics);
 
 // The workspace of one thread, sized once.
-struct Data {
+struct DOPPEL_API Data {
   explicit Data(const Model& model);
 
   // -- forward_kinematics

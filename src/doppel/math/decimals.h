@@ -4,10 +4,12 @@
 #include <Eigen/Core>
 #include <string>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 // The shortest decimal that reads back as the same number; "0" for -0.
-std::string decimal(double value);
-std::string decimals(const Eigen::Vector3d& v);  // with blanks between
+DOPPEL_API std::string decimal(double value);
+DOPPEL_API std::string decimals(const Eigen::Vector3d& v);  // with blanks between
 
 }  // namespace doppel

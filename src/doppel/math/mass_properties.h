@@ -3,8 +3,10 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <span>
 
+#include "doppel/export.h"
 #include "doppel/math/pose.h"
 
 namespace doppel {
@@ -16,10 +18,10 @@ struct MassProperties {
 };
 
 // The same body seen from frame G: X_GF is F in G.
-MassProperties transformed(const MassProperties& body_F, const Pose& X_GF);
+DOPPEL_API MassProperties transformed(const MassProperties& body_F, const Pose& X_GF);
 
 // Two bodies fixed to each other, both in the same frame.
-MassProperties combined(const MassProperties& a, const MassProperties& b);
+DOPPEL_API MassProperties combined(const MassProperties& a, const MassProperties& b);
 
 struct SolidProperties {
   double volume = 0.0;  // m^3, negative if the triangles face inwards
@@ -28,7 +30,7 @@ struct SolidProperties {
 
 // The solid enclosed by a closed triangle mesh. vertices: m, triangles: counter-clockwise seen from outside.
 // Source: D. Eberly, "Polyhedral mass properties (revisited)", 2002.
-SolidProperties solid_properties(std::span<const Eigen::Vector3f> vertices,
-                                 std::span<const std::array<std::uint32_t, 3>> triangles);
+DOPPEL_API SolidProperties solid_properties(std::span<const Eigen::Vector3f> vertices,
+                                            std::span<const std::array<std::uint32_t, 3>> triangles);
 
 }  // namespace doppel

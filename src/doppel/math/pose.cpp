@@ -18,6 +18,21 @@ Eigen::Vector3d rpy_from_rotation(const Eigen::Matrix3d& R) {
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
 }
 
+// By hand: Eigen's FromTwoVectors() finds the axis of the opposite case by a singular value decomposition,
+// which makes each file that calls it compile five seconds longer, and loses digits near it.
+Eigen::Matrix3d rotation_from_z(const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d to = direction.normalized();
+  const double sin_angle = std::hypot(to.x(), to.y());
+  if (sin_angle == 0) return Eigen::Vector3d(1, to.z(), to.z()).asDiagonal();
+  // The half angle's sine and cosine, each from what does not cancel.
+  const double larger = std::sqrt(0.5 * (1.0 + std::abs(to.z())));
+  const double smaller = 0.5 * sin_angle / larger;
+  const double sine = to.z() < 0 ? larger : smaller;
+  const double cosine = to.z() < 0 ? smaller : larger;
+  const Eigen::Quaterniond q(cosine, -to.y() / sin_angle * sine, to.x() / sin_angle * sine, 0);
+  return q.toRotationMatrix();
+}
+
 Pose make_pose(const Eigen::Vector3d& xyz, const Eigen::Vector3d& rpy) {
   Pose X = Pose::Identity();
   X.linear() = rotation_from_rpy(rpy);

@@ -4,16 +4,21 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 using Pose = Eigen::Isometry3d;
 
 // R = Rz(yaw) * Ry(pitch) * Rx(roll), radians: fixed axes x, y, z (URDF, REP 103).
-Eigen::Matrix3d rotation_from_rpy(const Eigen::Vector3d& rpy);
+DOPPEL_API Eigen::Matrix3d rotation_from_rpy(const Eigen::Vector3d& rpy);
 
 // The inverse, with pitch in [-pi/2, pi/2]; at |pitch| = pi/2 roll is 0.
-Eigen::Vector3d rpy_from_rotation(const Eigen::Matrix3d& R);
+DOPPEL_API Eigen::Vector3d rpy_from_rotation(const Eigen::Matrix3d& R);
 
-Pose make_pose(const Eigen::Vector3d& xyz, const Eigen::Vector3d& rpy);
+// The least rotation that turns z onto `direction` (any length but 0); about x where that is -z.
+DOPPEL_API Eigen::Matrix3d rotation_from_z(const Eigen::Vector3d& direction);
+
+DOPPEL_API Pose make_pose(const Eigen::Vector3d& xyz, const Eigen::Vector3d& rpy);
 
 }  // namespace doppel

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "doppel/core/status.h"
+#include "doppel/export.h"
 #include "doppel/messages/message.h"
 
 namespace doppel {
@@ -51,7 +52,7 @@ class LazyText {
 
 // Type-erased forms of one message type, for edges and the command line: of a struct (type_support<M>()) or
 // of a description that came from elsewhere (messages/described_type.h).
-class TypeSupport {
+class DOPPEL_API TypeSupport {
  public:
   explicit TypeSupport(std::string type_name) : name(std::move(type_name)) {}
   virtual ~TypeSupport() = default;
@@ -79,7 +80,7 @@ class TypeSupport {
   LazyText hash_;
 };
 
-struct ServiceSupport {
+struct DOPPEL_API ServiceSupport {
   std::string name;  // "std_srvs/srv/Trigger"
   const TypeSupport* request;
   const TypeSupport* response;
@@ -88,7 +89,7 @@ struct ServiceSupport {
   [[nodiscard]] const std::string& hash() const;
 };
 
-struct ActionSupport {
+struct DOPPEL_API ActionSupport {
   std::string name;  // "control_msgs/action/FollowJointTrajectory"
   const TypeSupport *goal, *result, *feedback;
   LazyText late_hash = {};
@@ -99,18 +100,18 @@ struct ActionSupport {
 // Names in the long ("sensor_msgs/msg/JointState") or short form ("sensor_msgs/JointState"); nullptr:
 // unknown. find_type also knows the parts of services and actions ("std_srvs/srv/Trigger_Request"). Any
 // thread.
-const TypeSupport* find_type(std::string_view name);
-const ServiceSupport* find_service(std::string_view name);
-const ActionSupport* find_action(std::string_view name);
-std::vector<std::string> type_names();  // messages only, long form, sorted
-std::vector<std::string> service_names();
-std::vector<std::string> action_names();
+DOPPEL_API const TypeSupport* find_type(std::string_view name);
+DOPPEL_API const ServiceSupport* find_service(std::string_view name);
+DOPPEL_API const ActionSupport* find_action(std::string_view name);
+DOPPEL_API std::vector<std::string> type_names();  // messages only, long form, sorted
+DOPPEL_API std::vector<std::string> service_names();
+DOPPEL_API std::vector<std::string> action_names();
 
 // Makes types known that others have defined; the bus does so for whatever is advertised, subscribed or
 // served.
-void register_type(const TypeSupport& type);
-void register_service(const ServiceSupport& service);
-void register_action(const ActionSupport& action);
+DOPPEL_API void register_type(const TypeSupport& type);
+DOPPEL_API void register_service(const ServiceSupport& service);
+DOPPEL_API void register_action(const ActionSupport& action);
 
 template <Message M>
 const TypeSupport& type_support();

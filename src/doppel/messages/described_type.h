@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "doppel/export.h"
 #include "doppel/messages/type_description_message.h"
 
 namespace doppel {
@@ -12,6 +13,7 @@ namespace doppel {
 // does not allow, unknown kinds, types that are missing, twice there or contain themselves, and messages that
 // could not be shorter than 64 MiB. It is not entered into the registry, so it may differ from a type of the
 // same name there; its hash() tells. Any thread.
-std::shared_ptr<const TypeSupport> described_type(const TypeDescriptionMessage& message, Status& status);
+DOPPEL_API std::shared_ptr<const TypeSupport> described_type(const TypeDescriptionMessage& message,
+                                                             Status& status);
 
 }  // namespace doppel

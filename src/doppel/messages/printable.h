@@ -4,10 +4,12 @@
 #include <string>
 #include <string_view>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 // With '?' for each control character that could steer the terminal (all but the line's end) and for each
 // byte that is not valid UTF-8.
-std::string printable(std::string_view text);
+DOPPEL_API std::string printable(std::string_view text);
 
 }  // namespace doppel

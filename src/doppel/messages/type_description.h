@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "doppel/core/status.h"
+#include "doppel/export.h"
 #include "doppel/messages/message.h"
 
 namespace doppel {
@@ -35,12 +36,13 @@ enum class FieldKind : std::uint8_t {
 };
 enum class FieldShape : std::uint8_t { single, sequence, array };
 
-std::string_view to_string(FieldKind kind);  // "float64", as .msg files have it; "" for a message
-std::size_t least_cdr_size(FieldKind kind);  // bytes on the wire at least, without alignment; 0 for a message
+DOPPEL_API std::string_view to_string(FieldKind kind);  // "float64", as .msg files have it; "" for a message
+DOPPEL_API std::size_t least_cdr_size(
+    FieldKind kind);  // bytes on the wire at least, without alignment; 0 for a message
 
 struct TypeDescription;
 
-struct FieldDescription {
+struct DOPPEL_API FieldDescription {
   std::string name;
   FieldKind kind = FieldKind::boolean;
   FieldShape shape = FieldShape::single;
@@ -53,7 +55,8 @@ struct FieldDescription {
   [[nodiscard]] std::size_t least_element_size() const;
 };
 
-std::string to_string(const FieldDescription& field);  // its type: "string<=5[<=2]", "std_msgs/Header"
+DOPPEL_API std::string to_string(
+    const FieldDescription& field);  // its type: "string<=5[<=2]", "std_msgs/Header"
 
 struct ConstantDescription {
   std::string name;
@@ -61,9 +64,9 @@ struct ConstantDescription {
   std::int64_t value = 0;
   std::string text;  // of a text
 };
-std::string to_string(const ConstantDescription& constant);  // "uint8 BLUE=3"
+DOPPEL_API std::string to_string(const ConstantDescription& constant);  // "uint8 BLUE=3"
 
-struct TypeDescription {
+struct DOPPEL_API TypeDescription {
   std::string name;  // "sensor_msgs/msg/JointState"
   std::vector<FieldDescription> fields;
   std::vector<ConstantDescription> constants;
@@ -76,7 +79,7 @@ template <Message M>
 const TypeDescription& describe();
 
 // Receives a message's values in order.
-class ValueSink {
+class DOPPEL_API ValueSink {
  public:
   virtual ~ValueSink() = default;
   virtual void begin_message(const TypeDescription& type) = 0;
@@ -92,20 +95,22 @@ class ValueSink {
 };
 
 // Refuses what from_cdr refuses; the sink may then have seen part of the message.
-Status walk_cdr(const TypeDescription& type, std::span<const std::byte> cdr, ValueSink& sink);
+DOPPEL_API Status walk_cdr(const TypeDescription& type, std::span<const std::byte> cdr, ValueSink& sink);
 
 // What TypeSupport offers, for any described type.
-std::string definition_text(const TypeDescription& type);  // its lines of a .msg file
-std::string schema_text(const TypeDescription& type);
-Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml, std::vector<std::byte>& out);
-Status cdr_to_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
-Status cdr_to_json(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
+DOPPEL_API std::string definition_text(const TypeDescription& type);  // its lines of a .msg file
+DOPPEL_API std::string schema_text(const TypeDescription& type);
+DOPPEL_API Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml,
+                              std::vector<std::byte>& out);
+DOPPEL_API Status cdr_to_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
+DOPPEL_API Status cdr_to_json(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
 // Checked, little endian, without padding.
-Status recode_cdr(const TypeDescription& type, std::span<const std::byte> cdr, std::vector<std::byte>& out);
+DOPPEL_API Status recode_cdr(const TypeDescription& type, std::span<const std::byte> cdr,
+                             std::vector<std::byte>& out);
 
 // The shortest decimal that reads back as the same double, spelled as Python's repr: "1.0", "1e-05", "inf",
 // "nan".
-std::string shortest_decimal(double value);
+DOPPEL_API std::string shortest_decimal(double value);
 
 }  // namespace doppel
 

@@ -2,6 +2,7 @@
 // A type's description as a message, as rosidl_generator_type_description (Jazzy) makes it: what
 // ~/get_type_description answers with, and what a type's hash is made of.
 
+#include "doppel/export.h"
 #include "doppel/messages/codec.h"
 #include "doppel/messages/type_description.h"
 #include "doppel/messages/type_description_interfaces.h"
@@ -12,21 +13,21 @@ using TypeDescriptionMessage = type_description_interfaces::msg::TypeDescription
 
 // rosidl's ids in FieldType.msg: a kind's own, and what a list of it adds.
 inline constexpr std::uint8_t kArrayId = 48, kBoundedSequenceId = 96, kUnboundedSequenceId = 144;
-std::uint8_t type_id(const FieldDescription& field);
+DOPPEL_API std::uint8_t type_id(const FieldDescription& field);
 
 // The field that rosidl gives to a type without fields.
 inline constexpr std::string_view kOnlyMember = "structure_needs_at_least_one_member";
 
 // Default values are known of single numbers other than zero only; hashes leave them out anyway.
-TypeDescriptionMessage description_message(const TypeDescription& type);
-TypeDescriptionMessage description_message(const ServiceSupport& service);
-TypeDescriptionMessage description_message(const ActionSupport& action);
+DOPPEL_API TypeDescriptionMessage description_message(const TypeDescription& type);
+DOPPEL_API TypeDescriptionMessage description_message(const ServiceSupport& service);
+DOPPEL_API TypeDescriptionMessage description_message(const ActionSupport& action);
 
 // The texts that these come from, in the same order: as they would stand in .msg, .srv and .action files,
 // without comments and default values. Types that rosidl derives have none ("implicit").
 using TypeSources = std::vector<type_description_interfaces::msg::TypeSource>;
-TypeSources type_sources(const TypeDescription& type);
-TypeSources type_sources(const ServiceSupport& service);
-TypeSources type_sources(const ActionSupport& action);
+DOPPEL_API TypeSources type_sources(const TypeDescription& type);
+DOPPEL_API TypeSources type_sources(const ServiceSupport& service);
+DOPPEL_API TypeSources type_sources(const ActionSupport& action);
 
 }  // namespace doppel

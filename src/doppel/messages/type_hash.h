@@ -5,13 +5,15 @@
 
 #include <string>
 
+#include "doppel/export.h"
 #include "doppel/messages/type_description_message.h"
 
 namespace doppel {
 
-std::string type_hash(const TypeDescriptionMessage& type);  // of checked names, referenced types sorted
-std::string type_hash(const TypeDescription& type);
-std::string service_type_hash(const ServiceSupport& service);
-std::string action_type_hash(const ActionSupport& action);
+DOPPEL_API std::string type_hash(
+    const TypeDescriptionMessage& type);  // of checked names, referenced types sorted
+DOPPEL_API std::string type_hash(const TypeDescription& type);
+DOPPEL_API std::string service_type_hash(const ServiceSupport& service);
+DOPPEL_API std::string action_type_hash(const ActionSupport& action);
 
 }  // namespace doppel

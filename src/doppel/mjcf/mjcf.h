@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 #include "doppel/math/mass_properties.h"
 #include "doppel/xml/xml.h"
@@ -19,8 +20,8 @@
 namespace doppel {
 
 // MuJoCo's quaternions are w x y z, doppel's x y z w.
-Eigen::Quaterniond quaternion_from_mujoco(const double* wxyz);
-void quaternion_to_mujoco(const Eigen::Quaterniond& quaternion, double* wxyz);
+DOPPEL_API Eigen::Quaterniond quaternion_from_mujoco(const double* wxyz);
+DOPPEL_API void quaternion_to_mujoco(const Eigen::Quaterniond& quaternion, double* wxyz);
 
 struct PrincipalInertia {
   Eigen::Vector3d moments = Eigen::Vector3d::Zero();   // kg m^2
@@ -28,10 +29,10 @@ struct PrincipalInertia {
 };
 // MuJoCo allows no rounding in the triangle inequality, which point masses and rods just meet; so the
 // smaller moments are raised by a billionth of the largest where they need it.
-PrincipalInertia principal_inertia(const Eigen::Matrix3d& I);
+DOPPEL_API PrincipalInertia principal_inertia(const Eigen::Matrix3d& I);
 
 // What a document says in words of its own.
-class MjcfNaming {
+class DOPPEL_API MjcfNaming {
  public:
   virtual ~MjcfNaming() = default;
   [[nodiscard]] virtual std::string body_name(int link) const = 0;
@@ -49,7 +50,7 @@ class MjcfNaming {
   virtual void add_shapes(int link, XmlNode& body) = 0;
 };
 
-class MjcfBodies {
+class DOPPEL_API MjcfBodies {
  public:
   // Both have to outlive it.
   MjcfBodies(const Model& model, MjcfNaming& terms);
@@ -72,22 +73,22 @@ class MjcfBodies {
 };
 
 // Every mimic joint as an <equality>'s <joint>.
-std::vector<XmlNode> mjcf_couplings(const Model& model, const MjcfNaming& terms);
+DOPPEL_API std::vector<XmlNode> mjcf_couplings(const Model& model, const MjcfNaming& terms);
 
 // type and size of a <geom>; its pose follows by mjcf_place().
-void mjcf_size(XmlNode& geom, const Box& box);
-void mjcf_size(XmlNode& geom, const Cylinder& cylinder);
-void mjcf_size(XmlNode& geom, const Capsule& capsule);
-void mjcf_size(XmlNode& geom, const Sphere& sphere);
+DOPPEL_API void mjcf_size(XmlNode& geom, const Box& box);
+DOPPEL_API void mjcf_size(XmlNode& geom, const Cylinder& cylinder);
+DOPPEL_API void mjcf_size(XmlNode& geom, const Capsule& capsule);
+DOPPEL_API void mjcf_size(XmlNode& geom, const Sphere& sphere);
 
 // pos and quat, left out where they say nothing.
-void mjcf_place(XmlNode& node, const Pose& X);
+DOPPEL_API void mjcf_place(XmlNode& node, const Pose& X);
 
 // "lower upper".
-std::string mjcf_range(double lower, double upper);
+DOPPEL_API std::string mjcf_range(double lower, double upper);
 
 // Where each link stands in the topmost one of those that are rigidly joined to it (`groups`:
 // rigid_groups()). MuJoCo requires mass on every body that moves itself, whichever of these links has it.
-std::vector<Pose> poses_in_groups(const Model& model, const std::vector<int>& groups);
+DOPPEL_API std::vector<Pose> poses_in_groups(const Model& model, const std::vector<int>& groups);
 
 }  // namespace doppel

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "doppel/core/source_location.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -98,7 +99,7 @@ struct Remove {
   std::string name;
 };
 // What can be removed: "link", "joint", "mimic" (of a joint), "collision" (all of a link), "ros2_control"...
-const std::vector<std::string>& remove_kinds();
+DOPPEL_API const std::vector<std::string>& remove_kinds();
 
 using OperationAction =
     std::variant<FlipAxis, SetAxis, RotateFrame, BakeZero, SetOrigin, SetLimit, SetDynamics, SetJointType,
@@ -123,13 +124,14 @@ struct Operation {
 };
 
 // "flip_axis", "rename_joint", "remove_mimic": as the overlay's file writes it.
-std::string operation_name(const OperationAction& action);
+DOPPEL_API std::string operation_name(const OperationAction& action);
 // "joint 'Revolute 2'", "link 'arm'", "the robot"
-std::string operation_target(const OperationAction& action);
+DOPPEL_API std::string operation_target(const OperationAction& action);
 // What stands behind the operation's name in the file: "Revolute 2"; empty where it is about the whole robot.
-std::string target_name(const OperationAction& action);
-std::string target_kind(const OperationAction& action);  // "joint", "link", "robot", "ros2_control"...
+DOPPEL_API std::string target_name(const OperationAction& action);
+DOPPEL_API std::string target_kind(
+    const OperationAction& action);  // "joint", "link", "robot", "ros2_control"...
 // One line for people: "set the limit of joint 'Revolute 1': velocity 5.2 rad/s"
-std::string describe(const OperationAction& action);
+DOPPEL_API std::string describe(const OperationAction& action);
 
 }  // namespace doppel

@@ -3,12 +3,13 @@
 
 #include <string>
 
+#include "doppel/export.h"
 #include "doppel/packages/package_resolver.h"
 
 namespace doppel {
 
 // `text` with the folder of the package in place of its first $(find NAME); as it is where there is none, or
 // the package is not found.
-std::string with_found_package(std::string text, const PackageResolver& resolver);
+DOPPEL_API std::string with_found_package(std::string text, const PackageResolver& resolver);
 
 }  // namespace doppel

@@ -4,12 +4,14 @@
 #include <filesystem>
 #include <string>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-bool is_package(const std::filesystem::path& folder);
+DOPPEL_API bool is_package(const std::filesystem::path& folder);
 // The <name> of its package.xml; the folder's own name where it has none.
-std::string package_name(const std::filesystem::path& folder);
+DOPPEL_API std::string package_name(const std::filesystem::path& folder);
 // The innermost package that a file lies in; empty: none.
-std::filesystem::path package_around(const std::filesystem::path& file);
+DOPPEL_API std::filesystem::path package_around(const std::filesystem::path& file);
 
 }  // namespace doppel

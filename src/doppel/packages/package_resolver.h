@@ -7,11 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/packages/package_index.h"
 
 namespace doppel {
 
-class PackageResolver {
+class DOPPEL_API PackageResolver {
  public:
   // Search order for a package: those added by hand; then, walking up from `add_context`'s files, folders
   // with a package.xml of that name (the ancestor itself, its siblings, src/, install/, share/); then the

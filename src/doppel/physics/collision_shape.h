@@ -10,6 +10,7 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -25,7 +26,7 @@ struct CollisionShape {
 };
 
 // z of the shape's lowest point in a frame F in which it stands at X_FS, m.
-double lowest_point(const CollisionShape& shape, const Pose& X_FS);
+DOPPEL_API double lowest_point(const CollisionShape& shape, const Pose& X_FS);
 
 struct CollisionMesh {
   SharedHull hull;                                     // null: the box stands for it
@@ -39,10 +40,10 @@ inline constexpr int kSupportDirections = 300;
 
 // Flat means thinner than a ten-thousandth of its length: no hull can be computed, so a box of at least 1 mm
 // stands in.
-CollisionMesh make_collision_mesh(const std::vector<Eigen::Vector3f>& vertices);
+DOPPEL_API CollisionMesh make_collision_mesh(const std::vector<Eigen::Vector3f>& vertices);
 
 // Loads every file once for each scale.
-class CollisionMeshes {
+class DOPPEL_API CollisionMeshes {
  public:
   // Null: nothing to collide with (no file). Throws InputError from load_mesh. `owner` ("link 'arm'") and
   // `where` are for the warning "physics.flat_mesh".

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 #include "doppel/physics/model_instance.h"
 #include "doppel/physics/world.h"
 
@@ -48,7 +49,7 @@ struct EngineCapabilities {
 };
 
 // A body: a link of an instance. The ground is instance -1, link 0.
-struct BodyId {
+struct DOPPEL_API BodyId {
   int instance = -1, link = 0;
   [[nodiscard]] bool is_ground() const { return instance < 0; }
   auto operator<=>(const BodyId&) const = default;
@@ -101,7 +102,7 @@ struct DriveState {
 
 class Engine;
 
-class CompiledWorld : public std::enable_shared_from_this<CompiledWorld> {
+class DOPPEL_API CompiledWorld : public std::enable_shared_from_this<CompiledWorld> {
  public:
   virtual ~CompiledWorld() = default;
   CompiledWorld(const CompiledWorld&) = delete;
@@ -135,7 +136,7 @@ class CompiledWorld : public std::enable_shared_from_this<CompiledWorld> {
 };
 
 // One instance's state in an engine: a handle to copy. Valid until the engine's instances change.
-class Instance {
+class DOPPEL_API Instance {
  public:
   Instance() = default;
   Instance(Engine& engine, int index) : engine_(&engine), index_(index) {}
@@ -195,7 +196,7 @@ class Instance {
   int index_ = -1;
 };
 
-class Engine {
+class DOPPEL_API Engine {
  public:
   virtual ~Engine() = default;
   Engine& operator=(const Engine&) = delete;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/physics/engine.h"
 
 namespace doppel {
@@ -18,7 +19,7 @@ namespace doppel {
 inline constexpr double kOverlap = 1e-4;
 
 // For each link, the topmost link it is rigidly joined to through fixed joints; 0: it is fixed to the root.
-std::vector<int> rigid_groups(const Model& model);
+DOPPEL_API std::vector<int> rigid_groups(const Model& model);
 
 struct LinkPair {
   int a = -1, b = -1;  // links of one model, a < b
@@ -26,9 +27,9 @@ struct LinkPair {
 };
 // Every pair of the links for which `has_shape` holds, with the reason why it never collides: within one
 // rigid body, or between two bodies that one joint joins.
-std::vector<LinkPair> link_pairs(const Model& model, const std::vector<bool>& has_shape);
+DOPPEL_API std::vector<LinkPair> link_pairs(const Model& model, const std::vector<bool>& has_shape);
 
-class Exclusions {
+class DOPPEL_API Exclusions {
  public:
   Exclusions(const WorldSettings& settings, std::span<const ModelInstance> instances);
   // Those of an earlier world that were found at its start, for instances that are there under their names.

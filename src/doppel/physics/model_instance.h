@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 #include "doppel/physics/collision_shape.h"
 #include "doppel/physics/servo.h"
@@ -18,7 +19,7 @@
 
 namespace doppel {
 
-struct ModelInstance {
+struct DOPPEL_API ModelInstance {
   std::string name;                                     // unique in its world; never "ground"
   std::shared_ptr<const RobotDescription> description;  // for looks and places; engines do not read it
   std::shared_ptr<const Model> model;
@@ -48,15 +49,16 @@ struct InstanceOptions {
 };
 
 // A mesh that cannot be read, or a shape without a size, is a warning with its place: nothing collides there.
-ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
-                            std::shared_ptr<const Model> model, const InstanceOptions& options,
-                            CollisionMeshes& meshes, Diagnostics& diagnostics);
+DOPPEL_API ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
+                                       std::shared_ptr<const Model> model, const InstanceOptions& options,
+                                       CollisionMeshes& meshes, Diagnostics& diagnostics);
 
 // An object: loose where it has a mass, else fixed to the world. Throws InputError: a mesh that cannot be
 // read, no size, a mass below 1e-9 kg that is not 0, numbers that are not finite.
-ModelInstance make_instance(const WorldObject& object, CollisionMeshes& meshes, Diagnostics& diagnostics);
+DOPPEL_API ModelInstance make_instance(const WorldObject& object, CollisionMeshes& meshes,
+                                       Diagnostics& diagnostics);
 
 // Index of the instance with this name; -1: none.
-[[nodiscard]] int find_instance(std::span<const ModelInstance> instances, std::string_view name);
+[[nodiscard]] DOPPEL_API int find_instance(std::span<const ModelInstance> instances, std::string_view name);
 
 }  // namespace doppel

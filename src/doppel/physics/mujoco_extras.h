@@ -4,17 +4,18 @@
 
 #include <span>
 
+#include "doppel/export.h"
 #include "doppel/physics/engine.h"
 
 namespace doppel {
 
 // Steps a copy of the engine's data on the same compiled model with mj_step alone, from the current state
 // with the controls of the last step, and returns steps per second.
-double measure_bare_step_rate(const Engine& engine, int steps);
+DOPPEL_API double measure_bare_step_rate(const Engine& engine, int steps);
 
 // MuJoCo's own inverse dynamics at the engine's state for the acceleration [nv of all instances]: tau that
 // gives it against gravity, bias, damping, friction and contacts. The world has no floating joint.
-void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> acceleration,
-                             std::span<double> tau);
+DOPPEL_API void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> acceleration,
+                                        std::span<double> tau);
 
 }  // namespace doppel

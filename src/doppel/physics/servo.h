@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/kinematics.h"
 
 namespace doppel {
@@ -59,8 +60,8 @@ struct ServoOptions {
 // it carries (but never beyond kStiffestFrequency). Where a robot with a floating root stands on a joint's
 // link (a leg, a wheel), load and damping are also those of the rest of the robot on that link. Slides have
 // these constants in metres. [joints]; zero for joints without a drive. gravity: in the root link's axes.
-std::vector<ServoParameters> choose_servos(const Model& model, const ServoOptions& options,
-                                           const Eigen::Vector3d& gravity);
+DOPPEL_API std::vector<ServoParameters> choose_servos(const Model& model, const ServoOptions& options,
+                                                      const Eigen::Vector3d& gravity);
 
 // A joint within this of a limit that gravity presses it onto rests on the stop, not on its drive.
 inline constexpr double kOnLimit = 0.002, kOnSlideLimit = 0.0002;  // rad, m
@@ -83,7 +84,7 @@ struct StaticSag {
 
 // Static sag of every driven joint at q. `data` is scratch. Nothing is allocated when `out` has been filled
 // for this model before.
-void static_sag(const Model& model, Data& data, const std::vector<ServoParameters>& servos,
-                const ConstVector& q, const Eigen::Vector3d& gravity, StaticSag& out);
+DOPPEL_API void static_sag(const Model& model, Data& data, const std::vector<ServoParameters>& servos,
+                           const ConstVector& q, const Eigen::Vector3d& gravity, StaticSag& out);
 
 }  // namespace doppel

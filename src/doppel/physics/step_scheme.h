@@ -12,13 +12,14 @@
 
 #include <array>
 
+#include "doppel/export.h"
 #include "doppel/physics/world.h"
 
 namespace doppel {
 
 inline constexpr int kMaxStages = 4;
 
-struct StepScheme {
+struct DOPPEL_API StepScheme {
   int stages = 1;
   int order = 1;  // of a motion without springs, dampers, friction, limits and contacts
   using Table = std::array<std::array<double, kMaxStages>, kMaxStages>;
@@ -34,6 +35,6 @@ struct StepScheme {
 };
 
 // `implicit` has the scheme of `euler`; what it does beside it is the engine's.
-const StepScheme& step_scheme(Integrator integrator);
+DOPPEL_API const StepScheme& step_scheme(Integrator integrator);
 
 }  // namespace doppel

@@ -11,6 +11,7 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/time.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/packages/package_resolver.h"
 #include "doppel/physics/world_robot.h"
 
@@ -40,8 +41,8 @@ inline const char* name_of(Integrator integrator) {
   return kIntegratorNames[static_cast<int>(integrator)];
 }
 // Throws InputError of `rule` at `where`, with the nearest name, where there is no such integrator.
-Integrator integrator_named(const std::string& name, const std::string& rule,
-                            const SourceLocation& where = {});
+DOPPEL_API Integrator integrator_named(const std::string& name, const std::string& rule,
+                                       const SourceLocation& where = {});
 
 inline constexpr double kMinStep = 1e-6, kMaxStep = 0.02;  // s
 
@@ -54,7 +55,7 @@ struct WorldSettings {
   double ground_friction = 0.8;
 };
 
-struct World : WorldSettings {
+struct DOPPEL_API World : WorldSettings {
   Pose X_WR = Pose::Identity();  // the root link of a robot that nothing else places
   std::vector<WorldObject> objects;
   std::vector<WorldRobot> robots;
@@ -62,6 +63,6 @@ struct World : WorldSettings {
 
 // Reads and checks a world file; unknown keys, wrong types and impossible values are InputErrors with line
 // and column.
-World load_world(const std::filesystem::path& file, PackageResolver& resolver);
+DOPPEL_API World load_world(const std::filesystem::path& file, PackageResolver& resolver);
 
 }  // namespace doppel

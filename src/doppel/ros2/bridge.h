@@ -15,6 +15,7 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/graph.h"
 #include "doppel/ros2/service.h"
@@ -59,7 +60,7 @@ struct GraphSnapshot {
 
 // A node's way to a service of others; where the bus itself serves the name, calls go there. Functions may be
 // called from any thread. May outlive its bridge: it is then never available.
-class RemoteService {
+class DOPPEL_API RemoteService {
  public:
   virtual ~RemoteService() = default;  // on the loop's thread: no reply runs after it
   [[nodiscard]] virtual bool is_available() const = 0;
@@ -76,7 +77,7 @@ struct Matches {
   std::size_t writers = 0;
 };
 
-class Bridge {
+class DOPPEL_API Bridge {
  public:
   using MakeParticipant = std::function<std::unique_ptr<Participant>(const ParticipantOptions& options,
                                                                      std::function<void()> on_activity)>;

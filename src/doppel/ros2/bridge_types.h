@@ -5,13 +5,14 @@
 #include <string_view>
 
 #include "doppel/bus/bus.h"
+#include "doppel/export.h"
 #include "doppel/ros2/service.h"
 
 namespace doppel::ros2 {
 
-QosProfile to_profile(const Qos& qos);
+DOPPEL_API QosProfile to_profile(const Qos& qos);
 // "RIHS01_..."; "" for a type that nobody knows.
-std::string message_hash(std::string_view type);
-ServiceSpec service_spec(std::string_view name, std::string_view type);
+DOPPEL_API std::string message_hash(std::string_view type);
+DOPPEL_API ServiceSpec service_spec(std::string_view name, std::string_view type);
 
 }  // namespace doppel::ros2

@@ -23,6 +23,7 @@
 #include "doppel/bus/parameter_file.h"
 #include "doppel/bus/ros_arguments.h"
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 #include "doppel/ros2/bridge.h"
 #include "doppel/ros2/environment.h"
 
@@ -36,7 +37,7 @@ struct ContextOptions {
 };
 
 // Runs while it is kept and its context spins. Late calls are not made up for.
-class Timer {
+class DOPPEL_API Timer {
  public:
   using Clock = std::chrono::steady_clock;
   // `by_wall`: by the wall clock, else by ROS time, which may be simulated.
@@ -59,7 +60,7 @@ class Timer {
   std::function<void()> callback_;
 };
 
-class Context {
+class DOPPEL_API Context {
  public:
   // As ROS 2 starts a program: `--ros-args ...` and ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE and the
   // like. Throws InputError where one of them cannot be used. A network that cannot be used is a warning.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/export.h"
 
 namespace doppel::ros2 {
 
@@ -29,15 +30,15 @@ struct ParticipantOptions {
 
 // Throws InputError for a value that ROS 2 would refuse; what is deprecated or ignored becomes a diagnostic.
 // `lookup` is getenv.
-ParticipantOptions from_environment(const std::function<const char*(const char*)>& lookup,
-                                    Diagnostics& diagnostics);
+DOPPEL_API ParticipantOptions from_environment(const std::function<const char*(const char*)>& lookup,
+                                               Diagnostics& diagnostics);
 
 // Fast DDS reads FASTDDS_STATISTICS itself, and would count what peers say that they have sent and end the
 // process where it finds that impossible: unsets it. Before the first thread is started, for other threads
 // may read the environment; a participant is refused while the variable is set.
-void forget_statistics();
+DOPPEL_API void forget_statistics();
 
 // "localhost", "subnet": for banners.
-std::string_view to_string(DiscoveryRange range);
+DOPPEL_API std::string_view to_string(DiscoveryRange range);
 
 }  // namespace doppel::ros2

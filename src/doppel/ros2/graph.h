@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/ros2/participant.h"
 
 namespace doppel::ros2 {
@@ -46,7 +47,7 @@ struct GraphService {
   std::vector<GraphEndpoint> servers, clients;  // types are the service's: "std_srvs/srv/Trigger"
 };
 
-class Graph {
+class DOPPEL_API Graph {
  public:
   // Announces the own nodes and reads the others'. `participant` has to outlive it.
   explicit Graph(Participant& participant);

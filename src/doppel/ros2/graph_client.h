@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "doppel/client/buffered_client.h"
+#include "doppel/export.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/participant.h"
 
@@ -26,7 +27,7 @@ struct GraphClientOptions {
   std::function<void(const std::string& warning)> on_status;  // may be empty
 };
 
-class GraphClient : public BufferedClient {
+class DOPPEL_API GraphClient : public BufferedClient {
  public:
   using MakeParticipant = std::function<std::unique_ptr<Participant>(const ParticipantOptions& options,
                                                                      std::function<void()> on_activity)>;

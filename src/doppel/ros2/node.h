@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "doppel/bus/action_server.h"
+#include "doppel/export.h"
 #include "doppel/ros2/context.h"
 
 namespace doppel::ros2 {
@@ -94,7 +95,7 @@ class Client {
   std::shared_ptr<RemoteService> remote_;
 };
 
-class Node {
+class DOPPEL_API Node {
  public:
   // "talker", or "arm" in the namespace "/left". Throws InputError for a name that ROS 2 does not allow.
   explicit Node(Context& context, std::string_view name, std::string_view name_space = "");

@@ -20,13 +20,14 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/messages/codec.h"
 #include "doppel/ros2/qos_profile.h"
 
 namespace doppel::ros2 {
 
 // RTPS's GUID: twelve bytes for the participant, four for the endpoint.
-struct Gid {
+struct DOPPEL_API Gid {
   static constexpr std::size_t kPrefixSize = 12;  // the participant's part
   std::array<std::uint8_t, 16> bytes{};
   friend auto operator<=>(const Gid&, const Gid&) = default;
@@ -79,7 +80,7 @@ struct EndpointSpec {
   bool of_service = false;
 };
 
-class Writer {
+class DOPPEL_API Writer {
  public:
   virtual ~Writer() = default;
   [[nodiscard]] virtual const Gid& gid() const = 0;
@@ -99,7 +100,7 @@ class Writer {
   [[nodiscard]] virtual bool is_in_step(const Gid& reader) const = 0;
 };
 
-class Reader {
+class DOPPEL_API Reader {
  public:
   virtual ~Reader() = default;
   [[nodiscard]] virtual const Gid& gid() const = 0;
@@ -126,7 +127,7 @@ struct ParticipantOptions;  // environment.h
 constexpr std::size_t kMaxParticipants = 250;
 constexpr std::size_t kMaxEndpoints = 10'000;  // readers, and as many writers
 
-class Participant {
+class DOPPEL_API Participant {
  public:
   virtual ~Participant() = default;  // after its writers and readers
   [[nodiscard]] virtual const Gid& gid() const = 0;
@@ -150,10 +151,10 @@ class Participant {
 // matched, discovered or lost; it must neither block nor call back (an eventfd's write is the thing). Throws
 // NetworkError: no usable network, no free port, an unknown static peer, Fast DDS is missing; the text says
 // which and what to do.
-std::unique_ptr<Participant> make_participant(const ParticipantOptions& options,
-                                              std::function<void()> on_activity);
+DOPPEL_API std::unique_ptr<Participant> make_participant(const ParticipantOptions& options,
+                                                         std::function<void()> on_activity);
 
-struct NetworkError : std::runtime_error {
+struct DOPPEL_API NetworkError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "doppel/export.h"
+
 namespace doppel::ros2 {
 
 enum class Reliability : std::uint8_t { reliable, best_effort };
@@ -46,9 +48,9 @@ constexpr QosProfile latched_qos(std::size_t depth = 1) {
 
 // The policy for which they cannot meet, as rclcpp names it ("RELIABILITY_QOS_POLICY"); of several the one
 // that DDS numbers last, as it tells rclcpp. "": they can.
-std::string_view incompatible_policy(const QosProfile& offered, const QosProfile& wanted);
+DOPPEL_API std::string_view incompatible_policy(const QosProfile& offered, const QosProfile& wanted);
 
 // Why a reader that requests `wanted` gets nothing from a writer that offers `offered`; "": they match.
-std::string incompatibility(const QosProfile& offered, const QosProfile& wanted);
+DOPPEL_API std::string incompatibility(const QosProfile& offered, const QosProfile& wanted);
 
 }  // namespace doppel::ros2

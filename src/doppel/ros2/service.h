@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "doppel/export.h"
 #include "doppel/ros2/participant.h"
 
 namespace doppel::ros2 {
@@ -20,7 +21,7 @@ struct ServiceSpec {
   QosProfile qos = services_qos();
 };
 
-class ServiceServer {
+class DOPPEL_API ServiceServer {
  public:
   ServiceServer(Participant& participant, const ServiceSpec& spec);
 
@@ -43,7 +44,7 @@ class ServiceServer {
   std::map<Gid, Gid> clients_;  // reply reader to request writer, of those who have asked; one for each
 };
 
-class ServiceClient {
+class DOPPEL_API ServiceClient {
  public:
   ServiceClient(Participant& participant, const ServiceSpec& spec);
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel::scaffold {
 
 inline constexpr int kMinDof = 1, kMaxDof = 16;
@@ -42,10 +44,10 @@ struct ArmDesign {
 inline constexpr double kHubDensity = 1800, kTubeDensity = 600;
 inline constexpr double kHubRatio = 1.3;  // the hub's radius, and half of its length, in radii of the tube
 
-double link_mass(const ArmJoint& joint);
-double gripper_mass(const ArmDesign& design);
+DOPPEL_API double link_mass(const ArmJoint& joint);
+DOPPEL_API double gripper_mass(const ArmDesign& design);
 
 // The request is within the bounds above. Throws InputError where it is not.
-ArmDesign design_arm(const ArmRequest& request);
+DOPPEL_API ArmDesign design_arm(const ArmRequest& request);
 
 }  // namespace doppel::scaffold

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/scaffold/arm_design.h"
 #include "doppel/scaffold/package_name.h"
 
@@ -19,12 +20,12 @@ struct PackageAuthor {
 };
 
 // "an arm of six joints with a gripper of two fingers, reach 0.6 m".
-std::string summary(const ArmDesign& design);
+DOPPEL_API std::string summary(const ArmDesign& design);
 
 // "joint_2=0.8 joint_3=0.4": what `doppel move` takes to see it move.
-std::string example_move(const ArmDesign& design);
+DOPPEL_API std::string example_move(const ArmDesign& design);
 
-std::vector<PackageFile> arm_package(const PackageName& name, const ArmDesign& design,
-                                     const PackageAuthor& author);
+DOPPEL_API std::vector<PackageFile> arm_package(const PackageName& name, const ArmDesign& design,
+                                                const PackageAuthor& author);
 
 }  // namespace doppel::scaffold

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "doppel/export.h"
+
 namespace doppel::scaffold {
 
 struct PackageName {
@@ -11,6 +13,6 @@ struct PackageName {
 };
 
 // `name` is the robot's or the package's. Throws InputError with a valid name that is like it.
-PackageName package_name(std::string_view name);
+DOPPEL_API PackageName package_name(std::string_view name);
 
 }  // namespace doppel::scaffold

@@ -3,12 +3,13 @@
 #include <filesystem>
 #include <span>
 
+#include "doppel/export.h"
 #include "doppel/scaffold/arm_package.h"
 
 namespace doppel::scaffold {
 
 // Writes a new folder `folder` with the files, whole or not at all. Throws InputError where something of that
 // name exists, or it cannot be written.
-void write_package(const std::filesystem::path& folder, std::span<const PackageFile> files);
+DOPPEL_API void write_package(const std::filesystem::path& folder, std::span<const PackageFile> files);
 
 }  // namespace doppel::scaffold

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "doppel/core/status.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -21,7 +22,7 @@ struct Credentials {
   std::optional<std::string_view> origin;  // browsers send one, other programs need not
 };
 
-class Admission {
+class DOPPEL_API Admission {
  public:
   // bound: the address or name that the server listens on. token: "" for none, else make_token()'s or one
   // that check_token() has passed.
@@ -42,16 +43,16 @@ class Admission {
 };
 
 // 128 bits of the system's randomness, in hexadecimal.
-std::string make_token();
+DOPPEL_API std::string make_token();
 // Refused: too short, or with characters that an address or a cookie would have to escape.
-Status check_token(std::string_view token);
+DOPPEL_API Status check_token(std::string_view token);
 constexpr std::size_t kMinTokenLength = 16;
 
 // "localhost:8700", "127.0.0.1", "[::1]:8700": the Host header of a request that was meant for this machine.
-bool is_local_host(std::string_view host);
+DOPPEL_API bool is_local_host(std::string_view host);
 // The Origin header of a page from this machine.
-bool is_local_origin(std::string_view origin);
+DOPPEL_API bool is_local_origin(std::string_view origin);
 // The name or address in a Host header, without port and brackets; "": malformed.
-std::string_view name_in_host(std::string_view host);
+DOPPEL_API std::string_view name_in_host(std::string_view host);
 
 }  // namespace doppel

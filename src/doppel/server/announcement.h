@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 struct RunningTwin {
@@ -20,7 +22,7 @@ struct RunningTwin {
 
 // The announcement of this process; taken back when destroyed. Where the folder cannot be used the twin runs
 // unannounced: shells then need --port.
-class Announcement {
+class DOPPEL_API Announcement {
  public:
   Announcement(std::string robot, std::uint16_t port, const std::string& address = "127.0.0.1",
                const std::string& token = "");
@@ -35,9 +37,9 @@ class Announcement {
   std::string problem_;
 };
 
-std::filesystem::path announcement_folder();
+DOPPEL_API std::filesystem::path announcement_folder();
 
 // Newest first. Removes what processes that ended without cleaning up have left behind.
-std::vector<RunningTwin> find_running();
+DOPPEL_API std::vector<RunningTwin> find_running();
 
 }  // namespace doppel

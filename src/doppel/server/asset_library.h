@@ -5,6 +5,7 @@
 // what a link or a ".." leads to has to lie in the package (or the folder of what names it) as well.
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -46,12 +48,12 @@ struct RobotFiles {
   std::vector<MeshFile> meshes;
   std::vector<std::string> textures;  // URIs
 };
-RobotFiles files_of(const RobotDescription& robot);
+DOPPEL_API RobotFiles files_of(const RobotDescription& robot);
 // Looks at the disk for where packages begin.
-AssetTable make_asset_table(const RobotFiles& files);
+DOPPEL_API AssetTable make_asset_table(const RobotFiles& files);
 
 // All functions may be called from any thread.
-class AssetLibrary {
+class DOPPEL_API AssetLibrary {
  public:
   static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;  // of one file
 

@@ -10,11 +10,12 @@
 #include <string>
 #include <thread>
 
+#include "doppel/export.h"
 #include "doppel/server/asset_library.h"
 
 namespace doppel {
 
-class AssetReader {
+class DOPPEL_API AssetReader {
  public:
   explicit AssetReader(std::shared_ptr<AssetLibrary> library) : library_(std::move(library)) {}
   ~AssetReader();  // what has not been begun is dropped

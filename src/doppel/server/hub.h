@@ -10,13 +10,14 @@
 #include <string>
 
 #include "doppel/bus/bus.h"
+#include "doppel/export.h"
 #include "doppel/foxglove/foxglove_protocol.h"
 #include "doppel/server/asset_reader.h"
 
 namespace doppel {
 
 // One frame on its way to a client; the payload is shared between those who get it.
-struct OutgoingFrame {
+struct DOPPEL_API OutgoingFrame {
   // A message may be skipped for a client that does not keep up; an answer and a file may not.
   enum class Kind : std::uint8_t { answer, message, asset };
   Kind kind = Kind::answer;
@@ -28,11 +29,11 @@ struct OutgoingFrame {
 
   [[nodiscard]] std::size_t size() const { return head_size + body.size(); }
 };
-OutgoingFrame make_frame(std::string text);
-OutgoingFrame make_frame(foxglove::FrameBytes bytes);
+DOPPEL_API OutgoingFrame make_frame(std::string text);
+DOPPEL_API OutgoingFrame make_frame(foxglove::FrameBytes bytes);
 
 // The hub's way to a client. send() never fails and never waits.
-class ClientLink {
+class DOPPEL_API ClientLink {
  public:
   virtual ~ClientLink() = default;
   virtual void send(OutgoingFrame frame) = 0;
@@ -49,7 +50,7 @@ struct HubOptions {
   std::shared_ptr<AssetLibrary> assets;   // what fetchAsset hands out; null: nothing
 };
 
-class Hub {
+class DOPPEL_API Hub {
  public:
   using ClientId = std::uint64_t;
   // Runs a task on the server's thread, in order; callable from any thread, does nothing once the hub is

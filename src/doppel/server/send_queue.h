@@ -6,11 +6,12 @@
 #include <deque>
 #include <optional>
 
+#include "doppel/export.h"
 #include "doppel/server/hub.h"
 
 namespace doppel {
 
-class SendQueue {
+class DOPPEL_API SendQueue {
  public:
   explicit SendQueue(std::size_t data_limit) : data_limit_(data_limit) {}
 

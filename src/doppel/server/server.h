@@ -11,6 +11,7 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 #include "doppel/server/asset_library.h"
 
 namespace doppel {
@@ -36,7 +37,7 @@ struct ServerOptions {
   std::chrono::milliseconds http_timeout{10'000};  // for a whole request, and between two
 };
 
-class Server {
+class DOPPEL_API Server {
  public:
   // Listens when it returns. Throws InputError if there is no port to listen on. `bus` and `log` have to
   // outlive it.

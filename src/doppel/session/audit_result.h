@@ -7,6 +7,7 @@
 #include <string>
 
 #include "doppel/audit/audit.h"
+#include "doppel/export.h"
 #include "doppel/target/target.h"
 #include "doppel/twin/scenario.h"
 
@@ -18,11 +19,11 @@ struct BundledFolders {
 };
 
 // The audit of a target, with the package that it belongs to.
-AuditReport audit_target(OpenedTarget& target, AuditOptions options);
+DOPPEL_API AuditReport audit_target(OpenedTarget& target, AuditOptions options);
 
 // Runs the scenario for a second with its controllers and without a command: what moves, oscillates or runs
 // away, as findings. Throws InputError: the robot does not come up.
-std::vector<Finding> audit_run(const Scenario& scenario);
+DOPPEL_API std::vector<Finding> audit_run(const Scenario& scenario);
 
 struct AuditResult {
   AuditReport report;
@@ -30,10 +31,10 @@ struct AuditResult {
 };
 // What `look` finds, or the InputError that it throws; places are short, by the working folder. `target`: as
 // the user named it.
-AuditResult audit_result(const std::string& target, const std::function<AuditReport()>& look);
+DOPPEL_API AuditResult audit_result(const std::string& target, const std::function<AuditReport()>& look);
 
 // `doppel check TARGET --json` for a robot's description: with its arguments, those that choose simulation
 // included. Never throws: what goes wrong is a finding.
-std::string health_json(const WorldRobot& robot, const BundledFolders& bundled);
+DOPPEL_API std::string health_json(const WorldRobot& robot, const BundledFolders& bundled);
 
 }  // namespace doppel

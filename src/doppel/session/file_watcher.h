@@ -9,9 +9,11 @@
 #include <unordered_map>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-class FileWatcher {
+class DOPPEL_API FileWatcher {
  public:
   FileWatcher();
   ~FileWatcher();

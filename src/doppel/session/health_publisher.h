@@ -13,6 +13,7 @@
 #include "doppel/bus/bus.h"
 #include "doppel/core/source_location.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -21,14 +22,14 @@ struct SourcePlaces {
   using Named = std::pair<std::string, SourceLocation>;
   std::vector<Named> links, joints;
 };
-SourcePlaces source_places(const RobotDescription& robot);
+DOPPEL_API SourcePlaces source_places(const RobotDescription& robot);
 
 // {"links": {NAME: {"file", "shown", "line", "column", "stack": [{"what", "file", "line", "column"}...]}},
 //  "joints": {...}}: files absolute, `shown` as messages tell them, `stack` the macros and includes that led
 // there, outermost first.
-std::string to_json(const SourcePlaces& places);
+DOPPEL_API std::string to_json(const SourcePlaces& places);
 
-class HealthPublisher {
+class DOPPEL_API HealthPublisher {
  public:
   // The loop's thread. name_space: the robot's ("left"), before the topics. `judge` makes the text of
   // /doppel/health, on this publisher's thread; it may go on after the publisher has ended, so it owns what

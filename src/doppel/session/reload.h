@@ -13,6 +13,7 @@
 #include "doppel/bus/bus.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 #include "doppel/session/file_watcher.h"
 #include "doppel/twin/twin.h"
 #include "doppel/twin/viewer.h"
@@ -31,12 +32,12 @@ struct Reloadable {
   std::function<void()> afterwards;  // after an edit, taken or refused; the loop's thread
 };
 // before: what is about to take over, and may be refused yet; the loop's thread.
-Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
-                      std::function<void()> afterwards);
-Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replacement&)> before,
-                      std::function<void()> afterwards);
+DOPPEL_API Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
+                                 std::function<void()> afterwards);
+DOPPEL_API Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replacement&)> before,
+                                 std::function<void()> afterwards);
 
-class Reloader {
+class DOPPEL_API Reloader {
  public:
   // On the loop's thread. The loop has to keep running while this lives, or to be what ends it.
   Reloader(Reloadable what, const Log& log);

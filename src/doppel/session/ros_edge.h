@@ -8,6 +8,7 @@
 
 #include "doppel/bus/ros_arguments.h"
 #include "doppel/core/diagnostic.h"
+#include "doppel/export.h"
 #include "doppel/ros2/bridge.h"
 
 namespace doppel {
@@ -19,10 +20,11 @@ struct RosEdgeOptions {
 
 // What the options, --ros-args and ROS 2's environment variables make of it; nothing: not wanted. Throws
 // InputError; to be called before anything starts.
-std::optional<ros2::ParticipantOptions> ros_network(const RosEdgeOptions& options, const RosArguments& ros,
-                                                    Diagnostics& diagnostics);
+DOPPEL_API std::optional<ros2::ParticipantOptions> ros_network(const RosEdgeOptions& options,
+                                                               const RosArguments& ros,
+                                                               Diagnostics& diagnostics);
 
-class RosEdge {
+class DOPPEL_API RosEdge {
  public:
   // `bus` and `log` have to outlive it.
   RosEdge(Bus& bus, std::optional<ros2::ParticipantOptions> network, const Log& log)

@@ -4,15 +4,16 @@
 
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/physics/model_instance.h"
 #include "doppel/server/asset_library.h"
 
 namespace doppel {
 
-RobotFiles served_files(const std::vector<ModelInstance>& instances);
+DOPPEL_API RobotFiles served_files(const std::vector<ModelInstance>& instances);
 
 // Those of `next`, and those of `present` as well: clients ask for what they are notified of, and are
 // notified of what comes while what was there still runs.
-RobotFiles both(RobotFiles next, const RobotFiles& present);
+DOPPEL_API RobotFiles both(RobotFiles next, const RobotFiles& present);
 
 }  // namespace doppel

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "doppel/export.h"
 #include "doppel/server/announcement.h"
 #include "doppel/server/server.h"
 
@@ -16,7 +17,7 @@ struct ServerEdgeOptions {
   std::filesystem::path page_folder;  // of the built page
 };
 
-class ServerEdge {
+class DOPPEL_API ServerEdge {
  public:
   // Listens and is announced when it returns. Throws InputError. `bus` and `log` have to outlive it.
   ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptions& options,

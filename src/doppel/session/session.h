@@ -9,6 +9,7 @@
 #include <string>
 
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 #include "doppel/session/audit_result.h"
 #include "doppel/session/health_publisher.h"
 #include "doppel/session/reload.h"
@@ -28,7 +29,7 @@ struct SessionOptions {
 
 // On the loop's thread, all of it; the loop keeps running between the calls. Throws InputError: there is no
 // port. What it is for, and `log`, have to outlive it.
-class Session {
+class DOPPEL_API Session {
  public:
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -48,7 +49,7 @@ class Session {
   BundledFolders bundled_;
 };
 
-class TwinSession : public Session {
+class DOPPEL_API TwinSession : public Session {
  public:
   TwinSession(Twin& twin, const SessionOptions& options, const Log& log);
   ~TwinSession();
@@ -68,7 +69,7 @@ class TwinSession : public Session {
   std::optional<Reloader> reloader_;
 };
 
-class ViewSession : public Session {
+class DOPPEL_API ViewSession : public Session {
  public:
   ViewSession(Viewer& viewer, const WorldRobot& robot, const SessionOptions& options, const Log& log);
 

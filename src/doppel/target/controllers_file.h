@@ -10,12 +10,13 @@
 #include <vector>
 
 #include "doppel/bus/parameter_file.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
 using PlacedName = std::pair<std::string, SourceLocation>;
 
-struct DeclaredController {
+struct DOPPEL_API DeclaredController {
   std::string name, type;  // type: empty where only other keys of it are written
   SourceLocation where;
   ParameterOverrides parameters;
@@ -46,9 +47,9 @@ struct ControllersFile {
 };
 
 // What `file` declares for controller managers in whichever namespace.
-ControllersFile controllers_in(const ParameterFile& file);
+DOPPEL_API ControllersFile controllers_in(const ParameterFile& file);
 
 // "controller_manager", in any namespace.
-bool is_controller_manager(std::string_view node);
+DOPPEL_API bool is_controller_manager(std::string_view node);
 
 }  // namespace doppel

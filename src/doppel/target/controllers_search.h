@@ -11,6 +11,7 @@
 #include "doppel/bus/parameter_file.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/load.h"
+#include "doppel/export.h"
 #include "doppel/target/controllers_file.h"
 
 namespace doppel {
@@ -41,17 +42,18 @@ struct ControllersSearch {
 // of equals the one with the fewest joints that it does not have, then one whose path holds the robot's name,
 // one that a launch file of its package names, and one with a usual name (ros2_controllers.yaml,
 // controllers.yaml), one whose path shares most words with the robot's name and the description's file.
-ControllersSearch find_controllers_files(const RobotDescription& robot, const Target& target,
-                                         const PackageResolver& resolver);
+DOPPEL_API ControllersSearch find_controllers_files(const RobotDescription& robot, const Target& target,
+                                                    const PackageResolver& resolver);
 
 // What was found on the way as warnings (up.controllers_missing, up.controllers_unreadable) and notes.
-void report(const ControllersSearch& search, Diagnostics& diagnostics);
+DOPPEL_API void report(const ControllersSearch& search, Diagnostics& diagnostics);
 
 // Whether the file is there, can be read and declares controllers for ROS 2.
-bool is_controllers_file(const std::filesystem::path& file);
+DOPPEL_API bool is_controllers_file(const std::filesystem::path& file);
 
 // A warning where the file declares controllers, but of managers in other namespaces alone. `manager`: the
 // full name of the one that runs.
-void report_other_managers(const ParameterFile& file, std::string_view manager, Diagnostics& diagnostics);
+DOPPEL_API void report_other_managers(const ParameterFile& file, std::string_view manager,
+                                      Diagnostics& diagnostics);
 
 }  // namespace doppel

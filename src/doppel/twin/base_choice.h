@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 
 namespace doppel {
@@ -22,9 +23,9 @@ struct BaseChoice {
 // about a lying axis, of leaf links that are cylinders or spheres about that axis, of one radius); legs, by
 // the names of what hangs on two moving joints or more. A link `world`, or a robot without a collision shape
 // that is found, which could stand on nothing, is fixed.
-BaseChoice choose_base(const RobotDescription& robot);
+DOPPEL_API BaseChoice choose_base(const RobotDescription& robot);
 
 // The words of a name: "LHipYawPitch" and "l_hip_yaw_pitch" are both l, hip, yaw, pitch.
-std::vector<std::string> words_of_name(const std::string& name);
+DOPPEL_API std::vector<std::string> words_of_name(const std::string& name);
 
 }  // namespace doppel

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/physics/engine.h"
 #include "doppel/physics/world.h"
 #include "doppel/twin/base_choice.h"
@@ -14,7 +15,7 @@
 
 namespace doppel {
 
-class CompiledRobot {
+class DOPPEL_API CompiledRobot {
  public:
   // Throws InputError. `running`: how the base stands of the robot that this one is to replace.
   CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
@@ -60,6 +61,6 @@ class CompiledRobot {
 
 // Whether controllers made for `a` can continue with `b`: the same links, joints, interfaces and controllers'
 // YAML; limits, inertia, geometry and places may differ.
-bool same_structure(const CompiledRobot& a, const CompiledRobot& b);
+DOPPEL_API bool same_structure(const CompiledRobot& a, const CompiledRobot& b);
 
 }  // namespace doppel

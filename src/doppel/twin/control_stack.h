@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "doppel/control/controller_manager.h"
+#include "doppel/export.h"
 #include "doppel/twin/compiled_robot.h"
 #include "doppel/twin/simulated_hardware.h"
 
@@ -34,9 +35,10 @@ struct ControllerSelection {
 };
 
 // The period for a rate in Hz in whole physics steps; what has to be rounded is a warning at `where`.
-Duration period_in_steps(double rate, Duration step, const SourceLocation& where, Diagnostics& diagnostics);
+DOPPEL_API Duration period_in_steps(double rate, Duration step, const SourceLocation& where,
+                                    Diagnostics& diagnostics);
 
-class ControlStack {
+class DOPPEL_API ControlStack {
  public:
   // What plugins offer, and what of it is wanted.
   struct Options {

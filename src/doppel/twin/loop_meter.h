@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -17,7 +18,7 @@ struct LoopPhases {
   std::chrono::nanoseconds idle{};     // sleeping until the next step is due
 };
 
-class LoopMeter {
+class DOPPEL_API LoopMeter {
  public:
   using WallTime = std::chrono::steady_clock::time_point;
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "doppel/bus/bus.h"
+#include "doppel/export.h"
 #include "doppel/messages/visualization_msgs.h"
 #include "doppel/twin/publish_schedule.h"
 #include "doppel/twin/scene.h"
@@ -18,9 +19,9 @@
 namespace doppel {
 
 // The URI under which listeners are notified of an object's mesh; one without a scheme is its file's.
-std::string mesh_resource(const MeshGeometry& mesh);
+DOPPEL_API std::string mesh_resource(const MeshGeometry& mesh);
 
-class ObjectPublisher : public Tickable {
+class DOPPEL_API ObjectPublisher : public Tickable {
  public:
   // The scene outlives it.
   ObjectPublisher(Bus& bus, const Scene& scene);

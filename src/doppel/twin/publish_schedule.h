@@ -3,10 +3,11 @@
 // to listen, and after the state was written from outside, so that pictures follow while time stands.
 
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
-class PublishSchedule {
+class DOPPEL_API PublishSchedule {
  public:
   explicit PublishSchedule(Duration period) : period_(period) {}
 

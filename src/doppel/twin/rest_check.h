@@ -10,6 +10,7 @@
 #include "doppel/core/source_location.h"
 #include "doppel/core/time.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/physics/engine.h"
 
 namespace doppel {
@@ -28,7 +29,7 @@ struct UnsettledJoint {
 };
 
 // "joint 'knee' (link 'shank') moves at 3.2 rad/s: ..."
-std::string to_string(const UnsettledJoint& unsettled, bool slides);
+DOPPEL_API std::string to_string(const UnsettledJoint& unsettled, bool slides);
 
 struct RestReport {
   Duration at{};
@@ -38,12 +39,13 @@ struct RestReport {
 };
 
 // The joint's drive gives all that its effort limit lets it.
-bool at_effort_limit(const Instance& robot, int joint);
+DOPPEL_API bool at_effort_limit(const Instance& robot, int joint);
 
 // What is not at rest now. Allocates only where something is not.
-std::vector<UnsettledJoint> find_unsettled_joints(const RobotDescription& robot, const Instance& instance);
+DOPPEL_API std::vector<UnsettledJoint> find_unsettled_joints(const RobotDescription& robot,
+                                                             const Instance& instance);
 
-class RestCheck {
+class DOPPEL_API RestCheck {
  public:
   // From the robot's present state on.
   explicit RestCheck(const Instance& robot)

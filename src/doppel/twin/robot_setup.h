@@ -10,6 +10,7 @@
 #include "doppel/bus/parameter_file.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/load.h"
+#include "doppel/export.h"
 #include "doppel/twin/scenario.h"
 
 namespace doppel {
@@ -30,19 +31,19 @@ struct ExpandedTarget {
   Target target;
   ExpandedDescription description;
 };
-ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
-                             Diagnostics& diagnostics);
+DOPPEL_API ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot,
+                                        PackageResolver& resolver, Diagnostics& diagnostics);
 
 // Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are
 // notes.
-RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
-                        Diagnostics& diagnostics);
+DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot,
+                                   PackageResolver& resolver, Diagnostics& diagnostics);
 // The same of a description that was read already, with no files of its own.
-RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, RobotDescription description,
-                        Diagnostics& diagnostics);
+DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot,
+                                   RobotDescription description, Diagnostics& diagnostics);
 
 // The YAML that makes any robot move: a broadcaster, and a trajectory controller over `joints`.
 // `velocity_states`: the hardware offers them.
-std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states);
+DOPPEL_API std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states);
 
 }  // namespace doppel

@@ -10,6 +10,7 @@
 #include <functional>
 #include <optional>
 
+#include "doppel/export.h"
 #include "doppel/twin/loop_meter.h"
 #include "doppel/twin/simulator_services.h"
 #include "doppel/twin/status_publisher.h"
@@ -19,7 +20,7 @@ namespace doppel {
 
 // How late steps began, in bins a fifth of an octave wide from 1 microsecond to 4 seconds. Adding allocates
 // nothing.
-class LatenessHistogram {
+class DOPPEL_API LatenessHistogram {
  public:
   void add(std::chrono::nanoseconds late);
   // The lateness that a fraction p of the steps did not exceed (upper edge of its bin), microseconds.
@@ -41,7 +42,7 @@ struct RunnerOptions {
 
 enum class RunEnd { duration_reached, stopped, diverged };
 
-struct RunStatistics {
+struct DOPPEL_API RunStatistics {
   RunEnd end = RunEnd::stopped;
   Duration simulated{};             // in this run
   std::chrono::nanoseconds wall{};  // without the time spent paused
@@ -58,7 +59,7 @@ struct RunnerView {
   std::atomic<std::uint64_t> overruns{0};
 };
 
-class Runner {
+class DOPPEL_API Runner {
  public:
   Runner(Twin& twin, RunnerOptions options);
 

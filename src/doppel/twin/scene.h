@@ -6,11 +6,12 @@
 #include <string_view>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/physics/engine.h"
 
 namespace doppel {
 
-class Scene {
+class DOPPEL_API Scene {
  public:
   // `robots`: the instances that are robots, in the twin's order. `root`: the one without a namespace, whose
   // frames stand in TF as they are; empty: none.

@@ -11,11 +11,12 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
 #include "doppel/description/simulator_plugins.h"
+#include "doppel/export.h"
 #include "doppel/physics/engine.h"
 
 namespace doppel {
 
-class SimulatedHardware : public HardwareComponent {
+class DOPPEL_API SimulatedHardware : public HardwareComponent {
  public:
   explicit SimulatedHardware(Instance robot) : robot_(robot) {}
 
@@ -60,21 +61,21 @@ class SimulatedHardware : public HardwareComponent {
 };
 
 // Registers it under the plugin names of the simulators.
-void register_simulated_hardware(HardwareRegistry& registry, Instance robot);
+DOPPEL_API void register_simulated_hardware(HardwareRegistry& registry, Instance robot);
 
 // The plugin of a component that is made up where the description has none.
 
 // A system for a description without <ros2_control>: position commands, position, velocity and effort states
 // for every driven joint, and states of the mimics.
-HardwareDescription generated_hardware(const Model& model);
+DOPPEL_API HardwareDescription generated_hardware(const Model& model);
 
 // What the plugin's name means to doppel; a note or a warning for the user says so. `real`: what is
 // registered under it drives real hardware.
-void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics);
+DOPPEL_API void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics);
 
 // q with every position state interface's initial_value written into `q`; values outside the limits are
 // warnings.
-void apply_initial_values(const RobotDescription& robot, const Model& model, Eigen::VectorXd& q,
-                          Diagnostics& diagnostics);
+DOPPEL_API void apply_initial_values(const RobotDescription& robot, const Model& model, Eigen::VectorXd& q,
+                                     Diagnostics& diagnostics);
 
 }  // namespace doppel

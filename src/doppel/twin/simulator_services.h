@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "doppel/bus/bus.h"
+#include "doppel/export.h"
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/gazebo_msgs.h"
 #include "doppel/twin/scene.h"
@@ -23,7 +24,7 @@ struct TimeControl {
   double speed = 1.0;            // simulated per wall second; 0: as fast as possible
 };
 
-class SimulatorServices : public Tickable {
+class DOPPEL_API SimulatorServices : public Tickable {
  public:
   struct Callbacks {
     std::function<void()> reset;          // back to the start

@@ -14,6 +14,7 @@
 #include "doppel/bus/bus.h"
 #include "doppel/bus/parameter_file.h"
 #include "doppel/description/robot_description.h"
+#include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/tf2_msgs.h"
@@ -29,7 +30,7 @@ struct StaticTransformsOf {
 };
 using StaticTransforms = std::map<std::string, StaticTransformsOf>;
 
-class StatePublisher {
+class DOPPEL_API StatePublisher {
  public:
   struct Options {
     std::string name_space = {};          // "left"; empty: none

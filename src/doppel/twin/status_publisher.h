@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "doppel/bus/bus.h"
+#include "doppel/export.h"
 #include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/twin/loop_meter.h"
@@ -15,7 +16,7 @@ namespace doppel {
 struct RunStatistics;
 struct TimeControl;
 
-class StatusPublisher {
+class DOPPEL_API StatusPublisher {
  public:
   using WallTime = std::chrono::steady_clock::time_point;
 

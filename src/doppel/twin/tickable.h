@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -18,7 +19,7 @@ inline Duration whole_steps(Duration period, Duration step) {
 }
 
 // When something that is published at a rate is due next, without drift.
-class Pace {
+class DOPPEL_API Pace {
  public:
   void restart(Time now) { next_ = now; }
   Time next(Time now, Duration period) {
@@ -30,7 +31,7 @@ class Pace {
   Time next_{};
 };
 
-class Tickable {
+class DOPPEL_API Tickable {
  public:
   Tickable() = default;
   virtual ~Tickable() = default;
@@ -60,7 +61,7 @@ class Tickable {
   virtual void robots_changed(Time /*now*/) {}
 };
 
-class TickList {
+class DOPPEL_API TickList {
  public:
   void add(std::unique_ptr<Tickable> what) {
     if (what->at_every_step()) each_step_.push_back(what.get());

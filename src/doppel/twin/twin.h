@@ -14,6 +14,7 @@
 #include "doppel/control/control_loop.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 #include "doppel/physics/engine.h"
 #include "doppel/twin/loop_meter.h"
 #include "doppel/twin/scenario.h"
@@ -23,7 +24,7 @@ namespace doppel {
 
 struct TimeControl;  // simulator_services.h
 
-class Twin {
+class DOPPEL_API Twin {
  public:
   // Throws InputError. Warnings and notes go to `diagnostics`; what is said later goes to `log`, which
   // outlives the twin.

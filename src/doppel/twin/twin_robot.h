@@ -11,6 +11,7 @@
 #include "doppel/control/control_loop.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 #include "doppel/physics/engine.h"
 #include "doppel/twin/control_stack.h"
 #include "doppel/twin/rest_check.h"
@@ -37,7 +38,7 @@ struct OscillationReport {
   std::string joint, message;  // see oscillation_watch.h
 };
 
-class TwinRobot {
+class DOPPEL_API TwinRobot {
  public:
   // Of its twin; all of it outlives the robot.
   struct Surroundings {

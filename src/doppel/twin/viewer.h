@@ -11,11 +11,12 @@
 #include "doppel/bus/bus.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/log.h"
+#include "doppel/export.h"
 #include "doppel/twin/scenario.h"
 
 namespace doppel {
 
-class Viewer {
+class DOPPEL_API Viewer {
  public:
   // Of the scenario: the first robot's target and arguments, bundled_robots, inspect. Whatever can be drawn
   // is taken, with warnings in `diagnostics` (twin/detail/drawable.h); throws InputError where nothing can

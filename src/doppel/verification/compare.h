@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/verification/motion.h"
 
 namespace doppel {
@@ -30,7 +31,7 @@ enum class Explanation {
   modelling,    // gone when a feature is taken away that the engines model in different ways
   unexplained,  // none of them
 };
-const char* name_of(Explanation explanation);
+DOPPEL_API const char* name_of(Explanation explanation);
 
 struct Difference {
   std::string name;          // of the joint or link
@@ -63,7 +64,7 @@ struct MotionComparison {
   std::vector<std::vector<double>> own;  // [engines][times]
 };
 
-struct Comparison {
+struct DOPPEL_API Comparison {
   std::string robot, world, tool;
   std::vector<std::string> engines;  // labels
   double step = 0, duration = 0;     // s
@@ -84,16 +85,17 @@ struct CompareOptions {
 
 // Engines whose models differ in their numbers of joints cannot be compared (std::invalid_argument). Throws
 // InputError: an engine refuses the robot; no link of the tool's name.
-Comparison compare_engines(const std::vector<ComparedEngine>& engines, const CompareOptions& options);
+DOPPEL_API Comparison compare_engines(const std::vector<ComparedEngine>& engines,
+                                      const CompareOptions& options);
 
-StaticsComparison compare_statics(const std::vector<ComparedEngine>& engines);
+DOPPEL_API StaticsComparison compare_statics(const std::vector<ComparedEngine>& engines);
 
 // "fall        explained by the step: 2.1e-04 rad at most over 2 s"
-std::string verdict_line(const MotionComparison& motion);
-std::string verdict_line(const StaticsComparison& statics);
-std::string comparison_text(const Comparison& of);
-std::string comparison_json(const Comparison& of);
+DOPPEL_API std::string verdict_line(const MotionComparison& motion);
+DOPPEL_API std::string verdict_line(const StaticsComparison& statics);
+DOPPEL_API std::string comparison_text(const Comparison& of);
+DOPPEL_API std::string comparison_json(const Comparison& of);
 // Difference and own errors over time on a logarithmic scale.
-std::string comparison_svg(const Comparison& of, const MotionComparison& motion);
+DOPPEL_API std::string comparison_svg(const Comparison& of, const MotionComparison& motion);
 
 }  // namespace doppel

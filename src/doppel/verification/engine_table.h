@@ -4,11 +4,13 @@
 
 #include <string>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-std::string engines_text();
-std::string engines_json();
+DOPPEL_API std::string engines_text();
+DOPPEL_API std::string engines_json();
 // Of those that are built here, without what a machine lacks: what docs/engines.md contains.
-std::string engines_markdown();
+DOPPEL_API std::string engines_markdown();
 
 }  // namespace doppel

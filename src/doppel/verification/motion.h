@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/physics/engine_modules.h"
 
 namespace doppel {
@@ -22,8 +23,8 @@ inline constexpr MotionKind kMotions[] = {MotionKind::smooth, MotionKind::fall, 
                                           MotionKind::move};
 inline constexpr double kMoveTime = 1.0;  // s
 
-const char* name_of(MotionKind kind);         // "smooth"
-const char* description_of(MotionKind kind);  // "falls without drives, friction, ..."
+DOPPEL_API const char* name_of(MotionKind kind);         // "smooth"
+DOPPEL_API const char* description_of(MotionKind kind);  // "falls without drives, friction, ..."
 
 // Positions of joints by time, straight in between; before the first time from where the robot starts.
 struct JointPath {
@@ -60,7 +61,7 @@ struct MotionRecord {
 };
 
 // One kind of motion of a subject. smooth has a model of its own.
-class Motion {
+class DOPPEL_API Motion {
  public:
   // `tool`: a link of the model. Throws InputError where the engine refuses the robot.
   Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool);
@@ -98,6 +99,6 @@ class Motion {
 
 // The link whose motion people look at: one with a tool's name (tool0, tcp, ee_link, ...), else the one
 // behind the most driven joints.
-std::string choose_tool(const Model& model);
+DOPPEL_API std::string choose_tool(const Model& model);
 
 }  // namespace doppel

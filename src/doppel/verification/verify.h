@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/verification/motion.h"
 
 namespace doppel {
@@ -42,7 +43,7 @@ struct ErrorCurve {
   std::vector<double> error[3];
 };
 
-struct MotionVerdict {
+struct DOPPEL_API MotionVerdict {
   MotionKind kind{};
   std::optional<double> runs_away_after;     // s, at the coarsest step that does
   std::vector<JointError> joints;            // of each coordinate of the motion (motion.h)
@@ -67,13 +68,13 @@ struct Verification {
 
 // The step is cut to a multiple of 4 ns. Throws InputError: the engine refuses the robot; there is no link of
 // the tool's name.
-Verification verify(const MotionSubject& subject, const VerifyOptions& options);
+DOPPEL_API Verification verify(const MotionSubject& subject, const VerifyOptions& options);
 
 // "move    1 ms is good to 0.4 mrad (tool 0.2 mm) over 2 s"
-std::string verdict_line(const Verification& of, const MotionVerdict& motion);
-std::string verification_text(const Verification& of);
-std::string verification_json(const Verification& of);
+DOPPEL_API std::string verdict_line(const Verification& of, const MotionVerdict& motion);
+DOPPEL_API std::string verification_text(const Verification& of);
+DOPPEL_API std::string verification_json(const Verification& of);
 // Errors over time on a logarithmic scale, one panel a motion, one line a step.
-std::string verification_svg(const Verification& of);
+DOPPEL_API std::string verification_svg(const Verification& of);
 
 }  // namespace doppel

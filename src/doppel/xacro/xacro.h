@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/export.h"
 #include "doppel/packages/package_resolver.h"
 #include "doppel/xml/xml_tree.h"
 
@@ -24,19 +25,19 @@ struct XacroResult {
 // Throws InputError with the place through macros and includes. Bounded in depth, steps and size: a macro
 // that calls itself forever is an error, soon. Included files are read as `source` was: with
 // XmlContent::everything comments and blank text stay as ros/xacro keeps them.
-XacroResult expand_xacro(XmlTree source, const std::filesystem::path& file,
-                         const std::vector<std::pair<std::string, std::string>>& arguments,
-                         const PackageResolver& resolver, Diagnostics& diagnostics);
+DOPPEL_API XacroResult expand_xacro(XmlTree source, const std::filesystem::path& file,
+                                    const std::vector<std::pair<std::string, std::string>>& arguments,
+                                    const PackageResolver& resolver, Diagnostics& diagnostics);
 // Reads the file's content first.
-XacroResult expand_xacro(const std::filesystem::path& file,
-                         const std::vector<std::pair<std::string, std::string>>& arguments,
-                         const PackageResolver& resolver, Diagnostics& diagnostics);
+DOPPEL_API XacroResult expand_xacro(const std::filesystem::path& file,
+                                    const std::vector<std::pair<std::string, std::string>>& arguments,
+                                    const PackageResolver& resolver, Diagnostics& diagnostics);
 
 // Whether the tree holds anything for xacro to do: an element or namespace of it, ${...} or $(...).
-bool needs_xacro(const XmlTree& tree);
+DOPPEL_API bool needs_xacro(const XmlTree& tree);
 
 // The text that ros/xacro writes for a document: its layout, its order of attributes, its banner, which names
 // `input` as the user named it.
-std::string xacro_text(const XmlTree& expanded, const std::string& input);
+DOPPEL_API std::string xacro_text(const XmlTree& expanded, const std::string& input);
 
 }  // namespace doppel

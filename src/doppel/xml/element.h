@@ -5,16 +5,18 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {
 
 using XmlAttributes = std::vector<std::pair<std::string, std::string>>;
 
-XmlNode element(std::string name, XmlAttributes attributes = {}, std::vector<XmlNode> children = {});
-XmlNode text_element(std::string name, std::string text, XmlAttributes attributes = {});
-XmlNode comment(std::string text);
-void add_attribute(XmlNode& node, std::string name, std::string value);
-std::string truth(bool value);
+DOPPEL_API XmlNode element(std::string name, XmlAttributes attributes = {},
+                           std::vector<XmlNode> children = {});
+DOPPEL_API XmlNode text_element(std::string name, std::string text, XmlAttributes attributes = {});
+DOPPEL_API XmlNode comment(std::string text);
+DOPPEL_API void add_attribute(XmlNode& node, std::string name, std::string value);
+DOPPEL_API std::string truth(bool value);
 
 }  // namespace doppel

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "doppel/core/source_location.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -16,7 +17,7 @@ struct XmlAttribute {
   SourceLocation where;  // of the name
 };
 
-struct XmlNode {
+struct DOPPEL_API XmlNode {
   enum class Kind { element, text, comment, instruction };
   Kind kind = Kind::element;
   bool cdata = false;  // a text written as <![CDATA[...]]>
@@ -38,15 +39,16 @@ struct XmlNode {
 // read. Bounded: 64 MB, 400 levels, 1 MB of entities. UTF-8, UTF-16 with a byte order mark, Latin-1. Throws
 // InputError "xml.not_well_formed" with the place.
 enum class XmlContent { content, everything };
-XmlNode parse_xml(std::string_view text, const std::string& file, XmlContent keep = XmlContent::content);
+DOPPEL_API XmlNode parse_xml(std::string_view text, const std::string& file,
+                             XmlContent keep = XmlContent::content);
 
 // Reads the file first; throws InputError "file.unreadable" for what is not a regular file or is too large.
-XmlNode load_xml(const std::string& file);
+DOPPEL_API XmlNode load_xml(const std::string& file);
 // The bytes of a regular file of at most `largest` bytes.
-std::string read_file(const std::string& file, std::size_t largest);
+DOPPEL_API std::string read_file(const std::string& file, std::size_t largest);
 
-std::string to_xml(const XmlNode& node);
-std::string escape_xml(std::string_view text, bool quotes);
-void append_escaped(std::string& out, std::string_view text, bool quotes);
+DOPPEL_API std::string to_xml(const XmlNode& node);
+DOPPEL_API std::string escape_xml(std::string_view text, bool quotes);
+DOPPEL_API void append_escaped(std::string& out, std::string_view text, bool quotes);
 
 }  // namespace doppel

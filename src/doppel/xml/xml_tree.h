@@ -11,6 +11,7 @@
 #include "doppel/core/arena.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/source_location.h"
+#include "doppel/export.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {
@@ -24,7 +25,7 @@ struct TreeSource {
 
 struct TreeWithin;
 // A place in a file, through the calls that led there; lines and columns are counted when somebody asks.
-struct TreePlace {
+struct DOPPEL_API TreePlace {
   const TreeSource* source = nullptr;  // null: unknown
   const TreeWithin* within = nullptr;  // null: as the element around it
   std::uint32_t offset = 0;
@@ -37,9 +38,9 @@ struct TreeWithin {
   std::string_view what;  // "in macro"
   std::string_view name;  // "servo_joint"; may be empty
 };
-extern const TreeWithin kTopLevel;  // the end of the chain: what no call led to
-SourceLocation locate(const TreePlace& place);
-std::shared_ptr<const SourceLocation::Within> steps_of(const TreeWithin* within);
+extern DOPPEL_API const TreeWithin kTopLevel;  // the end of the chain: what no call led to
+DOPPEL_API SourceLocation locate(const TreePlace& place);
+DOPPEL_API std::shared_ptr<const SourceLocation::Within> steps_of(const TreeWithin* within);
 
 struct TreeAttribute {
   std::string_view name, value;
@@ -48,7 +49,7 @@ struct TreeAttribute {
   bool dollar = false;  // there is a '$' in the value
 };
 
-struct TreeNode {
+struct DOPPEL_API TreeNode {
   using Kind = XmlNode::Kind;
   Kind kind = Kind::element;
   bool cdata = false;        // a text written as <![CDATA[...]]>
@@ -73,7 +74,7 @@ struct TreeNode {
 };
 
 // Nodes in order; they lie in an arena.
-struct TreeList {
+struct DOPPEL_API TreeList {
   TreeNode *first = nullptr, *last = nullptr;
 
   void push_back(TreeNode* node) {
@@ -96,7 +97,7 @@ struct TreeList {
 };
 
 // A file as it is written: the root element, and the comments and instructions before and behind it.
-struct XmlTree {
+struct DOPPEL_API XmlTree {
   TreeList before, after;
   const TreeNode* root = nullptr;
   XmlContent keep = XmlContent::everything;
@@ -116,9 +117,10 @@ struct XmlTree {
 enum class XmlRules { strict, lenient };
 
 // As parse_xml and load_xml, with the same errors.
-XmlTree parse_xml_tree(std::string text, const std::string& file, XmlContent keep = XmlContent::everything,
-                       XmlRules rules = XmlRules::strict);
-XmlTree load_xml_tree(const std::string& file, XmlContent keep = XmlContent::everything,
-                      XmlRules rules = XmlRules::strict);
+DOPPEL_API XmlTree parse_xml_tree(std::string text, const std::string& file,
+                                  XmlContent keep = XmlContent::everything,
+                                  XmlRules rules = XmlRules::strict);
+DOPPEL_API XmlTree load_xml_tree(const std::string& file, XmlContent keep = XmlContent::everything,
+                                 XmlRules rules = XmlRules::strict);
 
 }  // namespace doppel

@@ -6,11 +6,12 @@
 #include <utility>
 
 #include "doppel/bus/bus.h"
+#include "doppel/export.h"
 
 namespace doppel::bus_detail {
 
 // What the bus must know of a message type.
-struct TopicOps {
+struct DOPPEL_API TopicOps {
   const TypeSupport& (*support)();
   std::size_t (*size)(const void* message);
   void (*write)(const void* message, std::span<std::byte> out);
@@ -35,7 +36,7 @@ inline constexpr TopicOps kTopicOps{
 class EdgeLink;
 
 // One who publishes or subscribes, by the node's or the edge's address.
-struct Endpoint {
+struct DOPPEL_API Endpoint {
   const void* owner = nullptr;
   EndpointInfo info;
   [[nodiscard]] bool is_node() const { return info.edge.empty(); }
@@ -72,16 +73,16 @@ struct Topic {
 };
 
 // Hands a message to everybody who wants it; the loop's thread. `from`: the edge that sent it in.
-void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from = nullptr);
+DOPPEL_API void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from = nullptr);
 
 // A request on its way to be answered, once; dropped unanswered, it tells the caller so.
-class PendingReply {
+class DOPPEL_API PendingReply {
  public:
   virtual ~PendingReply() = default;
   virtual void answer(Status status, Bytes response) = 0;
 };
 
-struct ServiceEntry {
+struct DOPPEL_API ServiceEntry {
   ServiceId id = 0;
   std::string name;
   const ServiceSupport* support = nullptr;

@@ -1,5 +1,5 @@
 // A shared library that is no controller.
 
-extern "C" int doppel_test_nothing() {
+extern "C" __attribute__((visibility("default"))) int doppel_test_nothing() {
   return 0;
 }

@@ -7,6 +7,7 @@
 #include <assimp/Importer.hpp>
 
 #include "doppel/description/detail/mesh.h"
+#include "doppel/export.h"
 
 namespace doppel::mesh {
 namespace {
@@ -48,8 +49,8 @@ void add_node(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X
 }  // namespace doppel::mesh
 
 // False: it cannot be read, `problem` says why.
-extern "C" bool doppel_import_mesh(const std::string& path, doppel::mesh::TriangleSoup& soup,
-                                   std::string& problem) {
+extern "C" DOPPEL_API bool doppel_import_mesh(const std::string& path, doppel::mesh::TriangleSoup& soup,
+                                              std::string& problem) {
   try {
     Assimp::Importer importer;
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);

@@ -1,6 +1,7 @@
 // Surfaces as FCL's bounding volume trees and primitives.
 #include <fcl/fcl.h>
 
+#include "doppel/export.h"
 #include "doppel/geometry/detail/surface.h"
 
 namespace doppel {
@@ -44,7 +45,7 @@ bool touch(const void* a, const Pose& X_WA, const void* b, const Pose& X_WB) {
 }  // namespace
 }  // namespace doppel
 
-extern "C" const doppel::SurfaceFunctions* doppel_surface_functions() {
+extern "C" DOPPEL_API const doppel::SurfaceFunctions* doppel_surface_functions() {
   static const doppel::SurfaceFunctions functions{
       [](const doppel::Geometry& geometry, const doppel::TriangleMesh* mesh) -> void* {
         return new doppel::Surface(doppel::surface_of(geometry, mesh));

@@ -29,6 +29,25 @@ TEST(Pose, RpyRoundTripsAtSingularity) {
   }
 }
 
+TEST(Pose, RotationFromZToOppositeDirectionIsLeastRotation) {
+  const unsigned seed = 11;
+  std::mt19937 random(seed);
+  std::normal_distribution<double> coordinate;
+  for (int i = 0; i < 1000; ++i) {
+    Eigen::Vector3d to(coordinate(random), coordinate(random), coordinate(random));
+    if (i % 4 == 0) to = Eigen::Vector3d(1e-3 * std::pow(0.9, i) * to.x(), 0, -2);
+    const Eigen::Matrix3d R = rotation_from_z(to);
+    EXPECT_LT((R * Eigen::Vector3d::UnitZ() - to.normalized()).norm(), 1e-14)
+        << "seed " << seed << " case " << i;
+    EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14)
+        << "seed " << seed << " case " << i;
+    const double cos_angle = (R.trace() - 1) / 2;
+    EXPECT_NEAR(cos_angle, to.normalized().z(), 1e-12) << "seed " << seed << " case " << i;
+  }
+  const Eigen::Matrix3d about_x = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  EXPECT_LT((rotation_from_z({0, 0, -1}) - about_x).norm(), 1e-15);
+}
+
 TEST(MassProperties, BoxMeshMatchesClosedForm) {
   const Eigen::Vector3f lo(1, 2, 3), hi(1.2f, 2.6f, 4.0f);
   std::vector<Eigen::Vector3f> v;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "doppel/core/status.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -36,7 +37,7 @@ void put_wide_text(Sink& sink, std::u16string_view text) {
 }
 
 // Counts what a CdrWriter would write.
-class CdrSizer {
+class DOPPEL_API CdrSizer {
  public:
   template <class T>
   void number(T) {
@@ -61,7 +62,7 @@ class CdrSizer {
 };
 
 // Writes into memory that a CdrSizer has measured.
-class CdrWriter {
+class DOPPEL_API CdrWriter {
  public:
   explicit CdrWriter(std::byte* out) : body_(out + kCdrHeaderSize) {
     std::memcpy(out, kCdrLittleEndianHeader, kCdrHeaderSize);
@@ -95,7 +96,7 @@ class CdrWriter {
 };
 
 // Appends to a buffer that grows; for conversions, not for the loop.
-class CdrAppender {
+class DOPPEL_API CdrAppender {
  public:
   explicit CdrAppender(Bytes& out) : out_(out) {
     out_.assign(kCdrLittleEndianHeader, kCdrLittleEndianHeader + kCdrHeaderSize);
@@ -122,7 +123,7 @@ class CdrAppender {
 };
 
 // Reads both byte orders; every read is checked, and the first that fails leaves its reason in problem().
-class CdrReader {
+class DOPPEL_API CdrReader {
  public:
   explicit CdrReader(std::span<const std::byte> bytes);
 

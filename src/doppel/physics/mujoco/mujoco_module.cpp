@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "doppel/export.h"
 #include "doppel/physics/mujoco/mujoco_engine.h"
 
 namespace doppel {
@@ -57,7 +58,7 @@ std::unique_ptr<Engine> MujocoWorld::make_engine() const {
 
 DOPPEL_EXPORT_ENGINE(doppel::kModule)
 
-extern "C" double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int steps) {
+extern "C" DOPPEL_API double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int steps) {
   const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
   const doppel::DataHandle copy = doppel::make_data(at.m());
   doppel::copy_data(at.m(), copy.get(), at.d());
@@ -70,8 +71,8 @@ extern "C" double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int
   return steps / taken.count();
 }
 
-extern "C" void doppel_mujoco_inverse_dynamics(const doppel::Engine& engine, const double* acceleration,
-                                               double* tau) {
+extern "C" DOPPEL_API void doppel_mujoco_inverse_dynamics(const doppel::Engine& engine,
+                                                          const double* acceleration, double* tau) {
   const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
   const doppel::DataHandle copy = doppel::make_data(at.m());
   doppel::copy_data(at.m(), copy.get(), at.d());

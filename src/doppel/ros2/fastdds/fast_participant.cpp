@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 
+#include "doppel/export.h"
 #include "doppel/ros2/detail/participant.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/fastdds/fast_convert.h"
@@ -131,7 +132,7 @@ void FastParticipant::announce(const Gid& gid, bool is_writer, const EndpointSpe
 
 }  // namespace doppel::ros2::fast
 
-extern "C" doppel::ros2::Participant* doppel_make_fast_participant(
+extern "C" DOPPEL_API doppel::ros2::Participant* doppel_make_fast_participant(
     const doppel::ros2::ParticipantOptions& options, std::function<void()> on_activity) {
   return new doppel::ros2::fast::FastParticipant(options, std::move(on_activity));
 }

@@ -1,0 +1,40 @@
+# What an installation consists of, in four components, which are Debian's packages (cmake/packages.cmake): the program, the
+# library with its plugin modules, what programs of others are built with, and the data.
+include(CMakePackageConfigHelpers)
+
+set(doppel_datadir ${CMAKE_INSTALL_DATADIR}/doppel)
+set(doppel_cmakedir ${CMAKE_INSTALL_LIBDIR}/cmake/doppel)
+get_property(plugin_modules GLOBAL PROPERTY DOPPEL_PLUGIN_MODULES)
+
+# The program finds its library from its own place, so that an installation can be moved as a whole.
+file(RELATIVE_PATH library_from_program /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
+set_target_properties(doppel PROPERTIES INSTALL_RPATH "$ORIGIN/${library_from_program}")
+install(TARGETS doppel RUNTIME COMPONENT program)
+
+install(TARGETS doppel_library EXPORT doppel LIBRARY COMPONENT library NAMELINK_COMPONENT development)
+install(TARGETS ${plugin_modules} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/doppel COMPONENT library)
+
+# The public headers; detail/ and the folders of single implementations stay at home.
+install(DIRECTORY src/doppel DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h"
+  PATTERN detail EXCLUDE PATTERN test EXCLUDE PATTERN fuzz EXCLUDE PATTERN mujoco EXCLUDE PATTERN bullet EXCLUDE
+  PATTERN fastdds EXCLUDE PATTERN fcl EXCLUDE PATTERN assimp EXCLUDE PATTERN components EXCLUDE)
+# The templates of public headers.
+foreach(header bus/detail/action_server.h bus/detail/bus.h messages/detail/cdr.h messages/detail/codec.h
+    messages/detail/type_description.h)
+  get_filename_component(folder ${header} DIRECTORY)
+  install(FILES src/doppel/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/doppel/${folder} COMPONENT development)
+endforeach()
+install(EXPORT doppel FILE doppelTargets.cmake NAMESPACE doppel:: DESTINATION ${doppel_cmakedir} COMPONENT development)
+get_property(DOPPEL_COMPONENTS GLOBAL PROPERTY DOPPEL_MODULES)
+list(JOIN DOPPEL_COMPONENTS " " DOPPEL_COMPONENTS)
+file(RELATIVE_PATH DOPPEL_PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/doppelConfig.cmake.in ${PROJECT_BINARY_DIR}/doppelConfig.cmake
+  INSTALL_DESTINATION ${doppel_cmakedir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/doppelConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/doppelConfig.cmake ${PROJECT_BINARY_DIR}/doppelConfigVersion.cmake
+  DESTINATION ${doppel_cmakedir} COMPONENT development)
+configure_file(${CMAKE_CURRENT_LIST_DIR}/doppel.pc.in ${PROJECT_BINARY_DIR}/doppel.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/doppel.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+
+install(DIRECTORY robots worlds datasheets DESTINATION ${doppel_datadir} COMPONENT data)
+install(DIRECTORY web/dist/ DESTINATION ${doppel_datadir}/page COMPONENT data)
