@@ -104,7 +104,7 @@ class HostileNetwork : public FastTwinTest {
   }
   // Each is sent when the one before has been taken: a reader of ROS 2's default profiles keeps ten, or one.
   void expect_each_is_refused(Publisher<Octets>& bad) {
-    const std::int64_t before = counter("refused");
+    const std::int64_t before = counter("rejected");
     std::int64_t sent = 0, refused = 0;
     for (const Octets& body : malformed_bodies()) {
       bad.publish(body);
@@ -112,7 +112,7 @@ class HostileNetwork : public FastTwinTest {
       // The first answer may be on its way before the message is looked at, the second cannot.
       for (int i = 0; i < 2; ++i) ASSERT_NO_FATAL_FAILURE(expect_parameters_are_reported(witness));
     }
-    EXPECT_TRUE(eventually([&] { return (refused = counter("refused") - before) >= sent; }))
+    EXPECT_TRUE(eventually([&] { return (refused = counter("rejected") - before) >= sent; }))
         << refused << " of " << sent;
     EXPECT_EQ(refused, sent);
   }

@@ -39,7 +39,7 @@ void NetworkDiagnostics::publish(const NetworkStatus& now) {
   add("messages sent", fmt::format("{}", now.sent));
   add("messages received", fmt::format("{}", now.received));
   add("requests received", fmt::format("{}", now.requests));
-  add("refused", fmt::format("{}", now.refused));
+  add("rejected", fmt::format("{}", now.refused));
   add("rejected datagrams", fmt::format("{}", now.refused_datagrams));
   add("lost", fmt::format("{}", now.lost));
   add("requests that could not be answered", fmt::format("{}", now.unanswered));

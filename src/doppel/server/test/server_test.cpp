@@ -343,7 +343,7 @@ TEST_F(ServerTest, InvalidOperationIsAnsweredWithStatus) {
       {R"({"op":"advertise","channels":[{"id":1,"topic":"/x","encoding":"cdr","schemaName":"my/msg/Own"}]})",
        "unknown type 'my/msg/Own'"},
       {R"({"op":"advertise","channels":[{"id":1,"topic":"/command","encoding":"cdr","schemaName":"std_msgs/msg/Bool"}]})",
-       "is a std_msgs/msg/Float64"},
+       "has type std_msgs/msg/Float64"},
       {R"({"op":"setParameters","parameters":[{"name":"x","value":1}]})", "'x' is not a parameter"},
       {R"({"op":"setParameters","parameters":[{"name":"/arm.rate"}]})", "cannot be removed"}};
   for (const auto& [frame, text] : cases) {
