@@ -191,7 +191,7 @@ TEST_F(GraphClientTest, EmptyNetworkIsReported) {
   EXPECT_THAT(client.topics(), IsEmpty());
   EXPECT_THAT(client.nodes(), IsEmpty());
   ASSERT_EQ(said_.size(), 1U);
-  EXPECT_THAT(said_[0], HasSubstr("nobody"));
+  EXPECT_THAT(said_[0], HasSubstr("no participant answers"));
 }
 
 TEST_F(GraphClientTest, TimeoutIsKept) {
