@@ -72,7 +72,7 @@ void JointTrajectoryController::size_state_message() {
   }
 }
 
-void JointTrajectoryController::publish_state(Time now) {
+void JointTrajectoryController::publish_controller_state(Time now) {
   if (!state_topic_.has_listeners()) return;
   auto& m = state_message_;
   m.header.stamp = to_time_msg(context_->node->bus().stamp(now));

@@ -22,7 +22,7 @@ void JointTrajectoryController::update(Time now, Duration period) {
   interfaces_.read(state_);
   exchange_scaling();
   if (current_ != nullptr) follow(now, period);
-  publish_state(now);
+  publish_controller_state(now);
 }
 
 void JointTrajectoryController::take_next() {

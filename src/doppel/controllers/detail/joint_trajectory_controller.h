@@ -74,7 +74,7 @@ class JointTrajectoryController : public Controller {
   // -- between steps, with the world outside (joint_trajectory_controller_io.cpp)
   void open_topics();
   void size_state_message();
-  void publish_state(Time now);
+  void publish_controller_state(Time now);
   void fill_output();
   void receive(const TrajectoryMessage& received);
   [[nodiscard]] TrajectoryMessage in_own_time(TrajectoryMessage message) const;
