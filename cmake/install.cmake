@@ -38,3 +38,26 @@ install(FILES ${PROJECT_BINARY_DIR}/doppel.pc DESTINATION ${CMAKE_INSTALL_LIBDIR
 
 install(DIRECTORY robots worlds datasheets DESTINATION ${doppel_datadir} COMPONENT data)
 install(DIRECTORY web/dist/ DESTINATION ${doppel_datadir}/page COMPONENT data)
+
+# The manual and completion, which the program writes itself.
+set(manual ${PROJECT_BINARY_DIR}/manual)
+add_custom_command(OUTPUT ${manual}/stamp
+  COMMAND ${CMAKE_COMMAND} -E rm -rf ${manual}
+  COMMAND doppel man --into ${manual}/man1
+  COMMAND sh -c "gzip -9n ${manual}/man1/*.1"
+  COMMAND doppel completion bash > ${manual}/doppel
+  COMMAND doppel completion zsh > ${manual}/_doppel
+  COMMAND doppel completion fish > ${manual}/doppel.fish
+  COMMAND ${CMAKE_COMMAND} -E touch ${manual}/stamp
+  DEPENDS doppel COMMENT "Writing the manual" VERBATIM)
+add_custom_target(doppel_manual ALL DEPENDS ${manual}/stamp)
+install(DIRECTORY ${manual}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program)
+install(FILES ${manual}/doppel DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
+install(FILES ${manual}/_doppel DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
+install(FILES ${manual}/doppel.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT program)
+foreach(package program=doppel library=libdoppel${PROJECT_VERSION_MAJOR} development=libdoppel-dev data=doppel-data)
+  string(REPLACE "=" ";" package ${package})
+  list(GET package 0 component)
+  list(GET package 1 name)
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} RENAME copyright COMPONENT ${component})
+endforeach()
