@@ -132,7 +132,7 @@ TEST_F(WritePackage, DanglingLinkIsLeftAlone) {
 
 TEST_F(WritePackage, FileThatCannotBeWrittenLeavesNothingBehind) {
   const std::vector<PackageFile> files{{"a.txt", "one"}, {std::string(300, 'x'), "two"}};
-  EXPECT_THAT(error_of([&] { write_package(folder_ / "made", files); }), HasSubstr("cannot be written"));
+  EXPECT_THAT(error_of([&] { write_package(folder_ / "made", files); }), HasSubstr("cannot write the file"));
   EXPECT_EQ(entries(), 0u);
 }
 
