@@ -20,7 +20,7 @@ install(DIRECTORY src/doppel DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT d
   PATTERN fastdds EXCLUDE PATTERN fcl EXCLUDE PATTERN assimp EXCLUDE PATTERN components EXCLUDE)
 # The templates of public headers.
 foreach(header bus/detail/action_server.h bus/detail/bus.h messages/detail/cdr.h messages/detail/codec.h
-    messages/detail/type_description.h)
+    messages/detail/type_description.h ros2/detail/action_client.h)
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES src/doppel/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/doppel/${folder} COMPONENT development)
 endforeach()
