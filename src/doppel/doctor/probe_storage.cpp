@@ -56,7 +56,7 @@ StorageFacts probe_storage(const ProgramPlace& program) {
   // Not yet made where no twin has run.
   const fs::path announcements = announcement_folder();
   facts.places.push_back(
-      look_at("announcements", "what tells shells of running twins",
+      look_at("announcements", "the list of running twins",
               fs::exists(announcements, none) ? announcements : announcements.parent_path()));
   if (fs::exists(program.root / "build", none))
     facts.places.push_back(look_at("build", "the build", program.root / "build"));
