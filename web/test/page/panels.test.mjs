@@ -49,7 +49,7 @@ test('parameters: set, told by the row when the node refuses, and changed by som
   assert.equal(await input('constraints.goal_time').inputValue(), '-3', 'what was typed stays, to be corrected');
   await input('constraints.goal_time').fill('abc');
   await input('constraints.goal_time').press('Enter');
-  await waitFor(() => document.querySelector('.parameter-error:not([hidden])')?.textContent.includes('no number'));
+  await waitFor(() => document.querySelector('.parameter-error:not([hidden])')?.textContent.includes('not a number'));
   await page.evaluate(() => doppel.twin.client.setParameter({ name: '/omarm_arm_controller.constraints.Revolute 1.trajectory', value: 0.2, type: 'float64' }));
   await waitFor(() => [...document.querySelectorAll('.parameter')].some((one) => one.textContent.includes('constraints.Revolute 1.trajectory') && one.querySelector('input').value === '0.2'));
 });
