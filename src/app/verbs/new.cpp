@@ -22,7 +22,7 @@ struct NewOptions {
   scaffold::ArmRequest arm;
 };
 
-// As `ros2 pkg create` fills in what nobody has said.
+// The defaults of `ros2 pkg create`.
 scaffold::PackageAuthor author_of(const NewOptions& options) {
   const char* user = std::getenv("USER");
   const std::string name = user == nullptr || *user == '\0' ? "user" : user;
