@@ -14,15 +14,24 @@ install(TARGETS doppel RUNTIME COMPONENT program)
 install(TARGETS doppel_library EXPORT doppel LIBRARY COMPONENT library NAMELINK_COMPONENT development)
 install(TARGETS ${plugin_modules} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/doppel COMPONENT library)
 
-# The public headers; detail/ and the folders of single implementations stay at home.
-install(DIRECTORY src/doppel DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h"
-  PATTERN detail EXCLUDE PATTERN test EXCLUDE PATTERN fuzz EXCLUDE PATTERN mujoco EXCLUDE PATTERN bullet EXCLUDE
-  PATTERN fastdds EXCLUDE PATTERN fcl EXCLUDE PATTERN assimp EXCLUDE PATTERN components EXCLUDE)
-# The templates of public headers.
-foreach(header bus/detail/action_server.h bus/detail/bus.h messages/detail/cdr.h messages/detail/codec.h
-    messages/detail/type_description.h ros2/detail/action_client.h)
+# The public headers lie directly in the folders of their modules; what they include of the folders below is their templates
+# (tools/public_headers.py has the same rule, and tools/check_headers compares).
+file(GLOB public_headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/src src/doppel/*.h src/doppel/*/*.h)
+set(installed_headers)
+while(public_headers)
+  list(POP_FRONT public_headers header)
+  list(APPEND installed_headers ${header})
+  file(STRINGS src/${header} includes REGEX "^#include \"doppel/[a-z0-9_]+/[a-z0-9_]+/")
+  foreach(line IN LISTS includes)
+    string(REGEX REPLACE "^#include \"(.*)\".*$" "\\1" template ${line})
+    if(NOT template IN_LIST installed_headers AND NOT template IN_LIST public_headers)
+      list(APPEND public_headers ${template})
+    endif()
+  endforeach()
+endwhile()
+foreach(header IN LISTS installed_headers)
   get_filename_component(folder ${header} DIRECTORY)
-  install(FILES src/doppel/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/doppel/${folder} COMPONENT development)
+  install(FILES src/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder} COMPONENT development)
 endforeach()
 install(EXPORT doppel FILE doppelTargets.cmake NAMESPACE doppel:: DESTINATION ${doppel_cmakedir} COMPONENT development)
 get_property(DOPPEL_COMPONENTS GLOBAL PROPERTY DOPPEL_MODULES)

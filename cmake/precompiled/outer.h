@@ -1,5 +1,4 @@
 // As library.h, for what never runs in the control loop, which is compiled by other options.
 #include "library.h"
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

@@ -122,8 +122,7 @@ std::string verb_page(const CLI::App& verb) {
                     synopsis(verb, path) + heading("OPTIONS") + details(verb);
   for (const CLI::App* sub : verbs_of(verb)) {
     const std::string sub_path = path + " " + sub->get_name();
-    std::string title = sub_path;
-    out += fmt::format(".SH \"{}\"\n{}\n.PP\n{}{}", roff(title), roff(sub->get_description()),
+    out += fmt::format(".SH \"{}\"\n{}\n.PP\n{}{}", roff(sub_path), roff(sub->get_description()),
                        synopsis(*sub, sub_path), details(*sub));
     if (const std::string shown = examples(*sub); !shown.empty()) out += ".PP\n" + shown;
   }

@@ -205,7 +205,13 @@ TEST_F(HostileNetwork, NanDoesNotMoveArm) {
 }
 
 TEST_F(HostileNetwork, VanishedPeerIsDropped) {
-  const std::int64_t before = counter("other participants");
+  std::int64_t before = counter("other participants");
+  const auto is_unchanged_for_two_seconds = [&] {
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    const std::int64_t last = before;
+    return (before = counter("other participants")) == last;
+  };
+  ASSERT_TRUE(eventually(is_unchanged_for_two_seconds)) << "the participants of earlier tests do not leave";
   const auto probe = std::filesystem::temp_directory_path() / ("doppel-probe-" + std::to_string(getpid()));
   Process vanishing({std::getenv("PROBE"), std::to_string(own_domain()), "--lease", "1", "hold"}, {}, probe);
   EXPECT_TRUE(eventually([&] { return counter("other participants") == before + 1; }));

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "app/verbs/description_target.h"
 #include "app/verbs/shell.h"
@@ -12,12 +11,11 @@
 #include "doppel/calibration/calibration.h"
 #include "doppel/calibration/lerobot.h"
 #include "doppel/core/names.h"
+#include "doppel/math/units.h"
 #include "doppel/overlay/overlay.h"
 
 namespace doppel::app {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct CalibrateOptions {
   std::vector<std::string> words, measure;

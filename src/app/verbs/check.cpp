@@ -146,9 +146,9 @@ int check(const CheckOptions& o) {
   AuditOptions options;
   options.profiles = chosen_profiles(o.profiles);
   const AuditResult result = audited(o, options);
-  // Whoever reads the report by program reads what is refused there as well; a person reads it on stderr.
+  // A program reads the refusal in the report; a person reads it on stderr.
   if (!result.refused || o.json || o.sarif || o.github) print_report(result.report, o);
-  if (result.refused) throw *result.refused;
+  if (result.refused) throw InputError(*result.refused);
   return result.report.count(Severity::error) > 0 ? 1 : 0;
 }
 

@@ -94,8 +94,9 @@ std::vector<Mover> assign(Client& twin, const std::string& manager, const Positi
   std::vector<std::string> joints;
   for (const Mover& mover : movers) joints.insert(joints.end(), mover.joints.begin(), mover.joints.end());
   for (const auto& [joint, position] : targets) {
-    const auto mover = std::ranges::find_if(
-        movers, [&](const Mover& m) { return std::ranges::find(m.joints, joint) != m.joints.end(); });
+    const auto mover = std::ranges::find_if(movers, [&, &name = joint](const Mover& m) {
+      return std::ranges::find(m.joints, name) != m.joints.end();
+    });
     if (mover == movers.end()) {
       throw ClientError(
           fmt::format("no active trajectory controller moves '{}'{}", joint, did_you_mean(joint, joints)));

@@ -31,7 +31,7 @@ scaffold::PackageAuthor author_of(const NewOptions& options) {
 }
 
 // A path as a shell takes it.
-std::string quoted(const std::string& path) {
+std::string shell_quoted(const std::string& path) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:@%";
   if (path.find_first_not_of(kPlain) == std::string::npos) return path;
@@ -46,7 +46,7 @@ int run_new(const NewOptions& options) {
   const fs::path folder = fs::absolute(options.folder).lexically_normal() / name.package;
   const auto files = scaffold::arm_package(name, design, author_of(options));
   scaffold::write_package(folder, files);
-  const std::string shown = quoted(shown_path(folder));
+  const std::string shown = shell_quoted(shown_path(folder));
   std::string text = fmt::format("{}: {}\n", shown, scaffold::summary(design));
   for (const scaffold::PackageFile& file : files) text += fmt::format("  {}\n", file.path);
   text += fmt::format(

@@ -140,7 +140,7 @@ int show_overlay(const OverlayOptions& o) {
 }
 
 // -- add, remove, stamp
-std::string quoted(const std::string& text) {
+std::string yaml_quoted(const std::string& text) {
   return nlohmann::json(text).dump();  // JSON's strings are YAML's double-quoted ones
 }
 
@@ -178,10 +178,11 @@ AddWords split_words(const std::vector<std::string>& words) {
 }
 
 Operation read_operation(const AddWords& words, const OverlayOptions& o) {
-  std::string yaml = fmt::format("- {}: {}\n", words.operation, words.name.empty() ? "" : quoted(words.name));
+  std::string yaml =
+      fmt::format("- {}: {}\n", words.operation, words.name.empty() ? "" : yaml_quoted(words.name));
   for (const auto& [key, value] : words.settings) {
     const bool structured = value.starts_with('[') || value.starts_with('{');
-    yaml += fmt::format("  {}: {}\n", key, structured ? value : quoted(value));
+    yaml += fmt::format("  {}: {}\n", key, structured ? value : yaml_quoted(value));
   }
   Operation operation = parse_overlay(yaml, "command line").operations.at(0);
   operation.why = o.why;

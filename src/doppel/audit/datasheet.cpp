@@ -10,6 +10,7 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
+#include "doppel/math/units.h"
 #include "doppel/target/side_files.h"
 
 namespace doppel {
@@ -25,7 +26,6 @@ struct Unit {
 };
 constexpr double kKilogramForce = 9.80665;  // N, by definition
 constexpr double kOunceForce = 0.27801385;  // N
-constexpr double kDegree = std::numbers::pi / 180;
 
 const std::vector<Unit> kTorque = {{"N m", 1, false},
                                    {"N cm", 0.01, false},

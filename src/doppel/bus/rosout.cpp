@@ -21,20 +21,12 @@ std::uint8_t level_of(Severity severity) {
   return Line::INFO;
 }
 
-// "leave" of "void doppel::Bridge::Impl::leave(const std::string&)".
-std::string bare_name(std::string_view function) {
-  if (function.find("<lambda") != std::string_view::npos) return "operator()";
-  function = function.substr(0, function.find('('));
-  const std::size_t before = function.find_last_of(": ");
-  return std::string(before == std::string_view::npos ? function : function.substr(before + 1));
-}
-
 }  // namespace
 
-void fill_place(rcl_interfaces::msg::Log& line, const std::source_location& where) {
-  line.file = where.file_name();
-  line.function = bare_name(where.function_name());
-  line.line = where.line();
+void fill_place(rcl_interfaces::msg::Log& line, const CodeLocation& where) {
+  line.file = where.file;
+  line.function = where.function;
+  line.line = static_cast<std::uint32_t>(where.line);
 }
 
 // What the sinks hold: the log may outlive the bus.

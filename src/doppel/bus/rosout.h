@@ -2,7 +2,6 @@
 // The program's log on /rosout, as the lines of the nodes that they are about.
 
 #include <memory>
-#include <source_location>
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
@@ -11,9 +10,8 @@
 
 namespace doppel {
 
-// Where a line was said in the sources, as rclcpp's macros fill it in: the file, the function's bare name,
-// the line.
-DOPPEL_API void fill_place(rcl_interfaces::msg::Log& line, const std::source_location& where);
+// The place of a log call in the C++ sources, as rclcpp's macros fill it in.
+DOPPEL_API void fill_place(rcl_interfaces::msg::Log& line, const CodeLocation& where);
 
 // The loop's thread. Its node is /doppel, in whose name also stands what is about no node.
 class DOPPEL_API Rosout {

@@ -9,11 +9,11 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
+#include "doppel/math/units.h"
 
 namespace doppel {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kWorstResidual = 5.0 * kDegree;
 constexpr double kMinMotion = 0.05;  // machine per model: less is a joint that did not turn
 constexpr double kMinScale = 0.5, kMaxScale = 2.0;

@@ -38,7 +38,9 @@ void check_range(const LerobotMotor& motor, const std::string& file) {
 
 std::vector<LerobotMotor> read_map(const json& root, const std::string& file) {
   std::vector<LerobotMotor> out;
-  for (const auto& [name, entry] : root.items()) {
+  for (const auto& item : root.items()) {
+    const std::string& name = item.key();
+    const json& entry = item.value();
     LerobotMotor motor;
     motor.name = name;
     const auto field = [&](const char* key) {

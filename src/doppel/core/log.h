@@ -1,12 +1,12 @@
 #pragma once
-// What the running program tells: one stream of lines with level and origin, to sinks (terminal, /rosout, a
-// test). Not for the step itself: whoever has something to say there notes it and says it between steps.
+// The log of the running program: one stream of lines with level and origin, to sinks (terminal, /rosout, a
+// test). Not for the step itself: what is to be reported there is noted and logged between steps.
 
 #include <functional>
-#include <source_location>
 #include <string>
 #include <vector>
 
+#include "doppel/core/code_location.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/export.h"
 
@@ -14,9 +14,9 @@ namespace doppel {
 
 struct LogLine {
   Severity severity = Severity::note;
-  std::string origin;  // node or room: "omarm_arm_controller"
+  std::string origin;  // node or module: "omarm_arm_controller"
   std::string text;
-  std::source_location where = std::source_location::current();  // in the sources
+  CodeLocation where = CodeLocation::current();
 };
 
 class DOPPEL_API Log {
@@ -24,18 +24,18 @@ class DOPPEL_API Log {
   using Sink = std::function<void(const LogLine&)>;
 
   void add_sink(Sink sink) { sinks_.push_back(std::move(sink)); }
-  using Where = std::source_location;
-  void line(Severity severity, std::string origin, std::string text, Where where = Where::current()) const {
+  void line(Severity severity, std::string origin, std::string text,
+            CodeLocation where = CodeLocation::current()) const {
     const LogLine l{severity, std::move(origin), std::move(text), where};
     for (const Sink& sink : sinks_) sink(l);
   }
-  void note(std::string origin, std::string text, Where where = Where::current()) const {
+  void note(std::string origin, std::string text, CodeLocation where = CodeLocation::current()) const {
     line(Severity::note, std::move(origin), std::move(text), where);
   }
-  void warning(std::string origin, std::string text, Where where = Where::current()) const {
+  void warning(std::string origin, std::string text, CodeLocation where = CodeLocation::current()) const {
     line(Severity::warning, std::move(origin), std::move(text), where);
   }
-  void error(std::string origin, std::string text, Where where = Where::current()) const {
+  void error(std::string origin, std::string text, CodeLocation where = CodeLocation::current()) const {
     line(Severity::error, std::move(origin), std::move(text), where);
   }
 

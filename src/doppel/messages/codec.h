@@ -72,9 +72,10 @@ class DOPPEL_API TypeSupport {
   Status cdr_to_json(std::span<const std::byte> cdr, std::string& out) const;
   [[nodiscard]] const std::string& hash() const;  // messages/type_hash.h
 
-  [[nodiscard]] virtual const TypeDescription* description() const = 0;  // messages/type_description.h
   // Checked, little endian, without padding.
-  virtual Status recode(std::span<const std::byte> cdr, Bytes& out) const = 0;
+  Status recode(std::span<const std::byte> cdr, Bytes& out) const;
+
+  [[nodiscard]] virtual const TypeDescription* description() const = 0;  // messages/type_description.h
 
  private:
   LazyText hash_;

@@ -66,9 +66,6 @@ class DescribedType final : public TypeSupport {
   explicit DescribedType(std::unique_ptr<const DescribedTypes> types)
       : TypeSupport(types->front().name), types_(std::move(types)), type_(types_->front()) {}
   [[nodiscard]] const TypeDescription* description() const override { return &type_; }
-  Status recode(std::span<const std::byte> cdr, Bytes& out) const override {
-    return recode_cdr(type_, cdr, out);
-  }
 
  private:
   std::unique_ptr<const DescribedTypes> types_;

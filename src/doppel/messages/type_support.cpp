@@ -20,6 +20,10 @@ Status TypeSupport::cdr_to_json(std::span<const std::byte> cdr, std::string& out
   return doppel::cdr_to_json(*description(), cdr, out);
 }
 
+Status TypeSupport::recode(std::span<const std::byte> cdr, Bytes& out) const {
+  return recode_cdr(*description(), cdr, out);
+}
+
 const std::string& TypeSupport::hash() const {
   return hash_.get([this] { return type_hash(*description()); });
 }

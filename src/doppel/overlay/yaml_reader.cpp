@@ -8,6 +8,7 @@
 #include <set>
 
 #include "doppel/core/names.h"
+#include "doppel/math/units.h"
 #include "doppel/overlay/detail/overlay.h"
 
 namespace doppel {
@@ -22,7 +23,6 @@ struct Unit {
   Dimension of;
   double factor;
 };
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::array kUnits{
     Unit{"rad", Dimension::position, 1},      Unit{"deg", Dimension::position, kDegree},
     Unit{"m", Dimension::position, 1},        Unit{"mm", Dimension::position, 1e-3},

@@ -107,7 +107,7 @@ void Node::on_parameter_change(
       });
 }
 
-void Node::log(Severity severity, const std::string& text, const Where& where) const {
+void Node::log(Severity severity, const std::string& text, const CodeLocation& where) const {
   if (!context_.is_logged(severity)) return;
   rcl_interfaces::msg::Log line;
   line.stamp = to_time_msg(now());

@@ -9,7 +9,6 @@
 #include <future>
 #include <memory>
 #include <optional>
-#include <source_location>
 #include <string>
 #include <string_view>
 
@@ -186,14 +185,13 @@ class DOPPEL_API Node {
       std::function<void(const std::string& name, const ParameterValue& value)> listener);
 
   // -- log: to stderr and on /rosout
-  using Where = std::source_location;
-  void info(const std::string& text, Where where = Where::current()) const {
+  void info(const std::string& text, CodeLocation where = CodeLocation::current()) const {
     log(Severity::note, text, where);
   }
-  void warn(const std::string& text, Where where = Where::current()) const {
+  void warn(const std::string& text, CodeLocation where = CodeLocation::current()) const {
     log(Severity::warning, text, where);
   }
-  void error(const std::string& text, Where where = Where::current()) const {
+  void error(const std::string& text, CodeLocation where = CodeLocation::current()) const {
     log(Severity::error, text, where);
   }
 
@@ -211,7 +209,7 @@ class DOPPEL_API Node {
   ParameterValue declare(const std::string& name, ParameterValue initial, const std::string& description);
   [[nodiscard]] const ParameterValue& value_of(std::string_view parameter) const;
   std::shared_ptr<RemoteService> make_client(const std::string& service, const ServiceSupport& support);
-  void log(Severity severity, const std::string& text, const Where& where) const;
+  void log(Severity severity, const std::string& text, const CodeLocation& where) const;
   void follow_clock(bool use_sim_time);
 
   Context& context_;

@@ -121,7 +121,9 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
   for (const auto& robot : robots) instances.push_back(robot->instance());
   for (const WorldObject& object : world.objects)
     instances.push_back(make_instance(object, meshes, diagnostics));
-  engine = compile_world(scenario.engine, world, std::move(instances), diagnostics)->make_engine();
+  engine = compile_world(scenario.engine, static_cast<const WorldSettings&>(world), std::move(instances),
+                         diagnostics)
+               ->make_engine();
   for (const auto& robot : fresh) robot->report_choices(instance_of(*engine, *robot), diagnostics);
   for (const auto& robot : fresh) report_overlaps(*robot, *engine, diagnostics);
 }

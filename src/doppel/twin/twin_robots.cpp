@@ -69,8 +69,9 @@ std::shared_ptr<Twin::JoiningRobot> Twin::prepare_robot(const std::shared_ptr<co
   CollisionMeshes meshes;
   const auto machine = std::make_shared<CompiledRobot>(robot, twin.scenario, world, std::move(description),
                                                        meshes, diagnostics);
-  const auto alone =
-      compile_world(twin.scenario.engine, world, {machine->instance()}, diagnostics)->make_engine();
+  const auto alone = compile_world(twin.scenario.engine, static_cast<const WorldSettings&>(world),
+                                   {machine->instance()}, diagnostics)
+                         ->make_engine();
   const Instance instance = instance_of(*alone, *machine);
   machine->report_choices(instance, diagnostics);
   const auto start = [&](ControlStack& control, const Log& quiet) {

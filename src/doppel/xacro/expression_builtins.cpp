@@ -95,7 +95,7 @@ Value range(const Arguments& a) {
     throw ExpressionError("range() is too long", "xacro.too_much");
   ValueList out;
   std::int64_t at = from;
-  for (double i = 0; i < count; ++i) {
+  while (static_cast<double>(out.size()) < count) {
     out.emplace_back(at);
     if (__builtin_add_overflow(at, step, &at)) break;
   }

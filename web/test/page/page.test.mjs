@@ -56,8 +56,7 @@ lab.check('the arm is in the picture, and nothing is on the console', async () =
   assert.ok(arm.size > 600, `${arm.size} pixels`);
   assert.deepEqual(page.problems, []);
   const first = await page.evaluate(() => doppel.world.firstPicture);
-  console.log(`first picture ${Math.round(first)} ms`);
-  assert.ok(first < 5000, 'the bench says more exactly');
+  console.log(`first picture ${Math.round(first)} ms`);  // bench/page.mjs measures it
   await page.close();
 });
 

@@ -171,15 +171,15 @@ TEST(Rosout, LogLinesCarrySourceLocation) {
   Log log;
   const Rosout rosout(bus);
   log.add_sink(rosout.sink());
-  const auto before = std::source_location::current();
+  const auto before = CodeLocation::current();
   log.note("arm", "from the test");
   speak(log);
   [&log] { log.error("arm", "from a lambda"); }();
   bus.spin();
   ASSERT_EQ(lines.size(), 3U);
-  EXPECT_EQ(lines[0].file, before.file_name());
+  EXPECT_EQ(lines[0].file, before.file);
   EXPECT_EQ(lines[0].function, "TestBody");
-  EXPECT_EQ(lines[0].line, before.line() + 1);
+  EXPECT_EQ(lines[0].line, static_cast<std::uint32_t>(before.line) + 1);
   EXPECT_EQ(lines[1].function, "speak");
   EXPECT_EQ(lines[2].function, "operator()");
 }

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include "doppel/comparison/comparison.h"
+#include "doppel/math/units.h"
 
 namespace doppel::comparison {
 
@@ -53,8 +53,6 @@ class Changes {
   std::vector<Change>& out_;
   std::string subject_, name_;
 };
-
-inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 void compare_joint(const Joint& a, const Joint& b, std::vector<Change>& out);  // joints.cpp
 void compare_link(const Link& a, const Link& b, std::vector<Change>& out);     // links.cpp

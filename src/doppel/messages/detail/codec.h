@@ -146,12 +146,6 @@ class StructType final : public TypeSupport {
  public:
   StructType() : TypeSupport(std::string(M::kType)) {}
   [[nodiscard]] const TypeDescription* description() const override { return &describe<M>(); }
-  Status recode(std::span<const std::byte> cdr, Bytes& out) const override {
-    M message;
-    Status status = from_cdr(cdr, message);
-    if (status) out = to_cdr(message);
-    return status;
-  }
 };
 
 }  // namespace messages_detail

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "../test/messages_testing.h"
+#include "../test/struct_codecs.h"
 #include "doppel/messages/described_type.h"
 
 namespace {
@@ -19,6 +20,7 @@ using doppel::TypeSupport;
 struct Subject {
   const TypeSupport* compiled;
   std::shared_ptr<const TypeSupport> described;
+  decltype(doppel::messages_testing::StructCodec::recode) recode_struct = nullptr;
 };
 
 std::vector<Subject> subjects() {
@@ -27,6 +29,9 @@ std::vector<Subject> subjects() {
     doppel::Status status;
     all.push_back({type, doppel::described_type(doppel::description_message(*type->description()), status)});
     if (!status || all.back().described->hash() != type->hash()) std::abort();
+    for (const auto& codec : doppel::messages_testing::struct_codecs()) {
+      if (codec.type->name == type->name) all.back().recode_struct = codec.recode;
+    }
   }
   return all;
 }
@@ -52,6 +57,8 @@ void check(const Subject& subject, std::span<const std::byte> bytes) {
       good != described.recode(bytes, other).ok()) {
     std::abort();
   }
+  if (Bytes read; subject.recode_struct != nullptr && subject.recode_struct(bytes, read).ok() != good)
+    std::abort();
   if (!good) return;
   if (!compiled.recode(once, twice).ok() || once != twice) std::abort();
   if (!described.recode(other, twice).ok() || other != twice || once.size() != other.size()) std::abort();

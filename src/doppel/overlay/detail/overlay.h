@@ -1,5 +1,5 @@
 #pragma once
-// What the files of this room share. An operation is seen as facts about its target: what it depends on
+// Shared by the files of this module. An operation is seen as facts about its target: what it depends on
 // ("axis" -> "1 0 0"), and what it makes of it. The file keeps the facts as they were, the tree tells them as
 // they are, and an operation is applied, recognised or refused by comparing the two.
 
@@ -10,16 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/core/overloaded.h"
 #include "doppel/overlay/overlay.h"
 
 namespace doppel::overlay_detail {
-
-template <class... F>
-struct Overloaded : F... {
-  using F::operator()...;
-};
-template <class... F>
-Overloaded(F...) -> Overloaded<F...>;
 
 using Facts = std::vector<std::pair<std::string, std::string>>;
 

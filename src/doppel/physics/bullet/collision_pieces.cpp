@@ -10,13 +10,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/core/overloaded.h"
+
 namespace doppel {
 namespace {
-
-template <class... Cases>
-struct Overloaded : Cases... {
-  using Cases::operator()...;
-};
 
 // The part of a line that lies within a convex body, as a range of its parameter.
 struct Within {

@@ -8,7 +8,7 @@
 #include "doppel/messages/rosgraph_msgs.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"
-#include "doppel/ros2/detail/action_client.h"
+#include "doppel/ros2/action_client.h"
 #include "library_peer.h"
 
 namespace doppel::ros2 {

@@ -1,6 +1,12 @@
 #pragma once
 // Sends goals to an action, as rclcpp_action's client: three services and two topics under <action>/_action.
 
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
 #include "doppel/messages/action_msgs.h"
 #include "doppel/ros2/node.h"
 
@@ -11,9 +17,9 @@ class ActionClient {
  public:
   // Called while the context spins; each may be empty.
   struct Callbacks {
-    std::function<void(bool accepted)> on_response;
-    std::function<void(const typename A::Feedback&)> on_feedback;
-    std::function<void(GoalStatus, const typename A::Result&)> on_result;
+    std::function<void(bool accepted)> on_response = {};
+    std::function<void(const typename A::Feedback&)> on_feedback = {};
+    std::function<void(GoalStatus, const typename A::Result&)> on_result = {};
   };
 
   // A goal on its way; it may outlive the client's interest: dropped, it continues.
