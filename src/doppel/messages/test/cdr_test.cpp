@@ -1,4 +1,4 @@
-// CDR against bytes written by hand from the specification, and what malformed bytes do.
+// CDR against bytes written by hand from the specification, and the handling of malformed bytes.
 
 #include <gtest/gtest.h>
 
@@ -164,7 +164,7 @@ TEST(Cdr, MalformedBytesAreRefusedWithField) {
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 02"), flag));
   EXPECT_FALSE(from_cdr(hex("00 07 00 00 01"), flag));
   sensor_msgs::msg::JointState state;
-  // Four thousand million names in no bytes: refused before any memory is taken.
+  // Four thousand million names in no bytes: rejected before any memory is allocated.
   const Status status =
       from_cdr(hex("00 01 00 00 00 00 00 00 00 00 00 00 01 00 00 00 00 00 00 00 ff ff ff ff"), state);
   ASSERT_FALSE(status);
@@ -181,7 +181,7 @@ TEST(Cdr, OtherEncapsulationIsRefused) {
   };
   EXPECT_EQ(why("00 00 00 00"), "");
   EXPECT_EQ(why("00 01 00 00"), "");
-  EXPECT_EQ(why("00 01 ff ff"), "") << "Fast CDR ignores the options, too";
+  EXPECT_EQ(why("00 01 ff ff"), "") << "expected success: Fast CDR ignores the options, too";
   for (const char* header : {"00 02 00 00", "00 03 00 00"})
     EXPECT_NE(why(header).find("parameter list"), std::string::npos) << header;
   for (const char* header :
@@ -192,7 +192,8 @@ TEST(Cdr, OtherEncapsulationIsRefused) {
   EXPECT_NE(why("00 01").find("four bytes"), std::string::npos) << why("00 01");
 }
 
-// Fast CDR's writers always send the NUL; its readers take a string without one, and one of no bytes at all.
+// Fast CDR's writers always send the NUL; its readers accept a string without one, and one of no bytes at
+// all.
 TEST(Cdr, StringsAreReadAsByFastCdr) {
   const auto read = [](const char* bytes) {
     std_msgs::msg::String text{"before"};
@@ -205,10 +206,10 @@ TEST(Cdr, StringsAreReadAsByFastCdr) {
   EXPECT_EQ(read("00 01 00 00 03 00 00 00 61 00 62"), std::string("a\0b", 3));
   EXPECT_EQ(read("00 01 00 00 04 00 00 00 61 62 00"), "refused");
   EXPECT_EQ(read("00 01 00 00 ff ff ff ff 61 62 00"), "refused");
-  EXPECT_EQ(read("00 00 00 00 00 00 00 03 61 62 00"), "ab") << "big endian";
+  EXPECT_EQ(read("00 00 00 00 00 00 00 03 61 62 00"), "ab") << "expected big-endian data to be read";
 }
 
-// A struct's field of wide text, as rosidl has it.
+// A struct's field of wide text, as in rosidl.
 struct Wide {
   std::u16string text;
   char16_t unit = 0;
@@ -228,7 +229,8 @@ TEST(Cdr, WideTextTakesFourBytesPerUnit) {
   EXPECT_EQ(yaml,
             "text: \xC3\xA4"
             "A\nunit: 66\n");
-  EXPECT_FALSE(from_cdr(hex("00 01 00 00 01 00 00 00 00 00 01 00 42 00"), wide)) << "not valid UTF-16";
+  EXPECT_FALSE(from_cdr(hex("00 01 00 00 01 00 00 00 00 00 01 00 42 00"), wide))
+      << "expected an error: not valid UTF-16";
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 ff ff ff 7f e4 00 00 00 42 00"), wide));
 }
 

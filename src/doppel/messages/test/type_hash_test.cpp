@@ -1,4 +1,4 @@
-// Type hashes against those that Jazzy's own generator makes (tests/ros2/jazzy_type_hashes.txt).
+// Type hashes against those that Jazzy's own generator computes (tests/ros2/jazzy_type_hashes.txt).
 
 #include "doppel/messages/type_hash.h"
 

@@ -66,7 +66,7 @@ TEST(Verify, PassiveArmShowsSchemeOrder) {
   }
 }
 
-// The error that is told is the distance from a motion that no engine integrates.
+// The reported error is the distance from a motion that no engine integrates.
 TEST(Verify, ErrorIsDistanceFromExactMotion) {
   const Arm arm(4);
   World world;
