@@ -1,4 +1,4 @@
-// MuJoCo behind calls that may be struck, as an engine that fails would.
+// MuJoCo behind calls that may fail, like an engine with errors.
 
 #include <stdexcept>
 

@@ -1,4 +1,4 @@
-// Hot reload: an edit takes over from the running machine, or leaves it alone.
+// Hot reload: an edit replaces the running machine, or leaves it unchanged.
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -15,7 +15,7 @@ class TwinReloadTest : public TwinFixture {
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = fs::path(::testing::TempDir()) / "reload" / info->name() /
-              "omarm_one";  // alone: packages look at neighbours
+              "omarm_one";  // alone: packages search their neighbours
     fs::remove_all(folder_);
     fs::create_directories(folder_.parent_path());
     fs::copy(DOPPEL_SOURCE_DIR "/robots/omarm_one", folder_, fs::copy_options::recursive);
@@ -102,7 +102,7 @@ TEST_F(TwinReloadTest, LimitExcludingPositionIsRefused) {
   edit("urdf/omarm.xacro", "upper=\"3.141593\"", "upper=\"0.5\"");
   try {
     reload();
-    FAIL() << "the joint stands at 1";
+    FAIL() << "expected an InputError: the joint is at 1";
   } catch (const InputError& error) {
     EXPECT_EQ(error.diagnostics().front().rule, "reload.limits");
     EXPECT_NE(std::string(error.what()).find("omarm.xacro:"), std::string::npos) << error.what();
@@ -209,7 +209,7 @@ TEST_F(TwinReloadTest, RefusedPublisherParametersKeepOldRobot) {
   EXPECT_EQ(twin_->state_hash(), undisturbed);
 }
 
-// Found, not named: the controllers that it declares are not given up for generated ones.
+// Found by search, not named: the controllers that it declares are not replaced by generated ones.
 TEST_F(TwinReloadTest, LostControllersFileIsRefusedUntilRestored) {
   const fs::path file = folder_ / "config/ros2_controllers.yaml";
   std::ifstream in(file);

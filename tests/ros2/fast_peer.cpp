@@ -26,7 +26,7 @@ namespace {
 template <class Octets>
 std::string text(const Octets& octets) {
   std::string text(octets.begin(), octets.end());
-  return text.substr(0, text.find('\0'));  // rmw_fastrtps sends the enclave's NUL along
+  return text.substr(0, text.find('\0'));  // rmw_fastrtps sends the enclave's NUL as well
 }
 
 template <class EndpointQos>
@@ -127,7 +127,7 @@ class FastPeer::Discovery : public dds::DomainParticipantListener {
 };
 
 FastPeer::FastPeer(int domain, const Options& options) : discovery_(std::make_unique<Discovery>()) {
-  // Fast DDS' short cut between participants of one process reaches into those that are just being destroyed.
+  // Fast DDS's intraprocess delivery accesses participants of the process that are being destroyed.
   eprosima::fastrtps::LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);

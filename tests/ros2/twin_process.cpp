@@ -45,7 +45,7 @@ std::string from_environment(const char* name) {
   return value;
 }
 
-// A TCP port of this machine that nobody uses now.
+// A TCP port of this machine that is not in use now.
 int free_port() {
   const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -59,7 +59,7 @@ int free_port() {
   return ntohs(address.sin_port);
 }
 
-// Whoever holds the socket of a domain's name has the domain; the kernel lets go of it when the process ends.
+// The socket of a domain's name is the lock of the domain; the kernel releases it when the process ends.
 bool hold_domain(int domain) {
   const int holder = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   const std::string name = "doppel-test-domain-" + std::to_string(domain);
@@ -99,7 +99,7 @@ Process::Process(const std::vector<std::string>& command, const std::vector<std:
   if (pid_ < 0) throw std::runtime_error("fork failed");
   if (pid_ > 0) return;
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // it died before the line above
+  if (getppid() != parent) _exit(1);  // the parent died before the line above
   const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
   dup2(file, STDOUT_FILENO);
