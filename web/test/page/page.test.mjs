@@ -1,4 +1,4 @@
-// The page in real Chromium against a running twin. Each test begins with the arm at rest where it started.
+// The page in Chromium with a running twin. Each test begins with the arm at rest at its initial pose.
 import assert from 'node:assert/strict';
 import { after, before } from 'node:test';
 import { Lab, until, waitFor } from './lab.mjs';
@@ -18,7 +18,7 @@ const ran = async (page, seconds) => {
   await waitFor(page, ([t, s]) => doppel.twin.simTime > t + s, [from, seconds]);
 };
 
-// What of the picture belongs to the arm: pixels that the arm's visibility changes.
+// The pixels of the arm: those that change with its visibility.
 async function armPixels(page) {
   return new Set(await page.evaluate(() => {
     const { stage, view } = doppel.world;

@@ -1,4 +1,4 @@
-// The panels of the page in real Chromium against a running twin: tree, parameters, plots, topics, services, objects.
+// The panels of the page in Chromium with a running twin: tree, parameters, plots, topics, services, objects.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { Lab, waitFor as wait } from './lab.mjs';
@@ -67,7 +67,7 @@ test('plots: the band of tolerance while a trajectory runs; scrubbing moves a gh
   });
   assert.ok(Math.abs(past - 2.2) > 0.1, 'it was elsewhere then');
   await waitFor(() => doppel.world.ghost.root.visible);
-  await waitFor(() => {  // drawn apart, which on a busy machine comes a picture later
+  await waitFor(() => {  // drawn separately, which on a busy machine is one picture later
     const link = doppel.twin.tree.moving[0].childLink;
     const [a, b] = [doppel.world.ghost.links[link], doppel.world.view.links[link]].map((group) => group.matrix.elements);
     return Math.hypot(...a.map((v, i) => v - b[i])) > 0.05;
@@ -141,7 +141,7 @@ test('where meshes collide their convex hulls are drawn', async () => {
     let out = 0, faces = 0;
     for (const link of doppel.world.view.links) {
       for (const layer of link.children.filter((one) => one.userData.layer === 'collision')) layer.traverse((one) => {
-        if (!one.isMesh || one.geometry.type !== 'BufferGeometry') return; // not a box or a cylinder
+        if (!one.isMesh || one.geometry.type !== 'BufferGeometry') return; // neither a box nor a cylinder
         const p = one.geometry.getAttribute('position'), n = one.geometry.getAttribute('normal');
         const size = Math.max(...p.array) - Math.min(...p.array);
         for (let f = 0; f < p.count; f += 3) {

@@ -1,5 +1,4 @@
-// The page in real Chromium against a twin that is made up: a loop that is paused or late, loads, contacts, a thousand
-// joints.
+// The page in Chromium with a stub of a twin: a loop that is paused or late, loads, contacts, a thousand joints.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { Lab, waitFor } from './lab.mjs';
