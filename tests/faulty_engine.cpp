@@ -11,7 +11,7 @@ namespace {
 thread_local std::uint64_t compiled_here = 0;
 
 void call() {
-  if (strikes(Fault::engine)) throw std::runtime_error("the engine's call was struck");
+  if (strikes(Fault::engine)) throw std::runtime_error("injected fault in a call of the engine");
 }
 
 class FaultyWorld;

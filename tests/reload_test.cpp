@@ -54,7 +54,7 @@ class TwinReloadTest : public TwinFixture {
         return;
       }
     }
-    ADD_FAILURE() << controller << " is not loaded";
+    ADD_FAILURE() << "expected " << controller << " to be loaded";
   }
 
   void send_trajectory() {

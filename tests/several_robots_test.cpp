@@ -32,7 +32,7 @@ class SeveralRobotsTest : public TwinFixture {
   }
   [[nodiscard]] TwinRobot& robot(const std::string& name_space) const {
     TwinRobot* const found = twin_->find_robot(name_space);
-    if (found == nullptr) throw std::runtime_error("no robot " + name_space);
+    if (found == nullptr) throw std::runtime_error("expected a robot " + name_space);
     return *found;
   }
   [[nodiscard]] double q(const std::string& name_space, const std::string& joint) const {

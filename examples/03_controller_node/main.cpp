@@ -36,7 +36,7 @@ class ArmController {
   }
 
   void send() {
-    if (commands_.subscription_count() == 0) node_.warn("nobody listens on " + topic_ + " yet");
+    if (commands_.subscription_count() == 0) node_.warn(topic_ + " has no subscriber yet");
     Float64MultiArray command;
     command.data = node_.get_parameter<std::vector<double>>("positions");  // setting it moves the arm
     commands_.publish(command);

@@ -41,7 +41,7 @@ std::vector<std::string> environment_with(const std::vector<std::string>& variab
 
 std::string from_environment(const char* name) {
   const char* value = std::getenv(name);
-  if (value == nullptr) throw std::runtime_error(std::string(name) + " is not set; ctest does so");
+  if (value == nullptr) throw std::runtime_error(std::string(name) + " is not set; ctest sets it");
   return value;
 }
 
@@ -142,7 +142,7 @@ int Process::wait() {
 
 TwinProcess::TwinProcess(const std::vector<std::string>& more_arguments) {
   std::string folder = (std::filesystem::temp_directory_path() / "doppel-peers-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no folder under " + folder);
+  if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("cannot create the folder " + folder);
   folder_ = folder;
   std::vector<std::string> command = {
       from_environment("DOPPEL"), "up", source_folder() / "robots/omarm_one", "--headless", "--port",

@@ -19,7 +19,7 @@ export async function until<T>(what: string, look: () => T | undefined | false |
   for (;;) {
     const found = look();
     if (found) return found;
-    if (Date.now() > end) throw new Error(`${what} did not come within ${ms / 1000} s`);
+    if (Date.now() > end) throw new Error(`${what} did not happen within ${ms / 1000} s`);
     await sleep(20);
   }
 }

@@ -31,14 +31,14 @@ export async function until(what, check, ms = 20000) {
     if (await check().catch(() => false)) return;
     await sleep(50);
   }
-  throw new Error(`${what} did not come within ${ms / 1000} s`);
+  throw new Error(`${what} did not happen within ${ms / 1000} s`);
 }
 
 // playwright's own waitForFunction evaluates text in the page, which the page's policy rejects.
 export async function waitFor(page, condition, arg, ms = patience / 2) {
   const end = Date.now() + ms;
   while (!(await page.evaluate(condition, arg))) {
-    if (Date.now() > end) throw new Error(`within ${ms / 1000} s it did not come that ${condition}${arg === undefined ? '' : ` with ${JSON.stringify(arg)}`}`);
+    if (Date.now() > end) throw new Error(`expected within ${ms / 1000} s: ${condition}${arg === undefined ? '' : ` with ${JSON.stringify(arg)}`}`);
     await sleep(30);
   }
 }

@@ -57,7 +57,7 @@ lab.check('the arm is in the picture, and nothing is on the console', async () =
   assert.deepEqual(page.problems, []);
   const first = await page.evaluate(() => doppel.world.firstPicture);
   console.log(`first picture ${Math.round(first)} ms`);
-  assert.ok(first < 5000, 'the bench says more exactly');
+  assert.ok(first < 5000, 'the first picture takes too long; measure it with npm run bench:page');
   await page.close();
 });
 
@@ -164,7 +164,7 @@ lab.check('the handle is dragged with the mouse, without a jump', async (page) =
   });
   await page.mouse.down();
   const first = await page.evaluate(() => [...doppel.driver.commanded().slice(0, 3)]);
-  assert.ok(Math.hypot(...first.map((v, i) => v - start[i])) < 0.002, 'no jump');
+  assert.ok(Math.hypot(...first.map((v, i) => v - start[i])) < 0.002, 'expected no jump');
   for (let i = 1; i <= 10; i += 1) {
     await page.mouse.move(at.x, at.y + 3 * i);
     await frames(page, 2);
@@ -173,7 +173,7 @@ lab.check('the handle is dragged with the mouse, without a jump', async (page) =
   await page.mouse.up();
   await waitFor(page, () => doppel.driver.goal === null);
   const end = await page.evaluate(() => [...doppel.driver.commanded().slice(0, 3)]);
-  assert.ok(Math.hypot(...end.map((v, i) => v - start[i])) > 0.003, 'it has moved');
+  assert.ok(Math.hypot(...end.map((v, i) => v - start[i])) > 0.003, 'expected a motion');
 });
 
 lab.check('pause, step and reset', async (page) => {
@@ -186,11 +186,11 @@ lab.check('pause, step and reset', async (page) => {
   await waitFor(page, (t) => Math.abs(doppel.twin.status.simTime - t - 0.001) < 1e-6, time);
   await page.click('#step', { modifiers: ['Shift'] });
   await waitFor(page, (t) => Math.abs(doppel.twin.status.simTime - t - 0.101) < 1e-6, time);
-  assert.equal(await page.evaluate(() => doppel.twin.paused), true, 'a step does not look like running');
+  assert.equal(await page.evaluate(() => doppel.twin.paused), true, 'expected a step to keep the page paused');
   await page.click('#reset');
   await waitFor(page, () => doppel.twin.status.simTime < 0.05);
   await near(page, 'Revolute 1', 1.5708);
-  assert.equal(await page.evaluate(() => doppel.twin.paused), true, 'a reset does not end a pause');
+  assert.equal(await page.evaluate(() => doppel.twin.paused), true, 'expected a reset to keep the page paused');
   await page.click('#play');
   await waitFor(page, () => !doppel.twin.paused && doppel.twin.simTime > 0.2);
 });
@@ -204,13 +204,13 @@ for (const does of ['hold', 'deactivate']) {
     assert.equal(await page.locator('.joint .slider').first().isDisabled(), true);
     if (does === 'hold') {
       await ran(page, 1);
-      assert.ok(Math.abs((await at(page, 'Revolute 2')) - before) < 0.02, 'the arm does not fall');
+      assert.ok(Math.abs((await at(page, 'Revolute 2')) - before) < 0.02, 'expected the arm to be held');
     } else {
       await waitFor(page, () => doppel.twin.controllers.filter((c) => c.joints.length > 0).every((c) => c.state === 'inactive'));
     }
     await set(page, 'Revolute 1', 1.2);
     await ran(page, 0.5);
-    assert.ok(Math.abs((await at(page, 'Revolute 1')) - 1.2) > 0.1, 'a command is refused');
+    assert.ok(Math.abs((await at(page, 'Revolute 1')) - 1.2) > 0.1, 'expected the command to be rejected');
     await page.click('#stop');
     await waitFor(page, () => !doppel.commander.stopped && doppel.twin.controllers.every((c) => c.state === 'active'));
     await set(page, 'Revolute 1', 1.5);
@@ -228,7 +228,7 @@ lab.check('a gamepad moves the tool while its dead-man button is held, and not e
   await waitFor(page, () => doppel.jog.pad?.name === 'stub');
   const a = await tool();
   await frames(page, 10);
-  assert.ok(moved(a, await tool()) < 0.0005, 'nothing without the dead-man button');
+  assert.ok(moved(a, await tool()) < 0.0005, 'expected no motion without the dead-man button');
   await page.evaluate(() => (window.pad.buttons[4].pressed = true));
   await waitFor(page, () => doppel.jog.pad?.live);
   await waitFor(page, (from) => Math.hypot(...from.map((v, i) => v - doppel.driver.commanded()[i])) > 0.004, a);
@@ -237,7 +237,7 @@ lab.check('a gamepad moves the tool while its dead-man button is held, and not e
   const stood = await page.evaluate(() => Float64Array.from(doppel.twin.target).join());
   await ran(page, 0.5);
   const held = await page.evaluate((before) => Math.max(...before.split(',').map((v, i) => Math.abs(v - doppel.twin.target[i]))), stood);
-  assert.ok(held < 0.01, `released, nothing is commanded any more: ${held} rad`);
+  assert.ok(held < 0.01, `expected no command after release; moved ${held} rad`);
   await page.evaluate(() => delete navigator.getGamepads);
 });
 

@@ -96,7 +96,7 @@ TEST(Bus, TopicOfAnotherTypeIsRefused) {
   a.advertise<Float64>("x");
   try {
     b.subscribe<String>("x", [](const String&) {});
-    FAIL();
+    FAIL() << "expected an error: the topic has another type";
   } catch (const std::logic_error& e) {
     EXPECT_THAT(e.what(), HasSubstr("/x has type std_msgs/msg/Float64 in node /a"));
   }

@@ -42,7 +42,7 @@ struct ServiceRig : ManagerRig {
       response = std::move(out);
     });
     bus.spin();
-    if (!response) throw std::runtime_error("no answer from " + service);
+    if (!response) throw std::runtime_error("expected a response from " + service);
     return *response;
   }
   bool make_inactive(const std::string& name) {

@@ -35,7 +35,7 @@ TEST(Diagnostics, ThrowIfErrorsThrowsAllErrors) {
   d.error("e.f", make_location("x", 4, 5), "worse");
   try {
     d.throw_if_errors();
-    FAIL();
+    FAIL() << "expected an InputError with both errors";
   } catch (const InputError& e) {
     EXPECT_STREQ(e.what(), "x:2:3: error: wrong [c.d]\n  fix: do this\nx:4:5: error: worse [e.f]");
   }

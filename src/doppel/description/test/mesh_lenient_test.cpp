@@ -104,7 +104,7 @@ TEST_F(MeshToleranceTest, FileRefusedByBothReadersKeepsOwnMessage) {
   const std::string path = write("c.obj", "v 0 0 0\nf 1 2 3\n");
   try {
     load_mesh(path, Eigen::Vector3d::Ones());
-    FAIL();
+    FAIL() << "expected an InputError: no reader accepts the file";
   } catch (const InputError& error) {
     EXPECT_NE(error.diagnostics().front().message.find("vertex '2'"), std::string::npos);
     EXPECT_EQ(error.diagnostics().front().where.line, 2);

@@ -77,7 +77,7 @@ struct Bench {
     for (const XmlNode& child : description.root.children) {
       if (child.is(kind) && child.find("name") != nullptr && child.find("name")->value == name) return child;
     }
-    throw std::runtime_error("no " + kind + " " + name);
+    throw std::runtime_error("expected a " + kind + " " + name);
   }
   [[nodiscard]] std::string value(const std::string& kind, const std::string& name, const std::string& child,
                                   const std::string& attribute) const {

@@ -216,7 +216,7 @@ TEST(ModelInstances, IndicesOutOfRangeAreRefused) {
 TEST(EngineModules, UnknownEngineIsRefusedWithNearest) {
   try {
     engine_module("mujoko");
-    FAIL();
+    FAIL() << "expected an InputError: the engine does not exist";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("there is no engine 'mujoko'; did you mean 'mujoco'?"));
   }

@@ -399,7 +399,7 @@ TEST_F(BridgeTest, RemoteServiceCanOutliveBridge) {
   const auto client = bridge->make_client("/arm", "/far/go", "std_srvs/srv/Trigger");
   bridge.reset();
   EXPECT_FALSE(client->is_available());
-  client->call({}, [](const Bytes&) { FAIL(); });
+  client->call({}, [](const Bytes&) { FAIL() << "expected no response after the bridge is gone"; });
 }
 
 TEST_F(BridgeTest, GraphListsOwnAndRemoteNodes) {

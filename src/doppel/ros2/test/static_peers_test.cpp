@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 TEST(StaticPeers, AddressNeedsNoLookup) {
   const auto nobody = [](const std::string& name) -> std::string {
-    ADD_FAILURE() << name;
+    ADD_FAILURE() << "expected no lookup of " << name;
     return "";
   };
   EXPECT_THAT(addresses_of({"127.0.0.1", "10.0.0.7"}, {}, nobody), ElementsAre("127.0.0.1", "10.0.0.7"));

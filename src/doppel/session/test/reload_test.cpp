@@ -106,7 +106,7 @@ class RunningTwin : public ReloadTest {
     std::ifstream in(folder_ / file);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     const std::size_t at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
+    ASSERT_NE(at, std::string::npos) << file << " does not contain " << from;
     save(file, text.replace(at, from.size(), to));
   }
   // Waits until the log contains it; the loop keeps running meanwhile.
@@ -116,7 +116,8 @@ class RunningTwin : public ReloadTest {
       twin_->step();
       if (said().find(text) != std::string::npos) return ::testing::AssertionSuccess();
     }
-    return ::testing::AssertionFailure() << "'" << text << "' is not told, but:\n" << said();
+    return ::testing::AssertionFailure() << "'" << text << "' is expected in the log; it contains:\n"
+                                         << said();
   }
 
   std::unique_ptr<Twin> twin_;

@@ -140,7 +140,7 @@ TEST_F(SimulatedHardwareTest, UnclaimedJointFollowsDescription) {
   SimulatedHardware wrong(arm_);
   try {
     static_cast<void>(wrong.on_init({hardware_, *model_, log_, 100.0, diagnostics_}));
-    FAIL() << "'holds' is none of the three";
+    FAIL() << "expected an InputError: 'holds' is not a valid value";
   } catch (const InputError& problem) {
     EXPECT_NE(std::string(problem.what()).find("did you mean 'hold'?"), std::string::npos) << problem.what();
   }
