@@ -187,7 +187,7 @@ TEST_F(EntityTest, MarkersArePublished) {
   run(0.4);
   markers = received<MarkerArray>("/doppel/objects");
   EXPECT_GE(markers.size(), 9u);
-  EXPECT_LE(markers.size(), 13u) << "25 Hz while it falls";
+  EXPECT_LE(markers.size(), 13u) << "expected 25 Hz while the ball falls";
   const MarkerArray last = markers.back();
   ASSERT_EQ(last.markers.size(), 2u);
   EXPECT_EQ(last.markers[0].text, "ball");

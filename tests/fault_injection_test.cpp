@@ -74,7 +74,7 @@ class FaultInjectionTest : public TwinFixture, public ::testing::WithParamInterf
     std::ifstream in(folder_ / file);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     const std::size_t at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
+    ASSERT_NE(at, std::string::npos) << "expected '" << from << "' in " << file;
     in.close();
     std::ofstream(folder_ / file) << text.replace(at, from.size(), to);
   }

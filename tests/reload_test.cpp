@@ -31,7 +31,7 @@ class TwinReloadTest : public TwinFixture {
     std::ifstream in(folder_ / file);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     const std::size_t at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
+    ASSERT_NE(at, std::string::npos) << "expected '" << from << "' in " << file;
     std::ofstream(folder_ / file) << text.replace(at, from.size(), to);
   }
 
@@ -81,7 +81,8 @@ TEST_F(TwinReloadTest, TrajectoryContinuesThroughEditOfLimitsAndInertia) {
                 .velocity,
             4.4);
   run(0.002);
-  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 0.01) << name << " must not jump";
+  for (const auto& [name, q] : positions())
+    EXPECT_NEAR(q, before.at(name), 0.01) << "expected no jump of " << name;
   run(1.5);
   EXPECT_NEAR(joint("Revolute 1").q, 1.0, 0.01);
   EXPECT_NEAR(joint("Revolute 3").q, 1.4, 0.01);
@@ -118,7 +119,8 @@ TEST_F(TwinReloadTest, EditWithoutEffectKeepsMotion) {
     EXPECT_EQ(reload(), Twin::Reload::controllers_kept);
     run(0.1);
   }
-  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-5) << name << " crept away";
+  for (const auto& [name, q] : positions())
+    EXPECT_NEAR(q, before.at(name), 1e-5) << "expected no motion of " << name;
 }
 
 TEST_F(TwinReloadTest, ControllersYamlIsReadAgain) {

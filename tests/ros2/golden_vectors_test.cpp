@@ -77,7 +77,8 @@ TEST(GoldenVectors, EveryTypeHasVectors) {
   std::map<std::string, int> count;
   for (const GoldenVector& vector : read_vectors()) ++count[vector.type];
   for (const TypeSupport* type : messages_testing::all_types())
-    EXPECT_EQ(count[type->name], 2) << type->name << ": run tools/make_golden_vectors";
+    EXPECT_EQ(count[type->name], 2) << "expected two vectors of " << type->name
+                                    << "; run tools/make_golden_vectors";
 }
 
 // Truncated data is rejected at any length, from any generator, instead of read as something shorter.

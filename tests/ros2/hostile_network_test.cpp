@@ -114,7 +114,7 @@ class HostileNetwork : public FastTwinTest {
       for (int i = 0; i < 2; ++i) ASSERT_NO_FATAL_FAILURE(expect_parameters_are_reported(witness));
     }
     EXPECT_TRUE(eventually([&] { return (refused = counter("rejected") - before) >= sent; }))
-        << refused << " of " << sent;
+        << "expected all to be rejected; " << refused << " of " << sent;
     EXPECT_EQ(refused, sent);
   }
   // The controller reads commands with best effort, as in Jazzy, so it receives nothing from a participant

@@ -180,14 +180,14 @@ TEST(GripperController, EffortIsLimitedToMaxEffort) {
   rig.run(1);
   rig.send({{0.25, 1.5}});
   rig.run(2);
-  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.0) << "4 x 0.25";
+  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.0) << "expected 4 x 0.25";
   rig.hardware->set_velocity("a", 1.0);
   rig.run(2);
-  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 0.5) << "4 x 0.25 - 0.5 x 1";
+  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 0.5) << "expected 4 x 0.25 - 0.5 x 1";
   rig.hardware->set_velocity("a", 0.0);
   rig.send({{2.0, 1.5}});
   rig.run(2);
-  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.5) << "4 x 2 is too much";
+  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.5) << "expected the limit: 4 x 2 exceeds it";
   ASSERT_TRUE(rig.manager->switch_controllers({}, std::vector<std::string>{"grip"}, Strictness::strict));
   rig.run(1);
   EXPECT_FALSE(std::abs(rig.hardware->last_command("a/effort")) > 0) << "expected no remaining force";

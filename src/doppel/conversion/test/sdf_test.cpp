@@ -18,7 +18,7 @@ class SdfReader {
     for (const XmlNode& node : model_.children) {
       if (!node.is("link") && !node.is("joint") && !node.is("frame")) continue;
       const std::string name = node.find("name")->value;
-      EXPECT_TRUE(nodes_.emplace(name, &node).second) << "defined twice: " << name;
+      EXPECT_TRUE(nodes_.emplace(name, &node).second) << "expected unique names; defined twice: " << name;
       if (node.is("joint")) joint_above_[node.first("child")->content()] = &node;
     }
   }

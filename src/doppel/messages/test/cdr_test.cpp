@@ -119,7 +119,8 @@ void expect_golden(const M& message, const char* bytes) {
   for (std::size_t size = 0; size < golden.size(); ++size) {
     M cut;
     const Bytes part(golden.begin(), golden.begin() + static_cast<std::ptrdiff_t>(size));
-    EXPECT_FALSE(from_cdr(part, cut)) << "cut to " << size << " of " << golden.size();
+    EXPECT_FALSE(from_cdr(part, cut))
+        << "expected an error for data cut to " << size << " of " << golden.size();
   }
   Bytes longer = golden;
   longer.resize(golden.size() + 8);

@@ -65,7 +65,7 @@ TEST(DescribedType, DescribedTypeEqualsCompiledType) {
     ASSERT_TRUE(type->cdr_to_yaml(bytes, yaml)) << compiled->name;
     EXPECT_TRUE(type->yaml_to_cdr(yaml, there) && there == bytes) << compiled->name << "\n" << yaml;
     ASSERT_TRUE(type->yaml_to_cdr("{}", there) && compiled->yaml_to_cdr("{}", here));
-    EXPECT_EQ(there, here) << compiled->name << ": what fields are at first";
+    EXPECT_EQ(there, here) << compiled->name << ": expected the same defaults";
   }
 }
 

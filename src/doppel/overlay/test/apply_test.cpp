@@ -220,7 +220,7 @@ TEST(Overlay, OperationBreakingTreeIsRefused) {
                            "- remove_joint: J 1\n  was: {parent: base, child: upper}"}) {
     Bench bench;
     bench.apply(parse_overlay(yaml, "o.yaml"));
-    EXPECT_FALSE(bench.diagnostics.has_errors()) << yaml << ": the rest still loads";
+    EXPECT_FALSE(bench.diagnostics.has_errors()) << yaml << ": expected the rest to load";
     EXPECT_EQ(bench.diagnostics.all()[0].rule, "overlay.impossible");
     EXPECT_EQ(bench.text(), Bench().text());
   }

@@ -103,8 +103,8 @@ TEST_F(ParticipantPairTest, KeepAllWriterDoesNotBlock) {
   EXPECT_TRUE(activity_.wait([&] {
     while (pair.reader->take(sample)) ++come;
     return come == sent;
-  })) << come
-      << " of " << sent;
+  })) << "expected all samples; received "
+      << come << " of " << sent;
   EXPECT_TRUE(activity_.wait([&] { return pair.writer->write(text).has_value(); }));
 }
 

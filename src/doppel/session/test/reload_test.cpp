@@ -106,7 +106,7 @@ class RunningTwin : public ReloadTest {
     std::ifstream in(folder_ / file);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     const std::size_t at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << file << " does not contain " << from;
+    ASSERT_NE(at, std::string::npos) << "expected '" << from << "' in " << file;
     save(file, text.replace(at, from.size(), to));
   }
   // Waits until the log contains it; the loop keeps running meanwhile.
