@@ -1,5 +1,5 @@
-// doppel check as a whole process, from its start to its end, with meshes cached and without; what a process
-// that does nothing takes stands beside it:  build/bin/bench_check [runs] [target ...]
+// The time of doppel check as a whole process, with meshes cached and without, compared with a process that
+// does nothing:  build/bin/bench_check [runs] [target ...]
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>

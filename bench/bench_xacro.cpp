@@ -1,8 +1,8 @@
-// The speed of xacro: every case of the corpus expanded in this process (the expansion proper, of a document
-// that was read, with all it includes and loads; and with reading and writing; both in time of the processor)
-// and as users type it, `./doppel xacro FILE` (on the wall, and in time of the processor), beside the
-// reference's times, which stand in the corpus' manifest; with --reference FOLDER (a checkout of ros/xacro)
-// the reference is measured in the same run, as a process like its command `xacro`.
+// The speed of xacro. Every case of the corpus is expanded in this process (only the expansion of a document
+// that was read, with everything it includes and loads; and with reading and writing; both in CPU time) and
+// as users type it, `./doppel xacro FILE` (wall-clock and CPU time). The results are compared with the
+// reference's times in the corpus's manifest; with --reference FOLDER (a checkout of ros/xacro) the reference
+// is measured in the same run, as a process like its command `xacro`.
 //
 //   bench_xacro [--corpus FOLDER] [--program doppel] [--reference FOLDER] [--python PYTHON] [--runs N]
 //               [--case PART_OF_ITS_NAME]
@@ -36,10 +36,11 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   fs::path corpus = fs::path(DOPPEL_SOURCE_DIR) / ".." / "shared" / "corpus";
   fs::path program = fs::path(DOPPEL_SOURCE_DIR) / "doppel", reference;
-  std::string python = "python3";  // as the user has it; it may be a script that looks for one, as pyenv's
-  std::string interpreter;         // the program behind it
+  std::string python =
+      "python3";            // as the user has it; may be a script that selects the interpreter, like pyenv's
+  std::string interpreter;  // the interpreter that it starts
   int runs = 5;
-  std::string part;  // of the cases' names that are measured
+  std::string part;  // of the names of the cases to measure
 };
 
 double median(std::vector<double> values) {
@@ -48,7 +49,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// What this thread has computed, ms: other programs on the machine do not count.
+// CPU time of this thread, ms: other programs on the machine do not count.
 double computed() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -66,12 +67,12 @@ double computed_milliseconds(int runs, const Work& work) {
   return median(took);
 }
 
-// A process' time, ms.
+// The times of a process, ms.
 struct Process {
   double wall = 0, computed = 0;
 };
 
-// The output of `words` thrown away, or given back through `answer`.
+// Runs `words`; the output is discarded, or written to `answer`.
 Process run(const std::vector<std::string>& words, const fs::path& answer = "/dev/null") {
   std::vector<char*> argv;
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
@@ -104,7 +105,7 @@ Process measured(int runs, const std::vector<std::string>& words) {
   return {median(wall), median(computed)};
 }
 
-// Folders in which each package of a case lies under its name, as an installation has them.
+// Folders that contain each package of a case under its name, like an installation.
 fs::path installed(const Options& options, const Json& packages, const fs::path& place) {
   fs::remove_all(place);
   fs::create_directories(place / "share");
@@ -113,8 +114,8 @@ fs::path installed(const Options& options, const Json& packages, const fs::path&
   return place;
 }
 
-// What ros/xacro needs of ROS: where packages are, by AMENT_PREFIX_PATH as ament_index_python finds them; and
-// for the branch of ROS 1, $(...) as roslaunch reads it.
+// The parts of ROS that ros/xacro needs: the locations of packages, from AMENT_PREFIX_PATH as in
+// ament_index_python; and for the ROS 1 branch, $(...) as in roslaunch.
 void write_index(const fs::path& folder) {
   for (const char* package : {"ament_index_python", "roslaunch", "rospkg"}) {
     fs::create_directories(folder / package);
@@ -176,7 +177,8 @@ print(sorted(proper)[len(proper) // 2], sorted(whole)[len(whole) // 2])
 struct Row {
   std::string id;
   double proper = 0, expansion = 0, reference_proper = 0, reference_expansion = 0;
-  Process process, reference_process, interpreter_process;  // the last: without what python3's script takes
+  Process process, reference_process,
+      interpreter_process;  // the last one: without the overhead of python3's script
 };
 
 Row measure(const Options& options, const Json& record, const fs::path& scratch) {
@@ -236,7 +238,7 @@ Row measure(const Options& options, const Json& record, const fs::path& scratch)
 void print(const std::vector<Row>& rows, const Options& options) {
   const bool measured = !options.reference.empty();
   fmt::print("{:<44} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7}\n",
-             "case (ms; ./doppel: wall, processor)", "proper", "expans.", "wall", "proc.", "ref.pr.",
+             "case (ms; ./doppel: wall clock, CPU)", "proper", "expans.", "wall", "proc.", "ref.pr.",
              "ref.exp", "ref.wall", "ref.proc", "prop. x", "exp. x", "wall x", "proc. x");
   std::vector<double> proper, expansion, wall, computed, times, walls, computeds;
   for (const Row& r : rows) {
@@ -255,11 +257,11 @@ void print(const std::vector<Row>& rows, const Options& options) {
     computeds.push_back(r.process.computed);
   }
   fmt::print(
-      "\n{} cases; median expansion {:.3f} ms; ./doppel xacro as typed: median {:.3f} ms on the wall, "
-      "{:.3f} ms of the processor\n",
+      "\n{} cases; median expansion {:.3f} ms; ./doppel xacro as typed: median {:.3f} ms of wall-clock time, "
+      "{:.3f} ms of CPU time\n",
       rows.size(), median(times), median(walls), median(computeds));
   fmt::print(
-      "median ratio of the commands as typed: {:.1f} on the wall, {:.1f} in time of the processor "
+      "median ratio of the commands as typed: {:.1f} in wall-clock time, {:.1f} in CPU time "
       "(reference: {})\n",
       median(wall), median(computed), measured ? "measured in this run" : "from the manifest");
   if (!measured) return;
@@ -268,9 +270,8 @@ void print(const std::vector<Row>& rows, const Options& options) {
     bare_wall.push_back(r.interpreter_process.wall / r.process.wall);
     bare_computed.push_back(r.interpreter_process.computed / r.process.computed);
   }
-  fmt::print(
-      "with the interpreter {} in the place of {}: {:.1f} on the wall, {:.1f} in time of the processor\n",
-      options.interpreter, options.python, median(bare_wall), median(bare_computed));
+  fmt::print("with the interpreter {} instead of {}: {:.1f} in wall-clock time, {:.1f} in CPU time\n",
+             options.interpreter, options.python, median(bare_wall), median(bare_computed));
   std::vector<Row> largest = rows;
   std::sort(largest.begin(), largest.end(),
             [](const Row& a, const Row& b) { return a.reference_expansion > b.reference_expansion; });

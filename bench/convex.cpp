@@ -1,6 +1,6 @@
-// How deep convex solids are inside each other, by geometry/detail/convex.h and by FCL 0.7 (libccd's
-// expanding polytope): the time a pair takes and the largest error, beside closed forms and, for hulls,
-// beside the nearest face of the hull of all differences of their corners (qhull).
+// The penetration depth of convex solids, by geometry/detail/convex.h and by FCL 0.7 (libccd's expanding
+// polytope): the time for a pair and the largest error, compared with closed forms and, for hulls, with the
+// nearest face of the hull of all differences of their corners (qhull).
 //
 //   bench_convex
 #include "doppel/geometry/detail/convex.h"

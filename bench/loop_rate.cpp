@@ -1,6 +1,6 @@
-// The whole loop (physics, servos, controllers, publishing with no listener) at full speed, against a bare
-// mj_step on the same compiled model, the integrators of world files against each other, and four such robots
-// in one world, in turn, in one run:  build/bin/bench_loop_rate [robot] [rounds]
+// The whole loop (physics, servos, controllers, publishing without subscribers) at full speed, compared with
+// a bare mj_step on the same compiled model, the integrators of world files with each other, and four such
+// robots in one world, in turn, in one run:  build/bin/bench_loop_rate [robot] [rounds]
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -32,7 +32,7 @@ double loop_rate(doppel::Twin& twin) {
   return kSteps / std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// One twin for each integrator, in a world that is otherwise the empty one; `robots` of them, 1 m apart.
+// One twin for each integrator, in an otherwise empty world; `robots` of them, 1 m apart.
 struct Contender {
   Contender(const std::string& target, const char* integrator, int robots) : name(integrator) {
     const std::filesystem::path world = std::filesystem::temp_directory_path() /
@@ -49,7 +49,7 @@ struct Contender {
     scenario.world = world;
     twin = std::make_unique<doppel::Twin>(scenario, log, diagnostics);
     std::filesystem::remove(world);
-    loop_rate(*twin);  // settle into the hold, and warm up
+    loop_rate(*twin);  // settle, and warm up
   }
 
   std::string name;

@@ -1,5 +1,5 @@
-// Real time kept: so many seconds of simulation at --speed 1, the wall time they took, and how late each step
-// began:
+// The accuracy of real time: simulates the given number of seconds at --speed 1 and prints the wall-clock
+// time, and the lateness of steps:
 //   build/bin/bench_pace [seconds] [robot]
 #include <fmt/format.h>
 

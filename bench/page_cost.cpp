@@ -1,6 +1,6 @@
-// What an open page costs the loop: the time in which it works, in pace with the wall clock, in turns without
-// and with a client that has subscribed to what the page subscribes to, in one run: build/bin/bench_page_cost
-// [robot] [rounds]
+// The cost of an open page for the loop: the loop's busy time at real-time speed, in turns without and with a
+// client that subscribes to what the page subscribes to, in one run: build/bin/bench_page_cost [robot]
+// [rounds]
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,8 +28,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Seconds that the loop worked for each second of its time: in bursts, so that sleeping and waking, which
-// cost more and vary more than what is measured, stand outside.
+// Busy seconds of the loop for each second of its time: in bursts, so that sleeping and waking, which cost
+// more and vary more than what is measured, are excluded.
 double load_of_block(Twin& twin) {
   const auto begin = steady_clock::now();
   const Time start = twin.now();
@@ -46,7 +46,7 @@ double load_of_block(Twin& twin) {
   return static_cast<double>(work.count()) / static_cast<double>(kBlock.count());
 }
 
-// Reads what the page reads, as fast as it comes.
+// Reads what the page reads, as fast as it arrives.
 class Listener {
  public:
   explicit Listener(std::uint16_t port) : thread_([this, port] { run(port); }) {}
@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
   Twin twin(scenario, log, diagnostics);
   const Server server(twin.bus(), {.port = 0}, log);
 
-  load_of_block(twin);  // settle into the hold, and warm up
+  load_of_block(twin);  // settle, and warm up
   std::vector<double> alone, watched, cost;
   double messages = 0;
   for (int round = 0; round < rounds; ++round) {
@@ -98,18 +98,18 @@ int main(int argc, char** argv) {
     std::uint64_t received = 0;
     {
       const Listener page(server.port());
-      load_of_block(twin);  // connecting and subscribing is not what is measured
+      load_of_block(twin);  // connecting and subscribing are not measured
       received = page.messages();
       watched.push_back(load_of_block(twin));
       received = page.messages() - received;
     }
-    load_of_block(twin);  // nor is leaving
+    load_of_block(twin);  // neither is disconnecting
     messages += static_cast<double>(received) / to_seconds(kBlock) / rounds;
     cost.push_back(watched.back() - alone.back());
   }
   fmt::print("{}: {} rounds of {:g} s in real time, medians\n", scenario.robots.front().target, rounds,
              to_seconds(kBlock));
-  fmt::print("  no page        {:7.3f} % of its time in which the loop works\n", 100 * median(alone));
+  fmt::print("  no page        {:7.3f} % of the time the loop is busy\n", 100 * median(alone));
   fmt::print("  a page open    {:7.3f} %  ({:.0f} messages/s)\n", 100 * median(watched), messages);
   fmt::print("  the page costs {:7.3f} % of the loop's time  (least {:.3f}, most {:.3f})\n",
              100 * median(cost), 100 * *std::min_element(cost.begin(), cost.end()),

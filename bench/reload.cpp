@@ -1,5 +1,5 @@
-// From saving a file to the running arm going on with it: edits omarm_one's xacro under a real `doppel up`,
-// so often, and waits for the line that says it was applied:
+// The time from saving a file until the running arm continues with it: edits omarm_one's xacro under a real
+// `doppel up` several times, and waits for the line that reports that the edit was applied:
 //   build/bin/bench_reload [edits]
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -45,7 +45,7 @@ class Twin {
     waitpid(child_, nullptr, 0);
     std::fclose(out_);
   }
-  // Reads lines until one holds `text`; false: the twin ended before.
+  // Reads lines until one contains `text`; false: the twin ended before.
   bool wait_for(const std::string& text) {
     char line[4096];
     while (std::fgets(line, sizeof line, out_) != nullptr) {
@@ -84,6 +84,8 @@ int main(int argc, char** argv) {
   }
   fs::remove_all(folder);
   std::sort(times.begin(), times.end());
-  fmt::print("omarm_one: {} edits, from saving to going on: median {:.1f} ms ({:.1f} to {:.1f}; limit 200)\n",
-             edits, times[times.size() / 2], times.front(), times.back());
+  fmt::print(
+      "omarm_one: {} edits, from saving to the applied edit: median {:.1f} ms ({:.1f} to {:.1f}; limit "
+      "200)\n",
+      edits, times[times.size() / 2], times.front(), times.back());
 }

@@ -1,6 +1,6 @@
-// What ROS 2's network costs the loop: the processor's time for its work, in pace with the wall clock, in
-// turns without and with five subscribers, each a process of its own, to what RViz and a logger read,
-// /joint_states and the controllers' states at 1 kHz, in one run: build/bin/bench_ros_cost [rounds]
+// The cost of ROS 2's network for the loop: its CPU time at real-time speed, in turns without and with five
+// subscribers, each a separate process, to what RViz and a logger read, /joint_states and the controllers'
+// states at 1 kHz, in one run: build/bin/bench_ros_cost [rounds]
 #include <fcntl.h>
 #include <fmt/format.h>
 
@@ -27,7 +27,7 @@ constexpr std::array<std::pair<const char*, const char*>, 5> kTopics{
 
 volatile std::sig_atomic_t g_stop = 0;
 
-// A subscriber: reads what comes until it is told to stop, then prints how much that was.
+// A subscriber: reads messages until it is stopped, then prints their number.
 int subscribe() {
   std::signal(SIGTERM, [](int) { g_stop = 1; });
   bench::end_with_parent();
@@ -48,14 +48,14 @@ int subscribe() {
   return 0;
 }
 
-// What the loop's thread has had of the processor so far: others that run meanwhile do not count.
+// The CPU time of the loop's thread so far: other programs do not count.
 double processor_seconds() {
   timespec used{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
   return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
-// Seconds that the loop worked for each second of its time, step by step as the runner paces it.
+// Busy seconds of the loop for each second of its time, step by step as the runner paces it.
 double load_of_block(Twin& twin) {
   const auto begin = steady_clock::now();
   const Time start = twin.now();
@@ -75,7 +75,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Until all peers listen to everything.
+// Until all peers are matched with everything.
 void gather(Twin& twin, const ros2::Bridge& bridge, std::size_t peers) {
   const auto end = steady_clock::now() + std::chrono::seconds(60);
   for (const auto& [name, type] : kTopics) {
@@ -100,7 +100,7 @@ int main(int argc, char** argv) {
   Twin twin(fast.scenario, log, diagnostics);
   const ros2::Bridge bridge(twin.bus(), {.network = bench::own_domain(), .diagnostics_node = ""}, log);
 
-  load_of_block(twin);  // settle into the hold, and warm up
+  load_of_block(twin);  // settle, and warm up
   std::vector<double> alone, listened, cost;
   double sent = 0;
   std::string received;
@@ -119,7 +119,7 @@ int main(int argc, char** argv) {
     cost.push_back(listened.back() - alone.back());
   }
   fmt::print("omarm_one at 1 kHz: {} rounds of {:g} s in real time, medians\n", rounds, to_seconds(kBlock));
-  fmt::print("  nobody listens    {:7.3f} % of its time in which the loop works\n", 100 * median(alone));
+  fmt::print("  no subscribers    {:7.3f} % of the time the loop is busy\n", 100 * median(alone));
   fmt::print("  {} subscribers     {:7.3f} %  ({:.0f} messages/s to each; the last one got, lost: {})\n",
              kPeers, 100 * median(listened), sent, received.substr(0, received.find('\n')));
   fmt::print("  the network costs {:7.3f} % of the loop's time  (least {:.3f}, most {:.3f})\n",

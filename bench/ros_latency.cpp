@@ -1,6 +1,6 @@
-// From a command on ROS 2's network to the state that shows it, on loopback, with the controllers at 1 kHz: a
-// process of its own sends trajectories at times of its own and waits for the controller's state to follow
-// them: build/bin/bench_ros_latency
+// The latency from a command on ROS 2's network to the state that shows it, on loopback, with the controllers
+// at 1 kHz: a separate process sends trajectories at times independent of the loop and waits until the
+// controller's state follows them: build/bin/bench_ros_latency
 #include <fcntl.h>
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #pragma once
-// For benchmarks with ROS 2's network: a twin at 1 kHz, and peers in processes of their own, on loopback and
-// in a domain of the benchmark's.
+// For benchmarks with ROS 2's network: a twin at 1 kHz, and peers in separate processes, on loopback and in a
+// domain of the benchmark.
 
 #include <spawn.h>
 #include <sys/prctl.h>
@@ -29,7 +29,7 @@
 
 namespace doppel::bench {
 
-// Wakes a peer's thread when something has come.
+// Wakes a peer's thread when data has arrived.
 class Bell {
  public:
   void ring() {
@@ -55,7 +55,7 @@ inline ros2::ParticipantOptions own_domain() {
   return options;
 }
 
-// omarm_one with its controllers at the physics' rate.
+// omarm_one with its controllers at the rate of the physics.
 class FastScenario {
  public:
   FastScenario() {
@@ -65,7 +65,8 @@ class FastScenario {
     std::string yaml = text.str();
     const std::string slow = "update_rate: 100 ";
     const std::size_t at = yaml.find(slow);
-    if (at == std::string::npos) throw std::runtime_error("omarm_one's controllers no longer run at 100 Hz");
+    if (at == std::string::npos)
+      throw std::runtime_error("expected omarm_one's controllers to run at 100 Hz");
     yaml.replace(at, slow.size(), "update_rate: 1000 ");
     file_ = std::filesystem::temp_directory_path() / ("bench_ros_" + std::to_string(getpid()) + ".yaml");
     std::ofstream(file_) << yaml;
@@ -83,18 +84,18 @@ class FastScenario {
   std::filesystem::path file_;
 };
 
-// For a peer: a benchmark that was killed leaves nobody behind who would be counted in the next one.
+// For a peer: the peers of a killed benchmark end, so that they are not counted in the next one.
 inline void end_with_parent() {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
 }
 
-// A process that is there until it is destroyed. What it prints is kept.
+// A process that runs until the object is destroyed. Its output is kept.
 class Peer {
  public:
   // This program again, with the argument `role`.
   explicit Peer(const char* role) : Peer({"/proc/self/exe", role}) {}
   explicit Peer(std::vector<std::string> command) {
-    if (pipe2(out_.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    if (pipe2(out_.data(), O_CLOEXEC) != 0) throw std::runtime_error("cannot create a pipe");
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_adddup2(&files, out_[1], STDOUT_FILENO);
@@ -111,12 +112,12 @@ class Peer {
   Peer& operator=(const Peer&) = delete;
 
   [[nodiscard]] pid_t pid() const { return child_; }
-  // Ends it; all that it printed.
+  // Ends it; returns its output.
   std::string end(int signal = SIGTERM) {
     if (child_ != 0) kill(child_, signal);
     return output();
   }
-  // Waits until it ends by itself.
+  // Waits until it exits.
   std::string output() {
     if (child_ == 0) return text_;
     std::array<char, 4096> part;

@@ -1,11 +1,12 @@
-// A twin among clients that come and go, on loopback: twenty nodes with four subscriptions each, of which one
-// a second is killed without a goodbye and replaced; every ten seconds five new processes that call a service
-// 1,000 times together, and five seconds later five that call the same of a peer that answers each request as
-// it comes. Once a minute it prints what memory the twin's process has, how late the latest answers were and
-// how many calls got none; at the end 40 clients call one service at once, of the twin and of the peer:
+// A twin with clients that connect and disconnect, on loopback: twenty nodes with four subscriptions each,
+// one of which is killed each second without a goodbye and replaced; every ten seconds five new processes
+// that call a service 1,000 times together, and five seconds later five that call the same service of a peer
+// that answers each request immediately. Once a minute it prints the memory of the twin's process, the latest
+// answers and the number of calls without an answer; at the end 40 clients call one service at once, of the
+// twin and of the peer:
 //   build/bin/bench_ros_soak [minutes, else 60]
-// The nodes have the lowest priority: all of them together ask for more than one core, and what is late for
-// want of a core says nothing of the twin.
+// The nodes have the lowest priority: together they require more than one core, and lateness for lack of a
+// core is no measure of the twin.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -32,14 +33,14 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kNodes = 20, kCallers = 5, kCallsOfCaller = 200;
 constexpr std::size_t kCrowd = 8, kClientsOfCrowd = 5, kCallsInCrowd = 200;
-constexpr auto kReplacement = 1s;  // how often a node is killed
+constexpr auto kReplacement = 1s;  // period of killing a node
 constexpr auto kBurst = 10s;
-constexpr auto kLost = 5s;     // longer than any repair of what was lost on the way takes
+constexpr auto kLost = 5s;     // longer than any repair of lost data takes
 constexpr double kLate = 100;  // ms
 constexpr const char* kTwinService = "/controller_manager/list_controllers";
 constexpr const char* kPeerService = "/bench_peer/list_controllers";
 
-// What became of a number of calls; times in ms.
+// The results of a number of calls; times in ms.
 struct Calls {
   std::size_t answered = 0, lost = 0, late = 0;
   double worst = 0;
@@ -61,11 +62,11 @@ Calls read_calls(const std::string& text) {
   Calls calls;
   std::istringstream in(text);
   if (!(in >> calls.answered >> calls.lost >> calls.late >> calls.worst))
-    throw std::runtime_error("a caller ended without a word");
+    throw std::runtime_error("a caller ended without a result");
   return calls;
 }
 
-// As rmw_fastrtps makes them.
+// Like those of rmw_fastrtps.
 ros2::EndpointSpec endpoint(ros2::NameKind kind, const char* service) {
   const char* const part = kind == ros2::NameKind::request ? "_Request" : "_Response";
   return {ros2::dds_name(kind, service), ros2::dds_type(service_support<ListControllers>().name + part), "",
@@ -113,7 +114,7 @@ class Caller {
   steady_clock::time_point sent_{};
 };
 
-// -- what the peers do
+// -- the peers' roles
 
 int call(const char* name, std::size_t clients, std::size_t calls_of_each) {
   bench::end_with_parent();
@@ -132,8 +133,7 @@ int call(const char* name, std::size_t clients, std::size_t calls_of_each) {
   return 0;
 }
 
-// What a node of rclcpp has on the network: its standard endpoints and four subscriptions, looked at fifty
-// times a second.
+// The endpoints of an rclcpp node: the standard ones and four subscriptions, read fifty times a second.
 int subscribe() {
   bench::end_with_parent();
   setpriority(PRIO_PROCESS, 0, 19);
@@ -162,7 +162,7 @@ int subscribe() {
   }
 }
 
-// Answers with what the twin has answered once, each request as it comes, as a server of rmw_fastrtps does.
+// Answers each request immediately with a response of the twin, as a server of rmw_fastrtps does.
 int serve() {
   bench::end_with_parent();
   bench::Bell bell;
@@ -193,7 +193,7 @@ int serve() {
 
 // -- the soak
 
-// MB that the process has in memory.
+// The resident memory of the process, MB.
 double memory_of(pid_t process) {
   std::ifstream status(fmt::format("/proc/{}/status", process));
   for (std::string word; status >> word;) {
@@ -238,7 +238,7 @@ struct Answers {
   }
 };
 
-// Nodes are replaced and calls made; the twin's memory at the end of each minute.
+// Replaces nodes and makes calls; returns the twin's memory at the end of each minute.
 std::vector<double> soak(pid_t twin, int minutes, Answers& all) {
   Peers nodes;
   for (std::size_t i = 0; i < kNodes; ++i) {
@@ -294,7 +294,7 @@ int main(int argc, char** argv) {
   Answers all;
   const std::vector<double> memory = soak(twin.pid(), minutes, all);
   const std::size_t settled = std::min<std::size_t>(4, memory.size() - 1);
-  fmt::print("  all of it: memory from minute {} on {:+.1f} MB, {:.1f} MB at most\n", settled + 1,
+  fmt::print("  in total: memory from minute {} on {:+.1f} MB, {:.1f} MB at most\n", settled + 1,
              memory.back() - memory[settled], *std::max_element(memory.begin(), memory.end()));
   all.print();
   fmt::print("{} clients of one service at once, {} calls each\n", kCrowd * kClientsOfCrowd, kCallsInCrowd);

@@ -1,4 +1,4 @@
-// What a robot that comes costs the loop of those that run: the longest pass of a loop at its pace, without
+// The cost of spawning a robot for the loop of those that run: the longest pass of a real-time loop, without
 // and with a spawn.
 //   build/bin/bench_spawn [robot] [spawned robot] [spawns] [engine]
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ doppel::Scenario scenario_of(const std::string& target, const std::string& engin
   return out;
 }
 
-// Passes of the loop, one a millisecond, until `done`; the longest, ms.
+// Passes of the loop, one per millisecond, until `done`; returns the longest, ms.
 template <typename Done>
 double longest_pass(doppel::Twin& twin, const Done& done) {
   double out = 0;

@@ -1,5 +1,5 @@
-// Cold starts: from the start of the process to the first /joint_states, and the most memory held, as the
-// program itself reports them, and the time that the ./doppel script adds:  build/bin/bench_startup [runs]
+// Cold starts: the time from the start of the process to the first /joint_states and the peak memory, as
+// reported by the program itself, and the time that the ./doppel script adds:  build/bin/bench_startup [runs]
 // [robot]
 #include <fmt/format.h>
 #include <sys/wait.h>

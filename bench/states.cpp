@@ -1,4 +1,4 @@
-// Many states of one compilation: what a further one costs, and how their steps scale over the cores.
+// Many states of one compiled world: the cost of a further one, and how their steps scale with the cores.
 //   build/bin/bench_states [robot] [states] [engine]
 #include <fmt/format.h>
 
@@ -39,7 +39,7 @@ double cost(const Call& call) {
   return median(out);
 }
 
-// Steps per second of all states together, which `threads` take one after the other.
+// Steps per second of all states together, distributed to `threads`.
 double rate(std::vector<std::unique_ptr<doppel::Engine>>& states, unsigned threads) {
   std::atomic<std::size_t> next{0};
   const auto begin = Clock::now();
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   const doppel::Log log;
   doppel::Diagnostics diagnostics;
   doppel::Twin twin(scenario, log, diagnostics);
-  for (int i = 0; i < 500; ++i) twin.step();  // into the hold
+  for (int i = 0; i < 500; ++i) twin.step();  // until the robot is held
   doppel::Engine& engine = twin.engine();
   const std::shared_ptr<const doppel::CompiledWorld> world = engine.compiled();
 

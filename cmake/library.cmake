@@ -1,5 +1,5 @@
-# libdoppel.so: all modules as one shared library, for the program `doppel`, for programs of others and for plug-ins.
-# Tests link the modules themselves, whose hidden functions they reach.
+# libdoppel.so: all modules as one shared library, for the program `doppel`, for other programs and for plug-ins. Tests
+# link the modules themselves, because they use hidden functions.
 include_guard()
 
 add_library(doppel_library SHARED ${PROJECT_SOURCE_DIR}/src/doppel/version.cpp)
@@ -18,7 +18,7 @@ get_property(modules GLOBAL PROPERTY DOPPEL_MODULES)
 foreach(module IN LISTS modules)
   target_sources(doppel_library PRIVATE $<TARGET_OBJECTS:doppel_${module}>)
 endforeach()
-foreach(package yaml-cpp nlohmann_json Boost Qhull)  # the modules have found them for their own folders only
+foreach(package yaml-cpp nlohmann_json Boost Qhull)  # the results of the modules' find_package are local to their folders
   find_package(${package} REQUIRED)
 endforeach()
 get_property(borrowed GLOBAL PROPERTY DOPPEL_BORROWED)

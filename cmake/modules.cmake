@@ -4,12 +4,12 @@
 #     [OFF_LOOP] [FUZZ <what its fuzz targets link besides it>])
 #   doppel_module_tests(NAME <name> SOURCES ... [LINKS ...])   -> program <name>_test, registered with ctest
 #
-# USES is every module that its files include, no more and no less: tools/modules, part of ./test, holds the includes to it
-# and makes the table and the picture in docs from it.
+# USES is every module that its files include, no more and no less: tools/modules, part of ./test, checks the includes
+# against it and generates the table and the picture in docs from it.
 #
-# OFF_LOOP: nothing of it runs in the control loop, so that it is compiled by -O1, in three quarters of the time.
+# OFF_LOOP: no part of it runs in the control loop; it is compiled with -O1, in three quarters of the time.
 #
-# A module's fuzz/*_fuzz.cpp are libFuzzer targets, built with DOPPEL_FUZZ (clang only): <module>_<name>_fuzz, with first
+# A module's fuzz/*_fuzz.cpp are libFuzzer targets, built with DOPPEL_FUZZ (clang only): <module>_<name>_fuzz, with seed
 # inputs in fuzz/corpus/<name>/. `./test --fuzz` runs them.
 include_guard()
 
@@ -23,9 +23,13 @@ if(DOPPEL_TESTS)
 endif()
 
 add_library(doppel_flags INTERFACE)
+<<<<<<< HEAD
 # g++ collects its garbage at 128 MB by default, which costs a tenth of the time; each unit needs 0.7 to 1.2 GB either way.
 target_compile_options(doppel_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=400000>)
 # g++ 12 warns of overlaps and bounds in std::string that are not there (GCC bug 105651).
+=======
+# g++ 12 reports overlaps and out-of-bounds accesses in std::string that do not exist (GCC bug 105651).
+>>>>>>> lang-b
 target_compile_options(doppel_flags INTERFACE -fvisibility=hidden -fvisibility-inlines-hidden
   -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
   "$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-array-bounds;-Wno-stringop-overflow>")
@@ -43,16 +47,16 @@ endif()
 
 if(DOPPEL_SANITIZE)
   set(kinds ${DOPPEL_SANITIZE})
-  set(kind_options -Wno-tsan)  # of fences, which it does not follow: nothing of ours is handed over by a fence alone
+  set(kind_options -Wno-tsan)  # about fences, which it does not support: doppel transfers no data by a fence alone
   if(DOPPEL_SANITIZE STREQUAL "address")
     set(kinds address,undefined)
-    # Eigen makes these two cost as much time to build as all the rest; what null points to AddressSanitizer reports.
+    # With Eigen these two checks take as long to build as all others; null dereferences are reported by AddressSanitizer.
     set(kind_options -fno-sanitize=null,alignment -fno-sanitize-recover=undefined)
   endif()
   target_compile_options(doppel_flags INTERFACE -g1 -O1 -fno-omit-frame-pointer -fsanitize=${kinds} ${kind_options})
   target_link_options(doppel_flags INTERFACE -fsanitize=${kinds})
 else()
-  # All is position-independent, for the engines' sake. Nobody replaces a function of ours at load time: they may
+  # Everything is position-independent, for the engines. No function of doppel is replaced at load time, so they may
   # call each other directly, and be inlined.
   target_compile_options(doppel_flags INTERFACE -fno-semantic-interposition)
 endif()
@@ -83,7 +87,7 @@ function(doppel_module)
       set(simulates TRUE)
     endif()
   endforeach()
-  set_target_properties(doppel_${MODULE_NAME} PROPERTIES DOPPEL_SIMULATES ${simulates})  # can ask for an engine
+  set_target_properties(doppel_${MODULE_NAME} PROPERTIES DOPPEL_SIMULATES ${simulates})  # can load an engine
   if(DOPPEL_FUZZ)
     file(GLOB fuzz_sources CONFIGURE_DEPENDS fuzz/*_fuzz.cpp)
     foreach(source IN LISTS fuzz_sources)
@@ -109,8 +113,8 @@ function(doppel_plugin_module)
   endif()
 endfunction()
 
-# A physics engine: the plugin module doppel_engine_<NAME> over the module `physics`. What it needs of the modules is
-# linked into it and stays its own. Programs that simulate depend on `doppel_engines`.
+# A physics engine: the plugin module doppel_engine_<NAME> for the module `physics`. The modules that it needs are linked
+# into it and are not exported. Programs that simulate depend on `doppel_engines`.
 add_custom_target(doppel_engines)
 function(doppel_engine)
   cmake_parse_arguments(ENGINE "" "NAME" "SOURCES;LINKS" ${ARGN})
@@ -135,7 +139,7 @@ function(doppel_module_tests)
   gtest_discover_tests(${MODULE_NAME}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()
 
-# Tests of modules that can ask for an engine need the engines. Once all modules are known.
+# Tests of modules that can load an engine depend on the engines. Called once all modules are known.
 function(doppel_tests_need_engines)
   get_property(programs GLOBAL PROPERTY DOPPEL_TEST_PROGRAMS)
   foreach(program IN LISTS programs)

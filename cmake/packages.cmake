@@ -1,4 +1,4 @@
-# Debian packages, by `tools/build packages` (CPack): doppel, libdoppel0, libdoppel-dev and doppel-data.
+# Debian packages, built by `tools/build packages` (CPack): doppel, libdoppel0, libdoppel-dev and doppel-data.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_CONTACT "doppel's developers <doppel@localhost>")

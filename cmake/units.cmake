@@ -1,17 +1,17 @@
-# How sources become objects. What nearly every file includes of other people's headers is compiled once
-# (precompiled headers), and up to DOPPEL_JOINED files of a target are compiled as one unit, whose headers are read and
-# whose templates are instantiated once. tools/build_cost prints what each unit costs.
+# Precompiled headers and units. The third-party headers that nearly every file includes are compiled once (precompiled
+# headers), and up to DOPPEL_JOINED files of a target are compiled as one unit, so that headers are read and templates
+# instantiated once per unit. tools/build_cost prints what each unit costs.
 #
-# A file that is being worked on is compiled by itself: tools/build writes what has changed since the last build into
-# edited_sources.txt of the build folder. The files that stay in its unit are compiled once more, then never again for its sake.
+# An edited file is compiled separately: tools/build appends the files that have changed since the last build to
+# edited_sources.txt in the build folder. The other files of its unit are compiled once more, but not after later edits of it.
 #
-#   doppel_units(TARGET library|outer|test)       outer: what never runs in the control loop
+#   doppel_units(TARGET library|outer|test)       outer: code that never runs in the control loop
 include_guard()
 
 set(DOPPEL_JOINED 8 CACHE STRING "Files that are compiled as one unit; 1: each by itself")
 option(DOPPEL_PRECOMPILED "Precompile the headers of other people that nearly every file includes" ON)
 
-# One set for each kind of code: a precompiled header serves only the options that it was compiled with. All of it is
+# One set for each kind of code: a precompiled header is valid only for the options that it was compiled with. All code is
 # position-independent, so that libraries and programs share a set; -O1 compiles in three quarters of the time of -O2.
 function(doppel_precompiled kind)
   if(TARGET doppel_precompiled_${kind})
@@ -33,7 +33,7 @@ function(doppel_precompiled kind)
 endfunction()
 
 function(doppel_options target kind)
-  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)  # which is -fPIE for programs
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)  # ON would be -fPIE for programs
   target_compile_options(${target} PRIVATE -fPIC)
   if(NOT kind STREQUAL library AND NOT DOPPEL_SANITIZE AND NOT DOPPEL_FUZZ)
     target_compile_options(${target} PRIVATE -O1)
@@ -56,7 +56,7 @@ endif()
 file(STRINGS ${PROJECT_BINARY_DIR}/edited_sources.txt doppel_edited)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_BINARY_DIR}/edited_sources.txt)
 
-# A file's unit is known by its place in the target's list, so that no other unit changes when it leaves its own.
+# A file's unit is determined by its position in the target's list, so that no other unit changes when it leaves its unit.
 function(doppel_join target)
   if(NOT DOPPEL_JOINED GREATER 1)
     return()

@@ -1,5 +1,5 @@
-// The loop neither allocates nor frees, at rest or on a trajectory, with listeners or without: every operator
-// new and delete of this program is counted.
+// The loop neither allocates nor frees, at rest or on a trajectory, with or without subscribers: every
+// operator new and delete of this program is counted.
 #include "doppel/core/test/heap_touches.h"
 #include "twin_fixture.h"
 
@@ -15,7 +15,7 @@ class Allocation : public TwinFixture {
 
 TEST_F(Allocation, CounterCountsAllocations) {
   EXPECT_EQ(heap_touches_of([] {
-              int* volatile escaped = new int(1);  // or the compiler leaves both out
+              int* volatile escaped = new int(1);  // otherwise the compiler removes both
               delete escaped;
             }),
             2u);
@@ -26,7 +26,7 @@ TEST_F(Allocation, LoopDoesNotAllocate) {
     SCOPED_TRACE(robot);
     bring_up(robot);
     run(0.3);
-    EXPECT_EQ(count(2.0), 0u) << "at rest, nobody listening";
+    EXPECT_EQ(count(2.0), 0u) << "expected no heap operation at rest, without subscribers";
   }
 }
 
@@ -57,7 +57,7 @@ TEST_F(Allocation, FourRobotsWithListenerDoNotAllocate) {
             R"({joint_names: ["Revolute 1","Revolute 2","Revolute 3","Revolute 4","Revolute 5","Revolute 6"],
 points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 2}}]})");
   }
-  run(0.6);  // rest has been judged
+  run(0.6);  // the check of rest is over
   EXPECT_EQ(count(1.0), 0u);
 }
 
@@ -80,7 +80,7 @@ TEST_F(Allocation, PushOnObjectDoesNotAllocate) {
             }),
             0u);
   const FrameVelocity velocity = twin_->engine().find(ball.name).value().base_velocity();
-  EXPECT_NEAR(velocity.linear_W.x(), 0.05, 1e-6) << "and has ended";
+  EXPECT_NEAR(velocity.linear_W.x(), 0.05, 1e-6) << "expected the push to act for its duration only";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The audit against real robots: every description of ../shared/corpus counted, judged as check_urdf judges
-// it, and audited. Skipped where the corpus is not there.
+// The audit of real robots: every description of ../shared/corpus is counted, classified as check_urdf does,
+// and audited. Skipped if the corpus is not there.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -100,7 +100,7 @@ TEST_F(AuditCorpus, StatisticsMatchManifest) {
     const Json mine = as_json(counted);
     for (const auto& [name, value] : mine.items()) {
       EXPECT_TRUE(same(value, record["stats"][name]))
-          << name << " is " << value << ", not " << record["stats"][name];
+          << "expected " << name << " to be " << record["stats"][name] << "; it is " << value;
     }
     const double mass = record["stats"]["total_mass"];
     EXPECT_NEAR(counted.total_mass, mass, 1e-6 * (1 + std::abs(mass)));
@@ -133,22 +133,22 @@ TEST_F(AuditCorpus, EveryRobotIsAuditedWithKnownRules) {
       EXPECT_FALSE(f.rule.starts_with("xml.")) << f.message;
       EXPECT_NE(f.message, "") << f.rule;
     }
-    // What ROS' own parser refuses is an error here too.
+    // What ROS's own parser rejects is an error here too.
     if (!record["check_urdf"]["ok"]) {
       EXPECT_GT(report.count(Severity::error), 0U);
     }
   }
 }
 
-// Public robots that somebody uses: what their authors would not call an error is none.
+// Public robots that are in use: what check_urdf accepts must not be reported as an error.
 TEST_F(AuditCorpus, RobotAcceptedByCheckUrdfHasNoError) {
   for (const Json& record : cases_) {
     if (!record["check_urdf"]["ok"].get<bool>()) continue;
     SCOPED_TRACE(record["id"].get<std::string>());
     PackageResolver packages = resolver(record);
     for (const Finding& f : audit(description(record), {}, packages, {}).findings) {
-      // Some cases are given a controllers' file that is on nobody's machine, and a demo forgets its prefix
-      // in <ros2_control>, which the resource manager refuses.
+      // Some cases name a controller file that is not part of the corpus, and a demo lacks its prefix in
+      // <ros2_control>, which the resource manager rejects.
       if (f.rule == "controllers.file_missing" || f.rule == "ros2_control.unknown_joint") continue;
       EXPECT_NE(f.severity, Severity::error) << f.rule << ' ' << f.subject << ": " << f.message;
     }

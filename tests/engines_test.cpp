@@ -1,4 +1,4 @@
-// The walkthroughs' sample commands in every engine, with controllers, limits and servos as `up` runs them.
+// The walkthroughs' sample commands in every engine, with controllers, limits and servos as with `up`.
 
 #include <algorithm>
 #include <cmath>
@@ -49,7 +49,7 @@ points: [{positions: [1.57, -1.0, -2.0, -1.57, -1.57, -0.3], time_from_start: {s
 
 class EngineTrajectoriesTest : public TwinFixture, public ::testing::WithParamInterface<Sample> {
  protected:
-  // What /joint_states tells from the start to the end.
+  // The messages of /joint_states from the start to the end.
   std::vector<sensor_msgs::msg::JointState> run_in(const std::string& engine) {
     Scenario scenario;
     scenario.robots = {{.target = GetParam().robot}};
@@ -93,7 +93,7 @@ TEST_P(EngineTrajectoriesTest, SampleTrajectoriesAgreeBetweenEngines) {
     std::printf("  %s in %s and %s: at most %.2g rad apart (%s), over %zu samples\n", GetParam().robot,
                 kDefaultEngine, engine.name.c_str(), largest, where.c_str(), reference.size());
     EXPECT_LT(largest, 0.02) << where;
-    EXPECT_GT(travel, 0.3) << "it moves";
+    EXPECT_GT(travel, 0.3) << "expected the joint to move";
   }
 }
 

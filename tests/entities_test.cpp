@@ -1,4 +1,4 @@
-// Objects that come, go and move while a twin runs, as another shell or the page would have it.
+// Objects that are added, removed and moved while a twin runs, as from another shell or the page.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ TEST_F(EntityTest, SpawnedEntityFallsAndIsDeleted) {
   EXPECT_THAT(spawn("ball", ball("x"), at(1, 0, 0.5)), HasSubstr("success: true"));
   EXPECT_NEAR(where("ball").z(), 0.5, 1e-9);
   run(1.0);
-  EXPECT_NEAR(where("ball").z(), 0.05, 2e-3) << "it lies on the ground";
+  EXPECT_NEAR(where("ball").z(), 0.05, 2e-3) << "expected the ball to rest on the ground";
   EXPECT_THAT(remove("ball"), HasSubstr("success: true"));
   EXPECT_FALSE(is_there("ball"));
   EXPECT_THAT(remove("ball"), HasSubstr("there is no entity"));
@@ -95,7 +95,7 @@ TEST_F(EntityTest, InvalidEntityIsRefusedWithoutChange) {
             "<sdf version='1.7'><model name='b'><link name='l'><collision name='c'><geometry><mesh><uri>"
             "file:///etc/passwd.stl</uri></mesh></geometry></collision></link></model></sdf>"),
       HasSubstr("is outside the robot"));
-  EXPECT_EQ(twin_->engine().world().instances().size(), 2u) << "the robot and one object";
+  EXPECT_EQ(twin_->engine().world().instances().size(), 2u) << "expected the robot and one object";
   EXPECT_THAT(remove(robot), HasSubstr("is the robot"));
   EXPECT_THAT(remove("ground"), HasSubstr("the ground"));
 }
@@ -180,14 +180,14 @@ TEST_F(EntityTest, MarkersArePublished) {
   listen("/doppel/objects");
   run(0.1);
   auto markers = received<MarkerArray>("/doppel/objects");
-  ASSERT_EQ(markers.size(), 1u) << "once, that there are none";
+  ASSERT_EQ(markers.size(), 1u) << "expected one message, without markers";
   EXPECT_TRUE(markers[0].markers.empty());
   spawn("ball", ball("ball"), at(1, 0, 1));
   spawn("post", ball("post", 0), at(-1, 0, 1));
   run(0.4);
   markers = received<MarkerArray>("/doppel/objects");
   EXPECT_GE(markers.size(), 9u);
-  EXPECT_LE(markers.size(), 13u) << "25 Hz while it falls";
+  EXPECT_LE(markers.size(), 13u) << "expected 25 Hz while the ball falls";
   const MarkerArray last = markers.back();
   ASSERT_EQ(last.markers.size(), 2u);
   EXPECT_EQ(last.markers[0].text, "ball");
@@ -199,13 +199,13 @@ TEST_F(EntityTest, MarkersArePublished) {
   const int post = last.markers[1].id;
   remove("ball");
   markers = received<MarkerArray>("/doppel/objects");
-  ASSERT_EQ(markers.size(), 1u) << "also while time stands";
+  ASSERT_EQ(markers.size(), 1u) << "expected a message while paused, too";
   ASSERT_EQ(markers[0].markers.size(), 2u);
-  EXPECT_EQ(markers[0].markers[0].id, post) << "ids are kept";
+  EXPECT_EQ(markers[0].markers[0].id, post) << "expected ids to be preserved";
   EXPECT_EQ(markers[0].markers[1].action, Marker::DELETE);
   EXPECT_EQ(markers[0].markers[1].id, last.markers[0].id);
   run(0.5);
-  EXPECT_TRUE(received<MarkerArray>("/doppel/objects").empty()) << "nothing moves";
+  EXPECT_TRUE(received<MarkerArray>("/doppel/objects").empty()) << "expected no message while nothing moves";
 }
 
 TEST_F(EntityTest, ContactForceEqualsWeight) {
@@ -223,13 +223,13 @@ TEST_F(EntityTest, ContactForceEqualsWeight) {
   ASSERT_NE(touch, states.end());
   const bool first = touch->collision1_name == "ball::link::collision";
   EXPECT_EQ(first ? touch->collision2_name : touch->collision1_name, "ground::link::collision");
-  // On the first of the two; what the ball weighs presses the ground down.
+  // On the first of the two; the ball's weight presses on the ground.
   EXPECT_NEAR(touch->total_wrench.force.z, (first ? 1 : -1) * 0.5 * 9.81, 0.05);
   EXPECT_NEAR(touch->contact_normals.at(0).z, first ? 1 : -1, 1e-6);
   EXPECT_NEAR(touch->contact_positions.at(0).x, 1.0, 1e-2);
 }
 
-// A shape that stands elsewhere than its model: 0.1 m beside it and turned by 90 degrees about z.
+// A shape that has another pose than its model: 0.1 m beside it and turned by 90 degrees about z.
 constexpr const char* kBeside =
     "<sdf version='1.7'><model name='can'><link name='body'><pose>0.1 0 0 0 0 1.5707963267948966</pose>"
     "<inertial><mass>2</mass></inertial><collision name='c'><pose>0 0 0.2 0 0 0</pose>"
@@ -279,14 +279,15 @@ TEST_F(EntityStateTest, StateMatchesMarker) {
   bring_up("lab_arm");
   listen("/doppel/objects");
   ASSERT_THAT(spawn("can", kBeside, at(1, 2, 3)), HasSubstr("success: true"));
-  EXPECT_NEAR(state_of("can").pose.position.x, 1.0, 1e-9) << "the model's frame is where it was put";
+  EXPECT_NEAR(state_of("can").pose.position.x, 1.0, 1e-9)
+      << "expected the model's frame where it was spawned";
   EXPECT_NEAR(state_of("can::body").pose.position.x, 1.0, 1e-9);
   const auto shape = state_of("can::link::collision").pose;
   EXPECT_NEAR(shape.position.x, 1.1, 1e-9);
   EXPECT_NEAR(shape.position.z, 3.2, 1e-9);
   EXPECT_NEAR(shape.orientation.z, std::sqrt(0.5), 1e-9);
   expect_same(marker("can").pose, shape);
-  // What a marker tells may be sent back: nothing jumps.
+  // The pose of a marker may be sent back: nothing moves.
   const std::string markers =
       "pose: {position: {x: 1.1, y: 2, z: 3.2}, orientation: {z: 0.70710678118654752, w: "
       "0.70710678118654752}}";
@@ -304,7 +305,7 @@ TEST_F(EntityStateTest, ShapeMovesAsRigidBody) {
   EXPECT_NEAR(shape.pose.position.x, 5, 1e-9);
   EXPECT_NEAR(shape.twist.linear.x, 1, 1e-9);
   EXPECT_NEAR(shape.twist.linear.y, 0, 1e-9);
-  // The model's frame lies 0.1 m along the shape's y, and goes round it.
+  // The model's frame is 0.1 m along the shape's y, and rotates about the shape.
   const auto body = state_of("can");
   EXPECT_NEAR(body.pose.position.y, 0.1, 1e-9);
   EXPECT_NEAR(body.twist.linear.x, 1 - 2 * 0.1, 1e-9);
@@ -314,7 +315,7 @@ TEST_F(EntityStateTest, WrenchPushesObject) {
   bring_up("lab_arm");
   spawn("can", kBeside, at(1, 2, 30));
   spawn("post", ball("post", 0), at(-1, 0, 1));
-  // At the middle of the shape: F/m, and nothing turns. 0.2 s of 10 N on 2 kg.
+  // At the centre of the shape: F/m, and no rotation. 0.2 s of 10 N on 2 kg.
   EXPECT_THAT(
       push("{link_name: 'can::link::collision', wrench: {force: {y: 10}}, duration: {nanosec: 200000000}}"),
       HasSubstr("success: true"));
@@ -322,7 +323,8 @@ TEST_F(EntityStateTest, WrenchPushesObject) {
   EXPECT_NEAR(state_of("can").twist.linear.y, 1.0, 1e-6);
   EXPECT_NEAR(state_of("can").twist.angular.z, 0.0, 1e-9);
   run(0.2);
-  EXPECT_NEAR(state_of("can").twist.linear.y, 1.0, 1e-6) << "for its time only";
+  EXPECT_NEAR(state_of("can").twist.linear.y, 1.0, 1e-6)
+      << "expected the wrench to act for its duration only";
   // The same force at the model's origin, 0.1 m beside: torque 1 N m about a box's m a^2 / 6.
   push("{link_name: can, wrench: {force: {y: -10}}, duration: {nanosec: 1000000}}");
   run(0.001);
@@ -337,19 +339,20 @@ TEST_F(EntityStateTest, WrenchEndsWithObject) {
   bring_up("lab_arm");
   spawn("ball", ball("ball", 1), at(1, 0, 50));
   push("{link_name: ball, wrench: {force: {z: 9.81}}, duration: {sec: -1}}");
-  spawn("other", ball("other", 1), at(2, 0, 50));  // the physics' model is recreated
+  spawn("other", ball("other", 1), at(2, 0, 50));  // the physics model is recreated
   run(0.5);
-  EXPECT_NEAR(where("ball").z(), 50, 1e-6) << "held";
+  EXPECT_NEAR(where("ball").z(), 50, 1e-6) << "expected the ball to be held by the wrench";
   call("/gazebo/clear_link_wrenches", "gazebo_msgs/srv/LinkRequest", "{link_name: 'ball::link'}");
   run(0.1);
-  EXPECT_LT(state_of("ball").twist.linear.z, -0.9) << "let go";
+  EXPECT_LT(state_of("ball").twist.linear.z, -0.9) << "expected the ball to fall after the wrench is cleared";
   push("{link_name: ball, wrench: {force: {z: 9.81}}, duration: {sec: -1}}");
   run(0.01);
   remove("ball");
   spawn("ball", ball("ball", 1), at(1, 0, 50));
   push("{link_name: other, wrench: {force: {x: 1}}, duration: {sec: -1}}");  // all loads are written again
   run(0.1);
-  EXPECT_LT(state_of("ball").twist.linear.z, -0.9) << "another ball is not held";
+  EXPECT_LT(state_of("ball").twist.linear.z, -0.9)
+      << "expected the wrench not to act on a new ball of that name";
 }
 
 // With a world file, edited and deleted from while the twin runs.
@@ -390,11 +393,11 @@ TEST_F(WorldEntitiesTest, EntitiesSurviveReload) {
     reload();
     EXPECT_NEAR(where("ball").z(), z, 1e-9);
     EXPECT_NEAR(where("post").x(), -3, 1e-9);
-    EXPECT_NEAR(where("shelf").z(), 0.7, 1e-9) << "where the file puts it now";
-    EXPECT_FALSE(is_there("cup")) << "deleted by hand";
+    EXPECT_NEAR(where("shelf").z(), 0.7, 1e-9) << "expected the shelf where the edited file has it";
+    EXPECT_FALSE(is_there("cup")) << "expected the deleted entity to stay deleted";
   }
   const FrameVelocity velocity = twin_->engine().find("ball").value().base_velocity();
-  EXPECT_NEAR(velocity.linear_W.z(), -0.3 * 9.81, 0.02) << "it goes on falling";
+  EXPECT_NEAR(velocity.linear_W.z(), -0.3 * 9.81, 0.02) << "expected the ball to continue to fall";
 }
 
 TEST_F(WorldEntitiesTest, EntitiesAreInWorldFrame) {
@@ -409,7 +412,7 @@ TEST_F(WorldEntitiesTest, EntitiesAreInWorldFrame) {
   for (const auto& transform : frames.back().transforms) {
     if (transform.child_frame_id == "ground") ground = transform.transform.translation.z;
   }
-  EXPECT_NEAR(ground, root_is_world ? -0.2 : 0.0, 1e-9) << "and so does the ground";
+  EXPECT_NEAR(ground, root_is_world ? -0.2 : 0.0, 1e-9) << "expected the ground in the world frame, too";
   listen("/doppel/objects");
   run(0.1);
   const auto markers = received<MarkerArray>("/doppel/objects");

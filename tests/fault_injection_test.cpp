@@ -1,5 +1,5 @@
-// Whatever fails while a replacement is made ready or takes over, the machine that runs continues to the same
-// bits: the nth allocation, the nth file, the nth call of the engine.
+// Whatever fails while a replacement is prepared or applied, the running machine continues bit-identically:
+// the nth allocation, the nth file, the nth call of the engine.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -74,12 +74,12 @@ class FaultInjectionTest : public TwinFixture, public ::testing::WithParamInterf
     std::ifstream in(folder_ / file);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     const std::size_t at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
+    ASSERT_NE(at, std::string::npos) << "expected '" << from << "' in " << file;
     in.close();
     std::ofstream(folder_ / file) << text.replace(at, from.size(), to);
   }
 
-  // One reload with the nth fault struck; true: it came through all the same, since the fault was borne.
+  // One reload with the nth fault injected; true: it succeeded nevertheless, because the fault was tolerated.
   bool reload_struck(std::uint64_t n) {
     Diagnostics said;
     arm(GetParam(), n);
@@ -95,7 +95,7 @@ class FaultInjectionTest : public TwinFixture, public ::testing::WithParamInterf
     }
   }
 
-  // How many points of a reload can be struck, counted on a twin of its own.
+  // The number of possible faults in a reload, counted on a separate twin.
   std::uint64_t count_points() {
     Twin other(scenario(), quiet_, diagnostics_);
     Diagnostics said;
@@ -113,7 +113,7 @@ class FaultInjectionTest : public TwinFixture, public ::testing::WithParamInterf
       SCOPED_TRACE(std::string(kFaultNames[static_cast<int>(GetParam())]) + " " + std::to_string(n) + " of " +
                    std::to_string(count) + ", seed " + std::to_string(kSeed));
       if (reload_struck(n)) {
-        ++borne;  // a cache that could not be written, a file that another stands for: the edit is in
+        ++borne;  // a cache that could not be written, a file with a substitute: the edit is applied
         return_to_start();
         continue;
       }
@@ -127,7 +127,7 @@ class FaultInjectionTest : public TwinFixture, public ::testing::WithParamInterf
     EXPECT_GT(refused, 0);
   }
 
-  // Both twins again, since one of them has been reloaded.
+  // Recreates both twins, because one of them has been reloaded.
   void return_to_start() {
     edge_.reset();
     bring_up(scenario());

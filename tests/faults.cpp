@@ -37,9 +37,9 @@ bool strikes(Fault fault) {
 
 namespace {
 
-// libstdc++ 12 takes a variant of strings and vectors for never valueless and, where copying one fails,
-// destroys what was not made; so allocations up to the size of a description, which is such a string, are
-// left alone.
+// libstdc++ 12 assumes that a variant of strings and vectors is never valueless and, if copying one fails,
+// destroys what was not constructed; so allocations up to the size of a description, which is such a string,
+// never fail.
 constexpr std::size_t kMinFaultSize = 64 * 1024;
 
 void* take(std::size_t size, std::size_t alignment) {
@@ -61,7 +61,7 @@ Function next(const char* name) {
 
 using doppel::test::Fault;
 
-// g++ inlines a delete into a caller, then warns that free() gets what operator new returned.
+// g++ inlines a delete into a caller, then warns that free() receives what operator new returned.
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 
 void* operator new(std::size_t size) {
@@ -121,7 +121,7 @@ int open_file(const char* real, const char* path, int flags, va_list arguments) 
 
 }  // namespace
 
-// In the place of the C library's: the program's own come first.
+// Replaces the C library's functions: the program's own take precedence.
 extern "C" {
 
 FILE* fopen(const char* path, const char* mode) {

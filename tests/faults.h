@@ -1,6 +1,6 @@
 #pragma once
 // Faults that a test injects into the code it runs: the nth large allocation, opening of a file or call of
-// the engine "faulty" on this thread fails once. The program that links faults.cpp has them.
+// the engine "faulty" on this thread fails once. Programs get them by linking faults.cpp.
 
 #include <cstdint>
 
@@ -9,17 +9,17 @@ namespace doppel::test {
 enum class Fault { allocation, file, engine };
 inline constexpr const char* kFaultNames[] = {"allocation", "file", "engine"};
 
-// From now on, on this thread. n counts from 1; 0: none fails, they are counted only.
+// Effective on this thread from now on. n counts from 1; 0: none fails, they are only counted.
 void arm(Fault fault, std::uint64_t n);
-// Back to none. How many there were since arm().
+// No fault from now on. Returns the number of possible faults since arm().
 std::uint64_t disarm();
 
-// One more of this kind; true: this is the one that fails. Does not allocate.
+// Counts one more of this kind; true: this is the one that fails. Does not allocate.
 bool strikes(Fault fault);
 
-// Registers the engine "faulty": MuJoCo, whose calls may be struck.
+// Registers the engine "faulty": MuJoCo, whose calls may fail.
 void register_faulty_engine();
-// Of worlds for "faulty", by this thread so far.
+// The compilations of worlds for "faulty" on this thread so far.
 std::uint64_t compilations_here();
 
 }  // namespace doppel::test

@@ -1,4 +1,4 @@
-// MuJoCo behind calls that may be struck, as an engine that fails would.
+// MuJoCo behind calls that may fail, like an engine with errors.
 
 #include <stdexcept>
 
@@ -11,7 +11,7 @@ namespace {
 thread_local std::uint64_t compiled_here = 0;
 
 void call() {
-  if (strikes(Fault::engine)) throw std::runtime_error("the engine's call was struck");
+  if (strikes(Fault::engine)) throw std::runtime_error("injected fault in a call of the engine");
 }
 
 class FaultyWorld;

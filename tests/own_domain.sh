@@ -1,5 +1,5 @@
-# To be sourced: a ROS_DOMAIN_ID that no other test of this machine has at the moment, on loopback alone. The lock goes
-# with the shell.
+# To be sourced: a ROS_DOMAIN_ID that no other test on this machine uses at the moment, on loopback only. The lock is
+# released when the shell ends.
 for ROS_DOMAIN_ID in {30..39}; do
   exec {domain_lock}> "${TMPDIR:-/tmp}/doppel-test-domain-$ROS_DOMAIN_ID" && flock -n "$domain_lock" && break
   exec {domain_lock}>&-

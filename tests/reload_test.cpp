@@ -1,4 +1,4 @@
-// Hot reload: an edit takes over from the running machine, or leaves it alone.
+// Hot reload: an edit replaces the running machine, or leaves it unchanged.
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -15,7 +15,7 @@ class TwinReloadTest : public TwinFixture {
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = fs::path(::testing::TempDir()) / "reload" / info->name() /
-              "omarm_one";  // alone: packages look at neighbours
+              "omarm_one";  // alone: packages search their neighbours
     fs::remove_all(folder_);
     fs::create_directories(folder_.parent_path());
     fs::copy(DOPPEL_SOURCE_DIR "/robots/omarm_one", folder_, fs::copy_options::recursive);
@@ -31,7 +31,7 @@ class TwinReloadTest : public TwinFixture {
     std::ifstream in(folder_ / file);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     const std::size_t at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
+    ASSERT_NE(at, std::string::npos) << "expected '" << from << "' in " << file;
     std::ofstream(folder_ / file) << text.replace(at, from.size(), to);
   }
 
@@ -54,7 +54,7 @@ class TwinReloadTest : public TwinFixture {
         return;
       }
     }
-    ADD_FAILURE() << controller << " is not loaded";
+    ADD_FAILURE() << "expected " << controller << " to be loaded";
   }
 
   void send_trajectory() {
@@ -81,7 +81,8 @@ TEST_F(TwinReloadTest, TrajectoryContinuesThroughEditOfLimitsAndInertia) {
                 .velocity,
             4.4);
   run(0.002);
-  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 0.01) << name << " must not jump";
+  for (const auto& [name, q] : positions())
+    EXPECT_NEAR(q, before.at(name), 0.01) << "expected no jump of " << name;
   run(1.5);
   EXPECT_NEAR(joint("Revolute 1").q, 1.0, 0.01);
   EXPECT_NEAR(joint("Revolute 3").q, 1.4, 0.01);
@@ -102,7 +103,7 @@ TEST_F(TwinReloadTest, LimitExcludingPositionIsRefused) {
   edit("urdf/omarm.xacro", "upper=\"3.141593\"", "upper=\"0.5\"");
   try {
     reload();
-    FAIL() << "the joint stands at 1";
+    FAIL() << "expected an InputError: the joint is at 1";
   } catch (const InputError& error) {
     EXPECT_EQ(error.diagnostics().front().rule, "reload.limits");
     EXPECT_NE(std::string(error.what()).find("omarm.xacro:"), std::string::npos) << error.what();
@@ -118,7 +119,8 @@ TEST_F(TwinReloadTest, EditWithoutEffectKeepsMotion) {
     EXPECT_EQ(reload(), Twin::Reload::controllers_kept);
     run(0.1);
   }
-  for (const auto& [name, q] : positions()) EXPECT_NEAR(q, before.at(name), 1e-5) << name << " crept away";
+  for (const auto& [name, q] : positions())
+    EXPECT_NEAR(q, before.at(name), 1e-5) << "expected no motion of " << name;
 }
 
 TEST_F(TwinReloadTest, ControllersYamlIsReadAgain) {
@@ -209,7 +211,7 @@ TEST_F(TwinReloadTest, RefusedPublisherParametersKeepOldRobot) {
   EXPECT_EQ(twin_->state_hash(), undisturbed);
 }
 
-// Found, not named: the controllers that it declares are not given up for generated ones.
+// Found by search, not named: the controllers that it declares are not replaced by generated ones.
 TEST_F(TwinReloadTest, LostControllersFileIsRefusedUntilRestored) {
   const fs::path file = folder_ / "config/ros2_controllers.yaml";
   std::ifstream in(file);

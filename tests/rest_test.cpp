@@ -1,5 +1,5 @@
-// Every bundled robot, and every robot of ../shared/corpus where it is there, comes up and is at rest half a
-// second after the start: no joint beyond its limits, none above 0.1 rad/s, without a command.
+// Every bundled robot, and every robot of ../shared/corpus if it is there, loads and is at rest half a second
+// after the start: no joint beyond its limits, none above 0.1 rad/s, without a command.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -19,9 +19,9 @@ using ::testing::IsEmpty;
 
 constexpr int kShards = 8;  // so that several cores share the corpus
 
-// What cannot be at rest, each with the cause that the report has to name.
+// What cannot be at rest, each with the cause that the report must name.
 const std::map<std::string, std::string>& restless() {
-  // Heavier, as they are written, than the effort limits that are written can hold.
+  // The masses in the file are too large for the effort limits in the file.
   static const std::map<std::string, std::string> cases{
       {"moveo-moveo_urdf", "its effort limit of 5 N m is too low for its load"},
       {"moveo-moveo_urdf_new", "its effort limit of 5 N m is too low for its load"},
@@ -72,7 +72,8 @@ void expect_rest(const std::string& name, const fs::path& target) {
     EXPECT_THAT(outcome.unsettled, IsEmpty());
   } else {
     EXPECT_THAT(outcome.unsettled, ::testing::Each(HasSubstr(known->second)));
-    EXPECT_THAT(outcome.unsettled, ::testing::Not(IsEmpty())) << "it is at rest now: remove it from the list";
+    EXPECT_THAT(outcome.unsettled, ::testing::Not(IsEmpty()))
+        << "expected motion; it is at rest now: remove it from the list";
   }
 }
 

@@ -1,4 +1,4 @@
-// The bundled robots carry the numbers of the walkthroughs they come from.
+// The bundled robots have the values of the walkthroughs they come from.
 #include <gtest/gtest.h>
 
 #include "doppel/description/load.h"

@@ -1,5 +1,5 @@
-// docs/ros2.md lists what a running twin offers; its tables are made here, from the bus of a twin that has
-// one controller of every type. After a change that is meant: DOPPEL_WRITE_DOCS=1 build/bin/ros2_tables_test
+// docs/ros2.md lists what a running twin offers; its tables are generated here, from the bus of a twin that
+// has one controller of every type. After an intended change: DOPPEL_WRITE_DOCS=1 build/bin/ros2_tables_test
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -62,7 +62,7 @@ std::string qos_text(const Qos& qos) {
                      qos.lifespan > Duration{} ? fmt::format(", for {:g} s", to_seconds(qos.lifespan)) : "");
 }
 
-// "~/x" for what stands under the node.
+// "~/x" for names below the node.
 std::string shown(const std::string& name, const std::string& node) {
   return name.starts_with(node + "/") ? "~" + name.substr(node.size()) : name;
 }
@@ -205,7 +205,7 @@ TEST(Ros2Documentation, TablesMatchRunningTwin) {
     return;
   }
   EXPECT_EQ(text.substr(from, end - from), tables)
-      << "if it is meant: DOPPEL_WRITE_DOCS=1 build/bin/ros2_tables_test";
+      << "docs/ros2.md differs; if this is intended: DOPPEL_WRITE_DOCS=1 build/bin/ros2_tables_test";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// A twin as ROS 2's tools would meet it: in a namespace, with other names and parameters, stamped by
-// wall-clock time.
+// A twin as ROS 2's tools see it: in a namespace, with other names and parameters, with stamps in wall-clock
+// time.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -33,7 +33,7 @@ class Ros2TwinTest : public TwinFixture {
     for (const TopicInfo& topic : twin_->bus().topics()) names.insert(topic.name);
     return names;
   }
-  // The last message of a topic after a run of so many seconds.
+  // The last message of a topic after a run of the given seconds.
   template <class M>
   M last(const std::string& name, double seconds) {
     TopicId id = 0;
@@ -60,7 +60,7 @@ TEST_F(Ros2TwinTest, NamespaceAndRemappingAreApplied) {
   for (const std::string& node : twin_->bus().nodes()) EXPECT_THAT(node, StartsWith("/left/"));
   for (const ControllerView& controller : twin_->robot().controller_manager().controllers())
     EXPECT_EQ(controller.state, ControllerState::active)
-        << "the robot's own YAML holds here too: " << controller.name;
+        << "expected the controller of the robot's own YAML: " << controller.name;
   EXPECT_FALSE(last<sensor_msgs::msg::JointState>("/left/js", 0.2).name.empty());
 }
 
@@ -121,7 +121,8 @@ TEST_F(Ros2TwinTest, WallClockStampsAreRead) {
         R"("Revolute 5","Revolute 6"], points: [{positions: [0.3, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 2}}]})");
     run(1.0);
     if (wall) {
-      EXPECT_NEAR(joint("Revolute 1").q, start, 1e-3) << "by the wall's time that is long past";
+      EXPECT_NEAR(joint("Revolute 1").q, start, 1e-3)
+          << "expected no motion: in wall-clock time the trajectory would be long past";
     } else {
       EXPECT_GT(std::abs(joint("Revolute 1").q - start), 0.01);
     }

@@ -52,7 +52,7 @@ class ServedFilesTest : public TwinFixture {
                             "</geometry></collision></link></model></sdf>\"}}",
                             name, uri));
   }
-  // Each of the present meshes, which have to be `expected`, can be had.
+  // Each of the present meshes, which must be `expected`, can be fetched.
   void expect_all_can_be_had(const std::vector<std::string>& expected) {
     listen("/doppel/objects");
     run(0.1);

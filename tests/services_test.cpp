@@ -1,4 +1,4 @@
-// The simulator's services by the names of gazebo_ros, as another shell would call them.
+// The simulator's services with the names of gazebo_ros, as called from another shell.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -29,7 +29,7 @@ TEST_F(TwinServicesTest, PauseStepsAndUnpauses) {
     });
     twin_->between_steps();
   };
-  const auto run_owed = [&](std::uint64_t steps) {  // as the runner does
+  const auto run_owed = [&](std::uint64_t steps) {  // as in the runner
     for (std::uint64_t i = 0; i < steps; ++i) twin_->step();
     twin_->time_control().steps_owed -= steps;
     twin_->between_steps();
@@ -41,7 +41,7 @@ TEST_F(TwinServicesTest, PauseStepsAndUnpauses) {
   ask_for_steps(3, three);
   EXPECT_EQ(twin_->time_control().steps_owed, 8u);
   run_owed(4);
-  EXPECT_FALSE(five);  // who steps and then looks finds the steps done
+  EXPECT_FALSE(five);  // a response is sent only after the steps are done
   run_owed(2);
   ASSERT_TRUE(five);
   EXPECT_TRUE(five->success);
@@ -87,7 +87,7 @@ points: [{positions: [1.0, 1.2, 1.2, 1.2, 1.2, 1.2], time_from_start: {sec: 1}}]
   EXPECT_NEAR(joint("Revolute 2").q, start, 0.01);
 }
 
-// While time stands nothing is due; who looks sees what was written all the same.
+// While paused no message is due; clients receive changes nevertheless.
 TEST_F(TwinServicesTest, TransformsFollowWhilePaused) {
   bring_up("lab_arm");
   run(0.5);
@@ -121,11 +121,11 @@ TEST_F(TwinServicesTest, JointLoadsMatchGravityTorque) {
     EXPECT_NEAR(loads.back().sags[i], expected[i].sag, 1e-4);
     EXPECT_NEAR(loads.back().margins[i], expected[i].margin, 1e-3);
     EXPECT_NEAR(loads.back().efforts[i], expected[i].torque, 0.05 + 0.05 * std::abs(expected[i].torque))
-        << "at rest the drive bears what gravity asks";
+        << "expected the drive at rest to carry the gravity torque";
   }
 }
 
-// Against the physics engine's own energy, which knows nothing of how the loads are computed.
+// Compared with the physics engine's own energy, which is computed independently of the loads.
 TEST_F(TwinServicesTest, JointLoadsAreSlopeOfPotentialEnergy) {
   for (const char* robot : {"lab_arm", "omarm_one", "omarm_zero"}) {
     bring_up(robot);
@@ -147,7 +147,7 @@ TEST_F(TwinServicesTest, JointLoadsAreSlopeOfPotentialEnergy) {
       const auto energy_at = [&](double offset) {
         Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(q.data(), model.nq);
         moved[joint.q] += offset;
-        instance.set_state({moved.data(), q.size()}, rest);  // mimics follow
+        instance.set_state({moved.data(), q.size()}, rest);  // mimic joints follow
         return engine.potential_energy();
       };
       const double slope = (energy_at(1e-5) - energy_at(-1e-5)) / 2e-5;
@@ -157,7 +157,7 @@ TEST_F(TwinServicesTest, JointLoadsAreSlopeOfPotentialEnergy) {
   }
 }
 
-// A drive at rest stands behind its reference by what is told as its sag, but for what friction holds.
+// The error of a drive at rest is the reported sag, within the friction.
 TEST_F(TwinServicesTest, SagMatchesReport) {
   bring_up("lab_arm");
   run(2.0);
@@ -190,7 +190,7 @@ TEST_F(TwinServicesTest, JointEffortEndsAfterDuration) {
   EXPECT_GT(joint("Revolute 1").v, 0.05);
   EXPECT_GT(joint("Revolute 1").q, start);
   run(2.0);
-  EXPECT_LT(std::abs(joint("Revolute 1").v), 0.05);  // friction has stopped it: the effort is gone
+  EXPECT_LT(std::abs(joint("Revolute 1").v), 0.05);  // friction has stopped it: the effort has ended
 }
 
 TEST_F(TwinServicesTest, UnknownNamesAreAnsweredWithNearest) {

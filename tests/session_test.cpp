@@ -1,5 +1,5 @@
-// What surrounds a twin while it is up, as `doppel up` puts it together: where it can be reached, what is its
-// description, edits of its sources.
+// What surrounds a running twin, assembled as in `doppel up`: its addresses, its description, edits of its
+// sources.
 #include "doppel/session/session.h"
 
 #include <gmock/gmock.h>
@@ -47,7 +47,7 @@ class SessionTest : public TwinFixture {
            "<parent link='base'/><child link='upper'/><axis xyz='0 0 1'/><limit lower='-1' upper='"
         << upper << "' effort='1' velocity='1'/></joint></robot>";
   }
-  // Runs the loop until the condition holds, 20 s of wall time at most.
+  // Runs the loop until the condition holds, 20 s of wall-clock time at most.
   template <class Condition>
   bool until(const Condition& condition) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
@@ -67,7 +67,7 @@ class SessionTest : public TwinFixture {
 TEST_F(SessionTest, BannerNamesServerAddress) {
   TwinSession session(*twin_, options_, log_);
   EXPECT_THAT(session.banner(), HasSubstr(session.server().server().url()));
-  EXPECT_THAT(session.banner(), Not(HasSubstr("ros 2"))) << "no network was asked for";
+  EXPECT_THAT(session.banner(), Not(HasSubstr("ros 2"))) << "expected no network: none was requested";
   session.begin();
   EXPECT_FALSE(session.ros().is_open());
 }

@@ -32,7 +32,7 @@ class SeveralRobotsTest : public TwinFixture {
   }
   [[nodiscard]] TwinRobot& robot(const std::string& name_space) const {
     TwinRobot* const found = twin_->find_robot(name_space);
-    if (found == nullptr) throw std::runtime_error("no robot " + name_space);
+    if (found == nullptr) throw std::runtime_error("expected a robot " + name_space);
     return *found;
   }
   [[nodiscard]] double q(const std::string& name_space, const std::string& joint) const {
@@ -61,7 +61,7 @@ points: [{positions: [)" +
     Diagnostics said;
     return Twin(scenario, log_, said).robot().description().xml;
   }
-  // Lets the loop run until an answer is there: a robot is made ready on a thread of its own.
+  // Runs the loop until the response arrives: a robot is prepared on a separate thread.
   std::string call_and_run(const std::string& service, const std::string& type, const std::string& yaml) {
     const ServiceSupport* support = find_service(type);
     Bytes request;
@@ -122,13 +122,14 @@ TEST_F(SeveralRobotsTest, TransformsArePrefixedInCommonTree) {
         x = transform.transform.translation.x;
     }
   }
-  EXPECT_NEAR(x, 0.8, 1e-9) << "one tree, from the world";
+  EXPECT_NEAR(x, 0.8, 1e-9) << "expected one tree with the root world";
   const auto starts = [](const std::set<std::string>& frames, const char* prefix) {
     return std::ranges::count_if(frames, [&](const std::string& f) { return f.starts_with(prefix); });
   };
   EXPECT_GT(starts(shared, "left/"), 0);
   EXPECT_EQ(starts(shared, "left/"), starts(shared, "right/"));
-  EXPECT_EQ(starts(fixed, "left/"), starts(fixed, "right/")) << "a latched message has those of all robots";
+  EXPECT_EQ(starts(fixed, "left/"), starts(fixed, "right/"))
+      << "expected the latched message to contain the frames of all robots";
   EXPECT_GT(own.size(), 0u);
   EXPECT_EQ(starts(own, "left/"), 0);
 }
@@ -143,7 +144,7 @@ TEST_F(SeveralRobotsTest, RobotsFollowOwnTrajectories) {
   EXPECT_NEAR(q("right", "Revolute 1"), 2.0, 0.02);
 }
 
-// Two that reach for the same place from opposite sides meet there.
+// Two robots that reach for the same place from opposite sides touch there.
 TEST_F(SeveralRobotsTest, ContactBetweenRobotsNamesBoth) {
   const std::string reach = "1.0, 1.2, 1.57, 1.57, 1.57, 1.57";
   bring_up_robots({"omarm_one:left"});
@@ -171,8 +172,8 @@ TEST_F(SeveralRobotsTest, ContactBetweenRobotsNamesBoth) {
   EXPECT_TRUE(met);
 }
 
-// MuJoCo's solver of constraints (friction, couplings, contacts) ends when the whole world's are solved well
-// enough, so that another robot changes last digits.
+// MuJoCo's constraint solver (friction, couplings, contacts) stops when the constraints of the whole world
+// are solved well enough, so that another robot changes the last digits.
 TEST_F(SeveralRobotsTest, DistantRobotMovesAsAlone) {
   const auto positions_of_left = [&](const std::vector<std::string>& robots) {
     bring_up_robots(robots);
@@ -293,7 +294,7 @@ TEST_F(RobotSpawnTest, SpawnAndDeleteKeepOthersBitIdentical) {
   EXPECT_EQ(state(), before);
   EXPECT_EQ(twin_->now(), time);
   run(0.5);
-  EXPECT_NEAR(q("left", "Revolute 1"), 1.0, 0.02) << "its trajectory goes on";
+  EXPECT_NEAR(q("left", "Revolute 1"), 1.0, 0.02) << "expected the trajectory to continue";
 }
 
 TEST_F(RobotSpawnTest, FailedSpawnChangesNothing) {

@@ -1,4 +1,4 @@
-// A robot that comes while others run: what takes time is done beside the loop, and what fails on the way
+// A robot that is spawned while others run: slow work is done outside of the loop, and a failure during it
 // changes nothing.
 
 #include <chrono>
@@ -27,7 +27,7 @@ class SpawnTest : public TwinFixture {
     out.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
     return out;
   }
-  // The loop has taken the call when this returns.
+  // The loop has received the call when this returns.
   void ask_for_guest() {
     gazebo_msgs::srv::SpawnEntity::Request request;
     request.name = request.robot_namespace = "guest";
@@ -62,7 +62,7 @@ class SpawnTest : public TwinFixture {
     twin_->engine().spawn(make_instance(ball, meshes, diagnostics_));
   }
 
-  // The nth fault of the kind strikes while the robot comes in, until it comes in.
+  // The nth fault of the kind is injected while the robot is spawned, until spawning succeeds.
   void expect_that_refusals_change_nothing(Fault kind) {
     WorldRobot asked;
     asked.name_space = "guest";

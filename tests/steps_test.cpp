@@ -1,6 +1,6 @@
-// How steps are taken, on whole robots: the bundled ones, arms of ../shared/corpus where it is there, and
-// those that a file names: DOPPEL_ARMS=FILE, each line a name, a description and its xacro arguments. Public
-// arms are fetched, not committed.
+// How steps are taken, on whole robots: the bundled ones, arms of ../shared/corpus if it is there, and those
+// that a file names: DOPPEL_ARMS=FILE, each line a name, a description and its xacro arguments. Public arms
+// are downloaded, not committed.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -96,7 +96,7 @@ struct Bench {
     options.self_collision = false;
     return alone(robot().description(), robot().shared_model(), options, integrator, step, diagnostics);
   }
-  // Within the limits, mimics following, and such that the drives' efforts can hold it.
+  // Within the limits, with mimic joints following, and within the drives' efforts.
   Eigen::VectorXd pose(std::mt19937& random) {
     std::uniform_real_distribution<double> unit(0, 1);
     Data data(model());
@@ -113,7 +113,7 @@ struct Bench {
       static_sag(model(), data, robot().servos(), q, gravity(), sag);
       if (std::all_of(sag.sags.begin(), sag.sags.end(), [](const Sag& s) { return s.margin > 0; })) return q;
     }
-    ADD_FAILURE() << "no pose can be held";
+    ADD_FAILURE() << "expected a pose that the drives can hold";
     return model().neutral();
   }
 
@@ -160,7 +160,7 @@ TEST_P(IntegrationStepsTest, RandomPosesAreHeldUnderEveryIntegrator) {
       run(*engine, 0.1);
       for (std::size_t k = 0; k < before.size(); ++k)
         EXPECT_NEAR(engine->instance(0).q()[k], before[k], 1e-4);
-      // and it is where the sag, with the friction's share, says
+      // and it is where the sag, including friction, predicts
       Data data(bench.model());
       StaticSag sag;
       static_sag(bench.model(), data, bench.robot().servos(),
@@ -220,22 +220,22 @@ TEST_P(IntegrationStepsTest, MimicJointsKeepCouplingWhileGripperCloses) {
         worst = std::max(worst, stray);
       }
     }
-    EXPECT_NEAR(engine->instance(0).q()[leader.q], leader.upper, 0.02) << "it closed";
+    EXPECT_NEAR(engine->instance(0).q()[leader.q], leader.upper, 0.02) << "expected the gripper to be closed";
     EXPECT_LT(angle, 1e-4) << leader.name;
     EXPECT_LT(way, 1e-5) << leader.name;
     RecordProperty(leader.name + "_rad", std::to_string(angle));
     RecordProperty(leader.name + "_m", std::to_string(way));
   }
-  if (!any) GTEST_SKIP() << "no coupled joints";
+  if (!any) GTEST_SKIP() << "the robot has no coupled joints";
 }
 
-// -- against the dynamics of kinematics/, integrated at 0.1 ms
+// -- compared with the dynamics of kinematics/, integrated at 0.1 ms
 
 // The arm alone: without friction, damping, limits and couplings.
 RobotDescription bare(RobotDescription robot) {
   for (Joint& joint : robot.joints) {
     joint.dynamics.reset();
-    if (joint.mimic || joint.type == JointType::prismatic) {  // fingers stay where they are
+    if (joint.mimic || joint.type == JointType::prismatic) {  // fingers do not move
       joint.mimic.reset();
       joint.type = JointType::fixed;
     }
@@ -271,8 +271,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Short arms fall fast: the bundled ones alone, of 0.3 m, are allowed four times the error of the arms of 0.6
-// to 1.2 m of the corpus.
+// Short arms fall fast: for the bundled ones alone, of 0.3 m, the allowed error is four times that of the
+// corpus's arms of 0.6 to 1.2 m.
 struct Falling {
   std::vector<Arm> arms = listed_arms();
   double slack = 1;
@@ -286,7 +286,7 @@ struct Falling {
   }
 };
 
-// Of the joints of all arms after half a second of falls from random poses, up to 2 rad off zero.
+// Over the joints of all arms, after half a second of falling from random poses, up to 2 rad from zero.
 TEST(CorpusIntegrationSteps, PassiveFallMatchesReference) {
   const std::map<Integrator, double> allowed{{Integrator::euler, 6e-2},
                                              {Integrator::implicit, 6e-2},
@@ -378,7 +378,8 @@ std::vector<Eigen::VectorXd> track(Engine& engine, const Model& model, const Eig
   return out;
 }
 
-// As far from `from` towards `to` as a quintic of 1 s goes at 80 % of the velocity limits and 3 rad/s.
+// The distance from `from` towards `to` that a quintic of 1 s covers at 80 % of the velocity limits and 3
+// rad/s.
 Eigen::VectorXd within_speed(const Model& model, const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
   double share = 1;
   for (const ModelJoint& joint : model.joints) {

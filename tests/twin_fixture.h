@@ -1,5 +1,5 @@
 #pragma once
-// A twin of a bundled robot for tests: built, stepped and spoken to as an edge would.
+// A twin of a bundled robot for tests: built, stepped, and called through an edge.
 
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ class TwinFixture : public ::testing::Test {
     ASSERT_TRUE(sent.ok()) << sent.why();
   }
 
-  // Calls a service and lets the loop answer; the response as YAML.
+  // Calls a service and runs the loop until it answers; returns the response as YAML.
   std::string call(const std::string& service, const std::string& type, const std::string& yaml) {
     const ServiceSupport* support = find_service(type);
     if (support == nullptr) return "no such type";
@@ -70,7 +70,7 @@ class TwinFixture : public ::testing::Test {
     }
     twin_->between_steps();
   }
-  // What has come on a topic of this type since the last call; other topics' messages are thrown away.
+  // The messages of this type received since the last call; messages of other topics are discarded.
   template <class M>
   std::vector<M> received(const std::string& name) {
     TopicId id = 0;
@@ -91,7 +91,7 @@ class TwinFixture : public ::testing::Test {
     for (JointSnapshot& snapshot : twin_->robot().joints()) {
       if (snapshot.name == name) return snapshot;
     }
-    ADD_FAILURE() << "no joint " << name;
+    ADD_FAILURE() << "expected a joint " << name;
     return {};
   }
 

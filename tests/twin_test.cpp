@@ -1,4 +1,4 @@
-// The twin as a whole: what a newcomer would see it do.
+// The twin as a whole: what a new user sees.
 #include <map>
 
 #include "doppel/messages/sensor_msgs.h"
@@ -48,7 +48,7 @@ TEST_F(TwinTest, RobotCollapsesWithoutActiveController) {
   EXPECT_LT(after, before - 0.05);
 }
 
-// The sample of the OmArm One walkthrough, word for word.
+// The sample of the OmArm One walkthrough, verbatim.
 TEST_F(TwinTest, OmArmOneFollowsSample) {
   bring_up("omarm_one");
   publish("/omarm_arm_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
@@ -64,7 +64,7 @@ points: [{positions: [1.57, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec:
             0.01);
 }
 
-// The two samples of the OmArm Zero walkthrough; Revolute 1 may turn 0.2 rad/s only, so it arrives late.
+// The two samples of the OmArm Zero walkthrough; Revolute 1 is limited to 0.2 rad/s, so it arrives late.
 TEST_F(TwinTest, OmArmZeroFollowsSamples) {
   bring_up("omarm_zero");
   publish(
@@ -153,7 +153,7 @@ TEST_F(TwinTest, TransformsMatchPhysics) {
   }
   const Pose truth = twin_->robot().instance().link_pose(model.find_link("gripper_finger_left_1"));
   EXPECT_LT((X.matrix() - truth.matrix()).norm(),
-            1e-3);  // the arm holds still, so the stamp's age does not matter
+            1e-3);  // the arm does not move, so the age of the stamp does not matter
 }
 
 TEST_F(TwinTest, MimicFollowsLeader) {

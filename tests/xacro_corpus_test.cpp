@@ -1,5 +1,5 @@
-// The xacro expander against real robots: every case of ../shared/corpus by the rule of its README. Skipped
-// where the corpus is not there.
+// The xacro expander on real robots: every case of ../shared/corpus by the rule of its README. Skipped if the
+// corpus is not there.
 #include <gtest/gtest.h>
 
 #include <charconv>
@@ -88,7 +88,7 @@ std::map<std::string, std::string> attributes(const XmlNode& node, const Json& p
   return out;
 }
 
-// Elements, and the texts between them joined over what is left out.
+// Elements, and the texts between them, joined across what is left out.
 struct Piece {
   const XmlNode* element = nullptr;
   std::string text;
@@ -111,7 +111,7 @@ std::vector<Piece> pieces(const XmlNode& node, const Json& packages) {
   return out;
 }
 
-// The first difference, with the path to it; "" where there is none.
+// The first difference, with the path to it; "" if there is none.
 std::string difference(const XmlNode& got, const XmlNode& wanted, const Json& packages,
                        const std::string& path) {
   const std::string here = path + "/" + wanted.name;
@@ -143,7 +143,7 @@ std::string difference(const XmlNode& got, const XmlNode& wanted, const Json& pa
   return "";
 }
 
-// The rule that belongs to a kind of error of the manifest.
+// The rule that corresponds to a kind of error in the manifest.
 std::string rule_of(const std::string& kind) {
   static const std::map<std::string, std::string> rules{
       {"undefined_substitution_argument", "xacro.undefined_argument"},
@@ -155,7 +155,7 @@ std::string rule_of(const std::string& kind) {
   return rules.at(kind);
 }
 
-// Only this case's variables of ROS.
+// Only this case's ROS variables.
 void set_environment(const Json& variables) {
   std::vector<std::string> stale;
   for (char** entry = environ; *entry != nullptr; ++entry) {
@@ -220,7 +220,7 @@ TEST(XacroCorpus, EveryRobotExpandsAsByReference) {
   }
   fs::current_path(before);
   RecordProperty("cases", static_cast<int>(manifest.size()));
-  EXPECT_EQ(failed, 0U) << "of " << manifest.size() << " cases";
+  EXPECT_EQ(failed, 0U) << "expected no failures in " << manifest.size() << " cases";
   EXPECT_GE(manifest.size(), 321U);
 }
 

@@ -1,4 +1,4 @@
-// Literals in every place where xacro reads them, against what ros/xacro makes of them;
+// Literals in every place where xacro reads them, compared with the results of ros/xacro;
 // tools/make_xacro_literals writes the table.
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ const XmlNode* first_result(const XmlNode& node) {
   return nullptr;
 }
 
-// The attribute v of the first <r>, or its text; null where the document is refused.
+// The attribute v of the first <r>, or its text; null if the document is rejected.
 Json result(const std::string& document, const fs::path& file) {
   try {
     Diagnostics diagnostics;

@@ -1,5 +1,5 @@
-// Bundles src/ into dist/: index.html, assets with the hash of their content in the name, each with a .gz beside.
-// --watch: again whenever a source is saved.
+// Bundles src/ into dist/: index.html and assets with the hash of their content in the name, each with a .gz file.
+// --watch: repeats this whenever a source is saved.
 import { build, context } from 'esbuild';
 import { mkdirSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { join, relative } from 'node:path';
@@ -31,7 +31,7 @@ function clear() {
   mkdirSync(dist, { recursive: true });
 }
 
-// index.html with what the first picture needs, asked for at once instead of one after another; gives the names of that.
+// index.html with the files of the first picture, which are requested in parallel; returns their names.
 function writePage({ outputs }) {
   const from = (source) => Object.entries(outputs).find(([, out]) => out.entryPoint === source)[0];
   const start = new Set();
@@ -43,7 +43,7 @@ function writePage({ outputs }) {
   for (const source of ['src/app/main.ts', 'src/app/page.ts']) take(from(source));
   const script = from('src/app/main.ts');
   const { cssBundle } = outputs[script];
-  // The entry's styles hold those of the parts that are loaded later, too; nothing links the others.
+  // The styles of the entry include those of the parts that are loaded later; nothing links the others.
   for (const path of Object.keys(outputs)) if (path.endsWith('.css') && path !== cssBundle) rmSync(join(here, path));
   const tags = [...start].filter((path) => path !== script).map((path) => `<link rel="modulepreload" href="${href(path)}">`);
   const html = readFileSync(join(here, 'src/index.html'), 'utf8')
@@ -53,7 +53,7 @@ function writePage({ outputs }) {
   return new Set([...[...start].map(href), href(cssBundle), 'index.html']);
 }
 
-// Beside each file its compressed form.
+// Writes the compressed form of each file.
 function compress(startup) {
   let raw = 0;
   let packed = 0;

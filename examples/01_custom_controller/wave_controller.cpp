@@ -1,4 +1,4 @@
-// A controller from outside: waves one joint by a sine. Run it with
+// A controller from outside of doppel: moves one joint along a sine. Run it with
 //   doppel up lab_arm --plugin build/examples/libwave_controller.so --controllers
 //   examples/01_custom_controller/wave.yaml
 #include <cmath>

@@ -1,5 +1,5 @@
-// The twin as a library: bring a robot up, let it hold itself for a second of simulated time, print where it
-// stands.
+// The twin as a library: starts a robot, lets it hold its pose for a second of simulated time, prints the
+// joint positions.
 #include <fmt/format.h>
 
 #include "doppel/core/installation.h"

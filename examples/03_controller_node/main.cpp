@@ -1,5 +1,5 @@
-// The lab walkthrough's controller node, without ROS: prints the joint states that it hears and, every
-// five seconds, sends the arm's joints to where the parameter 'positions' says. See README.md.
+// The lab walkthrough's controller node, without ROS: prints the received joint states and, every five
+// seconds, commands the positions of the parameter 'positions' to the arm's joints. See README.md.
 #include <fmt/format.h>
 
 #include "doppel/messages/sensor_msgs.h"
@@ -23,7 +23,7 @@ class ArmController {
   }
 
  private:
-  // Ten times a second is enough to read along.
+  // Ten times a second is enough for reading.
   void print(const JointState& state) {
     const auto now = std::chrono::steady_clock::now();
     if (now - last_print_ < 100ms) return;
@@ -36,9 +36,9 @@ class ArmController {
   }
 
   void send() {
-    if (commands_.subscription_count() == 0) node_.warn("nobody listens on " + topic_ + " yet");
+    if (commands_.subscription_count() == 0) node_.warn(topic_ + " has no subscriber yet");
     Float64MultiArray command;
-    command.data = node_.get_parameter<std::vector<double>>("positions");  // whoever sets it moves the arm
+    command.data = node_.get_parameter<std::vector<double>>("positions");  // setting it moves the arm
     commands_.publish(command);
     node_.info(fmt::format("sent [{:.2f}]", fmt::join(command.data, ", ")));
   }

@@ -69,7 +69,7 @@ class CyclonePeer {
   dds_entity_t topic_of(CycloneType<T> type, const char* topic) const {
     return must(dds_create_topic(participant_, &type.descriptor, topic, nullptr, nullptr), topic);
   }
-  // ROS 2's default profile: reliable, the last ten.
+  // ROS 2's default profile: reliable, keep last 10.
   static dds_entity_t with_qos(bool latched, const std::function<dds_entity_t(const dds_qos_t*)>& make) {
     dds_qos_t* qos = dds_create_qos();
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
@@ -82,13 +82,13 @@ class CyclonePeer {
   dds_entity_t participant_ = 0;
 };
 
-// Lives as long as the peer.
+// Valid as long as the peer.
 template <class T>
 class CycloneReader {
  public:
   explicit CycloneReader(dds_entity_t reader) : reader_(reader) {}
 
-  // Waits for a message for which `wanted` holds; the message is the callee's only while it looks at it.
+  // Waits for a message for which `wanted` holds; the message is valid only during that call.
   bool next(const std::function<bool(const T&)>& wanted) {
     return eventually([&] { return take(wanted); });
   }

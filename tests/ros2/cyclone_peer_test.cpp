@@ -1,4 +1,4 @@
-// What a ROS 2 process on Cyclone DDS gets from the twin, and that the arm obeys it.
+// What a ROS 2 process on Cyclone DDS receives from the twin, and that the arm follows its commands.
 
 #include "cyclone_peer.h"
 
@@ -60,7 +60,7 @@ TEST_F(CyclonePeerTest, JointStatesAreReceived) {
     EXPECT_GE(time, first);
     if (first < 0) first = time;
     return time > first;
-  })) << "no two messages with growing stamps";
+  })) << "expected two messages with increasing stamps";
 }
 
 TEST_F(CyclonePeerTest, TransformsAreReceived) {
@@ -82,7 +82,8 @@ TEST_F(CyclonePeerTest, LateSubscriberReceivesLatched) {
   EXPECT_TRUE(description.next([](const Text& urdf) {
     const std::string text = urdf.data_;
     EXPECT_NE(text.find("<robot"), std::string::npos);
-    EXPECT_NE(text.find("</robot>"), std::string::npos) << "cut off after " << text.size() << " bytes";
+    EXPECT_NE(text.find("</robot>"), std::string::npos)
+        << "expected the whole description; received " << text.size() << " bytes";
     return true;
   }));
 }
@@ -91,7 +92,8 @@ TEST_F(CyclonePeerTest, TrajectoryIsFollowed) {
   auto states = peer.subscribe(CYCLONE_TYPE(sensor_msgs, msg, JointState), "rt/joint_states");
   auto commands = peer.advertise(CYCLONE_TYPE(trajectory_msgs, msg, JointTrajectory),
                                  "rt/omarm_arm_controller/joint_trajectory");
-  ASSERT_TRUE(eventually([&] { return commands.matched() > 0; })) << "the controller does not listen";
+  ASSERT_TRUE(eventually([&] { return commands.matched() > 0; }))
+      << "expected the controller's subscription to match";
 
   const char* joints[] = {"Revolute 1", "Revolute 2", "Revolute 3", "Revolute 4", "Revolute 5", "Revolute 6"};
   double positions[] = {0.25, 0, 0, 0, 0, 0.5};
@@ -103,11 +105,11 @@ TEST_F(CyclonePeerTest, TrajectoryIsFollowed) {
   trajectory.header_.frame_id_ = no_frame;
   trajectory.joint_names_ = {6, 6, const_cast<char**>(joints), false};
   trajectory.points_ = {1, 1, &point, false};
-  // The controller reads commands with best effort, as Jazzy's does: one sent before the twin knows this peer
-  // is lost.
+  // The controller reads commands with best effort, as in Jazzy: one sent before the twin has discovered this
+  // peer is lost.
   int received = 0;
   EXPECT_TRUE(states.next([&](const JointState& state) {
-    if (received++ % 100 == 0) commands.publish(trajectory);  // twice as long as the trajectory takes
+    if (received++ % 100 == 0) commands.publish(trajectory);  // twice the duration of the trajectory
     return std::abs(position_of(state, "Revolute 1") - 0.25) < 0.01 &&
            std::abs(position_of(state, "Revolute 6") - 0.5) < 0.01;
   }));

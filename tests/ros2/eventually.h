@@ -1,5 +1,5 @@
 #pragma once
-// Waiting for a condition, never for a time: the limit is only for what will not come at all.
+// Waiting for a condition, never for a time: the limit applies only to what will not happen at all.
 
 #include <chrono>
 #include <functional>
@@ -9,7 +9,7 @@ namespace doppel::ros2_testing {
 
 constexpr std::chrono::seconds kTimeout{60};
 
-// Whether the condition has come true; asked again every two milliseconds, at least once.
+// Whether the condition becomes true; evaluated every two milliseconds, at least once.
 inline bool eventually(const std::function<bool()>& condition, std::chrono::milliseconds limit = kTimeout) {
   const auto end = std::chrono::steady_clock::now() + limit;
   while (!condition()) {

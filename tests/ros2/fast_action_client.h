@@ -1,6 +1,6 @@
 #pragma once
-// An action client as rclcpp_action makes one, on Fast DDS with fastddsgen's types: three services, feedback
-// and status. A names the action's types, as FollowJointTrajectory below does.
+// An action client like rclcpp_action's, on Fast DDS with fastddsgen's types: three services, feedback and
+// status. A names the action's types, as FollowJointTrajectory below does.
 
 #include <action_msgs.h>
 #include <control_msgs.h>
@@ -50,7 +50,7 @@ class ActionClient {
         feedback_(peer.subscribe<typename A::FeedbackMessage>("rt" + action + "/_action/feedback")),
         status_(peer.subscribe<Statuses>("rt" + action + "/_action/status", {.latched = true})) {}
 
-  // As rclcpp_action: ready when all five are there.
+  // As in rclcpp_action: ready when all five are matched.
   bool wait_for_server() {
     return send_goal_.wait_for_service() && get_result_.wait_for_service() &&
            cancel_goal_.wait_for_service() &&
@@ -72,7 +72,7 @@ class ActionClient {
     request.goal_info_().goal_id_().uuid_() = id;
     return cancel_goal_.call(request);
   }
-  // Waits for feedback about the goal of which `wanted` holds.
+  // Waits for feedback about the goal for which `wanted` holds.
   template <class Wanted>
   bool feedback_about(const Uuid& id, const Wanted& wanted) {
     return feedback_
@@ -81,7 +81,7 @@ class ActionClient {
         })
         .has_value();
   }
-  // Waits until the status topic has told this of the goal.
+  // Waits until the status topic reports this about the goal.
   bool status_becomes(const Uuid& id, int wanted) {
     return status_
         .next([&](const Statuses& all) {

@@ -1,4 +1,4 @@
-// FollowJointTrajectory as an action client on Fast DDS drives it: to success, preemption, cancel and abort.
+// FollowJointTrajectory as an action client on Fast DDS uses it: to success, preemption, cancel and abort.
 
 #include <gtest/gtest.h>
 
@@ -19,9 +19,9 @@ class FastActions : public FastTwinTest {
  protected:
   void SetUp() override {
     FastTwinTest::SetUp();
-    ASSERT_TRUE(arm.wait_for_server()) << "the action's five parts are not all there";
+    ASSERT_TRUE(arm.wait_for_server()) << "expected the action's five topics and services";
   }
-  // All joints to one angle, in so much of simulated time.
+  // All joints to one angle, in the given simulated time.
   static Goal go_to(double angle, double seconds) {
     Goal goal;
     goal.trajectory_().joint_names_() = arm_joints();
@@ -33,7 +33,7 @@ class FastActions : public FastTwinTest {
   }
   void expect_end(const Uuid& id, int status, int error_code, const std::string& error_starts) {
     const auto result = arm.result(id);
-    ASSERT_TRUE(result.has_value()) << "no result";
+    ASSERT_TRUE(result.has_value()) << "expected a result";
     EXPECT_EQ(result->status_(), status);
     EXPECT_EQ(result->result_().error_code_(), error_code);
     EXPECT_TRUE(result->result_().error_string_().starts_with(error_starts))
@@ -54,7 +54,7 @@ TEST_F(FastActions, GoalSucceeds) {
   }));
   expect_end(id, kSucceeded, kSuccessful, "Goal successfully reached!");
   EXPECT_TRUE(arm.status_becomes(id, kSucceeded));
-  expect_end(id, kSucceeded, kSuccessful, "Goal successfully reached!");  // kept for who asks later
+  expect_end(id, kSucceeded, kSuccessful, "Goal successfully reached!");  // kept for later requests
 }
 
 TEST_F(FastActions, NewGoalPreemptsOld) {
@@ -98,7 +98,7 @@ TEST_F(FastActions, GoalForUnknownJointsIsRejected) {
   const auto answer = arm.send(id, goal);
   ASSERT_TRUE(answer.has_value());
   EXPECT_FALSE(answer->accepted_());
-  EXPECT_EQ(arm.result(id).value().status_(), 0) << "STATUS_UNKNOWN for a goal that never was";
+  EXPECT_EQ(arm.result(id).value().status_(), 0) << "expected STATUS_UNKNOWN for a goal that was never sent";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What discovery says of the twin: its nodes (ros_discovery_info), whose endpoint is whose, and the types'
-// hashes.
+// What discovery reports about the twin: its nodes (ros_discovery_info), the node of each endpoint, and the
+// types' hashes.
 
 #include <gtest/gtest.h>
 #include <rmw_dds_common.h>
@@ -42,7 +42,7 @@ std::string ros_name(const std::string& dds_type) {
 
 class FastGraph : public FastTwinTest {
  protected:
-  // The newest list that names this node.
+  // The latest list that contains this node.
   ParticipantEntitiesInfo_ list_with(const std::string& name) {
     return lists
         .next([&](const ParticipantEntitiesInfo_& list) {
@@ -79,12 +79,12 @@ TEST_F(FastGraph, NodesCarryNamespace) {
     EXPECT_TRUE(nodes.contains(std::string("/ ") + expected)) << expected;
   ASSERT_TRUE(eventually([&] { return peer.participants().size() == 1; }));
   EXPECT_EQ(list.gid_().data_(), gid_of(peer.participants().begin()->first))
-      << "the list's gid is its participant's";
+      << "expected the list's gid to be its participant's";
 }
 
 TEST_F(FastGraph, EveryEndpointBelongsToOneNode) {
   std::string problem;
-  // The list and the endpoints come by different ways: both are there in the end, whatever comes first.
+  // The list and the endpoints arrive independently: both arrive in the end, in any order.
   EXPECT_TRUE(eventually([&] {
     problem.clear();
     static std::optional<ParticipantEntitiesInfo_> list;
@@ -135,7 +135,7 @@ TEST_F(FastGraph, LatchedTopicsAreTransientLocal) {
 }
 
 TEST_F(FastGraph, TypeHashesMatchJazzy) {
-  list_with("omarm_gripper_controller");  // all is there
+  list_with("omarm_gripper_controller");  // all are there
   const std::map<std::string, std::string> published = published_hashes();
   ASSERT_FALSE(published.empty());
   static const std::regex form("typehash=RIHS01_[0-9a-f]{64};");

@@ -1,5 +1,5 @@
-// GripperCommand and ParallelGripperCommand as an action client on Fast DDS drives them, with a twin whose
-// gripper has a controller of either kind: to success, stalling, preemption and cancel.
+// GripperCommand and ParallelGripperCommand as an action client on Fast DDS uses them, with a twin whose
+// gripper has controllers of both types: to success, stalling, preemption and cancel.
 
 #include <controller_manager_msgs.h>
 #include <gtest/gtest.h>
@@ -59,7 +59,7 @@ struct ParallelGripperCommand {
   }
 };
 
-// The one twin of all kinds.
+// The one twin for both types.
 TwinProcess& twin_with_grippers() {
   static TwinProcess process({"--controllers", source_folder() / "tests/ros2/grippers.yaml", "--activate",
                               "joint_state_broadcaster", "arm"});
@@ -76,20 +76,20 @@ class FastGrippers : public ::testing::Test {
     if (HasFailure()) std::fputs(twin_with_grippers().output().c_str(), stderr);
   }
 
-  // The client of this controller's action, which alone drives the finger then.
+  // The client of this controller's action; this controller alone is then active.
   ActionClient<A> start(const std::string& controller) {
     using namespace controller_manager_msgs::srv::dds_;  // NOLINT
     ServiceClient<SwitchController_Request_, SwitchController_Response_> change(
         peer, "/controller_manager/switch_controller");
     SwitchController_Request_ request;
-    request.strictness_() = 1;  // BEST_EFFORT: most of them are off already
+    request.strictness_() = 1;  // BEST_EFFORT: most of them are inactive already
     for (const char* each : {"gripper", "patient_gripper", "parallel_gripper", "patient_parallel_gripper"})
       if (each != controller) request.deactivate_controllers_().push_back(each);
     request.activate_controllers_() = {controller};
     const auto answer = change.call(request);
-    EXPECT_TRUE(answer.has_value() && answer->ok_()) << "no switch to " << controller;
+    EXPECT_TRUE(answer.has_value() && answer->ok_()) << "expected a switch to " << controller;
     ActionClient<A> client(peer, "/" + controller + "/gripper_cmd");
-    EXPECT_TRUE(client.wait_for_server()) << "the action's five parts are not all there";
+    EXPECT_TRUE(client.wait_for_server()) << "expected the action's five topics and services";
     return client;
   }
   ActionClient<A> start_quick() { return start(A::kController); }
@@ -115,7 +115,7 @@ TYPED_TEST(FastGrippers, GripperClosesAndOpens) {
     ASSERT_TRUE(accepted.has_value());
     EXPECT_TRUE(accepted->accepted_());
     const auto result = gripper.result(id);
-    ASSERT_TRUE(result.has_value()) << "no result";
+    ASSERT_TRUE(result.has_value()) << "expected a result";
     EXPECT_EQ(result->status_(), kSucceeded);
     EXPECT_TRUE(result->result_().reached_goal_());
     EXPECT_FALSE(result->result_().stalled_());
@@ -129,7 +129,7 @@ TYPED_TEST(FastGrippers, StallAborts) {
   const Uuid id = new_id();
   ASSERT_TRUE(gripper.send(id, TypeParam::go_to(kBeyond)).value().accepted_());
   const auto result = gripper.result(id);
-  ASSERT_TRUE(result.has_value()) << "no result";
+  ASSERT_TRUE(result.has_value()) << "expected a result";
   EXPECT_EQ(result->status_(), kAborted);
   EXPECT_FALSE(result->result_().reached_goal_());
   EXPECT_TRUE(result->result_().stalled_());
@@ -143,7 +143,7 @@ TYPED_TEST(FastGrippers, NewGoalPreemptsOld) {
   ASSERT_TRUE(gripper.send(new_one, TypeParam::go_to(kOpen)).value().accepted_());
   const auto preempted = gripper.result(old_one), reached = gripper.result(new_one);
   ASSERT_TRUE(preempted.has_value() && reached.has_value());
-  EXPECT_EQ(preempted->status_(), kCanceled) << "as ros2_controllers' preempted goals end";
+  EXPECT_EQ(preempted->status_(), kCanceled) << "expected the status of preempted goals in ros2_controllers";
   EXPECT_FALSE(preempted->result_().reached_goal_());
   EXPECT_EQ(reached->status_(), kSucceeded);
 }
@@ -164,7 +164,7 @@ TYPED_TEST(FastGrippers, CancelEndsGoal) {
   EXPECT_EQ(gripper.cancel(id).value().return_code_(), 3);  // ERROR_GOAL_TERMINATED
 }
 
-// What no gripper can do: a position that is not a number, or not one position.
+// What is not a valid goal: a position that is NaN, or not exactly one position.
 GripperCommand::Goal impossible(GripperCommand) {
   return GripperCommand::go_to(std::nan(""));
 }
@@ -178,7 +178,8 @@ TYPED_TEST(FastGrippers, InvalidPositionIsRejected) {
   const auto answer = gripper.send(id, impossible(TypeParam()));
   ASSERT_TRUE(answer.has_value());
   EXPECT_FALSE(answer->accepted_());
-  EXPECT_EQ(gripper.result(id).value().status_(), 0) << "STATUS_UNKNOWN for a goal that never was";
+  EXPECT_EQ(gripper.result(id).value().status_(), 0)
+      << "expected STATUS_UNKNOWN for a goal that was never sent";
 }
 
 }  // namespace

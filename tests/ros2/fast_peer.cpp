@@ -26,7 +26,7 @@ namespace {
 template <class Octets>
 std::string text(const Octets& octets) {
   std::string text(octets.begin(), octets.end());
-  return text.substr(0, text.find('\0'));  // rmw_fastrtps sends the enclave's NUL along
+  return text.substr(0, text.find('\0'));  // rmw_fastrtps sends the enclave's NUL as well
 }
 
 template <class EndpointQos>
@@ -127,14 +127,14 @@ class FastPeer::Discovery : public dds::DomainParticipantListener {
 };
 
 FastPeer::FastPeer(int domain, const Options& options) : discovery_(std::make_unique<Discovery>()) {
-  // Fast DDS' short cut between participants of one process reaches into those that are just being destroyed.
+  // Fast DDS's intraprocess delivery accesses participants of the process that are being destroyed.
   eprosima::fastrtps::LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<dds::DomainId_t>(domain), participant_qos(options), discovery_.get(),
       dds::StatusMask::none());
-  if (participant_ == nullptr) throw std::runtime_error("Fast DDS made no participant");
+  if (participant_ == nullptr) throw std::runtime_error("Fast DDS cannot create a participant");
   publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
 }
@@ -155,7 +155,7 @@ dds::DataReader* FastPeer::reader(const std::string& name, dds::TypeSupport type
   dds::DataReaderQos reader_qos;
   set_qos(reader_qos, qos);
   auto* reader = subscriber_->create_datareader(topic(name, type), reader_qos);
-  if (reader == nullptr) throw std::runtime_error("Fast DDS made no reader of " + name);
+  if (reader == nullptr) throw std::runtime_error("Fast DDS cannot create a reader of " + name);
   return reader;
 }
 
@@ -164,7 +164,7 @@ dds::DataWriter* FastPeer::writer(const std::string& name, dds::TypeSupport type
   set_qos(writer_qos, qos);
   writer_qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   auto* writer = publisher_->create_datawriter(topic(name, type), writer_qos);
-  if (writer == nullptr) throw std::runtime_error("Fast DDS made no writer of " + name);
+  if (writer == nullptr) throw std::runtime_error("Fast DDS cannot create a writer of " + name);
   return writer;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// A ROS 2 process as rmw_fastrtps makes one, from Fast DDS and fastddsgen's types alone: nothing here is
-// doppel's. It speaks UDP on 127.0.0.1 only, without multicast.
+// A ROS 2 process like those of rmw_fastrtps, from Fast DDS and fastddsgen's types alone: nothing here is
+// doppel's. It uses UDP on 127.0.0.1 only, without multicast.
 
 #include <cxxabi.h>
 #include <fastcdr/Cdr.h>
@@ -42,7 +42,7 @@ class GeneratedType : public eprosima::fastdds::dds::TopicDataType {
   }
   GeneratedType() {
     setName(name().c_str());
-    m_typeSize = 1024;  // only what is set aside at first
+    m_typeSize = 1024;  // only what is reserved at first
     m_isGetKeyDefined = false;
   }
   bool serialize(void* data, Payload* payload) override {
@@ -81,7 +81,7 @@ struct TopicQos {
   int depth = 10;        // 0: all
 };
 
-// What discovery has told of somebody else's writer or reader.
+// A writer or reader of another participant, as discovered.
 struct SeenEndpoint {
   GUID_t guid;
   bool is_writer = false;
@@ -90,7 +90,7 @@ struct SeenEndpoint {
 };
 struct SeenParticipant {
   std::string name, user_data;
-  std::vector<int> ports;  // where it takes datagrams, in ascending order
+  std::vector<int> ports;  // where it receives datagrams, in ascending order
 };
 
 template <class T>
@@ -106,9 +106,9 @@ class FastPeer {
  public:
   struct Options {
     Reach reach = Reach::loopback;
-    std::vector<std::string> peers;  // addresses to look for others at, beside what `reach` says
-    double lease_seconds = 20;       // after which others may drop us
-    double announce_seconds = 3;     // how often we say that we live
+    std::vector<std::string> peers;  // addresses for discovery in addition to those of `reach`
+    double lease_seconds = 20;       // after which others may remove this peer
+    double announce_seconds = 3;     // period of the announcements
   };
   explicit FastPeer(int domain) : FastPeer(domain, Options()) {}
   FastPeer(int domain, const Options& options);
@@ -158,7 +158,7 @@ class Subscription {
     reader_->get_subscription_matched_status(status);
     return status.current_count;
   }
-  // The next message, if one is there.
+  // The next message, if there is one.
   std::optional<Received> take() {
     Received received;
     while (reader_->take_next_sample(&received.value, &received.info) == ReturnCode_t::RETCODE_OK)
@@ -206,8 +206,9 @@ class Publisher {
   eprosima::fastdds::dds::DataWriter* writer_;
 };
 
-// A service client with rmw_fastrtps' request identity: the request names the reader of the answers as
-// related writer, the answer names that, or the request's writer, with the request's sequence number.
+// A service client with rmw_fastrtps's request identity: the request names the reader of the responses as
+// related writer; the response names that reader, or the request's writer, with the request's sequence
+// number.
 template <class Request, class Response>
 class ServiceClient {
  public:
@@ -226,7 +227,8 @@ class ServiceClient {
     requests_.publish(request, with);
     return number(with.sample_identity());
   }
-  // The answer to what `send` has numbered, if it is there; answers to others are passed over and counted.
+  // The response to the request with the number that `send` returned, if there is one; responses to others
+  // are skipped and counted.
   std::optional<Response> answer(std::int64_t request) {
     while (auto received = answers_.take()) {
       const SampleIdentity& to = received->info.related_sample_identity;

@@ -79,9 +79,10 @@ TEST_F(FastServices, SetsAndGetsParameter) {
   question.names_().push_back("no.such.parameter");
   const auto with_unknown = get.call(question);
   ASSERT_TRUE(with_unknown.has_value());
-  ASSERT_EQ(with_unknown->values_().size(), 2u) << "controllers allow undeclared parameters";
+  ASSERT_EQ(with_unknown->values_().size(), 2u)
+      << "expected two values: controllers allow undeclared parameters";
   EXPECT_EQ(with_unknown->values_()[0].double_value_(), 0.125);
-  EXPECT_EQ(with_unknown->values_()[1].type_(), 0) << "not set";
+  EXPECT_EQ(with_unknown->values_()[1].type_(), 0) << "expected the type of a parameter that is not set";
 
   request.parameters_()[0].value_().double_value_() = 0;
   set.call(request);
@@ -106,7 +107,7 @@ TEST_F(FastServices, QueryStateReturnsTrajectoryState) {
   using control_msgs::srv::dds_::QueryTrajectoryState_Response_;
   ServiceClient<QueryTrajectoryState_Request_, QueryTrajectoryState_Response_> query(
       peer, "/omarm_arm_controller/query_state");
-  QueryTrajectoryState_Request_ long_after;  // every trajectory's end
+  QueryTrajectoryState_Request_ long_after;  // the end of every trajectory
   long_after.time_().sec_() = 1'000'000;
   const auto response = query.call(long_after);
   ASSERT_TRUE(response.has_value());
@@ -118,12 +119,12 @@ TEST_F(FastServices, PausesTime) {
   auto clock = peer.subscribe<rosgraph_msgs::msg::dds_::Clock_>("rt/clock");
   ASSERT_TRUE(clock.next().has_value());
   ASSERT_TRUE(pause.call({}).has_value());
-  // What was under way when the answer came still arrives; then nothing that is later, however often one
-  // asks.
+  // Messages in transit at the response still arrive; after that none with a later time, however often the
+  // loop answers.
   ASSERT_TRUE(pause.call({}).has_value());
   clock.forget_all();
   ListControllers list(peer, "/controller_manager/list_controllers");
-  ASSERT_TRUE(list.call({}).has_value()) << "services are answered while time stands";
+  ASSERT_TRUE(list.call({}).has_value()) << "expected services to be answered while paused";
   std::set<std::int64_t> times;
   for (int i = 0; i < 20; ++i) {
     ASSERT_TRUE(list.call({}).has_value());
@@ -132,15 +133,15 @@ TEST_F(FastServices, PausesTime) {
       times.insert(time.sec_() * std::int64_t{1'000'000'000} + time.nanosec_());
     }
   }
-  EXPECT_LE(times.size(), 1u) << "time went on";
+  EXPECT_LE(times.size(), 1u) << "expected time to stop";
   ASSERT_TRUE(unpause.call({}).has_value());
   EXPECT_TRUE(clock.next([&](const auto& tick) {
     const auto& time = tick.clock_();
     return times.empty() || time.sec_() * std::int64_t{1'000'000'000} + time.nanosec_() > *times.rbegin();
-  })) << "time did not go on again";
+  })) << "expected time to continue";
 }
 
-// Replies go to every client of the service; the identity in them tells whom they are for.
+// Responses reach every client of the service; the identity in them selects the client.
 TEST_F(FastServices, TwoClientsReceiveOwnResponses) {
   FastPeer other_peer(own_domain());
   GetParameters here(peer, "/omarm_arm_controller/get_parameters");
@@ -159,7 +160,7 @@ TEST_F(FastServices, TwoClientsReceiveOwnResponses) {
     EXPECT_EQ(a->values_().size(), 1u);
     EXPECT_EQ(b->values_().size(), 2u);
   }
-  EXPECT_EQ(here.own(), static_cast<std::size_t>(kCalls)) << "an answer came twice or without a question";
+  EXPECT_EQ(here.own(), static_cast<std::size_t>(kCalls)) << "expected one response for each request";
   EXPECT_EQ(there.own(), static_cast<std::size_t>(kCalls));
 }
 

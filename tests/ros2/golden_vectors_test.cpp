@@ -1,5 +1,5 @@
-// Every type that doppel knows reads what two independent generators wrote (golden_vectors.txt says how),
-// gives their values, and writes the same bytes.
+// Every type of doppel reads what two independent generators wrote (golden_vectors.txt describes how), gives
+// their values, and writes the same bytes.
 
 #include <gtest/gtest.h>
 
@@ -64,7 +64,7 @@ TEST(GoldenVectors, EveryVectorRoundTrips) {
     SCOPED_TRACE(vector.type + " " + vector.variant);
     const TypeSupport* type = find_type(vector.type);
     if (type == nullptr) {
-      ADD_FAILURE() << "no such type any more; tools/make_golden_vectors makes the file anew";
+      ADD_FAILURE() << "expected the type to exist; regenerate the file with tools/make_golden_vectors";
       continue;
     }
     expect_decodes_and_encodes(*type, vector, vector.bytes);
@@ -77,19 +77,20 @@ TEST(GoldenVectors, EveryTypeHasVectors) {
   std::map<std::string, int> count;
   for (const GoldenVector& vector : read_vectors()) ++count[vector.type];
   for (const TypeSupport* type : messages_testing::all_types())
-    EXPECT_EQ(count[type->name], 2) << type->name << ": run tools/make_golden_vectors";
+    EXPECT_EQ(count[type->name], 2) << "expected two vectors of " << type->name
+                                    << "; run tools/make_golden_vectors";
 }
 
-// What is cut off anywhere is refused, whoever wrote it, instead of read as something shorter.
+// Truncated data is rejected at any length, from any generator, instead of read as something shorter.
 TEST(GoldenVectors, TruncationIsRefused) {
   for (const GoldenVector& vector : read_vectors()) {
     SCOPED_TRACE(vector.type + " " + vector.variant);
     const TypeSupport* type = find_type(vector.type);
-    if (type == nullptr) continue;  // told above
+    if (type == nullptr) continue;  // reported above
     Bytes again;
     for (std::size_t size = 0; size < vector.bytes.size(); ++size) {
       const std::span<const std::byte> cut = std::span(vector.bytes).first(size);
-      EXPECT_FALSE(type->recode(cut, again).ok()) << "the first " << size << " bytes";
+      EXPECT_FALSE(type->recode(cut, again).ok()) << "expected an error for the first " << size << " bytes";
     }
   }
 }

@@ -1,4 +1,4 @@
-// What a bad neighbour can do to the twin: nothing but move a counter (/diagnostics, "doppel: ros2 network").
+// What a hostile process can do to the twin: only increment a counter (/diagnostics, "doppel: ros2 network").
 
 #include <arpa/inet.h>
 #include <control_msgs.h>
@@ -26,7 +26,7 @@ using trajectory_msgs::msg::dds_::JointTrajectory_;
 using Octets = std::vector<std::uint8_t>;
 namespace dds = eprosima::fastdds::dds;
 
-// Bytes under the name of any type, as they are, encapsulation header and all.
+// Arbitrary bytes under the name of any type, sent unchanged, including the encapsulation header.
 class RawType : public dds::TopicDataType {
   using Payload = eprosima::fastrtps::rtps::SerializedPayload_t;
 
@@ -52,21 +52,21 @@ class RawType : public dds::TopicDataType {
   bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
 };
 
-// All of these claim to be a JointTrajectory or a list of names; none is.
+// All of these claim to be a JointTrajectory or a list of names; none is valid.
 std::vector<Octets> malformed_bodies() {
   std::vector<Octets> all = {
-      {0, 1, 0, 0},                                  // nothing behind the header
+      {0, 1, 0, 0},                                  // nothing after the header
       {0, 1, 0, 0, 1, 2},                            // ends within a number
       {0, 3, 0, 0, 0, 0, 0, 0},                      // a parameter list, not CDR
       {0, 7, 0, 0, 0, 0, 0, 0},                      // XCDR version 2
-      {0x77, 0x77, 0x77, 0x77, 0, 0, 0, 0},          // no encapsulation that there is
-      {0, 1, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0},  // and a length that no memory holds
-      {0, 1, 0, 0, 255, 255, 255, 127, 0, 0, 0, 0},  // or one that fits into an int
+      {0x77, 0x77, 0x77, 0x77, 0, 0, 0, 0},          // an encapsulation that does not exist
+      {0, 1, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0},  // a length that exceeds any memory
+      {0, 1, 0, 0, 255, 255, 255, 127, 0, 0, 0, 0},  // a length that fits into an int
       {0, 0, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0},  // the other byte order
   };
   Octets names = {0, 1, 0, 0, 0, 0, 0, 0, 0, 0,
                   0, 0, 1, 0, 0, 0, 0, 0, 0, 0};  // stamp, frame_id, joint_names
-  names[17] = 1;                                  // 256 names follow: they do not
+  names[17] = 1;                                  // 256 names, none of which follows
   all.push_back(names);
   Octets endless = {0, 1, 0, 0, 9,   0,   0,   0,   9, 0, 0, 0,
                     4, 0, 0, 0, 'a', 'b', 'c', 'd', 0, 0, 0, 0};  // no NUL
@@ -85,7 +85,7 @@ class HostileNetwork : public FastTwinTest {
  protected:
   using ParameterClient = ServiceClient<rcl_interfaces::srv::dds_::GetParameters_Request_,
                                         rcl_interfaces::srv::dds_::GetParameters_Response_>;
-  // What /diagnostics says from now on under that key, as a number.
+  // The number in /diagnostics under that key, from now on.
   std::int64_t counter(const std::string& key) {
     diagnostics.forget_all();
     std::int64_t value = -1;
@@ -102,34 +102,35 @@ class HostileNetwork : public FastTwinTest {
   Publisher<Octets> raw(const std::string& topic, const char* type) {
     return Publisher<Octets>(peer.writer(topic, dds::TypeSupport(new RawType(type)), {.depth = 100}));
   }
-  // Each is sent when the one before has been taken: a reader of ROS 2's default profiles keeps ten, or one.
+  // Each is sent after the previous one has been read: a reader of ROS 2's default profiles keeps ten, or
+  // one.
   void expect_each_is_refused(Publisher<Octets>& bad) {
     const std::int64_t before = counter("rejected");
     std::int64_t sent = 0, refused = 0;
     for (const Octets& body : malformed_bodies()) {
       bad.publish(body);
       ++sent;
-      // The first answer may be on its way before the message is looked at, the second cannot.
+      // The first response may be in transit before the message is read, the second cannot.
       for (int i = 0; i < 2; ++i) ASSERT_NO_FATAL_FAILURE(expect_parameters_are_reported(witness));
     }
     EXPECT_TRUE(eventually([&] { return (refused = counter("rejected") - before) >= sent; }))
-        << refused << " of " << sent;
+        << "expected all to be rejected; " << refused << " of " << sent;
     EXPECT_EQ(refused, sent);
   }
-  // The controller reads commands with best effort, as Jazzy's does, and so hears nothing of whom the twin
-  // does not know yet. Discovery tells of writers in order: who is answered, is known with all that it had
-  // before.
+  // The controller reads commands with best effort, as in Jazzy, so it receives nothing from a participant
+  // that the twin has not discovered. Discovery reports writers in order: once a request of a peer is
+  // answered, all its earlier endpoints have been discovered.
   static void expect_to_be_known(FastPeer& joining) {
     ParameterClient client(joining, kGetParameters);
     expect_parameters_are_reported(client);
   }
-  // Simulated time continues, services answer, and the arm obeys.
+  // Simulated time continues, services answer, and the arm follows commands.
   void expect_twin_is_well() {
     ASSERT_TRUE(twin().process().running());
     FastPeer joining(own_domain());
     auto states = joining.subscribe<JointState_>("rt/joint_states");
     auto commands = joining.advertise<JointTrajectory_>(kTrajectoryTopic);
-    ASSERT_TRUE(eventually([&] { return commands.matched() > 0; })) << "a newcomer is not seen";
+    ASSERT_TRUE(eventually([&] { return commands.matched() > 0; })) << "expected a new peer to be discovered";
     ASSERT_NO_FATAL_FAILURE(expect_to_be_known(joining));
     static double goal = 0.1;
     goal = 0.3 - goal;
@@ -143,17 +144,17 @@ class HostileNetwork : public FastTwinTest {
       for (std::size_t i = 0; i < state.name_().size(); ++i)
         if (state.name_()[i] == "Revolute 1") return std::abs(state.position_()[i] - goal) < 0.01;
       return false;
-    })) << "the arm does not obey";
+    })) << "expected the arm to follow the command";
   }
   static void expect_parameters_are_reported(ParameterClient& client) {
     rcl_interfaces::srv::dds_::GetParameters_Request_ request;
     request.names_() = {"joints"};
     const auto answer = client.call(request);
-    ASSERT_TRUE(answer.has_value()) << "no answer from a service";
+    ASSERT_TRUE(answer.has_value()) << "expected a response from a service";
     ASSERT_EQ(answer->values_().size(), 1u);
     EXPECT_EQ(answer->values_()[0].string_array_value_(), arm_joints());
   }
-  FastPeer good_neighbour{own_domain()};  // whose name nobody takes
+  FastPeer good_neighbour{own_domain()};  // whose identity no test forges
   ParameterClient witness{good_neighbour, kGetParameters};
   Subscription<DiagnosticArray_> diagnostics = peer.subscribe<DiagnosticArray_>("rt/diagnostics");
 };
@@ -166,7 +167,7 @@ TEST_F(HostileNetwork, MalformedMessagesAreCountedOnly) {
   expect_twin_is_well();
 }
 
-// A request that cannot be read gets no answer, as from ROS 2's servers, and costs the next one nothing.
+// A malformed request gets no response, as with ROS 2's servers, and does not affect the next one.
 TEST_F(HostileNetwork, MalformedRequestsAreCountedOnly) {
   auto bad = raw("rq" + kGetParameters + "Request", "rcl_interfaces::srv::dds_::GetParameters_Request_");
   ASSERT_TRUE(eventually([&] { return bad.matched() > 0; }));
@@ -177,8 +178,8 @@ TEST_F(HostileNetwork, MalformedRequestsAreCountedOnly) {
 TEST_F(HostileNetwork, AnotherTypeOnSameTopicIsNotMatched) {
   auto wrong_writer = peer.advertise<std_msgs::msg::dds_::String_>(kTrajectoryTopic);
   auto wrong_reader = peer.subscribe<std_msgs::msg::dds_::String_>("rt/joint_states");
-  // Discovery tells of writers in order, and of readers: when these are matched, the two above were looked
-  // at.
+  // Discovery reports writers in order, and readers as well: when these are matched, the two above have been
+  // evaluated.
   auto right_writer = peer.advertise<JointTrajectory_>("rt/omarm_gripper_controller/joint_trajectory");
   auto right_reader = peer.subscribe<control_msgs::msg::dds_::DynamicJointState_>("rt/dynamic_joint_states");
   ASSERT_TRUE(eventually([&] { return right_writer.matched() > 0 && right_reader.matched() > 0; }));
@@ -188,7 +189,7 @@ TEST_F(HostileNetwork, AnotherTypeOnSameTopicIsNotMatched) {
   expect_twin_is_well();
 }
 
-// A valid message with numbers that are none is the controller's to refuse.
+// A valid message with values that are not finite is rejected by the controller.
 TEST_F(HostileNetwork, NanDoesNotMoveArm) {
   auto commands = peer.advertise<JointTrajectory_>(kTrajectoryTopic);
   ASSERT_TRUE(eventually([&] { return commands.matched() > 0; }));
@@ -198,7 +199,7 @@ TEST_F(HostileNetwork, NanDoesNotMoveArm) {
     trajectory.joint_names_() = arm_joints();
     auto& point = trajectory.points_().emplace_back();
     point.positions_().assign(arm_joints().size(), number);
-    point.time_from_start_().nanosec_() = 4'000'000'000;  // nor is this a time
+    point.time_from_start_().nanosec_() = 4'000'000'000;  // not a valid time either
     commands.publish(trajectory);
   }
   expect_twin_is_well();
@@ -221,7 +222,7 @@ TEST_F(HostileNetwork, VanishedPeerIsDropped) {
   expect_twin_is_well();
 }
 
-// ---- datagrams that no DDS has written
+// ---- datagrams that no DDS implementation has written
 
 class Garbage {
  public:
@@ -240,8 +241,8 @@ class Garbage {
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_());
     return bytes;
   }
-  // An RTPS header, from nobody or in somebody's name, and submessages whose lengths are right more often
-  // than not.
+  // An RTPS header, from an unknown or a known participant, and submessages whose lengths are more often
+  // right than wrong.
   Octets nearly_rtps(const GUID_t& name) {
     Octets bytes = {'R', 'T', 'P', 'S', 2, 3, 1, 15};
     for (int i = 0; i < 12; ++i)
@@ -259,7 +260,7 @@ class Garbage {
                                              {0, 0, 3, 0xc7}, {0, 0, 4, 0xc2}, {0, 0, 4, 0xc7},
                                              {0, 2, 0, 0xc2}, {0, 0, 1, 0x03}};
     Octets body = noise(200);
-    if (body.size() >= 12 && random_() % 3 != 0) {  // for somebody: where DATA has its reader and its writer
+    if (body.size() >= 12 && random_() % 3 != 0) {  // with DATA's reader and writer
       std::copy_n(kEntities[random_() % std::size(kEntities)], 4, body.begin() + 4);
       std::copy_n(kEntities[random_() % std::size(kEntities)], 4, body.begin() + 8);
       body[2] = 16;  // octets to inline QoS
@@ -276,7 +277,7 @@ class Garbage {
   std::mt19937 random_{2024};
 };
 
-// The twin, as discovery knows it.
+// The twin as discovered.
 std::pair<GUID_t, SeenParticipant> twin_as_seen_by(const FastPeer& peer) {
   std::pair<GUID_t, SeenParticipant> found;
   EXPECT_TRUE(eventually([&] {
@@ -299,7 +300,7 @@ TEST_F(HostileNetwork, GarbageOnPortsIsIgnored) {
       garbage.send(port, garbage.noise(1400));
       garbage.send(port, garbage.nearly_rtps(i % 2 == 0 ? peer.guid() : guid));
     }
-    // Which also leaves the twin's sockets time to be read.
+    // This also gives the twin time to read its sockets.
     if (i % 100 == 0) {
       ASSERT_NO_FATAL_FAILURE(expect_parameters_are_reported(witness));
     }

@@ -1,10 +1,10 @@
-// A ROS 2 process to be started where another network or another end is wanted:
+// A ROS 2 process to be started on another network or with another kind of end:
 //
 //   network_probe DOMAIN [--localhost | --subnet] [--peer ADDRESS]... [--lease SECONDS] hear|hold
 //
 // The range is as in fast_peer.h; without one, loopback alone.
 //
-// hear: ends with 0 when a joint state has come and a service has answered, with 1 when that does not happen.
+// hear: exits with 0 when a joint state has arrived and a service has answered, otherwise with 1.
 // hold: reads joint states until it is killed.
 
 #include <controller_manager_msgs.h>

@@ -41,11 +41,11 @@ std::vector<std::string> environment_with(const std::vector<std::string>& variab
 
 std::string from_environment(const char* name) {
   const char* value = std::getenv(name);
-  if (value == nullptr) throw std::runtime_error(std::string(name) + " is not set; ctest does so");
+  if (value == nullptr) throw std::runtime_error(std::string(name) + " is not set; ctest sets it");
   return value;
 }
 
-// A TCP port of this machine that nobody uses now.
+// A TCP port of this machine that is not in use now.
 int free_port() {
   const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -59,7 +59,7 @@ int free_port() {
   return ntohs(address.sin_port);
 }
 
-// Whoever holds the socket of a domain's name has the domain; the kernel lets go of it when the process ends.
+// The socket of a domain's name is the lock of the domain; the kernel releases it when the process ends.
 bool hold_domain(int domain) {
   const int holder = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   const std::string name = "doppel-test-domain-" + std::to_string(domain);
@@ -99,7 +99,7 @@ Process::Process(const std::vector<std::string>& command, const std::vector<std:
   if (pid_ < 0) throw std::runtime_error("fork failed");
   if (pid_ > 0) return;
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // it died before the line above
+  if (getppid() != parent) _exit(1);  // the parent died before the line above
   const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
   dup2(file, STDOUT_FILENO);
@@ -142,7 +142,7 @@ int Process::wait() {
 
 TwinProcess::TwinProcess(const std::vector<std::string>& more_arguments) {
   std::string folder = (std::filesystem::temp_directory_path() / "doppel-peers-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no folder under " + folder);
+  if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("cannot create the folder " + folder);
   folder_ = folder;
   std::vector<std::string> command = {
       from_environment("DOPPEL"), "up", source_folder() / "robots/omarm_one", "--headless", "--port",

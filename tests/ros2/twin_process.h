@@ -1,5 +1,5 @@
 #pragma once
-// `doppel up` as a process of its own, which ends with the test whatever happens. The program is DOPPEL
+// `doppel up` as a separate process, which ends with the test in any case. The program is DOPPEL
 // (environment) of the source tree DOPPEL_ROOT.
 
 #include <sys/types.h>
@@ -14,14 +14,16 @@ namespace doppel::ros2_testing {
 // DOPPEL_ROOT
 std::filesystem::path source_folder();
 
-// A ROS domain that no other test on this machine has at the moment; the same one as long as this process
-// lives.
+// A ROS domain that no other test on this machine uses at the moment; the same one for the life of this
+// process.
 int own_domain();
 
-// A child of this process that is killed when the object goes, and by the kernel when this process does.
+// A child of this process that is killed when the object is destroyed, and by the kernel when this process
+// ends.
 class Process {
  public:
-  // Standard output and error go to the file `log`. The environment is ours with `variables` ("NAME=value").
+  // Standard output and error go to the file `log`. The environment is this process's, with `variables`
+  // ("NAME=value").
   Process(const std::vector<std::string>& command, const std::vector<std::string>& variables,
           const std::filesystem::path& log);
   ~Process();
@@ -29,9 +31,9 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   [[nodiscard]] bool running();
-  void kill();      // SIGKILL: without a word to anybody
-  int interrupt();  // SIGINT, waits, the exit code (128 + signal, where one ended it)
-  int wait();       // for the end that comes by itself; the exit code likewise
+  void kill();      // SIGKILL: without a chance to clean up
+  int interrupt();  // SIGINT; waits; the exit code (128 + signal, if a signal ended it)
+  int wait();       // waits until it exits; the exit code likewise
 
  private:
   int reap(int options);
@@ -41,13 +43,13 @@ class Process {
 
 class TwinProcess {
  public:
-  // `doppel up` of the arm robots/omarm_one on this machine's loopback only, in own_domain(), with more
-  // arguments where there are. Returns at once.
+  // `doppel up` of the arm robots/omarm_one on this machine's loopback only, in own_domain(), with additional
+  // arguments. Returns at once.
   explicit TwinProcess(const std::vector<std::string>& more_arguments = {});
   ~TwinProcess();
 
   Process& process() { return *process_; }
-  [[nodiscard]] std::string output() const;  // all that it has said so far
+  [[nodiscard]] std::string output() const;  // its output so far
 
  private:
   std::filesystem::path folder_;

@@ -1,4 +1,4 @@
-"""Programs that fill the generators' own structs with the values and print the bytes that the generators' code makes."""
+"""Programs that fill the generators' own structs with the values and print the bytes that the generators' code writes."""
 import math
 
 from golden.idl import scoped

@@ -1,4 +1,4 @@
-"""Types as the IDL that rosidl hands to a DDS vendor's generator: modules <package>::msg::dds_, names with '_' behind."""
+"""Types as the IDL that rosidl hands to a DDS vendor's generator: modules <package>::msg::dds_, names with a trailing '_'."""
 from golden.types import BASIC
 
 BASIC_IDL = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double"}

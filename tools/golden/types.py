@@ -37,7 +37,7 @@ def split_type(text):
 
 
 class Types:
-    """All that the program knows, by full name."""
+    """All types of the program, by full name."""
 
     def __init__(self, program):
         self.program = program
@@ -65,7 +65,7 @@ class Types:
         return self._run("interface", "show", name).split("---\n")
 
     def _enter(self, name, text):
-        """Takes a type and, from the indented lines below its fields, the types that it is made of."""
+        """Adds a type and, from the indented lines below its fields, the types that it contains."""
         open_types = [Type(name)]
         self.by_name.setdefault(name, open_types[0])
         for line in text.splitlines():
@@ -102,7 +102,7 @@ class Types:
         return sorted({type.package for type in self.by_name.values()})
 
     def of_package(self, package):
-        """In the order of definition: what a type is made of comes first."""
+        """In the order of definition: the types that a type contains come before it."""
         ordered, seen = [], set()
 
         def visit(name):

@@ -1,4 +1,4 @@
-"""Values for every field of a type, the same on every run, chosen so that alignment, order and width all show."""
+"""Values for every field of a type, the same on every run, chosen so that errors of alignment, order and width are visible."""
 import random
 
 from golden.types import BASIC
@@ -13,8 +13,8 @@ VARIANTS = ("full", "ragged")
 
 
 class Values:
-    """'full': nothing is zero or empty. 'ragged': empty and long lists and strings side by side, and the numbers that
-    are none."""
+    """'full': nothing is zero or empty. 'ragged': empty and long lists and strings side by side, and values that are not
+    finite."""
 
     def __init__(self, types, name, variant):
         self.types = types
@@ -50,7 +50,7 @@ class Values:
 
 
 def to_json(value):
-    """As JSON (RFC 8259), with null for what is no finite number."""
+    """As JSON (RFC 8259), with null for values that are not finite."""
     import json
     import math
 

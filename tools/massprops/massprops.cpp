@@ -1,17 +1,15 @@
-// Two small jobs of robots/build_meshes: `massprops binary IN.stl OUT.stl` turns OpenSCAD's text STL into a
-// binary one, `massprops inertia SPEC` prints the <inertial> of every link from its meshes and their
-// materials.
+// For robots/build_meshes: `massprops binary IN.stl OUT.stl` converts OpenSCAD's text STL to binary STL,
+// `massprops inertia SPEC` prints the <inertial> of every link computed from its meshes and their materials.
 //
-// SPEC is lines of words; lengths are mm, masses g, densities g/cm^3, angles rad (roll pitch yaw as in a
-// URDF):
-//   meshes FOLDER                                       where the parts' files are, from the SPEC's own
-//   folder total G                                             all links together; solves every `density
-//   balance` link NAME [of G] [at X Y Z]                         `of` fixes the mass: solves the link's
-//   `density solve`;
-//                                                       X Y Z: the link's origin in the meshes' frame
-//   part FILE density D|solve|balance|mass G [placed X Y Z R P Y] a solid; `placed` is its pose in the link's
-//   frame, else the
-//                                                       mesh stands in the frame that `at` is given in
+// SPEC consists of lines of words; lengths are in mm, masses in g, densities in g/cm^3, angles in rad (roll
+// pitch yaw as in a URDF):
+//   meshes FOLDER                   the folder of the parts' files, relative to that of SPEC
+//   total G                         the mass of all links together; solves every `density balance`
+//   link NAME [of G] [at X Y Z]     `of` fixes the mass and solves the link's `density solve`; X Y Z is the
+//                                   link's origin in the meshes' frame
+//   part FILE density D|solve|balance|mass G [placed X Y Z R P Y]
+//                                   a solid; `placed` is its pose in the link's frame, otherwise the mesh is
+//                                   in the frame of `at`
 #include <fmt/core.h>
 
 #include <Eigen/Dense>
@@ -94,8 +92,8 @@ void write_binary(const std::vector<Facet>& facets, const std::filesystem::path&
   if (!file.flush()) fail(fmt::format("{}: cannot be written", path.string()));
 }
 
-// OpenSCAD writes a solid's triangles in another order at every run, and its six digits let slivers collapse
-// (without them the solid is still closed). Sorted, the same solid gives the same bytes.
+// OpenSCAD writes a solid's triangles in a different order in every run, and with its six digits slivers collapse
+// (without them the solid is still closed). Sorted triangles give the same bytes for the same solid.
 std::vector<Facet> canonical(std::vector<Facet> facets) {
   std::erase_if(facets, [](const Facet& f) { return f[0] == f[1] || f[1] == f[2] || f[2] == f[0]; });
   for (Facet& f : facets) {
@@ -229,7 +227,7 @@ double known_mass(const Link& link) {
   return sum;
 }
 
-// Gives the parts in `unknown` the one density that adds up to `missing` kg.
+// Gives the parts in `unknown` a common density, so that their masses add up to `missing` kg.
 void solve(const std::vector<Part*>& unknown, double missing, const std::string& what) {
   double volume = 0;
   for (const Part* p : unknown) volume += p->unit.mass;
@@ -267,7 +265,7 @@ void print_link(const Link& link) {
   }
   const Eigen::Vector3d e = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.I).eigenvalues();
   if (e[0] <= 0 || e[0] + e[1] < e[2]) fail(fmt::format("link {}: its inertia is not physical", link.name));
-  // What is symmetric up to rounding is printed as such.
+  // Values that are zero up to rounding are printed as zero.
   const double smallest_I = 1e-6 * e[2];
   const auto length = [](double v) { return fmt::format("{:.6g}", std::abs(v) < 5e-8 ? 0.0 : v); };
   const auto moment = [&](int i, int j) {

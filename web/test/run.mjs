@@ -1,5 +1,5 @@
-// node test/run.mjs [FOLDER]: bundles each test of the folder with esbuild (so that no newer Node is needed) and hands
-// them to node's own test runner.
+// node test/run.mjs [FOLDER]: bundles each test of the folder with esbuild (so that no newer Node is needed) and runs
+// them with node's own test runner.
 import { build } from 'esbuild';
 import { readdirSync, rmSync } from 'node:fs';
 import { spawnSync } from 'node:child_process';

@@ -1,4 +1,4 @@
-// The page's parser of schemas against the Foxglove one, which reads times as primitives of its own.
+// Compares the page's parser of schemas with the Foxglove one, which reads times as its own primitives.
 import type { MessageDefinition } from '@foxglove/message-definition';
 import assert from 'node:assert/strict';
 import { parseSchema, shortName } from '../src/protocol/schema';

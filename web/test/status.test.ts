@@ -15,7 +15,7 @@ test('who comes late to what stands is told once, after the code that subscribes
   await Promise.resolve();
   assert.deepEqual(heard, ['early 1', 'late 1']);
   signal.on((v) => heard.push(`last ${v}`));
-  signal.emit(2); // comes before the one that was told late: that is old now
+  signal.emit(2); // arrives before the one that was published late, which is outdated now
   await Promise.resolve();
   assert.deepEqual(heard.slice(2), ['early 2', 'late 2', 'last 2']);
 });

@@ -81,7 +81,7 @@ test('images of each encoding become pixels; broken ones a sentence', () => {
   assert.deepEqual([...image('rgb8', [1, 2, 3, 4, 5, 6, 0, 0], 2, 1, 8).rgba], [1, 2, 3, 255, 4, 5, 6, 255]);
   assert.deepEqual([...image('bgr8', [1, 2, 3], 1, 1, 3).rgba], [3, 2, 1, 255]);
   assert.deepEqual([...image('rgba8', [1, 2, 3, 4], 1, 1, 4).rgba], [1, 2, 3, 4]);
-  assert.deepEqual([...image('mono8', [9, 0, 7], 1, 2, 2).rgba], [9, 9, 9, 255, 7, 7, 7, 255]); // a byte between the rows
+  assert.deepEqual([...image('mono8', [9, 0, 7], 1, 2, 2).rgba], [9, 9, 9, 255, 7, 7, 7, 255]); // a padding byte between the rows
   const near = image('16UC1', [0xe8, 3, 0xd0, 7, 0, 0], 3, 1, 6); // 1 m, 2 m, nothing
   assert.deepEqual([near.rgba[0], near.rgba[4], near.rgba[8], near.note], [30, 255, 0, '1.000 … 2.000 m']);
   assert.equal(image('16UC1', [3, 0xe8], 1, 1, 2, { is_bigendian: 1 }).note, '1.000 … 1.000 m');
@@ -146,7 +146,7 @@ test('bands of tolerance: the trajectory’s while it moves, the goal’s for a 
   assert.ok(Number.isNaN(tolerances.tolerance('j')) && tolerances.reference('j') === 0);
   state(2, 0.5, 1);
   assert.equal(tolerances.tolerance('j'), 0.1);
-  state(3, 1, 0); // the last step of the way
+  state(3, 1, 0); // the last step of the motion
   assert.equal(tolerances.tolerance('j'), 0.1);
   state(4, 1, 0);
   assert.equal(tolerances.tolerance('j'), 0.02);
@@ -161,7 +161,7 @@ test('the recorder knows where all joints were', () => {
   const twin = fakeTwin();
   const recorder = new Recorder(twin, { reference: () => NaN, tolerance: () => NaN });
   let wall = 0;
-  Object.defineProperty(performance, 'now', { value: () => wall, configurable: true }); // Node 18 takes no assignment
+  Object.defineProperty(performance, 'now', { value: () => wall, configurable: true }); // Node 18 permits no assignment
   try {
     for (let i = 1; i <= 100; i += 1) {
       wall = i * 20;

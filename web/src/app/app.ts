@@ -15,10 +15,10 @@ export interface App {
   select: (selection: Selection) => void;
   selection: Selection;
   selected: Signal<Selection>;
-  details: HTMLElement; // the box about what is selected; over the picture, or below the tree
+  details: HTMLElement; // the box about the selection; over the picture, or below the tree
 }
 
-// A tab of a dock. `update` runs some times a second while the panel can be seen.
+// A tab of a dock. `update` is called several times a second while the panel is visible.
 export interface Panel {
   id: string;
   title: string;

@@ -1,4 +1,4 @@
-// The bar above: which robot, connection, time and its controls, theme, and the emergency stop at its right end.
+// The bar at the top: the robot, connection, time and its controls, theme, and the emergency stop at the right end.
 import type { Message } from '../protocol/cdr';
 import type { App } from './app';
 import { button, h, say, toast } from './dom';
@@ -32,7 +32,7 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   }, { class: 'icon', id: 'reset' });
   const speed = h('select', { 'aria-label': 'Speed of simulated time', title: 'Speed of simulated time', id: 'speed', onchange: () => call('/gazebo/set_speed', { factor: Number(speed.value) }) },
     ...SPEEDS.map(([label, value]) => h('option', { value: String(value), selected: value === 1 }, label)));
-  const other = h('option', { hidden: true }); // a speed that somebody else has chosen
+  const other = h('option', { hidden: true }); // a speed that another client has set
   speed.append(other);
   twin.statusChanged.on((status) => {
     if (!status || document.activeElement === speed) return;

@@ -1,5 +1,5 @@
-// The clipboard. Browsers give it to secure pages only, and one over plain HTTP from another machine is none: there
-// copying goes by a selection, and pasting by a field.
+// The clipboard. Browsers provide it to secure pages only, which a page over plain HTTP from another machine is not:
+// there copying uses a selection, and pasting a field.
 import { button, h, toast } from './dom';
 
 function copyBySelection(text: string): boolean {
@@ -13,7 +13,7 @@ function copyBySelection(text: string): boolean {
   return done;
 }
 
-// `what`: begins the sentence that tells of it.
+// `what`: the beginning of the sentence that reports it.
 export async function copyText(text: string, what: string): Promise<void> {
   const done = await Promise.resolve(navigator.clipboard?.writeText(text).then(() => true)).catch(() => false) ?? false;
   if (done || copyBySelection(text)) toast(`${what} is on the clipboard.`);

@@ -1,4 +1,4 @@
-// What the page commands: targets of joints, through whichever active controller claims them; in a twin without
+// The commands of the page: targets of joints, through the active controller that claims them; in a twin without
 // controllers, the joints themselves.
 
 import type { Message } from '../protocol/cdr';
@@ -8,7 +8,7 @@ import { settings } from './settings';
 import { Signal } from './signal';
 import type { Controller, Twin } from './twin';
 
-const PERIOD = 40; // ms between two commands to one controller at least
+const PERIOD = 40; // ms, the minimum between two commands to one controller
 export const VIEW_TOPIC = '/joint_command';
 
 export function duration(seconds: number): { sec: number; nanosec: number } {
@@ -26,7 +26,7 @@ export class Commander {
   stopped = false;
   private stoppedControllers: string[] = [];
   private readonly owners = new Map<string, Controller>(); // by joint
-  private ownersOf: Controller[] | null = null; // the list that `owners` was made of
+  private ownersOf: Controller[] | null = null; // the list from which `owners` was built
   private readonly waiting = new Set<string>();
   private readonly sentAt = new Map<string, number>();
   private told = 0;
@@ -59,7 +59,7 @@ export class Commander {
     return !joint.mimic && (this.viewing || this.owner(joint) !== null);
   }
 
-  // Sets the target of a joint; sent at once, or with the next command that may go out.
+  // Sets the target of a joint; sent at once, or with the next permitted command.
   set(joint: TreeJoint, value: number): void {
     this.setMany([[joint, value]]);
   }
@@ -142,7 +142,7 @@ export class Commander {
     });
   }
 
-  // Seconds that the way takes at the page's share of the velocity limits.
+  // The duration of the motion in seconds at the page's share of the velocity limits.
   timeFor(joints: TreeJoint[], from: ArrayLike<number>, to: ArrayLike<number>): number {
     let time = 0.08;
     for (const joint of joints) {
@@ -152,7 +152,7 @@ export class Commander {
     return time;
   }
 
-  // Plays waypoints through all controllers that have a part in them. The first begins where the arm is.
+  // Plays waypoints through all controllers that command one of their joints. The first one is the current position.
   play(waypoints: Waypoint[]): void {
     const { twin } = this;
     const last = waypoints[waypoints.length - 1];
@@ -170,7 +170,7 @@ export class Commander {
     if (this.viewing) this.glideAlong(waypoints);
   }
 
-  // Without controllers the page goes from waypoint to waypoint itself.
+  // Without controllers the page itself commands one waypoint after another.
   private glideAlong(waypoints: Waypoint[]): void {
     const { twin } = this;
     const { tree } = twin;
@@ -193,7 +193,7 @@ export class Commander {
     this.glide = null;
   }
 
-  // Every active controller stays where it is.
+  // Every active controller holds its current position.
   hold(): void {
     const { twin } = this;
     this.endGlide();
@@ -209,7 +209,7 @@ export class Commander {
     }
   }
 
-  // Cancels what runs and holds; then, if that was chosen, deactivates the controllers that move.
+  // Cancels goals and holds; then, if that setting is on, deactivates the controllers that command joints.
   async stop(): Promise<void> {
     const { twin } = this;
     this.stopped = true;

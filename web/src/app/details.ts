@@ -1,4 +1,4 @@
-// The box with the numbers of the picked link and its joint, and where they are written.
+// The box with the values of the selected link and its joint, and their locations in the sources.
 import { STRIDE, type TreeJoint } from '../robot/tree';
 import type { Inertial } from '../robot/urdf';
 import type { App } from './app';
@@ -10,7 +10,7 @@ import { format, millimetres, unitOf } from './units';
 
 type Row = [string, Child];
 
-// Three digits that count, and no more than that.
+// Three significant digits.
 export function short(value: number): string {
   if (value === 0) return '0';
   return Math.abs(value) < 0.001 ? value.toExponential(2).replace(/\.?0+e/, 'e') : Number(value.toPrecision(3)).toString();

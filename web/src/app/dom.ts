@@ -1,4 +1,4 @@
-// Elements without ceremony.
+// Short functions to create elements.
 
 type Props = Record<string, unknown>;
 export type Child = Node | string | number | null | undefined | false | Child[];
@@ -30,7 +30,7 @@ export function fill(parent: Element, ...children: Child[]): void {
   append(parent, children);
 }
 
-// Sets a text only if it has changed: no layout for nothing.
+// Sets a text only if it has changed, to avoid layout.
 export function say(node: Node, text: string): void {
   if (node.textContent !== text) node.textContent = text;
 }

@@ -1,4 +1,4 @@
-// A form for a message of any type: editors write into the message that is given.
+// A form for a message of any type: editors write into the given message.
 import { blank, isNumbers, type Message, type Value } from '../protocol/cdr';
 import type { Constant, Field, MessageType } from '../protocol/schema';
 import { button, fill, h } from './dom';
@@ -8,7 +8,7 @@ const RANGES: Record<string, [number, number]> = {
   int8: [-128, 127], uint8: [0, 255], int16: [-32768, 32767], uint16: [0, 65535], int32: [-2147483648, 2147483647], uint32: [0, 4294967295],
 };
 
-// What the text means for a field of that type; throws what is wrong with it.
+// The value of the text for a field of that type; throws an error that describes what is wrong.
 export function valueOf(text: string, type: string): Value {
   const plain = text.trim();
   if (type === 'string' || type === 'wstring') return text;
@@ -40,7 +40,8 @@ export function listText(value: Value | undefined): string {
   return list.map((one) => (typeof one === 'string' ? JSON.stringify(one) : String(one))).join(', ');
 }
 
-// Constants that a field may mean: those of its type, of its own name first ("LEVEL_WARN" for level).
+// Constants that a field may use: those of its type whose names start with the field's name first ("LEVEL_WARN" for
+// level).
 export function choicesOf(field: Field, constants: Constant[]): Constant[] {
   if (field.isArray || field.message || /^(bool|string|wstring|float)/.test(field.type)) return [];
   const same = constants.filter((one) => one.type === field.type);
@@ -81,7 +82,7 @@ function single(field: Field, type: MessageType, value: Message): HTMLElement {
   return h('span', { class: 'with-constants' }, input, select);
 }
 
-// Messages in a list: a box each, more and fewer of them.
+// A list of messages: a box for each, with buttons to add and remove them.
 function messageList(field: Field, value: Message): HTMLElement {
   const items = h('div', { class: 'form-items' });
   const list = (): Message[] => value[field.name] as Message[];
@@ -116,7 +117,7 @@ export function formFields(type: MessageType, value: Message): HTMLElement[] {
   });
 }
 
-// A form's elements that hold nothing that can be sent.
+// The elements of a form whose values cannot be sent.
 export function invalid(form: HTMLElement): HTMLInputElement | null {
   return [...form.querySelectorAll('input')].find((one) => !one.checkValidity()) ?? null;
 }

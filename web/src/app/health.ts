@@ -1,4 +1,4 @@
-// What `doppel check` finds, as /doppel/health tells it.
+// The findings of `doppel check`, as published on /doppel/health.
 export interface Finding {
   rule: string;
   severity: string;

@@ -1,4 +1,4 @@
-// Icons as paths, so that no font has to have them.
+// Icons as paths, so that no font is needed.
 const PATHS: Record<string, string> = {
   play: 'M4 2.5v11l9-5.5z',
   pause: 'M4 2.5h3v11H4zM9 2.5h3v11H9z',

@@ -1,11 +1,11 @@
-// Pixels of sensor_msgs/Image as a browser draws them. Depths are shown dark for near and light for far.
+// Pixels of sensor_msgs/Image for the browser. Depths are drawn dark for near and light for far.
 import type { Message } from '../protocol/cdr';
 
 export interface Picture {
   width: number;
   height: number;
   rgba: Uint8ClampedArray;
-  note: string; // the range of a depth, or why there is nothing to see
+  note: string; // the range of a depth, or the reason why nothing is shown
 }
 
 const MOST = 64_000_000; // pixels
@@ -75,7 +75,7 @@ export function isImage(schema: string): boolean {
   return /^sensor_msgs\/(msg\/)?(Compressed)?Image$/.test(schema);
 }
 
-// Draws either kind of image; gives the line that stands below.
+// Draws either type of image; returns the line below it.
 export async function drawImage(message: Message, canvas: HTMLCanvasElement): Promise<string> {
   const context = canvas.getContext('2d')!;
   if (message['encoding'] !== undefined) {
@@ -88,7 +88,7 @@ export async function drawImage(message: Message, canvas: HTMLCanvasElement): Pr
   const format = String(message['format']);
   const data = message['data'] as Uint8Array;
   try {
-    const bitmap = await createImageBitmap(new Blob([(/compressedDepth/.test(format) ? data.subarray(12) : data) as BlobPart])); // 12: the head of a compressed depth
+    const bitmap = await createImageBitmap(new Blob([(/compressedDepth/.test(format) ? data.subarray(12) : data) as BlobPart])); // 12: the header of a compressed depth
     [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
     context.drawImage(bitmap, 0, 0);
     bitmap.close();

@@ -1,5 +1,5 @@
-// Jogging by keys and by a gamepad. What is held moves; what is released stops. The gamepad moves only while its
-// dead-man button (a shoulder button) is held.
+// Jogging with keys and with a gamepad: motion while held, stop on release. The gamepad moves only while its dead-man
+// button (a shoulder button) is held.
 import type { App } from './app';
 import { settings } from './settings';
 import { Signal } from './signal';
@@ -25,7 +25,7 @@ export class Jog {
   readonly padChanged = new Signal<PadState | null>();
   pad: PadState | null = null;
   mode: 'tool' | 'joint' = 'tool';
-  joint = 0; // index among those that lead
+  joint = 0; // index among the independent joints
   local = false;
   readonly jointChanged = new Signal();
   private readonly held = new Set<string>();
@@ -39,7 +39,7 @@ export class Jog {
     app.commander.stopChanged.on(() => this.held.clear());
   }
 
-  // Whether the key is one that jogs.
+  // Whether the key jogs.
   press(code: string): boolean {
     if (!(code in TOOL_KEYS) && code !== 'BracketLeft' && code !== 'BracketRight') return false;
     this.held.add(code);
@@ -90,7 +90,7 @@ export class Jog {
     this.moveJoint(dt);
     const busy = speeds.some((s) => s !== 0);
     if (!busy) {
-      if (this.moving && !this.driver.dragging) this.driver.drop(); // released is stopped, not finished
+      if (this.moving && !this.driver.dragging) this.driver.drop(); // after release the motion is stopped, not completed
       this.moving = false;
       return;
     }

@@ -1,4 +1,4 @@
-// Keys of the whole page; they rest while something is typed.
+// Keys of the whole page; they are off while text is typed.
 import type { App } from './app';
 import type { Jog } from './jog';
 import { settings } from './settings';

@@ -1,4 +1,4 @@
-// Where things are: the picture, a dock at the right, one below; on narrow screens one dock below the picture.
+// The layout: the picture, a dock at the right, one below; on narrow screens one dock below the picture.
 import type { Panel } from './app';
 import { button, h } from './dom';
 import { setIcon } from './icons';

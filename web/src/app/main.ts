@@ -1,4 +1,4 @@
-// The page's first lines: they connect at once and ask for the robot's meshes; the rest is read meanwhile.
+// The start of the page: connects at once and requests the robot's meshes; the rest is loaded meanwhile.
 import '../style/base.css';
 import '../style/layout.css';
 import '../style/panels.css';
@@ -7,7 +7,7 @@ import { AssetStore } from '../robot/assets';
 import { Twin } from './twin';
 
 performance.mark('doppel: script');
-const PATIENCE = 250; // ms that the picture waits for the robot before it is set up without
+const PATIENCE = 250; // ms that the picture waits for the robot before it is set up without it
 
 function serverUrl(): string {
   const asked = new URLSearchParams(location.search);

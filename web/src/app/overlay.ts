@@ -1,4 +1,4 @@
-// What lies over the picture: views, layers, the box with the numbers of what is selected, notes.
+// The controls over the picture: views, layers, the box with the values of the selection, notes.
 import type { App } from './app';
 import { makeDetails } from './details';
 import { button, h, say, toggle } from './dom';

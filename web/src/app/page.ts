@@ -1,4 +1,4 @@
-// What the first picture needs: bar, layout, the 3D part. The panels and tools come once it stands.
+// What the first picture needs: bar, layout, the 3D part. Panels and tools are loaded after it.
 import type { AssetStore } from '../robot/assets';
 import { World } from '../scene/world';
 import type { App } from './app';
@@ -14,7 +14,7 @@ import { Sources } from './sources';
 import { startTheme } from './theme';
 import type { Twin } from './twin';
 
-const PATIENCE = 1500; // ms after which panels come without a picture
+const PATIENCE = 1500; // ms after which panels are loaded without a picture
 
 export function startPage(twin: Twin, assets: AssetStore): void {
   performance.mark('doppel: page');
@@ -46,7 +46,7 @@ export function startPage(twin: Twin, assets: AssetStore): void {
     bar.update();
     overlay.update();
   });
-  // For tests and for people with the console open.
+  // For tests and for the browser's console.
   Object.assign(window, { doppel: Object.assign(app, { layout, settings, ready: false }) });
 
   let begun = false;

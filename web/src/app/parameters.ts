@@ -1,4 +1,4 @@
-// Parameters of the twin's nodes: values as they are now, what a text that somebody types means for one of them.
+// Parameters of the twin's nodes: their current values, and the values of texts that a user types.
 import type { Parameter, ParameterValue } from '@foxglove/ws-protocol';
 import type { Client } from '../protocol/client';
 import type { Message } from '../protocol/cdr';
@@ -12,7 +12,7 @@ export interface Descriptor {
   readOnly: boolean;
   from: number; // of a range; -Infinity, Infinity without
   to: number;
-  kind: Kind | null; // null: the node does not say
+  kind: Kind | null; // null: the node does not report it
 }
 
 const KINDS: Record<number, Kind> = { 1: 'bool', 2: 'int', 3: 'double', 4: 'string', 6: 'bool[]', 7: 'int[]', 8: 'double[]', 9: 'string[]' }; // rcl_interfaces/ParameterType
@@ -50,13 +50,13 @@ function truth(text: string): boolean {
   return text.trim() === 'true';
 }
 
-// Elements between commas, with or without brackets around and quotes about each.
+// Elements between commas, optionally with brackets around the list and quotes around each.
 export function elements(text: string): string[] {
   const inner = text.trim().replace(/^\[([\s\S]*)\]$/, '$1');
   return [...inner.matchAll(/\s*(?:"((?:[^"\\]|\\.)*)"|'([^']*)'|([^,\s][^,]*))\s*(?:,|$)/g)].map((m) => m[1]?.replace(/\\(.)/g, '$1') ?? m[2] ?? m[3]!.trim());
 }
 
-// Throws what is wrong with the text.
+// Throws an error that describes what is wrong with the text.
 export function valueFrom(text: string, kind: Kind): { value: ParameterValue; type?: Parameter['type'] } {
   switch (kind) {
     case 'bool': return { value: truth(text) };
@@ -86,7 +86,7 @@ export class Parameters {
     };
   }
 
-  // Keeps the values up to date until the function that it returns is called.
+  // Keeps the values up to date until the returned function is called.
   watch(): () => void {
     this.watchers += 1;
     this.client.watchParameters(true);
@@ -97,7 +97,7 @@ export class Parameters {
     };
   }
 
-  // After a restart, or when nodes have come or gone.
+  // After a restart, or when nodes have been added or removed.
   refresh(): void {
     this.values.clear();
     this.descriptors.clear();
@@ -105,7 +105,7 @@ export class Parameters {
   }
 
   private ask(): void {
-    this.client.getParameters().catch(() => {}); // without a connection; asked again with the next
+    this.client.getParameters().catch(() => {}); // without a connection; requested again with the next one
   }
 
   number(name: string): number {

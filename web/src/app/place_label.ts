@@ -1,4 +1,4 @@
-// A place in a source, short, with the whole of it to copy.
+// A location in a source, shortened, with the full text to copy.
 import { copyText } from './clipboard';
 import { button, h } from './dom';
 import { placeText, type Place } from './sources';

@@ -1,5 +1,5 @@
-// Poses as YAML trajectories (what `doppel topic pub` and `ros2 topic pub` take), and back. Reads the forms that people
-// paste: flow or block lists; of several points the last; of several documents all.
+// Poses as YAML trajectories (the format of `doppel topic pub` and `ros2 topic pub`), and back. Reads the forms that
+// users paste: flow or block lists; of several points the last; of several documents all.
 
 export interface TrajectoryPoint {
   time: number; // s from the start
@@ -8,7 +8,7 @@ export interface TrajectoryPoint {
 
 const list = (items: (string | number)[]): string => `[${items.join(', ')}]`;
 
-// `topic` stands in a comment, for those who publish it by hand.
+// `topic` is in a comment, for publishing by hand.
 export function trajectoryYaml(names: string[], points: TrajectoryPoint[], topic = ''): string {
   const rows = points.map(({ time, positions }) => {
     const sec = Math.floor(time + 5e-10), nanosec = Math.max(0, Math.round((time - sec) * 1e9));

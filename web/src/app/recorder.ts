@@ -1,11 +1,11 @@
-// The last minutes of numbers: one ring of times, a ring per series.
+// The values of the last minutes: one ring of times, a ring for each series.
 import type { Message, Value } from '../protocol/cdr';
 import type { TreeJoint } from '../robot/tree';
 import type { Twin } from './twin';
 
 export const CAPACITY = 12_000; // at 50 Hz four minutes
-const MOST_POSITIONS = 4_000_000; // of all joints' positions that are kept; with many joints fewer moments are
-const SPACING = 0.0195; // s of wall time between samples at least
+const MOST_POSITIONS = 4_000_000; // positions of all joints that are kept; with many joints the times are fewer
+const SPACING = 0.0195; // s of wall-clock time, the minimum between samples
 
 export interface Series {
   key: string;
@@ -16,14 +16,14 @@ export interface Series {
   end: () => void;
 }
 
-// Of a joint: where a controller has it now, NaN where none has, and by how much it may miss that.
+// For a joint: the controller's reference, NaN without one, and the tolerance around it.
 export interface Allowed {
   reference(joint: string): number;
   tolerance(joint: string): number;
 }
 
 export const QUANTITIES = ['position', 'target', 'error', 'velocity', 'effort'] as const;
-export const TOLERANCE = 'tolerance'; // half the width of a band about the target
+export const TOLERANCE = 'tolerance'; // half the width of the band around the target
 export type Quantity = (typeof QUANTITIES)[number];
 
 export function numberAt(message: Value | undefined, path: (string | number)[]): number {
@@ -101,7 +101,7 @@ export class Recorder {
 
   private sample(): void {
     const wall = performance.now() / 1000;
-    const time = this.twin.client.channel('/clock') ? this.twin.simTime : wall; // pure kinematics has no clock
+    const time = this.twin.client.channel('/clock') ? this.twin.simTime : wall; // a view has no clock
     if (wall - this.lastWall < SPACING || this.twin.paused) return;
     const newest = this.count > 0 ? this.times[(this.next + CAPACITY - 1) % CAPACITY]! : -Infinity;
     if (time < newest) this.clear();
@@ -124,7 +124,7 @@ export class Recorder {
     if (this.next % thinned === 0) this.positions.set(q, (this.next / thinned) * q.length);
   }
 
-  // All joints' positions at that time; null: before or after what is kept.
+  // The positions of all joints at that time; null: before or after the recorded time.
   positionsAt(time: number): Float64Array | null {
     const n = this.twin.q.length;
     if (this.count === 0 || this.positions.length < n || time < this.oldest - 1e-6 || time > this.newest + 1e-6) return null;
@@ -133,7 +133,7 @@ export class Recorder {
     return Float64Array.from(this.positions.subarray(row, row + n));
   }
 
-  // How many samples are older than that time.
+  // The number of samples older than that time.
   private find(time: number): number {
     const start = this.next - this.count + CAPACITY;
     let low = 0, high = this.count;
@@ -152,7 +152,7 @@ export class Recorder {
     return this.count > 0 ? this.times[(this.next - this.count + CAPACITY) % CAPACITY]! : 0;
   }
 
-  // Columns of a stretch of time, at most `most` rows.
+  // Columns of a time range, with at most `most` rows.
   window(from: number, to: number, keys: string[], most = Infinity): Float64Array[] {
     const start = this.next - this.count + CAPACITY;
     const at = (i: number): number => (start + i) % CAPACITY;

@@ -9,14 +9,14 @@ export type ObjectShape =
 export interface ObjectSpec {
   name: string;
   shape: ObjectShape;
-  mass: number; // kg; of a loose object
+  mass: number; // kg; of an object that is not static
   fixed: boolean;
   colour: [number, number, number]; // sRGB, 0 to 1
 }
 
 const NAME = /^[A-Za-z0-9_][A-Za-z0-9_ .-]{0,63}$/;
 
-// What is wrong with it, for people; '' if nothing is.
+// What is wrong with it, as text for the user; '' if nothing is.
 export function objectProblem(spec: ObjectSpec): string {
   const { shape } = spec;
   const lengths = shape.kind === 'box' ? shape.size : shape.kind === 'ball' ? [shape.radius] : shape.kind === 'cylinder' ? [shape.radius, shape.length] : [shape.scale];
@@ -51,7 +51,7 @@ export function objectSdf(spec: ObjectSpec): string {
     '</link></model></sdf>\n';
 }
 
-// Half the height above the ground where its centre stands; 0 where only the file knows.
+// The height of its centre above the ground at rest; 0 if only the file defines it.
 export function restHeight(shape: ObjectShape): number {
   switch (shape.kind) {
     case 'box': return shape.size[2] / 2;

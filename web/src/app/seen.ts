@@ -1,4 +1,4 @@
-// Which of many elements can be seen, so that only those are filled and kept up to date.
+// Which of many elements are visible, so that only those are filled and updated.
 export class Seen<T> {
   private readonly items = new Map<Element, T>();
   private readonly now = new Set<T>();

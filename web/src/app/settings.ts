@@ -1,4 +1,4 @@
-// What the page remembers, in the browser's local storage; where that is refused it forgets.
+// The settings of the page, kept in the browser's local storage; without it they are lost.
 import { Signal } from './signal';
 
 export interface Settings {
@@ -7,7 +7,7 @@ export interface Settings {
   layers: Record<string, boolean>;
   stopDoes: 'deactivate' | 'hold';
   stopKeys: string[];
-  speedShare: number; // of the joints' velocity limits, for what the page commands
+  speedShare: number; // of the joints' velocity limits, for commands of the page
   rightWidth: number;
   bottomHeight: number;
   bottomOpen: boolean;
@@ -20,7 +20,7 @@ const DEFAULTS: Settings = {
   theme: 'system',
   degrees: true,
   layers: { visual: true, grid: true, shadows: true, ghost: true },
-  stopDoes: 'hold',  // a joint that no controller holds is passive, and the arm would fall
+  stopDoes: 'hold',  // a joint without an active controller is passive, and the arm would fall
   stopKeys: ['Escape'],
   speedShare: 0.5,
   rightWidth: 400,

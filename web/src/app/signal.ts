@@ -1,4 +1,4 @@
-// Something that others can listen to.
+// An event with listeners.
 export class Signal<T = void> {
   private readonly listeners = new Set<(value: T) => void>();
 
@@ -12,8 +12,7 @@ export class Signal<T = void> {
   }
 }
 
-// Something that others can listen to and that stands: who comes later is told the last value, once the code that
-// subscribes has run to its end.
+// A value with listeners: a new listener is called with the last value, after the code that subscribes has finished.
 export class Standing<T> extends Signal<T> {
   private last: { value: T } | null = null;
 

@@ -1,11 +1,11 @@
-// Where links and joints are written in the user's own files, as /doppel/sources tells it.
+// The locations of links and joints in the user's own files, as published on /doppel/sources.
 import { Signal } from './signal';
 import type { Client } from '../protocol/client';
 
 export interface Place {
   file: string;
   line: number;
-  column: number; // 0: not known
+  column: number; // 0: unknown
 }
 
 export function readSources(text: string): { links: Map<string, Place>; joints: Map<string, Place> } {
@@ -24,7 +24,7 @@ export function readSources(text: string): { links: Map<string, Place>; joints: 
   }
 }
 
-// As editors take it: file:line:column.
+// The format of editors: file:line:column.
 export function placeText({ file, line, column }: Place): string {
   return file + (line > 0 ? `:${line}` : '') + (line > 0 && column > 0 ? `:${column}` : '');
 }
@@ -40,7 +40,7 @@ export class Sources {
       this.changed.emit();
     });
   }
-  // The whole path of a file that the twin names from its own working folder; as it is where no source is that file.
+  // The full path of a file that the twin names relative to its working folder; unchanged if no source is that file.
   whole(file: string): string {
     if (file.startsWith('/')) return file;
     for (const { file: known } of [...this.links.values(), ...this.joints.values()]) if (known.endsWith(`/${file}`)) return known;

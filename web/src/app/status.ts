@@ -1,4 +1,4 @@
-// What the twin says of its loop (/doppel/status) and of the load of its joints (/doppel/joint_loads).
+// The status of the twin's loop (/doppel/status) and the load of its joints (/doppel/joint_loads).
 import type { Message } from '../protocol/cdr';
 
 export const PHASES = ['control', 'physics', 'publish', 'bus', 'idle'] as const;
@@ -8,20 +8,20 @@ export interface Status {
   simTime: number; // s
   realTimeFactor: number;
   paused: boolean;
-  speed: number; // wanted factor; 0: as fast as possible
+  speed: number; // requested factor; 0: as fast as possible
   lateness: { p50: number; p99: number; max: number }; // s
-  times: Record<LoopPhase, number>; // mean microseconds of wall time per step
+  times: Record<LoopPhase, number>; // mean microseconds of wall-clock time per step
   overruns: number;
-  skipped: number; // messages that slow clients did not get
+  skipped: number; // messages skipped for slow clients
 }
 
 export interface Load {
   joint: string;
-  effort: number; // N m or N, of the drive now
-  gravity: number; // what gravity asks for here
-  sag: number; // rad or m, what gravity bends the joint by; 0: it rests on its limit
-  play: number; // rad or m: friction holds the joint anywhere within sag - play and sag + play
-  margin: number; // of the limit beyond what the drive holds; Infinity: no limit
+  effort: number; // N m or N, the present effort of the drive
+  gravity: number; // the effort that gravity requires here
+  sag: number; // rad or m, the sag under gravity; 0: it is at its limit
+  play: number; // rad or m: friction can hold the joint anywhere within sag - play and sag + play
+  margin: number; // of the limit beyond the holding effort; Infinity: no limit
   limit: number;
 }
 
@@ -53,7 +53,7 @@ export function readLoads(m: Message): Load[] {
   }));
 }
 
-// How much of a joint's limit gravity takes, in words, so that no colour has to say it.
+// Describes how much of a joint's limit gravity takes, so that it is not shown by colour alone.
 export function judgeLoad(load: Load): { share: number; word: 'free' | 'ample' | 'tight' | 'too much' } {
   if (!Number.isFinite(load.margin)) return { share: 0, word: 'free' };
   const share = load.limit > 0 ? (load.limit - load.margin) / load.limit : 1;

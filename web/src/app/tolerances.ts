@@ -1,10 +1,10 @@
-// What trajectory controllers allow each joint: where its reference is, and by how much it may miss that while a
-// trajectory runs (constraints.JOINT.trajectory) and at its end (constraints.JOINT.goal).
+// The tolerances of trajectory controllers for each joint: the reference, and the permitted error while a trajectory
+// runs (constraints.JOINT.trajectory) and at its end (constraints.JOINT.goal).
 import type { Message } from '../protocol/cdr';
 import type { Parameters } from './parameters';
 import { stampOf, type Twin } from './twin';
 
-const SETTLING = 1; // s at least after the last motion during which the goal's tolerance is shown
+const SETTLING = 1; // s, the minimum time after the last motion for which the goal's tolerance is shown
 
 interface Followed {
   controller: string;
@@ -55,7 +55,7 @@ export class Tolerances {
     return this.joints.get(joint)?.reference ?? NaN;
   }
 
-  // Radians or metres to both sides of the reference; NaN: nothing runs, or nothing is asked.
+  // Radians or metres on both sides of the reference; NaN: nothing runs, or there is no tolerance.
   tolerance(joint: string): number {
     const one = this.joints.get(joint);
     if (!one) return NaN;

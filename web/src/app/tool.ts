@@ -1,4 +1,4 @@
-// Moving the tool: a goal in the world, followed by inverse kinematics sixty times a second from the commanded pose.
+// Moving the tool: inverse kinematics follows a goal in the world sixty times a second from the commanded pose.
 import { Ik, type Solution } from '../robot/ik';
 import { compose, quatMultiply, rotate, STRIDE } from '../robot/tree';
 import type { App } from './app';
@@ -20,7 +20,7 @@ export class ToolDriver {
   private ik: Ik | null = null;
   private q = new Float64Array();
   private until = 0;
-  private left = 0; // solutions to make at least before the goal is dropped, where frames are few
+  private left = 0; // minimum number of solutions before the goal is dropped, for low frame rates
 
   constructor(private readonly app: App) {
     app.twin.robotChanged.on((tree) => {
@@ -31,7 +31,7 @@ export class ToolDriver {
     app.commander.stopChanged.on(() => this.drop());
   }
 
-  // Where the commanded pose has the tool.
+  // The tool's pose at the commanded positions.
   commanded(): Float64Array | null {
     const { twin, world } = this.app;
     if (!twin.tree) return null;
@@ -52,7 +52,7 @@ export class ToolDriver {
     this.dragging = true;
   }
 
-  // The goal is kept a while after the hand has let go, so that the last millimetres are solved.
+  // The goal is kept for a while after release, so that the last millimetres are solved.
   release(): void {
     this.dragging = false;
     this.keep(700);
@@ -76,7 +76,7 @@ export class ToolDriver {
     if (!this.dragging) this.keep(1500);
   }
 
-  // Moves and turns the goal, along the world's axes or the tool's.
+  // Translates and rotates the goal, along the axes of the world or of the tool.
   nudge(move: [number, number, number], turn: [number, number, number], local: boolean): void {
     if (!this.goal) this.take();
     const { goal } = this;
@@ -92,7 +92,7 @@ export class ToolDriver {
       if (local) quatMultiply(now, 0, delta, 0, goal, 3);
       else quatMultiply(delta, 0, now, 0, goal, 3);
     }
-    // A goal that runs far ahead of what can be reached would answer late when turned back.
+    // A goal far beyond reach would respond late when it is moved back.
     const at = this.commanded();
     if (at) {
       const ahead = Math.hypot(goal[0]! - at[0]!, goal[1]! - at[1]!, goal[2]! - at[2]!);
@@ -124,7 +124,7 @@ export class ToolDriver {
     const before = Float64Array.from(this.q);
     this.solution = ik.solve(this.q, { link: world.tool, position: local, orientation: settings.keepOrientation ? local.slice(3) : null },
       { iterations: 12, maxStep: 0.2, rotationWeight: 0.15, usable: (joint) => commander.canMove(joint) });
-    // No joint runs faster than its limit allows: a flip of the solution becomes a way.
+    // No joint exceeds its velocity limit: a jump of the solution becomes a motion.
     for (const joint of twin.tree.moving) {
       const most = (joint.velocity > 0 ? joint.velocity : joint.kind === 'prismatic' ? 0.5 : 3) * Math.max(dt, 1 / 60);
       const i = joint.index;

@@ -1,4 +1,4 @@
-// Waypoints as the YAML that each controller takes: a document for each that has a part in them.
+// Waypoints as YAML for each controller: one document for each controller that commands one of the joints.
 import type { Commander, Waypoint } from './commander';
 import { trajectoryYaml } from './pose_yaml';
 import type { Twin } from './twin';

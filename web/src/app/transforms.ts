@@ -1,4 +1,4 @@
-// The TF tree: the last transform of each frame, and the way to the world.
+// The TF tree: the last transform of each frame, and the pose in the world.
 import type { Message } from '../protocol/cdr';
 import { compose, quatMultiply, type TreeJoint } from '../robot/tree';
 
@@ -7,7 +7,7 @@ export interface Transform {
   child: string;
   still: boolean;
   pose: Float64Array; // x y z qx qy qz qw
-  at: number; // ms, when it came
+  at: number; // ms, of its arrival
   stamp: number; // s
   rate: number; // Hz, of the last twenty or so
 }
@@ -33,12 +33,12 @@ export function readTransform(raw: Message, still: boolean, at: number): Transfo
 export class TransformStore {
   private readonly intervals = new Map<string, { mean: number; count: number }>(); // ms, by child
   readonly frames = new Map<string, Transform>();
-  edges = 0; // counts up whenever a frame comes or changes its parent
+  edges = 0; // counts up whenever a frame is added or changes its parent
 
   put(transform: Transform): void {
     const before = this.frames.get(transform.child);
     if (before) {
-      // The mean of the intervals: that of their inverses would count a burst many times over.
+      // The mean of the intervals: a mean of the rates would weight bursts too much.
       const of = this.intervals.get(transform.child) ?? { mean: 0, count: 0 };
       of.count = Math.min(of.count + 1, 20);
       of.mean += (transform.at - before.at - of.mean) / of.count;
@@ -49,7 +49,7 @@ export class TransformStore {
     this.frames.set(transform.child, transform);
   }
 
-  // The frame's pose in the root of its tree; null: nothing is known of it.
+  // The frame's pose in the root of its tree; null: unknown.
   toWorld(frame: string): Float64Array | null {
     let at = this.frames.get(frame);
     if (!at) return null;

@@ -1,4 +1,4 @@
-// The state of the twin as the page knows it: description, joints, controllers, time. Everything else listens here.
+// The state of the twin in the page: description, joints, controllers, time. All other parts subscribe to it.
 
 import { Client, type Phase } from '../protocol/client';
 import type { Message, Value } from '../protocol/cdr';
@@ -14,7 +14,7 @@ export interface Controller {
   state: string;
   claims: string[];
   joints: string[]; // of the claims, in their order
-  interface: string; // "position" where all claims agree
+  interface: string; // "position" if all claims have that interface
 }
 
 export interface LogLine {
@@ -35,13 +35,13 @@ export function stampOf(value: Value | undefined): number {
 export class Twin {
   readonly robotChanged = new Standing<Tree>();
   readonly moved = new Signal();
-  readonly sampled = new Signal(); // joint states have come
+  readonly sampled = new Signal(); // joint states have been received
   readonly phaseChanged = new Standing<Phase>();
   readonly graphChanged = new Standing<void>();
   readonly controllersChanged = new Standing<void>();
   readonly statusChanged = new Standing<Status | null>();
   readonly logged = new Signal<LogLine>();
-  readonly log: LogLine[] = []; // the last of them, for who comes later
+  readonly log: LogLine[] = []; // the last of them, for later subscribers
   readonly referenceChanged = new Signal<string>();
 
   readonly client: Client;
@@ -56,15 +56,15 @@ export class Twin {
   poses = new Float64Array();
   controllers: Controller[] = [];
   simTime = 0;
-  status: Status | null = null; // null: the server does not tell it
-  readonly loads = new Map<string, Load>(); // by joint; told while somebody watches
+  status: Status | null = null; // null: the server does not publish it
+  readonly loads = new Map<string, Load>(); // by joint; updated while a part of the page uses it
 
   private readonly heard = new Map<string, number>(); // joint → ms
   private loadWatchers = 0;
   private endLoads: (() => void) | null = null;
   private readonly stateSubscriptions = new Map<string, () => void>();
   private listing: Promise<void> | null = null;
-  private stale = false; // asked again while an answer was under way
+  private stale = false; // requested again while a response was pending
   private seen = new Float64Array();
 
   constructor(url: string) {
@@ -155,7 +155,7 @@ export class Twin {
     if (this.differs()) this.moved.emit();
   }
 
-  // Whether anything has moved that one could see.
+  // Whether there was a visible motion.
   private differs(): boolean {
     let far = this.seen.length !== this.poses.length;
     for (let i = 0; i < this.poses.length && !far; i += 1) far = Math.abs(this.poses[i]! - this.seen[i]!) > 2e-5;
@@ -182,10 +182,10 @@ export class Twin {
       if (tree && link === tree.root) changed = true;
     }
     if (changed) this.update();
-    if (still) this.moved.emit(); // the ground's frame, for one, moves no link
+    if (still) this.moved.emit(); // for example the ground's frame does not move any link
   }
 
-  // A joint that /joint_states does not tell of is read off its transform.
+  // The position of a joint that is not in /joint_states is computed from its transform.
   private useTransform(tree: Tree, link: number, transform: Transform, now: number): boolean {
     const joint = tree.parentJoint[link];
     if (!joint || joint.index < 0 || joint.mimic || transform.still) return false;
@@ -208,7 +208,7 @@ export class Twin {
     this.simTime = time;
   }
 
-  // Efforts and what gravity asks of each joint, while somebody looks. Returns what ends it.
+  // Subscribes to efforts and gravity loads of the joints. Returns the function that ends it.
   watchLoads(): () => void {
     this.loadWatchers += 1;
     this.endLoads ??= this.client.subscribe('/doppel/joint_loads', (m) => this.takeLoads(m));
@@ -280,7 +280,7 @@ export class Twin {
       this.watchReferences();
       this.controllersChanged.emit();
     } catch {
-      // the connection went; the next one asks again
+      // the connection is lost; the next one requests it again
     }
   }
 

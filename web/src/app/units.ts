@@ -18,7 +18,7 @@ export function meant(joint: TreeJoint, value: number): number {
 export function digitsOf(joint: TreeJoint): number {
   return isAngle(joint) && !settings.degrees ? 3 : 1;
 }
-// Without the minus of a zero.
+// Without a minus sign for zero.
 export function fixed(value: number, digits: number): string {
   return Number.isFinite(value) ? value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1') : '–';
 }
@@ -28,7 +28,7 @@ export function format(joint: TreeJoint, value: number): string {
 export function millimetres(metres: number): string {
   return fixed(metres * 1000, 1);
 }
-// What a slider spans: a joint without limits gets a turn to each side.
+// The range of a slider: a joint without limits gets a turn to each side.
 export function rangeOf(joint: TreeJoint): [number, number] {
   if (Number.isFinite(joint.lower) && Number.isFinite(joint.upper) && joint.upper > joint.lower) return [joint.lower, joint.upper];
   return isAngle(joint) ? [-Math.PI, Math.PI] : [-1, 1];

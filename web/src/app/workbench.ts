@@ -1,4 +1,4 @@
-// Everything beyond the picture: tools that act on the arm, keys, panels.
+// Everything besides the picture: tools that command the arm, keys, panels.
 import type { App, Panel } from './app';
 import type { Layout } from './layout';
 import { Jog } from './jog';

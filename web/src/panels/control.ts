@@ -1,9 +1,9 @@
-// Controllers with their states and claims; how time runs and where it goes.
+// Controllers with their states and claims; the speed of time and the durations of the loop's phases.
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say } from '../app/dom';
 import { PHASES, type Status } from '../app/status';
 
-const FIGURE = '\u2007'; // a space as wide as a figure
+const FIGURE = '\u2007'; // a space as wide as a digit
 
 export function controlPanel(app: App): Panel {
   const { twin, commander } = app;
@@ -33,7 +33,7 @@ export function controlPanel(app: App): Panel {
   fill(times, outs.map((pair) => [...pair]));
   let bytes = 0, rate = 0, at = performance.now();
 
-  // A bar a step wide: what of it each part of the loop takes, and what is left.
+  // A bar as wide as a step: the share of each phase of the loop, and the rest.
   const total = h('span', { class: 'muted' });
   const parts = PHASES.map((phase) => ({ phase, piece: h('i', { class: `phase ${phase}` }), out: h('dd', { class: 'num' }) }));
   const stack = h('div', { class: 'stack', role: 'img' }, parts.map((part) => part.piece));
@@ -77,7 +77,7 @@ export function controlPanel(app: App): Panel {
         at = now;
       }
       facts.forEach(([, text], i) => say(outs[i]![1], text()));
-      for (const pair of outs.slice(0, 2)) for (const one of pair) one.hidden = commander.viewing; // there is no time
+      for (const pair of outs.slice(0, 2)) for (const one of pair) one.hidden = commander.viewing; // no time has passed
     },
     shown: () => {
       visible = true;

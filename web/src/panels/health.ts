@@ -1,4 +1,4 @@
-// Findings of the audit, and what gravity asks of each joint.
+// Findings of the audit, and the gravity load of each joint.
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say, type Child } from '../app/dom';
 import { readFindings, type Finding } from '../app/health';
@@ -12,7 +12,7 @@ import type { Tree, TreeJoint } from '../robot/tree';
 interface Row {
   joint: TreeJoint;
   element: HTMLElement;
-  cells: HTMLElement[]; // made when first seen
+  cells: HTMLElement[]; // created when first visible
   bar: HTMLElement;
 }
 
@@ -28,7 +28,7 @@ export function healthPanel(app: App): Panel {
   let built: Tree | null = null;
   let endLoads = (): void => {};
 
-  // The first link or joint of the description that the finding's words name.
+  // The first link or joint of the description that the text of the finding names.
   function find(finding: Finding): { link: number; joint: TreeJoint | null } | null {
     const { tree } = twin;
     if (!tree) return null;
@@ -66,9 +66,9 @@ export function healthPanel(app: App): Panel {
     told = String(m['data']);
     show();
   });
-  // Names and places are known only once the description and the sources are there.
+  // Names and locations are available only with the description and the sources.
   for (const signal of [app.sources.changed, app.world.built] as Signal<unknown>[]) signal.on(() => told !== '' && show());
-  // Rows are made when somebody looks: there may be a thousand.
+  // Rows are created when they become visible: there may be a thousand.
   function build(): void {
     const { tree } = twin;
     if (!visible || tree === built) return;
@@ -82,7 +82,7 @@ export function healthPanel(app: App): Panel {
   }
   twin.robotChanged.on(build);
 
-  // The bar is what gravity takes of the limit; the word beside it says the same.
+  // The bar is the share of the limit that gravity takes; the word next to it means the same.
   function showLoad(row: Row): void {
     const { joint, bar } = row;
     if (row.cells.length === 0) {
@@ -97,7 +97,7 @@ export function healthPanel(app: App): Panel {
     const digits = unitOf(joint) === 'rad' ? 4 : 2;
     const angle = (value: number): string => `${fixed(shown(joint, value), digits)} ${unitOf(joint)}`;
     say(sag!, load && Number.isFinite(load.sag) ? angle(load.sag) : '–');
-    // The column has no room for a range.
+    // The column is too narrow for a range.
     sag!.title = load && load.play > 0 ? `with friction anywhere from ${angle(load.sag - load.play)} to ${angle(load.sag + load.play)}` : '';
     if (!load) {
       say(margin!, '–');

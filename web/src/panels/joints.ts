@@ -17,7 +17,7 @@ interface Row {
   value: HTMLElement;
   target: HTMLInputElement;
   effort: HTMLElement;
-  filled: boolean; // rows are filled when first seen: there may be a thousand
+  filled: boolean; // rows are filled when first visible: there may be a thousand
   held: boolean; // by the user's hand
 }
 
@@ -130,7 +130,7 @@ export function jointsPanel(app: App): Panel {
 
   function copy(): void {
     const joints = (twin.tree?.moving ?? []).filter((joint) => !joint.mimic);
-    // As long as the way from the middle of the limits takes, so that it can be published from anywhere.
+    // The duration of the motion from the middle of the limits, so that it can be published from any position.
     const middle = Float64Array.from(twin.tree?.moving ?? [], (j) => (Number.isFinite(j.lower) ? (j.lower + j.upper) / 2 : 0));
     const time = Math.max(2, Math.ceil(2 * commander.timeFor(joints, middle, twin.q)));
     const text = waypointsYaml(twin, commander, [{ time, positions: Float64Array.from(twin.q) }]);

@@ -1,4 +1,4 @@
-// What /rosout says, by level.
+// The messages of /rosout, by level.
 import type { App, Panel } from '../app/app';
 import { button, fill, h } from '../app/dom';
 import type { LogLine } from '../app/twin';

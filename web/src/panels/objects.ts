@@ -1,4 +1,4 @@
-// Objects of the world: adding, moving by handle or numbers, removing.
+// Objects of the world: adding, moving with the handle or by numbers, removing.
 import * as THREE from 'three';
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say, toast } from '../app/dom';
@@ -6,7 +6,7 @@ import { freeName, objectProblem, objectSdf, restHeight, rgbOf, type ObjectShape
 import type { ObjectLayer } from '../scene/objects';
 
 type Kind = ObjectShape['kind'];
-const SIZES: Record<Kind, [string, string][]> = { // label, value in mm, a mesh's scale as it is
+const SIZES: Record<Kind, [string, string][]> = { // label, value in mm; the scale of a mesh is a factor
   box: [['x', '50'], ['y', '50'], ['z', '50']],
   ball: [['radius', '25']],
   cylinder: [['radius', '25'], ['length', '80']],

@@ -1,4 +1,5 @@
-// Nodes and their parameters, each with an editor of its type; what a node has against a value stands at its row.
+// Nodes and their parameters, each with an editor of its type; the reason why a node rejects a value is shown in its
+// row.
 import type { App, Panel } from '../app/app';
 import { fill, h, say } from '../app/dom';
 import { kindOf, splitName, textOf, type Descriptor, type Kind, type Parameters } from '../app/parameters';
@@ -9,7 +10,7 @@ interface Row {
   input: HTMLInputElement;
   error: HTMLElement;
   element: HTMLElement;
-  waiting: boolean; // for the node's answer
+  waiting: boolean; // until the node responds
 }
 
 export function parametersPanel(app: App, parameters: Parameters): Panel {

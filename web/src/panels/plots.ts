@@ -1,5 +1,5 @@
-// Curves of the last minutes: joints' quantities and any number of any topic; live, or held and looked through, with a
-// ghost of the arm where it was.
+// Curves of the last minutes: quantities of joints and any number in any topic; live, or held and scrubbed, with a
+// ghost of the arm at that time.
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import type { App, Panel } from '../app/app';
@@ -10,21 +10,20 @@ import { settings, settingsChanged } from '../app/settings';
 import { Signal } from '../app/signal';
 import { fixed } from '../app/units';
 
-// Okabe and Ito's colours, told apart by all; past eight the dashes change.
+// Okabe and Ito's colours, which are distinguishable with colour blindness; after eight the dashes change.
 const LIGHT = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#b8860b', '#56b4e9', '#5d4a9c', '#444444'];
 const DARK = ['#56b4e9', '#f0814a', '#35c296', '#e39cc8', '#f0d25a', '#8fd0ff', '#b3a3ee', '#d0d0d0'];
 const DEG = 180 / Math.PI;
 
 export const plotWanted = new Signal<{ topic: string; path: (string | number)[] }>();
 
-// Of a joint's position or error: the series that its band of tolerance is made of. Bands are about the target, or
-// about zero.
+// For a joint's position or error: the series of its tolerance band. Bands are around the target, or around zero.
 function bandOf(key: string): { centre: string | null; width: string } | null {
   const found = /^(joint:.*):(position|error)$/.exec(key);
   return found ? { centre: found[2] === 'position' ? `${found[1]}:target` : null, width: `${found[1]}:${TOLERANCE}` } : null;
 }
 
-// The range about the curves: noise of a joint that stands does not fill the picture.
+// The range of the axis: noise of a joint at rest does not fill the picture.
 function rangeFor(unit: string): (u: uPlot, low: number | null, high: number | null) => [number, number] {
   const least = /^(°|mm)/.test(unit) ? 0.5 : /^rad/.test(unit) ? 0.01 : 1e-3;
   return (_, low, high) => {
@@ -48,8 +47,8 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
   let bands: { key: string; centre: string | null; width: string }[] = [];
   let endLoads = (): void => {};
   let span = 15;
-  let held: number | null = null; // the moment that is looked at, when not live
-  let right = 0; // the right end of the window then
+  let held: number | null = null; // the time that is shown, when not live
+  let right = 0; // the right end of the window at that time
   let hovered: number | null = null;
   let endWatch: (() => void) | null = null;
 
@@ -95,7 +94,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     say(readout, `${moment.toFixed(2)} s, ${(recorder.newest - moment).toFixed(1)} s ago   ` + shown.map((key, k) => ((row[k + 1]?.[i] ?? NaN) * factor(key)).toPrecision(4)).join('   '));
   }
 
-  // As the page shows them elsewhere: angles in what was chosen, lengths in millimetres.
+  // In the units of the rest of the page: angles in the selected unit, lengths in millimetres.
   function factor(key: string): number {
     const told = recorder.series.get(key)?.unit ?? '';
     return settings.degrees && /^rad/.test(told) ? DEG : /^m/.test(told) ? 1000 : 1;
@@ -172,7 +171,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     ctx.restore();
   }
 
-  // Recorded along with the curve, from when that is first shown.
+  // Recorded with the curve, from when it is first shown.
   function record(name: string, which: Quantity): string | null {
     const found = twin.tree?.jointByName.get(name);
     if (!found) return null;

@@ -1,4 +1,4 @@
-// Poses that are kept, and a sequence of them played as one trajectory.
+// Saved poses, and a sequence of them played as one trajectory.
 import type { App, Panel } from '../app/app';
 import { copyText } from '../app/clipboard';
 import { button, download, fill, h, toast } from '../app/dom';
@@ -12,7 +12,7 @@ interface Kept {
 }
 interface Step {
   pose: string;
-  seconds: number; // of the way there; 0: as fast as the limits allow
+  seconds: number; // of the motion to it; 0: as fast as the limits permit
   pause: number;
 }
 
@@ -53,7 +53,7 @@ export function posesPanel(app: App): Panel {
     build();
   }
 
-  // The sequence as waypoints from where the arm is.
+  // The sequence as waypoints from the current position.
   function waypoints(): Waypoint[] {
     const points: Waypoint[] = [];
     if (!twin.tree) return points;
@@ -64,7 +64,7 @@ export function posesPanel(app: App): Panel {
       const pose = poses.find((one) => one.name === step.pose);
       if (!pose) continue;
       const to = vector(pose, from);
-      // 1.5: a spline's peak speed over its mean
+      // 1.5: the ratio of a spline's peak speed to its mean
       time += Math.max(step.seconds, commander.timeFor(joints, from, to) * 1.5);
       points.push({ time, positions: to });
       if (step.pause > 0) points.push({ time: (time += step.pause), positions: to });
@@ -83,7 +83,7 @@ export function posesPanel(app: App): Panel {
     commander.play(points);
     toast(`Playing ${steps.length} steps, ${time.toFixed(1)} s.`);
     stopTimer();
-    // Trajectories run in the twin's time, which may be slower than ours or stand still.
+    // Trajectories run in simulated time, which may be slower than wall-clock time, or paused.
     const now = (): number => (commander.viewing ? performance.now() / 1000 : twin.simTime);
     const end = now() + time + 0.1;
     timer = setInterval(() => {

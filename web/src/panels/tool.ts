@@ -1,4 +1,4 @@
-// The tool: which link, where it is, where it shall go; jogging; pushing.
+// The tool: its link, its pose, its goal; jogging; pushing.
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say, toggle } from '../app/dom';
 import type { Jog } from '../app/jog';

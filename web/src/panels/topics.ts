@@ -1,4 +1,4 @@
-// Topics with their rates, the last message as a tree or a picture, a form to publish one; services, called by form.
+// Topics with their rates, the last message as a tree or an image, a form to publish one; services, called with a form.
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say, toast } from '../app/dom';
 import { drawImage, isImage } from '../app/image';
@@ -101,7 +101,7 @@ export function topicsPanel(app: App): Panel {
     });
   }
 
-  // Numbers, texts and lists as nested lists; made anew only when their shape changes.
+  // Numbers, texts and lists as nested lists; recreated only when their shape changes.
   function shapeOf(value: Value): string {
     if (value instanceof Uint8Array) return 'u';
     if (isNumbers(value)) return `[${value.length}]`;

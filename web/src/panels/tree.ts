@@ -1,4 +1,4 @@
-// The tree of links, each behind the joint that carries it: search, arrow keys, selection shared with the picture.
+// The tree of links, each with the joint that carries it: search, arrow keys, selection shared with the picture.
 import type { App, Panel } from '../app/app';
 import { fill, h } from '../app/dom';
 import type { Tree } from '../robot/tree';
@@ -7,12 +7,12 @@ interface Node {
   link: number;
   depth: number;
   children: number[];
-  text: string; // what a search looks through
+  text: string; // the text that is searched
 }
 
 const MARKS: Record<string, string> = { revolute: '↻', continuous: '↻', prismatic: '↔', fixed: '—', floating: '✥', planar: '▱' };
 
-// Links in the order of the tree, with their depths; those that no joint reaches come last.
+// Links in the order of the tree, with their depths; those without a path of joints to the root are last.
 export function treeOrder(tree: Tree): { link: number; depth: number; children: number[] }[] {
   const children = tree.links.map((): number[] => []);
   for (const joint of tree.joints) children[joint.parentLink]!.push(joint.childLink);
@@ -42,7 +42,7 @@ export function treePanel(app: App): Panel {
   const narrow = matchMedia('(max-width: 820px)');
   const folded = new Set<number>();
   let nodes: Node[] = [];
-  let shown: Node[] = []; // those that are neither folded away nor searched away
+  let shown: Node[] = []; // those that are neither collapsed nor filtered out
   let byLink = new Map<number, Node>();
   let built: Tree | null = null;
 
@@ -72,7 +72,7 @@ export function treePanel(app: App): Panel {
     draw();
   }
 
-  // Only the rows that can be seen are there: a robot may have a thousand.
+  // Only the visible rows exist: a robot may have a thousand.
   function draw(): void {
     const tall = height();
     const first = Math.max(0, Math.floor(list.scrollTop / tall) - 4);
@@ -137,7 +137,7 @@ export function treePanel(app: App): Panel {
     list.focus();
   });
 
-  // Unfolds what hides the selection, and brings it into sight.
+  // Expands what hides the selection, and scrolls to it.
   function follow(): void {
     const { selection } = app;
     for (let at = selection ? built?.parentJoint[selection.link]?.parentLink : undefined; at !== undefined; at = built?.parentJoint[at]?.parentLink) folded.delete(at);
@@ -158,7 +158,7 @@ export function treePanel(app: App): Panel {
   return {
     id: 'tree', title: 'Tree', element,
     shown: () => {
-      element.append(app.details); // where it covers nothing of the picture
+      element.append(app.details); // where it does not cover the picture
       follow();
     },
     hidden: () => app.world.stage.host.append(app.details),

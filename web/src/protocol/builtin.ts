@@ -1,4 +1,4 @@
-// Types that the page publishes whether or not somebody offers them.
+// Types that the page publishes even if the twin does not advertise them.
 
 const TIME = '================================================================================\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n';
 const DURATION = '================================================================================\nMSG: builtin_interfaces/Duration\nint32 sec\nuint32 nanosec\n';

@@ -1,15 +1,15 @@
-// Messages as CDR over the types of a schema: XCDR1 as ROS 2 writes it, little endian when written, either when read.
-// The Foxglove library reads. Writing is own code (1.0 KiB compressed), because the library's writer takes the number of
-// UTF-16 units for that of bytes and cuts every text that is not ASCII, such as the name of a joint or an object
-// (@foxglove/cdr 3.5.0; a test fails once that is repaired). It also sends zeros for a field that is misspelt, where this
-// one names it.
+// Messages as CDR for the types of a schema: XCDR1 as in ROS 2, written in little endian, read in either byte order.
+// The Foxglove library reads. Writing is own code (1.0 KiB compressed), because the library's writer takes the number
+// of UTF-16 units for that of bytes and truncates every text that is not ASCII, such as the name of a joint or an
+// object (@foxglove/cdr 3.5.0; a test fails once that is fixed). The library also sends zeros for a misspelt field,
+// where this writer reports it.
 
 import type { MessageDefinition } from '@foxglove/message-definition';
-// By its file: the package's index brings its writer along, 1.6 KiB compressed that nobody calls.
+// Imported by file: the package's index includes its writer, 1.6 KiB compressed that are not used.
 import { MessageReader } from '@foxglove/rosmsg2-serialization/dist/MessageReader';
 import type { Field, MessageType } from './schema';
 
-// A list of numbers as it is read; bytes are those of the frame, not a copy.
+// A list of numbers as read; byte lists are views of the frame, not copies.
 export type Numbers =
   | Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array | BigInt64Array | BigUint64Array
   | Float32Array | Float64Array;
@@ -28,7 +28,7 @@ const SIZES: Record<string, number> = {
 };
 const readers = new WeakMap<MessageType, MessageReader<Message>>();
 
-// The type's own first, then those of the types that it uses.
+// The type itself first, then the types that it uses.
 function definitionsOf(type: MessageType, known: Map<string, MessageDefinition>): Map<string, MessageDefinition> {
   known.set(type.name, { name: type.name, definitions: type.fields });
   for (const { message } of type.fields) if (message && !known.has(message.name)) definitionsOf(message, known);
@@ -73,7 +73,7 @@ class Writer {
   }
 
   private length(value: number): void {
-    const at = this.room(4, 4); // before `view` is read: it may be another one after
+    const at = this.room(4, 4); // before `view` is read: it may be replaced by this
     this.view.setUint32(at, value, true);
   }
 
@@ -142,14 +142,14 @@ class Writer {
   }
 }
 
-// Fields that are left out are zero, empty, or what the schema says.
+// Missing fields are zero, empty, or the default of the schema.
 export function writeCdr(type: MessageType, value: Message): Uint8Array {
   const writer = new Writer();
   writer.message(type, value);
   return writer.done();
 }
 
-// A message of the type with nothing set, for forms.
+// A message of the type with default values, for forms.
 export function blank(type: MessageType): Message {
   const one = (field: Field): Value => (field.message ? blank(field.message) : (field.defaultValue as Value | undefined) ?? zero(field));
   return Object.fromEntries(type.fields.map((field) => [

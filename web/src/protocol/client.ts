@@ -1,9 +1,9 @@
-// A twin seen over the Foxglove WebSocket protocol: topics, services, assets. The Foxglove client speaks the frames of one
-// connection; what it does not do is here: connecting again and again, subscriptions and advertisements that survive a
-// restart of the twin, names of a namespace, answers to their questions.
+// A twin over the Foxglove WebSocket protocol: topics, services, assets. The Foxglove client handles the frames of one
+// connection; this file adds the rest: reconnecting, subscriptions and advertisements that survive a restart of the
+// twin, names in a namespace, and the assignment of responses to requests.
 
 import type { Channel, IWebSocket, Parameter, ServerInfo, Service } from '@foxglove/ws-protocol';
-// By its file: the package's index brings the server and its log along, 2.4 KiB compressed that nobody calls.
+// Imported by file: the package's index includes the server and its log, 2.4 KiB compressed that are not used.
 import FoxgloveClient from '@foxglove/ws-protocol/dist/esm/src/FoxgloveClient';
 import { readCdr, writeCdr, type Message } from './cdr';
 import { parseSchema, shortName, type MessageType } from './schema';
@@ -35,7 +35,7 @@ export interface ClientOptions {
   connect?: (url: string, protocol: string) => SocketLike;
 }
 
-// By name; what the page calls '/gazebo/step' is '/left/gazebo/step' where the twin stands in the namespace '/left'.
+// By name; '/gazebo/step' in the page is '/left/gazebo/step' if the twin is in the namespace '/left'.
 class Offers extends Map<string, Service> {
   space = '';
   override get(name: string): Service | undefined {
@@ -46,7 +46,7 @@ class Offers extends Map<string, Service> {
   }
 }
 
-// Name and text of a service's schema. Servers of older versions of the protocol give the text alone.
+// Name and text of a service's schema. Servers of older protocol versions send the text only.
 function schemaOf(service: Service, part: 'request' | 'response'): [name: string, text: string] {
   const told = service[part];
   return [told?.schemaName || `${service.type}_${part === 'request' ? 'Request' : 'Response'}`, told?.schema ?? service[`${part}Schema`] ?? ''];
@@ -65,10 +65,10 @@ export class Client {
   ongraph: () => void = () => {};
   onstatus: (level: number, message: string) => void = () => {};
   onparameters: (values: Parameter[]) => void = () => {};
-  bytes = 0; // of messages, answers and assets
+  bytes = 0; // of messages, responses and assets
 
   private socket: SocketLike | null = null;
-  private wire: FoxgloveClient | null = null; // null until the server has said who it is
+  private wire: FoxgloveClient | null = null; // null until the server has identified itself
   private nextId = 1;
   private wait = 250;
   private closed = false;
@@ -79,7 +79,7 @@ export class Client {
   private readonly assets = new Map<number, { done: (data: Uint8Array) => void; failed: (e: Error) => void }>();
   private readonly types = new Map<string, MessageType>();
   private readonly asked = new Map<string, { done: (values: Parameter[]) => void; failed: (e: Error) => void; about: string; errors: string[] }>();
-  private readonly reported = new Set<string>(); // what this connection has complained of
+  private readonly reported = new Set<string>(); // the warnings of this connection
   private watching = false;
 
   constructor(private readonly options: ClientOptions) {
@@ -199,7 +199,7 @@ export class Client {
       this.onparameters(parameters);
     });
     wire.on('status', ({ level, message }) => {
-      // What a node has against a value comes as a status that begins with the parameter's name.
+      // The reason why a node rejects a value arrives as a status that begins with the parameter's name.
       for (const { about, errors } of this.asked.values()) if (about && message.startsWith(`${about}: `)) errors.push(message.slice(about.length + 2));
       this.onstatus(level, message);
     });
@@ -226,7 +226,7 @@ export class Client {
     for (const handler of subscription.handlers) handler(message, stamp);
   }
 
-  // Once in a connection: what is wrong with a message is wrong with the hundred of the next second.
+  // Once in a connection: an invalid message is followed by a hundred more in the next second.
   private report(about: string, text: string): void {
     if (this.reported.has(about)) return;
     this.reported.add(about);
@@ -265,7 +265,7 @@ export class Client {
 
   private addChannel(channel: Channel): void {
     this.channels.set(channel.id, channel);
-    // What the program tells of itself says in which namespace it stands.
+    // The program's own topics show in which namespace it is.
     const own = /^(.*)\/doppel\/(health|status)$/.exec(channel.topic);
     if (own && own[1] !== this.services.space) {
       this.services.space = own[1]!;
@@ -281,7 +281,7 @@ export class Client {
     this.bind(channel);
   }
 
-  // To the subscriptions that waited for it.
+  // Called for the subscriptions that waited for it.
   private bind(channel: Channel): void {
     for (const subscription of this.subscriptions.values()) {
       if (subscription.channel === null && this.means(subscription.topic, channel)) this.subscribeNow(subscription, channel);
@@ -318,7 +318,7 @@ export class Client {
     return found;
   }
 
-  // Returns what ends the subscription. A topic may come later, or again after a restart.
+  // Returns the function that ends the subscription. A topic may appear later, or again after a restart.
   subscribe(topic: string, handler: Handler): () => void {
     let subscription = this.subscriptions.get(topic);
     if (!subscription) {
@@ -336,7 +336,7 @@ export class Client {
       mine.handlers.delete(handler);
       if (mine.handlers.size > 0 || this.subscriptions.get(topic) !== mine) return;
       this.subscriptions.delete(topic);
-      if (mine.channel === null) return; // its id may be another's by now
+      if (mine.channel === null) return; // its id may be in use for another topic by now
       this.byId.delete(mine.id);
       this.wire?.unsubscribe(mine.id);
     };
@@ -396,7 +396,7 @@ export class Client {
 
   // -- parameters
 
-  // All values there are, now and whenever one changes, to `onparameters`.
+  // All values, now and whenever one changes, to `onparameters`.
   watchParameters(on: boolean): void {
     if (on === this.watching) return;
     this.watching = on;
@@ -408,7 +408,7 @@ export class Client {
     return this.askParameters('', (wire, id) => wire.getParameters(names, id));
   }
 
-  // Fails with the reason of the node that refuses.
+  // Fails with the reason if the node rejects the value.
   setParameter(parameter: Parameter): Promise<Parameter[]> {
     return this.askParameters(parameter.name, (wire, id) => wire.setParameters([parameter], id));
   }

@@ -1,12 +1,11 @@
-// Message types out of "ros2msg" text: the definition, then the definitions of what it uses, each after a line of
-// '=' and "MSG: package/Name". Fields have the shape that the Foxglove reader and writer of CDR take.
-// Own code, because @foxglove/rosmsg brings the grammar of ROS 1 along: 12.9 KiB compressed against 1.0 KiB here, 7 % of
-// what the page loads before its first picture (npm run bench:protocol). The tests compare the two on every type that
-// the program offers.
+// Message types from "ros2msg" text: the definition, then the definitions that it uses, each after a line of '=' and
+// "MSG: package/Name". Fields have the shape that the Foxglove reader and writer of CDR use. Own code, because
+// @foxglove/rosmsg includes the grammar of ROS 1: 12.9 KiB compressed against 1.0 KiB here, 7 % of what the page loads
+// before its first picture (npm run bench:protocol). The tests compare the two on every type of the program.
 
 import type { MessageDefinitionField } from '@foxglove/message-definition';
 
-// By their names in a schema; rosidl takes 'byte' and 'char' as numbers of 8 bits.
+// By their names in a schema; rosidl defines 'byte' and 'char' as 8-bit numbers.
 const PRIMITIVES = new Map<string, string>([
   ['byte', 'uint8'], ['char', 'uint8'],
   ...['bool', 'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'float32', 'float64', 'string', 'wstring']

@@ -6,11 +6,11 @@ export class AssetStore {
 
   constructor(private readonly client: Client) {}
 
-  // Asks now for what `get` will be asked for soon.
+  // Requests now what `get` will need soon.
   prefetch(uri: string): void {
     if (this.early.has(uri)) return;
     const coming = this.fetch(uri);
-    coming.catch(() => {}); // told to whoever gets it
+    coming.catch(() => {}); // reported to the caller of `get`
     this.early.set(uri, coming);
   }
 

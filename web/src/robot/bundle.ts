@@ -1,5 +1,5 @@
-// The files that a mesh names beside itself (textures, material libraries, buffers): found in its text, fetched through
-// the twin, handed to three's loaders as blobs.
+// The files that a mesh refers to (textures, material libraries, buffers): found in its text, fetched through the twin,
+// passed to three's loaders as blobs.
 import * as THREE from 'three';
 
 export type FetchAsset = (uri: string) => Promise<Uint8Array>;
@@ -10,8 +10,8 @@ export interface Problem {
 
 const TYPES: Record<string, string> = { png: 'image/png', jpg: 'image/jpeg', jpeg: 'image/jpeg', webp: 'image/webp', gif: 'image/gif', bmp: 'image/bmp' };
 
-// A name as it stands in a mesh file, as a URI beside that file's. Absolute paths are those of the author's machine:
-// only their last part is looked for.
+// The URI of a name in a mesh file, relative to that file. Absolute paths are those of the author's machine: only their
+// last part is used.
 export function beside(base: string, name: string): string {
   const plain = decode(name.trim()).replace(/\\/g, '/');
   if (/^package:\/\//.test(plain)) return plain;
@@ -35,14 +35,14 @@ function decode(text: string): string {
 
 export function colladaImages(text: string): string[] {
   const found = [...text.matchAll(/<init_from>\s*(?:<ref>)?([^<]+?)(?:<\/ref>)?\s*<\/init_from>/g)].map((m) => m[1]!.trim());
-  return [...new Set(found)].filter((name) => /\.\w{3,4}$/.test(name)); // of later versions ids stand there, too
+  return [...new Set(found)].filter((name) => /\.\w{3,4}$/.test(name)); // in later versions ids are there, too
 }
 
 export function objLibraries(text: string): string[] {
   return [...text.matchAll(/^[ \t]*mtllib[ \t]+(.+?)[ \t]*$/gm)].map((m) => m[1]!);
 }
 
-// The last word of a map line: options stand before it.
+// The last word of a map line: options precede it.
 export function mtlImages(text: string): string[] {
   return [...new Set([...text.matchAll(/^[ \t]*(?:map_\w+|bump|disp|norm)[ \t]+(.+?)[ \t]*$/gim)].map((m) => m[1]!.replace(/^(-\w+(\s+(on|off|-?[\d.]+(\s+-?[\d.]+)*|[rgbmlz]))?\s+)+/, '')))];
 }
@@ -71,7 +71,7 @@ export class Bundle {
     };
   }
 
-  // Fetches the named files; what cannot be had is noted, and the mesh drawn without.
+  // Fetches the named files; what is not available is reported, and the mesh is drawn without it.
   async add(names: string[]): Promise<void> {
     await Promise.all(names.map(async (name) => {
       const uri = name.startsWith('data:') ? name : beside(this.base, name);
@@ -85,14 +85,14 @@ export class Bundle {
     }));
   }
 
-  // One white pixel, for a picture that is not there.
+  // One white pixel, for a missing image.
   private nothing(): string {
     const known = this.urls.get('') ?? URL.createObjectURL(new Blob([dataBytes(WHITE) as BlobPart], { type: 'image/gif' }));
     this.urls.set('', known);
     return known;
   }
 
-  // Until the loaders have read all that they began with.
+  // Until the loaders have read everything that they requested.
   async done(): Promise<void> {
     if (this.started > 0) await Promise.race([new Promise<void>((ready) => (this.waiting = ready)), new Promise((ready) => setTimeout(ready, 5000))]);
     for (const url of this.urls.values()) URL.revokeObjectURL(url);

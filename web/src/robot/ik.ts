@@ -1,5 +1,5 @@
-// Inverse kinematics by damped least squares (Levenberg-Marquardt on the pose error) within joint limits: a joint
-// that a step would push beyond its limit is held there and the rest solve again.
+// Inverse kinematics by damped least squares (Levenberg-Marquardt on the pose error) within joint limits: a joint that
+// a step would move beyond its limit is held there and the others are solved again.
 
 import { quatMultiply, STRIDE, type Tree, type TreeJoint } from './tree';
 
@@ -11,8 +11,8 @@ export interface Goal {
 }
 
 export interface Solution {
-  distance: number; // m left
-  angle: number; // rad left; 0 when the orientation is free
+  distance: number; // m, remaining
+  angle: number; // rad, remaining; 0 if the orientation is free
   reached: boolean;
   iterations: number;
 }
@@ -22,7 +22,7 @@ export interface IkOptions {
   tolerance?: number; // m
   angleTolerance?: number; // rad
   rotationWeight?: number; // m per rad
-  maxStep?: number; // of a joint in one iteration, rad or m
+  maxStep?: number; // maximum of a joint in one iteration, rad or m
   usable?: (joint: TreeJoint) => boolean;
 }
 

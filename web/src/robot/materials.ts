@@ -6,7 +6,7 @@ type Lit = THREE.MeshStandardMaterial | THREE.MeshLambertMaterial;
 const cache = new Map<string, Lit>();
 let simple = false;
 
-// For rendering without a graphics card: light per vertex costs a fraction of light per pixel.
+// For rendering without a graphics card: lighting per vertex costs a fraction of lighting per pixel.
 export function useSimpleMaterials(): void {
   simple = true;
 }
@@ -23,7 +23,7 @@ export function materialOf(material: Material | null): Lit {
   return made;
 }
 
-// The description's material with its picture on it.
+// The description's material with its texture.
 export function texturedOf(material: Material, map: THREE.Texture): Lit {
   const key = `${material.texture} ${material.color?.join(' ')}`;
   let made = cache.get(key);

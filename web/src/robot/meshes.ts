@@ -6,8 +6,8 @@ import type { AssetStore } from './assets';
 import { beside, Bundle, colladaImages, gltfFiles, mtlImages, objLibraries, type Problem } from './bundle';
 import { creasedNormals } from './normals';
 
-// Of an object, each mesh's `userData.bare` says which of its materials are none of the file's own: there the
-// description's colour goes.
+// In an object, each mesh's `userData.bare` lists its materials that are not from the file: they get the description's
+// colour.
 export type Loaded = ({ geometry: THREE.BufferGeometry } | { object: THREE.Object3D }) & { problems?: Problem[] };
 
 const CREASE_LIMIT = 150_000; // vertices; above, flat shading as in the file
@@ -25,7 +25,7 @@ function finish(object: THREE.Object3D, bare: (material: THREE.Material) => bool
     if (!(one instanceof THREE.Mesh)) return;
     one.userData['bare'] = [one.material].flat().map(bare);
     const geometry = one.geometry as THREE.BufferGeometry;
-    if (!geometry.hasAttribute('normal')) geometry.computeVertexNormals(); // without, it would be black
+    if (!geometry.hasAttribute('normal')) geometry.computeVertexNormals(); // without it the mesh would be black
   });
 }
 
@@ -33,7 +33,7 @@ async function readCollada(text: string, bundle: Bundle): Promise<THREE.Object3D
   const { ColladaLoader } = await import('three/addons/loaders/ColladaLoader.js');
   await bundle.add(colladaImages(text));
   const object = new ColladaLoader(bundle.manager).parse(text, '').scene;
-  // The loader turns Y-up files so that they stand in a Y-up scene; here Z is up, as ROS reads them.
+  // The loader rotates Y-up files for a Y-up scene; here Z is up, as in ROS.
   object.rotation.set(0, 0, 0);
   finish(object, (material) => material.name === THREE.Loader.DEFAULT_MATERIAL_NAME);
   return object;
@@ -86,7 +86,7 @@ async function read(assets: AssetStore, uri: string): Promise<Loaded> {
   return { object, problems: bundle.problems };
 }
 
-// The convex hull of all vertices: what collides where the description says mesh.
+// The convex hull of all vertices: the collision shape of a mesh.
 async function hullOf(loaded: Loaded): Promise<THREE.BufferGeometry> {
   const points = new Map<string, THREE.Vector3>();
   const take = (geometry: THREE.BufferGeometry, matrix: THREE.Matrix4 | null): void => {
@@ -106,7 +106,7 @@ async function hullOf(loaded: Loaded): Promise<THREE.BufferGeometry> {
     });
   }
   const { ConvexGeometry } = await import('three/addons/geometries/ConvexGeometry.js');
-  await new Promise((ready) => setTimeout(ready)); // a hull at a time between two frames
+  await new Promise((ready) => setTimeout(ready)); // one hull at a time between two frames
   return new ConvexGeometry([...points.values()]);
 }
 
@@ -114,14 +114,14 @@ async function readTexture(assets: AssetStore, uri: string): Promise<THREE.Textu
   const bytes = await assets.get(uri);
   const picture = await createImageBitmap(new Blob([bytes as BlobPart]), { imageOrientation: 'flipY' });
   const texture = new THREE.Texture(picture as unknown as HTMLImageElement);
-  texture.flipY = false; // it is already
+  texture.flipY = false; // it already is
   texture.colorSpace = THREE.SRGBColorSpace;
   texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
   texture.needsUpdate = true;
   return texture;
 }
 
-// What is known of `key`, or made now; what fails is forgotten, so that it may be tried again.
+// The cached value of `key`, or a new one; failures are not cached, so that they can be repeated.
 function once<T>(known: Map<string, Promise<T>>, key: string, make: () => Promise<T>): Promise<T> {
   let made = known.get(key);
   if (!made) {

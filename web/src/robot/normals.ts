@@ -1,6 +1,6 @@
-// Normals of triangles that come without shared vertices (STL): smooth across edges that are flat, sharp across others.
+// Normals of triangles without shared vertices (STL): smooth across flat edges, sharp across others.
 
-// Numbers equal points alike: exactly equal, as writers of such files copy them.
+// Gives equal points the same number: exactly equal, because writers of such files copy them.
 function numberPoints(positions: Float32Array): { ids: Uint32Array; count: number } {
   const n = positions.length / 3;
   const bits = new Uint32Array(positions.buffer, positions.byteOffset, positions.length);
@@ -33,8 +33,8 @@ function numberPoints(positions: Float32Array): { ids: Uint32Array; count: numbe
   return { ids, count };
 }
 
-// `positions`: nine numbers per triangle; `crease`: rad between faces above which an edge stays sharp. A corner's
-// normal is the mean, by area, of the faces around its point that are flatter than that to its own.
+// `positions`: nine numbers per triangle; `crease`: the angle in rad between faces above which an edge stays sharp. A
+// corner's normal is the mean, weighted by area, of the faces around its point with a smaller angle to its own face.
 export function creasedNormals(positions: Float32Array, crease: number): Float32Array {
   const corners = positions.length / 3, faces = corners / 3;
   const face = new Float32Array(faces * 3); // as long as twice the area

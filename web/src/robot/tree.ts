@@ -1,5 +1,5 @@
-// Kinematics of a robot: link poses out of joint positions, and the geometric Jacobian of a link. Plain arrays: a
-// pose is position (3) and unit quaternion x y z w (4).
+// Kinematics of a robot: link poses from joint positions, and the geometric Jacobian of a link. Plain arrays: a pose is
+// a position (3) and a unit quaternion x y z w (4).
 
 import type { Joint, Pose, Robot } from './urdf';
 
@@ -9,7 +9,7 @@ export interface TreeJoint extends Joint {
   index: number; // in the position vector; -1: fixed
   parentLink: number;
   childLink: number;
-  mimicIndex: number; // of the joint that leads; -1: none
+  mimicIndex: number; // of the leader; -1: none
   offset: Float64Array; // pose of the joint in its parent
 }
 
@@ -86,7 +86,7 @@ export class Tree {
       for (const joint of (children.get(link) ?? []).slice().reverse()) waiting.push(joint.child);
       for (const joint of children.get(link) ?? []) if (!done.has(joint.child)) this.add(joint);
     }
-    // Depth first for people's lists; parents stay before their children.
+    // Depth first, for lists in the page; parents precede their children.
     for (const joint of this.moving) {
       if (joint.mimic) joint.mimicIndex = this.jointByName.get(joint.mimic.joint)?.index ?? -1;
     }
@@ -116,7 +116,7 @@ export class Tree {
     return Float64Array.from(this.moving, (joint) => Math.min(joint.upper, Math.max(joint.lower, 0)));
   }
 
-  // Lets mimic joints follow those that lead.
+  // Sets mimic joints according to their leaders.
   follow(q: Float64Array): void {
     for (const joint of this.moving) {
       if (joint.mimic && joint.mimicIndex >= 0) {
@@ -131,7 +131,7 @@ export class Tree {
     return poses;
   }
 
-  // The root's pose in `poses` is left as it is.
+  // The root's pose in `poses` is not changed.
   forward(q: ArrayLike<number>, poses: Float64Array): void {
     const frame = scratch;
     const turn = scratch2;
@@ -154,7 +154,7 @@ export class Tree {
     }
   }
 
-  // Joints with a position between the root and the link, from the root; mimic joints count for their leader.
+  // Joints with a position between the root and the link, from the root; a mimic joint is represented by its leader.
   chain(link: number): TreeJoint[] {
     const out: TreeJoint[] = [];
     for (let joint = this.parentJoint[link]; joint; joint = this.parentJoint[joint.parentLink]) {
@@ -192,8 +192,8 @@ export class Tree {
     }
   }
 
-  // What people mean by the tool: the deepest link in terms of moving joints that are no mimics and no side branch,
-  // preferring names that say so.
+  // What users usually mean by the tool: the link with the most moving joints above it that are neither mimic joints
+  // nor a side branch; names that suggest a tool are preferred.
   toolLink(): number {
     const named = this.links.findIndex((name) => /(^|_)(tcp|tool0?|ee_link|end_effector|flange)(_|$|\d)/i.test(name));
     if (named >= 0) return named;

@@ -1,5 +1,5 @@
-// A URDF as a typed tree: what the page draws and moves. Faults are the program's to report; here a robot that can
-// be drawn is drawn.
+// A URDF as a typed tree, as needed to draw and move it. The program reports faults; here every robot that can be drawn
+// is drawn.
 
 import { child, childrenOf, numbers, parseXml, type Element } from './xml';
 
@@ -55,9 +55,9 @@ export interface Joint {
   axis: Vec3;
   lower: number;
   upper: number;
-  velocity: number; // 0: none given
-  effort: number; // 0: none given
-  dynamics: { damping: number; friction: number }; // 0 where none is given
+  velocity: number; // 0: not given
+  effort: number; // 0: not given
+  dynamics: { damping: number; friction: number }; // 0: not given
   mimic: { joint: string; multiplier: number; offset: number } | null;
 }
 

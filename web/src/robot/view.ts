@@ -1,4 +1,4 @@
-// A robot as a three.js object: a group per link, placed by poses of the tree; shapes in layers that are made when
+// A robot as a three.js object: a group per link, placed by poses of the tree; shapes in layers that are created when
 // first shown.
 
 import * as THREE from 'three';
@@ -80,7 +80,7 @@ export class RobotView {
     }
   }
 
-  // What of the link can be highlighted.
+  // The meshes of the link that can be highlighted.
   meshesOf(link: number): THREE.Mesh[] {
     const out: THREE.Mesh[] = [];
     for (const group of this.links[link]?.children ?? []) {
@@ -139,7 +139,7 @@ export class RobotView {
     }
   }
 
-  // A mesh file's own materials stay, as RViz does it; the description's is for what has none.
+  // A mesh file's own materials are kept, as in RViz; the description's material is used where there is none.
   private own(object: THREE.Object3D, shape: Shape): THREE.Object3D {
     const made = object.clone();
     made.traverse((one) => {

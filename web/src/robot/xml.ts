@@ -1,4 +1,4 @@
-// A small XML reader: what a URDF is made of. No DTDs, no namespaces.
+// A small XML reader, sufficient for URDF: no DTDs, no namespaces.
 
 export interface Element {
   name: string;

@@ -67,7 +67,7 @@ export class CameraMan {
     else this.goal = this.place(view);
   }
 
-  // Arrows turn, with shift they move; Page Up and Down go nearer and farther. True: the key was for the camera.
+  // Arrows rotate, with shift they translate; Page Up and Page Down zoom. True: the key was for the camera.
   private key(key: string, shift: boolean): boolean {
     const { camera } = this.stage;
     const across = { ArrowLeft: -1, ArrowRight: 1 }[key] ?? 0, up = { ArrowUp: 1, ArrowDown: -1 }[key] ?? 0;

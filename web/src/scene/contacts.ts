@@ -4,7 +4,7 @@ import type { App } from '../app/app';
 import { settings, settingsChanged } from '../app/settings';
 import type { Message, Value } from '../protocol/cdr';
 
-const MOST = 64; // contacts that are drawn
+const MOST = 64; // maximum number of drawn contacts
 const TOPIC = '/gazebo/contacts';
 const COLOUR = 0xd55e00;
 

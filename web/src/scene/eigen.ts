@@ -1,4 +1,4 @@
-// Eigenvectors of a symmetric 3x3 matrix by Jacobi's rotations; returns values and the columns.
+// Eigenvectors of a symmetric 3x3 matrix by Jacobi rotations; returns values and columns.
 export function eigen3(m: number[][]): { values: number[]; vectors: number[][] } {
   const a = m.map((row) => row.slice());
   const v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];

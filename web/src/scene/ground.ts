@@ -1,4 +1,4 @@
-// The ground: a grid that fades with distance, drawn by one shader, and a plane that only shows shadows.
+// The ground: a grid that fades with distance, drawn by one shader, and a plane that shows only shadows.
 import * as THREE from 'three';
 
 const VERTEX = `

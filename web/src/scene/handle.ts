@@ -1,4 +1,4 @@
-// The handle on the tool: arrows and rings to drag; a line to the tool where the goal is out of reach.
+// The handle on the tool: arrows and rings to drag; a line to the tool if the goal is out of reach.
 import * as THREE from 'three';
 import { TransformControls } from 'three/addons/controls/TransformControls.js';
 import type { App } from '../app/app';
@@ -54,7 +54,7 @@ export class ToolHandle {
     this.app.world.stage.invalidate();
   }
 
-  // Out of the way of a click that is meant for something else.
+  // Disabled for clicks that are meant for something else.
   stepAside(away: boolean): void {
     this.away = away;
     this.place();

@@ -1,4 +1,4 @@
-// What can be drawn over the links: inertia boxes, centres of mass, frames with names, joint axes with limits.
+// The layers over the links: inertia boxes, centres of mass, frames with names, joint axes with limits.
 import * as THREE from 'three';
 import { inertiaMaterial } from '../robot/materials';
 import { eigen3 } from './eigen';
@@ -42,7 +42,7 @@ export function frameAxes(length: number): THREE.Group {
   return group;
 }
 
-// How many frames of links above stand in the same place, so that names do not lie on each other.
+// The number of frames of parent links at the same place, so that names do not overlap.
 function stacked(tree: Tree, link: number, near: number): number {
   let count = 0;
   for (let joint = tree.parentJoint[link]; joint && joint.index < 0 && Math.hypot(...joint.origin.xyz) < near; joint = tree.parentJoint[joint.parentLink]) count += 1;
@@ -96,7 +96,7 @@ export const inertiaBoxes: LayerMaker = (tree, link, into) => {
 
 const sectorMaterial = new THREE.MeshBasicMaterial({ color: 0xe69f00, transparent: true, opacity: 0.16, side: THREE.DoubleSide, depthTest: false, depthWrite: false });
 
-// The joint that carries the link: its axis and the arc that it may go, in the joint's frame; turns back by q.
+// The joint that carries the link: its axis and its range as an arc, in the joint's frame; rotated back by q.
 export class AxisLayer {
   private readonly arcs: { joint: number; group: THREE.Group }[] = [];
 

@@ -1,4 +1,4 @@
-// Loose and fixed objects of the world, as /doppel/objects tells them; a handle on the one that is selected.
+// Static and free objects of the world, as published on /doppel/objects; a handle on the selected one.
 import * as THREE from 'three';
 import type { TransformControls } from 'three/addons/controls/TransformControls.js';
 import type { App } from '../app/app';
@@ -10,14 +10,14 @@ import type { Picker } from './picking';
 
 export const OBJECTS_TOPIC = '/doppel/objects';
 export const SPAWN = '/spawn_entity', DELETE = '/delete_entity', SET_STATE = '/gazebo/set_entity_state';
-const PERIOD = 40; // ms between two poses that the hand sends
+const PERIOD = 40; // ms between two poses sent while dragging
 const ACTION = { remove: 2, removeAll: 3 }; // visualization_msgs/Marker
 const MARKER = { cube: 1, sphere: 2, cylinder: 3, mesh: 10 };
 
 export interface WorldObject {
   name: string;
   holder: THREE.Group;
-  shape: string; // what its look was made of
+  shape: string; // the marker that it was created from
 }
 
 type Vector = { x: number; y: number; z: number };
@@ -47,7 +47,7 @@ export class ObjectLayer {
     });
   }
 
-  // Why objects cannot be changed here; '' when they can.
+  // Why objects cannot be changed here; '' if they can.
   get missing(): string {
     if (this.app.commander.viewing) return 'This view has no physics and therefore no objects.';
     const { services } = this.app.twin.client;
@@ -142,9 +142,9 @@ export class ObjectLayer {
     } else add(new THREE.Mesh(new THREE.BoxGeometry(1, 1, 1), material));
   }
 
-  // -- the hand
+  // -- dragging and placing
 
-  // The next click on the ground says where; calling it again takes that back.
+  // The next click on the ground selects the position; a second call cancels that.
   place(then: ((at: THREE.Vector3) => void) | null): void {
     this.placed = then;
     if (this.controls) {
@@ -159,12 +159,12 @@ export class ObjectLayer {
     return this.placed !== null;
   }
 
-  // Whether the pointer is on the handle, or moves an object.
+  // Whether the pointer is on the handle, or is dragging an object.
   get busy(): boolean {
     return this.controls !== null && this.selected !== null && (this.controls.dragging || this.controls.axis !== null);
   }
 
-  // A click in the picture; true: it was meant for the objects. `nearest`: how far the robot is under the pointer.
+  // A click in the picture; true: it was for the objects. `nearest`: the distance of the robot under the pointer.
   click(event: { clientX: number; clientY: number }, nearest: number): boolean {
     const ray = this.picker.rayAt(event);
     if (this.placed) {
@@ -271,7 +271,7 @@ export class ObjectLayer {
     return false;
   }
 
-  // A marker's pose is of the object's shape, which need not stand in the middle of the object's frame.
+  // A marker's pose is that of the object's shape, which may differ from the object's frame.
   move(name: string, p: THREE.Vector3, q: THREE.Quaternion): Promise<boolean> {
     return this.ask(SET_STATE, { state: { name: `${name}::link::collision`, reference_frame: '', pose: poseMessage(p, q) } });
   }

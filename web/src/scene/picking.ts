@@ -1,4 +1,4 @@
-// What the pointer is on.
+// What is under the pointer.
 import * as THREE from 'three';
 import type { World } from './world';
 

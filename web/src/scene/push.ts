@@ -1,5 +1,5 @@
-// Pulling at a link with the mouse: a spring between the point that was taken and the pointer, as a force that acts
-// a little longer than until the next one.
+// Pulling a link with the mouse: a spring between the grabbed point and the pointer, as a force that acts slightly
+// longer than until the next one.
 import * as THREE from 'three';
 import type { App } from '../app/app';
 import { toast } from '../app/dom';

@@ -1,12 +1,12 @@
-// Renderer, lights, ground and the loop that draws: a frame only when something has changed, at a resolution that
-// the machine keeps up with.
+// Renderer, lights, ground and the drawing loop: a frame only when something has changed, at a resolution that the
+// machine can sustain.
 
 import * as THREE from 'three';
 import { Signal } from '../app/signal';
 import { materialOf, useSimpleMaterials } from '../robot/materials';
 import { Ground } from './ground';
 
-// Whether WebGL is drawn by the processor; ?quality=high or low in the address decides otherwise.
+// Whether WebGL is rendered by the processor; ?quality=high or low in the address overrides this.
 function isSoftware(context: WebGL2RenderingContext): boolean {
   const wanted = new URLSearchParams(location.search).get('quality');
   if (wanted === 'high' || wanted === 'low') return wanted === 'low';
@@ -15,7 +15,8 @@ function isSoftware(context: WebGL2RenderingContext): boolean {
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
-// Smoothed edges are chosen when the context is made, so a graphics card gets a second one: there it costs nothing.
+// Antialiasing is chosen when the context is created, so a graphics card gets a second context, which costs nothing
+// there.
 function makeRenderer(): { renderer: THREE.WebGLRenderer; software: boolean } {
   const make = (antialias: boolean): { canvas: HTMLCanvasElement; context: WebGL2RenderingContext; antialias: boolean } => {
     const canvas = document.createElement('canvas');
@@ -30,7 +31,7 @@ function makeRenderer(): { renderer: THREE.WebGLRenderer; software: boolean } {
     made = make(true);
   }
   const renderer = new THREE.WebGLRenderer({ ...made, alpha: true });
-  renderer.debug.checkShaderErrors = false; // asking waits for the compiler
+  renderer.debug.checkShaderErrors = false; // reading it waits for the compiler
   return { renderer, software };
 }
 
@@ -43,8 +44,8 @@ export class Stage {
   readonly sun = new THREE.DirectionalLight(0xffffff, 2.4);
   readonly sky = new THREE.HemisphereLight(0xffffff, 0x8a8f98, 1.5);
   readonly frame = new Signal<number>(); // before each frame that is drawn; s since the last
-  readonly tick = new Signal<number>(); // of every animation frame, drawn or not
-  frameTime = 0; // ms, smoothed: between the start of drawing and the end of it, as the CPU sees it
+  readonly tick = new Signal<number>(); // for every animation frame, drawn or not
+  frameTime = 0; // ms, smoothed: from the start to the end of drawing, measured on the CPU
   frames = 0;
   private begun = false;
   private dirty = true;
@@ -89,13 +90,13 @@ export class Stage {
     this.dirty = true;
   };
 
-  // Nothing is drawn before there is something to see.
+  // Nothing is drawn before there is content.
   begin(): void {
     this.begun = true;
     this.dirty = true;
   }
 
-  // Calls back when what was drawn last has really been drawn, not only handed to the graphics process.
+  // Calls back when the last frame has actually been drawn, not only submitted to the graphics process.
   finished(done: () => void): void {
     const context = this.renderer.getContext() as WebGL2RenderingContext;
     const fence = context.fenceSync(context.SYNC_GPU_COMMANDS_COMPLETE, 0);
@@ -112,7 +113,7 @@ export class Stage {
     look();
   }
 
-  // Something that throws a shadow has moved.
+  // An object that casts a shadow has moved.
   moved(): void {
     this.renderer.shadowMap.needsUpdate = true;
     this.dirty = true;
@@ -145,7 +146,7 @@ export class Stage {
     this.moved();
   }
 
-  // The graphics process compiles while the meshes are still on their way.
+  // The graphics process compiles while the meshes are still loading.
   private compileEarly(): void {
     const sample = new THREE.Mesh(new THREE.BufferGeometry(), materialOf(null));
     this.scene.add(sample);
@@ -185,7 +186,7 @@ export class Stage {
     this.adapt(dt);
   };
 
-  // Where frames come late one after another (software rendering), fewer pixels; then no shadows.
+  // After several late frames in a row (software rendering): fewer pixels, then no shadows.
   private adapt(dt: number): void {
     this.slow = dt > 0.045 ? this.slow + 1 : Math.max(0, this.slow - 2);
     if (this.slow < (this.software ? 6 : 20) || location.search.includes('quality=high')) return;

@@ -29,7 +29,7 @@ export class World {
   size = 0.5;
   tool = 0;
   readonly toolChanged = new Signal<number>();
-  firstPicture = 0; // ms after the page began to load
+  firstPicture = 0; // ms since the start of loading
   private axes = new AxisLayer();
   private ghostPoses = new Float64Array();
   private stale = false;
@@ -58,7 +58,7 @@ export class World {
       this.stage.invalidate();
     });
     this.stage.frame.on(() => this.place());
-    // Where the arm stands still, only the end of the difference to the target takes the ghost away.
+    // For an arm at rest, the ghost is hidden only when the difference to the target ends.
     twin.sampled.on(() => {
       if (!this.ghost?.root.visible || this.past !== null || this.ghostDiffers()) return;
       this.stale = true;
@@ -152,7 +152,7 @@ export class World {
     this.fit();
   }
 
-  // The robot as it stands now, from that side.
+  // The robot in its current pose, from that side.
   look(from: ViewName): void {
     if (this.view) this.camera.fit(this.bounds(this.view));
     this.camera.go(from);
@@ -200,7 +200,7 @@ export class World {
     this.stage.invalidate();
   }
 
-  // The ghost shows these positions, of a moment that is gone, instead of what is commanded; null: no longer.
+  // The ghost shows these positions of a past time instead of the commanded ones; null: no longer.
   showPast(q: ArrayLike<number> | null): void {
     if (q === null && this.past === null) return;
     this.past = q;

@@ -1,13 +1,13 @@
-// How long until the first picture of omarm_one stands, five openings after one to warm the program up:
+// The time until the first picture of omarm_one is complete, for five openings after one warm-up:
 //   DOPPEL=build/bin/doppel npm run bench:page [-- OTHER]
-// OTHER: another checkout with its web/dist built; the two are opened in turns. LINK=1.6: over a link of so many Mbit/s, with
-// 40 ms to and fro. OPENINGS=9: so many instead. MARKS=1 tells where the time goes.
-// Ends with 1 where the median is over the limit; a LINK has none.
+// OTHER: another checkout with its web/dist built; the two are opened in turns. LINK=1.6: over a link of that many
+// Mbit/s, with a round trip of 40 ms. OPENINGS=9: the number of openings. MARKS=1 prints the durations of the phases.
+// Exits with 1 if the median exceeds the limit; with LINK there is no limit.
 import { Lab } from '../page/lab.mjs';
 
 const LIMIT = 1500; // ms
 const LATENCY = 40; // ms
-const link = Number(process.env.LINK ?? 0); // Mbit/s; 0: as it is
+const link = Number(process.env.LINK ?? 0); // Mbit/s; 0: unlimited
 const openings = Number(process.env.OPENINGS ?? 5);
 const other = process.argv[2];
 

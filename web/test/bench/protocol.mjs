@@ -1,6 +1,8 @@
-// What reading the twin's messages costs the page, and what the parts of src/protocol weigh beside the packages:
+// The cost of reading the twin's messages in the page, and the size of the parts of src/protocol compared with the
+// packages:
 //   DOPPEL=build/bin/doppel npm run bench:protocol [-- OTHER]
-// OTHER: another checkout, with its packages installed, whose src/protocol reads the same messages in turns with this one's.
+// OTHER: another checkout, with its packages installed, whose src/protocol reads the same messages in turns with this
+// one.
 import { build } from 'esbuild';
 import { spawnSync } from 'node:child_process';
 import { dirname, join, resolve } from 'node:path';

@@ -1,4 +1,4 @@
-// Reads what a running twin sends, and what a thousand joints would send; the medians of rounds.
+// Reads the messages of a running twin, and those that a thousand joints would cause; prints the medians of rounds.
 import * as otherCdr from 'other/cdr';
 import * as otherSchema from 'other/schema';
 import { parse } from '@foxglove/rosmsg';
@@ -10,7 +10,7 @@ const LISTENED = 4; // s
 const KEPT = 200; // messages of a topic
 const ROUNDS = 31;
 const LEAST = 2000; // messages of a round
-const READ = /^\/(tf|joint_states|clock|gazebo\/contacts|doppel\/(status|joint_loads|objects)|.*\/controller_state)$/; // what the page reads while it stands open
+const READ = /^\/(tf|joint_states|clock|gazebo\/contacts|doppel\/(status|joint_loads|objects)|.*\/controller_state)$/; // what the page reads while it is open
 
 interface Heard {
   name: string;

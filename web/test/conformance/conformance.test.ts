@@ -1,4 +1,5 @@
-// The running program against the protocol's own client library, and the page's parser of schemas against another's.
+// The running program with the protocol's own client library, and the page's parser of schemas compared with another
+// one.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { MessageReader } from '@foxglove/rosmsg2-serialization';
@@ -14,7 +15,7 @@ before(async () => {
   peer = new Peer(program.port);
   await until('services and topics', () => peer.info && peer.channels.has('/joint_states') && peer.services.has('/gazebo/get_state')
     && peer.channels.has('/omarm_arm_controller/controller_state'));
-  await sleep(300); // what is offered next comes in the next tick
+  await sleep(300); // further channels are advertised in the next tick
 });
 after(() => {
   peer?.close();
@@ -23,7 +24,7 @@ after(() => {
 
 const has = (capability: string): boolean => (peer.info!['capabilities'] as string[]).includes(capability);
 
-// Lists plain, whole numbers plain where they are exact.
+// Lists as plain arrays, whole numbers as plain numbers if they are exact.
 function plain(value: unknown): unknown {
   if (typeof value === 'bigint') return value >= -9007199254740991n && value <= 9007199254740991n ? Number(value) : value;
   if (ArrayBuffer.isView(value)) return Array.from(value as unknown as ArrayLike<unknown>, plain);
@@ -32,7 +33,7 @@ function plain(value: unknown): unknown {
   return Object.fromEntries(Object.entries(value).map(([name, part]) => [name, plain(part)]));
 }
 
-// The bytes hold by the page's schema what they hold by the other parser's.
+// With the page's schema the bytes give the same values as with the other parser's.
 function agree(name: string, schema: string, bytes: Uint8Array): unknown {
   const theirs = plain(new MessageReader(definitions(schema)).readMessage(bytes));
   const type = parseSchema(name, schema).get(shortName(name))!;
@@ -78,7 +79,7 @@ test('one message of each type has the same values by both parsers', { timeout: 
     for (const id of topics.keys()) peer.client.unsubscribe(id);
   });
 
-  // What only comes when somebody acts: a goal makes feedback and status, topics that take commands echo them.
+  // Messages that need a trigger: a goal causes feedback and status, command topics are echoed.
   const joints = peer.channels.get('/joint_states')!;
   await until('joint states', () => got.has(joints.schemaName));
   const state = agree(joints.schemaName, joints.schema, got.get(joints.schemaName)!) as { name: string[] };
@@ -166,7 +167,7 @@ test('parameters are read, set and watched', async () => {
   const one = await peer.next<Values>('parameterValues', (v) => v.id === 'one', () => peer.client.getParameters([chosen.name], 'one'));
   assert.deepEqual(one.parameters, [chosen]);
   peer.client.subscribeParameterUpdates([chosen.name]);
-  await sleep(1500); // the first look of the watch is what later ones are compared with
+  await sleep(1500); // the first check of the watcher is the reference for later ones
   const set = await peer.next<Values>('parameterValues', (v) => v.id === 'set',
     () => peer.client.setParameters([{ name: chosen.name, value: 0.123, type: 'float64' }], 'set'));
   assert.equal(set.parameters.find((p) => p.name === chosen.name)?.value, 0.123);

@@ -1,4 +1,4 @@
-// A running program and a connection to it made with the protocol's own client library.
+// A running program and a connection to it with the protocol's own client library.
 import type { Channel, Service } from '@foxglove/ws-protocol';
 import FoxgloveClient from '@foxglove/ws-protocol/dist/esm/src/FoxgloveClient';
 import { parse } from '@foxglove/rosmsg';
@@ -19,14 +19,14 @@ export async function until<T>(what: string, look: () => T | undefined | false |
   for (;;) {
     const found = look();
     if (found) return found;
-    if (Date.now() > end) throw new Error(`${what} did not come within ${ms / 1000} s`);
+    if (Date.now() > end) throw new Error(`${what} did not happen within ${ms / 1000} s`);
     await sleep(20);
   }
 }
 
 export const definitions = (schema: string): ReturnType<typeof parse> => parse(schema, { ros2: true });
 
-// Bytes of a message, fields that are left out empty.
+// The bytes of a message; missing fields are empty.
 export function encode(schema: string, message: object): Uint8Array {
   return new MessageWriter(definitions(schema)).writeMessage(message);
 }
@@ -46,7 +46,7 @@ export class Peer {
     this.client.on('advertiseServices', (list) => list.forEach((service) => this.services.set(service.name, service)));
   }
 
-  // What the event tells next that `wanted` takes, after `act` was done; never, once `unless` says that nobody waits.
+  // The next event for which `wanted` holds, after `act` was called; never, once `unless` ends the waiting.
   next<T>(event: string, wanted: (value: T) => boolean, act: () => void, unless?: AbortSignal, ms = 20_000): Promise<T> {
     return new Promise((done, failed) => {
       const end = (): void => {
@@ -70,7 +70,7 @@ export class Peer {
     if (!service) throw new Error(`there is no service ${name}`);
     const callId = this.nextCall++;
     const data = encode(service.request!.schema, request);
-    const answered = new AbortController(); // a timer that is left behind keeps the whole program waiting
+    const answered = new AbortController(); // a remaining timer would keep the program running
     const answer = await Promise.race([
       this.next<{ callId: number; data: DataView }>('serviceCallResponse', (one) => one.callId === callId,
         () => this.client.sendServiceCallRequest({ serviceId: service.id, callId, encoding: 'cdr', data }), answered.signal),

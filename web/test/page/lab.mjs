@@ -31,14 +31,14 @@ export async function until(what, check, ms = 20000) {
     if (await check().catch(() => false)) return;
     await sleep(50);
   }
-  throw new Error(`${what} did not come within ${ms / 1000} s`);
+  throw new Error(`${what} did not happen within ${ms / 1000} s`);
 }
 
-// playwright's own waitForFunction evaluates text within the page, which the page's policy refuses.
+// playwright's own waitForFunction evaluates text in the page, which the page's policy rejects.
 export async function waitFor(page, condition, arg, ms = patience / 2) {
   const end = Date.now() + ms;
   while (!(await page.evaluate(condition, arg))) {
-    if (Date.now() > end) throw new Error(`within ${ms / 1000} s it did not come that ${condition}${arg === undefined ? '' : ` with ${JSON.stringify(arg)}`}`);
+    if (Date.now() > end) throw new Error(`expected within ${ms / 1000} s: ${condition}${arg === undefined ? '' : ` with ${JSON.stringify(arg)}`}`);
     await sleep(30);
   }
 }
@@ -81,15 +81,16 @@ export class Lab {
   #spawn(command, args) {
     const child = spawn(command, args.map(String), {
       stdio: process.env.VERBOSE ? 'inherit' : 'ignore',
-      env: { DOPPEL_ROOT: root, ...process.env, ...this.#root }, // this page, not that of where the program was built
+      env: { DOPPEL_ROOT: root, ...process.env, ...this.#root }, // this page, not that of the folder where the program was built
     });
-    if (this.#children.size === 0) process.once('exit', () => this.#end()); // also where starting has failed
+    if (this.#children.size === 0) process.once('exit', () => this.#end()); // also if starting has failed
     this.#children.add(child);
     child.once('exit', () => this.#children.delete(child));
     return child;
   }
 
-  // A page whose picture, panels and tools stand; what the console complains of is in its `problems`. `prepare` gets it empty.
+  // A page whose picture, panels and tools are complete; messages of its console are in `problems`. `prepare` gets the
+  // empty page.
   async page(options = {}, url = this.url, prepare = async () => {}) {
     const page = await this.browser.newPage({ viewport: { width: 900, height: 600 }, ...options });
     page.problems = [];
@@ -102,7 +103,8 @@ export class Lab {
     return page;
   }
 
-  // The page that tests share, and the twin as after its start: running, controllers active, the arm where it began.
+  // The page that tests share, with the twin as after its start: running, controllers active, the arm at its initial
+  // pose.
   async fresh() {
     if (!this.#page || this.#page.isClosed()) this.#page = await this.page();
     const page = this.#page;

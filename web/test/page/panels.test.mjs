@@ -1,4 +1,4 @@
-// The panels of the page in real Chromium against a running twin: tree, parameters, plots, topics, services, objects.
+// The panels of the page in Chromium with a running twin: tree, parameters, plots, topics, services, objects.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { Lab, waitFor as wait } from './lab.mjs';
@@ -46,7 +46,7 @@ test('parameters: set, told by the row when the node refuses, and changed by som
   await input('constraints.goal_time').fill('-3');
   await input('constraints.goal_time').press('Enter');
   await row('constraints.goal_time').locator('.parameter-error').waitFor();
-  assert.equal(await input('constraints.goal_time').inputValue(), '-3', 'what was typed stays, to be corrected');
+  assert.equal(await input('constraints.goal_time').inputValue(), '-3', 'expected the typed text to stay for correction');
   await input('constraints.goal_time').fill('abc');
   await input('constraints.goal_time').press('Enter');
   await waitFor(() => document.querySelector('.parameter-error:not([hidden])')?.textContent.includes('not a number'));
@@ -65,9 +65,9 @@ test('plots: the band of tolerance while a trajectory runs; scrubbing moves a gh
     scrub.dispatchEvent(new Event('input'));
     return doppel.recorder.positionsAt(doppel.recorder.oldest + (doppel.recorder.newest - doppel.recorder.oldest) * 0.02)[0];
   });
-  assert.ok(Math.abs(past - 2.2) > 0.1, 'it was elsewhere then');
+  assert.ok(Math.abs(past - 2.2) > 0.1, 'expected the past pose to differ');
   await waitFor(() => doppel.world.ghost.root.visible);
-  await waitFor(() => {  // drawn apart, which on a busy machine comes a picture later
+  await waitFor(() => {  // drawn separately, which on a busy machine is one picture later
     const link = doppel.twin.tree.moving[0].childLink;
     const [a, b] = [doppel.world.ghost.links[link], doppel.world.view.links[link]].map((group) => group.matrix.elements);
     return Math.hypot(...a.map((v, i) => v - b[i])) > 0.05;
@@ -141,7 +141,7 @@ test('where meshes collide their convex hulls are drawn', async () => {
     let out = 0, faces = 0;
     for (const link of doppel.world.view.links) {
       for (const layer of link.children.filter((one) => one.userData.layer === 'collision')) layer.traverse((one) => {
-        if (!one.isMesh || one.geometry.type !== 'BufferGeometry') return; // not a box or a cylinder
+        if (!one.isMesh || one.geometry.type !== 'BufferGeometry') return; // neither a box nor a cylinder
         const p = one.geometry.getAttribute('position'), n = one.geometry.getAttribute('normal');
         const size = Math.max(...p.array) - Math.min(...p.array);
         for (let f = 0; f < p.count; f += 3) {
@@ -154,7 +154,7 @@ test('where meshes collide their convex hulls are drawn', async () => {
     doppel.world.setLayer('collision', false);
     return faces > 0 ? out : -1;
   });
-  assert.ok(worst >= 0 && worst < 1e-3, `a vertex stands out of a face by ${worst} of the size`);
+  assert.ok(worst >= 0 && worst < 1e-3, `expected a convex hull; a vertex is outside of a face by ${worst} of the size`);
 });
 
 test('nothing of it complained', () => assert.deepEqual(page.problems, []));

@@ -1,4 +1,4 @@
-// Screenshots of the running page, in three sizes and both themes; with TABS=all of every tab, with something to see in each:
+// Screenshots of the running page, in three sizes and both themes; with TABS=all of every tab, with content in each:
 //   [TABS=all] node test/page/shots.mjs URL FOLDER [NAME...]
 import { chromium } from 'playwright-core';
 import { mkdirSync } from 'node:fs';
@@ -8,9 +8,9 @@ const [url, folder, ...only] = process.argv.slice(2);
 mkdirSync(folder, { recursive: true });
 const sizes = { wide: [1440, 900], middle: [1024, 768], phone: [390, 844] };
 const wait = Number(process.env.WAIT ?? 1500);
-const timeout = 180_000; // the processor draws, and may have other work
+const timeout = 180_000; // rendered by the processor, which may be busy
 
-// What is done in the page before the picture of a tab is taken.
+// Actions in the page before the picture of a tab is taken.
 const TABS = {
   joints: () => doppel.commander.set(doppel.twin.tree.moving[0], 1.1),
   tree: () => doppel.select({ link: doppel.twin.tree.moving.at(1)?.childLink ?? 0 }),

@@ -1,5 +1,5 @@
-// A twin that is none: the protocol's own server library with made-up state, for what a running twin does not show at
-// will (a thousand joints, a loop that is late, contacts).
+// A stub of a twin: the protocol's own server library with invented state, for what a running twin does not show on
+// demand (a thousand joints, a loop that is late, contacts).
 //   node test/page/stub.mjs [--port 8791] [--joints 1000]
 import protocol from '@foxglove/ws-protocol';
 import { parse } from '@foxglove/rosmsg';
@@ -11,7 +11,7 @@ import { fileURLToPath } from 'node:url';
 import { WebSocketServer } from 'ws';
 
 const dist = join(dirname(fileURLToPath(import.meta.url)), '../../dist');
-// As the program sends it.
+// In the format of the program.
 const POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self' ws: wss: blob:; font-src 'self'; base-uri 'none'; form-action 'none'";
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css' };
 const RULE = '='.repeat(80);
@@ -33,7 +33,7 @@ const SCHEMAS = {
     + part('geometry_msgs/Wrench', 'geometry_msgs/Vector3 force', 'geometry_msgs/Vector3 torque') + VECTOR + HEADER,
 };
 
-// A comb: chains of ten joints on a common bar, boxes all of it.
+// A comb: chains of ten joints on a common bar, made of boxes.
 export function comb(joints, teeth = Math.ceil(joints / 10)) {
   const box = (size, colour) => `<geometry><box size="${size}"/></geometry><material name="${colour}"/>`;
   const out = ['<robot name="comb">', '<material name="a"><color rgba="0.3 0.5 0.7 1"/></material><material name="b"><color rgba="0.8 0.6 0.3 1"/></material>',
@@ -94,7 +94,7 @@ export class Stub {
     this.#server.sendMessage(id, 0n, payload);
   }
 
-  // Changes the status and tells it.
+  // Changes the status and publishes it.
   tell(change) {
     Object.assign(this.status, change);
     this.publish('/doppel/status', this.status, true);

@@ -1,5 +1,4 @@
-// The page in real Chromium against a twin that is made up: a loop that is paused or late, loads, contacts, a thousand
-// joints.
+// The page in Chromium with a stub of a twin: a loop that is paused or late, loads, contacts, a thousand joints.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { Lab, waitFor } from './lab.mjs';
@@ -34,7 +33,7 @@ check('a pause, the speed and where the time goes are what the twin says', 10, a
   const time = await page.evaluate(() => doppel.twin.simTime);
   stub.tell({ sim_time: time + 0.1 });
   await waitFor(page, (t) => doppel.twin.simTime > t + 0.05, time);
-  assert.equal(await page.evaluate(() => doppel.twin.paused), true, 'a step does not look like running');
+  assert.equal(await page.evaluate(() => doppel.twin.paused), true, 'expected a step to keep the page paused');
   stub.tell({ paused: false, speed: 0.75, real_time_factor: 0.3 });
   await waitFor(page, () => document.querySelector('.factor').textContent === '0.30× slow');
   assert.equal(await page.evaluate(() => document.getElementById('speed').selectedOptions[0].textContent), '0.75×');
@@ -82,7 +81,7 @@ check('a thousand joints do not freeze the page', 1000, async (page, stub) => {
   await waitFor(page, () => document.querySelectorAll('.joint').length === 1000);
   const filled = () => page.evaluate(() => [...document.querySelectorAll('.joint')].filter((row) => row.childElementCount > 0).length);
   await waitFor(page, () => document.querySelector('.joint .slider') !== null);
-  assert.ok((await filled()) < 100, 'only rows that are seen are filled');
+  assert.ok((await filled()) < 100, 'expected only visible rows to be filled');
   await page.evaluate(() => {
     window.long = [];
     new PerformanceObserver((list) => window.long.push(...list.getEntries().map((entry) => Math.round(entry.duration)))).observe({ type: 'longtask' });
@@ -153,7 +152,7 @@ check('on a phone long names stay within the page, and findings tell where they 
     }).map((one) => `${one.className} ${one.textContent}`)), [], id);
   }
   const small = await page.evaluate(() => [...document.querySelectorAll('.views button, .bar button, .tab')].filter((one) => one.offsetWidth > 0 && (one.offsetWidth < 40 || one.offsetHeight < 40)).map((one) => one.textContent));
-  assert.deepEqual(small, [], 'what a finger finds');
+  assert.deepEqual(small, [], 'expected targets large enough for a finger');
 }, { viewport: { width: 390, height: 844 }, hasTouch: true });
 
 check('without the browser\'s clipboard a pose is pasted into a field', 10, async (page) => {

@@ -1,5 +1,5 @@
 #pragma once
-// A small robot in which everything is right, with places to put in what is not.
+// A small valid robot, with places where tests insert faults.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ inline const std::string kCollision = "<collision>" + kShape + "</collision>";
 inline const std::string kLimit = R"(<limit lower="-1" upper="1" effort="5" velocity="3"/>)";
 inline const std::string kAxis = R"(<axis xyz="0 1 0"/>)";
 
-// What is put in; empty: what is right.
+// The parts that a test replaces; the defaults are valid.
 struct Parts {
   std::string inertial = kInertial, visual = kVisual, collision = kCollision;  // of link 'arm'
   std::string axis = kAxis, limit = kLimit, joint_more = "";                   // of joint 'j'
@@ -39,7 +39,7 @@ inline std::string robot(const Parts& p) {
          p.axis + "\n" + p.limit + "\n" + p.joint_more + "\n</joint>\n" + p.more + "\n</robot>\n";
 }
 
-// A folder of its own for every test.
+// Each test has its own folder.
 class AuditTest : public testing::Test {
  protected:
   void SetUp() override {

@@ -1,5 +1,5 @@
 #pragma once
-// A package on disk, written by a test, and what the audit says of it.
+// A package on disk, written by a test, and the audit's findings on it.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ class AuditRig : public testing::Test {
     return audit(folder_ / name, arguments, resolver, options);
   }
 
-  // The findings of one rule for a robot with this inside.
+  // The findings of one rule for a robot with this content.
   std::vector<Finding> of(const std::string& rule, const std::string& body) {
     write("urdf/r.urdf", robot(body));
     return of(rule);

@@ -1,4 +1,4 @@
-// Datasheets: units, interpolation, the library that ships, and what the audit makes of them.
+// Data sheets: units, interpolation, the bundled library, and the audit's findings on them.
 #include "doppel/audit/detail/datasheet.h"
 
 #include <numbers>
@@ -54,7 +54,7 @@ TEST_F(DatasheetTest, RatingsAreInterpolatedBetweenVoltagesOnly) {
   EXPECT_DOUBLE_EQ(rated(rows, 4)->value, 10);
   EXPECT_DOUBLE_EQ(rated(rows, 9)->value, 20);
   EXPECT_DOUBLE_EQ(rated(rows, std::nullopt)->value, 20)
-      << "without a voltage the most that the sheet promises";
+      << "without a voltage, the largest value of the sheet is expected";
   EXPECT_FALSE(rated({}, 5));
 }
 
@@ -102,7 +102,8 @@ TEST_F(DatasheetTest, LimitsBeyondActuatorAreReported) {
   EXPECT_THAT(of("datasheet.travel", ""), IsEmpty());
   options.datasheet = "sg90";
   const auto above = of("datasheet.above", "");
-  ASSERT_THAT(above, SizeIs(2)) << "the efforts of the two joints with a motor, not of the mimic";
+  ASSERT_THAT(above, SizeIs(2))
+      << "expected one finding for each of the two driven joints, none for the mimic joint";
   EXPECT_EQ(above[0].severity, Severity::error);
   EXPECT_THAT(above[0].message, HasSubstr("1.8 kg cm at 4.8 V"));
   ASSERT_THAT(above[0].repair, SizeIs(1));
@@ -146,10 +147,10 @@ TEST_F(DatasheetTest, ExporterDefaultIsReportedOnceAndFixed) {
     ++errors;
     ASSERT_THAT(f.repair, SizeIs(1)) << f.rule;
     const auto& set = std::get<SetLimit>(f.repair[0].action);
-    EXPECT_TRUE(set.effort == 3.5 || set.velocity == 6.2) << f.rule;  // of 6.8 V: none was said
+    EXPECT_TRUE(set.effort == 3.5 || set.velocity == 6.2) << f.rule;  // of 6.8 V: no voltage is given
     EXPECT_THAT(f.fix, HasSubstr("DS3240"));
   }
-  EXPECT_EQ(errors, 2u) << "one for the effort, one for the velocity, whichever rule tells them";
+  EXPECT_EQ(errors, 2u) << "expected one error for the effort and one for the velocity, from whichever rule";
 }
 
 TEST_F(DatasheetTest, PackageSheetIsFoundWithoutOption) {
@@ -160,11 +161,12 @@ TEST_F(DatasheetTest, PackageSheetIsFoundWithoutOption) {
   write("export/package.xml", "<package><name>r</name></package>");
   write("config/actuators.yaml", "arm: a\njoints: {elbow: sg90}\n");
   options.package_folder = folder_ / "export";
-  EXPECT_THAT(of("datasheet.above", ""), SizeIs(1)) << "an export inside the package";
+  EXPECT_THAT(of("datasheet.above", ""), SizeIs(1))
+      << "expected the sheet of the package around the export to be found";
   options.package_folder = folder_;
   write("config/actuators.yaml", "arm: a\njoints: {elbow: sg91x}\n");
   const auto invalid = of("datasheet.invalid", "");
-  ASSERT_THAT(invalid, SizeIs(1)) << "the rest is judged all the same";
+  ASSERT_THAT(invalid, SizeIs(1)) << "expected one finding; the valid entries are still checked";
   EXPECT_EQ(invalid[0].severity, Severity::warning);
 }
 

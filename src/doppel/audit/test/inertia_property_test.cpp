@@ -1,5 +1,5 @@
-// Whatever the shape, its pose and its material: a tensor that a body has never fires, one that none has
-// always does.
+// For any shape, pose and material: the rule never reports a tensor that a body can have, and always reports
+// one that no body can have.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 #pragma once
-// Pieces of a description that tests of rules put into the sound one of audit_fixture.h.
+// Pieces of a description that tests of rules insert into the valid one of audit_fixture.h.
 
 #include <string>
 
@@ -34,7 +34,7 @@ inline std::string limit(const std::string& lower, const std::string& upper, con
          velocity + "\"/>";
 }
 
-// A second link on a joint 'k', with what is given inside of the joint.
+// A second link on a joint 'k' with the given content.
 inline std::string follower(const std::string& inside, const std::string& name = "tip",
                             const std::string& inertial = kInertial, const std::string& joint = "k") {
   return "<link name=\"" + name + "\">" + inertial + kVisual + kCollision + "</link>\n<joint name=\"" +
@@ -42,7 +42,7 @@ inline std::string follower(const std::string& inside, const std::string& name =
          "\"/>" + kAxis + inside + "</joint>";
 }
 
-// Of 'j' and of a second joint 'k'.
+// The same of 'j' and of a second joint 'k'.
 inline Parts two_ranges(const std::string& lower, const std::string& upper, const std::string& lower_k,
                         const std::string& upper_k) {
   Parts p = with(&Parts::limit, limit(lower, upper));

@@ -12,7 +12,7 @@ using Json = nlohmann::json;
 
 class ReportTest : public AuditTest {
  protected:
-  // Findings of all grades, one of them inside of a macro.
+  // Findings of all severities, one of them inside a macro.
   AuditReport report() {
     const std::string text =
         "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<xacro:macro name=\"m\" "
@@ -127,7 +127,7 @@ TEST_F(ReportTest, PlacesBelowFolderAreRelative) {
 TEST_F(ReportTest, InputErrorGivesReport) {
   try {
     check("<robot name=\"r\">\n<link", "r.urdf");
-    FAIL() << "it is not well-formed";
+    FAIL() << "expected well-formed XML";
   } catch (const InputError& error) {
     const AuditReport report = refusal_report(with_short_places(error, folder_), "r.urdf");
     EXPECT_EQ(report.count(Severity::error), 1U);
@@ -156,7 +156,7 @@ TEST(RuleTable, RulesAreSortedCompleteAndUnique) {
   EXPECT_EQ(find_rule("no.such_rule"), nullptr);
 }
 
-// What compiling assumes is reported by rules of the audit, with more to it.
+// The model's assumptions are reported by rules of the audit, in more detail.
 bool told_otherwise(const std::string& rule) {
   return rule.starts_with("model.");
 }
@@ -183,8 +183,8 @@ TEST(RuleTable, DocumentationMatchesTable) {
   std::ifstream in(fs::path(DOPPEL_SOURCE_DIR) / "docs" / "rules.md");
   std::stringstream text;
   text << in.rdbuf();
-  EXPECT_EQ(text.str(), rules_markdown())
-      << "write it anew: doppel check --list-rules --markdown > docs/rules.md";
+  EXPECT_EQ(text.str(), rules_markdown()) << "docs/rules.md differs from the table; regenerate it: doppel "
+                                             "check --list-rules --markdown > docs/rules.md";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The bundled robots and their walkthrough's promise: the raw export shows its seventeen problems as errors,
-// the corrected description none.
+// The bundled robots, and what their walkthrough promises: seventeen errors for the raw export, none for the
+// corrected description.
 #include <map>
 #include <set>
 

@@ -1,5 +1,5 @@
-// One small broken input for each rule on controllers, the package, launch files, the world and contact, and
-// the good one beside it.
+// For each rule on controllers, the package, launch files, the world and contact: one small invalid input and
+// its valid counterpart.
 #include "doppel/audit/test/audit_rig.h"
 
 namespace doppel {
@@ -78,7 +78,8 @@ TEST_F(ControllerRulesTest, FaultsOfFoundFilesAreWarnings) {
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].severity, Severity::warning);
   write("config/d.yaml", manager() + section("[other]"));
-  EXPECT_THAT(AuditRig::of("controllers.unknown_joint"), IsEmpty()) << "two files: nobody knows which";
+  EXPECT_THAT(AuditRig::of("controllers.unknown_joint"), IsEmpty())
+      << "with two files it is ambiguous which one applies: expected no finding";
 }
 
 TEST_F(ControllerRulesTest, MissingHardwareInterfaceIsReported) {
@@ -184,7 +185,8 @@ TEST_F(ControllerRulesTest, MissingFileOfPluginIsReported) {
   EXPECT_THAT(with("config/c.yaml"), IsEmpty());
 }
 
-// What `doppel up` takes is what is judged: of several the one that fits, and one of the packages beside.
+// The checked file is the one that `doppel up` uses: of several the one that fits, or one of a neighbouring
+// package.
 TEST_F(ControllerRulesTest, UnnamedFileIsThatOfTwin) {
   write("arm/package.xml", "<package format=\"3\"><name>arm</name></package>");
   write("arm/urdf/r.urdf", robot(good_hardware()));
@@ -195,7 +197,8 @@ TEST_F(ControllerRulesTest, UnnamedFileIsThatOfTwin) {
   const auto own = AuditRig::of("controllers.unknown_joint");
   ASSERT_THAT(own, SizeIs(1));
   EXPECT_THAT(*own[0].where.file, HasSubstr("mine.yaml"));
-  EXPECT_EQ(own[0].severity, Severity::warning) << "it was only found";
+  EXPECT_EQ(own[0].severity, Severity::warning)
+      << "expected a warning: the file was found by search, not named";
   std::filesystem::remove_all(folder_ / "arm/config");
   write("arm_moveit/package.xml", "<package format=\"3\"><name>arm_moveit</name></package>");
   write("arm_moveit/config/ros2_controllers.yaml", manager() + section("[shoulder, elbwo]"));
@@ -276,8 +279,8 @@ TEST_F(PackageRulesTest, SetupPyInstallRulesAreRead) {
       IsEmpty());
   EXPECT_THAT(setup("  ('share/' + package_name + '/meshes', ['meshes/a.stl']),\n"), IsEmpty());
   EXPECT_THAT(setup("  *everything_below('meshes'),\n"), IsEmpty())
-      << "what it cannot read it does not judge";
-  EXPECT_THAT(of("package.build_type"), SizeIs(1)) << "setup.py with ament_cmake";
+      << "expected no finding for an expression that cannot be evaluated";
+  EXPECT_THAT(of("package.build_type"), SizeIs(1)) << "expected one finding for setup.py with ament_cmake";
 }
 
 TEST_F(PackageRulesTest, DifferingPackageNamesAreReported) {
@@ -297,7 +300,8 @@ TEST_F(PackageRulesTest, DifferingPackageNamesAreReported) {
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0].fix, HasSubstr("r_description"));
   EXPECT_THAT(of("package.name_mismatch", mesh("r_description")), IsEmpty());
-  EXPECT_THAT(of("package.name_mismatch", mesh("s_description")), IsEmpty()) << "another robot's package";
+  EXPECT_THAT(of("package.name_mismatch", mesh("s_description")), IsEmpty())
+      << "expected no finding for the package of another robot";
   EXPECT_THAT(of("package.dependency", mesh("s_description")), SizeIs(1));
   EXPECT_THAT(of("package.dependency", mesh("other_robot")), SizeIs(1));
   package("<exec_depend>other_robot</exec_depend>");
@@ -343,7 +347,7 @@ TEST_F(PackageRulesTest, FaultsOfLaunchFilesAreReported) {
   EXPECT_THAT(mapping[0].fix, HasSubstr("'use_sim': 'true'"));
   EXPECT_THAT(expand(", mappings={'use_sim': 'true'}"), IsEmpty());
   write("launch/gazebo.launch.py", "doc = xacro.process_file(path)\nstart('rviz2')\n");
-  EXPECT_THAT(of("package.launch_mapping"), IsEmpty()) << "looking needs no simulator";
+  EXPECT_THAT(of("package.launch_mapping"), IsEmpty()) << "expected no finding: a view needs no simulator";
 }
 
 TEST_F(PackageRulesTest, MissingLaunchDependencyIsReported) {
@@ -373,7 +377,8 @@ TEST_F(WorldRulesTest, MissingWorldLinkAndRootInertiaAreReported) {
   std::string rover = arm;
   rover.replace(rover.find("NAME"), 4, "left_wheel");
   write(name_, rover);
-  EXPECT_THAT(of("world.no_world_link"), IsEmpty()) << "what drives is not bolted down";
+  EXPECT_THAT(of("world.no_world_link"), IsEmpty())
+      << "expected no finding: a mobile robot is not fixed to the world";
   write(name_, robot(""));
   EXPECT_THAT(of("world.no_world_link"), IsEmpty());
   EXPECT_THAT(of("world.root_inertia"), IsEmpty());
@@ -423,8 +428,10 @@ TEST_F(ContactRulesTest, OverlapAtStartIsReported) {
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].severity, Severity::warning);
   EXPECT_THAT(found[0].subject, HasSubstr("'lower' and 'block'"));
-  EXPECT_THAT(of("collision.overlap", block("0.05")), IsEmpty()) << "one body with the base";
-  EXPECT_THAT(of("collision.neighbours", block("0.16")), SizeIs(1)) << "inside the upper arm";
+  EXPECT_THAT(of("collision.overlap", block("0.05")), IsEmpty())
+      << "expected no finding: the link is fixed to the base and is one body with it";
+  EXPECT_THAT(of("collision.neighbours", block("0.16")), SizeIs(1))
+      << "expected a finding: the block is inside the upper arm";
   EXPECT_THAT(of("collision.neighbours", block("0.05")), IsEmpty());
 }
 
@@ -442,7 +449,7 @@ TEST_F(ContactRulesTest, CoupledLinksAreAllowed) {
   }
   gears += "</robot>";
   write(name_, gears);
-  EXPECT_THAT(of("collision.overlap"), IsEmpty()) << "gears mesh";
+  EXPECT_THAT(of("collision.overlap"), IsEmpty()) << "expected no finding: gears mesh";
   const std::string mimic = "<mimic joint=\"j_left\"/>";
   gears.erase(gears.find(mimic), mimic.size());
   write(name_, gears);

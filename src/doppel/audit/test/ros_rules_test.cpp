@@ -1,5 +1,5 @@
-// One small broken input for each rule on ros2_control, Gazebo and xacro's arguments, and the good one beside
-// it.
+// For each rule on ros2_control, Gazebo and xacro's arguments: one small invalid input and its valid
+// counterpart.
 #include "doppel/audit/test/audit_rig.h"
 
 namespace doppel {

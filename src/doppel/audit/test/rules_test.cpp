@@ -1,4 +1,4 @@
-// Every rule over the description: what must fire with its grade and place, and the neighbour that must not.
+// Every rule on the description: what it must report, with severity and location, and a similar valid input.
 #include "doppel/audit/test/parts.h"
 #include "doppel/overlay/overlay.h"
 
@@ -9,8 +9,8 @@ struct Case {
   std::string rule;
   Severity severity;
   Parts bad, good;
-  std::string at;        // the text in the bad one where the finding stands
-  bool fixable = false;  // and --fix takes it away
+  std::string at;        // the text in the invalid one where the finding is
+  bool fixable = false;  // and --fix removes it
 };
 
 Parts exported(const std::string& joint) {
@@ -19,7 +19,7 @@ Parts exported(const std::string& joint) {
   return p;
 }
 
-// Three links of different masses with what is written in 'arm' in another unit in all of them.
+// Three links of different masses, all with the same unit error that 'arm' has.
 Parts three_links(const std::string& first, const std::string& second, const std::string& third) {
   Parts p = with(&Parts::inertial, first);
   p.more = follower(kLimit, "second", second, "k2") + follower(kLimit, "third", third, "k3");

@@ -1,4 +1,4 @@
-// Whatever stands beside a description, the audit ends, and says what it has not looked at.
+// Whatever files are next to a description, the audit terminates and reports what it did not read.
 #include "doppel/target/side_files.h"
 
 #include <sys/stat.h>
@@ -32,9 +32,9 @@ class SideFilesTest : public AuditRig {
   }
   void endless(const std::string& name) {
     write(name, "");
-    fs::resize_file(folder_ / name, std::uintmax_t{4} << 30);  // takes no place on the disk
+    fs::resize_file(folder_ / name, std::uintmax_t{4} << 30);  // sparse: takes no space on the disk
   }
-  // Notes of what was not read, by file name; nothing else may come of it.
+  // Notes of what was not read, by file name; no other finding may result.
   std::vector<std::string> skipped() {
     std::vector<std::string> out;
     for (const Finding& f : of("audit.skipped")) {
@@ -175,7 +175,7 @@ TEST_F(SideFilesTest, PatternWithManyStarsMatchesInLinearTime) {
   EXPECT_FALSE(rules.installed("meshes/visual/a.stl"));
 }
 
-// Whatever the order of what these files are made of, the readers come back.
+// However the tokens of these files are ordered, the readers return.
 TEST_F(SideFilesTest, RandomBuildFilesAreReadToEnd) {
   const std::vector<std::string> words{"set(",
                                        "foreach(",
@@ -223,7 +223,7 @@ TEST_F(SideFilesTest, RandomBuildFilesAreReadToEnd) {
   }
 }
 
-// Each includes all the others, by a name that they share: a walk along every path would not end.
+// Each includes all the others, by a name that they share: following every path would not terminate.
 TEST_F(SideFilesTest, XacroFilesOfSameNameAreReadOnce) {
   std::string all;
   for (int i = 0; i < 12; ++i) all += "<xacro:include filename=\"f" + std::to_string(i) + "/part.xacro\"/>\n";

@@ -1,4 +1,5 @@
-// What rules say together of one description: each fault once, graded by what surrounds it.
+// The findings of all rules together on one description: each fault once, with a severity that depends on its
+// context.
 #include <cmath>
 #include <map>
 
@@ -83,7 +84,8 @@ TEST_F(AuditDescriptionTest, DegreeLimitsHaveFixEach) {
   EXPECT_NEAR(upper["k"], 0.75 * M_PI, 1e-9);
 }
 
-// What engines lump into one body is judged as one: a part without a tensor of its own is carried.
+// What engines lump into one body is checked as one: a part that is fixed to another needs no tensor of its
+// own.
 TEST_F(AuditDescriptionTest, FaultyTensorOfSoundBodyIsWarningWithoutFix) {
   const std::string part = "<link name=\"lens\">" + tensor("0.000001 0 0 0.000001 0 0.0001", "0.01") +
                            "</link><joint name=\"glue\" type=\"fixed\"><parent link=\"arm\"/>"
@@ -95,7 +97,7 @@ TEST_F(AuditDescriptionTest, FaultyTensorOfSoundBodyIsWarningWithoutFix) {
   EXPECT_TRUE(found->repair.empty());
 }
 
-// A power of ten would make it possible, and no shape says that it is the one that was meant.
+// A power of ten would make it possible, but no shape confirms that it is the intended one.
 TEST_F(AuditDescriptionTest, ImpossibleTensorWithoutShapeIsErrorWithoutFix) {
   Parts p = with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.06"));
   p.visual = p.collision = "";
@@ -111,7 +113,8 @@ TEST_F(AuditDescriptionTest, SuspicionHasNoFix) {
       with(&Parts::inertial, tensor("0.000036 0 0 0.000036 0 0.000006", "0.01")),  // ten grams
       with(&Parts::inertial, tensor("0.01 0 0 0.01 0 0.01", "0.1")),               // a placeholder
       with(&Parts::inertial, tensor("3.6 0 0 3.6 0 0.6")),
-      with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0.3 0.4 0.2")),  // the base's frame
+      with(&Parts::inertial,
+           tensor("0.0036 0 0 0.0036 0 0.0006", "1", "0.3 0.4 0.2")),  // in the base's frame
       with(&Parts::inertial, tensor("0.0036 0 0 0.0036 0 -1e-21")),
       with(&Parts::limit, limit("-180", "180")),
       with(&Parts::limit, limit("-1.570796", "3.14159"))};
@@ -163,7 +166,7 @@ TEST_F(AuditDescriptionTest, MissingMeshAndFolderAreReportedOnce) {
   EXPECT_EQ(find(report, "mesh.missing")->subject, "5 meshes");
 }
 
-// A cube of the given size whose faces look outwards.
+// A cube of the given size whose faces point outwards.
 std::string cube(double size, bool inward = false, bool open = false) {
   std::string out;
   for (int i = 0; i < 8; ++i)
@@ -228,7 +231,7 @@ TEST_F(AuditDescriptionTest, ScaleFixNeedsSingleFile) {
   EXPECT_TRUE(found->repair.empty());
 }
 
-// What is written in millimetres is reported once: not again as a mass, a centre or a scale that do not fit.
+// What is written in millimetres is reported once, not again as an implausible mass, centre or scale.
 TEST_F(AuditDescriptionTest, SuspectShapeGivesNoInertiaFinding) {
   write("m.obj", cube(100));
   const auto arm = [](const std::string& scale, const std::string& com) {
@@ -249,7 +252,7 @@ TEST_F(AuditDescriptionTest, SuspectShapeGivesNoInertiaFinding) {
   EXPECT_EQ(sign->severity, E);
   EXPECT_EQ(sign->repair.size(), 1U);
   EXPECT_EQ(find(mirrored, "inertia.com_outside"), nullptr);
-  // Where nothing says that it is a mistake: a warning, and a note where the file is used both ways.
+  // Without evidence of a mistake the severity is warning, and note where the file is used both ways.
   const AuditReport alone = check(robot(arm("0.001 0.001 -0.001", "0 0 0.05")));
   sign = find(alone, "mesh.scale_negative");
   ASSERT_NE(sign, nullptr);

@@ -1,4 +1,4 @@
-// The action protocol as a client on the other side of an edge sees it.
+// The action protocol as a client at an edge sees it.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ class ActionServerTest : public testing::Test {
                                       [this](const GoalId&) { return cancel_decision_; }});
   }
 
-  // Fills in `response` when the answer comes; a refusal leaves its reason in why_.
+  // Fills in `response` when the answer comes; a rejection leaves its reason in why_.
   template <class S>
   void call(const std::string& service, const typename S::Request& request,
             std::optional<typename S::Response>& response) {
@@ -84,22 +84,22 @@ TEST_F(ActionServerTest, AcceptedGoalReachesResult) {
     feedback += static_cast<int>(message.feedback.position);
   });
   EXPECT_TRUE(send(1, 0.5));
-  EXPECT_FALSE(send(1, 0.5)) << "the id is in use";
+  EXPECT_FALSE(send(1, 0.5)) << "expected a rejection: the id is in use";
   server_->set_executing(id_of(1));
   server_->publish_feedback(id_of(1), {7, 0, false, false});
   EXPECT_EQ(feedback, 7);
   std::optional<GetResult<Move>::Response> response;
   call<GetResult<Move>>("get_result", {{id_of(1)}}, response);
-  EXPECT_FALSE(response) << "waits until the goal is finished";
+  EXPECT_FALSE(response) << "expected no response before the goal is finished";
   server_->finish(id_of(1), GoalStatus::succeeded, {0.5, 0, false, true});
   ASSERT_TRUE(response);
   EXPECT_EQ(response->status, 4);
   EXPECT_TRUE(response->result.reached_goal);
-  EXPECT_EQ(result(1)->status, 4) << "kept for those who ask later";
+  EXPECT_EQ(result(1)->status, 4) << "expected the result to be kept for later requests";
   server_->finish(id_of(1), GoalStatus::aborted, {});
-  EXPECT_EQ(result(1)->status, 4) << "what is finished stays so";
+  EXPECT_EQ(result(1)->status, 4) << "expected the status of a finished goal to stay the same";
   EXPECT_EQ(statuses, (std::vector<std::vector<int>>{{}, {1}, {2}, {4}}));
-  EXPECT_EQ(result(9)->status, 0) << "an unknown goal";
+  EXPECT_EQ(result(9)->status, 0) << "expected status 0 for an unknown goal";
 }
 
 TEST_F(ActionServerTest, RejectedGoalIsLogged) {
@@ -108,7 +108,7 @@ TEST_F(ActionServerTest, RejectedGoalIsLogged) {
   EXPECT_FALSE(send(1, -1));
   EXPECT_THAT(line, HasSubstr("behind the stop"));
   EXPECT_EQ(result(1)->status, 0);
-  EXPECT_TRUE(send(2, 0)) << "may be finished at once";
+  EXPECT_TRUE(send(2, 0)) << "expected a goal that finishes at once to be accepted";
   EXPECT_EQ(result(2)->status, 4);
 }
 
@@ -132,10 +132,11 @@ TEST_F(ActionServerTest, CancelRequestSelectsOneAllOrEarlierGoals) {
   server_->finish(id_of(2), GoalStatus::canceled, {});
   EXPECT_EQ(cancel(id_of(2)).return_code, Code::ERROR_GOAL_TERMINATED);
   EXPECT_EQ(cancel({}, seconds(2)).goals_canceling.size(), 1U)
-      << "the first; the second is finished, the third later";
+      << "expected the first only; the second is finished, the third is later";
   EXPECT_EQ(cancel(id_of(1)).return_code, Code::ERROR_GOAL_TERMINATED)
-      << "rcl says so of one that is canceling";
-  EXPECT_EQ(cancel({}).goals_canceling.size(), 1U) << "the third; the first is canceling";
+      << "expected rcl's answer for a goal that is already canceling";
+  EXPECT_EQ(cancel({}).goals_canceling.size(), 1U)
+      << "expected the third only; the first is already canceling";
   EXPECT_EQ(server_->status(id_of(3)), GoalStatus::canceling);
 }
 
@@ -161,7 +162,7 @@ TEST_F(ActionServerTest, ManyGoalsAreForgottenSooner) {
   std::size_t kept = 0;
   node_.subscribe<action_msgs::msg::GoalStatusArray>(
       "~/move/_action/status", [&](const auto& message) { kept = message.status_list.size(); });
-  EXPECT_EQ(kept, ActionGoals::kKeptResults) << "as it was told with the last one";
+  EXPECT_EQ(kept, ActionGoals::kKeptResults) << "expected the number that was published with the last goal";
 }
 
 TEST_F(ActionServerTest, ServerWithOpenGoalsCanBeRecreated) {

@@ -96,7 +96,7 @@ TEST(Bus, TopicOfAnotherTypeIsRefused) {
   a.advertise<Float64>("x");
   try {
     b.subscribe<String>("x", [](const String&) {});
-    FAIL();
+    FAIL() << "expected an error: the topic has another type";
   } catch (const std::logic_error& e) {
     EXPECT_THAT(e.what(), HasSubstr("/x has type std_msgs/msg/Float64 in node /a"));
   }
@@ -119,7 +119,7 @@ TEST(Bus, NodeDestructionRemovesItsEndpoints) {
   EXPECT_THAT(bus.nodes(), IsEmpty());
   EXPECT_EQ(bus.graph_version(), before + 8);
   Node other(bus, "/o");
-  EXPECT_NO_THROW(other.advertise<String>("x")) << "the name is free for another type";
+  EXPECT_NO_THROW(other.advertise<String>("x")) << "expected the name to be free for another type";
 }
 
 TEST(Bus, ThrowingSubscriberIsReportedOnceAndOthersAreCalled) {
@@ -173,7 +173,7 @@ TEST(Edge, SubscriptionReceivesMessages) {
   ASSERT_TRUE(edge->next(incoming));
   EXPECT_EQ(incoming.stamp, milliseconds(7));
   EXPECT_FALSE(edge->next(incoming));
-  EXPECT_FALSE(is_readable(*edge)) << "next() drains the descriptor";
+  EXPECT_FALSE(is_readable(*edge)) << "expected next() to drain the descriptor";
   edge->unsubscribe(id);
   bus.spin();
   EXPECT_FALSE(publisher.has_listeners());
@@ -240,7 +240,7 @@ TEST(Edge, PublishReachesNodesAndEdges) {
   two->subscribe(topic(bus, "/x").id);
   bus.spin();
   ASSERT_TRUE(one->publish("/cli", "/x", "std_msgs/Float64", to_cdr(Float64{4})));
-  EXPECT_EQ(received, 0) << "nothing happens outside the loop";
+  EXPECT_EQ(received, 0) << "expected no callback outside of the loop";
   bus.spin();
   EXPECT_EQ(received, 4);
   EXPECT_THAT(names(topic(bus, "/x").publishers), ElementsAre("/cli"));
@@ -262,7 +262,8 @@ TEST(Bus, TopicInfoListsEndpointsWithQos) {
   ASSERT_TRUE(edge->publish("/cli", "/x", "std_msgs/msg/Float64", to_cdr(Float64{1})));
   bus.spin();
   const TopicInfo x = topic(bus, "/x");
-  ASSERT_THAT(names(x.publishers), ElementsAre("/n", "/cli")) << "a node of several parts is one";
+  ASSERT_THAT(names(x.publishers), ElementsAre("/n", "/cli"))
+      << "expected a node of several parts to be listed once";
   EXPECT_EQ(x.publishers[0].qos, (Qos{.depth = 3, .best_effort = true}));
   EXPECT_EQ(x.publishers[0].edge, "");
   EXPECT_EQ(x.publishers[1].edge, "edge");
@@ -306,7 +307,7 @@ TEST(Edge, WithoutOwnMessagesReceivesAllOthers) {
   net->unsubscribe(id);
   net->subscribe(id);
   bus.spin();
-  EXPECT_THAT(take_all<Float64>(*net, id), IsEmpty()) << "the latched message is its own";
+  EXPECT_THAT(take_all<Float64>(*net, id), IsEmpty()) << "expected no latched message: it is the edge's own";
 }
 
 TEST(Edge, WithoutOwnMessagesOnEdgeTopicReceivesNoOwn) {
@@ -336,7 +337,8 @@ TEST(Edge, PublishCreatesTopic) {
   EXPECT_EQ(take_all<Int32>(*two, topic(bus, "/x").id).size(), 1U);
   EXPECT_FALSE(one->publish("/cli", "x", "std_msgs/msg/String", to_cdr(String{"a"})));
   Node node(bus, "/n");
-  EXPECT_NO_THROW(node.advertise<String>("x")) << "what came from outside must not stop a node";
+  EXPECT_NO_THROW(node.advertise<String>("x"))
+      << "expected a topic of another type from outside not to stop a node";
   ASSERT_TRUE(one->publish("/cli", "x", "std_msgs/msg/String", to_cdr(String{"a"})));
   one.reset();
   bus.spin();
@@ -407,7 +409,8 @@ TEST(Service, FailureHasReason) {
   edge->call("/n/keep", request, gone.receiver());
   node.reset();
   bus.spin();
-  EXPECT_THAT(gone.status.why(), HasSubstr("was removed")) << "its node has gone before the request came";
+  EXPECT_THAT(gone.status.why(), HasSubstr("was removed"))
+      << "expected an error: the node was removed before the request arrived";
 }
 
 TEST(Service, NodeAndEdgeCanBeDestroyedDuringRequest) {
@@ -423,7 +426,7 @@ TEST(Service, NodeAndEdgeCanBeDestroyedDuringRequest) {
   edge.reset();
   kept({true, ""});
   bus.spin();
-  EXPECT_EQ(answer.count, 0) << "the edge has gone, nobody is left to answer";
+  EXPECT_EQ(answer.count, 0) << "expected no answer: the edge was removed";
 }
 
 TEST(Service, SecondServerOfAnotherNodeIsRefused) {

@@ -58,7 +58,7 @@ TEST(NameRules, RemapsNodesTopicsAndServices) {
                            "/tf:=tf", "hand:~/own:=/mine", "rosservice://both:=only_service"}) {
     rules.add(rule);
   }
-  EXPECT_EQ(rules.node("/arm"), "/left/hand") << "the first rule for the namespace counts";
+  EXPECT_EQ(rules.node("/arm"), "/left/hand") << "expected the first rule for the namespace to apply";
   EXPECT_EQ(rules.node("/other"), "/left/other");
   EXPECT_EQ(rules.resolve(NameKind::topic, "joint_states", "/left/other"), "/left/js");
   EXPECT_EQ(rules.resolve(NameKind::topic, "/joint_states", "/left/other"), "/joint_states");

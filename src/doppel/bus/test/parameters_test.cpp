@@ -1,4 +1,4 @@
-// Parameters, as text, as values with types, and through ROS 2's services.
+// Parameters as text, as typed values, and through ROS 2's services.
 
 #include "doppel/bus/parameters.h"
 
@@ -92,13 +92,15 @@ TEST(Parameters, UndeclaredCanBeSetWhereAllowed) {
     for (const auto* one : event.deleted) deleted.push_back(one->name + "=" + to_string(one->value));
   });
   EXPECT_TRUE(parameters.set("arm.type", std::string("x/Y")));
-  EXPECT_TRUE(parameters.set("arm.type", std::int64_t{1})) << "its type is nobody's word";
+  EXPECT_TRUE(parameters.set("arm.type", std::int64_t{1}))
+      << "expected an undeclared parameter to change its type";
   EXPECT_EQ(parameters.find("arm.type")->value, ParameterValue(std::int64_t{1}));
   EXPECT_THAT(received, ElementsAre("arm.type", "arm.type"));
   EXPECT_THAT(declared, ElementsAre("arm.type"));
-  EXPECT_FALSE(parameters.set("rate", std::string("x"))) << "declared ones stay checked";
+  EXPECT_FALSE(parameters.set("rate", std::string("x")))
+      << "expected declared parameters to be checked still";
   EXPECT_FALSE(parameters.set_all({{"none", 1.0}, {"rate", -1.0}}));
-  EXPECT_EQ(parameters.find("none"), nullptr) << "all or nothing";
+  EXPECT_EQ(parameters.find("none"), nullptr) << "expected all parameters to be set or none";
   EXPECT_FALSE(parameters.set("", 1.0));
   EXPECT_FALSE(parameters.set("rate", std::monostate{}));
   EXPECT_TRUE(parameters.set("arm.type", std::monostate{}));
@@ -111,7 +113,8 @@ TEST(Parameters, OverrideBeforeDeclarationIsUsed) {
   parameters.allow_undeclared();
   ASSERT_TRUE(parameters.set_all({{"p", std::int64_t{2}}, {"q", std::string("x")}, {"r", -1.0}}));
   EXPECT_EQ(parameters.declare("p", 1.0), ParameterValue(2.0));
-  EXPECT_EQ(parameters.declare("q", 1.0), ParameterValue(1.0)) << "has another type";
+  EXPECT_EQ(parameters.declare("q", 1.0), ParameterValue(1.0))
+      << "expected the default: the value has another type";
   EXPECT_EQ(parameters.declare("r", 1.0, {.range = ParameterRange{0, 1}}), ParameterValue(1.0));
   EXPECT_FALSE(parameters.set("p", std::string("x")));
   EXPECT_THROW(parameters.declare("p", 1.0), std::logic_error);
@@ -169,7 +172,7 @@ TEST_F(ParameterServices, GetDescribeAndTypesReturnDeclared) {
   ASSERT_EQ(values.size(), 1U);
   EXPECT_EQ(values[0].double_value, 100.0);
   EXPECT_TRUE(call<srv::GetParameters>("get_parameters", {{"rate", "none"}}).values.empty())
-      << "as rclcpp answers";
+      << "expected rclcpp's answer: no values";
   EXPECT_THAT(call<srv::GetParameterTypes>("get_parameter_types", {{"joints", "rate"}}).types,
               ElementsAre(9, 3));
   const auto described =
@@ -222,7 +225,7 @@ TEST_F(ParameterServices, EdgeCallsServices) {
   part.parameters().declare("more", 1.0);
   edge_->set_parameter("/n", "more", 2.0, [&](Status s) { status = std::move(s); });
   bus_.spin();
-  EXPECT_TRUE(status) << "a node may have several parts";
+  EXPECT_TRUE(status) << "expected success: a node may have several parts";
   EXPECT_EQ(std::get<double>(part.parameters().find("more")->value), 2.0);
   edge_->set_parameter("/m", "rate", 7.0, [&](Status s) { status = std::move(s); });
   std::size_t count = 0;

@@ -1,4 +1,4 @@
-// Nodes that are put together beside those that are there.
+// Nodes that are created beside those that they will replace.
 
 #include "doppel/bus/stage.h"
 
@@ -19,7 +19,7 @@ using std_srvs::srv::Trigger;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// A node as a robot has it: it publishes latched, subscribes and serves.
+// A node like a robot's: it publishes latched, subscribes and serves.
 struct Part {
   Part(Bus& bus, const std::string& says) : node(bus, "/robot"), text(says) {
     state = node.advertise<String>("state", {.depth = 1, .latched = true});
@@ -63,7 +63,7 @@ TEST(BusStage, FailureRestoresFormerNodes) {
   {
     const BusStage stage(bus);
     Node other(bus, "/other");
-    other.advertise<Int32>("state");  // of another type than the former node's
+    other.advertise<Int32>("state");  // of another type than the old node's
   }
   EXPECT_THAT(bus.nodes(), ElementsAre("/robot"));
   ASSERT_EQ(bus.topics().size(), topics.size());
@@ -98,7 +98,7 @@ TEST(BusStage, CommitReplacesFormerNodes) {
   EXPECT_EQ(bus.services().size(), 2u);
   command(bus, *edge, 9);
   EXPECT_THAT(next->received, ElementsAre(9));
-  // The latched message is the newer one's.
+  // The latched message is that of the new node.
   std::string kept;
   Node late(bus, "/late");
   late.subscribe<String>("/state", [&kept](const String& message) { kept = message.data; });

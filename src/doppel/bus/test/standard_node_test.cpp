@@ -1,4 +1,4 @@
-// What every node of ROS 2 has.
+// The topics and services that every ROS 2 node has.
 #include "doppel/bus/standard_node.h"
 
 #include <gmock/gmock.h>
@@ -75,8 +75,9 @@ TEST(StandardNode, ParameterChangesPublishEvents) {
   EXPECT_EQ(events[0].new_parameters.at(0).name, "gain");
   EXPECT_TRUE(node.parameters().set_all({{"gain", 2.0}, {"rate", std::int64_t{6}}}));
   EXPECT_FALSE(node.parameters().set_all({{"gain", 3.0}, {"rate", 0.5}}));
-  ASSERT_EQ(events.size(), 3U) << "what was refused is no event";
-  ASSERT_EQ(events[2].changed_parameters.size(), 2U) << "what was set at once is told at once";
+  ASSERT_EQ(events.size(), 3U) << "expected no event for a rejected change";
+  ASSERT_EQ(events[2].changed_parameters.size(), 2U)
+      << "expected one event for parameters that were set together";
   EXPECT_EQ(events[2].changed_parameters[0].value.double_value, 2.0);
   EXPECT_THAT(events[2].new_parameters, IsEmpty());
 }
@@ -144,7 +145,7 @@ TEST(Rosout, LogLinesCarryNodeName) {
     log.warning("arm", "a warning");
     log.error("", "an error");
     log.note("room", "a note");
-    EXPECT_TRUE(lines.empty()) << "only between steps";
+    EXPECT_TRUE(lines.empty()) << "expected no message before the next step";
     bus.spin();
   }
   log.note("arm", "too late");

@@ -1,4 +1,4 @@
-// What the loop promises while edges run on threads of their own: nothing is lost, torn or allocated.
+// The loop's guarantees while edges run on their own threads: nothing is lost, torn or allocated.
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ TEST(Allocation, PublishingNeverAllocates) {
   }
   bus.spin();
   const JointState state = joint_state();
-  latched.publish(state, {});  // takes its memory once
+  latched.publish(state, {});  // allocates once
   const auto publish = [&] {
     for (int i = 0; i < 100; ++i) {
       unheard.publish(state, milliseconds(i));
@@ -121,7 +121,7 @@ TEST(BusThreads, EdgesReceiveInOrderWhilePublishing) {
   EXPECT_EQ(out_of_order, 0);
   EXPECT_TRUE(in_order);
   EXPECT_EQ(listened, kEdges * kTalks);
-  EXPECT_TRUE(bus.topics().at(0).subscribers.empty()) << "edges that have gone are forgotten";
+  EXPECT_TRUE(bus.topics().at(0).subscribers.empty()) << "expected removed edges to be forgotten";
 }
 
 TEST(BusThreads, EdgesAndNodesCanBeCreatedAndDestroyedUnderLoad) {
@@ -134,8 +134,8 @@ TEST(BusThreads, EdgesAndNodesCanBeCreatedAndDestroyedUnderLoad) {
       const auto edge = bus.attach("edge", {.ring_bytes = 4096});
       for (const TopicInfo& topic : bus.topics()) edge->subscribe(topic.id);
       for (const ServiceInfo& service : bus.services()) {
-        // Touches what dies with this round: a reply that came after its edge would be caught by the
-        // sanitizers.
+        // Accesses memory that is freed after this round: the sanitizers would report a reply that arrives
+        // after its edge is gone.
         edge->call(service.name, to_cdr(SetBool::Request{}),
                    [&touched = *state](const Status&, const Bytes&) { ++touched; });
       }

@@ -89,7 +89,7 @@ TEST(Calibration, AmbiguousMeasurementsAreRefused) {
   EXPECT_EQ(refused(fixed, degrees({{0, 0}, {90, 90}})), "calibrate.no_position");
 }
 
-// Whatever line the machine follows, measurements on it give it back, and noise appears as residuals only.
+// Measurements on any line are fitted by that line, and noise appears only as residuals.
 TEST(Calibration, FitFindsMeasuredLine) {
   const unsigned seed = 11;
   SCOPED_TRACE(seed);
@@ -111,7 +111,7 @@ TEST(Calibration, FitFindsMeasuredLine) {
     EXPECT_NEAR(noisy.direction * noisy.scale, k, 0.01);
     double sum = 0;
     for (const double residual : noisy.residuals) sum += residual;
-    EXPECT_NEAR(sum, 0, 1e-12) << "least squares balances the residuals";
+    EXPECT_NEAR(sum, 0, 1e-12) << "expected residuals of a least-squares fit, with a sum of zero";
   }
 }
 
@@ -144,10 +144,13 @@ TEST(Calibration, MeasurementsOfUncorrectedModelAreReported) {
     return correction_made_of(made, "J", corrections(joint, again)).has_value();
   };
   EXPECT_TRUE(repeats(degrees({{0, 45}, {90, 135}})));
-  EXPECT_TRUE(repeats(degrees({{90, 135}, {0, 45}}))) << "in another order";
-  EXPECT_TRUE(repeats(degrees({{0, 45}, {60, 105}}))) << "one of them";
-  EXPECT_TRUE(repeats(degrees({{10, 56}, {80, 125}}))) << "others of the same model";
-  EXPECT_FALSE(repeats(degrees({{45, 47}, {135, 137}}))) << "of the corrected model";
+  EXPECT_TRUE(repeats(degrees({{90, 135}, {0, 45}})))
+      << "expected a repetition: the same measurements in another order";
+  EXPECT_TRUE(repeats(degrees({{0, 45}, {60, 105}}))) << "expected a repetition: one measurement is the same";
+  EXPECT_TRUE(repeats(degrees({{10, 56}, {80, 125}})))
+      << "expected a repetition: other measurements of the same model";
+  EXPECT_FALSE(repeats(degrees({{45, 47}, {135, 137}})))
+      << "expected no repetition: measurements of the corrected model";
   EXPECT_FALSE(correction_made_of(made, "K", corrections(joint, degrees({{0, 45}, {90, 135}}))));
 }
 
@@ -159,7 +162,8 @@ TEST(Calibration, CorrectedJointIsNotRevertedByOldMeasurements) {
   renaming.action = Rename{"joint", "J", "elbow"};
   made.push_back(renaming);
   const std::vector<Operation> again = corrections(joint, degrees({{10, -11}, {80, -79}}));
-  EXPECT_EQ(correction_made_of(made, "elbow", again), 0U) << "by its last name";
+  EXPECT_EQ(correction_made_of(made, "elbow", again), 0U)
+      << "expected the correction to be found by the joint's new name";
   EXPECT_EQ(zeros_of(made, "elbow"), std::vector<std::size_t>{0});
   EXPECT_TRUE(zeros_of(made, "J").empty());
 }
@@ -177,9 +181,11 @@ TEST(Calibration, MachineThatCountsTo360IsRecognised) {
   EXPECT_THAT(says(degrees({{0, 350}, {90, 80}})), testing::HasSubstr("\"J: 0=-10 90=80\""));
   EXPECT_THAT(says(degrees({{0, 10}, {90, 280}})), testing::HasSubstr("360"));
   EXPECT_THAT(says(degrees({{0, 350}, {60, 50}, {120, 110}})), testing::HasSubstr("0=-10 60=50 120=110"));
-  EXPECT_EQ(says(degrees({{0, 10}, {90, 190}})).find("360"), std::string::npos) << "no turn explains this";
+  EXPECT_EQ(says(degrees({{0, 10}, {90, 190}})).find("360"), std::string::npos)
+      << "expected no mention of 360: a full turn does not explain this";
   const JointFit off = fit_joint(joint, degrees({{0, 350}, {200, 190}}));
-  ASSERT_EQ(off.unwrapped.size(), 2U) << "a scale of 0.8 is explained by the edge";
+  ASSERT_EQ(off.unwrapped.size(), 2U)
+      << "expected the jump at 360 to be detected: it explains a scale of 0.8";
   EXPECT_NEAR(off.unwrapped[0], -10 * kDegree, 1e-9);
 }
 

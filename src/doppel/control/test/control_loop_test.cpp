@@ -1,5 +1,5 @@
-// A loop of its own, by the wall clock: it keeps its period beside work that takes long, counts what it
-// misses, and is watched. Asynchronous hardware keeps the loop from waiting for the device.
+// A control loop on its own thread and on wall-clock time: it keeps its period during slow work, counts
+// missed cycles, and is supervised. With asynchronous hardware it does not wait for the device.
 
 #include "doppel/control/control_loop.h"
 
@@ -59,7 +59,7 @@ struct LoopRig {
     options.lock_memory = false;
     loop = std::make_unique<ControlLoop>(*manager, gate, Time{}, options, log);
   }
-  // What the other thread does meanwhile.
+  // What the other thread does in the meantime.
   void attend_for(milliseconds wall) {
     const auto end = std::chrono::steady_clock::now() + wall;
     while (std::chrono::steady_clock::now() < end) {
@@ -72,7 +72,7 @@ struct LoopRig {
       std::this_thread::sleep_for(milliseconds(1));
     }
   }
-  // Until `done` (asked with the gate), which a busy machine may take its time for.
+  // Until `done` (evaluated under the gate) holds; on a busy machine this can take long.
   template <class Done>
   bool attend_until(const Done& done) {
     for (int i = 0; i < 2000; ++i) {
@@ -166,7 +166,7 @@ TEST(AsyncHardwareTest, SlowDeviceDoesNotDelayLoop) {
   rig.look([&] { commands.publish({{}, {1.0}}, Time{}); });
   EXPECT_TRUE(rig.attend_until(
       [&] { return rig.manager->state("a/position") > 0.1 && rig.loop->statistics().execution > 0; }));
-  EXPECT_LT(rig.look([&] { return rig.loop->statistics().execution; }), 0.01);  // in the mean: half of a read
+  EXPECT_LT(rig.look([&] { return rig.loop->statistics().execution; }), 0.01);  // on average: half of a read
 }
 
 TEST(AsyncHardwareTest, DeviceErrorBecomesComponentError) {

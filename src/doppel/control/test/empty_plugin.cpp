@@ -1,4 +1,4 @@
-// A shared library that is no controller.
+// A shared library without a controller.
 
 extern "C" __attribute__((visibility("default"))) int doppel_test_nothing() {
   return 0;

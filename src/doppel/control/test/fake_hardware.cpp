@@ -147,7 +147,7 @@ void FakeHardware::follow(Joint& j, const std::string& interface, double command
   }
   if (interface == kVelocity) {
     j.velocity += share * (command - j.velocity);
-    // Where the position is commanded as well, it leads and the velocity is only a feed-forward.
+    // If the position is commanded as well, it takes precedence and the velocity is only a feed-forward.
     const bool position_leads =
         std::find(options_.commands.begin(), options_.commands.end(), kPosition) != options_.commands.end();
     if (!position_leads) j.position += j.velocity * dt;

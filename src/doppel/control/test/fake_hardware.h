@@ -1,6 +1,6 @@
 #pragma once
 // Hardware for tests: every joint has command and state interfaces, and follows its command perfectly, with a
-// first order lag, or beside it by an offset. Failures can be ordered.
+// first-order lag, or with a constant offset. Failures can be injected.
 
 #include <map>
 #include <optional>
@@ -19,7 +19,7 @@ struct FakeHardwareOptions {
   std::vector<std::string> state_only_joints;                    // mimics, for instance
   std::vector<InterfaceDescription> more_commands, more_states;  // "speed_scaling/factor"; a state of the
                                                                  // same full name as a command mirrors it
-  std::optional<double> rw_rate = std::nullopt;                  // Hz; none: the controller manager's
+  std::optional<double> rw_rate = std::nullopt;                  // Hz; if not set, the controller manager's
   double time_constant =
       0;  // s, of a first order lag behind position or velocity commands; 0: perfect tracking
 };
@@ -28,7 +28,7 @@ class FakeHardware : public HardwareComponent {
  public:
   explicit FakeHardware(FakeHardwareOptions options);
 
-  // What its <ros2_control> element would say.
+  // What its <ros2_control> element would contain.
   [[nodiscard]] HardwareDescription description() const;
   Status on_init(const HardwareInfo& info) override;
   [[nodiscard]] std::vector<InterfaceDescription> state_interfaces() const override { return states_; }
@@ -48,21 +48,21 @@ class FakeHardware : public HardwareComponent {
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
   [[nodiscard]] std::string fault() const override { return "no reply"; }
 
-  // -- what tests set and see
+  // -- what tests set and read
   void set_position(const std::string& joint, double position);
   void set_velocity(const std::string& joint, double velocity);
   void set_offset(const std::string& joint, double offset);   // added to the position that is read
   void block(const std::string& joint, bool blocked = true);  // a blocked joint does not move
   [[nodiscard]] double position(const std::string& joint) const;
   [[nodiscard]] double velocity(const std::string& joint) const;
-  [[nodiscard]] double last_command(const std::string& full_name) const;  // as write() got it
+  [[nodiscard]] double last_command(const std::string& full_name) const;  // as passed to write()
   [[nodiscard]] bool claimed(const std::string& full_name) const;
-  // What write() had got last when the claim on it ended; NaN: it has not ended yet.
+  // What write() received last before the claim on it ended; NaN: it has not ended yet.
   [[nodiscard]] double command_at_release(const std::string& full_name) const;
 
-  std::string refuse_switch;  // not empty: prepare_switch refuses with it
+  std::string refuse_switch;  // not empty: prepare_switch fails with it
   std::string refuse_activation;
-  bool refuse_recovery = false;  // on_error refuses
+  bool refuse_recovery = false;  // on_error fails
   std::string throw_in;          // "on_configure", "on_stop", "read" ...: it throws "lost the port"
   HardwareReturn read_answer = HardwareReturn::ok, write_answer = HardwareReturn::ok;
   std::vector<std::string> calls;  // of the life cycle, in order: "on_init" ...

@@ -1,5 +1,5 @@
 #pragma once
-// A robot for tests, without any file: a chain of revolute joints with the limits that are requested.
+// A robot for tests, without any file: a chain of revolute joints with the given limits.
 
 #include <string>
 #include <vector>

@@ -57,7 +57,7 @@ struct TwoSystems : ManagerRig {
 TEST(HardwareLifecycle, StartInitialisesConfiguresAndActivates) {
   ManagerRig rig("");
   EXPECT_THAT(rig.hardware->calls, ElementsAre("on_init", "on_configure", "on_activate"));
-  rig.manager.reset();  // takes the hardware with it
+  rig.manager.reset();  // disables the hardware as well
 }
 
 TEST(HardwareLifecycle, ReadErrorStopsItsControllersOnly) {

@@ -11,7 +11,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// Writes what the test says, whatever it is.
+// Writes the test's value unchanged.
 class Writer : public Controller {
  public:
   Writer(const double& value, std::string interface) : value_(value), interface_(std::move(interface)) {}
@@ -152,7 +152,7 @@ TEST(JointLimiter, VelocityIsClampedAtPositionLimit) {
 TEST(JointLimiter, NanKeepsLastGoodCommand) {
   LimitRig rig({.name = "j 1"}, "position");
   rig.run(5);
-  EXPECT_TRUE(std::isnan(rig.applied()));  // no command yet, which is nothing to complain about
+  EXPECT_TRUE(std::isnan(rig.applied()));  // no command yet, which is not reported
   EXPECT_TRUE(rig.lines.empty());
   rig.value = 0.7;
   rig.run(5);

@@ -1,6 +1,6 @@
 #pragma once
-// A controller manager over a fake robot and fake hardware, driven tick by tick, with all it says written
-// down.
+// A controller manager with a fake robot and fake hardware, driven tick by tick; all its messages are
+// recorded.
 
 #include <memory>
 #include <string>
@@ -33,7 +33,7 @@ struct ManagerRig {
     manager->add_hardware(std::move(fake), hardware->description(), diagnostics);
   }
 
-  // Ticks, with what happens between them.
+  // Ticks, with actions between them.
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) {
       bus.set_now(now);
@@ -77,7 +77,7 @@ struct ManagerRig {
   Time now{};
 };
 
-// What the call throws, as a person reads it; "" where it throws nothing.
+// The text of what the call throws; "" if it does not throw.
 template <class F>
 std::string input_error_of(F&& call) {
   try {

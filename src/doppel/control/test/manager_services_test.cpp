@@ -42,14 +42,14 @@ struct ServiceRig : ManagerRig {
       response = std::move(out);
     });
     bus.spin();
-    if (!response) throw std::runtime_error("no answer from " + service);
+    if (!response) throw std::runtime_error("expected a response from " + service);
     return *response;
   }
   bool make_inactive(const std::string& name) {
     return call<srv::LoadController>("load_controller", {name}).ok &&
            call<srv::ConfigureController>("configure_controller", {name}).ok;
   }
-  // As ros2_control's spawner does before it loads.
+  // Like ros2_control's spawner before it loads.
   bool set(const std::string& parameter, const ParameterValue& value) {
     return call<rcl_interfaces::srv::SetParameters>("set_parameters", {{{parameter, to_msg(value)}}})
         .results.at(0)
@@ -69,7 +69,7 @@ struct ServiceRig : ManagerRig {
   std::unique_ptr<Edge> edge;
 };
 
-// A parameter file of a spawner; its whole path.
+// A parameter file of a spawner; its absolute path.
 std::string file_with(const std::string& name, const std::string& yaml) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "doppel_spawner";
   std::filesystem::create_directories(folder);
@@ -79,7 +79,7 @@ std::string file_with(const std::string& name, const std::string& yaml) {
 
 constexpr const char* kGroupType = "position_controllers/JointGroupPositionController";
 
-// As Jazzy's: best effort leaves out what cannot be switched, and says where that is all of it.
+// As in Jazzy: best effort leaves out what cannot be switched, and reports if that is everything.
 TEST(ManagerServices, EmptyBestEffortSwitchIsOkWithMessage) {
   ServiceRig rig;
   srv::SwitchController::Request request;
@@ -260,7 +260,8 @@ TEST(Spawner, ParametersOverrideFile) {
   const auto path = file_with("later.yaml", "group: {ros__parameters: {joints: [b]}}");
   const auto relative = std::filesystem::relative(path).string();
   ASSERT_TRUE(rig.set("group.params_file", Names{relative}));
-  EXPECT_FALSE(rig.set("group.type", std::int64_t{1})) << "it is declared, as a string";
+  EXPECT_FALSE(rig.set("group.type", std::int64_t{1}))
+      << "expected a rejection: the type is declared as a string";
   ASSERT_TRUE(rig.set("group.type", std::string(kGroupType)));
   ASSERT_TRUE(rig.load("group")) << rig.said();
   EXPECT_EQ(rig.value("/group", "joints"), "[b]");
@@ -285,18 +286,20 @@ TEST(Spawner, NodeArgumentsReachController) {
   ASSERT_TRUE(rig.load("wrong")) << rig.said();
   EXPECT_THAT(topics(), testing::AllOf(Contains("/wanted"), testing::Not(Contains("/wrong/commands"))));
   EXPECT_EQ(rig.value("/wrong", "joints"), "[b]")
-      << "they win over the manager's file, a later one over an earlier";
+      << "expected later files to take precedence over earlier ones, and all of them over the manager's file";
   EXPECT_EQ(rig.value("/wrong", "update_rate"), "50");
 
   ASSERT_TRUE(rig.set("group.node_options_args", Names{"-r", "__ns:=/left", "-r", "__node:=hand"}));
   ASSERT_TRUE(rig.load("group")) << rig.said();
-  EXPECT_THAT(topics(), testing::IsSupersetOf({"/wanted", "/left/hand/commands"})) << "each has its own";
+  EXPECT_THAT(topics(), testing::IsSupersetOf({"/wanted", "/left/hand/commands"}))
+      << "expected each controller to have its own rule";
   EXPECT_TRUE(rig.make_inactive("states"));
 
   EXPECT_TRUE(rig.call<srv::UnloadController>("unload_controller", {"wrong"}).ok);
   ASSERT_TRUE(rig.set("wrong.node_options_args", Names{"-p", "joints:=[b]"}));
   ASSERT_TRUE(rig.load("wrong")) << rig.said();
-  EXPECT_THAT(topics(), Contains("/wrong/commands")) << "the rule went with the controller";
+  EXPECT_THAT(topics(), Contains("/wrong/commands"))
+      << "expected the remapping rule to be removed with the controller";
 }
 
 TEST(Spawner, UnsupportedArgumentsAreReported) {

@@ -1,5 +1,5 @@
-// Switching under all circumstances: random sequences hold the invariants, hand-overs are smooth, hardware
-// may be asleep.
+// Switching in all circumstances: random sequences preserve the invariants, handovers are smooth, hardware
+// may be asynchronous.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +35,8 @@ Names some_of(const Names& all, std::mt19937& random) {
   return out;
 }
 
-// Every claimed command has one active holder that requires it, and the hardware sees just these claims.
+// Every claimed command has exactly one active controller that requires it, and the hardware sees exactly
+// these claims.
 void expect_consistent(const ManagerRig& rig) {
   std::map<std::string, std::string> holders;
   for (const ControllerView& view : rig.manager->controllers()) {

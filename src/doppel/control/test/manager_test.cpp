@@ -32,7 +32,7 @@ both:
     joints: [a, b]
 )";
 
-// Notes when it is updated; refuses to be activated where it is told to.
+// Records its updates; fails its activation if requested.
 class Probe : public Controller {
  public:
   struct Call {
@@ -113,13 +113,14 @@ TEST(ControllerManager, StrictRefusesAllAndBestEffortSwitchesPart) {
   EXPECT_EQ(rig.state_of("states"), ControllerState::active);
   EXPECT_EQ(rig.state_of("left"), ControllerState::active);
   EXPECT_EQ(rig.count(Severity::warning, "did you mean 'left'?"), 1u) << rig.said();
-  // Already so is fine for best effort; nothing possible at all is not.
+  // Best effort accepts what is already the case; it fails if nothing at all can be switched.
   EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::best_effort).ok());
   EXPECT_FALSE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
   EXPECT_FALSE(rig.manager->switch_controllers(Names{"nobody"}, Names{}, Strictness::best_effort).ok());
 }
 
-// As ros2_control: best effort leaves out names, never a claim, for what stops would leave the arm passive.
+// As in ros2_control: best effort leaves out names, never a claim, because what stops would leave the arm
+// passive.
 TEST(ControllerManager, FailedActivationStopsNoOtherController) {
   ManagerRig rig(kTwoGroups);
   make_inactive(rig, {"left", "both", "states"});
@@ -187,7 +188,7 @@ TEST(ControllerManager, InvalidTransitionsAreRefused) {
   EXPECT_THAT(input_error_of([&] { rig.manager->load("lefft"); }), HasSubstr("did you mean 'left'?"));
 }
 
-// Whatever its life cycle throws, of whatever type.
+// Whatever its life cycle throws, of any type.
 struct ThrowsIn : Controller {
   explicit ThrowsIn(std::string the_transition) : transition(std::move(the_transition)) {}
   void on_init(ControllerContext&) override {}
@@ -217,8 +218,9 @@ TEST(ControllerManager, ThrowingTransitionIsRefusedAndManagerKeepsRunning) {
     EXPECT_EQ(rig.manager->switch_controllers(names, {}, Strictness::strict).ok(), transition != "activate");
     if (transition == "activate") continue;
     EXPECT_TRUE(rig.manager->switch_controllers({}, names, Strictness::strict).ok())
-        << "it stops all the same";
-    EXPECT_EQ(rig.manager->configure("t").ok(), transition != "cleanup") << "it is cleaned up first";
+        << "expected it to stop nevertheless";
+    EXPECT_EQ(rig.manager->configure("t").ok(), transition != "cleanup")
+        << "expected configure to clean up first";
   }
 }
 

@@ -85,7 +85,7 @@ n:
 }
 
 TEST(ParameterFile, LocaleHasNoEffect) {
-  // A locale with a decimal comma may not be installed; then this is the C locale, and the test still holds.
+  // A locale with a decimal comma may not be installed; then this is the C locale, and the test still passes.
   const char* before = setlocale(LC_NUMERIC, "de_DE.UTF-8");
   const auto o = parse("n: {ros__parameters: {d: 0.5}}").overrides_for("n");
   setlocale(LC_NUMERIC, "C");
@@ -122,7 +122,8 @@ ns2:
   ros__parameters: {one: 5}
 )");
   const auto arm = file.overrides_for("/arm");
-  EXPECT_EQ(value<std::int64_t>(arm, "x"), 2);  // the exact name wins over the wildcard, whatever the order
+  EXPECT_EQ(value<std::int64_t>(arm, "x"),
+            2);  // the exact name takes precedence over the wildcard, in any order
   EXPECT_EQ(value<std::int64_t>(arm, "all"), 1);
   EXPECT_EQ(arm.all().size(), 3u);
   EXPECT_EQ(file.overrides_for("arm").all().size(), 3u);
@@ -141,12 +142,13 @@ TEST(ParameterFile, LaterOverrideWins) {
   file.add("other", "x", std::int64_t{9}, "-p other:x:=9");
   const auto arm = file.overrides_for("/arm");
   EXPECT_EQ(value<std::int64_t>(arm, "x"), 1);
-  EXPECT_EQ(value<std::int64_t>(arm, "y"), 2) << "a later wildcard wins over an earlier name";
+  EXPECT_EQ(value<std::int64_t>(arm, "y"), 2)
+      << "expected a later wildcard to take precedence over an earlier name";
   EXPECT_EQ(value<std::int64_t>(arm, "z"), 3);
   EXPECT_EQ(value<bool>(arm, "new"), true);
   EXPECT_EQ(value<std::int64_t>(file.overrides_for("/left/hand", "/arm"), "x"), 1)
-      << "what it was called before counts";
-  EXPECT_EQ(file.overrides_for("/left/arm").all().size(), 2u) << "the whole name is meant";
+      << "expected overrides of the former name to apply";
+  EXPECT_EQ(file.overrides_for("/left/arm").all().size(), 2u) << "expected the fully qualified name to match";
 }
 
 TEST(ParameterFile, RepeatedNodeSectionsAreMerged) {
@@ -157,7 +159,8 @@ TEST(ParameterFile, RepeatedNodeSectionsAreMerged) {
   EXPECT_NE(file.overrides_for("/controller_manager").find("update_rate"), nullptr);
   ParameterOverrides jtc = file.overrides_for("/jtc");
   ASSERT_EQ(jtc.all().size(), 3U);
-  EXPECT_EQ(jtc.find("x")->value, ParameterValue(std::int64_t{3})) << "what comes later wins";
+  EXPECT_EQ(jtc.find("x")->value, ParameterValue(std::int64_t{3}))
+      << "expected the later value to take precedence";
 }
 
 TEST(ParameterFile, InvalidFileIsRefusedAsInRos2) {
@@ -187,7 +190,7 @@ TEST(ParameterFile, PipeIsRefusedWithoutWaiting) {
   ::unlink(pipe.c_str());
 }
 
-// Whatever the bytes are, the answer is a file or an InputError, soon.
+// Whatever the bytes are, the result is a file or an InputError, within a short time.
 TEST(ParameterFile, RandomTextIsInputError) {
   const std::string seed_text = R"(controller_manager:
   ros__parameters:

@@ -1,4 +1,4 @@
-// A controller as a user would write it: built alone, into a shared library, and loaded by path.
+// A controller as a user would write it: built separately into a shared library, and loaded by path.
 
 #include "doppel/control/controller.h"
 

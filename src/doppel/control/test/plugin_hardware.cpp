@@ -1,4 +1,4 @@
-// A hardware component as a user would write it: built alone, into a shared library, and loaded by path.
+// A hardware component as a user would write it: built separately into a shared library, and loaded by path.
 
 #include "doppel/control/hardware_registry.h"
 

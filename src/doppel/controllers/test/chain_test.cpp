@@ -19,7 +19,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using Names = std::vector<std::string>;
 
-// forward -> pid -> a/effort; loaded in this order, so that order of loading is not order of the chain.
+// forward -> pid -> a/effort; loaded in this order, so that the order of loading is not the order of the
+// chain.
 constexpr const char* kChain = R"(controller_manager:
   ros__parameters:
     pid: {type: pid_controller/PidController}

@@ -1,5 +1,5 @@
-// Grippers by their action: success, stalling, preemption and cancelling, against a joint that follows its
-// command with a lag of first order, p(t) = goal (1 - exp(-t / T)).
+// Grippers through their action: success, stalling, preemption and cancelling, with a joint that follows its
+// command with a first-order lag, p(t) = goal (1 - exp(-t / T)).
 
 #include <gmock/gmock.h>
 
@@ -109,15 +109,15 @@ TEST(GripperController, GoalWithinToleranceSucceeds) {
   const auto& answer = rig.answers[goal];
   EXPECT_TRUE(answer.accepted);
   EXPECT_EQ(answer.status, GoalStatus::succeeded);
-  // |1 - p| < 0.01 from t = T ln 100 = 0.4605 s on, told within a period of 50 ms.
+  // |1 - p| < 0.01 from t = T ln 100 = 0.4605 s on, reported within a period of 50 ms.
   EXPECT_GE(answer.at - begin, kLag * std::log(100.0));
   EXPECT_LE(answer.at - begin, kLag * std::log(100.0) + 0.08);
   EXPECT_NEAR(answer.result.position, 1.0, 0.01);
   EXPECT_TRUE(answer.result.reached_goal);
   EXPECT_FALSE(answer.result.stalled);
-  EXPECT_EQ(answer.result.effort, 7.5) << "ros2_controllers tells the effort that was allowed";
+  EXPECT_EQ(answer.result.effort, 7.5) << "expected the allowed effort, as ros2_controllers reports it";
   EXPECT_GE(rig.feedbacks, 7);
-  EXPECT_EQ(rig.hardware->last_command("a/position"), 1.0) << "it goes on holding";
+  EXPECT_EQ(rig.hardware->last_command("a/position"), 1.0) << "expected the joint to be held after success";
 }
 
 TEST(GripperController, StallFailsOrHolds) {
@@ -145,7 +145,8 @@ TEST(GripperController, NewGoalPreemptsAndCancelHolds) {
   rig.send({{1.0, 1.0}});
   rig.run_for(0.05);
   rig.send({{-1.0, 1.0}});
-  EXPECT_EQ(rig.answers[0].status, GoalStatus::canceled) << "as ros2_controllers' preempted goals end";
+  EXPECT_EQ(rig.answers[0].status, GoalStatus::canceled)
+      << "expected the status of preempted goals in ros2_controllers";
   EXPECT_TRUE(rig.answers[1].accepted);
   rig.run_for(0.05);
   const double where = rig.hardware->position("a");
@@ -162,12 +163,12 @@ TEST(GripperController, InvalidGoalIsRejected) {
   rig.send({{std::nan(""), 1.0}});
   EXPECT_FALSE(rig.answers[0].accepted);
   rig.send({{1.0, std::nan("")}});
-  EXPECT_FALSE(rig.answers[1].accepted) << "no limit at all";
+  EXPECT_FALSE(rig.answers[1].accepted) << "expected a rejection: the goal has no limit at all";
   const auto open = rig.send({{1.0, 1.0}});
   ASSERT_TRUE(rig.manager->switch_controllers({}, std::vector<std::string>{"grip"}, Strictness::strict));
   EXPECT_EQ(rig.answers[open].status, GoalStatus::aborted);
   rig.send({{1.0, 1.0}});
-  EXPECT_FALSE(rig.answers.back().accepted) << "it is not active";
+  EXPECT_FALSE(rig.answers.back().accepted) << "expected a rejection: the controller is not active";
   ManagerRig nothing("");
   EXPECT_THAT(
       input_error_of([&] { nothing.manager->load("g", "position_controllers/GripperActionController"); }),
@@ -179,17 +180,17 @@ TEST(GripperController, EffortIsLimitedToMaxEffort) {
   rig.run(1);
   rig.send({{0.25, 1.5}});
   rig.run(2);
-  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.0) << "4 x 0.25";
+  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.0) << "expected 4 x 0.25";
   rig.hardware->set_velocity("a", 1.0);
   rig.run(2);
-  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 0.5) << "4 x 0.25 - 0.5 x 1";
+  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 0.5) << "expected 4 x 0.25 - 0.5 x 1";
   rig.hardware->set_velocity("a", 0.0);
   rig.send({{2.0, 1.5}});
   rig.run(2);
-  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.5) << "4 x 2 is too much";
+  EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.5) << "expected the limit: 4 x 2 exceeds it";
   ASSERT_TRUE(rig.manager->switch_controllers({}, std::vector<std::string>{"grip"}, Strictness::strict));
   rig.run(1);
-  EXPECT_FALSE(std::abs(rig.hardware->last_command("a/effort")) > 0) << "no force is left behind";
+  EXPECT_FALSE(std::abs(rig.hardware->last_command("a/effort")) > 0) << "expected no remaining force";
 }
 
 TEST(ParallelGripperController, CommandSetsPositionEffortAndVelocity) {
@@ -199,7 +200,7 @@ TEST(ParallelGripperController, CommandSetsPositionEffortAndVelocity) {
   rig.run(1);
   ParallelGripperCommand::Goal goal;
   rig.send(goal);
-  EXPECT_FALSE(rig.answers[0].accepted) << "no position";
+  EXPECT_FALSE(rig.answers[0].accepted) << "expected a rejection: the goal has no position";
   goal.command.position = {0.5};
   goal.command.velocity = {0.25};
   rig.send(goal);
@@ -208,7 +209,8 @@ TEST(ParallelGripperController, CommandSetsPositionEffortAndVelocity) {
   EXPECT_EQ(rig.answers[1].status, GoalStatus::succeeded);
   EXPECT_THAT(rig.answers[1].result.state.name, ElementsAre("a"));
   EXPECT_NEAR(rig.answers[1].result.state.position.at(0), 0.5, 0.01);
-  EXPECT_EQ(rig.hardware->last_command("hand/max_effort"), 3.0) << "where the goal does not say";
+  EXPECT_EQ(rig.hardware->last_command("hand/max_effort"), 3.0)
+      << "expected the parameter's value if the goal has none";
   EXPECT_EQ(rig.hardware->last_command("hand/max_velocity"), 0.25);
 }
 

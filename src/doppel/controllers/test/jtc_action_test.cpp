@@ -107,7 +107,7 @@ TEST(JtcAction, BadGoalsAreRejected) {
   }
   EXPECT_EQ(rig.count(Severity::error, "; the goal is rejected"), bad.size());
   EXPECT_EQ(rig.count(Severity::error, "lists joint 'd', which this controller does not have"), 1u);
-  // A rejected goal disturbs nothing.
+  // A rejected goal has no effect.
   const auto good = rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
   rig.send(bad[0]);
   rig.run_for(1);
@@ -135,7 +135,7 @@ TEST(JtcAction, PathViolationAbortsWithDetails) {
             "Aborted due to path tolerance violation: joint 'b' has a position error of 0.11, the tolerance "
             "is 0.1, 0.110 s "
             "after the start");
-  EXPECT_DOUBLE_EQ(rig.command("b/position"), 0);  // held where it was measured
+  EXPECT_DOUBLE_EQ(rig.command("b/position"), 0);  // held at the measured position
   EXPECT_NEAR(rig.command("a/position"), 0.11, 0.011);
 }
 
@@ -325,7 +325,7 @@ TEST(JtcAction, CancelDeceleratesWhereConfigured) {
   rig.cancel(goal);
   rig.run_for(0.5);
   EXPECT_NEAR(rig.command("b/position"), b - 0.25, 0.03);  // v = 2: v^2 / 2d = 1/4 after v / d = 1/4 s
-  EXPECT_GT(std::abs(rig.hardware->velocity("a")), 0.5);   // 1 s to stand, of which half is over
+  EXPECT_GT(std::abs(rig.hardware->velocity("a")), 0.5);   // 1 s until standstill, half of it has passed
   rig.run_for(1);
   EXPECT_NEAR(rig.command("a/position"), a + 1.0, 0.03);
   EXPECT_EQ(rig.answers[goal].status, GoalStatus::canceled);

@@ -1,4 +1,4 @@
-// update() neither allocates nor frees: not while it follows a trajectory, not when one begins, ends, is
+// update() neither allocates nor frees: not while it follows a trajectory, and not when one starts, ends, is
 // violated or brakes.
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace doppel {
 namespace {
 
-// Heap touches in the ticks of this time; what runs between them is not counted.
+// Heap operations in the ticks of this time; what runs between them is not counted.
 std::size_t touches_in(JtcRig& rig, double seconds) {
   test::HeapTouches touches;
   for (double time = 0; time < seconds; time += 0.01) {
@@ -40,17 +40,17 @@ TEST_P(JtcAllocation, UpdateDoesNotAllocate) {
   for (const TopicInfo& topic : rig.bus.topics()) edge->subscribe(topic.id);
   rig.run(2);
   rig.say(trajectory(kJoints, {point(0.5, {1, 1, 1}, {1, 1, 1}), point(1, {0, 0, 0}, {0, 0, 0})}));
-  EXPECT_EQ(touches_in(rig, 1.2), 0U) << "topic";
+  EXPECT_EQ(touches_in(rig, 1.2), 0U) << "expected no heap operation with a trajectory from the topic";
   rig.send(trajectory(kJoints, {point(0.5, {1, 1, 1}), point(1, {0.5, 0.5, 0.5})}));
-  EXPECT_EQ(touches_in(rig, 1.2), 0U) << "goal to its success";
+  EXPECT_EQ(touches_in(rig, 1.2), 0U) << "expected no heap operation from a goal's acceptance to its success";
   const auto goal = rig.send(trajectory(kJoints, {point(1, {}, {1, 1, 1}), point(1.5, {}, {0, 0, 0})}));
-  EXPECT_EQ(touches_in(rig, 0.5), 0U) << "integrated";
+  EXPECT_EQ(touches_in(rig, 0.5), 0U) << "expected no heap operation with integrated points";
   rig.cancel(goal);
-  EXPECT_EQ(touches_in(rig, 1.0), 0U) << "braking";
+  EXPECT_EQ(touches_in(rig, 1.0), 0U) << "expected no heap operation while braking";
   rig.send(trajectory(kJoints, {point(0.5, {2, 2, 2})}));
   EXPECT_EQ(touches_in(rig, 0.1), 0U);
   rig.hardware->set_offset("b", 2);
-  EXPECT_EQ(touches_in(rig, 0.5), 0U) << "violation";
+  EXPECT_EQ(touches_in(rig, 0.5), 0U) << "expected no heap operation at a violated tolerance";
   Edge::Incoming message;
   EXPECT_TRUE(edge->next(message));
 }

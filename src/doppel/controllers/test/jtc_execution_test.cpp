@@ -35,7 +35,7 @@ TEST_P(JtcCombinations, TrajectoryIsFollowedToEnd) {
   rig.say(trajectory(kJoints, {point(1, {0.5, 1, -1}, {0.5, 1, -1}), point(2, {1, 2, -2}, {0, 0, 0})}));
   rig.run_for(3);
   if (commands == Names{kEffort}) {
-    // Nothing moves under effort alone here; the loop pushes towards the goal with p times the error.
+    // Nothing moves under effort alone here; the loop commands p times the error towards the goal.
     EXPECT_NEAR(rig.command("b/effort"), 5 * 2, 1e-9);
     return;
   }
@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Combination{{kPosition, kEffort}, {kPosition, kVelocity}},
                     Combination{{kPosition, kEffort}, {kPosition, kVelocity, kAcceleration}}));
 
-// -- what is accepted, over the topic
+// -- which trajectories from the topic are accepted
 
 TEST(JtcExecution, BadMessageIsDroppedAndLastCommandHolds) {
   JtcRig rig;
@@ -145,7 +145,7 @@ TEST(JtcExecution, InactiveControllerIgnoresTopic) {
   EXPECT_EQ(rig.count(Severity::warning, "not active"), 1u);
 }
 
-// -- where it starts
+// -- the start of a trajectory
 
 // jtc.md, B29.
 TEST(JtcExecution, StartsFromMeasuredState) {
@@ -341,7 +341,7 @@ TEST(JtcExecution, ToleranceChangeAppliesToNextGoalAndIsReported) {
   rig.hardware->block("a");
   rig.say(trajectory(kJoints, {point(0.5, {1, 1, 1})}));
   rig.run_for(0.6);
-  EXPECT_DOUBLE_EQ(rig.command("a/position"), 1);  // the topic still runs by the old ones
+  EXPECT_DOUBLE_EQ(rig.command("a/position"), 1);  // the trajectory of the topic still uses the old ones
   rig.hardware->block("a", false);
   rig.run_for(0.5);
   rig.hardware->block("a");
@@ -360,7 +360,7 @@ TEST(JtcExecution, PartialGoalsAndEndVelocityCanBeAllowedWhileRunning) {
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 1);
 }
 
-// -- tolerances and the end
+// -- tolerances and the end of a trajectory
 
 // jtc.md, B48, B51.
 TEST(JtcExecution, PathViolationHoldsPosition) {
@@ -369,7 +369,7 @@ TEST(JtcExecution, PathViolationHoldsPosition) {
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   double before = 0;
   int ticks = 0;
-  // Until the cycle of the violation: in it nothing is written, and the hold starts in the next.
+  // Until the cycle of the violation: nothing is written in it, and the hold starts in the next one.
   for (; ticks < 50; ++ticks) {
     rig.run(1);
     const double command = rig.command("b/position");
@@ -491,7 +491,7 @@ TEST(JtcExecution, AbortDeceleratesEachJoint) {
     rig.say(trajectory({"a", "b"}, {point(1, {1 * direction, 2 * direction})}));
     rig.run_for(0.5);
     const double a = rig.hardware->position("a"), b = rig.hardware->position("b");
-    rig.hardware->set_offset("a", 0.2);  // a shove: the path is left
+    rig.hardware->set_offset("a", 0.2);  // a push: the robot leaves the path
     rig.run(1);
     rig.hardware->set_offset("a", 0);
     // Velocities are 1 and 2: after 1/2 s and 1/4 m, 1/2 s and 1/2 m.

@@ -1,4 +1,5 @@
-// Which trajectories are taken and which are refused, and how they come into the controller's joint order.
+// Which trajectories are accepted and which are rejected, and how they are sorted into the controller's joint
+// order.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,7 +26,7 @@ MessageRules rules() {
   return out;
 }
 
-// Why a message is refused at t = 100 s; "" if it is taken.
+// Why a message is rejected at t = 100 s; "" if it is accepted.
 std::string error_of(const JointTrajectory& message, const MessageRules& by = rules()) {
   return check_message(message, by, from_seconds(100)).why();
 }

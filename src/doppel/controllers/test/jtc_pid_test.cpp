@@ -1,4 +1,4 @@
-// The PID that velocity and effort commands are closed with.
+// The PID that closes the loop of velocity and effort commands.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -61,8 +61,8 @@ TEST(Pid, AntiWindupLimitsIntegral) {
   };
   EXPECT_NEAR(after_saturation("none"), 100, 1e-9);
   EXPECT_DOUBLE_EQ(after_saturation("conditional_integration"), 0);
-  // Back-calculation settles where what is cut off balances the error: free output = 1 + i * error * T, T = p
-  // / i.
+  // Back-calculation settles where the clipped part balances the error: free output = 1 + i * error * T, T =
+  // p / i.
   EXPECT_NEAR(after_saturation("back_calculation"), 1 + 10 - 10, 1e-2);
 }
 
@@ -83,7 +83,7 @@ TEST(Pid, ResetClearsIntegral) {
   Pid pid = with(gains);
   pid.compute(1, 0, 1);
   pid.set_gains(gains);
-  EXPECT_DOUBLE_EQ(pid.integral(), 1);  // new gains keep it
+  EXPECT_DOUBLE_EQ(pid.integral(), 1);  // new gains preserve it
   pid.reset();
   EXPECT_DOUBLE_EQ(pid.integral(), 0);
 }

@@ -1,5 +1,5 @@
-// What joint_trajectory_controller tells: ~/controller_state, ~/query_state; and the speed scaling that it
-// obeys.
+// What joint_trajectory_controller reports, ~/controller_state and ~/query_state, and the speed scaling that
+// it applies.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ TEST(JtcReports, VectorsFollowInterfaces) {
     JtcRig rig(options_of(commands, states));
     Listener<State> received(rig.bus, "/arm/controller_state");
     rig.run(5);
-    ASSERT_THAT(received.messages, SizeIs(5)) << "one for each update";
+    ASSERT_THAT(received.messages, SizeIs(5)) << "expected one message for each update";
     const State& now = received.messages.back();
     const auto has = [](const Names& names, const char* name) {
       return std::find(names.begin(), names.end(), name) == names.end() ? 0u : 3u;
@@ -84,7 +84,7 @@ TEST(JtcReports, OutputNeedsFiniteCommands) {
   JtcOptions options = options_of({kVelocity}, {kPosition, kVelocity});
   options.start = false;
   JtcRig rig(options);
-  rig.hardware->set_velocity("a", std::nan(""));  // so that its loop has nothing to say
+  rig.hardware->set_velocity("a", std::nan(""));  // so that its loop has no messages
   rig.start();
   Listener<State> received(rig.bus, "/arm/controller_state");
   rig.run(1);

@@ -1,6 +1,6 @@
 #pragma once
-// A joint_trajectory_controller "arm" under a controller manager with fake hardware, and a client that speaks
-// to it as external clients do: topics from a node, the action through an edge.
+// A joint_trajectory_controller "arm" in a controller manager with fake hardware, and a client that uses the
+// interfaces of external clients: topics from a node, the action through an edge.
 
 #include <algorithm>
 #include <cmath>
@@ -29,8 +29,7 @@ struct JtcOptions {
   std::vector<InterfaceDescription> more_commands, more_states;
 };
 
-inline const std::vector<std::string> kJoints = {"a", "b",
-                                                 "c"};  // of JtcOptions, as long as it is not given others
+inline const std::vector<std::string> kJoints = {"a", "b", "c"};  // of JtcOptions, unless given
 
 inline JtcOptions options_of(std::vector<std::string> commands,
                              std::vector<std::string> states = {kPosition, kVelocity},
@@ -99,7 +98,7 @@ inline JointTrajectory trajectory(std::vector<std::string> joints, std::vector<J
   return message;
 }
 
-// Everything of one type on one topic.
+// All messages of one type on one topic.
 template <class M>
 struct Listener {
   Listener(Bus& bus, const std::string& topic) : node(bus, "/listener") {
@@ -146,7 +145,7 @@ class JtcRig : public ManagerRig {
     GoalStatus status = GoalStatus::unknown;
     FollowJointTrajectory::Result result;
   };
-  // The index of the goal in `answers`.
+  // The goal's index in `answers`.
   std::size_t send(const FollowJointTrajectory::Goal& goal) {
     const std::size_t index = answers.size();
     answers.emplace_back();

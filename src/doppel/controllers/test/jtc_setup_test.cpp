@@ -168,7 +168,7 @@ TEST(JtcSetup, ContinuousJointTakesShortestWay) {
   rig.say(trajectory({"turn", "swing"}, {point(1, {-3, -3})}));
   rig.run_for(0.5);
   const auto& middle = states.messages.back().reference.positions;
-  EXPECT_NEAR(middle[0], -3 - (3.14159265 - 3) * 0.98, 0.02);  // past pi
+  EXPECT_NEAR(middle[0], -3 - (3.14159265 - 3) * 0.98, 0.02);  // beyond pi
   EXPECT_NEAR(middle[1], 0, 0.1);
   for (const auto& state : states.messages) EXPECT_LT(std::abs(state.error.positions[0]), 3.15);
 }
@@ -184,12 +184,12 @@ TEST(JtcSetup, ActivationHoldsPosition) {
   ASSERT_TRUE(rig.activate().ok());
   rig.run(20);
   for (const std::string& joint : kJoints) EXPECT_DOUBLE_EQ(rig.command(joint + "/position"), 0.3);
-  rig.hardware->set_position("a", 1);  // the hold is what was measured then, not what is measured now
+  rig.hardware->set_position("a", 1);  // the hold is the position measured then, not the one measured now
   rig.run(1);
   EXPECT_DOUBLE_EQ(rig.command("a/position"), 0.3);
 }
 
-// The controller alone, with handles of the test's own.
+// The controller alone, with the test's own handles.
 struct Handles {
   explicit Handles(const Names& full_names, double value)
       : names(full_names), values(full_names.size(), value) {}

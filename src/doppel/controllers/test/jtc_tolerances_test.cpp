@@ -1,4 +1,4 @@
-// Tolerances: what violates them, and how a goal's own go over the defaults.
+// Tolerances: what violates them, and how those of a goal override the defaults.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

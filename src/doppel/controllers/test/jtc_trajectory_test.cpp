@@ -51,7 +51,7 @@ JointStates state(Values p, Values v = {}, Values a = {}) {
 
 JointStates at(const Trajectory& trajectory, double time, Interpolation method = Interpolation::splines) {
   JointStates out(trajectory.joints());
-  EXPECT_TRUE(trajectory.sample(from_seconds(time), method, out)) << "at " << time;
+  EXPECT_TRUE(trajectory.sample(from_seconds(time), method, out)) << "expected a sample at " << time;
   return out;
 }
 
@@ -92,7 +92,7 @@ TEST(JtcTrajectory, CubicAndQuinticMeetBoundaries) {
     t.begin(Time{}, Time{}, state(one(), one(), one()), kNoWraps);
     const Point* const ends[] = {&a, &b};
     for (const Point* end : ends) {
-      // Just before the point, so that the polynomial speaks and not the point itself.
+      // Just before the point, so that the polynomial is sampled and not the point itself.
       const JointStates s = at(t, end->time - 1e-9);
       EXPECT_NEAR(s.positions[0], end->p[0], 1e-6);
       EXPECT_NEAR(s.velocities[0], end->v[0], 1e-4);
@@ -144,7 +144,7 @@ TEST(JtcTrajectory, RestToRestMatchesClosedForm) {
 TEST(JtcTrajectory, StartStateHasFieldsOfFirstPoint) {
   Trajectory t = make({{1, {1}, {0}, {0}, {}}});
   t.begin(Time{}, Time{}, state({0}), kNoWraps);
-  // Quintic from rest, not the straight line that a start without derivatives would give.
+  // A quintic from rest, not the straight line that a start without derivatives would give.
   EXPECT_NEAR(at(t, 0.25).positions[0], 0.103515625, 1e-12);
   EXPECT_NEAR(at(t, 0).velocities[0], 0, 1e-12);
   EXPECT_NEAR(at(t, 0).accelerations[0], 0, 1e-12);
@@ -182,7 +182,7 @@ TEST(JtcTrajectory, PositionsOfSkippedSegmentsAreDeduced) {
 TEST(JtcTrajectory, UnknownStartGivesNoSample) {
   Trajectory t = make({{1, {}, {2}, {}, {}}});
   JointStates out(1);
-  EXPECT_FALSE(t.sample(Time{}, Interpolation::splines, out));  // not begun
+  EXPECT_FALSE(t.sample(Time{}, Interpolation::splines, out));  // not started
   t.begin(Time{}, Time{}, state({std::nan("")}), kNoWraps);
   EXPECT_FALSE(t.sample(from_seconds(5), Interpolation::splines, out));
   t.begin(from_seconds(3), from_seconds(3), state({0}), kNoWraps);
@@ -271,7 +271,7 @@ TEST(JtcTrajectory, ContinuousJointStartsShortestWay) {
   EXPECT_NEAR(start(3.0, -3.0, false), 3.0, 1e-12);
   EXPECT_NEAR(start(0.1, 6 * kPi, true), 6 * kPi + 0.1, 1e-12);
   EXPECT_NEAR(start(0.5, 1.0, true), 0.5, 1e-12);
-  // Exactly half a turn: the way the numbers say.
+  // Exactly half a turn: in the direction that the values give.
   EXPECT_NEAR(start(0, kPi, true), 0, 1e-12);
   EXPECT_NEAR(start(kPi, 0, true), kPi, 1e-12);
   EXPECT_NEAR(start(0, -kPi, true), 0, 1e-12);

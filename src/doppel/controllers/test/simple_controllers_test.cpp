@@ -235,7 +235,7 @@ TEST(PidControllerTest, OutputFollowsReferenceAndState) {
   rig.run(1);
   rig.bus.spin();
   EXPECT_NEAR(rig.manager->command("a/effort"), 10.0 * 0.5 - 2.0 * 0.25, 1e-12);
-  EXPECT_NEAR(rig.manager->command("b/effort"), 6.0 - 2 * M_PI, 1e-12);  // the short way round
+  EXPECT_NEAR(rig.manager->command("b/effort"), 6.0 - 2 * M_PI, 1e-12);  // the shorter way
   const auto& state = states.messages.back().dof_states;
   ASSERT_EQ(state.size(), 2u);
   EXPECT_EQ(state[0].name, "a");

@@ -1,5 +1,5 @@
 #pragma once
-// Robots to convert: those in robots/, and text.
+// Robots to convert: those in robots/, and descriptions given as text.
 
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ inline std::filesystem::path fresh_folder(const std::string& name) {
   return folder;
 }
 
-// Within the limits, mimics not yet following.
+// Positions within the limits; mimic joints do not follow yet.
 inline Eigen::VectorXd random_q(const Model& model, std::mt19937& generator) {
   Eigen::VectorXd q = model.neutral();
   for (const ModelJoint& joint : model.joints) {

@@ -36,7 +36,7 @@ std::filesystem::path exported(const Converted& converted, const std::string& fo
   return folder / "robot.xml";
 }
 
-// Every joint by its name, for the order is MuJoCo's business.
+// Every joint by name, because MuJoCo chooses the order.
 void set_q(const Model& model, const Eigen::VectorXd& q, const Loaded& loaded) {
   for (const ModelJoint& joint : model.joints) {
     if (!joint.scalar()) continue;
@@ -100,7 +100,7 @@ TEST(MjcfTest, EveryElementIsConverted) {
   expect_equal(converted, loaded);
   const mjModel* m = loaded.model;
   const int twist = mj_name2id(m, mjOBJ_JOINT, "turn & \"twist\"");
-  ASSERT_GE(twist, 0) << "names are kept";
+  ASSERT_GE(twist, 0) << "expected names to be preserved";
   EXPECT_EQ(m->jnt_range[2 * twist], -1);
   EXPECT_EQ(m->jnt_range[2 * twist + 1], 2);
   EXPECT_EQ(m->dof_damping[m->jnt_dofadr[twist]], 0.1);
@@ -110,11 +110,11 @@ TEST(MjcfTest, EveryElementIsConverted) {
   ASSERT_GE(drive, 0);
   EXPECT_EQ(m->actuator_forcerange[2 * drive], -5);
   EXPECT_EQ(m->actuator_forcerange[2 * drive + 1], 5);
-  EXPECT_EQ(m->nu, 3) << "a mimic joint has no drive";
+  EXPECT_EQ(m->nu, 3) << "expected no drive for the mimic joint";
   ASSERT_EQ(m->neq, 1);
   EXPECT_EQ(m->eq_data[0], 0.01);
   EXPECT_EQ(m->eq_data[1], 1.5);
-  EXPECT_EQ(m->nexclude, 1) << "base and upper";
+  EXPECT_EQ(m->nexclude, 1) << "expected one exclusion: base and upper";
 }
 
 TEST(MjcfTest, OverlapAtStartIsExcluded) {
@@ -132,7 +132,8 @@ TEST(MjcfTest, OverlapAtStartIsExcluded) {
                                         joint("a", "b") + joint("b", "c") + joint("c", "d") + "</robot>");
   const Loaded loaded(exported(converted, "mjcf_overlap"));
   ASSERT_NE(loaded.model, nullptr) << loaded.problem;
-  EXPECT_EQ(loaded.model->nexclude, 5) << "three neighbours, a and c, b and d; a and d are 0.06 m apart";
+  EXPECT_EQ(loaded.model->nexclude, 5)
+      << "expected three neighbours, a and c, b and d; a and d are 0.06 m apart";
   mj_forward(loaded.model, loaded.data);
   EXPECT_EQ(loaded.data->ncon, 0);
 }

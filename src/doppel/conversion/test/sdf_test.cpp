@@ -9,8 +9,8 @@
 namespace doppel {
 namespace {
 
-// A small reader of SDF's pose graph, made from the specification alone: where each link and frame stands
-// when the joints stand at q.
+// A small reader of SDF's pose graph, written from the specification alone: the pose of each link and frame
+// with the joints at q.
 class SdfReader {
  public:
   explicit SdfReader(const std::string& text)
@@ -18,7 +18,7 @@ class SdfReader {
     for (const XmlNode& node : model_.children) {
       if (!node.is("link") && !node.is("joint") && !node.is("frame")) continue;
       const std::string name = node.find("name")->value;
-      EXPECT_TRUE(nodes_.emplace(name, &node).second) << "twice: " << name;
+      EXPECT_TRUE(nodes_.emplace(name, &node).second) << "expected unique names; defined twice: " << name;
       if (node.is("joint")) joint_above_[node.first("child")->content()] = &node;
     }
   }
@@ -45,7 +45,7 @@ class SdfReader {
       const std::string base = node.find("attached_to") ? node.find("attached_to")->value : "";
       return at(base, q) * (at_zero(base).inverse() * at_zero(name));
     }
-    if (node.is("joint")) {  // fixed to its child in SDF; moves with its parent only where it is fixed
+    if (node.is("joint")) {  // fixed to its child in SDF; moves with its parent only if it is a fixed joint
       return at(node.first("child")->content(), q) *
              (at_zero(node.first("child")->content()).inverse() * at_zero(name));
     }
@@ -119,7 +119,7 @@ void expect_same_kinematics(const Converted& converted, const SdfReader& sdf,
       const auto other = renamed.find(joint.name);
       if (joint.scalar()) by_name[other == renamed.end() ? joint.name : other->second] = q[joint.q];
     }
-    // The model's frame is the root link's, or that of the first link below a world.
+    // The model's frame is that of the root link, or of the first link below a world.
     for (std::size_t i = 0; i < model.links.size(); ++i) {
       if (model.links[i].name == "world") continue;
       ASSERT_TRUE(same(sdf.at(model.links[i].name, by_name), data.X_WL[i], 1e-9)) << model.links[i].name;
@@ -151,10 +151,11 @@ TEST(SdfTest, EveryElementIsConverted) {
   Diagnostics diagnostics;
   const SdfReader sdf(exported(converted, diagnostics));
   expect_same_kinematics(converted, sdf, {{"slide", "slide_2"}});
-  EXPECT_TRUE(sdf.node("base_footprint").is("frame")) << "no mass, no shape: it would weigh 1 kg as a link";
+  EXPECT_TRUE(sdf.node("base_footprint").is("frame"))
+      << "expected a frame: without mass and shape it would weigh 1 kg as a link";
   EXPECT_TRUE(sdf.node("tool0").is("frame"));
   EXPECT_TRUE(sdf.node("slide").is("link"));
-  ASSERT_TRUE(sdf.has("slide_2")) << "SDF wants one name for one thing";
+  ASSERT_TRUE(sdf.has("slide_2")) << "expected a new name: SDF requires unique names";
   EXPECT_TRUE(sdf.node("slide_2").is("joint"));
   const XmlNode& axis = *sdf.node("turn & \"twist\"").first("axis");
   EXPECT_EQ(number_in(*axis.first("limit"), "lower"), -1);

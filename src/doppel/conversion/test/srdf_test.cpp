@@ -35,7 +35,7 @@ std::map<std::pair<int, int>, DisabledReason> by_pair(const SelfCollisions& foun
   return out;
 }
 
-// The same from trigonometry alone, over a grid of every joint.
+// The same from trigonometry alone, over a grid of all joint positions.
 std::map<std::pair<int, int>, DisabledReason> brute_force(double radius) {
   std::map<std::pair<int, int>, int> touched;
   std::map<std::pair<int, int>, bool> at_zero;
@@ -88,7 +88,8 @@ TEST(SelfCollisionTest, AgreesWithBruteForce) {
 }
 
 TEST(SelfCollisionTest, PairsTouchingInNearlyEveryPoseAreAlways) {
-  // A ball on a slide that leaves another only in the last half millimetre of its travel, where zero is.
+  // A ball on a slide that separates from another one only in the last half millimetre of its travel, at
+  // zero.
   const Converted converted = from_text(
       "<robot name=\"r\"><link name=\"a\"><collision><geometry><sphere "
       "radius=\"0.1\"/></geometry></collision>"
@@ -216,7 +217,7 @@ TEST(SrdfTest, SrdfHasGroupsStatesAndDisabledPairs) {
   ASSERT_NE(effector, nullptr);
   EXPECT_EQ(effector->find("parent_link")->value, "tool_link_1");
   EXPECT_EQ(effector->find("parent_group")->value, "arm");
-  EXPECT_EQ(robot.first("virtual_joint"), nullptr) << "the root is the world";
+  EXPECT_EQ(robot.first("virtual_joint"), nullptr) << "expected no virtual joint: the root is the world";
   EXPECT_EQ(robot.first("passive_joint")->find("name")->value, "Revolute 9");
   EXPECT_EQ(robot.first("disable_collisions")->find("reason")->value, "Adjacent");
   const Converted whole = from_text(kWholeRobot);

@@ -11,7 +11,7 @@ namespace {
 RobotDescription random_robot(std::mt19937& generator, int links) {
   std::string xml = "<robot name=\"r\"><link name=\"l0\"/>";
   for (int i = 1; i < links; ++i) {
-    // Mostly on from the last ones, so that there are long chains and bushes.
+    // Mostly attached to the most recent links, so that there are long chains as well as wide trees.
     const int parent = std::uniform_int_distribution(std::max(0, i - 6), i - 1)(generator);
     const std::string name = "l" + std::string(static_cast<std::size_t>(i % 9), 'x') + std::to_string(i);
     xml += "<link name=\"" + name + "\"/><joint name=\"j" + std::to_string(i) +
@@ -47,7 +47,7 @@ TEST(TreeDrawingTest, BoxesNeverOverlapAndStayOnPage) {
         const DrawnBox& b = boxes[j];
         const bool apart =
             a.x + a.width <= b.x || b.x + b.width <= a.x || a.y + a.height <= b.y || b.y + b.height <= a.y;
-        ASSERT_TRUE(apart) << "trial " << trial << ": boxes " << i << " and " << j;
+        ASSERT_TRUE(apart) << "trial " << trial << ": expected no overlap of boxes " << i << " and " << j;
       }
     }
   }

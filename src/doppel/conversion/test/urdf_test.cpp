@@ -17,7 +17,7 @@ void expect_same(const Origin& a, const Origin& b) {
   EXPECT_EQ(a.rpy, b.rpy);
 }
 
-// The same files for the same shapes, wherever they are named from.
+// The same shapes get the same files, wherever they are referenced from.
 void expect_same(const Geometry& a, const Geometry& b) {
   ASSERT_EQ(a.index(), b.index());
   const auto* mesh = std::get_if<MeshGeometry>(&a);
@@ -81,7 +81,7 @@ TEST(UrdfTest, RoundTripIsEqual) {
     const Converted converted = bundled(name);
     MeshFiles files({folder, false, std::nullopt});
     write_whole(folder / "robot.urdf", to_urdf(converted.robot, files));
-    EXPECT_EQ(files.to_write(), 0u) << "nothing is copied that was not asked for";
+    EXPECT_EQ(files.to_write(), 0u) << "expected no copies unless requested";
     expect_same(converted.robot, read_back(folder / "robot.urdf"));
   }
   const Converted whole = from_text(kWholeRobot);

@@ -49,7 +49,7 @@ TEST(Arena, CopiesOutliveSource) {
   EXPECT_TRUE(arena.array<double>(0).empty());
 }
 
-// Memory of an arena that is gone may serve the next one, but never two at once.
+// Memory of a destroyed arena may be reused by the next one, but never by two at once.
 TEST(Arena, ReusedBlockBelongsToOneArena) {
   const auto fill = [](Arena& arena, char mark) {
     std::vector<std::string_view> pieces;

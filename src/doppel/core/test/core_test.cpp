@@ -35,7 +35,7 @@ TEST(Diagnostics, ThrowIfErrorsThrowsAllErrors) {
   d.error("e.f", make_location("x", 4, 5), "worse");
   try {
     d.throw_if_errors();
-    FAIL();
+    FAIL() << "expected an InputError with both errors";
   } catch (const InputError& e) {
     EXPECT_STREQ(e.what(), "x:2:3: error: wrong [c.d]\n  fix: do this\nx:4:5: error: worse [e.f]");
   }
@@ -58,8 +58,10 @@ TEST(Names, SiblingNameIsLastSuggestion) {
   EXPECT_EQ(nearest("left_finger", {"right_finger", "left_fnger"}), "left_fnger");
   EXPECT_EQ(nearest("lower_arm", {"upper_arm", "lowr_arms"}), "lowr_arms");
   EXPECT_EQ(nearest("elbow_joint", {"elbow_point", "joint_elbow"}), "joint_elbow");
-  EXPECT_EQ(nearest("ds3241", {"ds3218", "ds3240"}), "ds3240") << "one sibling is nearer than the others";
-  EXPECT_EQ(nearest("Revolute 7", {"Revolute 1", "Revolute 2"}), "") << "one is as good as the other";
+  EXPECT_EQ(nearest("ds3241", {"ds3218", "ds3240"}), "ds3240")
+      << "expected the sibling that is nearer than the others";
+  EXPECT_EQ(nearest("Revolute 7", {"Revolute 1", "Revolute 2"}), "")
+      << "expected no suggestion: both are equally near";
   EXPECT_EQ(nearest("Revolute 7", {"Revolute 1", "Revolute 1"}), "Revolute 1");
 }
 
@@ -100,7 +102,7 @@ TEST(Inbox, WaitEndsOnPost) {
     for (int i = 0; i < kRounds; ++i) inbox.post([] {});
   });
   for (std::size_t count = 0; count < kRounds; count += inbox.run())
-    ASSERT_TRUE(inbox.wait(std::chrono::seconds(60)));  // a lost wake-up would last as long
+    ASSERT_TRUE(inbox.wait(std::chrono::seconds(60)));  // a lost wake-up would take as long
   poster.join();
 }
 
@@ -194,7 +196,7 @@ TEST(FileDescriptor, ReadReturnsAllAndDestructorCloses) {
     std::array<std::byte, 4> four{};
     EXPECT_EQ(read_all(in.get(), four), 4);
     EXPECT_EQ(four[3], std::byte{'d'});
-    EXPECT_EQ(read_all(in.get(), four), 1) << "the other end is closed";
+    EXPECT_EQ(read_all(in.get(), four), 1) << "expected 1: the other end is closed";
     EXPECT_EQ(read_all(in.get(), four), 0);
   }
   EXPECT_EQ(fcntl(left, F_GETFD), -1);

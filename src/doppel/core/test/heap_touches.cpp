@@ -33,7 +33,7 @@ void* operator new(std::size_t size) {
 void* operator new[](std::size_t size) {
   return take(size);
 }
-// The library's own would call these two, a sanitizer's does not.
+// The standard library's versions would call these two; a sanitizer's do not.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept try {
   return take(size);
 } catch (const std::bad_alloc&) {

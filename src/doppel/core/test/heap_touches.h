@@ -1,12 +1,12 @@
 #pragma once
-// For tests of loops that must leave the heap alone: linked in (doppel_heap_touches), every operator new and
-// delete of the program is counted.
+// For tests of loops that must not use the heap: linked in (doppel_heap_touches), it counts every operator
+// new and delete of the program.
 
 #include <cstddef>
 
 namespace doppel::test {
 
-// What this thread asked of the heap while the counter ran.
+// The heap operations of this thread while the counter was on.
 class HeapTouches {
  public:
   void run();
@@ -17,7 +17,7 @@ class HeapTouches {
   std::size_t count_ = 0;
 };
 
-// Those of one piece of work.
+// Those of one function call.
 template <class Work>
 std::size_t heap_touches_of(const Work& work) {
   HeapTouches touches;

@@ -35,7 +35,7 @@ TEST(OutputFileTest, FailedWriteLeavesOldFile) {
   }
   std::size_t files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder)) ++files;
-  EXPECT_EQ(files, 1u) << "no drafts are left";
+  EXPECT_EQ(files, 1u) << "expected no temporary files to be left";
   std::filesystem::create_symlink(folder / "a", folder / "link");
   write_whole(folder / "link", "three");
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));

@@ -1,5 +1,5 @@
-// Fuzz target: the first byte chooses the format, the rest is the file. What is read has only indices that
-// exist and corners that are numbers.
+// Fuzz target: the first byte selects the format, the rest is the file. Meshes that are read have only valid
+// indices and finite corners.
 #include <cstdint>
 #include <cstdlib>
 

@@ -1,4 +1,4 @@
-// Files as they are found: what stands before <?xml, left-over xacro, prefixes that nobody declares.
+// Files as found in practice: text before <?xml, left-over xacro, undeclared prefixes.
 #include "doppel/description/load.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ std::string robot(const std::string& more) {
   return "<robot name=\"a\"><link name=\"l\"/>" + more + "</robot>";
 }
 
-// Each of these is a robot for check_urdf.
+// check_urdf accepts each of these as a robot.
 TEST(LoadDescription, UrdfdomToleratedFaultIsWarningWithPlace) {
   const std::pair<std::string, std::string> cases[] = {
       {"\n\n  <?xml version=\"1.0\"?>\n" + kRobot,
@@ -109,7 +109,7 @@ TEST(LoadDescription, TextBeforeDeclarationIsWarning) {
       << got.diagnostics_text;
 }
 
-// As ros/xacro reads them: an encoding that is declared, and is not that of the file, says nothing.
+// As ros/xacro reads them: a declared encoding that is not that of the file has no effect.
 TEST(LoadDescription, Utf8IsReadDespiteDeclaredEncoding) {
   for (const char* encoding : {"gb2312", "utf-16", "ISO-8859-1", "foo"}) {
     const Reading got = read("a.xacro", "<?xml version=\"1.0\" encoding=\""s + encoding + "\"?>" +

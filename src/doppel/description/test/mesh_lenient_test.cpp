@@ -1,4 +1,4 @@
-// Files that our own readers refuse and that RViz and Gazebo show: what assimp reads is readable.
+// Files that doppel's own readers reject and that RViz and Gazebo show: what assimp reads is readable.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -68,7 +68,7 @@ TEST_F(MeshToleranceTest, MalformedColladaIsReadAsInRviz) {
   struct Case {
     const char* what;
     std::string text;
-    bool own_reader;  // reads it without a remark
+    bool own_reader;  // reads it without a diagnostic
   };
   const Case cases[] = {
       {"an attribute with '<'", with(collada_tetrahedron(), "id=\"n\"", "id=\"<STL_BINARY>\""), false},
@@ -80,7 +80,7 @@ TEST_F(MeshToleranceTest, MalformedColladaIsReadAsInRviz) {
     const TriangleMesh mesh = load("bad.dae", text);
     EXPECT_EQ(mesh.remark.empty(), own_reader);
     EXPECT_EQ(mesh.triangles.size(), good.triangles.size());
-    // The unit is applied and the up axis is not, as our own reader has it.
+    // The unit is applied and the up axis is not, as in doppel's own reader.
     EXPECT_TRUE(mesh.bounds().min().isApprox(good.bounds().min(), 1e-6F) || good.bounds().min().isZero());
     EXPECT_TRUE(mesh.bounds().max().isApprox(good.bounds().max(), 1e-6F)) << mesh.bounds().max();
   }
@@ -104,7 +104,7 @@ TEST_F(MeshToleranceTest, FileRefusedByBothReadersKeepsOwnMessage) {
   const std::string path = write("c.obj", "v 0 0 0\nf 1 2 3\n");
   try {
     load_mesh(path, Eigen::Vector3d::Ones());
-    FAIL();
+    FAIL() << "expected an InputError: no reader accepts the file";
   } catch (const InputError& error) {
     EXPECT_NE(error.diagnostics().front().message.find("vertex '2'"), std::string::npos);
     EXPECT_EQ(error.diagnostics().front().where.line, 2);

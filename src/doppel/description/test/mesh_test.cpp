@@ -91,7 +91,7 @@ TEST(StlReader, InvalidFileIsRefusedWithPlace) {
                 .find("4 vertices"),
             std::string::npos);
   EXPECT_NE(refused("solid a\nouter loop\nvertex 0,5 0 0\n", "stl").find("part:3"), std::string::npos)
-      << "a decimal comma is no number";
+      << "expected an error: a decimal comma is not part of a valid number";
   auto bad = tetrahedron();
   bad[1][2].x() = std::nanf("");
   EXPECT_NE(refused(binary_stl(bad), "stl").find("triangle 2"), std::string::npos);
@@ -124,7 +124,7 @@ TEST(ObjReader, MissingVertexIsReported) {
   EXPECT_NE(refused("v 0 0\n", "obj").find("three numbers"), std::string::npos);
 }
 
-// Star-shaped polygons: however the ears are cut, the signed area is the polygon's own.
+// Star-shaped polygons: however the ears are cut, the signed area is that of the polygon.
 TEST(PolygonTriangulation, EarSearchBeyondLimitFallsBackToFans) {
   mesh::TriangleSoup soup;
   std::vector<std::uint32_t> star;
@@ -170,7 +170,7 @@ TEST(PolygonTriangulation, EarsCoverPolygonOnce) {
       absolute += std::abs(part);
     }
     EXPECT_NEAR(cut, area, 1e-4F);
-    EXPECT_NEAR(absolute, area, 1e-4F) << "no triangle lies outside";
+    EXPECT_NEAR(absolute, area, 1e-4F) << "expected no triangle outside of the polygon";
   }
 }
 
@@ -257,7 +257,7 @@ TEST(ColladaReader, FaultsAreReportedWithLine) {
   EXPECT_NE(refused("<a/>", "dae").find("not <COLLADA>"), std::string::npos);
 }
 
-// An independent reader has to see the same triangles.
+// An independent reader has to read the same triangles.
 TEST(ColladaReader, ResultAgreesWithAssimp) {
   const std::string path = ::testing::TempDir() + "doppel_mesh_test.dae";
   std::ofstream(path) << collada(R"(<unit meter="0.01"/>)",

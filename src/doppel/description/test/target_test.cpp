@@ -1,4 +1,4 @@
-// What a folder given as a target may hold beside its description.
+// What a folder given as a target may contain beside its description.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>

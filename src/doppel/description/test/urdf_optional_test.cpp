@@ -1,4 +1,5 @@
-// An optional extra never stops a robot: what urdfdom, sdformat or ros2_control leave out is a warning here.
+// An optional element never makes a robot invalid: what urdfdom, sdformat or ros2_control leave out is a
+// warning here.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,8 +11,7 @@ namespace {
 
 class UrdfOptionalPartsTest : public ::testing::Test {
  protected:
-  // Reads two links and what joins them; `extra` stands at the end of the robot, `of_link` in the second
-  // link.
+  // Reads two links and their joint; `extra` is at the end of the robot, `of_link` in the second link.
   const RobotDescription& read(const std::string& extra, const std::string& of_link = "",
                                const std::string& of_joint = kAxisAndLimit,
                                const std::string& type = "revolute") {
@@ -23,7 +23,7 @@ class UrdfOptionalPartsTest : public ::testing::Test {
     robot_ = parse_urdf(text, "r.urdf", resolver_, diagnostics_);
     return robot_;
   }
-  // How often `rule` was a warning with a place.
+  // The number of warnings of `rule` that have a location.
   [[nodiscard]] auto warnings(const std::string& rule) const {
     return std::count_if(diagnostics_.all().begin(), diagnostics_.all().end(), [&](const Diagnostic& d) {
       return d.rule == rule && d.severity == Severity::warning && d.where.known();
@@ -52,7 +52,7 @@ TEST_F(UrdfOptionalPartsTest, GazeboValuesAreReadFromAttributesOrText) {
   const GazeboExtension& gazebo = robot_.gazebo.at(0);
   EXPECT_EQ(gazebo.mu1, 0.8);
   EXPECT_EQ(gazebo.mu2, 0.5);
-  EXPECT_EQ(gazebo.kp, 1e6) << "the attribute comes first";
+  EXPECT_EQ(gazebo.kp, 1e6) << "expected the attribute to take precedence";
   EXPECT_EQ(gazebo.kd, 2.0);
   EXPECT_EQ(gazebo.self_collide, true);
   EXPECT_EQ(gazebo.gravity, false);
@@ -156,7 +156,7 @@ TEST_F(UrdfOptionalPartsTest, UnreadableColourIsIgnored) {
 TEST_F(UrdfOptionalPartsTest, CrossedLimitsAreSwapped) {
   read("", "", "<axis xyz=\"0 0 1\"/><limit lower=\"2\" upper=\"-1\" effort=\"1\" velocity=\"1\"/>");
   EXPECT_EQ(warnings("urdf.limits_crossed"), 1);
-  EXPECT_EQ(robot_.joints.at(0).limits->lower, 2.0) << "the description stays as it was written";
+  EXPECT_EQ(robot_.joints.at(0).limits->lower, 2.0) << "expected the description to stay as written";
 }
 
 TEST_F(UrdfOptionalPartsTest, ZeroAxisFixesJoint) {
@@ -210,7 +210,7 @@ TEST_F(UrdfOptionalPartsTest, FaultyTransmissionIsIgnored) {
   EXPECT_EQ(warnings("urdf.optional_value"), 1);
 }
 
-// What urdfdom refuses stays refused.
+// What urdfdom rejects stays an error.
 TEST_F(UrdfOptionalPartsTest, MissingRequiredJointElementIsError) {
   EXPECT_THROW(read("", "", "<axis xyz=\"0 0\"/>"), InputError);
   EXPECT_THROW(read("", "", "<origin xyz=\"0 0 x\"/>"), InputError);

@@ -27,7 +27,7 @@ InterfaceFacts ethernet() {
   return {"eth0", "192.168.1.2", false, true, true, ""};
 }
 
-// A machine that has everything.
+// A machine without problems.
 Machine good_machine() {
   Machine machine;
   machine.program = {"1.0", "/page", true, {{"mujoco", "libmujoco-dev", true, true, ""}}};

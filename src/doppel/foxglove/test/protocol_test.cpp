@@ -209,7 +209,7 @@ TEST(SendQueue, FullQueueDropsOldestMessagesAndKeepsResponses) {
   while ((frame = queue.pop()) && frame->kind == OutgoingFrame::Kind::message) ++messages;
   ASSERT_TRUE(frame.has_value());
   EXPECT_EQ(messages + dropped, 1000u);
-  EXPECT_EQ(frame->body.size(), 4u);  // the answer came behind the messages before it
+  EXPECT_EQ(frame->body.size(), 4u);  // the answer arrived after the messages before it
   EXPECT_TRUE(queue.empty());
   EXPECT_EQ(queue.data_bytes() + queue.answer_bytes(), 0u);
 }

@@ -35,7 +35,7 @@ Pose moved(double x, double y, double z) {
   return make_pose({x, y, z}, Vector3d::Zero());
 }
 
-// The separating axis test of two boxes: the least overlap over the 15 axes that matter.
+// The separating axis test of two boxes: the least overlap over the 15 relevant axes.
 double box_depth(const Box& a, const Box& b, const Pose& X_AB) {
   std::vector<Vector3d> axes;
   for (int i = 0; i < 3; ++i) {
@@ -63,17 +63,18 @@ TEST(ConvexDepthTest, BoxesAgreeWithSeparatingAxisTest) {
     const Box a{{random.in(0.01, 0.3), random.in(0.01, 0.3), random.in(0.01, 0.3)}};
     const Box b{{random.in(0.01, 0.3), random.in(0.01, 0.3), random.in(0.01, 0.3)}};
     Pose X_AB = random.pose(0.2);
-    if (trial % 3 == 0) {  // as robots stand: axes along axes
+    if (trial % 3 == 0) {  // with parallel axes, as is common in robots
       const Vector3d quarter(std::round(random.in(-2, 2)), std::round(random.in(-2, 2)), 0);
       X_AB.linear() = rotation_from_rpy(quarter * (std::numbers::pi / 2));
     }
     if (trial % 7 == 0) X_AB.translation().setZero();
     const double expected = box_depth(a, b, X_AB);
     overlapping += expected > 0 ? 1 : 0;
-    ASSERT_NEAR(depth(a, b, X_AB), expected > kTouching ? expected : 0, 2e-7) << "trial " << trial;
+    ASSERT_NEAR(depth(a, b, X_AB), expected > kTouching ? expected : 0, 2e-7)
+        << "expected the depth of the separating axis test, trial " << trial;
     if (std::abs(expected - kTouching) > 1e-9) {
       ASSERT_EQ(convex_depth(ConvexSolid(a), ConvexSolid(b), X_AB, false).overlap, expected > kTouching)
-          << "trial " << trial;
+          << "expected the overlap of the separating axis test, trial " << trial;
     }
   }
   EXPECT_GT(overlapping, 5000);
@@ -92,7 +93,8 @@ TEST(ConvexDepthTest, PointBoxEqualsBox) {
       points.vertices.col(i) =
           0.5 * a.size.cwiseProduct(Vector3d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
     const double expected = box_depth(a, b, X_AB);
-    ASSERT_NEAR(depth(points, b, X_AB), expected > kTouching ? expected : 0, 2e-7) << "trial " << trial;
+    ASSERT_NEAR(depth(points, b, X_AB), expected > kTouching ? expected : 0, 2e-7)
+        << "expected the depth of the separating axis test, trial " << trial;
   }
 }
 
@@ -104,7 +106,8 @@ TEST(ConvexDepthTest, RoundShapesAgreeWithClosedForms) {
     const Pose X_AB = random.pose(0.15);
     const double expected = std::max(0.0, a.radius + b.radius - X_AB.translation().norm());
     ASSERT_NEAR(depth(a, b, X_AB), expected, 1e-6);
-    // Two cylinders side by side, axes parallel, one slid along: out sideways or along the axis.
+    // Two cylinders side by side with parallel axes, one shifted along its axis: the depth is the smaller one
+    // of sideways and along the axis.
     const Cylinder c{random.in(0.02, 0.1), random.in(0.05, 0.4)},
         d{random.in(0.02, 0.1), random.in(0.05, 0.4)};
     const Vector3d p = random.vector(0.15);
@@ -113,7 +116,7 @@ TEST(ConvexDepthTest, RoundShapesAgreeWithClosedForms) {
     const double sideways = c.radius + d.radius - p.head<2>().norm();
     const double along = 0.5 * (c.length + d.length) - std::abs(p.z());
     ASSERT_NEAR(depth(c, d, X_CD), std::max(0.0, std::min(sideways, along)), 2e-6);
-    // A capsule that lies across a box's face.
+    // A capsule that lies across a face of a box.
     const Capsule k{random.in(0.01, 0.05), random.in(0.05, 0.2)};
     const Box table{{2, 2, 2}};
     const double height = random.in(0.95, 1.2);
@@ -130,13 +133,15 @@ TEST(ConvexDepthTest, CrossedCylindersAndSymmetricCasesAreExact) {
   EXPECT_NEAR(depth(rod, rod, across), 0.03, 1e-6);
   EXPECT_NEAR(depth(rod, rod, Pose::Identity()), 0.1, 1e-5);
   EXPECT_NEAR(depth(Sphere{0.1}, Sphere{0.2}, Pose::Identity()), 0.3, 1e-9);
-  EXPECT_EQ(depth(Box{{1, 1, 1}}, Box{{1, 1, 1}}, moved(1, 0, 0)), 0) << "face on face";
+  EXPECT_EQ(depth(Box{{1, 1, 1}}, Box{{1, 1, 1}}, moved(1, 0, 0)), 0)
+      << "expected no depth where faces touch";
   EXPECT_NEAR(depth(Box{{1, 1, 1}}, Box{{1, 1, 1}}, moved(0.9, 0, 0)), 0.1, 1e-9);
-  EXPECT_NEAR(depth(Box{{1, 1, 1}}, Box{{0.1, 0.1, 0.1}}, moved(0, 0, 0)), 0.55, 1e-9) << "wholly inside";
+  EXPECT_NEAR(depth(Box{{1, 1, 1}}, Box{{0.1, 0.1, 0.1}}, moved(0, 0, 0)), 0.55, 1e-9)
+      << "expected the shortest way out of the larger box";
   ConvexPoints flat;
   flat.vertices.resize(3, 4);
   flat.vertices << 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0;
-  EXPECT_EQ(depth(flat, flat, moved(0.5, 0, 0)), 0) << "two sheets in one plane";
+  EXPECT_EQ(depth(flat, flat, moved(0.5, 0, 0)), 0) << "expected no depth of two plates in one plane";
   EXPECT_NEAR(depth(flat, Box{{1, 1, 1}}, moved(0.5, 0.5, 0)), 0.5, 1e-9);
 }
 
@@ -161,7 +166,7 @@ std::string write_tetrahedra(const std::string& name, const std::vector<std::arr
   return path;
 }
 
-// Moeller 1997 in its simplest form: some edge of one triangle crosses the other.
+// Moeller 1997 in its simplest form: an edge of one triangle crosses the other.
 bool edge_crosses(const std::array<Vector3d, 3>& edges_of, const std::array<Vector3d, 3>& t) {
   const Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]);
   for (int e = 0; e < 3; ++e) {

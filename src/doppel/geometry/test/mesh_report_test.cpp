@@ -101,8 +101,8 @@ TEST(MeshReport, CacheReturnsSameReportAndRejectsDamage) {
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     std::string broken = bytes;
     broken[i] = static_cast<char>(broken[i] ^ 0x20);
-    EXPECT_FALSE(from_bytes(broken, "key")) << "byte " << i;
-    EXPECT_FALSE(from_bytes(bytes.substr(0, i), "key")) << "cut at " << i;
+    EXPECT_FALSE(from_bytes(broken, "key")) << "expected an error for a changed byte " << i;
+    EXPECT_FALSE(from_bytes(bytes.substr(0, i), "key")) << "expected an error for data cut at " << i;
   }
 }
 

@@ -1,4 +1,4 @@
-// Fuzz target: bytes to XML to URDF to Model to poses. Whatever compiles can be computed with.
+// Fuzz target: bytes to XML to URDF to Model to poses. Every model that compiles can be used in computations.
 #include <cstdint>
 #include <cstdlib>
 

@@ -38,7 +38,7 @@ double mass_of(const Model& model, const std::string& link) {
 TEST(AssumedMasses, ArmWithoutMeshesIsEstimatedFromLinkLengths) {
   Diagnostics diagnostics;
   const Model model = compile_model(seven_axes(), BaseKind::fixed, diagnostics);
-  EXPECT_GT(model.total_mass, 3.0) << "the real one weighs 18 kg";
+  EXPECT_GT(model.total_mass, 3.0) << "expected more than 3 kg; the real arm weighs 18 kg";
   EXPECT_LT(model.total_mass, 40.0);
   EXPECT_GT(mass_of(model, "link4"), mass_of(model, "link1"));
   EXPECT_GT(mass_of(model, "link2"), 5.0 * mass_of(model, "link6"));
@@ -96,7 +96,7 @@ RobotDescription one_link(double mass) {
 TEST(AssumedMasses, MassWithoutTensorAndShapeIsBall) {
   Diagnostics diagnostics;
   const Model model = compile_model(one_link(1.0), BaseKind::fixed, diagnostics);
-  EXPECT_TRUE(diagnostics.all().empty()) << "the parser has said it";
+  EXPECT_TRUE(diagnostics.all().empty()) << "expected no diagnostic: the parser has reported it";
   const MassProperties& body = *model.links[1].inertia;
   EXPECT_EQ(body.mass, 1.0);
   EXPECT_EQ(model.total_mass, 1.0);

@@ -35,7 +35,7 @@ TEST(InverseDynamics, MatchesClosedFormDoublePendulum) {
     const Eigen::VectorXd q = random_vector(2, random), v = random_vector(2, random),
                           a = random_vector(2, random);
     inverse_dynamics(model, data, q, v, a, kGravity);
-    // Lagrange with the relative angle q2 and a rotor inertia of 1e-6 kg m^2 on each bob.
+    // Lagrange's equations with the relative angle q2 and a rotor inertia of 1e-6 kg m^2 on each bob.
     const double e = 1e-6, c2 = std::cos(q[1]), s2 = std::sin(q[1]);
     const double M11 = m1 * l1 * l1 + m2 * (l1 * l1 + l2 * l2 + 2 * l1 * l2 * c2) + 2 * e;
     const double M12 = m2 * (l2 * l2 + l1 * l2 * c2) + e, M22 = m2 * l2 * l2 + e, h = m2 * l1 * l2 * s2;
@@ -66,8 +66,8 @@ TEST(InverseDynamics, MatchesMassMatrixAndBias) {
   }
 }
 
-// Independent of any recursion: each link's Newton and Euler equations with accelerations by finite
-// differences of the forward kinematics along a path, projected by the Jacobians.
+// Independent of any recursion: each link's Newton-Euler equations with accelerations by finite differences
+// of the forward kinematics along a path, projected by the Jacobians.
 TEST(InverseDynamics, MatchesDAlembertOnFiniteDifferences) {
   const unsigned seed = 9;
   std::mt19937 random(seed);

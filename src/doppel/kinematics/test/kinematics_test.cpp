@@ -31,7 +31,7 @@ TEST(Kinematics, ForwardKinematicsMatchesHandComputation) {
   EXPECT_NEAR((X_WT.translation() - Eigen::Vector3d(0.5 * c - 0.1 * s, 0.5 * s + 0.1 * c, 1.2)).norm(), 0,
               1e-15);
   EXPECT_NEAR((X_WT.linear().col(2) - Eigen::Vector3d(s, -c, 0)).norm(), 0, 1e-15)
-      << "z of the tool is -y of the arm";
+      << "expected z of the tool to be -y of the arm";
   EXPECT_NEAR((relative_pose(data, 3, 2).translation() - Eigen::Vector3d(0, -0.2, 0)).norm(), 0, 1e-15);
 }
 

@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 const Eigen::Vector3d kZ = Eigen::Vector3d::UnitZ();
 
-// Two fingers on a wrist; written child first, so that order must come from the tree.
+// Two fingers on a wrist; written child first, so that the order must come from the tree.
 RobotDescription make_gripper() {
   RobotDescription robot;
   robot.name = "gripper";
@@ -54,8 +54,8 @@ TEST(Model, OrderIsDepthFirst) {
   EXPECT_THAT(model.scalar_joint_names(), ElementsAre("Turn", "Right 1", "Left 1"));
   EXPECT_THAT(model.driven_joint_names(), ElementsAre("Turn", "Left 1"));
   EXPECT_NEAR(model.total_mass, 1.3, 1e-12);
-  EXPECT_EQ(model.joints[0].axis, kZ) << "normalised";
-  EXPECT_TRUE(diagnostics.all().empty()) << "a massless frame on a body with mass is no fault";
+  EXPECT_EQ(model.joints[0].axis, kZ) << "expected a normalised axis";
+  EXPECT_TRUE(diagnostics.all().empty()) << "expected no diagnostic for a massless frame on a body with mass";
 }
 
 TEST(Model, NeutralConfigurationKeepsLimitsAndMimics) {
@@ -123,12 +123,12 @@ TEST(Model, FloatingBaseAddsWorldLink) {
   EXPECT_EQ(model.joints[0].name, "base_floating");
   EXPECT_EQ(model.nq, 7 + 3);
   EXPECT_EQ(model.nv, 6 + 3);
-  EXPECT_EQ(model.neutral()[6], 1.0) << "the quaternion's w stands last";
+  EXPECT_EQ(model.neutral()[6], 1.0) << "expected the quaternion's w at the last place";
 }
 
 TEST(Model, RepairedInertiaIsReported) {
   RobotDescription robot = make_gripper();
-  robot.links[1].inertial->izz = 5e-5;  // a needle that is heavier across than any body can be
+  robot.links[1].inertial->izz = 5e-5;  // violates the triangle inequality
   robot.links[1].inertial->source = make_location("gripper.urdf", 7, 3);
   Diagnostics diagnostics;
   const Model model = compile_model(robot, BaseKind::fixed, diagnostics);

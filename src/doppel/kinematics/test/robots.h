@@ -45,7 +45,7 @@ inline void limit(Joint& joint, double lower, double upper, double effort, doubl
   joint.limits = JointLimits{lower, upper, effort, velocity, true, {}};
 }
 
-// A bob of `mass` at `length` below a hinge about y, 2 m above the ground; the rod weighs nothing.
+// A bob of `mass` at `length` below a hinge about y, 2 m above the ground; the rod is massless.
 inline RobotDescription make_pendulum(double mass, double length) {
   RobotDescription robot;
   robot.name = "pendulum";
@@ -54,7 +54,8 @@ inline RobotDescription make_pendulum(double mass, double length) {
   return robot;
 }
 
-// Two bobs in series, both hinges about y: the textbook double pendulum (point masses but for 1e-6 kg m^2).
+// Two bobs in series, both hinges about y: the textbook double pendulum (point masses except for 1e-6 kg
+// m^2).
 inline RobotDescription make_double_pendulum(double m1, double l1, double m2, double l2) {
   RobotDescription robot = make_pendulum(m1, l1);
   robot.links.push_back(make_link("bob2", m2, {0, 0, -l2}, {1e-6, 1e-6, 1e-6}));

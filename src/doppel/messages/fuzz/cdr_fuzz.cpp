@@ -1,7 +1,7 @@
-// Fuzz target: the first two bytes choose a type, the third how the rest is meant: as its CDR form, or as a
-// seed for a message that is whole and bytes that are then changed in it. What the struct's reader accepts
-// must survive being written again, and all readers must agree: the struct's, the one over the description,
-// and that of a type made at run time from what a node would tell of it.
+// Fuzz target: the first two bytes select a type, the third the meaning of the rest: its CDR form, or the
+// seed of a valid message and bytes that are then changed in it. What the struct's reader accepts must be the
+// same after it is written again, and all readers must agree: the struct's, the one for the description, and
+// that of a type created at run time from a node's description.
 
 #include <cstdint>
 #include <cstdlib>
@@ -36,7 +36,7 @@ std::vector<Subject> subjects() {
   return all;
 }
 
-// Three bytes an edit: where (of all that is there) and what.
+// Three bytes for each edit: the position (of the whole message) and the value.
 Bytes edited(Bytes message, std::span<const std::byte> edits) {
   for (; edits.size() >= 3; edits = edits.subspan(3)) {
     const std::size_t at =

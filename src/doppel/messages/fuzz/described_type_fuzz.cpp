@@ -1,6 +1,6 @@
-// Fuzz target: the bytes are the CDR form of a type's description, as another node would send it, and behind
-// it (two bytes say where) a message of that type. A description that is accepted must be told again as it
-// is, and its messages must be read, shown and written without harm.
+// Fuzz target: the bytes are the CDR form of a type's description, as another node would send it, followed
+// (at an offset in two bytes) by a message of that type. An accepted description must be written back
+// identically, and reading, printing and writing its messages must be safe.
 
 #include <cstdint>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// CDR against bytes written by hand from the specification, and what malformed bytes do.
+// CDR against bytes written by hand from the specification, and the handling of malformed bytes.
 
 #include <gtest/gtest.h>
 
@@ -121,7 +121,8 @@ void expect_golden(const M& message, const char* bytes) {
   for (std::size_t size = 0; size < golden.size(); ++size) {
     M cut;
     const Bytes part(golden.begin(), golden.begin() + static_cast<std::ptrdiff_t>(size));
-    EXPECT_FALSE(from_cdr(part, cut)) << "cut to " << size << " of " << golden.size();
+    EXPECT_FALSE(from_cdr(part, cut))
+        << "expected an error for data cut to " << size << " of " << golden.size();
   }
   Bytes longer = golden;
   longer.resize(golden.size() + 8);
@@ -166,7 +167,7 @@ TEST(Cdr, MalformedBytesAreRefusedWithField) {
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 02"), flag));
   EXPECT_FALSE(from_cdr(hex("00 07 00 00 01"), flag));
   sensor_msgs::msg::JointState state;
-  // Four thousand million names in no bytes: refused before any memory is taken.
+  // Four thousand million names in no bytes: rejected before any memory is allocated.
   const Status status =
       from_cdr(hex("00 01 00 00 00 00 00 00 00 00 00 00 01 00 00 00 00 00 00 00 ff ff ff ff"), state);
   ASSERT_FALSE(status);
@@ -183,7 +184,7 @@ TEST(Cdr, OtherEncapsulationIsRefused) {
   };
   EXPECT_EQ(why("00 00 00 00"), "");
   EXPECT_EQ(why("00 01 00 00"), "");
-  EXPECT_EQ(why("00 01 ff ff"), "") << "Fast CDR ignores the options, too";
+  EXPECT_EQ(why("00 01 ff ff"), "") << "expected success: Fast CDR ignores the options, too";
   for (const char* header : {"00 02 00 00", "00 03 00 00"})
     EXPECT_NE(why(header).find("parameter list"), std::string::npos) << header;
   for (const char* header :
@@ -194,7 +195,8 @@ TEST(Cdr, OtherEncapsulationIsRefused) {
   EXPECT_NE(why("00 01").find("four bytes"), std::string::npos) << why("00 01");
 }
 
-// Fast CDR's writers always send the NUL; its readers take a string without one, and one of no bytes at all.
+// Fast CDR's writers always send the NUL; its readers accept a string without one, and one of no bytes at
+// all.
 TEST(Cdr, StringsAreReadAsByFastCdr) {
   const auto read = [](const char* bytes) {
     std_msgs::msg::String text{"before"};
@@ -207,9 +209,19 @@ TEST(Cdr, StringsAreReadAsByFastCdr) {
   EXPECT_EQ(read("00 01 00 00 03 00 00 00 61 00 62"), std::string("a\0b", 3));
   EXPECT_EQ(read("00 01 00 00 04 00 00 00 61 62 00"), "refused");
   EXPECT_EQ(read("00 01 00 00 ff ff ff ff 61 62 00"), "refused");
-  EXPECT_EQ(read("00 00 00 00 00 00 00 03 61 62 00"), "ab") << "big endian";
+  EXPECT_EQ(read("00 00 00 00 00 00 00 03 61 62 00"), "ab") << "expected big-endian data to be read";
 }
 
+<<<<<<< HEAD
+=======
+// A struct's field of wide text, as in rosidl.
+struct Wide {
+  std::u16string text;
+  char16_t unit = 0;
+  DOPPEL_MESSAGE("my_msgs/msg/Wide", text, unit)
+};
+
+>>>>>>> lang-b
 TEST(Cdr, WideTextTakesFourBytesPerUnit) {
   const Bytes bytes = hex("00 01 00 00 02 00 00 00 e4 00 00 00 41 00 00 00 42 00");
   EXPECT_EQ(messages_testing::show(to_cdr(Wide{u"\u00e4A", u'B'})), messages_testing::show(bytes));
@@ -223,7 +235,8 @@ TEST(Cdr, WideTextTakesFourBytesPerUnit) {
   EXPECT_EQ(yaml,
             "text: \xC3\xA4"
             "A\nunit: 66\n");
-  EXPECT_FALSE(from_cdr(hex("00 01 00 00 01 00 00 00 00 00 01 00 42 00"), wide)) << "not valid UTF-16";
+  EXPECT_FALSE(from_cdr(hex("00 01 00 00 01 00 00 00 00 00 01 00 42 00"), wide))
+      << "expected an error: not valid UTF-16";
   EXPECT_FALSE(from_cdr(hex("00 01 00 00 ff ff ff 7f e4 00 00 00 42 00"), wide));
 }
 

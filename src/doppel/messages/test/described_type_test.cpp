@@ -1,4 +1,4 @@
-// Types made at run time from descriptions: equal to the compiled ones, and hostile descriptions.
+// Types created at run time from descriptions: equality with the compiled ones, and hostile descriptions.
 
 #include "doppel/messages/described_type.h"
 
@@ -65,7 +65,7 @@ TEST(DescribedType, DescribedTypeEqualsCompiledType) {
     ASSERT_TRUE(type->cdr_to_yaml(bytes, yaml)) << compiled->name;
     EXPECT_TRUE(type->yaml_to_cdr(yaml, there) && there == bytes) << compiled->name << "\n" << yaml;
     ASSERT_TRUE(type->yaml_to_cdr("{}", there) && compiled->yaml_to_cdr("{}", here));
-    EXPECT_EQ(there, here) << compiled->name << ": what fields are at first";
+    EXPECT_EQ(there, here) << compiled->name << ": expected the same defaults";
   }
 }
 
@@ -87,7 +87,7 @@ TEST(DescribedType, EveryFieldKindIsSupported) {
       "{c: 65, w: 228, wide: \"\xC3\xA4\xF0\x9F\xA4\x96\", short_text: abc, short_wide: xy, bytes: [1, 2],"
       " two: [a, b], parts: [{on: true}]}",
       bytes));
-  // As Jazzy's rmw_fastrtps: a wide character alone in two bytes, in a text in four; no NUL.
+  // As in Jazzy's rmw_fastrtps: a single wide character has two bytes, one in a text four; no NUL.
   EXPECT_EQ(messages_testing::show(bytes),
             messages_testing::show(messages_testing::hex(
                 "00 01 00 00 41 00 e4 00 03 00 00 00 e4 00 00 00 3e d8 00 00 16 dd 00 00 "
@@ -134,7 +134,7 @@ TEST(DescribedType, HostileDescriptionsAreRefused) {
               HasSubstr("described twice"));
 }
 
-// Each type holds two of the next: the shortest message has 2^n bytes.
+// Each type contains two of the next: the shortest message has 2^n bytes.
 TEST(DescribedType, UnboundedlyGrowingTypeIsRefused) {
   std::vector<IndividualTypeDescription> chain;
   for (int i = 0; i < 40; ++i) {

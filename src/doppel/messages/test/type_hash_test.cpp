@@ -1,4 +1,4 @@
-// Type hashes against those that Jazzy's own generator makes (tests/ros2/jazzy_type_hashes.txt).
+// Type hashes against those that Jazzy's own generator computes (tests/ros2/jazzy_type_hashes.txt).
 
 #include "doppel/messages/type_hash.h"
 
@@ -40,9 +40,9 @@ TEST(TypeHash, EveryTypeHasPublishedHash) {
   const auto jazzy = published();
   ASSERT_GT(jazzy.size(), 500U);
   for (const auto& [name, hash] : all_hashes()) {
-    if (name.starts_with(kOurs)) continue;  // nobody publishes these
+    if (name.starts_with(kOurs)) continue;  // not published by ROS 2
     const auto found = jazzy.find(name);
-    ASSERT_NE(found, jazzy.end()) << name << " is not in Jazzy";
+    ASSERT_NE(found, jazzy.end()) << "expected " << name << " in Jazzy";
     EXPECT_EQ(hash, found->second) << name;
   }
 }

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 constexpr auto kApplied = OperationState::applied;
 constexpr auto kThere = OperationState::already_there;
 
-// Every operation, and chains of them on the same facts: applied once they do what they say, and on the
+// Every operation, and chains of them on the same facts: applied once they have their effect, and on the
 // result (which is what baking leaves) they change nothing more.
 class OperationTest : public testing::TestWithParam<const char*> {};
 
@@ -80,8 +80,8 @@ TEST(Overlay, BakedZeroMatchesWorkedNumbers) {
   EXPECT_EQ(bench.value("joint", "J 1", "origin", "xyz"), "0 0 0.3");
 }
 
-// For any axis, length and frame: at s the corrected joint stands where the old one stood at s - d. Held
-// against quaternions, which the operation does not use.
+// For any axis, length and frame: at s the corrected joint has the pose of the old one at s - d. Compared
+// with quaternions, which the operation does not use.
 TEST(Overlay, BakedZeroKeepsPosesForAnyAxis) {
   constexpr unsigned kSeed = 20261121;
   RecordProperty("seed", static_cast<int>(kSeed));
@@ -119,7 +119,7 @@ TEST(Overlay, BakedZeroKeepsPosesForAnyAxis) {
   }
 }
 
-// The walkthrough's sample: 12 degrees about an axis that is tilted by 10, from rpy 0.
+// The walkthrough's example: 12 degrees about an axis that is tilted by 10, from rpy 0.
 TEST(Overlay, TiltedSampleIsBaked) {
   Bench bench;
   bench.apply(bench.stamped("- bake_zero: J 3\n  offset: 12 deg"));
@@ -134,7 +134,7 @@ TEST(Overlay, TiltedSampleIsBaked) {
   EXPECT_NEAR(rpy.z(), std::atan2(2 * w * z, 1 - 2 * (y * y + z * z)), 1e-9);
 }
 
-// A prismatic joint slides back along its axis, which the frame's yaw of 90 degrees turns to y.
+// A prismatic joint moves back along its axis, which the frame's yaw of 90 degrees turns to y.
 TEST(Overlay, PrismaticZeroIsBaked) {
   Bench bench;
   bench.apply(bench.stamped("- bake_zero: J 2\n  offset: 5 mm"));
@@ -220,7 +220,7 @@ TEST(Overlay, OperationBreakingTreeIsRefused) {
                            "- remove_joint: J 1\n  was: {parent: base, child: upper}"}) {
     Bench bench;
     bench.apply(parse_overlay(yaml, "o.yaml"));
-    EXPECT_FALSE(bench.diagnostics.has_errors()) << yaml << ": the rest still loads";
+    EXPECT_FALSE(bench.diagnostics.has_errors()) << yaml << ": expected the rest to load";
     EXPECT_EQ(bench.diagnostics.all()[0].rule, "overlay.impossible");
     EXPECT_EQ(bench.text(), Bench().text());
   }
@@ -235,7 +235,7 @@ TEST(Overlay, StaleOperationDoesNotBlockOthers) {
   EXPECT_EQ(states, (std::vector{OperationState::changed, OperationState::applied}));
   EXPECT_FALSE(bench.diagnostics.has_errors());
   EXPECT_THAT(bench.diagnostics.all()[0].message, HasSubstr("is not applied: the ros2_control block 'arm'"));
-  EXPECT_EQ(bench.text().find("<ros2_control"), std::string::npos) << "no half of a block";
+  EXPECT_EQ(bench.text().find("<ros2_control"), std::string::npos) << "expected no partial block";
 }
 
 TEST(Overlay, AngleWithoutUnitIsReported) {
@@ -295,7 +295,7 @@ TEST(Overlay, SecondAttachToWorldIsRefused) {
   Operation again = parse_overlay("- attach_to_world:", "o.yaml").operations.front();
   try {
     take_fingerprint(again, bench.description);
-    FAIL() << "it stands there already";
+    FAIL() << "expected an error: it exists already";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("root is already a link 'world'"));
   }

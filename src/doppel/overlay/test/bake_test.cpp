@@ -12,8 +12,8 @@ namespace fs = std::filesystem;
 using testing::Each;
 using testing::HasSubstr;
 
-// A description in two files: a macro that is called twice, with arguments that are handed on, a property,
-// comments and a layout that must stay.
+// A description in two files: a macro that is called twice, with arguments that are passed on, a property,
+// comments and a layout that must be preserved.
 constexpr const char* kMain = R"(<?xml version="1.0"?>
 <!-- my arm -->
 <robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -63,8 +63,8 @@ class BakeTest : public testing::Test {
   }
   ExpandedDescription expand() { return expand_description(main_, {}, resolver_, diagnostics_); }
 
-  // Bakes and returns what was said against it; on success the sources expand to the corrected tree and
-  // every operation stands there.
+  // Bakes and returns the diagnostics; on success the sources expand to the corrected tree and every
+  // operation is in them.
   std::string bake(const std::string& yaml) {
     Bench bench;
     bench.description = expand();
@@ -81,7 +81,8 @@ class BakeTest : public testing::Test {
     bench.description = expand();
     EXPECT_THAT(bench.apply(overlay), Each(OperationState::already_there))
         << testing::PrintToString(bench.messages);
-    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2) << "something was left behind";
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2)
+        << "expected no other file to be left behind";
     return "";
   }
   static std::string replaced(std::string text, const std::string& from, const std::string& to) {

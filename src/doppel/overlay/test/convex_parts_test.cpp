@@ -35,7 +35,7 @@ TEST(ConvexParts, BoxIsOnePart) {
   EXPECT_NEAR(volume(parts), 0.006, 1e-9);
 }
 
-// A bracket of two plates: its hull is 3.5 times as large as itself; two parts hold it exactly.
+// A bracket of two plates: the volume of its hull is 3.5 times its own; two parts represent it exactly.
 TEST(ConvexParts, BracketIsCutAtCorner) {
   std::vector<Triangle> bracket;
   add_box(bracket, {0, 0, 0}, {0.1, 0.05, 0.01});
@@ -45,7 +45,7 @@ TEST(ConvexParts, BracketIsCutAtCorner) {
   EXPECT_NEAR(volume(parts), 0.1 * 0.05 * 0.01 + 0.01 * 0.05 * 0.09, 1e-8);
 }
 
-// A ring of four bars, whose hole no hull leaves free.
+// A ring of four bars, whose hole is inside of any single hull.
 TEST(ConvexParts, RingIsCut) {
   std::vector<Triangle> ring;
   add_box(ring, {0, 0, 0}, {0.1, 0.02, 0.02});

@@ -57,7 +57,8 @@ TEST(OverlayFile, InvalidValueIsRefused) {
   EXPECT_THAT(error_of("- rename_link: L\n  to: ''"), HasSubstr("'L' would have no name"));
   EXPECT_THAT(error_of("- scale_masses: -5"), StartsWith("o.yaml:1:17: error: scale_masses:"));
   EXPECT_THAT(error_of("- scale_masses: -5"), HasSubstr("did you mean 5?"));
-  EXPECT_EQ(error_of("- set_mesh_scale: L\n  scale: [1, -1, 1]"), "") << "mirrored meshes exist";
+  EXPECT_EQ(error_of("- set_mesh_scale: L\n  scale: [1, -1, 1]"), "")
+      << "expected no error: mirrored meshes exist";
 }
 
 TEST(OverlayFile, MissingKeySuggestsMisspeltKey) {

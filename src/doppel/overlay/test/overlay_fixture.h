@@ -1,5 +1,5 @@
 #pragma once
-// A small arm with everything that operations touch, and overlays as text.
+// A small arm with everything that operations change, and overlays as text.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 
 namespace doppel::overlay_test {
 
-// Meshes that operations make go into a folder of this run, not into the user's cache.
+// Meshes that operations create are written to a folder of this run, not to the user's cache.
 inline const int kCacheIsSet = setenv(
     "XDG_CACHE_HOME", (std::filesystem::temp_directory_path() / "doppel_overlay_test_cache").c_str(), 1);
 
@@ -57,7 +57,7 @@ struct Bench {
     }
     return states;
   }
-  // Each with the fingerprint of the tree as the ones before it left it, as they are added one by one.
+  // Each with the fingerprint of the tree after the previous ones, as they are added one by one.
   Overlay stamped(const std::string& yaml) {
     Overlay overlay = parse_overlay(yaml, "arm.overlay.yaml");
     ExpandedDescription now = description;
@@ -77,7 +77,7 @@ struct Bench {
     for (const XmlNode& child : description.root.children) {
       if (child.is(kind) && child.find("name") != nullptr && child.find("name")->value == name) return child;
     }
-    throw std::runtime_error("no " + kind + " " + name);
+    throw std::runtime_error("expected a " + kind + " " + name);
   }
   [[nodiscard]] std::string value(const std::string& kind, const std::string& name, const std::string& child,
                                   const std::string& attribute) const {

@@ -1,4 +1,4 @@
-// Packages are found as colcon finds them, and where a downloaded collection has them.
+// Packages are found as colcon finds them, and in the folders of a downloaded collection.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -35,7 +35,7 @@ class PackageResolverTest : public ::testing::Test {
     write(path + "/package.xml",
           "<package><name>" + fs::path(path).filename().string() + "</name></package>");
   }
-  // The folder of a package, seen from a file, below the test's folder; "" where it is not found.
+  // The folder of a package that a file refers to, relative to the test's folder; "" if it is not found.
   std::string find(const std::string& name, const std::string& from) {
     PackageResolver resolver;
     resolver.add_context(folder_ / from);
@@ -83,7 +83,7 @@ TEST_F(PackageResolverTest, FolderIgnoredByColconIsNotFound) {
   }
   package("ws/src/b/outer");
   package("ws/src/b/outer/inner");
-  EXPECT_EQ(find("inner", "ws/src/a/arm/x.urdf"), "") << "a package inside a package";
+  EXPECT_EQ(find("inner", "ws/src/a/arm/x.urdf"), "") << "expected no result: a package inside a package";
   EXPECT_EQ(find("outer", "ws/src/a/arm/x.urdf"), "ws/src/b/outer");
 }
 
@@ -99,9 +99,11 @@ TEST_F(PackageResolverTest, FolderOfSameNameIsFoundWithoutManifest) {
   write("collection/hand_description/meshes/palm.stl");
   write("collection/vendors/nested/tool_description/meshes/tool.stl");
   const std::string from = "collection/arm_description/urdf/arm.urdf";
-  EXPECT_EQ(find("arm_description", from), "collection/arm_description") << "an ancestor";
-  EXPECT_EQ(find("hand_description", from), "collection/hand_description") << "a sibling of an ancestor";
-  EXPECT_EQ(find("tool_description", from), "collection/vendors/nested/tool_description") << "deeper";
+  EXPECT_EQ(find("arm_description", from), "collection/arm_description") << "expected an ancestor";
+  EXPECT_EQ(find("hand_description", from), "collection/hand_description")
+      << "expected a sibling of an ancestor";
+  EXPECT_EQ(find("tool_description", from), "collection/vendors/nested/tool_description")
+      << "expected a package in a subfolder";
 }
 
 TEST_F(PackageResolverTest, PackageIsPreferredToFolderOfSameName) {
@@ -144,7 +146,8 @@ TEST_F(PackageResolverTest, MissingPackageListsSearchedPlaces) {
   EXPECT_TRUE(first.path.empty());
   EXPECT_EQ(first.nearest, "arm");
   EXPECT_FALSE(first.tried.empty());
-  EXPECT_EQ(resolver.find_package("arn").tried, first.tried) << "and says so again";
+  EXPECT_EQ(resolver.find_package("arn").tried, first.tried)
+      << "expected the same report at the second search";
   EXPECT_TRUE(resolver.find_package("..").path.empty());
   EXPECT_TRUE(resolver.find_package("").path.empty());
 }
@@ -168,7 +171,8 @@ TEST_F(PackageResolverTest, CrawlIsBounded) {
   EXPECT_EQ(index.packages.count("near"), 1U);
   EXPECT_EQ(index.packages.count("too_deep"), 0U);
   fs::create_directory_symlink(folder_ / "deep", folder_ / "deep/d0/back");
-  EXPECT_EQ(crawl_packages(folder_ / "deep").folders.count("back"), 0U) << "a link that leads back";
+  EXPECT_EQ(crawl_packages(folder_ / "deep").folders.count("back"), 0U)
+      << "expected a link to an ancestor not to be followed";
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ std::atomic<std::uint64_t> count{0};
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
-// A sanitizer's allocator is not to be replaced, but calls back. Debian's g++ comes without the header.
+// A sanitizer's allocator cannot be replaced, but offers a callback. Debian's g++ comes without the header.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const volatile void*, std::size_t),
                                                          void (*on_free)(const volatile void*));
 [[maybe_unused]] static const int kHooks = __sanitizer_install_malloc_and_free_hooks(
@@ -22,8 +22,8 @@ extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const
 
 #else
 
-// glibc's own entry points do the work; a definition in the program comes before the library's for everybody
-// in it.
+// glibc's own entry points allocate; a definition in the program takes precedence over the library's for all
+// code in it.
 extern "C" {
 
 void* __libc_malloc(std::size_t size);

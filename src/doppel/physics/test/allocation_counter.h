@@ -1,6 +1,6 @@
 #pragma once
-// Counts what the whole test program takes from the heap: operator new and malloc, so that C libraries count
-// too.
+// Counts the heap allocations of the whole test program: operator new and malloc, so that C libraries are
+// included.
 
 #include <cstdint>
 

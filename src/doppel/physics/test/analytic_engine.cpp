@@ -134,7 +134,7 @@ class AnalyticEngine final : public Engine {
     out.force_W = out.torque_W = out.p_LoP_L;
     return out;
   }
-  // v = G u with the velocities u of the joints that mimic nothing.
+  // v = G u with the velocities u of the joints that are not mimic joints.
   static Eigen::MatrixXd reduction(const Model& model) {
     Eigen::MatrixXd G = Eigen::MatrixXd::Zero(model.nv, model.nv);
     for (const ModelJoint& joint : model.joints) {

@@ -1,6 +1,6 @@
 #pragma once
-// A small engine of the tests: doppel's own inverse dynamics and mass matrix, in many short implicit steps.
-// Mimics are not constraints but reduced coordinates. It has no contacts and no joint friction.
+// A small engine for tests: doppel's own inverse dynamics and mass matrix, in many short implicit steps.
+// Mimic joints are not constraints but reduced coordinates. It has no contacts and no joint friction.
 
 #include "doppel/physics/engine_modules.h"
 

@@ -96,7 +96,7 @@ TEST(CollisionMesh, FlatMeshesBecomeBoxes) {
 }
 
 TEST(CollisionMesh, MeshCollidesAsItsHull) {
-  // 200 x 100 x 40 mm from the origin of the link, which hangs at z = 2.
+  // 200 x 100 x 40 mm from the origin of the link, which is at z = 2.
   test::Rig rig(with_mesh(write_box("hull.stl", {200, 100, 40})));
   EXPECT_TRUE(rig.diagnostics.all().empty());
   const RayHit hit = rig.engine->cast_ray({0.15, 0.05, 3}, {0, 0, -1});
@@ -116,7 +116,7 @@ TEST(CollisionMesh, FlatMeshIsReported) {
 
 TEST(CollisionMesh, MissingAndBrokenMeshesDoNotCollide) {
   test::Rig missing(with_mesh(""));
-  EXPECT_TRUE(missing.diagnostics.all().empty()) << "the description has warned";
+  EXPECT_TRUE(missing.diagnostics.all().empty()) << "expected no diagnostic: the description has reported it";
   missing.run(0.1);
   const std::string path = (std::filesystem::path(::testing::TempDir()) / "broken.stl").string();
   std::ofstream(path) << "not a mesh";

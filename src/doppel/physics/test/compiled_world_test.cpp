@@ -1,4 +1,4 @@
-// One compilation and its states: what is shared, what is not, and several instances in one world.
+// One compiled world and its states: what is shared, what is not, and several instances in one world.
 
 #include <gmock/gmock.h>
 
@@ -33,7 +33,7 @@ World with_ball_and_wall() {
   return world;
 }
 
-// A driven arm over the ground with a ball that lies there and a wall; friction in the joints.
+// A driven arm over the ground with a wall and a ball on the ground; friction in the joints.
 struct BusyRig : Rig {
   BusyRig() : Rig(test::make_double_pendulum(1.0, 0.5, 1.0, 0.5), with_ball_and_wall()) {
     hold_all();
@@ -92,7 +92,7 @@ TEST(CompiledWorld, DrivesAndPosesOfFixedObjectsAreState) {
   EXPECT_EQ(other->instance(0).drive(0), DriveMode::passive);
   rig.object("wall").place(make_pose({-2, 0, 0.5}, {0, 0, 0}));
   EXPECT_NEAR(other->find("wall")->base_pose().translation().x(), 2.0, 1e-12);
-  // A driven joint carries armature in the compiled model's copy only.
+  // A driven joint has armature only in the compiled model's copy.
   step(*other, 200);
   const std::unique_ptr<Engine> untouched = rig.engine->compiled()->make_engine();
   step(*untouched, 200);
@@ -216,7 +216,7 @@ TEST(ModelInstances, IndicesOutOfRangeAreRefused) {
 TEST(EngineModules, UnknownEngineIsRefusedWithNearest) {
   try {
     engine_module("mujoko");
-    FAIL();
+    FAIL() << "expected an InputError: the engine does not exist";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("there is no engine 'mujoko'; did you mean 'mujoco'?"));
   }

@@ -21,7 +21,7 @@ World with(const WorldObject& object) {
   return world;
 }
 
-// Three bars end to end about y; bars two joints apart overlap where `fat`.
+// Three bars in a row, joined by hinges about y; bars two joints apart overlap where `fat`.
 RobotDescription make_bars(double radius) {
   RobotDescription robot;
   robot.name = "bars";
@@ -77,7 +77,7 @@ TEST(Exclusions, LinksApartAtStartCollide) {
     options.self_collision = self_collision;
     Rig rig(robot, space, options);
     rig.hold_all();
-    // The third bar would fold back through the first.
+    // Without contact the third bar would fold through the first.
     rig.robot.set_target(rig.joint("bend1"), 1.2);
     rig.robot.set_target(rig.joint("bend2"), 2.8);
     rig.run(3.0);
@@ -102,7 +102,7 @@ TEST(Contacts, ContactForcesCarryWeight) {
     const bool box_is_b = rig.engine->world().name_of(contact.b) == "box";
     EXPECT_TRUE((box_is_b ? contact.a : contact.b).is_ground());
     EXPECT_NEAR(std::abs(contact.normal_W.z()), 1, 1e-9);
-    EXPECT_NEAR(contact.normal_W.z(), box_is_b ? 1 : -1, 1e-9) << "from a to b";
+    EXPECT_NEAR(contact.normal_W.z(), box_is_b ? 1 : -1, 1e-9) << "expected a normal from a to b";
     on_box += box_is_b ? contact.force_W : Eigen::Vector3d(-contact.force_W);
     EXPECT_LT(contact.depth, 1e-3);
   }
@@ -134,7 +134,7 @@ TEST(WorldObjects, ObjectsCanBeAddedAndRemoved) {
   EXPECT_THROW(rig.spawn(make_object("ground", Sphere{0.1}, {0, 1, 0}, 0)), InputError);
   for (Rig* each : {&rig, &alone}) each->run(0.1);
   EXPECT_EQ(rig.engine->time(), Time(300'000'000));
-  EXPECT_EQ(rig.q("bend1"), alone.q("bend1")) << "drives and state went on";
+  EXPECT_EQ(rig.q("bend1"), alone.q("bend1")) << "expected drives and state to be preserved";
   EXPECT_EQ(rig.robot.drive(0), DriveMode::position);
   Pose a, b;
   a = rig.pose("first");
@@ -148,7 +148,7 @@ TEST(WorldObjects, ObjectsCanBeAddedAndRemoved) {
   rig.run(0.1);
   rig.engine->reset();
   a = rig.pose("second");
-  EXPECT_EQ(a.translation().z(), 1.0) << "a spawned object returns to where it was put";
+  EXPECT_EQ(a.translation().z(), 1.0) << "expected a spawned object to return to its initial pose";
 }
 
 TEST(WorldObjects, PoseCanBeSet) {
@@ -163,7 +163,7 @@ TEST(WorldObjects, PoseCanBeSet) {
   EXPECT_NEAR(X.translation().x(), -2, 1e-12);
   rig.engine->step();
   X = rig.pose("ball");
-  EXPECT_NEAR(X.translation().z(), 3, 1e-4) << "placed at rest";
+  EXPECT_NEAR(X.translation().z(), 3, 1e-4) << "expected the object at rest where it was placed";
   rig.engine->reset();
   X = rig.pose("wall");
   EXPECT_NEAR(X.translation().x(), 2, 1e-12);
@@ -194,8 +194,8 @@ TEST(WorldObjects, ShapeOriginIsApplied) {
   rig.run(1.0);
   Pose X;
   X = rig.pose("can");
-  EXPECT_NEAR(X.translation().z(), 0.0, 1e-3) << "it stands on its frame";
-  EXPECT_GT(X.linear()(2, 2), 0.999) << "upright: its mass is where its shape is";
+  EXPECT_NEAR(X.translation().z(), 0.0, 1e-3) << "expected the object to rest on its frame's origin";
+  EXPECT_GT(X.linear()(2, 2), 0.999) << "expected an upright object: its mass is where its shape is";
 }
 
 TEST(WorldObjects, ReplacementIsAtomic) {
@@ -215,7 +215,7 @@ TEST(WorldObjects, ReplacementIsAtomic) {
   EXPECT_EQ(rig.engine->world().instances().size(), 3u);
 }
 
-// A hand on a vertical slide with two fingers, the right one mimicking the left; at 0 they stand 60 mm apart.
+// A hand on a vertical slide with two fingers, the right one mimicking the left; at 0 they are 60 mm apart.
 RobotDescription make_hand() {
   RobotDescription robot;
   robot.name = "hand";
@@ -240,8 +240,8 @@ TEST(Contacts, FingersLiftBoxByFriction) {
   rig.hold_all();
   rig.robot.set_target(rig.joint("left"), 0.03);
   rig.run(1.0);
-  EXPECT_NEAR(rig.q("left"), 0.015, 1e-3) << "closed on the box";
-  EXPECT_NEAR(rig.effort("left"), 4.0, 1e-9) << "with the whole effort";
+  EXPECT_NEAR(rig.q("left"), 0.015, 1e-3) << "expected the finger at the surface of the box";
+  EXPECT_NEAR(rig.effort("left"), 4.0, 1e-9) << "expected the full effort";
   rig.robot.set_target(rig.joint("lift"), 0.1);
   rig.run(2.0);
   Pose lifted, later;
@@ -249,11 +249,12 @@ TEST(Contacts, FingersLiftBoxByFriction) {
   EXPECT_NEAR(lifted.translation().z(), 0.115, 2e-3);
   rig.run(5.0);
   later = rig.pose("box");
-  EXPECT_NEAR(later.translation().z(), lifted.translation().z(), 5e-4) << "what sticks does not creep";
+  EXPECT_NEAR(later.translation().z(), lifted.translation().z(), 5e-4)
+      << "expected no creep of a held object";
   rig.robot.set_target(rig.joint("left"), 0.0);
   rig.run(1.0);
   later = rig.pose("box");
-  EXPECT_LT(later.translation().z(), 0.03) << "let go";
+  EXPECT_LT(later.translation().z(), 0.03) << "expected a released object to fall";
 }
 
 std::string error_of(const WorldObject& object) {
@@ -279,7 +280,7 @@ TEST(Contact, ExcludedPairsFollowObjects) {
   Collision shape;
   shape.geometry = Box{{0.1, 0.1, 0.1}};
   robot.links[0].collisions.push_back(shape);
-  robot.links.push_back(test::make_frame("top"));  // with one link it would be an object itself
+  robot.links.push_back(test::make_frame("top"));  // with one link it would itself be an object
   robot.joints.push_back(test::make_joint("weld", JointType::fixed, "post", "top", {0, 0, 1}, {0, 0, 1}));
   Rig rig(robot);
   const auto mentions = [&rig](const std::string& name) {
@@ -294,8 +295,8 @@ TEST(Contact, ExcludedPairsFollowObjects) {
   EXPECT_EQ(mentions("wall"), 0);
 }
 
-// Few pairs are listed one by one, many are looked for by MuJoCo: what touches, how hard, and what slides
-// does not depend on which it is.
+// A few pairs are listed one by one, many are found by MuJoCo's broad phase: contacts, forces and sliding do
+// not depend on which of the two it is.
 TEST(Contact, ListedAndUnlistedPairsGiveSameMotion) {
   const auto motion = [](int far_away) {
     World world;
@@ -329,7 +330,7 @@ TEST(Contact, ListedAndUnlistedPairsGiveSameMotion) {
     return std::pair{places, touched};
   };
   const auto [listed, touched_listed] = motion(0);
-  const auto [searched, touched_searched] = motion(220);  // more than kMaxListedPairs with the two loose ones
+  const auto [searched, touched_searched] = motion(220);  // more than kMaxListedPairs with the two free ones
   EXPECT_EQ(touched_listed, touched_searched);
   for (std::size_t i = 0; i < listed.size(); ++i)
     EXPECT_NEAR((listed[i] - searched[i]).norm(), 0.0, 1e-9) << i;

@@ -1,4 +1,5 @@
-// The contract, for every engine that has contacts: what touches, with which forces, and what a ray meets.
+// The contract for every engine that has contacts: what is in contact, with which forces, and what a ray
+// hits.
 
 #include <cmath>
 #include <filesystem>
@@ -12,7 +13,7 @@ namespace {
 class ContactContract : public Contract {
  protected:
   void SetUp() override {
-    if (!can().contacts) GTEST_SKIP() << "no contacts";
+    if (!can().contacts) GTEST_SKIP() << "the engine has no contacts";
   }
   static WorldSettings ground(double step = 1e-3) {
     WorldSettings out = settings(step);
@@ -47,7 +48,7 @@ TEST_P(ContactContract, RestingBodyPressesWithItsWeight) {
   for (const auto& [shape, half] : bodies) {
     const auto engine = make(ground(), {object("body", shape, at(0, 0, half + 0.001), 1.0)});
     run(*engine, 1.0);
-    if (std::holds_alternative<Capsule>(shape)) continue;  // it stands on a point until it falls
+    if (std::holds_alternative<Capsule>(shape)) continue;  // it balances on a point until it falls
     EXPECT_NEAR(force_on(*engine, body_of(*engine, "body")).z(), kGravity, 0.02 * kGravity) << shape.index();
     EXPECT_NEAR(height(*engine, "body"), half, within().penetration) << shape.index();
     EXPECT_LT(engine->find("body")->base_velocity().linear_W.norm(), 1e-3) << shape.index();
@@ -76,7 +77,7 @@ TEST_P(ContactContract, HullRestsOnGroundAndOnBox) {
   run(*engine, 1.0);
   EXPECT_NEAR(height(*engine, "on_ground"), 0.0, within().penetration);
   EXPECT_NEAR(height(*engine, "on_table"), 0.1, within().penetration);
-  double mean = 0;  // a hull's points of contact may change from step to step
+  double mean = 0;  // the contact points of a hull may change from step to step
   for (int i = 0; i < 100; ++i) {
     engine->step();
     mean += force_on(*engine, body_of(*engine, "on_table")).z() / 100;
@@ -139,7 +140,7 @@ TEST_P(ContactContract, RobotAndObjectPushEachOther) {
 TEST_P(ContactContract, JoinedLinksNeverCollideAndOverlapsAreReported) {
   RobotDescription arm = make_double_pendulum(1, 0.2, 1, 0.2);
   Collision shape;
-  shape.geometry = Sphere{0.15};  // far into each other
+  shape.geometry = Sphere{0.15};  // deep penetration
   arm.links[1].collisions = arm.links[2].collisions = {shape};
   const auto engine = make(settings(), {robot(arm)});
   std::vector<Contact> contacts;
@@ -151,7 +152,7 @@ TEST_P(ContactContract, JoinedLinksNeverCollideAndOverlapsAreReported) {
 }
 
 TEST_P(ContactContract, RayHitsNearestSurface) {
-  if (!can().rays) GTEST_SKIP() << "no rays";
+  if (!can().rays) GTEST_SKIP() << "the engine has no rays";
   const auto engine = make(ground(), {object("box", Box{{0.2, 0.2, 0.2}}, at(0, 0, 0.5), 0.0),
                                       object("ball", Sphere{0.1}, at(1, 0, 0.5), 0.0),
                                       object("can", Cylinder{0.1, 0.3}, at(2, 0, 0.5), 0.0),

@@ -1,4 +1,4 @@
-// The contract, for every engine: drives, limits, friction and couplings of joints.
+// The contract for every engine: drives, limits, friction and couplings of joints.
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 class DrivesContract : public Contract {
  protected:
-  // Torque of gravity in the pendulum of 1 kg at 0.5 m, stretched out.
+  // The torque of gravity on the horizontal pendulum of 1 kg at 0.5 m.
   static constexpr double kLoad = 1.0 * 0.5 * kGravity;
   static RobotDescription arm(double effort, double velocity) {
     RobotDescription out = make_pendulum(1.0, 0.5);
@@ -34,7 +34,7 @@ class DrivesContract : public Contract {
     out.joints[1].mimic = Mimic{"left_slide", multiplier, offset, {}};
     return out;
   }
-  // A body of 40 kg on two legs of five joints each, whose drives are too weak for a fall.
+  // A body of 40 kg on two legs of five joints each, whose drives are too weak to stop a fall.
   static RobotDescription biped() {
     RobotDescription out;
     out.name = "biped";
@@ -81,10 +81,10 @@ TEST_P(DrivesContract, HoldingAccelerationTakesInverseDynamicsEffort) {
                 within().holding * data.tau.cwiseAbs().maxCoeff());
 }
 
-// However many drives meet their bounds in one step, each exerts what its law requires at the velocity that
-// the step ends with. An engine whose contacts are iterated may miss it in one of a hundred.
+// However many drives reach their bounds in one step, each exerts what its law requires at the velocity at
+// the end of the step. An engine with iterated contacts may fail this in one of a hundred steps.
 TEST_P(DrivesContract, DriveAtBoundsFollowsControlLaw) {
-  if (!can().contacts || !can().floating) GTEST_SKIP() << "nothing to fall on";
+  if (!can().contacts || !can().floating) GTEST_SKIP() << "the engine has no contacts or no floating bodies";
   WorldSettings in = settings();
   in.ground = true;
   InstanceOptions options;
@@ -211,7 +211,7 @@ TEST_P(DrivesContract, JointWithoutDriveFalls) {
 }
 
 TEST_P(DrivesContract, IdealServoLandsOnItsTarget) {
-  if (!can().ideal) GTEST_SKIP() << "no ideal servos";
+  if (!can().ideal) GTEST_SKIP() << "the engine has no ideal servos";
   InstanceOptions options;
   const RobotDescription description = arm(1.0, 10);
   Diagnostics notes;
@@ -228,7 +228,7 @@ TEST_P(DrivesContract, IdealServoLandsOnItsTarget) {
 }
 
 TEST_P(DrivesContract, FrictionHoldsJointBelowItsEffort) {
-  if (!can().friction) GTEST_SKIP() << "no joint friction";
+  if (!can().friction) GTEST_SKIP() << "the engine has no joint friction";
   RobotDescription description = make_pendulum(1.0, 0.5);
   description.joints[0].dynamics = JointDynamics{0.0, 1.1 * kLoad, {}};
   const auto engine = make(settings(), {robot(description)});
@@ -240,7 +240,7 @@ TEST_P(DrivesContract, FrictionHoldsJointBelowItsEffort) {
 }
 
 TEST_P(DrivesContract, FrictionReducesEffort) {
-  if (!can().friction) GTEST_SKIP() << "no joint friction";
+  if (!can().friction) GTEST_SKIP() << "the engine has no joint friction";
   RobotDescription description = make_pendulum(1.0, 0.5);
   description.joints[0].dynamics = JointDynamics{0.0, 0.3, {}};
   WorldSettings in = settings();
@@ -252,7 +252,7 @@ TEST_P(DrivesContract, FrictionReducesEffort) {
 }
 
 TEST_P(DrivesContract, MimicFollowsItsLeaderUnderLoad) {
-  if (!can().mimics) GTEST_SKIP() << "no mimics";
+  if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
   const auto engine = make(settings(), {robot(gripper(-2.0, 0.3))});
   Instance of = engine->instance(0);
   hold_all(of);
@@ -267,9 +267,9 @@ TEST_P(DrivesContract, MimicFollowsItsLeaderUnderLoad) {
   EXPECT_NEAR(of.q()[0], 0.2, 0.02);
 }
 
-// The coupling works both ways: who pushes the follower moves the leader.
+// The coupling acts in both directions: a force on the follower moves the leader.
 TEST_P(DrivesContract, LoadOnMimicMovesItsLeader) {
-  if (!can().mimics) GTEST_SKIP() << "no mimics";
+  if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
   WorldSettings in = settings(1e-4);
   in.gravity.setZero();
   const auto engine = make(in, {robot(gripper(2.0, 0.0))});
@@ -293,7 +293,7 @@ TEST_P(DrivesContract, JointStopsAtItsLimit) {
 }
 
 TEST_P(DrivesContract, SoftLimitYieldsByLoadOverStiffness) {
-  if (!can().stops) GTEST_SKIP() << "no stops with a stiffness";
+  if (!can().stops) GTEST_SKIP() << "the engine has no stops with a stiffness";
   RobotDescription description = arm(100, 10);
   description.joints[0].limits->lower = 0.4;
   Diagnostics notes;

@@ -1,4 +1,4 @@
-// The contract, for every engine: bodies move as mechanics says.
+// The contract for every engine: bodies move according to the laws of mechanics.
 
 #include <cmath>
 #include <numbers>
@@ -13,7 +13,7 @@ namespace {
 class DynamicsContract : public Contract {};
 DOPPEL_FOR_EVERY_ENGINE(DynamicsContract);
 
-// Closed form of the mathematical pendulum to the second order of its amplitude.
+// The period of the mathematical pendulum, to second order in the amplitude.
 TEST_P(DynamicsContract, PendulumSwingsWithItsPeriod) {
   const double mass = 1.0, length = 0.5, amplitude = 0.2;
   const auto engine = make(settings(), {robot(make_pendulum(mass, length))});
@@ -36,10 +36,10 @@ TEST_P(DynamicsContract, PendulumSwingsWithItsPeriod) {
 }
 
 TEST_P(DynamicsContract, FreeBodyFallsWithGravity) {
-  if (!can().floating) GTEST_SKIP() << "no floating bodies";
+  if (!can().floating) GTEST_SKIP() << "the engine has no floating bodies";
   const auto engine = make(settings(), {object("ball", Sphere{0.1}, at(0, 0, 10), 2.0)});
   run(*engine, 1.0);
-  // Semi-implicit Euler falls g h t / 2 further.
+  // Semi-implicit Euler falls g h t / 2 more.
   const double fallen = 10 - engine->instance(0).base_pose().translation().z();
   EXPECT_NEAR(fallen, 0.5 * kGravity * (1.0 + 1e-3), within().free_fall);
 }
@@ -105,7 +105,7 @@ TEST_P(DynamicsContract, LinkPosesMatchForwardKinematics) {
 }
 
 TEST_P(DynamicsContract, FloatingRobotFallsAsOneBody) {
-  if (!can().floating) GTEST_SKIP() << "no floating bodies";
+  if (!can().floating) GTEST_SKIP() << "the engine has no floating bodies";
   std::mt19937 random(5);
   RobotDescription description = make_random_chain(six_hinges(), random);
   description.links.front() = random_link("base", random);
@@ -142,7 +142,7 @@ TEST_P(DynamicsContract, FloatingRobotFallsAsOneBody) {
 }
 
 TEST_P(DynamicsContract, TumblingBodyKeepsItsAngularMomentum) {
-  if (!can().floating) GTEST_SKIP() << "no floating bodies";
+  if (!can().floating) GTEST_SKIP() << "the engine has no floating bodies";
   WorldSettings in = settings(1e-4);
   in.gravity.setZero();
   const auto engine = make(in, {object("brick", Box{{0.1, 0.2, 0.4}}, at(0, 0, 1), 1.0)});
@@ -159,7 +159,7 @@ TEST_P(DynamicsContract, TumblingBodyKeepsItsAngularMomentum) {
 }
 
 TEST_P(DynamicsContract, DampingOfFloatingJointSlowsIt) {
-  if (!can().floating) GTEST_SKIP() << "no floating bodies";
+  if (!can().floating) GTEST_SKIP() << "the engine has no floating bodies";
   RobotDescription description;
   description.name = "float";
   description.links = {make_frame("world"), make_link("body", 2.0, {0.1, 0, 0}, {0.1, 0.1, 0.1})};
@@ -169,15 +169,15 @@ TEST_P(DynamicsContract, DampingOfFloatingJointSlowsIt) {
   in.gravity.setZero();
   const auto engine = make(in, {robot(description)});
   Instance of = engine->instance(0);
-  // About the axis on which the centre of mass lies, so that the origin stays where it is.
+  // About the axis through the centre of mass, so that the origin does not move.
   of.set_base_velocity({{0, 0, 0}, {2.0, 0, 0}});
   run(*engine, 0.2);
   EXPECT_NEAR(of.base_velocity().angular_W.x(), 2.0 * std::exp(-0.5 * 0.2 / 0.1), 2e-3);
 }
 
-// An engine moves it, or says by name that it cannot; nothing is left out silently.
+// An engine moves it, or reports by name that it cannot; nothing is left out silently.
 TEST_P(DynamicsContract, FloatingJointOnMovingLinkFallsOrIsRefused) {
-  if (!can().floating) GTEST_SKIP() << "no floating bodies";
+  if (!can().floating) GTEST_SKIP() << "the engine has no floating bodies";
   RobotDescription description;
   description.name = "lift";
   description.links = {make_frame("rail"), make_link("cabin", 5.0, {0, 0, 0}, {1, 1, 1}),
@@ -207,7 +207,7 @@ TEST_P(DynamicsContract, EnergyIsConservedWithoutDissipation) {
 }
 
 TEST_P(DynamicsContract, PlanarJointSlidesAndTurnsUnderWrenches) {
-  if (!can().planar) GTEST_SKIP() << "no planar joints";
+  if (!can().planar) GTEST_SKIP() << "the engine has no planar joints";
   RobotDescription description;
   description.name = "puck";
   description.links = {make_frame("table"), make_link("puck", 2.0, {0, 0, 0}, {0.1, 0.1, 0.02})};
@@ -222,12 +222,12 @@ TEST_P(DynamicsContract, PlanarJointSlidesAndTurnsUnderWrenches) {
 }
 
 TEST_P(DynamicsContract, WrenchAcceleratesByForceAndTorqueOverInertia) {
-  if (!can().floating) GTEST_SKIP() << "no floating bodies";
+  if (!can().floating) GTEST_SKIP() << "the engine has no floating bodies";
   WorldSettings in = settings(1e-4);
   in.gravity.setZero();
   const auto engine = make(in, {object("brick", Box{{0.1, 0.2, 0.4}}, at(0, 0, 1), 1.5)});
   Instance brick = engine->instance(0);
-  // A force beside the centre: it pushes and turns.
+  // A force off the centre: it translates and rotates the body.
   brick.apply_wrench(brick.made_of().base_link(), {0.05, 0, 0}, {0, 0.3, 0}, {0, 0, 0});
   engine->step();
   const double I_zz = 1.5 * (0.01 + 0.04) / 12;

@@ -1,5 +1,5 @@
 #pragma once
-// Worlds for the contract suite, made the same way for every engine.
+// Worlds for the contract suite, built in the same way for every engine.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ inline std::vector<std::string> engines_under_test() {
   return out;
 }
 
-// A test that runs over every engine that is built here.
+// A test that runs for every engine of this build.
 class Contract : public testing::TestWithParam<std::string> {
  protected:
   [[nodiscard]] const EngineCapabilities& can() const { return engine_module(GetParam()).capabilities; }

@@ -1,5 +1,5 @@
-// The contract, for every engine: state that is written, read, copied, and kept while other instances come
-// and go.
+// The contract for every engine: state that is written, read, copied, and preserved while other instances are
+// added and removed.
 
 #include <time.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 class StateContract : public Contract {
  protected:
-  // An arm with limits, damping and a mimic, held; beside it a box on the ground where the engine has
+  // An arm with limits, damping and a mimic joint, held; next to it a box on the ground if the engine has
   // contacts.
   std::vector<ModelInstance> scene() {
     std::mt19937 random(2);
@@ -132,7 +132,7 @@ TEST_P(StateContract, CopiedStateContinuesBitIdentically) {
   EXPECT_TRUE(same_bits(bits(*engine), bits(*other)));
 }
 
-// Energies, what a ray hits and what touches.
+// Energies, ray hits and contacts.
 std::vector<double> looked_at(const Engine& engine) {
   std::vector<double> out{engine.kinetic_energy(), engine.potential_energy()};
   if (engine.world().capabilities().rays) {
@@ -183,7 +183,7 @@ TEST_P(StateContract, InterleavedStatesAreIndependent) {
     EXPECT_TRUE(same_bits(bits(*in_turn[i]), bits(*apart[i]))) << i;
     EXPECT_EQ(looked_at(*in_turn[i]), looked_at(*apart[i])) << i;
   }
-  EXPECT_FALSE(same_bits(bits(*apart[0]), bits(*apart[1]))) << "they move differently";
+  EXPECT_FALSE(same_bits(bits(*apart[0]), bits(*apart[1]))) << "expected different motions";
 }
 
 TEST_P(StateContract, DivergedStateIsCopied) {
@@ -208,14 +208,14 @@ TEST_P(StateContract, DivergedStateIsCopied) {
   EXPECT_TRUE(same_bits(bits(*recovered), bits(*never)));
 }
 
-// s of this thread alone, so that others on the machine do not count.
+// CPU seconds of this thread, so that other processes do not count.
 double thread_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// bench_states prints the cost; this holds its order of magnitude, also under a sanitizer.
+// bench_states prints the cost; this test bounds its order of magnitude, also under a sanitizer.
 TEST_P(StateContract, FurtherStateCostsBelowThirdOfMillisecond) {
   const auto engine = make_scene();
   std::vector<std::unique_ptr<Engine>> kept;
@@ -349,12 +349,12 @@ TEST_P(StateContract, IndexOutOfRangeIsRefused) {
   const auto engine = make_scene();
   EXPECT_THROW(static_cast<void>(engine->instance(99)), std::out_of_range);
   EXPECT_THROW(engine->instance(0).set_drive(99, DriveMode::position), std::out_of_range);
-  EXPECT_THROW(engine->instance(0).set_drive(5, DriveMode::position), std::out_of_range);  // a mimic
+  EXPECT_THROW(engine->instance(0).set_drive(5, DriveMode::position), std::out_of_range);  // a mimic joint
   EXPECT_THROW(static_cast<void>(engine->instance(0).link_pose(-1)), std::out_of_range);
 }
 
 TEST_P(StateContract, StepDoesNotAllocate) {
-  if (GetParam() == "analytic") GTEST_SKIP() << "it is for tests";
+  if (GetParam() == "analytic") GTEST_SKIP() << "the analytic engine is for tests only";
   const auto engine = make_scene();
   hold_all(engine->instance(0));
   std::mt19937 random(1);

@@ -14,7 +14,7 @@ ServoParameters servo() {
   return {100.0, 4.0, 50.0, 2.0, false};
 }  // stiffness, damping, effort, velocity
 
-// At the end of the step that begins now, before it is clipped.
+// At the end of the step that begins now, before clipping.
 double effort_at(Drive& drive, double q, double v) {
   drive.advance(q);
   JointSpring spring;
@@ -32,8 +32,8 @@ TEST(Drive, StartBeginsAtJointPosition) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.start(DriveMode::position, 0.3);
   EXPECT_NEAR(effort_at(drive, 0.3, 0.0), 0.0, 1e-12);
-  EXPECT_NEAR(effort_at(drive, 0.29, 0.0), 1.0, 1e-12) << "a spring";
-  EXPECT_NEAR(effort_at(drive, 0.3, 0.5), -2.0, 1e-12) << "a damper";
+  EXPECT_NEAR(effort_at(drive, 0.29, 0.0), 1.0, 1e-12) << "expected the effort of a spring";
+  EXPECT_NEAR(effort_at(drive, 0.3, 0.5), -2.0, 1e-12) << "expected the effort of a damper";
 }
 
 TEST(Drive, StepRunsAtVelocityLimit) {
@@ -56,13 +56,14 @@ TEST(Drive, StreamedTargetsAreSpreadOverPeriod) {
     for (int i = 0; i < 10; ++i) {
       const double effort = effort_at(drive, q, 1.0);
       if (target > 3) {
-        EXPECT_NEAR(effort, 100.0 * (0.01 * (target - 1) + 0.001 * (i + 1) - q), 1e-9) << "v_ref is 1 rad/s";
+        EXPECT_NEAR(effort, 100.0 * (0.01 * (target - 1) + 0.001 * (i + 1) - q), 1e-9)
+            << "expected a reference velocity of 1 rad/s";
       }
       q = 0.01 * (target - 1) + 0.001 * i;
     }
   }
   for (int i = 0; i < 10; ++i) effort_at(drive, 0.2, 0.0);
-  EXPECT_NEAR(effort_at(drive, 0.2, 0.0), 0.0, 1e-9) << "and the last one is reached";
+  EXPECT_NEAR(effort_at(drive, 0.2, 0.0), 0.0, 1e-9) << "expected the last target to be reached";
 }
 
 TEST(Drive, BlockedJointHoldsReference) {
@@ -70,7 +71,7 @@ TEST(Drive, BlockedJointHoldsReference) {
   drive.start(DriveMode::position, 0.0);
   drive.set_target(10.0);
   for (int i = 0; i < 5000; ++i) drive.advance(0.0);
-  // Freed at its target's side, the joint is not thrown: the reference is half a radian ahead, not ten.
+  // Released beside its target, the joint does not jump: the reference is half a radian ahead, not ten.
   EXPECT_LE(effort_at(drive, 0.0, 0.0), 50.0 + 4.0 * 2.0 + 100.0 * 0.002 + 1e-9);
   drive.start(DriveMode::velocity, 0.0);
   drive.set_target(1.0);

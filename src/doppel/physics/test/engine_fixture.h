@@ -1,5 +1,5 @@
 #pragma once
-// An engine over a hand-made robot, and short hands for the tests of this room.
+// An engine with a hand-made robot, and shorthands for the tests of this module.
 
 #include <gtest/gtest.h>
 
@@ -21,13 +21,13 @@ inline World empty_space(double step = 1e-3, Integrator integrator = Integrator:
   return world;
 }
 
-// A pair that never collides, by its names.
+// A pair that never collides, by name.
 struct NamedPair {
   std::string link_a, link_b, reason;
   double depth;
 };
 
-// A robot and the objects of a world, in the default engine or another one.
+// A robot and the objects of a world, in the default engine or in another one.
 struct Rig {
   explicit Rig(const RobotDescription& description, const World& in = empty_space(),
                InstanceOptions options = {}, BaseKind base = BaseKind::fixed,
@@ -73,7 +73,7 @@ struct Rig {
   // -- objects
   void spawn(const WorldObject& object) { engine->spawn(make_instance(object, meshes, diagnostics)); }
   [[nodiscard]] bool is_there(const std::string& object) const { return engine->find(object).has_value(); }
-  // Throws std::bad_optional_access where there is none.
+  // Throws std::bad_optional_access if there is none.
   [[nodiscard]] Instance object(const std::string& name) const { return engine->find(name).value(); }
   [[nodiscard]] Pose pose(const std::string& name) const { return object(name).base_pose(); }
   [[nodiscard]] std::vector<NamedPair> excluded_pairs() const {
@@ -103,7 +103,7 @@ inline WorldObject make_object(const std::string& name, const Geometry& shape,
   return object;
 }
 
-// A robot that does nothing, where only the world matters.
+// A robot that does not move, where only the world matters.
 inline RobotDescription make_post() {
   RobotDescription robot;
   robot.name = "post";

@@ -19,7 +19,7 @@ namespace {
 using test::Rig;
 using ::testing::HasSubstr;
 
-// A six-axis arm on a plate, with two mimicking fingers and shapes: what the engine meets every day.
+// A six-axis arm on a plate, with two mimicking fingers and shapes: a typical robot.
 RobotDescription make_arm() {
   RobotDescription robot;
   robot.name = "arm";
@@ -65,7 +65,7 @@ TEST(Engine, NewEngineIsNamedAndAtRest) {
   EXPECT_EQ(rig.engine->time(), Time(0));
   EXPECT_TRUE(rig.diagnostics.all().empty()) << rig.diagnostics.all()[0].str();
   for (const double v : rig.robot.v()) EXPECT_EQ(v, 0);
-  EXPECT_NEAR(rig.q("right"), 0.05, 1e-15) << "the mimic's offset";
+  EXPECT_NEAR(rig.q("right"), 0.05, 1e-15) << "expected the mimic joint's offset";
 }
 
 TEST(Engine, TimeIsCountedInSteps) {
@@ -82,7 +82,7 @@ TEST(Engine, StepDoesNotAllocate) {
   rig.robot.apply_wrench(3, {0, 0, 0.01}, {0.1, 0, 0}, {0, 0, 0});
   const std::uint64_t before_any = test::heap_allocations();
   const RobotDescription something = make_arm();
-  ASSERT_GT(test::heap_allocations(), before_any) << "the counter counts";
+  ASSERT_GT(test::heap_allocations(), before_any) << "expected the counter to count";
   const std::uint64_t before = test::heap_allocations();
   for (int i = 0; i < 500; ++i) {
     if (i % 10 == 0) move(rig, i);
@@ -107,7 +107,7 @@ TEST(Engine, TwoRunsAreBitIdentical) {
       if (i % 10 == 0) move(*rig, i);
       rig->engine->step();
     }
-    // Looking must change nothing.
+    // Reading must not change anything.
     second.engine->contacts(contacts);
     second.engine->kinetic_energy();
     second.engine->cast_ray({0, 0, 1}, {0, 0, -1});
@@ -159,7 +159,7 @@ TEST(Engine, MimicHoldsUnderFingertipLoad) {
   rig.robot.apply_wrench(rig.model.find_link("right finger"), {0, 0, 0.05}, {0, 1, 0}, {0, 0, 0});
   rig.run(1.0);
   EXPECT_NEAR(rig.q("right"), rig.q("left") + 0.05, 1e-3);
-  EXPECT_EQ(rig.effort("right"), 0) << "a mimic has no drive";
+  EXPECT_EQ(rig.effort("right"), 0) << "expected no effort: a mimic joint has no drive";
 }
 
 TEST(Engine, MimicKeepsMultiplierWhileMoving) {
@@ -195,7 +195,7 @@ TEST(Engine, SetStateSetsMimicsAndReferences) {
   rig.set_state(q);
   EXPECT_NEAR(rig.q("right"), 0.35, 1e-15);
   rig.run(0.5);
-  EXPECT_NEAR(rig.q("Revolute 3"), 0.4, 0.01) << "it stays where it was put";
+  EXPECT_NEAR(rig.q("Revolute 3"), 0.4, 0.01) << "expected the joint to stay where it was placed";
 }
 
 TEST(Engine, PosesMatchJointsInTime) {
@@ -223,7 +223,7 @@ TEST(Engine, WrenchesActAtTheirPoint) {
   rig.robot.apply_wrench(1, {0, 0, 0}, {0, 2, 0}, {0, 0, 1});
   rig.engine->step();
   EXPECT_NEAR(rig.v("turn"), 1.0 / (1.0 / 3) * 1e-3, 1e-6)
-      << "a force in the axis turns nothing, a torque does";
+      << "expected a force through the axis not to turn the bar, and a torque to turn it";
 }
 
 TEST(Engine, FloatingBasesFallAndLand) {
@@ -237,8 +237,8 @@ TEST(Engine, FloatingBasesFallAndLand) {
   rig.run(2.0);
   const Pose landed = rig.robot.link_pose(1);
   EXPECT_NEAR(landed.translation().z(), 0.0, 3e-3);
-  EXPECT_NEAR(landed.linear()(2, 2), 1.0, 1e-3) << "upright";
-  // The quaternion's order: the same pose from q by the kinematics.
+  EXPECT_NEAR(landed.linear()(2, 2), 1.0, 1e-3) << "expected an upright object";
+  // The order of the quaternion's values: the same pose computed from q by the kinematics.
   Data data(rig.model);
   forward_kinematics(rig.model, data, Eigen::Map<const Eigen::VectorXd>(rig.robot.q().data(), rig.model.nq));
   EXPECT_NEAR((world.X_WR.matrix() * data.X_WL[1].matrix() - landed.matrix()).norm(), 0, 1e-9);
@@ -254,7 +254,7 @@ TEST(Engine, DivergenceStopsStep) {
   rig.robot.apply_joint_effort(0, 1e300);
   rig.engine->step();
   EXPECT_TRUE(rig.engine->diverged());
-  EXPECT_EQ(rig.q("swing"), before) << "the last state that meant something";
+  EXPECT_EQ(rig.q("swing"), before) << "expected the last valid state";
   EXPECT_EQ(rig.engine->time(), Time(100'000'000));
   rig.engine->step();
   EXPECT_EQ(rig.engine->time(), Time(100'000'000));
@@ -266,7 +266,7 @@ TEST(Engine, DivergenceStopsStep) {
 
 TEST(Engine, MasslessFramesAreAccepted) {
   RobotDescription robot = test::make_pendulum(1, 0.5);
-  // The mass hangs two fixed joints below the link that moves.
+  // The mass is two fixed joints below the link that moves.
   robot.links[1].inertial.reset();
   robot.links.push_back(test::make_frame("flange"));
   robot.links.push_back(test::make_link("tool", 2, {0, 0, -0.5}, {1e-3, 1e-3, 1e-3}));

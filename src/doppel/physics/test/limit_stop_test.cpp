@@ -33,7 +33,7 @@ TEST(LimitStop, DampingRatioAndRestitutionAreInverse) {
   EXPECT_NEAR(restitution_of(1.0 + 1e-7), restitution_of(1.0), 1e-6);
 }
 
-// An impact integrated in steps of 1e-5 of its period says the same as the closed form.
+// An impact integrated in steps of 1e-5 of its period agrees with the closed form.
 TEST(LimitStop, RestitutionMatchesIntegratedImpact) {
   for (const double z : {0.05, 0.3, 0.6, 0.8, 1.5}) {
     double x = 0, v = 1, force = 0;
@@ -82,8 +82,8 @@ TEST(LimitStop, StiffnessBeyondStepIsStable) {
   }
 }
 
-// Without a stiffness it is MuJoCo's: a critically damped spring with the time constant of five steps. An
-// impact goes 1.2 steps of its speed deep and gives next to nothing back.
+// Without a stiffness it is MuJoCo's: a critically damped spring with a time constant of five steps. The
+// penetration is 1.2 steps of the impact speed, and almost nothing bounces back.
 TEST(LimitStop, DefaultStopDoesNotBounce) {
   for (const double step : {1e-3, 2e-3}) {
     Rig rig(make_slide(0, kCriticalRestitution), test::empty_space(step));
@@ -109,7 +109,8 @@ TEST(LimitStop, ImpossibleStopIsReportedAndIgnored) {
     return count;
   };
   Model model;
-  EXPECT_EQ(warnings_of(make_slide(0, 0.5), model), 1) << "a restitution without a stiffness";
+  EXPECT_EQ(warnings_of(make_slide(0, 0.5), model), 1)
+      << "expected a warning: a restitution without a stiffness";
   EXPECT_EQ(model.joints[0].stop_restitution, kCriticalRestitution);
   EXPECT_EQ(warnings_of(make_slide(100, 1.5), model), 1);
   EXPECT_EQ(model.joints[0].stop_restitution, kCriticalRestitution);
@@ -121,7 +122,7 @@ TEST(LimitStop, ImpossibleStopIsReportedAndIgnored) {
   }
   robot = make_slide(100, 0.5);
   robot.joints[0].type = JointType::continuous;
-  EXPECT_EQ(warnings_of(robot, model), 1) << "there is nothing to stop at";
+  EXPECT_EQ(warnings_of(robot, model), 1) << "expected a warning: the joint has no limits to stop at";
 }
 
 TEST(LimitStop, BlocksOfOneJointAreMerged) {
@@ -136,7 +137,7 @@ TEST(LimitStop, BlocksOfOneJointAreMerged) {
   EXPECT_EQ(model.joints[0].stop_restitution, 0.5);
 }
 
-// Whatever its stiffness, no impact makes energy.
+// Whatever its stiffness, no impact creates energy.
 TEST(LimitStop, ReboundNeverExceedsImpactSpeed) {
   for (double stiffness = 1e2; stiffness < 1e9; stiffness *= 1.7) {
     for (const double start : {0.0, 0.0003, 0.0007}) {

@@ -1,5 +1,5 @@
 #pragma once
-// A motion that no physics engine integrates: the classical Runge-Kutta method over doppel's own Newton-Euler
+// A motion that no physics engine integrates: the classical Runge-Kutta method with doppel's own Newton-Euler
 // and composite-body algorithms (kinematics/dynamics.h), for joints with one degree of freedom each.
 
 #include <Eigen/Cholesky>
@@ -17,7 +17,7 @@ class ReferenceMotion {
   ReferenceMotion(const Model& model, const Eigen::Vector3d& gravity)
       : model_(model), gravity_(gravity), data_(model) {}
 
-  // M(q) and what gravity and Coriolis forces ask.
+  // M(q), and the joint forces that gravity and Coriolis forces require.
   void evaluate(const Motion& at, Eigen::MatrixXd& M, Eigen::VectorXd& bias) {
     inverse_dynamics(model_, data_, at.q, at.v, Eigen::VectorXd::Zero(model_.nv), gravity_);
     bias = data_.tau;

@@ -34,12 +34,12 @@ TEST(Servo, StiffnessFollowsInertia) {
 TEST(Servo, FullEffortIsReachedAtSmallError) {
   const Model wrist = arm(0.1, 0.1, 2.0);  // 1e-3 kg m^2
   EXPECT_NEAR(choose_servos(wrist, {}, Eigen::Vector3d::Zero())[0].stiffness, 20.0, 1e-9);
-  const Model exported = arm(0.1, 0.1, 1000.0);  // an exporter's effort must not make a loop of 3 kHz
+  const Model exported = arm(0.1, 0.1, 1000.0);  // an exporter's effort must not result in a loop of 3 kHz
   EXPECT_NEAR(choose_servos(exported, {}, Eigen::Vector3d::Zero())[0].stiffness, 250.0, 1.0);
 }
 
 TEST(Servo, StiffnessIsRaisedForGravity) {
-  const Model model = arm(1.3, 0.15, 10);  // 1.9 N m level, 0.03 kg m^2
+  const Model model = arm(1.3, 0.15, 10);  // 1.9 N m when horizontal, 0.03 kg m^2
   const auto servos = choose_servos(model, {}, kGravity);
   EXPECT_GT(servos[0].stiffness, 250);
   Data data(model);
@@ -86,7 +86,8 @@ TEST(Servo, FrictionGivesSagInterval) {
     EXPECT_GT(found.back(), s.least - 1e-6);
     EXPECT_LT(found.back(), s.most + 1e-6);
   }
-  EXPECT_GT(found[0] - found[1], 1e-4) << "and where in it depends on where it came from";
+  EXPECT_GT(found[0] - found[1], 1e-4)
+      << "expected a position within the friction band that depends on the direction of approach";
 }
 
 TEST(Servo, JointOnLimitDoesNotSag) {
@@ -140,7 +141,7 @@ TEST(Servo, SagIsTorqueOverStiffness) {
 }
 
 TEST(Servo, LoadBeyondEffortSinks) {
-  Rig rig(limited_pendulum(1.0, 2));  // 1.96 N m would be needed when level
+  Rig rig(limited_pendulum(1.0, 2));  // 1.96 N m would be needed when horizontal
   rig.set_state({std::numbers::pi / 2});
   rig.hold_all();
   double worst = 0;
@@ -149,7 +150,7 @@ TEST(Servo, LoadBeyondEffortSinks) {
     worst = std::max(worst, std::abs(rig.effort("swing")));
   }
   EXPECT_LE(worst, 1.0 + 1e-12);
-  EXPECT_LT(rig.q("swing"), 0.7) << "below asin(1 / 1.96), where the effort would just hold";
+  EXPECT_LT(rig.q("swing"), 0.7) << "expected less than asin(1 / 1.96), where the effort would just hold";
 }
 
 TEST(Servo, StepTakesTimeOfVelocityLimit) {
@@ -175,7 +176,7 @@ TEST(Servo, ReleasedJointIsNotAccelerated) {
   Rig rig(limited_pendulum(5, 0.5));
   rig.hold_all();
   rig.robot.set_target(0, 2.0);
-  rig.robot.apply_joint_effort(0, -7.0);  // held down by more than the drive can
+  rig.robot.apply_joint_effort(0, -7.0);  // held down by more than the drive can exert
   rig.run(3.0);
   EXPECT_LT(rig.q("swing"), 0.0);
   rig.engine->clear_applied();
@@ -206,7 +207,7 @@ TEST(Servo, VelocityAndEffortAreHeld) {
 TEST(Servo, IdealServoFollowsExactly) {
   InstanceOptions options;
   Diagnostics diagnostics;
-  const RobotDescription robot = limited_pendulum(0.1, 2);  // far too weak, were it real
+  const RobotDescription robot = limited_pendulum(0.1, 2);  // far too weak if it were real
   const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
   ServoOptions ideal;
   ideal.ideal = true;
@@ -215,7 +216,7 @@ TEST(Servo, IdealServoFollowsExactly) {
   rig.hold_all();
   rig.robot.set_target(0, 1.0);
   rig.run(0.25);
-  EXPECT_NEAR(rig.q("swing"), 0.5, 1e-6) << "on the way at 2 rad/s";
+  EXPECT_NEAR(rig.q("swing"), 0.5, 1e-6) << "expected a position on the way at 2 rad/s";
   rig.run(0.5);
   EXPECT_NEAR(rig.q("swing"), 1.0, 1e-6);
 
@@ -224,7 +225,7 @@ TEST(Servo, IdealServoFollowsExactly) {
   EXPECT_THROW(Rig(robot, explicit_world, options), InputError);
 }
 
-// A joint that carries a hundredth of the inertia its servo was chosen for must not shake.
+// A joint with a hundredth of the inertia that its servo was designed for must not vibrate.
 TEST(Servo, SmallInertiaIsStable) {
   const RobotDescription robot = limited_pendulum(20, 2);
   InstanceOptions options;
@@ -244,8 +245,8 @@ TEST(Servo, SmallInertiaIsStable) {
   }
 }
 
-// Stiffness without any damping, at a frequency beyond the step's: the floor under the damping keeps it
-// standing.
+// Stiffness without any damping, at a frequency beyond the step's: the minimum of the damping keeps it
+// stable.
 TEST(Servo, FrequencyBeyondStepIsStable) {
   InstanceOptions options;
   options.servos = {{0.04 * 9e6, 0.0, kInfinity, 2.0, false}};  // 3000 rad/s at 1 kHz

@@ -1,4 +1,4 @@
-// How a robot stands at the start, and that it stays there.
+// The pose of a robot at the start, and that it stays there.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ Collision shape(const Geometry& geometry, const Eigen::Vector3d& xyz) {
   return out;
 }
 
-// A leg that hangs from a pelvis at the origin, its shank in the ground.
+// A leg that hangs from a pelvis at the origin, with its shank in the ground.
 RobotDescription make_leg() {
   RobotDescription robot;
   robot.name = "leg";
@@ -68,7 +68,7 @@ TEST(SimulationStart, FloatingRobotIsSetOnGround) {
   rig.hold_all();
   rig.run(0.05);
   EXPECT_NEAR(rig.robot.link_pose(rig.model.find_link("pelvis")).translation().z(), 0.8, 5e-3)
-      << "it stands, and does not fall through";
+      << "expected the robot to stand instead of falling through the ground";
 }
 
 TEST(SimulationStart, FloatingRobotOfEveryShapeTouchesGroundWithItsLowestPoint) {
@@ -128,14 +128,14 @@ TEST(SimulationStart, LinkInsideObjectPassesThroughThatObjectOnly) {
     if (pair.depth > 0) inside.push_back(pair.link_a + " " + pair.link_b);
   }
   EXPECT_THAT(inside, ::testing::ElementsAre("shank crate"));
-  // Objects that come and go later leave the exclusion as it is.
+  // Objects that are added and removed later do not change the exclusion.
   rig.spawn(test::make_object("ball", Sphere{0.05}, {2, 0, 1}, 0.1));
   rig.run(0.2);
   EXPECT_LT(std::abs(rig.v("knee")), 1e-3);
 }
 
 // Constraint forces belong to the step that is taken: with the drives' damping left out of the matrix that
-// they are solved with, a held joint with friction moved at 0.15 rad/s and coupled fingers strayed.
+// they are solved with, a held joint with friction moved at 0.15 rad/s and coupled fingers diverged.
 TEST(SimulationStart, HeldJointsWithFrictionAndFollowersAreAtRestAtEveryStep) {
   for (const double step : {1e-3, 2e-3, 5e-3}) {
     RobotDescription robot = make_leg();
@@ -167,12 +167,13 @@ TEST(SimulationStart, LinksWithoutGravityNeedNoEffort) {
   rig.set_state({0.0, 0.5});
   Data data(rig.model);
   gravity_torques(rig.model, data, Eigen::Vector2d(0.3, 0.5), {0, 0, -9.81});
-  EXPECT_NEAR(data.tau[1], 0.0, 1e-12) << "the shank has no weight";
-  EXPECT_NEAR(data.tau[0], 1.0 * 9.81 * 0.2 * std::sin(0.3), 1e-9) << "the thigh has";
+  EXPECT_NEAR(data.tau[1], 0.0, 1e-12) << "expected no torque: the shank has no weight";
+  EXPECT_NEAR(data.tau[0], 1.0 * 9.81 * 0.2 * std::sin(0.3), 1e-9)
+      << "expected the torque of the thigh's weight";
   rig.run(0.3);
   EXPECT_NEAR(rig.v("knee"), 0.0, 1e-9);
   EXPECT_NEAR(rig.q("knee"), 0.5, 1e-9);
-  // A wrench from outside acts beside it.
+  // An external wrench acts in addition.
   rig.robot.apply_wrench(2, {0, 0, -0.2}, {1, 0, 0}, Eigen::Vector3d::Zero());
   rig.run(0.1);
   EXPECT_GT(std::abs(rig.v("knee")), 1e-2);
@@ -190,7 +191,7 @@ TEST(SimulationStart, EffortOnBareHornIncludesRotorInertia) {
   rig.robot.set_drive(rig.joint("knee"), DriveMode::effort);
   rig.robot.set_target(rig.joint("knee"), 5.0);
   rig.engine->step();
-  EXPECT_NEAR(std::abs(rig.v("knee")), 15.0, 1.0) << "ten times its velocity limit after 1 ms";
+  EXPECT_NEAR(std::abs(rig.v("knee")), 15.0, 1.0) << "expected ten times the velocity limit after 1 ms";
 }
 
 TEST(SimulationStart, TinyBodiesAreAccepted) {

@@ -1,4 +1,4 @@
-// How a step is taken: the order of each scheme, what is implicit, and where an effort limit ends it.
+// How a step is taken: the order of each scheme, what is implicit, and how effort limits act within it.
 
 #include <gtest/gtest.h>
 
@@ -53,17 +53,17 @@ TEST(StepScheme, TablesFulfilOrderConditions) {
     }
     EXPECT_NEAR(b, 1, 1e-15);
     EXPECT_NEAR(bc, 0.5, 1e-15);
-    EXPECT_NEAR(bg, 0, 1e-15) << "order 2 whatever J is";
+    EXPECT_NEAR(bg, 0, 1e-15) << "expected order 2 for any J";
     if (s.order == 4) {
-      EXPECT_NEAR(bag, 0, 1e-15) << "order 3 whatever J is";
+      EXPECT_NEAR(bag, 0, 1e-15) << "expected order 3 for any J";
       EXPECT_NEAR(bgc, 0, 1e-15);
       EXPECT_NEAR(bgg, 0, 1e-15);
     }
     for (double w = 1e-3; w < 1e6; w *= 1.5) {
-      EXPECT_LE(std::abs(amplification(s, {0, w})), 1 + 1e-12) << "A-stable, at i " << w;
+      EXPECT_LE(std::abs(amplification(s, {0, w})), 1 + 1e-12) << "expected A-stability at i " << w;
       EXPECT_LE(std::abs(amplification(s, {-w, w})), 1 + 1e-12);
     }
-    EXPECT_LT(std::abs(amplification(s, -1e9)), 1e-6) << "L-stable";
+    EXPECT_LT(std::abs(amplification(s, -1e9)), 1e-6) << "expected L-stability";
   }
 }
 
@@ -101,7 +101,7 @@ TEST(IntegrationStep, PassiveFallConvergesWithSchemeOrder) {
   }
 }
 
-// Springs and dampers of every size, on a chain that swings under gravity: the schemes keep their order.
+// Springs and dampers of every magnitude, on a chain that swings under gravity: the schemes keep their order.
 TEST(IntegrationStep, DrivenMotionConvergesWithSecondOrder) {
   std::mt19937 random(6);
   const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
@@ -182,7 +182,7 @@ TEST(IntegrationStep, RestIsHeldUnderEveryIntegrator) {
   }
 }
 
-// A joint of 1 kg m^2 whose servo needs more than its 2 N m accelerates with 2 rad/s^2, no less.
+// A joint of 1 kg m^2 whose servo needs more than its 2 N m accelerates with 2 rad/s^2, not less.
 TEST(IntegrationStep, ClippedDriveHasNoImplicitDamping) {
   RobotDescription robot = test::make_pendulum(1.0, 1.0);
   robot.joints[0].axis = {0, 0, 1};  // about the vertical: no gravity
@@ -200,9 +200,8 @@ TEST(IntegrationStep, ClippedDriveHasNoImplicitDamping) {
   }
 }
 
-// Whatever is held and thrown at it, a drive never gives more than its limit: the effort that acted, found
-// from the motion by Newton-Euler, is the one that is reported. `implicit` clips by euler's acceleration and
-// is left out.
+// Whatever load acts on it, a drive never exceeds its limit: the effort that acted, computed from the motion
+// by Newton-Euler, equals the reported one. `implicit` clips with euler's acceleration and is left out.
 TEST(IntegrationStep, ReportedEffortIsAppliedAndLimited) {
   std::mt19937 random(9);
   const RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
@@ -286,8 +285,8 @@ TEST(IntegrationStep, EnergyOfDrivenMotionExcludesArmature) {
   }
 }
 
-// A body that tumbles freely keeps its energy and angular momentum; what a step loses of them shrinks with
-// the order.
+// A freely tumbling body conserves its energy and angular momentum; the error of the step shrinks with the
+// order.
 TEST(IntegrationStep, TumblingBodyConvergesWithSchemeOrder) {
   RobotDescription robot;
   robot.name = "tumbler";
@@ -309,7 +308,7 @@ TEST(IntegrationStep, TumblingBodyConvergesWithSchemeOrder) {
   }
 }
 
-// A loose object that lies somewhere else leaves the robot its order.
+// A free object elsewhere does not change the order of the robot's motion.
 TEST(IntegrationStep, MidpointKeepsOrderDuringContact) {
   std::mt19937 random(12);
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);
@@ -330,7 +329,7 @@ TEST(IntegrationStep, MidpointKeepsOrderDuringContact) {
   EXPECT_NEAR(beside, alone, 0.01 * alone);
 }
 
-// With drives that meet and leave their limits, stops that are hit, a follower, and an object on the ground.
+// With drives that reach and leave their limits, stops that are hit, a follower, and an object on the ground.
 TEST(IntegrationStep, StepDoesNotAllocateUnderAnyIntegrator) {
   std::mt19937 random(13);
   RobotDescription robot = test::make_random_chain(test::six_hinges(), random);

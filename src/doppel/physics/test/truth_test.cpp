@@ -51,19 +51,21 @@ TEST(PhysicsReference, PendulumHasClosedFormPeriod) {
     Rig rig(test::make_pendulum(mass, length));
     rig.set_state({amplitude});
     const double expected = closed_form_period(amplitude, inertia, mass, length);
-    EXPECT_NEAR(measured_period(rig), expected, 1e-4 * expected) << "implicit, 1 ms";
+    EXPECT_NEAR(measured_period(rig), expected, 1e-4 * expected)
+        << "expected the exact period with implicit steps of 1 ms";
     World fine = empty_space();
     fine.integrator = Integrator::rk4;
     Rig exact(test::make_pendulum(mass, length), fine);
     exact.set_state({amplitude});
-    EXPECT_NEAR(measured_period(exact), expected, 2e-6 * expected) << "rk4, 1 ms";
+    EXPECT_NEAR(measured_period(exact), expected, 2e-6 * expected)
+        << "expected the exact period with rk4 steps of 1 ms";
   }
 }
 
-// Total energy over `seconds`, as the largest departure from the start relative to the energy that moves
+// Total energy over `seconds`, as the largest deviation from the start relative to the energy that moves
 // (from the lowest pose). Semi-implicit integration moves q with the new v, so the v that belongs to an
-// instant's q is the mean of the steps around it: potential energy is taken at q_n and kinetic energy as the
-// mean of those at v_n and v_n+1. rk4 has both at one instant and needs no such care.
+// instant's q is the mean of the steps around it: potential energy is evaluated at q_n and kinetic energy as
+// the mean of those at v_n and v_n+1. rk4 has both at one instant and needs no correction.
 double energy_departure(Rig& rig, double seconds, double lowest, bool staggered) {
   double start = 0, worst = 0, previous_potential = rig.engine->potential_energy();
   double previous_kinetic = rig.engine->kinetic_energy();
@@ -75,7 +77,7 @@ double energy_departure(Rig& rig, double seconds, double lowest, bool staggered)
         staggered ? previous_potential + 0.5 * (previous_kinetic + kinetic) : potential + kinetic;
     if (i == 0) {
       start = total;
-      EXPECT_GT(start - lowest, 1) << "there is an energy to be kept";
+      EXPECT_GT(start - lowest, 1) << "expected a start above the lowest pose";
     }
     worst = std::max(worst, std::abs(total - start) / (start - lowest));
     previous_potential = potential;
@@ -89,8 +91,8 @@ TEST(PhysicsReference, EnergyIsConservedWithoutFriction) {
   const double two = 1.0 * 9.81 * (2 - 0.4) + 0.5 * 9.81 * (2 - 0.7);
   for (const Integrator integrator : {Integrator::euler, Integrator::rk4}) {
     const bool staggered = integrator == Integrator::euler;
-    // What bodies that turn each other exchange is integrated to first order in the step by the implicit one,
-    // to fourth by rk4.
+    // Energy that bodies exchange by turning each other is integrated to first order in the step by the
+    // implicit scheme, to fourth order by rk4.
     World coarse = empty_space(1e-3), fine = empty_space(staggered ? 2.5e-5 : 1e-3);
     coarse.integrator = fine.integrator = integrator;
     Rig single(test::make_pendulum(0.7, 0.6), coarse);
@@ -138,7 +140,8 @@ TEST(PhysicsReference, HoldingTorqueIsGravityTorque) {
   for (int round = 0; round < 12; ++round) {
     SCOPED_TRACE("seed " + std::to_string(seed) + " round " + std::to_string(round));
     World space = empty_space();
-    space.X_WR = make_pose({0.1, 0.2, 0.3}, {0.4, -0.7, 1.1});  // a tilted base: gravity must be seen from it
+    space.X_WR = make_pose({0.1, 0.2, 0.3},
+                           {0.4, -0.7, 1.1});  // a tilted base: gravity must be expressed in its frame
     Rig rig(test::make_random_chain(test::six_hinges(), random), space);
     const Eigen::VectorXd q = test::random_configuration(rig.model, random);
     rig.set_state({q.data(), q.data() + q.size()});
@@ -149,7 +152,7 @@ TEST(PhysicsReference, HoldingTorqueIsGravityTorque) {
     gravity_torques(rig.model, data, held, space.X_WR.linear().transpose() * space.gravity);
     for (std::size_t i = 0; i < rig.model.joints.size(); ++i) {
       EXPECT_NEAR(rig.robot.drive_effort()[i], data.tau[rig.model.joints[i].v], 1e-5);
-      // and the sag is that torque over the stiffness
+      // and the sag is that torque divided by the stiffness
       const double sag = q[rig.model.joints[i].q] - held[rig.model.joints[i].q];
       const double expected = data.tau[rig.model.joints[i].v] / rig.servos()[i].stiffness;
       EXPECT_NEAR(sag, expected, 0.01 * std::abs(expected) + 1e-9);
@@ -166,13 +169,13 @@ TEST(PhysicsReference, FreeFallIsHalfGTSquared) {
   Pose X;
   X = rig.pose("ball");
   EXPECT_NEAR(10 - X.translation().z(), 0.5 * 9.81, 0.5 * 9.81 * 1.01e-3)
-      << "semi-implicit: one step ahead, 0.1 %";
+      << "expected a semi-implicit error of one step, 0.1 %";
   EXPECT_NEAR(10 - X.translation().z(), 0.5 * 9.81 * 1e-6 * steps * (steps + 1), 1e-9)
-      << "its own sum exactly";
+      << "expected exactly the sum of the semi-implicit scheme";
 }
 
 TEST(PhysicsReference, CoulombFrictionHoldsJointUntilLimit) {
-  RobotDescription robot = test::make_pendulum(1.0, 0.1);  // 0.981 N m when level
+  RobotDescription robot = test::make_pendulum(1.0, 0.1);  // 0.981 N m when horizontal
   robot.joints[0].dynamics = JointDynamics{0.0, 1.05, {}};
   Rig holds(robot);
   holds.set_state({std::numbers::pi / 2});
@@ -188,7 +191,7 @@ TEST(PhysicsReference, CoulombFrictionHoldsJointUntilLimit) {
 }
 
 // Friction is solved as a stiff damper: what it holds creeps at 1e-4 of the step times the acceleration that
-// it takes away.
+// it cancels.
 TEST(PhysicsReference, CoulombFrictionCreepMatchesFormula) {
   RobotDescription robot = test::make_pendulum(1.0, 0.1);
   robot.joints[0].dynamics = JointDynamics{0.0, 1.05, {}};

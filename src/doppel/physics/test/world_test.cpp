@@ -58,7 +58,7 @@ objects:
   EXPECT_EQ(world.X_WR.translation().z(), 0.4);
   ASSERT_EQ(world.objects.size(), 4u);
   EXPECT_EQ(std::get<Box>(world.objects[0].shape).size.y(), 2);
-  EXPECT_EQ(world.objects[0].mass, 0) << "fixed";
+  EXPECT_EQ(world.objects[0].mass, 0) << "expected a static object";
   EXPECT_EQ(world.objects[1].mass, 0.05);
   EXPECT_EQ(world.objects[1].rgba.x(), 1);
   EXPECT_EQ(std::get<Cylinder>(world.objects[2].shape).length, 0.1);
@@ -111,7 +111,7 @@ TEST(WorldFile, ErrorsAreReportedTogether) {
   EXPECT_THAT(text, HasSubstr("did you mean 'box'"));
 }
 
-// The worlds that come with doppel stand still: what lies in them lies at rest.
+// The objects of the bundled worlds are at rest.
 TEST(WorldFile, BundledWorldsAreAtRest) {
   PackageResolver resolver;
   for (const auto& entry : std::filesystem::directory_iterator(DOPPEL_SOURCE_DIR "/worlds")) {

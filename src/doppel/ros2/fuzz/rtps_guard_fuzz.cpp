@@ -1,6 +1,6 @@
-// Fuzz target: the bytes are datagrams, two bytes of length before each, as strangers may send them to one
-// port. Whatever comes, none is read beyond its end, what is admitted begins as RTPS does, and a writer whom
-// nobody has heard of is heard afterwards.
+// Fuzz target: the bytes are datagrams, each with its length in two bytes, as unknown senders may send them
+// to one port. None may be read beyond its end, an accepted one must begin like RTPS, and a new writer's
+// sample must be accepted afterwards.
 
 #include <algorithm>
 #include <cstdint>
@@ -37,7 +37,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (std::span rest(data, size); rest.size() >= 2;) {
     const std::size_t length = std::size_t{rest[0]} << 8 | rest[1];
     rest = rest.subspan(2);
-    // A copy of its own, so that a look beyond the end is seen.
+    // A separate copy, so that a read beyond the end is detected.
     const std::vector<std::uint8_t> datagram(rest.begin(), rest.begin() + std::min(length, rest.size()));
     if (guard.admits(datagram) && !begins_as_rtps(datagram)) std::abort();
     rest = rest.subspan(datagram.size());

@@ -1,4 +1,4 @@
-// What comes faster than the loop runs it.
+// Messages that arrive faster than the loop handles them.
 
 #include "doppel/messages/controller_manager_msgs.h"
 #include "doppel/ros2/test/bridge_testing.h"
@@ -17,12 +17,12 @@ TEST_F(BridgeBacklogTest, FloodWaitsInHistoryUntilLoopCatchesUp) {
   auto writer = peer->make_writer(topic_spec("/in", kFloat, {.depth = 100000}));
   while (writer->matched() == 0) std::this_thread::yield();
   for (int i = 0; i < 20000; ++i) writer->write(to_cdr(Float64{1}));
-  std::this_thread::sleep_for(milliseconds(300));  // the loop stands
+  std::this_thread::sleep_for(milliseconds(300));  // the loop is stopped
   EXPECT_LT(bridge->status().received, 10000U);
   EXPECT_TRUE(comes_true([&] { return received == 20000; }));
 }
 
-// Large ones count by their bytes: more than 64 MB never wait for a loop that stands.
+// Large messages count by their bytes: at most 64 MB wait for a loop that is stopped.
 TEST_F(BridgeBacklogTest, LargeMessagesAndCallsWaitInHistories) {
   constexpr std::size_t kMax = 8, kAll = 12;
   const std::string large(std::size_t{8} << 20, 't');
@@ -38,14 +38,14 @@ TEST_F(BridgeBacklogTest, LargeMessagesAndCallsWaitInHistories) {
     client.send(to_cdr(LoadController::Request{large}));
   }
   while (bridge->status().received < kMax || bridge->status().requests < kMax) std::this_thread::yield();
-  // The bridge has had its turn after those when it has found out that a client's service is there.
+  // A client that finds its service shows that the bridge has finished a pass after these messages.
   const auto turn = bridge->make_client("/arm", "/arm/load", "controller_manager_msgs/srv/LoadController");
   while (!turn->is_available()) std::this_thread::yield();
   bus.spin();
   EXPECT_EQ(received, kMax);
   EXPECT_EQ(called, kMax);
   EXPECT_TRUE(comes_true([&] { return received == kAll && called == kAll; }))
-      << received << " messages, " << called << " calls";
+      << "expected all; received " << received << " messages, " << called << " calls";
 }
 
 }  // namespace

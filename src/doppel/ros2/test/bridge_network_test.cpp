@@ -1,4 +1,4 @@
-// The bridge over Fast DDS, on loopback, with a plain participant as its peer.
+// The bridge over Fast DDS on loopback, with a plain participant as its peer.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -87,7 +87,8 @@ TEST_F(BridgeNetworkTest, ShutdownIsAnnounced) {
   const auto reader = peer->make_reader(spec("/out"));
   ASSERT_TRUE(comes_true([&] { return reader->matched() == 1; }));
   bridge.reset();
-  ASSERT_TRUE(comes_true([&] { return reader->matched() == 0; })) << "long before the lease is over";
+  ASSERT_TRUE(comes_true([&] { return reader->matched() == 0; }))
+      << "expected no match long before the end of the lease";
   EXPECT_TRUE(comes_true([&] { return peer->participants().size() == 1; }));
 }
 

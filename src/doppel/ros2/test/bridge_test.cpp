@@ -1,5 +1,4 @@
-// The bridge between a bus and a network that stands in memory; what another participant sees of it and does
-// to it.
+// The bridge between a bus and a network in memory; what another participant sees of it and does to it.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,7 +33,7 @@ TEST_F(BridgeTest, PublishedMessageReachesNetworkWhileSubscribed) {
   EXPECT_EQ(writer.type, "std_msgs::msg::dds_::Float64_");
   EXPECT_EQ(writer.qos.reliability, Reliability::best_effort);
   EXPECT_EQ(writer.qos.depth, 3U);
-  EXPECT_FALSE(publisher.has_listeners()) << "the loop pays nothing for a topic that nobody wants";
+  EXPECT_FALSE(publisher.has_listeners()) << "expected no cost in the loop for a topic without subscribers";
 
   auto reader = peer->make_reader(topic_spec("/arm/x", kFloat, sensor_data_qos()));
   ASSERT_TRUE(comes_true([&] { return bridge->matches("/arm/x").readers == 1; }));
@@ -61,7 +60,7 @@ TEST_F(BridgeTest, LatchedTopicReachesLateReader) {
   };
   EXPECT_TRUE(comes_true([&] { return bridge->status().sent == 1; }));
   EXPECT_THAT(first_value(), ElementsAre(1));
-  publisher.publish({2}, {});  // nobody reads
+  publisher.publish({2}, {});  // without a reader
   EXPECT_TRUE(comes_true([&] { return bridge->status().sent == 2; }));
   EXPECT_THAT(first_value(), ElementsAre(2));
 }
@@ -87,7 +86,8 @@ TEST_F(BridgeTest, HistoryReachesLateReader) {
   const auto publisher = node.advertise<Float64>("/log", Qos::rosout());
   start();
   ASSERT_TRUE(comes_true([&] { return endpoints("/log").size() == 1; }));
-  EXPECT_EQ(endpoints("/log")[0].qos.lifespan, std::chrono::seconds(10)) << "as rcl offers /rosout";
+  EXPECT_EQ(endpoints("/log")[0].qos.lifespan, std::chrono::seconds(10))
+      << "expected the QoS with which rcl offers /rosout";
   ASSERT_TRUE(comes_true([&] { return publisher.has_listeners(); }));
   for (const double value : {1, 2, 3}) publisher.publish({value}, {});
   ASSERT_TRUE(comes_true([&] { return bridge->status().sent == 3; }));
@@ -101,7 +101,7 @@ TEST_F(BridgeTest, NetworkMessageReachesNodesOnce) {
   doppel::Node other(bus, "/other");
   int others = 0;
   other.subscribe<Float64>("/in", [&](const Float64&) { ++others; });
-  node.advertise<Float64>("/in");  // and a writer of its own: nothing may come back on it
+  node.advertise<Float64>("/in");  // and its own writer: nothing may be received from it
   const auto page = bus.attach("/_page");
   start();
   auto writer = peer->make_writer(topic_spec("/in"));
@@ -112,7 +112,8 @@ TEST_F(BridgeTest, NetworkMessageReachesNodesOnce) {
   ASSERT_TRUE(comes_true([&] { return received.size() >= 3; }));
   ASSERT_TRUE(page->publish("/_page", "/in", kFloat, to_cdr(Float64{4})));
   ASSERT_TRUE(comes_true([&] { return listener->is_ready(); }));
-  EXPECT_THAT(take_all(*listener), ElementsAre(4)) << "what the page says is for the network, too";
+  EXPECT_THAT(take_all(*listener), ElementsAre(4))
+      << "expected the page's message to be published to the network, too";
   EXPECT_THAT(received, ElementsAre(1, 2, 3, 4));
   EXPECT_EQ(others, 4);
   EXPECT_TRUE(comes_true([&] { return bridge->status().received == 3; }));
@@ -169,9 +170,9 @@ TEST_F(BridgeTest, EndpointsBelongToTheirNodes) {
     return find("/arm") != nullptr && find("/arm")->writers.size() == 2 && find("/ns/other") != nullptr &&
            find("/ns/other")->readers.size() == 1;
   }));
-  EXPECT_EQ(find("/arm")->readers.size(), 1U) << "of the service's requests";
+  EXPECT_EQ(find("/arm")->readers.size(), 1U) << "expected one reader, of the service's requests";
   EXPECT_EQ(find("/ns/other")->writers.size(), 1U);
-  EXPECT_EQ(endpoints("/x").size(), 2U) << "each node has a writer of its own";
+  EXPECT_EQ(endpoints("/x").size(), 2U) << "expected each node to have its own writer";
 }
 
 TEST_F(BridgeTest, RecreatedNodeKeepsEndpoints) {
@@ -181,7 +182,7 @@ TEST_F(BridgeTest, RecreatedNodeKeepsEndpoints) {
   ASSERT_TRUE(comes_true([&] { return endpoints("/controller/state").size() == 1; }));
   const Gid before = endpoints("/controller/state")[0].gid;
   controller.reset();
-  run_for(milliseconds(60));  // the bridge has seen that it is gone
+  run_for(milliseconds(60));  // the bridge has removed its endpoints
   controller.emplace(bus, "/controller");
   controller->advertise<Float64>("~/state");
   run_for(milliseconds(400));
@@ -219,7 +220,7 @@ TEST_F(BridgeTest, StrongestQosCarriesTopic) {
   strong.publish({2}, {});
   ASSERT_TRUE(comes_true([&] { return bridge->status().sent == 2; }));
   EXPECT_THAT(take_all(*reliable), ElementsAre(1, 2));
-  EXPECT_THAT(take_all(*any), ElementsAre(1, 2)) << "each once";
+  EXPECT_THAT(take_all(*any), ElementsAre(1, 2)) << "expected each message once";
 }
 
 TEST_F(BridgeTest, RetypedTopicIsOfferedImmediately) {
@@ -258,14 +259,14 @@ TEST_F(BridgeTest, MalformedRequestGetsNoResponse) {
   ASSERT_TRUE(from_cdr(reply.cdr, response));
   EXPECT_EQ(response.message, "gone");
   run_for(milliseconds(50));
-  EXPECT_FALSE(one.take(reply)) << "a malformed request has no answer";
-  EXPECT_FALSE(two.take(reply)) << "nor has one that another client sent";
+  EXPECT_FALSE(one.take(reply)) << "expected no answer to a malformed request";
+  EXPECT_FALSE(two.take(reply)) << "expected no answer to a request that another client sent";
   EXPECT_EQ(bridge->status().refused, 1U);
   EXPECT_EQ(bridge->status().requests, 2U);
 }
 
-// What comes to a reader before it knows the writer's place waits in a history of ten, where the answers of
-// others push it out.
+// A response that reaches a reader before the writer is discovered is kept in a history of depth ten, where
+// responses to other clients displace it.
 TEST_F(BridgeTest, ResponseWaitsForReaderWithTimeout) {
   node.serve<Trigger>("~/go", [](const auto&, const Responder<Trigger::Response>& respond) { respond({}); });
   start();
@@ -361,7 +362,7 @@ TEST_F(BridgeTest, NodeClientCallsRemoteService) {
     return answered == 2 && !answer.empty();
   }));
   run_for(milliseconds(30));
-  EXPECT_EQ(answer, "on") << "what was forgotten is not told";
+  EXPECT_EQ(answer, "on") << "expected no response to a forgotten request";
 
   Graph graph(*peer);
   ASSERT_TRUE(comes_true([&] {
@@ -398,7 +399,7 @@ TEST_F(BridgeTest, RemoteServiceCanOutliveBridge) {
   const auto client = bridge->make_client("/arm", "/far/go", "std_srvs/srv/Trigger");
   bridge.reset();
   EXPECT_FALSE(client->is_available());
-  client->call({}, [](const Bytes&) { FAIL(); });
+  client->call({}, [](const Bytes&) { FAIL() << "expected no response after the bridge is gone"; });
 }
 
 TEST_F(BridgeTest, GraphListsOwnAndRemoteNodes) {

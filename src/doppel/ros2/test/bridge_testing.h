@@ -1,5 +1,5 @@
 #pragma once
-// A bridge for tests: the loop is the test, the network stands in memory.
+// A bridge for tests: the test is the loop, the network is in memory.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ class BridgeTest : public ::testing::Test {
     bridge.emplace(bus, std::move(options), log,
                    [this](const auto&, auto on_activity) { return network.join(std::move(on_activity)); });
   }
-  // Runs the loop until it holds.
+  // Runs the loop until the condition holds.
   template <class Condition>
   bool comes_true(const Condition& condition) {
     const auto end = steady_clock::now() + std::chrono::seconds(10);
@@ -48,7 +48,7 @@ class BridgeTest : public ::testing::Test {
     }
     return false;
   }
-  // So long that what must not happen would have.
+  // Long enough for anything that must not happen.
   void run_for(milliseconds time) {
     const auto end = steady_clock::now() + time;
     comes_true([end] { return steady_clock::now() >= end; });

@@ -1,6 +1,6 @@
 #pragma once
-// A network in memory for tests: participants that see each other at once, with matching by name, type and
-// QoS, one type for each name of a member's, histories by depth, and nothing lost.
+// A network in memory for tests: participants that discover each other immediately, with matching by name,
+// type and QoS, one type for each name of a participant, histories by depth, and no loss.
 
 #include <algorithm>
 #include <atomic>
@@ -21,7 +21,7 @@ class FakeWriter;
 class FakeNetwork {
  public:
   std::unique_ptr<Participant> join(std::function<void()> on_activity);
-  std::atomic<bool> acknowledges{true};  // whether readers are in step with the writers that they match
+  std::atomic<bool> acknowledges{true};  // whether readers are synchronised with the writers that they match
 
  private:
   friend class FakeWriter;
@@ -44,14 +44,14 @@ class FakeNetwork {
     return writer.topic == reader.topic && writer.type == reader.type &&
            incompatibility(writer.qos, reader.qos).empty();
   }
-  // All that follows under the mutex.
+  // All functions below require the mutex.
   Gid add(Member& member, const EndpointSpec& spec, FakeWriter* writer, FakeReader* reader);
   void remove(const Gid& gid);
   void notify_all() {
     ++version_;
     for (const auto& member : members_) member->on_activity();
   }
-  // Among other members' endpoints.
+  // Among the endpoints of other members.
   template <class Visit>
   void each_match(const EndpointInfo& of, Visit visit) const {
     for (const End& end : ends_) {
@@ -180,7 +180,7 @@ class FakeParticipant : public Participant {
     const std::lock_guard lock(network_.mutex_);
     auto member = std::make_unique<FakeNetwork::Member>();
     member->gid.bytes[0] = network_.next_member_++;
-    member->gid.bytes[14] = 0x01;  // RTPS's entity of a participant: 00 00 01 c1
+    member->gid.bytes[14] = 0x01;  // the RTPS entity id of a participant: 00 00 01 c1
     member->gid.bytes[15] = 0xc1;
     member->on_activity = std::move(on_activity);
     member_ = member.get();

@@ -38,7 +38,7 @@ class GraphClientTest : public testing::Test {
     return options;
   }
 
-  // A node with one of everything.
+  // A node with one of each interface.
   struct Lab {
     explicit Lab(Context& context) : node(context, "bench", "/lab") {
       node.declare_parameter("gain", 0.5);
@@ -153,7 +153,7 @@ TEST_F(GraphClientTest, VanishedServerEndsCall) {
   EXPECT_TRUE(client.wait_until([&] { return client.topics().empty(); }, Clock::now() + kTimeout));
 }
 
-// One whose requests are matched already and whose answers are not yet.
+// A server whose request reader is matched already and whose response writer is not yet.
 TEST_F(GraphClientTest, NewServerKeepsCall) {
   start_lab();
   GraphClient client(options());
@@ -208,7 +208,8 @@ TEST_F(GraphClientTest, UnusableNetworkIsReported) {
   EXPECT_EQ(failure_of([&] { GraphClient client(options(), fails); }), "no usable network");
 }
 
-// A participant by hand, which publishes and hears a type that this program does not have, or not so.
+// A hand-made participant that publishes and subscribes a type that this program does not have, or has in
+// another definition.
 class RawParticipant {
  public:
   RawParticipant(const test::OwnDomain& domain, const TypeDescription& type, const std::string& node,

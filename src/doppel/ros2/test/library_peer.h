@@ -1,5 +1,5 @@
 #pragma once
-// Another program of the graph, made with the client library, on a thread of its own.
+// Another program of the graph, made with the client library, on its own thread.
 
 #include <future>
 #include <thread>
@@ -15,7 +15,7 @@ inline ContextOptions quiet_context(const OwnDomain& domain) {
 
 class Peer {
  public:
-  // `set_up` makes what lives as long as the peer, and returns it.
+  // `set_up` creates and returns what lives as long as the peer.
   template <class SetUp>
   Peer(ContextOptions options, SetUp set_up) {
     std::promise<void> ready;
@@ -33,7 +33,7 @@ class Peer {
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
 
-  // Ends it, with a goodbye.
+  // Ends it and announces that to the graph.
   void stop() {
     done_ = true;
     if (thread_.joinable()) thread_.join();

@@ -1,4 +1,4 @@
-// The client library as its users know it: programs that communicate over loopback.
+// The client library as its users see it: programs that communicate over loopback.
 
 #include <gmock/gmock.h>
 
@@ -104,7 +104,7 @@ TEST_F(ClientLibraryTest, CallsServices) {
 
 using Follow = control_msgs::action::FollowJointTrajectory;
 
-// Takes goals with points; ends them with success once told to, or when they are canceled.
+// Accepts goals with points; finishes them successfully when `finish` is set, or when they are canceled.
 struct Arm {
   explicit Arm(Context& context, std::atomic<bool>& finish) : node(context, "arm") {
     server = node.create_action_server<Follow>("~/follow",
@@ -179,7 +179,7 @@ TEST_F(ClientLibraryTest, CommandLineSetsNamesAndParameters) {
                            "arm:other:=7", "-p", "names:=[a, b]"}));
   Node node(context, "arm");
   EXPECT_EQ(node.name(), "/left/arm");
-  EXPECT_EQ(node.declare_parameter("gain", 0.5), 2.0);  // an int is taken for a double
+  EXPECT_EQ(node.declare_parameter("gain", 0.5), 2.0);  // an int is accepted for a double
   EXPECT_EQ(node.declare_parameter("other", std::int64_t{0}), 7);
   EXPECT_EQ(node.declare_parameter("names", std::vector<std::string>{}),
             (std::vector<std::string>{"a", "b"}));

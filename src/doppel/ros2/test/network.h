@@ -1,5 +1,5 @@
 #pragma once
-// For tests that communicate with themselves over loopback: a domain of their own, waiting for conditions.
+// For tests that communicate with themselves over loopback: a separate domain, and waiting for conditions.
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -19,8 +19,8 @@ namespace doppel::ros2::test {
 
 constexpr std::chrono::seconds kTimeout{20};
 
-// A domain that no other test program on this machine has at the moment: whoever holds the socket of that
-// name has it.
+// A domain that no other test program on this machine uses at the moment: the socket of that name is the
+// lock.
 class OwnDomain {
  public:
   OwnDomain() {
@@ -48,7 +48,7 @@ class OwnDomain {
   int socket_ = -1;
 };
 
-// Wakes whoever waits for something to come true.
+// Wakes the threads that wait for a condition.
 class Activity {
  public:
   std::function<void()> signal() {
@@ -81,7 +81,7 @@ inline ParticipantOptions on_domain(const OwnDomain& domain) {
   return options;
 }
 
-// A CDR string, padded as RTPS pads it.
+// A CDR string with RTPS's padding.
 inline Bytes cdr_text(std::string_view text) {
   Bytes bytes{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
   const auto size = static_cast<std::uint32_t>(text.size() + 1);

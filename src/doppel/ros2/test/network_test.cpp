@@ -1,4 +1,4 @@
-// What the network does to a participant: no ports, garbage, traffic in the middle of its end.
+// What the network can do to a participant: no free ports, garbage, traffic during its destruction.
 
 #include "network.h"
 
@@ -44,13 +44,13 @@ std::uint32_t first_port(const OwnDomain& domain) {
 TEST(Participant, NoFreePortIsReported) {
   const OwnDomain domain;
   std::vector<std::unique_ptr<Socket>> taken;
-  for (std::uint32_t i = 0; i < 240; i += 2) {  // one of each pair is enough
+  for (std::uint32_t i = 0; i < 240; i += 2) {  // one port of each pair is enough
     taken.push_back(std::make_unique<Socket>());
     ASSERT_TRUE(taken.back()->take_port(first_port(domain) + i));
   }
   try {
     make_participant(on_domain(domain), [] {});
-    FAIL() << "made without ports";
+    FAIL() << "expected a NetworkError: no port is free";
   } catch (const NetworkError& error) {
     const std::string text = error.what();
     EXPECT_NE(text.find("domain " + std::to_string(domain.id())), std::string::npos) << text;
@@ -77,7 +77,7 @@ TEST(Participant, RangeOffDiscoversNobody) {
   EXPECT_EQ(deaf->matched(), 0u);
 }
 
-// Two participants, of whom one hears the other.
+// Two participants, one of which receives from the other.
 struct Pair {
   OwnDomain domain;
   Activity activity;
@@ -97,7 +97,7 @@ struct Pair {
   }
 };
 
-// It would have Fast DDS add writers, and end the process when a peer's counters run backwards.
+// Statistics would make Fast DDS add writers, and abort the process when a peer's counters decrease.
 TEST(Participant, PeerStatisticsAreDisabled) {
   setenv("FASTDDS_STATISTICS", "NETWORK_LATENCY_TOPIC;RTPS_SENT_TOPIC", 1);
   EXPECT_THROW(make_participant(on_domain(OwnDomain()), [] {}), NetworkError);
@@ -114,7 +114,7 @@ TEST(Participant, GarbageIsIgnored) {
   const auto known = pair.there->endpoints().size();
 
   const Socket stranger;
-  std::mt19937 random(1);  // the same garbage every time
+  std::mt19937 random(1);  // the same garbage in each run
   for (int i = 0; i < 2000; ++i) {
     std::vector<std::uint8_t> bytes(random() % 300);
     for (auto& b : bytes) b = static_cast<std::uint8_t>(random());
@@ -127,19 +127,19 @@ TEST(Participant, GarbageIsIgnored) {
   EXPECT_GT(pair.here->refused_datagrams() + pair.there->refused_datagrams(), 0u);
 }
 
-// The announcement of a participant that is not there, whose lease never ends.
+// The announcement of a participant that does not exist, whose lease never ends.
 std::vector<std::uint8_t> announcement(std::uint16_t number) {
   // clang-format off
   std::vector<std::uint8_t> bytes = {
       'R', 'T', 'P', 'S', 2, 3, 1, 15, 1, 15, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7,  // the header
       0x15, 0x05, 0, 0, 0, 0, 16, 0,                                         // DATA
-      0, 1, 0, 0xc7, 0, 1, 0, 0xc2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 3, 0, 0,      // of discovery, the first
+      0, 1, 0, 0xc7, 0, 1, 0, 0xc2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 3, 0, 0,      // of discovery, the first sample
       0x15, 0, 4, 0, 2, 3, 0, 0, 0x16, 0, 4, 0, 1, 15, 0, 0,                 // version, vendor
-      0x50, 0, 16, 0, 1, 15, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 0, 0, 1, 0xc1,    // who it is
+      0x50, 0, 16, 0, 1, 15, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 0, 0, 1, 0xc1,    // its GUID
       0x31, 0, 24, 0, 1, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 127, 0, 0, 1,  // its port
-      0x32, 0, 24, 0, 1, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 127, 0, 0, 1,  // and other
+      0x32, 0, 24, 0, 1, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 127, 0, 0, 1,  // another
       0x02, 0, 8, 0, 0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0,                     // the lease
-      0x58, 0, 4, 0, 0x3f, 0x0c, 0, 0, 1, 0, 0, 0,                           // what discovers for it
+      0x58, 0, 4, 0, 0x3f, 0x0c, 0, 0, 1, 0, 0, 0,                           // its built-in endpoints
   };
   // clang-format on
   for (const std::size_t at : {18, 78}) {

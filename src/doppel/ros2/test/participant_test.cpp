@@ -14,7 +14,7 @@ class ParticipantPairTest : public testing::Test {
   std::unique_ptr<Participant> here_ = make_participant(on_domain(domain_), activity_.signal());
   std::unique_ptr<Participant> there_ = make_participant(on_domain(domain_), activity_.signal());
 
-  // Waits for the match, too.
+  // Waits for the match as well.
   struct Pair {
     std::unique_ptr<Writer> writer;
     std::unique_ptr<Reader> reader;
@@ -91,7 +91,7 @@ TEST_F(ParticipantPairTest, LargeSampleIsFragmented) {
   }
 }
 
-// If each of these waited for the reader as long as DDS does, they would take half an hour.
+// If each write blocked for the reader as long as DDS permits, they would take half an hour.
 TEST_F(ParticipantPairTest, KeepAllWriterDoesNotBlock) {
   const Pair pair = connect(text_topic({.history = History::keep_all}));
   const Bytes text = cdr_text("x");
@@ -103,8 +103,8 @@ TEST_F(ParticipantPairTest, KeepAllWriterDoesNotBlock) {
   EXPECT_TRUE(activity_.wait([&] {
     while (pair.reader->take(sample)) ++come;
     return come == sent;
-  })) << come
-      << " of " << sent;
+  })) << "expected all samples; received "
+      << come << " of " << sent;
   EXPECT_TRUE(activity_.wait([&] { return pair.writer->write(text).has_value(); }));
 }
 

@@ -18,7 +18,7 @@ void append(Datagram& d, const Datagram& bytes) {
 }
 
 const Datagram kTimestamp{0x09, 0x01, 8, 0, 1, 2, 3, 4, 5, 6, 7, 8};
-// The writer's sample 0xffffffff, after which the number's upper half changes.
+// The writer's sample 0xffffffff, after which the upper half of the number changes.
 const Datagram kData{0x15, 0x05, 24, 0, 0, 0, 16,   0,    0,    0,    0, 0, 0, 0,
                      17,   3,    0,  0, 0, 0, 0xff, 0xff, 0xff, 0xff, 9, 9, 9, 9};
 const Datagram kGap{0x08, 0x01, 28,   0,    0, 0, 0, 0, 0, 0, 17, 3, 0, 0, 0, 0,
@@ -37,7 +37,7 @@ TEST(RtpsGap, OtherSamplesGiveNoGap) {
   EXPECT_TRUE(without_samples(sent, kOther).empty());
   EXPECT_TRUE(without_samples(any_header(), kWriter).empty());
   sent.pop_back();
-  EXPECT_TRUE(without_samples(sent, kWriter).empty()) << "shorter than it says";
+  EXPECT_TRUE(without_samples(sent, kWriter).empty()) << "expected no gap for a truncated submessage";
   EXPECT_TRUE(without_samples({}, kWriter).empty());
 }
 

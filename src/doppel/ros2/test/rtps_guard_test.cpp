@@ -74,7 +74,7 @@ TEST(RtpsGuard, DataPartsBeyondWholeAreRefused) {
   EXPECT_FALSE(RtpsGuard().admits(with(Data{.offset = 0x8000})));
   EXPECT_FALSE(RtpsGuard().admits(with(Data{.offset = 64})));
   EXPECT_FALSE(RtpsGuard().admits(with(Data{.parameter_size = 0xffff})));
-  EXPECT_FALSE(RtpsGuard().admits(with(Data{.parameter_size = 12})));  // the list's end is jumped over
+  EXPECT_FALSE(RtpsGuard().admits(with(Data{.parameter_size = 12})));  // skips the end of the list
   EXPECT_FALSE(RtpsGuard().admits(with(Data{.payload = 0})));
 }
 
@@ -111,15 +111,15 @@ TEST(RtpsGuard, FastDdsStatisticsAreAcceptedAtEnd) {
   EXPECT_FALSE(RtpsGuard().admits(with_submessage(good, kPad, 4)));
 }
 
-// Else a bad submessage could hide from this look in what Fast DDS takes for the next one.
+// Otherwise an invalid submessage could be hidden in what Fast DDS takes for the next one.
 TEST(RtpsGuard, UnalignedSubmessageIsRefused) {
   constexpr std::uint8_t kPad = 0x01;
   EXPECT_TRUE(RtpsGuard().admits(with_submessage(with_submessage(rtps_header(), kPad, 4), kPad, 3)));
   EXPECT_FALSE(RtpsGuard().admits(with_submessage(with_submessage(rtps_header(), kPad, 3), kPad, 4)));
 }
 
-// HEARTBEAT and GAP both tell two sequence numbers and one more number: the how-manieth heartbeat it is, and
-// how many bits follow a gap.
+// HEARTBEAT and GAP both contain two sequence numbers and one more number: the heartbeat's count, and the
+// number of bits after a gap.
 void append_range(Datagram& d, std::uint8_t kind, std::int64_t first, std::int64_t second,
                   std::uint32_t number) {
   d.insert(d.end(), {kind, 0x01});
@@ -152,8 +152,8 @@ Datagram acknowledgement(std::uint32_t base) {
   d.insert(d.end(), {0, 0, 18, 4, 0, 0, 17, 3});  // the reader, the writer
   append(d, 0, 4);
   append(d, base, 4);
-  append(d, 0, 4);  // how many bits follow
-  append(d, 1, 4);  // the how-manieth acknowledgement
+  append(d, 0, 4);  // the number of bits that follow
+  append(d, 1, 4);  // the count of the acknowledgement
   return d;
 }
 
@@ -164,7 +164,8 @@ TEST(RtpsGuard, AcknowledgementsAreReported) {
   ASSERT_EQ(guard.acknowledgements().size(), 1u);
   EXPECT_EQ(guard.acknowledgements()[0], expected);
   ASSERT_TRUE(guard.admits(acknowledgement(0)));
-  EXPECT_TRUE(guard.acknowledgements().empty()) << "a reader that has not heard of the writer's samples";
+  EXPECT_TRUE(guard.acknowledgements().empty())
+      << "expected none: the reader has not received any of the writer's samples";
   ASSERT_TRUE(guard.admits(rtps_header()));
   EXPECT_TRUE(guard.acknowledgements().empty());
 }
@@ -177,8 +178,8 @@ TEST(RtpsGuard, UnclaimedSequenceLeapIsRefused) {
   EXPECT_FALSE(guard.admits(heartbeat(-1, -1)));
   EXPECT_TRUE(guard.admits(heartbeat(2, 11)));
   EXPECT_FALSE(guard.admits(heartbeat(1, 2'000'000'000, 2)));
-  EXPECT_FALSE(guard.admits(heartbeat(1, 2'000'000'000, 2)));  // a packet that came twice
-  EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'000, 3)));   // the writer says so again
+  EXPECT_FALSE(guard.admits(heartbeat(1, 2'000'000'000, 2)));  // a duplicated packet
+  EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'000, 3)));   // the writer repeats it
   EXPECT_TRUE(guard.admits(heartbeat(1, 2'000'000'002, 4)));
   for (std::uint32_t count = 5; count < 8; ++count)
     EXPECT_FALSE(guard.admits(heartbeat(1, 2 * kMaxSequenceLeap, count)));

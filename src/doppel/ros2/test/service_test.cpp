@@ -53,7 +53,7 @@ TEST_F(ServiceClientTest, ReplyReaderIsInStepAfterAcknowledgement) {
   EXPECT_TRUE(server_.replies().is_matched(reader));
 }
 
-// Else each of forty clients gets the answers of all, and its own is lost among them.
+// Otherwise each of forty clients receives the responses of all, and its own is lost among them.
 TEST_F(ServiceClientTest, ResponseIsSentToClientParticipantOnly) {
   const auto elsewhere = make_participant(on_domain(domain_), activity_.signal());
   const ServiceClient other(*elsewhere, trigger());
@@ -76,7 +76,7 @@ TEST_F(ServiceClientTest, ResponseIsSentToClientParticipantOnly) {
 
 TEST_F(ServiceClientTest, RequestBurstWaitsForServer) {
   ServiceClient client(*there_, trigger());
-  // The server too must know the client: what it could not yet hear is kept for it ten deep only.
+  // The server must have discovered the client, too: until then responses are kept with depth ten only.
   ASSERT_TRUE(activity_.wait([&] { return client.is_available() && server_.requests().matched() == 1; }));
   constexpr int kRequests = 50;
   for (int i = 0; i < kRequests; ++i) ASSERT_TRUE(client.send(cdr_text("x")));
@@ -109,7 +109,7 @@ TEST_F(ServiceClientTest, DestroyedClientIsReported) {
       [&] { return server_.respond(request.related, request.cdr) == ServiceServer::Sent::client_gone; }));
 }
 
-// Else a peer that names another reader with every request would fill the memory.
+// Otherwise a peer that names another reader with every request would exhaust the memory.
 TEST_F(ServiceClientTest, OneReaderPerClientIsKept) {
   const auto writer =
       there_->make_writer({"rq/arm/goRequest", "std_srvs::srv::dds_::Trigger_Request_", "", services_qos()});

@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 TEST(StaticPeers, AddressNeedsNoLookup) {
   const auto nobody = [](const std::string& name) -> std::string {
-    ADD_FAILURE() << name;
+    ADD_FAILURE() << "expected no lookup of " << name;
     return "";
   };
   EXPECT_THAT(addresses_of({"127.0.0.1", "10.0.0.7"}, {}, nobody), ElementsAre("127.0.0.1", "10.0.0.7"));
@@ -28,7 +28,7 @@ TEST(StaticPeers, HostNameIsLookedUp) {
   EXPECT_THAT(addresses_of({"10.0.0.7", "arm"}, {}, lookup), ElementsAre("10.0.0.7", "10.0.0.8"));
   try {
     addresses_of({"arm", "amr"}, {}, lookup);
-    FAIL() << "a host that is not there";
+    FAIL() << "expected a NetworkError: the host does not exist";
   } catch (const NetworkError& error) {
     EXPECT_THAT(error.what(), HasSubstr("'amr'"));
   }
@@ -38,7 +38,7 @@ TEST(StaticPeers, LookupExceptionIsNetworkError) {
   const auto lookup = [](const std::string&) -> std::string { throw 42; };
   try {
     addresses_of({"robot"}, {}, lookup);
-    FAIL() << "no NetworkError";
+    FAIL() << "expected a NetworkError";
   } catch (const NetworkError& error) {
     EXPECT_NE(std::string(error.what()).find("cannot look up"), std::string::npos) << error.what();
   }

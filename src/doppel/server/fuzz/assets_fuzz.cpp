@@ -1,4 +1,5 @@
-// Whatever a client asks for: a file of the package, or a refusal; never a byte from outside of it.
+// Fuzz target: any request of a client gives a file of the package or a rejection, never a byte from outside
+// of it.
 
 #include <cstdlib>
 #include <filesystem>
@@ -11,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A package with a mesh, a texture and a link that leads out, beside a file that nobody may have.
+// A package with a mesh, a texture and a link that points outside, next to a file that must not be served.
 doppel::AssetLibrary& library() {
   static doppel::AssetLibrary made;
   static const bool filled = [] {

@@ -1,4 +1,4 @@
-// Whatever bytes come in: read or refused, never more. The first byte chooses the reader.
+// Fuzz target: any bytes are read or rejected without further effect. The first byte selects the reader.
 
 #include "doppel/foxglove/foxglove_protocol.h"
 #include "doppel/server/admission.h"
@@ -6,7 +6,7 @@
 
 namespace {
 
-// The text as each of a request's fields.
+// The text as each field of a request.
 void read_header(std::string_view text) {
   static const doppel::Admission admission("0.0.0.0", false, "0123456789abcdef", 8700);
   static doppel::PageFiles page("/nowhere");

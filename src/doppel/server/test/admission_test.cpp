@@ -45,7 +45,8 @@ TEST(Admission, BeyondLoopbackTokenIsAcceptedInAddressOrCookie) {
         "/?xtoken=0123456789abcdef", "/?token=%30123456789abcdef", "/token=0123456789abcdef"}) {
     EXPECT_FALSE(welcome(target, "")) << target;
   }
-  EXPECT_FALSE(welcome("/", "doppel_8701=0123456789abcdef")) << "another twin's";
+  EXPECT_FALSE(welcome("/", "doppel_8701=0123456789abcdef"))
+      << "expected a rejection: the cookie is another twin's";
   EXPECT_EQ(admission.cookie_for("/?token=0123456789abcdef"),
             "doppel_8700=0123456789abcdef; Path=/; HttpOnly; SameSite=Strict");
   EXPECT_EQ(admission.cookie_for("/?token=x"), "");

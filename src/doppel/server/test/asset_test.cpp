@@ -38,7 +38,7 @@ class AssetTest : public ::testing::Test {
     const fs::path folder = at.empty() ? fs::path(name) : at;
     write(folder / "package.xml", "<package><name>" + name + "</name></package>");
   }
-  // A description that names these meshes, each at the place it resolves to.
+  // A description that refers to these meshes, each with the file it resolves to.
   void offer(const std::vector<std::pair<std::string, fs::path>>& meshes,
              const fs::path& description = "arm/urdf/arm.urdf") {
     RobotFiles files;
@@ -94,7 +94,8 @@ TEST_F(AssetTest, MeshesOfSpawnedObjectsAreServed) {
   write("arm/objects/part.py", "program");
   offer({});
   for (const char* ending : {"stl", "obj", "dae", "glb", "gltf", "STL"}) {
-    EXPECT_EQ(get(std::string("package://arm/objects/part.") + ending), ending) << "without any mesh";
+    EXPECT_EQ(get(std::string("package://arm/objects/part.") + ending), ending)
+        << "expected the mesh of an object to be served though the robot has no mesh";
     EXPECT_EQ(get("file://" + (folder_ / "arm/objects/part.").string() + ending), ending);
   }
   EXPECT_EQ(get("model://arm/objects/part.stl"), "stl");
@@ -146,7 +147,8 @@ TEST_F(AssetTest, WorldFilesAreServed) {
   files.description = folder_ / "arm/urdf/arm.urdf";
   files.meshes = {{uri, folder_ / "place/meshes/table.stl"}};
   library_.offer(files);
-  EXPECT_THAT(get(uri), HasSubstr("outside its package")) << "named by the description";
+  EXPECT_THAT(get(uri), HasSubstr("outside its package"))
+      << "expected a rejection: the file that refers to it is the description";
   files.meshes.front().named_in = folder_ / "place/worlds/table.yaml";
   library_.offer(files);
   EXPECT_EQ(get(uri), "table");
@@ -197,7 +199,8 @@ TEST_F(AssetTest, SymlinkInstalledPackageIsServed) {
   offer({{"package://arm/meshes/a.stl", "install/share/arm/meshes/a.stl"}}, "install/share/arm/arm.urdf");
   EXPECT_EQ(get("package://arm/meshes/a.stl"), "mesh a");
   offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"}}, "install/share/arm/arm.urdf");
-  EXPECT_EQ(get("package://arm/meshes/a.stl"), "mesh a") << "told by the file that the link leads to";
+  EXPECT_EQ(get("package://arm/meshes/a.stl"), "mesh a")
+      << "expected the mesh to be found by the file that the link points to";
 }
 
 TEST_F(AssetTest, WithoutPackageDescriptionFolderIsServed) {
@@ -209,7 +212,7 @@ TEST_F(AssetTest, WithoutPackageDescriptionFolderIsServed) {
   EXPECT_THAT(get("../../outside.stl"), HasSubstr("refused: "));
 }
 
-// Such as a description in a user's home folder.
+// For example a description in a user's home folder.
 TEST_F(AssetTest, WithoutPackageMeshCompanionsAreServed) {
   write("home/arm.urdf", "");
   write("home/meshes/a.dae", "mesh");
@@ -259,7 +262,8 @@ TEST_F(AssetTest, HeldBytesAreSharedUntilFileChanges) {
   write("arm/meshes/a.stl", "edited");
   EXPECT_EQ(get("package://arm/meshes/a.stl"), "edited");
   offer({}, "arm.urdf");
-  EXPECT_THAT(get("package://arm/meshes/a.stl"), HasSubstr("refused: ")) << "a reload has taken it away";
+  EXPECT_THAT(get("package://arm/meshes/a.stl"), HasSubstr("refused: "))
+      << "expected a rejection after a reload that removes the mesh";
 }
 
 TEST(AssetFiles, FilesAreTakenFromDescription) {
@@ -280,7 +284,7 @@ TEST(AssetFiles, FilesAreTakenFromDescription) {
   robot.links = {link};
   const RobotFiles files = files_of(robot);
   EXPECT_EQ(files.description, "/robots/arm/urdf/arm.urdf");
-  ASSERT_EQ(files.meshes.size(), 1u) << "what was not found is not offered";
+  ASSERT_EQ(files.meshes.size(), 1u) << "expected only the mesh that was found";
   EXPECT_EQ(files.meshes[0].file, "/robots/arm/a.dae");
   EXPECT_EQ(files.textures, std::vector<std::string>{"package://arm/t.png"});
 }

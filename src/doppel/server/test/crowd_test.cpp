@@ -11,8 +11,8 @@
 #include "doppel/server/test/raw_client.h"
 #include "doppel/server/test/resident_memory.h"
 
-// Fifty clients of which half never read: the others get every message in order, the loop that
-// publishes never waits, and memory is bounded.
+// Fifty clients, half of which never read: the others receive every message in order, the loop that publishes
+// never waits, and memory is bounded.
 
 namespace doppel {
 namespace {
@@ -22,13 +22,13 @@ using std::chrono::steady_clock;
 
 constexpr std::size_t kMessages = 600, kReaders = 25, kSleepers = 25;
 constexpr std::size_t kPadding =
-    12'000;  // bytes of a message: 7 MB in all for each client, more than sockets hold
+    12'000;  // bytes of a message: 7 MB in total for each client, more than sockets can buffer
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
 constexpr auto kPeriod = milliseconds(25);   // readers take five times as long
-constexpr long kMaxCrowdGrowth = 2'000'000;  // kB; sanitizers keep what is freed
+constexpr long kMaxCrowdGrowth = 2'000'000;  // kB; sanitizers delay freeing
 #else
 constexpr auto kPeriod = milliseconds(5);
-constexpr long kMaxCrowdGrowth = 80'000;  // kB: a queue of 1 MiB each, the messages on their way, and slack
+constexpr long kMaxCrowdGrowth = 80'000;  // kB: a queue of 1 MiB each, the messages in transit, and a margin
 #endif
 
 long waits_of_this_thread() {
@@ -37,7 +37,7 @@ long waits_of_this_thread() {
   return usage.ru_nvcsw;
 }
 
-// A loop that publishes message after message once it is told to begin, and watches itself doing so.
+// A loop that publishes messages continuously once started, and counts its own waits.
 class Loop {
  public:
   Loop() : thread_([this] { run(); }) {
@@ -50,7 +50,7 @@ class Loop {
   [[nodiscard]] Bus& bus() { return bus_; }
   void begin() { begun_ = true; }
   [[nodiscard]] long waits() const { return waits_; }
-  // When message `i` was published, since the clock's epoch.
+  // The time at which message `i` was published, since the clock's epoch.
   [[nodiscard]] std::chrono::nanoseconds published(std::size_t i) const {
     return std::chrono::nanoseconds(published_[i].load());
   }
@@ -72,7 +72,7 @@ class Loop {
         waits_ += waits_of_this_thread() - before;
         ++sent_;
       }
-      // Held up by a busy machine it does not hurry afterwards: a burst is more than a client's queue holds.
+      // After a delay on a busy machine it does not catch up: a burst would exceed a client's queue.
       next = std::max(next + kPeriod, steady_clock::now());
       std::this_thread::sleep_until(next);
     }
@@ -99,7 +99,7 @@ std::unique_ptr<test::RawClient> subscriber(std::uint16_t port) {
   return client;
 }
 
-// Reads all messages; how long each was on its way.
+// Reads all messages; returns the latency of each.
 std::vector<steady_clock::duration> read_all(test::RawClient& client, const Loop& loop) {
   std::vector<steady_clock::duration> delays;
   for (std::size_t stamp = 0; stamp + 1 < kMessages;) {
@@ -107,7 +107,8 @@ std::vector<steady_clock::duration> read_all(test::RawClient& client, const Loop
     if (frame[0] != 1) continue;
     std::memcpy(&stamp, frame.data() + 5, sizeof(stamp));
     if (stamp != delays.size()) {
-      ADD_FAILURE() << "message " << stamp << " comes after " << delays.size() << " others";
+      ADD_FAILURE() << "message " << stamp << " arrived after " << delays.size()
+                    << " others; expected the order of publishing";
       break;
     }
     delays.push_back(steady_clock::now().time_since_epoch() - loop.published(std::min(stamp, kMessages - 1)));
@@ -130,9 +131,9 @@ TEST(ServerLoad, NonReadingClientsDoNotDelayOthers) {
     threads.emplace_back([&, i] { delays[i] = read_all(*readers[i], loop); });
   loop.begin();
   for (std::thread& thread : threads) thread.join();
-  // A page of memory touched for the first time may wait for another thread's mmap.
-  EXPECT_LT(loop.waits(), 5) << "publishing put the loop's thread to sleep";
-  EXPECT_GT(server.skipped(), kSleepers) << "somebody has kept all that nobody reads";
+  // The first access to a page of memory may wait for another thread's mmap.
+  EXPECT_LT(loop.waits(), 5) << "expected publishing not to block the loop's thread";
+  EXPECT_GT(server.skipped(), kSleepers) << "expected the messages that no client reads to be skipped";
   EXPECT_LT(resident_kilobytes() - before, kMaxCrowdGrowth);
   std::vector<steady_clock::duration> all;
   for (const auto& one : delays) all.insert(all.end(), one.begin(), one.end());

@@ -1,5 +1,6 @@
 #pragma once
-// A bus with a loop of its own for tests: one node that publishes, takes messages, serves and has parameters.
+// A bus with its own loop for tests: one node that publishes, receives messages, and has services and
+// parameters.
 
 #include <atomic>
 #include <thread>
@@ -14,7 +15,7 @@ namespace doppel::test {
 
 class FakeTwin {
  public:
-  // `padding`: bytes in the name of the one joint of /joint_states, to make messages large.
+  // `padding`: bytes in the name of the single joint of /joint_states, to make messages large.
   explicit FakeTwin(std::size_t padding = 0) : padding_(padding) {
     thread_ = std::thread([this] { run(); });
     while (!running_) std::this_thread::yield();

@@ -22,7 +22,7 @@ using std::chrono::steady_clock;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// A connection on which anything can be said.
+// A connection that can send arbitrary bytes.
 class RawConnection {
  public:
   explicit RawConnection(std::uint16_t port) {
@@ -35,7 +35,7 @@ class RawConnection {
     boost::asio::write(socket_, boost::asio::buffer(bytes), failed);
     return !failed;
   }
-  // The next answer; status 0: the server has closed.
+  // The next response; status 0: the server has closed the connection.
   http::response<http::string_body> receive(bool head = false) {
     http::response_parser<http::string_body> parser;
     parser.skip(head);
@@ -52,7 +52,7 @@ class RawConnection {
     say("GET " + target + " HTTP/1.1\r\nHost: localhost\r\n" + more + "\r\n");
     return receive();
   }
-  // Reads until the server closes; false: it has not within the socket's patience.
+  // Reads until the server closes; false: it has not done so within the socket's timeout.
   bool is_closed() {
     char byte = 0;
     boost::system::error_code failed;
@@ -103,7 +103,7 @@ TEST_F(HostileHttpTest, OneConnectionServesPage) {
   visitor.say("HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\n");
   const auto head = visitor.receive(true);
   EXPECT_EQ(head["Content-Length"], "17");
-  EXPECT_EQ(visitor.get("/health").result_int(), 200u) << "the connection is still in step";
+  EXPECT_EQ(visitor.get("/health").result_int(), 200u) << "expected the connection to stay in step";
   const auto ranged = visitor.get("/", "Range: bytes=0-3\r\n");
   EXPECT_EQ(ranged.result_int(), 200u);
   EXPECT_EQ(ranged.body(), "<html>page</html>");
@@ -188,7 +188,8 @@ TEST_F(HostileHttpTest, SlowRequestIsClosed) {
   const auto begin = steady_clock::now();
   std::string request = "GET / HTTP/1.1\r\nHost: localhost\r\nX: ";
   while (dripping.say(request.empty() ? "x" : std::exchange(request, ""))) {
-    ASSERT_LT(steady_clock::now() - begin, seconds(15)) << "it keeps its connection for ever";
+    ASSERT_LT(steady_clock::now() - begin, seconds(15))
+        << "expected the server to close the connection of a slow client";
     std::this_thread::sleep_for(milliseconds(20));
   }
   EXPECT_TRUE(silent.is_closed());
@@ -211,7 +212,7 @@ TEST_F(HostileHttpTest, ManySlowRequestsDoNotBlockOthers) {
 TEST_F(HostileHttpTest, BeyondLoopbackRequestNeedsToken) {
   const std::uint16_t port = start({.host = "0.0.0.0"});
   const std::string token = server_->token();
-  EXPECT_EQ(token.size(), 32u) << "made without being asked for";
+  EXPECT_EQ(token.size(), 32u) << "expected a token to be created by default";
   EXPECT_THAT(server_->page_url(), HasSubstr("/?token=" + token));
   EXPECT_THAT(server_->url(), HasSubstr("/?token=" + token));
   const std::string wrong(32, '0');
@@ -231,7 +232,7 @@ TEST_F(HostileHttpTest, BeyondLoopbackRequestNeedsToken) {
   EXPECT_THAT(
       test::RawClient(port).handshake("localhost", {{"Cookie", back}, {"Origin", "http://localhost:1"}}),
       StartsWith("403"))
-      << "another page of this machine has the cookie, too";
+      << "expected a rejection: another page on this machine sends the cookie, too";
   EXPECT_EQ(
       test::RawClient(port).handshake("localhost:7", {{"Cookie", back}, {"Origin", "http://localhost:7"}}),
       "");
@@ -259,7 +260,8 @@ TEST_F(HostileHttpTest, ShortTokenIsRefused) {
   EXPECT_THROW(start({.token = "short"}), InputError);
   EXPECT_THROW(start({.token = "not fit for an address"}), InputError);
   start({.token = "0123456789abcdef"});
-  EXPECT_EQ(RawConnection(server_->port()).get("/").result_int(), 403u) << "asked for on loopback as well";
+  EXPECT_EQ(RawConnection(server_->port()).get("/").result_int(), 403u)
+      << "expected a token that is set to be required on loopback as well";
 }
 
 }  // namespace

@@ -25,7 +25,8 @@ TEST(HttpResponses, MissingPageShowsTwinSummary) {
   EXPECT_EQ(page.status, 200u);
   EXPECT_NE(page.body.find("ws://127.0.0.1:8700"), std::string::npos);
   EXPECT_NE(page.body.find("<code>./doppel</code> builds it"), std::string::npos);
-  EXPECT_EQ(page.body.find("<b>"), std::string::npos) << "names are text, not markup";
+  EXPECT_EQ(page.body.find("<b>"), std::string::npos)
+      << "expected names to be escaped: they are text, not markup";
   const auto health = nlohmann::json::parse(get("/health").body);
   EXPECT_EQ(health["name"], facts.name);
   EXPECT_EQ(get("/../etc/passwd").status, 404u);

@@ -30,7 +30,7 @@ TEST(RateLimit, BurstThenRateIsAllowed) {
   EXPECT_FALSE(limit.take(0.1, now));
   now += seconds(100);
   EXPECT_TRUE(limit.take(3, now));
-  EXPECT_FALSE(limit.take(0.1, now)) << "what is not used does not add up";
+  EXPECT_FALSE(limit.take(0.1, now)) << "expected unused allowance not to accumulate";
 }
 
 class ClientLimitsTest : public ::testing::Test {
@@ -50,12 +50,12 @@ class ClientLimitsTest : public ::testing::Test {
     client->send(R"({"op":"getParameters","parameterNames":["/arm.rate"],"id":"x"})");
     return client->receive_op("parameterValues")["id"] == "x";
   }
-  // Sends until the server has had enough.
+  // Sends until the server closes the connection.
   static std::string flood(test::RawClient& client, const std::function<void()>& send) {
     try {
       for (int i = 0; i < 200'000; ++i) send();
     } catch (const boost::system::system_error&) {
-      // closed while we spoke
+      // closed while sending
     }
     return client.closing_reason();
   }
@@ -145,7 +145,7 @@ class AssetFetchTest : public ClientLimitsTest {
   static void ask(test::RawClient& client, const std::string& uri, int request) {
     client.send(R"({"op":"fetchAsset","uri":")" + uri + R"(","requestId":)" + std::to_string(request) + "}");
   }
-  // The next answer to a fetch: its request, and what it says.
+  // The next response to a fetch: its request id, and its text.
   static std::pair<std::uint32_t, std::string> answer(test::RawClient& client) {
     std::string frame;
     while (frame.size() < 10 || frame[0] != 4) frame = client.receive();
@@ -194,7 +194,7 @@ TEST_F(AssetFetchTest, NonReadingClientIsStillServed) {
       R"({"op":"advertise","channels":[{"id":1,"topic":"/command","encoding":"cdr","schemaName":"std_msgs/msg/Float64"}]})");
   greedy->send_binary(std::string("\x01\x01\0\0\0\x00\x01\0\0", 9) + std::string(8, '\0'));
   for (int i = 0; i < 1000 && twin_.received() == 0; ++i) std::this_thread::sleep_for(milliseconds(10));
-  EXPECT_EQ(twin_.received(), 1) << "a stop must not wait behind a mesh";
+  EXPECT_EQ(twin_.received(), 1) << "expected a command not to wait behind a mesh";
   const auto other = another();
   ask(*other, "package://arm/3.stl", 1);
   EXPECT_EQ(answer(*other).second, "mesh 3");

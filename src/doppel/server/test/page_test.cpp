@@ -76,7 +76,8 @@ TEST_F(PageTest, GzipIsSentWhereAccepted) {
     EXPECT_EQ(answer.content(), "script") << accept;
     EXPECT_EQ(header(answer, "Content-Encoding"), "");
   }
-  EXPECT_EQ(get("/assets/plain.css", "gzip").content(), "style") << "there is no packed form";
+  EXPECT_EQ(get("/assets/plain.css", "gzip").content(), "style")
+      << "expected the plain file: there is no compressed one";
 }
 
 TEST_F(PageTest, MatchingEtagGivesNotModified) {
@@ -84,7 +85,8 @@ TEST_F(PageTest, MatchingEtagGivesNotModified) {
   page_ = PageFiles(folder_ / "dist");
   const std::string tag = header(get("/"), "ETag");
   const std::string packed = header(get("/assets/main-EPFJUWFJ.js", "gzip"), "ETag");
-  EXPECT_NE(header(get("/assets/main-EPFJUWFJ.js"), "ETag"), packed) << "they are different bytes";
+  EXPECT_NE(header(get("/assets/main-EPFJUWFJ.js"), "ETag"), packed)
+      << "expected different tags for different bytes";
   for (const std::string& known : {tag, "\"x\", W/" + tag, std::string("*")}) {
     const HttpResponse answer = get("/", "", known);
     EXPECT_EQ(answer.status, 304u) << known;

@@ -20,7 +20,7 @@ class RawClient {
   explicit RawClient(std::uint16_t port) {
     socket_.next_layer().connect({boost::asio::ip::address_v4::loopback(), port});
   }
-  // "" or why the handshake failed.
+  // "" or the reason why the handshake failed.
   std::string handshake(std::string host = "localhost", std::vector<Header> headers = {}) {
     bool has_protocol = false;
     for (const auto& [name, value] : headers) has_protocol |= name == "Sec-WebSocket-Protocol";
@@ -29,7 +29,7 @@ class RawClient {
       for (const auto& [name, value] : headers) request.set(name, value);
     }));
     boost::system::error_code failed;
-    // Not the synchronous form, which tells nothing of a refusal.
+    // Not the synchronous form, which gives no details of a rejection.
     socket_.async_handshake(response_, host, "/",
                             [&failed](boost::system::error_code outcome) { failed = outcome; });
     io_.run();

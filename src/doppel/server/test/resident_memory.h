@@ -1,5 +1,5 @@
 #pragma once
-// How much memory a test's program has in use.
+// The resident memory of the test program.
 
 #include <unistd.h>
 

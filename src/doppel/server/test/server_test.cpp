@@ -108,7 +108,11 @@ TEST_F(ServerTest, ClientPublishReachesTwin) {
   EXPECT_EQ(twin_.received(), 1);
 }
 
+<<<<<<< HEAD
 // A type of a plugin's, whose code throws in the server's thread.
+=======
+// A plugin's type, whose code throws when it reads a message.
+>>>>>>> lang-b
 class ThrowingType : public TypeSupport {
  public:
   ThrowingType() : TypeSupport("test_msgs/msg/Throwing") {}
@@ -145,8 +149,13 @@ TEST_F(ServerTest, TypeExceptionIsReportedAndServerContinues) {
   other.subscribe("/joint_states");
   Client::Received received;
   EXPECT_TRUE(other.next(received, soon()));
+<<<<<<< HEAD
   EXPECT_FALSE(other.topics().contains("/thrown")) << "the client that is gone still counts as there";
   type.throws = false;  // it stays registered
+=======
+  EXPECT_FALSE(other.topics().contains("/thrown"))
+      << "expected the topic of a disconnected client to be removed";
+>>>>>>> lang-b
 }
 
 TEST_F(ServerTest, PublisherAndSubscriberClientsSeeEachOther) {
@@ -177,7 +186,7 @@ TEST_F(ServerTest, CallsServices) {
   EXPECT_FALSE(refused.ok);
   EXPECT_THAT(refused.why, HasSubstr("/arm/enable"));
   EXPECT_FALSE(client.call("/arm/never", to_cdr(std_srvs::srv::Trigger::Request{})).ok)
-      << "the responder was dropped";
+      << "expected a failure: the responder was dropped";
   EXPECT_THROW(client.call("/arm/enabel", {}), ClientError);
 }
 
@@ -396,7 +405,7 @@ TEST_F(ServerTest, ShutdownClosesClients) {
   server_.reset();
   try {
     static_cast<void>(client.wait_until([] { return false; }, soon()));
-    FAIL() << "the client waits for a server that is gone";
+    FAIL() << "expected a ClientError: the server is gone";
   } catch (const ClientError& error) {
     EXPECT_STREQ(error.what(), "the twin has ended");
   }
@@ -412,7 +421,7 @@ TEST_F(ServerTest, TakenPortIsSkippedOrReported) {
   EXPECT_LE(next.port(), taken + 20);
   try {
     const Server none(twin_.bus(), {.port = taken, .any_free_port = false}, log_);
-    FAIL() << "two servers on one port";
+    FAIL() << "expected an InputError: the port is in use";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr(std::to_string(taken)));
     EXPECT_THAT(error.what(), HasSubstr("--port"));
@@ -437,13 +446,14 @@ TEST_F(ServerTest, HttpRequestIsAnswered) {
   };
   EXPECT_THAT(get("/", "localhost").body(), HasSubstr("doppel arm"));
   EXPECT_EQ(nlohmann::json::parse(get("/health", "localhost").body())["status"], "ok");
-  EXPECT_GT(nlohmann::json::parse(get("/health", "localhost").body())["topics"], 0) << "before any client";
+  EXPECT_GT(nlohmann::json::parse(get("/health", "localhost").body())["topics"], 0)
+      << "expected topics before any client connects";
   EXPECT_EQ(get("/nothing", "localhost").result_int(), 404u);
   EXPECT_EQ(get("/", "evil.example.org").result_int(), 403u);
 }
 
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-constexpr long kMaxSleeperGrowth = 2'000'000;  // sanitizers keep what is freed
+constexpr long kMaxSleeperGrowth = 2'000'000;  // sanitizers delay freeing
 #else
 constexpr long kMaxSleeperGrowth = 60'000;
 #endif
@@ -469,10 +479,11 @@ TEST_F(LargeMessagesTest, NonReadingClientIsSkipped) {
   Client::Received received;
   for (int i = 0; i < 2000; ++i) ASSERT_TRUE(client.next(received, soon()));  // 120 MB
   EXPECT_GT(server_->skipped(), 500u);
-  EXPECT_GT(twin_.bus().skipped(), 500u) << "the status of the loop tells it";
-  EXPECT_LT(resident_kilobytes() - before, kMaxSleeperGrowth) << "the sleeper's messages are kept";
+  EXPECT_GT(twin_.bus().skipped(), 500u) << "expected the status of the loop to report skipped messages";
+  EXPECT_LT(resident_kilobytes() - before, kMaxSleeperGrowth)
+      << "expected the messages of a client that does not read not to be kept";
   sleeper.send(R"({"op":"getParameters","parameterNames":["/arm.rate"],"id":"awake"})");
-  EXPECT_EQ(sleeper.receive_op("parameterValues")["id"], "awake") << "answers are not skipped";
+  EXPECT_EQ(sleeper.receive_op("parameterValues")["id"], "awake") << "expected responses not to be skipped";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Edits from a thread of their own while the loop runs, and what becomes of them when the reloader ends.
+// Edits from another thread while the loop runs, and what happens to them when the reloader is destroyed.
 #include "doppel/session/reload.h"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ class ReloadTest : public ::testing::Test {
     const std::lock_guard lock(mutex_);
     return said_;
   }
-  // Something whose file is <folder>/watched, and that is recreated by `begin`.
+  // A reloadable whose file is <folder>/watched, and that is recreated by `begin`.
   Reloadable watched(Bus& bus, std::function<void()> begin) {
     fs::create_directories(folder_);
     save("watched", "1");
@@ -61,7 +61,7 @@ TEST_F(ReloadTest, TaskNotBegunAtShutdownNeverRuns) {
   {
     const Reloader reloader(watched(bus, [&] { ++begun; }), log_);
     save("watched", "2");
-    ASSERT_TRUE(bus.wait(seconds(20))) << "no edit was noticed";
+    ASSERT_TRUE(bus.wait(seconds(20))) << "expected the edit to be noticed";
   }
   bus.spin();
   EXPECT_EQ(begun, 0);
@@ -83,12 +83,13 @@ TEST_F(ReloadTest, ShutdownWaitsForBegunTask) {
     EXPECT_TRUE(done);
   });
   save("watched", "2");
-  ASSERT_TRUE(bus.wait(seconds(20))) << "no edit was noticed";
+  ASSERT_TRUE(bus.wait(seconds(20))) << "expected the edit to be noticed";
   bus.spin();
   end.join();
 }
 
-// What `doppel up` does, without its server: the loop, the watcher, the judge and an edge, a thread each.
+// What `doppel up` does, without its server: the loop, the watcher, the thread that judges edits and an edge,
+// one thread each.
 class RunningTwin : public ReloadTest {
  protected:
   void SetUp() override {
@@ -105,17 +106,18 @@ class RunningTwin : public ReloadTest {
     std::ifstream in(folder_ / file);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     const std::size_t at = text.find(from);
-    ASSERT_NE(at, std::string::npos) << file << " does not hold " << from;
+    ASSERT_NE(at, std::string::npos) << "expected '" << from << "' in " << file;
     save(file, text.replace(at, from.size(), to));
   }
-  // Until the log tells it; the loop keeps running meanwhile.
+  // Waits until the log contains it; the loop keeps running meanwhile.
   ::testing::AssertionResult is_said(const std::string& text) {
     for (const auto end = steady_clock::now() + seconds(60); steady_clock::now() < end;) {
       twin_->between_steps();
       twin_->step();
       if (said().find(text) != std::string::npos) return ::testing::AssertionSuccess();
     }
-    return ::testing::AssertionFailure() << "'" << text << "' is not told, but:\n" << said();
+    return ::testing::AssertionFailure() << "'" << text << "' is expected in the log; it contains:\n"
+                                         << said();
   }
 
   std::unique_ptr<Twin> twin_;

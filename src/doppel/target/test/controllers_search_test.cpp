@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-// A workspace with the package of an arm, in which files are put.
+// A workspace with the package of an arm, to which tests add files.
 class ControllersSearchTest : public ::testing::Test {
  protected:
   ControllersSearchTest()
@@ -39,7 +39,7 @@ class ControllersSearchTest : public ::testing::Test {
            "  ros__parameters:\n    " +
            parameter + ": [" + joints + "]\n";
   }
-  // The chosen file, below the workspace; "" where there is none.
+  // The chosen file, relative to the workspace; "" if there is none.
   std::string chosen() {
     diagnostics_ = {};
     found_ = find_controllers_files(robot_, target_, PackageResolver());
@@ -112,7 +112,8 @@ TEST_F(ControllersSearchTest, TieGoesToPathWithMostNameWords) {
   EXPECT_THAT(said("up.controllers_chosen"), HasSubstr("has the most words in common with the robot's name"));
   robot_.name = "arm_robot";
   target_.description = src_ / "arm_description/urdf/CR3.urdf.xacro";
-  EXPECT_EQ(chosen(), "cr3_moveit/config/ros2_controllers.yaml") << "by the description's file";
+  EXPECT_EQ(chosen(), "cr3_moveit/config/ros2_controllers.yaml")
+      << "expected the choice by the description's file";
 }
 
 TEST_F(ControllersSearchTest, PackageSearchIsBoundedTo200) {

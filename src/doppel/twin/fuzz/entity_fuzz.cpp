@@ -1,4 +1,5 @@
-// Fuzz target: what a client sends to /spawn_entity. Whatever is accepted is a thing of finite size and mass.
+// Fuzz target: the text that a client sends to /spawn_entity. Everything that is accepted has finite size and
+// mass.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>

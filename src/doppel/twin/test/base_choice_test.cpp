@@ -50,7 +50,7 @@ TEST(BaseChoice, ArmIsFixed) {
 TEST(BaseChoice, TwoWheelsByNameFloat) {
   const std::string body =
       link("base_link", kBox) + link("l", kBox) + joint("left_wheel_joint", "continuous", "base_link", "l");
-  EXPECT_EQ(choice(body).kind, BaseKind::fixed) << "one wheel may be a turntable";
+  EXPECT_EQ(choice(body).kind, BaseKind::fixed) << "expected a fixed base: a single wheel may be a turntable";
   const BaseChoice two =
       choice(body + link("r", kBox) + joint("right_wheel_joint", "continuous", "base_link", "r"));
   EXPECT_EQ(two.kind, BaseKind::floating);
@@ -67,12 +67,12 @@ TEST(BaseChoice, DiscsOnAxesAreWheels) {
                    joint("jb", "continuous", "a", "b", "0 1 0"))
                 .kind,
             BaseKind::fixed)
-      << "only one of them is at the end of a chain";
+      << "expected a fixed base: only one of the discs is at the end of a chain";
   EXPECT_EQ(choice(frame + joint("ja", "continuous", "base_link", "a", "1 0 0") +
                    joint("jb", "continuous", "base_link", "b", "1 0 0"))
                 .kind,
             BaseKind::fixed)
-      << "they do not roll about these axes";
+      << "expected a fixed base: discs do not roll about these axes";
 }
 
 TEST(BaseChoice, LegsFloatButHipAloneDoesNot) {
@@ -90,12 +90,12 @@ TEST(BaseChoice, LegsFloatButHipAloneDoesNot) {
                    joint("f1", "fixed", "trunk", "left_foot") + joint("f2", "fixed", "trunk", "right_foot"))
                 .kind,
             BaseKind::fixed)
-      << "the feet of a stand";
+      << "expected a fixed base: these are the feet of a stand";
   EXPECT_EQ(choice(links + link("lf_foot", kBox) + joint("lf_1", "revolute", "trunk", "a") +
                    joint("lf_2", "revolute", "a", "b") + joint("lf_3", "fixed", "b", "lf_foot"))
                 .kind,
             BaseKind::floating)
-      << "a foot at the end of a leg, on a fixed joint";
+      << "expected a floating base: a foot at the end of a leg, on a fixed joint";
 }
 
 TEST(BaseChoice, WheelsLimitedToManyTurnsFloat) {

@@ -1,4 +1,4 @@
-// Robots that ROS, Gazebo and RViz take with a word about what is odd come up here, too.
+// Robots that ROS, Gazebo and RViz load with a warning about what is odd load here, too.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 struct Odd {
   const char* name;
-  const char* rule;     // of the warning; "": there is nothing to say
-  std::string of_link;  // what the moving link holds in place of a good <inertial>
+  const char* rule;     // of the warning; "": none is expected
+  std::string of_link;  // what the moving link has in place of a valid <inertial>
   std::string of_joint;
   std::string more;
 };

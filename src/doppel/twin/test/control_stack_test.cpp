@@ -1,5 +1,5 @@
-// A file of controllers that the user did not name never stops a robot: what fits runs, and what is left is
-// held.
+// A controller file that the user did not name never prevents a robot from loading: the controllers that fit
+// run, and the remaining joints are held.
 #include "doppel/twin/control_stack.h"
 
 #include <gmock/gmock.h>
@@ -65,7 +65,7 @@ class FoundControllersTest : public ::testing::Test {
   }
   ~FoundControllersTest() override { fs::remove_all(folder_.parent_path()); }
 
-  // Controllers that are there, and what each claims.
+  // The loaded controllers, and what each claims.
   std::map<std::string, std::vector<std::string>> up(const std::string& yaml, const std::string& more = "",
                                                      bool named = false) {
     std::ofstream(folder_ / "arm.urdf") << kStackArm + more + "</robot>";
@@ -80,14 +80,14 @@ class FoundControllersTest : public ::testing::Test {
     origin_ = twin.robot().controllers_origin();
     std::map<std::string, std::vector<std::string>> out;
     for (const ControllerView& c : twin.robot().controller_manager().controllers()) out[c.name] = c.claimed;
-    // What was made is made again after an edit, too.
+    // Generated controllers are generated again after an edit.
     const auto replacement = twin.prepare(twin.running(), diagnostics);
     static_cast<void>(twin.replace(replacement));
     EXPECT_EQ(twin.robot().controller_manager().controllers().size(), out.size());
     return out;
   }
 
-  // Switches `name` off, edits the YAML, and gives what is active after the edit.
+  // Deactivates `name`, edits the YAML, and returns the active controllers after the edit.
   std::vector<std::string> active_after_edit(const std::string& yaml, const std::string& name,
                                              const std::string& edited) {
     std::ofstream(folder_ / "arm.urdf") << kStackArm + "</robot>";
@@ -100,7 +100,7 @@ class FoundControllersTest : public ::testing::Test {
     EXPECT_TRUE(twin.robot().controller_manager().switch_controllers({}, off, Strictness::strict));
     const std::size_t before = twin.robot().controller_manager().controllers().size();
     std::ofstream(folder_ / "config/controllers.yaml") << edited;
-    for (int i = 0; i < 2; ++i) {  // what an edit keeps, the next one keeps, too
+    for (int i = 0; i < 2; ++i) {  // what one edit keeps, the next one keeps as well
       const auto replacement = twin.prepare(twin.running(), diagnostics);
       static_cast<void>(twin.replace(replacement));
       std::ofstream(folder_ / "config/controllers.yaml") << edited + "# once more\n";
@@ -144,7 +144,8 @@ TEST_F(FoundControllersTest, MisspeltTypeIsLeftOutWithNearest) {
   const auto there = up(manager(declared("arm", "joint_trajectory_controller/JointTrajectoryControler")));
   EXPECT_THAT(said_, HasSubstr("did you mean 'joint_trajectory_controller/JointTrajectoryController'?"));
   EXPECT_THAT(said_, HasSubstr("'arm' is not started"));
-  EXPECT_EQ(said_.find("the others are"), std::string::npos) << "there are none";
+  EXPECT_EQ(said_.find("the others are"), std::string::npos)
+      << "expected no mention of other controllers: there are none";
   EXPECT_EQ(origin_, (folder_ / "config/controllers.yaml").string() + " and generated");
   EXPECT_THAT(there, ElementsAre(Pair("joint_state_broadcaster", IsEmpty()),
                                  Pair("joint_trajectory_controller",
@@ -221,7 +222,8 @@ TEST_F(FoundControllersTest, ControllerWithMissingInterfaceIsLeftOut) {
       up(manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]"), hardware);
   EXPECT_EQ(there.count("arm"), 0U);
   EXPECT_THAT(there.at("joint_trajectory_controller"), ElementsAre("shoulder/position"));
-  EXPECT_THAT(there.at("velocity_controller"), ElementsAre("elbow/velocity")) << "held at zero velocity";
+  EXPECT_THAT(there.at("velocity_controller"), ElementsAre("elbow/velocity"))
+      << "expected the joint to be held at zero velocity";
 }
 
 TEST_F(FoundControllersTest, EffortOnlyJointsArePassive) {
@@ -300,7 +302,7 @@ TEST_F(FoundControllersTest, RegisteredPluginIsRealAndOthersAreSimulated) {
   EXPECT_THAT(rules, ::testing::IsSupersetOf({"ros2_control.plugin_real", "ros2_control.plugin_simulated"}));
   Node speaker(twin.bus(), "/speaker");
   const auto commands = speaker.advertise<std_msgs::msg::Float64MultiArray>("/group/commands");
-  // Its loop runs by the wall clock, beside the simulation and its reloads.
+  // Its loop runs in wall-clock time, independent of the simulation and its reloads.
   const auto reaches = [&twin](double shoulder, double elbow) {
     bool there = false;
     for (int i = 0; i < 5000 && !there; ++i) {
@@ -325,7 +327,7 @@ TEST_F(FoundControllersTest, RegisteredPluginIsRealAndOthersAreSimulated) {
   EXPECT_TRUE(reaches(-0.5, -0.25));
 }
 
-// Of the arm in the folder, whose only controller publishes the joint states at 1000 Hz.
+// For the arm in the folder, whose only controller publishes the joint states at 1000 Hz.
 Scenario broadcasting_at_1000_hz(const std::filesystem::path& folder) {
   std::ofstream(folder / "config/controllers.yaml")
       << "controller_manager:\n  ros__parameters:\n    update_rate: 1000\n" + kBroadcaster;
@@ -377,7 +379,7 @@ TEST_F(FoundControllersTest, RunnerStatusAndHardwareLoopMessagesReachEdge) {
     edge->subscribe(topic.id);
     types[topic.id] = find_type(topic.type);
   }
-  // A change of speed is reported at once: a status at every step.
+  // A change of speed is reported at once: one status per step.
   const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
   std::atomic<bool> stop{false};
   const std::function<void()> hurry = [&] {

@@ -83,7 +83,7 @@ TEST(EntityXml, UrdfModelIsRead) {
                  "</link></robot>")
                 .mass,
             0.0)
-      << "without an inertia it is fixed";
+      << "expected a fixed entity: it has no inertia";
 }
 
 TEST(EntityXml, MeshIsRequested) {
@@ -158,7 +158,7 @@ TEST(EntityXml, UndrawnVisualIsNoted) {
   EXPECT_EQ(
       notes_of(model("<link name='l'><visual name='v'><geometry>" + kBall + "</geometry></visual></link>")),
       "")
-      << "where nothing collides the visual does, and is drawn";
+      << "expected no note: without a collision the visual collides, and is drawn";
   const auto urdf = [](const std::string& radius, const std::string& more) {
     return "<robot name='r'><link name='l'><collision><origin xyz='0 0 1'/><geometry><sphere "
            "radius='0.1'/></geometry>"
@@ -171,7 +171,7 @@ TEST(EntityXml, UndrawnVisualIsNoted) {
               HasSubstr("<origin> has no effect"));
 }
 
-// Two packages beside each other, a secret outside, and links.
+// Two neighbouring packages, a file outside of them that must not be served, and links.
 class EntityMeshTest : public ::testing::Test {
  protected:
   void SetUp() override {

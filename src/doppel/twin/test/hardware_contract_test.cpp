@@ -1,5 +1,5 @@
-// What every hardware component has to fulfil, and what controllers make of it: the same tests over the
-// simulated robot and over the loopback. A further component is one more row of kComponents.
+// What every hardware component must guarantee, and how controllers use it: the same tests with the simulated
+// robot and with the loopback. A further component is one more row of kComponents.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using Names = std::vector<std::string>;
 struct Component {
   const char* name;
   std::string_view plugin;
-  double tolerance;  // rad, of a position that was commanded and has come to rest
+  double tolerance;  // rad, of a commanded position at rest
   double lag;        // rad, of a position on its way at 1 rad/s
 };
 void PrintTo(const Component& component, std::ostream* out) {
@@ -152,7 +152,7 @@ TEST_P(HardwareContract, InterfacesAndInitialValuesMatchDescription) {
   EXPECT_EQ(hardware().state, HardwareState::active);
   EXPECT_DOUBLE_EQ(q("j 2"), 0.75);
   run(0.5);
-  EXPECT_NEAR(q("j 2"), 0.75, GetParam().tolerance);  // nothing commands it: it is held
+  EXPECT_NEAR(q("j 2"), 0.75, GetParam().tolerance);  // no command: it is held
 }
 
 TEST_P(HardwareContract, TrajectoryIsFollowedToItsEnd) {
@@ -295,7 +295,7 @@ TEST_P(HardwareContract, SameCommandsGiveSameStates) {
 INSTANTIATE_TEST_SUITE_P(Components, HardwareContract, ::testing::ValuesIn(kComponents),
                          [](const auto& component) { return component.param.name; });
 
-// -- what only the loopback can order
+// -- faults that only the loopback can inject
 
 class LoopbackFaults : public HardwareContract {
  protected:
@@ -381,7 +381,7 @@ TEST_P(LoopbackFaults, UnknownParametersAreRefusedWithNearest) {
   description_.params = {{"faut", "error"}, {"delay", "soon"}, {"unclaimed", "fre"}};
   try {
     bring_up({"positions"});
-    FAIL() << "three parameters are wrong";
+    FAIL() << "expected an InputError: three parameters are wrong";
   } catch (const InputError& problem) {
     ASSERT_EQ(problem.diagnostics().size(), 3u);
     EXPECT_THAT(problem.what(), testing::HasSubstr("did you mean 'fault'?"));

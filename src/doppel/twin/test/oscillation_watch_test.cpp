@@ -21,7 +21,7 @@ RobotDescription pendulum() {
   return robot;
 }
 
-// A held joint that `shake` [N m] of time turns to and fro.
+// A held joint that the torque `shake` [N m], a function of time, moves to and fro.
 template <typename Shake>
 std::vector<Oscillation> watched(Rig& rig, double seconds, const Shake& shake) {
   OscillationWatch watch(rig.shared);

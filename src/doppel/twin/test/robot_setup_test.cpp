@@ -15,7 +15,7 @@ constexpr const char* kManager = "controller_manager:\n  ros__parameters:\n    u
 
 class RobotSetupTest : public ::testing::Test {
  protected:
-  // In a folder of its own, because a package's neighbours are looked at, too.
+  // In a separate folder, because the package's neighbours are searched, too.
   RobotSetupTest()
       : folder_(fs::temp_directory_path() / ("doppel_setup_" + std::to_string(::getpid())) / "my_arm") {
     fs::create_directories(folder_ / "urdf");
@@ -98,7 +98,7 @@ TEST_F(RobotSetupTest, GeneratedControllersNoteNamesOtherFiles) {
   write("config/rover.yaml",
         std::string(kManager) + "    c: {type: a/B}\nc:\n  ros__parameters:\n    joints: [wheel]\n");
   EXPECT_EQ(set_up().controllers_origin, "generated");
-  EXPECT_FALSE(has("up.controllers_of_others")) << "one note, with one remedy";
+  EXPECT_FALSE(has("up.controllers_of_others")) << "expected one note, with one remedy";
   for (const Diagnostic& d : diagnostics_.all()) {
     if (d.rule == "up.controllers_generated") {
       EXPECT_NE(d.message.find("'wheel' is not a joint here"), std::string::npos) << d.message;
@@ -123,7 +123,7 @@ TEST_F(RobotSetupTest, DescriptionBrokenBySimulationArgumentIsTakenWithout) {
         "<xacro:if value=\"$(arg use_sim)\"><p f=\"$(find no_such_package)\"/></xacro:if></robot>");
   EXPECT_NE(set_up().description.robot.find_link("base"), nullptr);
   EXPECT_TRUE(has("up.use_sim"));
-  EXPECT_THROW(set_up({{"use_sim", "true"}}), InputError) << "the user's choice stays the user's";
+  EXPECT_THROW(set_up({{"use_sim", "true"}}), InputError) << "expected the user's choice not to be replaced";
 }
 
 TEST_F(RobotSetupTest, XacroFileIsExpandedWithoutPrefix) {

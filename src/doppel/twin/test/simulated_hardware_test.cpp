@@ -119,7 +119,7 @@ TEST_F(SimulatedHardwareTest, CommandMovesJointAndState) {
   static_cast<void>(system.read({}, {}, states));
   EXPECT_NEAR(states[0], 0.5, 0.02);
   EXPECT_NEAR(states[1], 0.0, 0.01);
-  EXPECT_GT(std::abs(states[2]), 0.5);  // it holds two kilograms out
+  EXPECT_GT(std::abs(states[2]), 0.5);  // it holds two kilograms at a horizontal distance
 }
 
 TEST_F(SimulatedHardwareTest, UnclaimedJointFollowsDescription) {
@@ -130,7 +130,7 @@ TEST_F(SimulatedHardwareTest, UnclaimedJointFollowsDescription) {
   EXPECT_EQ(holds.when_unclaimed(), PassiveJoint::hold);
   EXPECT_EQ(arm_.drive(joint), DriveMode::position);
   for (int i = 0; i < 2000; ++i) engine_->step();
-  EXPECT_NEAR(arm_.q()[0], 0.0, 0.05);  // two kilograms out would fall
+  EXPECT_NEAR(arm_.q()[0], 0.0, 0.05);  // without a command two kilograms would fall
   ASSERT_TRUE(holds.on_deactivate().ok());
   EXPECT_EQ(arm_.drive(joint), DriveMode::passive);
   hardware_.params = {{"unclaimed", "brake"}};
@@ -140,7 +140,7 @@ TEST_F(SimulatedHardwareTest, UnclaimedJointFollowsDescription) {
   SimulatedHardware wrong(arm_);
   try {
     static_cast<void>(wrong.on_init({hardware_, *model_, log_, 100.0, diagnostics_}));
-    FAIL() << "'holds' is none of the three";
+    FAIL() << "expected an InputError: 'holds' is not a valid value";
   } catch (const InputError& problem) {
     EXPECT_NE(std::string(problem.what()).find("did you mean 'hold'?"), std::string::npos) << problem.what();
   }

@@ -1,4 +1,4 @@
-// The loop's meter, and what /doppel/status and /diagnostics tell of a run.
+// The loop's meter, and what /doppel/status and /diagnostics report about a run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ TEST(LoopMeter, AveragesArePerStepOfLastWindow) {
   LoopMeter meter;
   const LoopMeter::WallTime begin{};
   LoopPhases phases;
-  phases.physics = milliseconds(7);  // before: not of this window
+  phases.physics = milliseconds(7);  // before this window
   meter.restart(begin, 10, phases);
   phases.physics += milliseconds(50);
   phases.idle += milliseconds(400);
@@ -92,7 +92,7 @@ TEST_F(StatusPublisherTest, StatusIsPublishedAtFourHzAndOnChange) {
     now_ += milliseconds(2);
     publish();
   }
-  EXPECT_EQ(received<TwinStatus>("/doppel/status").size(), 4u) << "also while paused";
+  EXPECT_EQ(received<TwinStatus>("/doppel/status").size(), 4u) << "expected a status while paused, too";
 }
 
 TEST_F(StatusPublisherTest, SkippedStepsAreCounted) {
@@ -111,11 +111,11 @@ TEST_F(StatusPublisherTest, DiagnosticsWarnOfOverrunsAndSlowLoop) {
     EXPECT_EQ(all.size(), 1u);
     return all.at(0).status.at(0);
   };
-  EXPECT_EQ(next().level, DiagnosticStatus::OK) << "nothing is known yet";
+  EXPECT_EQ(next().level, DiagnosticStatus::OK) << "expected OK: there is no measurement yet";
   run_.overruns = 2;
   EXPECT_EQ(next().level, DiagnosticStatus::WARN);
   const DiagnosticStatus calm = next();
-  EXPECT_EQ(calm.level, DiagnosticStatus::OK) << "no new ones";
+  EXPECT_EQ(calm.level, DiagnosticStatus::OK) << "expected OK: there are no new overruns";
   EXPECT_EQ(calm.name, "doppel: loop");
   EXPECT_EQ(calm.hardware_id, "arm");
   meter_.restart(now_, 0, {});
@@ -127,7 +127,7 @@ TEST_F(StatusPublisherTest, DiagnosticsWarnOfOverrunsAndSlowLoop) {
   EXPECT_EQ(next().level, DiagnosticStatus::OK);
 }
 
-// A run of a bundled robot: what another thread sees of it.
+// A run of a bundled robot, observed from another thread.
 TEST(Runner, StatusReportsTimeOfPhases) {
   Log log;
   Diagnostics diagnostics;
@@ -152,14 +152,14 @@ TEST(Runner, StatusReportsTimeOfPhases) {
   EXPECT_GT(last.time_control, 0.0);
   EXPECT_GT(last.time_idle, 0.0);
   EXPECT_GT(last.time_bus, 0.0);
-  // A step's parts are a step's time: 1 ms, as long as the machine keeps up.
+  // The phases of a step add up to the time of a step: 1 ms, if the machine is fast enough.
   const double sum =
       last.time_control + last.time_physics + last.time_publish + last.time_bus + last.time_idle;
   EXPECT_NEAR(sum * last.real_time_factor, 1000.0, 50.0);
   EXPECT_EQ(run.end, RunEnd::duration_reached);
 }
 
-// A request for very many steps must not take the loop away from everybody else.
+// A request for very many steps must not block other users of the loop.
 TEST(Runner, StopInterruptsOwedSteps) {
   Log log;
   Diagnostics diagnostics;

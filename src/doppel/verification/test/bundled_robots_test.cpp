@@ -1,4 +1,4 @@
-// The robots that come with doppel, in every engine that is built here.
+// The bundled robots, in every engine of this build.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ INSTANTIATE_TEST_SUITE_P(Robots, BundledRobotsTest, testing::Values("omarm_one",
 
 TEST_P(BundledRobotsTest, EngineDifferencesAreExplained) {
   const std::vector<ComparedEngine> found = engines(GetParam());
-  if (found.size() < 2) GTEST_SKIP() << "one engine only is built here";
+  if (found.size() < 2) GTEST_SKIP() << "this build has only one engine";
   CompareOptions options;
   options.duration = 0.5;
   options.motions = {MotionKind::smooth, MotionKind::fall, MotionKind::hold, MotionKind::move};
@@ -46,10 +46,10 @@ TEST_P(BundledRobotsTest, EngineDifferencesAreExplained) {
   if (std::getenv("DOPPEL_SHOW") != nullptr) std::puts(comparison_text(comparison).c_str());
 }
 
-// What the twins' tests send: from where the arm stands through two poses, each in two seconds.
+// The motion that the twins' tests send: from the initial pose through two poses, each in two seconds.
 TEST_F(BundledTrajectoriesTest, OmarmOneFollowsSampleInEveryEngine) {
   std::vector<ComparedEngine> found = engines("omarm_one");
-  if (found.size() < 2) GTEST_SKIP() << "one engine only is built here";
+  if (found.size() < 2) GTEST_SKIP() << "this build has only one engine";
   JointPath path;
   for (int i = 1; i <= 6; ++i) path.joints.push_back("Revolute " + std::to_string(i));
   path.times = {2.0, 4.0};
@@ -62,7 +62,7 @@ TEST_F(BundledTrajectoriesTest, OmarmOneFollowsSampleInEveryEngine) {
   const Comparison comparison = compare_engines(found, options);
   for (const Difference& joint : comparison.motions[0].joints)
     EXPECT_LT(joint.largest, 0.02) << joint.name << "\n" << comparison_text(comparison);
-  // Each of them arrives.
+  // Each engine reaches the goal.
   for (const ComparedEngine& engine : found) {
     const Motion motion(engine.subject, MotionKind::path, "");
     const MotionRecord record = motion.run(5.0, 1);
@@ -71,7 +71,7 @@ TEST_F(BundledTrajectoriesTest, OmarmOneFollowsSampleInEveryEngine) {
       if (at == path.joints.end()) continue;
       const double wanted = path.positions.back()[static_cast<std::size_t>(at - path.joints.begin())];
       EXPECT_NEAR(record.x.back()[static_cast<Eigen::Index>(j)], wanted, 0.006)
-          << engine.label << ", " << *at;
+          << "expected the goal to be reached: " << engine.label << ", " << *at;
     }
   }
 }

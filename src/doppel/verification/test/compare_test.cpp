@@ -21,7 +21,7 @@ bool has_bullet() {
 class CompareEnginesTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!has_bullet()) GTEST_SKIP() << "Bullet is not built here";
+    if (!has_bullet()) GTEST_SKIP() << "this build has no Bullet";
   }
   static RobotDescription arm() {
     std::mt19937 random(12);
@@ -33,7 +33,7 @@ class CompareEnginesTest : public testing::Test {
     }
     return out;
   }
-  // The robot in MuJoCo, and what `change` makes of it in Bullet.
+  // The robot in MuJoCo, and in Bullet as `change` modifies it.
   static std::vector<ComparedEngine> engines(const RobotDescription& robot,
                                              const std::function<void(Model&)>& change = {}) {
     Diagnostics diagnostics;
@@ -100,7 +100,7 @@ TEST_F(CompareEnginesTest, FrictionDifferenceIsExplained) {
   RobotDescription robot = arm();
   const Comparison found = compare_engines(
       engines(robot, [](Model& model) { model.joints[1].friction = 0.5; }), motions({MotionKind::fall}));
-  // Friction is in one engine's copy only, so the first one has no such feature to take away.
+  // Friction is in one engine's copy only, so the first one has no such feature to remove.
   EXPECT_FALSE(found.explained());
   for (Joint& joint : robot.joints) joint.dynamics->friction = 0.1;
   const Comparison both = compare_engines(

@@ -16,11 +16,12 @@ using ::testing::HasSubstr;
 
 TEST(EngineTable, DocumentationMatchesCode) {
   for (const KnownEngine& engine : known_engines()) {
-    if (!engine.available) GTEST_SKIP() << engine.name << " is not built here";
+    if (!engine.available) GTEST_SKIP() << engine.name << " is not in this build";
   }
   std::ifstream file(DOPPEL_SOURCE_DIR "/docs/engines.md");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
-  EXPECT_THAT(text, HasSubstr(engines_markdown())) << "write it with: doppel engines --markdown";
+  EXPECT_THAT(text, HasSubstr(engines_markdown()))
+      << "the table is outdated; regenerate it: doppel engines --markdown";
 }
 
 TEST(EngineTable, TextAndJsonNameEveryKnownEngine) {

@@ -66,7 +66,7 @@ TEST(Verify, PassiveArmShowsSchemeOrder) {
   }
 }
 
-// The error that is told is the distance from a motion that no engine integrates.
+// The reported error is the distance from a motion that no engine integrates.
 TEST(Verify, ErrorIsDistanceFromExactMotion) {
   const Arm arm(4);
   World world;
@@ -197,7 +197,7 @@ TEST(Verify, UnknownToolIsRefusedWithNearest) {
   World world;
   try {
     verify(subject_of(arm.robot, world), {0.1, {}, "bse", {}});
-    FAIL();
+    FAIL() << "expected an InputError: the tool does not exist";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("did you mean 'base'?"));
   }

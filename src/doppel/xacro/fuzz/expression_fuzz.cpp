@@ -1,4 +1,4 @@
-// Fuzz target: evaluates any text, with some names to play with, within a budget.
+// Fuzz target: evaluates any text, with some defined names, within a budget.
 #include <cstdint>
 #include <map>
 

@@ -1,4 +1,4 @@
-// Fuzz target: expands whatever is inside of a robot; with arguments, and without any package.
+// Fuzz target: expands any content of a robot; with arguments, and without any package.
 #include <cstdint>
 
 #include "doppel/xacro/xacro.h"

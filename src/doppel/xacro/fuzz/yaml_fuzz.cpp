@@ -1,5 +1,4 @@
-// Fuzz target: what load_yaml makes of any bytes; and what the simple reader takes, it reads as the other
-// one.
+// Fuzz target: load_yaml on any bytes; what the simple reader accepts, the other one reads in the same way.
 #include <cstdint>
 #include <cstdlib>
 

@@ -68,7 +68,7 @@ TEST(Expression, ResultOutlivesText) {
             "['x: a default that is no short string']");
 }
 
-// Each right side is what the reference prints, under Python 3.11.
+// Each right side is what the reference implementation prints, with Python 3.11.
 TEST(Expression, ResultsMatchPython) {
   static const std::pair<const char*, const char*> kTable[] = {
       {"1 + 2 * 3", "7"},
@@ -420,7 +420,7 @@ TEST(Expression, FormatStringsMatchPython) {
   EXPECT_EQ(result("arm.names[-1]"), "b");
 }
 
-// What Python refuses is refused here.
+// What Python rejects is rejected here.
 TEST(Expression, ErrorsNameCause) {
   static const std::pair<const char*, const char*> kTable[] = {
       {"lenght", "name 'lenght' is not defined; did you mean 'length'?"},
@@ -520,7 +520,7 @@ TEST(Expression, EvaluationIsBounded) {
     EXPECT_TRUE(result_text.starts_with("error: "))
         << text.substr(0, 60) << ": " << result_text.substr(0, 60);
     EXPECT_LT(result_text.size(), 1000U) << text.substr(0, 60);
-    EXPECT_LT(took.count(), 20.0) << text.substr(0, 60);  // generous: sanitizers and busy machines
+    EXPECT_LT(took.count(), 20.0) << text.substr(0, 60);  // generous, for sanitizers and busy machines
   }
 }
 

@@ -1,4 +1,5 @@
-// What the tests of ros/xacro (ROS 2 branch) check, each thing in our own words: sources, and what comes out.
+// The behaviour that the tests of ros/xacro (ROS 2 branch) check, in our own words: sources and their
+// expansions.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 using Files = std::map<std::string, std::string>;
 using Given = std::vector<std::pair<std::string, std::string>>;
 
-// A folder with files for includes, gone when the test ends.
+// A folder with files for includes, removed when the test ends.
 class Folder {
  public:
   explicit Folder(const Files& files)
@@ -57,7 +58,7 @@ std::string squeezed(const XmlNode& node) {
 }
 
 struct Outcome {
-  std::string text;  // the expansion without blanks that say nothing; or the error
+  std::string text;  // the expansion without insignificant white space; or the error
   std::string messages;
 };
 

@@ -5,7 +5,8 @@
 namespace doppel {
 namespace {
 
-// The expansion of `body` inside <robot>, as XML without its declaration and root; or the error's whole text.
+// The expansion of `body` inside <robot>, as XML without its declaration and root; or the full text of the
+// error.
 std::string expanded_robot(const std::string& body,
                            const std::vector<std::pair<std::string, std::string>>& arguments = {}) {
   PackageResolver resolver;
@@ -33,7 +34,7 @@ TEST(Xacro, PropertiesAreLazyAndKeepTypes) {
             "<l x=\"6\" y=\"30\" z=\"${b}\"/>\n");
 }
 
-// A default is evaluated where the macro is called, so it does not see the other parameters.
+// A default is evaluated where the macro is called, so the other parameters are not visible to it.
 TEST(Xacro, MacrosTakeDefaultsForwardsAndBlocks) {
   const std::string macro =
       "<xacro:macro name=\"m\" params=\"a b:='x y' c:=${a * 2} d:=^|9 *origin **rest\">"
@@ -94,7 +95,8 @@ TEST(Xacro, EndlessRecursionEnds) {
   EXPECT_NE(expanded_robot(doubling + "<xacro:m60/>").find("grows without bound"), std::string::npos);
 }
 
-// A whole arm once vanished without a word: '00' was read as 0, and the condition did not hold.
+// Regression: an arm disappeared without a diagnostic, because '00' was read as 0 and the condition did not
+// hold.
 TEST(Xacro, QuotedLiteralInCallStaysText) {
   const std::string arm =
       "<xacro:macro name=\"arm\" params=\"version\"><xacro:if value=\"${version == '00'}\"><link "
@@ -122,7 +124,7 @@ TEST(Xacro, PropertyOfOtherScopeIsLocalAndLazy) {
       "<l v=\"2\"/>\n");
 }
 
-// As ros/xacro: what is built in counts as defined already.
+// As in ros/xacro: built-in names count as defined already.
 TEST(Xacro, DefaultDoesNotReplaceBuiltIn) {
   EXPECT_EQ(expanded_robot("<xacro:property name=\"tau\" default=\"5\"/><l v=\"${tau}\"/>"),
             "<l v=\"6.283185307179586\"/>\n");

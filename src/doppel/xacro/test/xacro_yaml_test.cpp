@@ -7,7 +7,7 @@
 namespace doppel::xacro {
 namespace {
 
-// What the simple reader takes, it reads as yaml-cpp does.
+// What the simple reader accepts, it reads as yaml-cpp does.
 void agree(const std::string& text, const std::string& name, bool required) {
   const auto simple = parse_simple_yaml(text);
   EXPECT_TRUE(simple || !required) << name;
@@ -39,7 +39,7 @@ TEST(XacroYaml, SimpleReaderDefersOtherYaml) {
   for (const char* text : texts) EXPECT_FALSE(parse_simple_yaml(text)) << text;
 }
 
-// Found by fuzzing: yaml-cpp sees documents without an end in it.
+// Found by fuzzing: yaml-cpp reads an endless sequence of documents in it.
 TEST(XacroYaml, InvalidYamlIsRefusedQuickly) {
   EXPECT_THROW(parse_whole_yaml(", yes, !degree yes, !degrees 80]\nb: {z<: {c: 1}, d: *a}\n", "f", {}),
                InputError);
@@ -48,7 +48,7 @@ TEST(XacroYaml, InvalidYamlIsRefusedQuickly) {
 
 TEST(XacroYaml, BothReadersAgreeOverCorpus) {
   const std::filesystem::path folder = std::filesystem::path(DOPPEL_SOURCE_DIR) / "../shared/corpus/robots";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no corpus";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the corpus is not here";
   int seen = 0, simple = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".yaml") continue;

@@ -1,5 +1,5 @@
-// Fuzz target: the lenient rules end; what parses by the strict ones is written, and what is written parses
-// again, to the same elements.
+// Fuzz target: the lenient rules terminate; what parses by the strict rules is written, and what is written
+// parses again to the same elements.
 #include <cstdint>
 #include <cstdlib>
 
@@ -8,7 +8,7 @@
 
 namespace {
 
-// The elements and attributes, without the texts, whose blanks the layout changes.
+// The elements and attributes, without the texts, because the layout changes their white space.
 std::string elements(const doppel::XmlNode& node) {
   std::string out = "<" + node.name;
   for (const doppel::XmlAttribute& a : node.attributes) out += " " + a.name + "=" + a.value;
@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     doppel::parse_xml_tree(std::string(text), "fuzz.xml", doppel::XmlContent::content,
                            doppel::XmlRules::lenient);
   } catch (const doppel::InputError&) {
-    // Refused by the strict rules as well, or for its size.
+    // Rejected by the strict rules as well, or for its size.
   }
   try {
     doppel::parse_xml(text, "fuzz.xml");

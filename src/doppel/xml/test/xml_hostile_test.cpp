@@ -1,4 +1,4 @@
-// Bytes that are no document: an error at its place, soon, whatever they are.
+// Bytes that are not a document: an error with its location, within a short time, whatever they are.
 #include <gtest/gtest.h>
 
 #include "doppel/xml/test/xml_refusal.h"

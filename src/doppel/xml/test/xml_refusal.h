@@ -1,5 +1,5 @@
 #pragma once
-// What the tests of the parser share.
+// Helpers that the tests of the parser share.
 
 #include <string>
 
@@ -8,7 +8,7 @@
 
 namespace doppel {
 
-// The error with which the text is refused as "f.xml"; empty where it is accepted.
+// The error with which the text is rejected as "f.xml"; empty if it is accepted.
 inline std::string refusal_of(const std::string& text) {
   try {
     parse_xml(text, "f.xml");

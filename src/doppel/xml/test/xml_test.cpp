@@ -131,7 +131,7 @@ TEST(Xml, OnlyRegularFilesAreRead) {
 
 TEST(Xml, LocaleHasNoEffect) {
   if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr && std::setlocale(LC_ALL, "de_DE.utf8") == nullptr)
-    GTEST_SKIP() << "no German locale here";
+    GTEST_SKIP() << "the German locale is not installed";
   PackageResolver resolver;
   Diagnostics diagnostics;
   XmlTree tree = parse_xml_tree(

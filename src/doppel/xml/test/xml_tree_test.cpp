@@ -36,7 +36,7 @@ TEST(XmlTree, TreeOutlivesText) {
   EXPECT_EQ(node.content(), "two & three");
 }
 
-// What holds nothing of xacro's is not copied, so its places are those of the call it is now within.
+// What contains no xacro is not copied, so its locations are those of the call that it is now in.
 TEST(XmlTree, SharedNodesHaveCallPlaces) {
   const XacroResult result = expanded(
       "<xacro:macro name=\"m\" params=\"n *b\">\n"
@@ -47,7 +47,8 @@ TEST(XmlTree, SharedNodesHaveCallPlaces) {
   const XmlNode root = result.tree.node();
   EXPECT_EQ(named(root, "deep").where.str(), "arm.xacro:5:1: in macro 'm' (arm.xacro:3:8)");
   EXPECT_EQ(named(root, "deep").find("v")->where.str(), "arm.xacro:5:1: in macro 'm' (arm.xacro:3:14)");
-  EXPECT_EQ(named(root, "given").where.str(), "arm.xacro:5:16") << "written by the caller, not by the macro";
+  EXPECT_EQ(named(root, "given").where.str(), "arm.xacro:5:16")
+      << "expected the caller's location, not the macro's";
   EXPECT_EQ(named(root, "other").find("w")->where.str(), "arm.xacro:6:23");
 }
 
@@ -65,7 +66,7 @@ TEST(XmlTree, AddedAttributeStaysInOneCall) {
   EXPECT_EQ(seen, (std::vector<std::string>{"11", "22"}));
 }
 
-// What is shared counts like what is copied.
+// Shared nodes count like copied ones.
 TEST(XmlTree, SharingIsBounded) {
   std::string big = "<g>";
   for (int i = 0; i < 1000; ++i) big += "<h/>";
@@ -77,7 +78,7 @@ TEST(XmlTree, SharingIsBounded) {
   }
   try {
     expanded(text + "<xacro:m11/>");
-    FAIL() << "two million elements";
+    FAIL() << "expected an error: the expansion has two million elements";
   } catch (const InputError& error) {
     EXPECT_EQ(error.diagnostics().front().rule, "xacro.too_much");
   }
