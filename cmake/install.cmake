@@ -14,7 +14,6 @@ install(TARGETS doppel RUNTIME COMPONENT program)
 install(TARGETS doppel_library EXPORT doppel LIBRARY COMPONENT library NAMELINK_COMPONENT development)
 install(TARGETS ${plugin_modules} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/doppel COMPONENT library)
 
-<<<<<<< HEAD
 # The public headers lie directly in the folders of their modules; what they include of the folders below is their templates
 # (tools/public_headers.py has the same rule, and tools/check_headers compares).
 file(GLOB public_headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/src src/doppel/*.h src/doppel/*/*.h)
@@ -31,15 +30,6 @@ while(public_headers)
   endforeach()
 endwhile()
 foreach(header IN LISTS installed_headers)
-=======
-# The public headers; detail/ and the folders of single implementations are not installed.
-install(DIRECTORY src/doppel DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h"
-  PATTERN detail EXCLUDE PATTERN test EXCLUDE PATTERN fuzz EXCLUDE PATTERN mujoco EXCLUDE PATTERN bullet EXCLUDE
-  PATTERN fastdds EXCLUDE PATTERN fcl EXCLUDE PATTERN assimp EXCLUDE PATTERN components EXCLUDE)
-# The templates of public headers.
-foreach(header bus/detail/action_server.h bus/detail/bus.h messages/detail/cdr.h messages/detail/codec.h
-    messages/detail/type_description.h ros2/detail/action_client.h)
->>>>>>> lang-b
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES src/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder} COMPONENT development)
 endforeach()

@@ -23,13 +23,9 @@ if(DOPPEL_TESTS)
 endif()
 
 add_library(doppel_flags INTERFACE)
-<<<<<<< HEAD
 # g++ collects its garbage at 128 MB by default, which costs a tenth of the time; each unit needs 0.7 to 1.2 GB either way.
 target_compile_options(doppel_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=400000>)
-# g++ 12 warns of overlaps and bounds in std::string that are not there (GCC bug 105651).
-=======
 # g++ 12 reports overlaps and out-of-bounds accesses in std::string that do not exist (GCC bug 105651).
->>>>>>> lang-b
 target_compile_options(doppel_flags INTERFACE -fvisibility=hidden -fvisibility-inlines-hidden
   -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
   "$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-array-bounds;-Wno-stringop-overflow>")

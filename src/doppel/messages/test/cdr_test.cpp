@@ -212,16 +212,6 @@ TEST(Cdr, StringsAreReadAsByFastCdr) {
   EXPECT_EQ(read("00 00 00 00 00 00 00 03 61 62 00"), "ab") << "expected big-endian data to be read";
 }
 
-<<<<<<< HEAD
-=======
-// A struct's field of wide text, as in rosidl.
-struct Wide {
-  std::u16string text;
-  char16_t unit = 0;
-  DOPPEL_MESSAGE("my_msgs/msg/Wide", text, unit)
-};
-
->>>>>>> lang-b
 TEST(Cdr, WideTextTakesFourBytesPerUnit) {
   const Bytes bytes = hex("00 01 00 00 02 00 00 00 e4 00 00 00 41 00 00 00 42 00");
   EXPECT_EQ(messages_testing::show(to_cdr(Wide{u"\u00e4A", u'B'})), messages_testing::show(bytes));

@@ -108,11 +108,7 @@ TEST_F(ServerTest, ClientPublishReachesTwin) {
   EXPECT_EQ(twin_.received(), 1);
 }
 
-<<<<<<< HEAD
-// A type of a plugin's, whose code throws in the server's thread.
-=======
-// A plugin's type, whose code throws when it reads a message.
->>>>>>> lang-b
+// A plugin's type, whose code throws in the server's thread.
 class ThrowingType : public TypeSupport {
  public:
   ThrowingType() : TypeSupport("test_msgs/msg/Throwing") {}
@@ -149,13 +145,9 @@ TEST_F(ServerTest, TypeExceptionIsReportedAndServerContinues) {
   other.subscribe("/joint_states");
   Client::Received received;
   EXPECT_TRUE(other.next(received, soon()));
-<<<<<<< HEAD
-  EXPECT_FALSE(other.topics().contains("/thrown")) << "the client that is gone still counts as there";
-  type.throws = false;  // it stays registered
-=======
   EXPECT_FALSE(other.topics().contains("/thrown"))
       << "expected the topic of a disconnected client to be removed";
->>>>>>> lang-b
+  type.throws = false;  // it stays registered
 }
 
 TEST_F(ServerTest, PublisherAndSubscriberClientsSeeEachOther) {
