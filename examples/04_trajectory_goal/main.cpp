@@ -1,5 +1,5 @@
-// Sends a trajectory of one point to a joint_trajectory_controller, as rclcpp_action's client does, and prints the feedback
-// and the result:
+// Sends a trajectory of one point to a joint_trajectory_controller, as rclcpp_action's client does, and
+// prints the feedback and the result:
 //
 //   ./doppel up omarm_one                                       # one shell
 //   build/examples/trajectory_goal                              # another

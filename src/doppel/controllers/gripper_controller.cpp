@@ -47,9 +47,8 @@ void GripperController::on_init(ControllerContext& context) {
   declare<double>(parameters, written, "stall_timeout", 1.0,
                   at_least(0, "s below that velocity until it has stalled"));
   if (parallel) {
-    using Names = std::vector<std::string>;
-    declare<Names>(parameters, written, "state_interfaces", {kPosition, kVelocity},
-                   {"position and velocity", true});
+    declare<std::vector<std::string>>(parameters, written, "state_interfaces", {kPosition, kVelocity},
+                                      {"position and velocity", true});
     declare<std::string>(parameters, written, "max_effort_interface", "", {"claimed if named", true});
     declare<std::string>(parameters, written, "max_velocity_interface", "", {"claimed if named", true});
     declare<double>(parameters, written, "max_velocity", 0.1, at_least(0, "of a goal without max_effort"));

@@ -11,6 +11,8 @@
 namespace doppel {
 namespace {
 
+using Names = std::vector<std::string>;
+
 std::size_t row_of(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
@@ -21,7 +23,6 @@ std::size_t row_of(std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 void JointStateBroadcaster::on_init(ControllerContext& context) {
-  using Names = std::vector<std::string>;
   Parameters& parameters = context.node->parameters();
   ParameterOverrides* written = context.overrides;
   context_ = &context;

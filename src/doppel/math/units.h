@@ -1,5 +1,6 @@
 #pragma once
-// Factors into the SI units that doppel computes in: 30 * kDegree is 30 degrees in rad, angle / kDegree an angle in degrees.
+// Factors into the SI units that doppel computes in: 30 * kDegree is 30 degrees in rad, angle / kDegree is
+// the angle in degrees.
 
 #include <numbers>
 

@@ -70,21 +70,21 @@ void rehearse_start(ControlStack& control, const Log& quiet, const ControllerSel
 
 }  // namespace
 
-void rehearse(const CompiledRobot& machine, Instance instance, const Scenario& scenario,
+void rehearse(const CompiledRobot& compiled, Instance instance, const Scenario& scenario,
               const ControllerRegistry& controllers, const HardwareRegistry& hardware,
               const std::function<void(ControlStack&, const Log&)>& start, Diagnostics& diagnostics) {
   Bus bus({.names = scenario.ros.names, .sim_time = !scenario.wall_stamps});
   const Log quiet;
   const ControlStack::Options with{controllers, hardware, scenario.enforce_limits, /*rehearsal=*/true};
-  ControlStack control(bus, machine, instance, with, quiet, diagnostics);
+  ControlStack control(bus, compiled, instance, with, quiet, diagnostics);
   start(control, quiet);
   // What publishes its state may refuse, too.
   StatePublisher::Options options;
-  options.name_space = machine.name_space();
-  options.tf = machine.asked().tf;
-  options.X_WR = machine.instance().X_WR;
-  options.file = &machine.setup().controllers;
-  const StatePublisher state(bus, machine.description(), machine.shared_model(), options);
+  options.name_space = compiled.name_space();
+  options.tf = compiled.asked().tf;
+  options.X_WR = compiled.instance().X_WR;
+  options.file = &compiled.setup().controllers;
+  const StatePublisher state(bus, compiled.description(), compiled.shared_model(), options);
 }
 
 std::map<std::string, ControllerSelection> Twin::Impl::present_selections() const {
@@ -97,10 +97,10 @@ std::map<std::string, ControllerSelection> Twin::Impl::present_selections() cons
 // it is complete nothing of theirs is let go: what throws on the way leaves them as they were.
 class Twin::Impl::RobotReplacement {
  public:
-  RobotReplacement(Impl& twin, std::unique_ptr<CompiledScenario>& machine)
-      : twin_(twin), machine_(machine), stage_(twin.bus) {
+  RobotReplacement(Impl& twin, std::unique_ptr<CompiledScenario>& compiled)
+      : twin_(twin), machine_(compiled), stage_(twin.bus) {
     refuse_real_hardware();
-    kept_robots_.reserve(machine->robots.size());
+    kept_robots_.reserve(compiled->robots.size());
     std::swap(twin_.machine, machine_);
     former_ = std::exchange(twin_.robots, {});
   }
@@ -119,13 +119,13 @@ class Twin::Impl::RobotReplacement {
   bool run(const std::map<std::string, ControllerSelection>& selections) {
     twin_.robots.reserve(twin_.machine->robots.size());
     bool same = twin_.machine->robots.size() == former_.size();
-    for (const auto& machine : twin_.machine->robots) {
-      const std::size_t before = index_of(*machine);
-      if (before < former_.size() && is_kept(*former_[before], *machine)) {
-        hand_over(before, machine);
+    for (const auto& compiled : twin_.machine->robots) {
+      const std::size_t before = index_of(*compiled);
+      if (before < former_.size() && is_kept(*former_[before], *compiled)) {
+        hand_over(before, compiled);
       } else {
         same = false;
-        make(before, machine, selections);
+        make(before, compiled, selections);
       }
     }
     twin_.renew_handles();
@@ -145,23 +145,23 @@ class Twin::Impl::RobotReplacement {
   };
 
   // former_.size(): none had its namespace.
-  [[nodiscard]] std::size_t index_of(const CompiledRobot& machine) const {
+  [[nodiscard]] std::size_t index_of(const CompiledRobot& compiled) const {
     const auto found = std::ranges::find_if(former_, [&](const auto& robot) {
-      return robot != nullptr && robot->name_space() == machine.name_space();
+      return robot != nullptr && robot->name_space() == compiled.name_space();
     });
     return static_cast<std::size_t>(found - former_.begin());
   }
 
-  [[nodiscard]] bool is_kept(const TwinRobot& robot, const CompiledRobot& machine) const {
-    return same_structure(robot.machine(), machine) &&
+  [[nodiscard]] bool is_kept(const TwinRobot& robot, const CompiledRobot& compiled) const {
+    return same_structure(robot.machine(), compiled) &&
            machine_->engine->world().settings().step == twin_.machine->world.step;
   }
 
   // A device cannot be opened a second time, for what may fail.
   void refuse_real_hardware() const {
     for (const auto& robot : twin_.robots) {
-      const auto next = std::ranges::find_if(machine_->robots, [&](const auto& machine) {
-        return machine->name_space() == robot->name_space();
+      const auto next = std::ranges::find_if(machine_->robots, [&](const auto& compiled) {
+        return compiled->name_space() == robot->name_space();
       });
       if (!robot->has_loop() || (next != machine_->robots.end() && same_structure(robot->machine(), **next)))
         continue;
@@ -173,25 +173,25 @@ class Twin::Impl::RobotReplacement {
     }
   }
 
-  void hand_over(std::size_t before, const std::shared_ptr<const CompiledRobot>& machine) {
+  void hand_over(std::size_t before, const std::shared_ptr<const CompiledRobot>& compiled) {
     TwinRobot& robot = *former_[before];
     KeptRobot& entry = kept_robots_.emplace_back();
     entry.index = before;
     entry.machine = robot.shared_machine();
     entry.instance = robot.instance();
     twin_.robots.push_back(std::move(former_[before]));
-    robot.take_over(machine, instance_of(*twin_.machine->engine, *machine));
+    robot.take_over(compiled, instance_of(*twin_.machine->engine, *compiled));
     robot.carry_references(entry.instance);
     entry.publishers = robot.make_publishers();
     entry.has_publishers = true;
   }
 
-  void make(std::size_t before, const std::shared_ptr<const CompiledRobot>& machine,
+  void make(std::size_t before, const std::shared_ptr<const CompiledRobot>& compiled,
             const std::map<std::string, ControllerSelection>& selections) {
     std::optional<TwinRobot::History> past;
     if (before < former_.size()) past = former_[before]->past();
     Diagnostics reported_before;
-    twin_.robots.push_back(twin_.make_robot(machine, std::move(past), reported_before));
+    twin_.robots.push_back(twin_.make_robot(compiled, std::move(past), reported_before));
     TwinRobot& made = *twin_.robots.back();
     const auto selection = selections.find(made.name_space());
     if (selection != selections.end()) {

@@ -80,7 +80,6 @@ TEST(BusThreads, EdgesReceiveInOrderWhilePublishing) {
   const TopicId id = bus.topics().at(0).id;
   std::atomic<int> ready{0}, done{0};
   std::atomic<int> answers{0}, received{0}, out_of_order{0};
-  std::atomic<bool> published{false};
 
   const auto run_edge = [&](int number) {
     const auto edge = bus.attach("edge" + std::to_string(number));

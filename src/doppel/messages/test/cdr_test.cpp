@@ -291,7 +291,8 @@ TEST(Cdr, RandomBytesAreRefused) {
   }
 }
 
-// Two independent readers and writers: the templates over the fields of structs, and the code over descriptions.
+// Two independent readers and writers: the templates over the fields of structs, and the code over
+// descriptions.
 TEST(Cdr, StructCodecsAgreeWithDescriptions) {
   const unsigned seed = new_seed();
   std::mt19937 random(seed);

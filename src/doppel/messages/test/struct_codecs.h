@@ -1,6 +1,6 @@
 #pragma once
-// The compiled codecs of structs: of a list that has every kind of field, for each type is read and written by the same
-// templates. The bus uses them for its nodes; what is known by its type's name is read over descriptions.
+// The compiled codecs of structs, of a list of types that has every kind of field: all types are read and
+// written by the same templates. Nodes of the bus use them; types known by name are read by descriptions.
 
 #include <span>
 #include <vector>

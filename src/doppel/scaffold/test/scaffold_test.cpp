@@ -52,14 +52,17 @@ TEST(PackageName, RobotGetsSuffixOfDescriptionPackages) {
 TEST(PackageName, InvalidNameIsRefusedWithValidOneLikeIt) {
   for (const auto& [name, near] : {std::pair("My-Arm", "my_arm"), std::pair("2nd arm", "nd_arm"),
                                    std::pair("my__arm", "my_arm"), std::pair("arm_", "arm")}) {
-    EXPECT_THAT(error_of([&] { (void)package_name(name); }), HasSubstr(std::string("doppel new ") + near))
+    EXPECT_THAT(error_of([&given = name] { (void)package_name(given); }),
+                HasSubstr(std::string("doppel new ") + near))
         << name;
   }
 }
 
 TEST(PackageName, NameWithoutUsableCharactersIsRefused) {
   for (const char* name : {"", "_", "7", "a", "_description", "../x", "\xc3\xa4"})
-    EXPECT_THAT(error_of([&] { (void)package_name(name); }), HasSubstr("not a valid package name")) << name;
+    EXPECT_THAT(error_of([&given = name] { (void)package_name(given); }),
+                HasSubstr("not a valid package name"))
+        << name;
 }
 
 TEST(DesignArm, JointsReachAsFarAsAskedFor) {
