@@ -1,6 +1,7 @@
 #pragma once
-// What the running program tells: one stream of lines with level and origin, to sinks (terminal, /rosout, a
-// test). Not for the step itself: whoever has something to say there notes it and says it between steps.
+// The log of the running program: lines with level and origin, to sinks (terminal, /rosout, a test). Not for
+// use within a step, where lines are recorded and logged between steps. Sinks are added before threads log;
+// they are called on the logging thread.
 
 #include <functional>
 #include <source_location>
@@ -14,7 +15,7 @@ namespace doppel {
 
 struct LogLine {
   Severity severity = Severity::note;
-  std::string origin;  // node or room: "omarm_arm_controller"
+  std::string origin;  // node or module: "omarm_arm_controller"
   std::string text;
   std::source_location where = std::source_location::current();  // in the sources
 };

@@ -39,11 +39,13 @@ inline constexpr std::uintmax_t kMaxMeasuredBytes = std::uintmax_t{128} << 20;  
 
 // Does not throw; an error is in `problem`.
 DOPPEL_API MeshReport report_mesh(const std::filesystem::path& file);
-// The same through the cache ($XDG_CACHE_HOME/doppel, else ~/.cache/doppel; keyed by path, size and time of
-// change). A cache that cannot be written is done without. The reference holds as long as the program runs.
+// The same through the cache ($XDG_CACHE_HOME/doppel, else ~/.cache/doppel; keyed by path, size and time
+// of change). Without a writable cache the report is only kept in memory. The reference is valid until
+// the program ends.
 DOPPEL_API const MeshReport& cached_mesh_report(const std::filesystem::path& file);
 
-// The cache's bytes (mesh_report_cache.cpp): with version and checksum; nothing where they are not whole.
+// The bytes of a cache file, with version and checksum (mesh_report_cache.cpp). nullopt: they are
+// incomplete or invalid.
 DOPPEL_API std::string to_bytes(const MeshReport& report, const std::string& key);
 DOPPEL_API std::optional<MeshReport> from_bytes(std::string_view bytes, const std::string& key);
 

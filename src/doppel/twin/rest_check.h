@@ -1,7 +1,6 @@
 #pragma once
-// Whether a robot that nobody commands stands still half a second after the start. One that does not is
-// reported with the link and the cause: a model that is thrown at its start proves nothing that is measured
-// later.
+// Checks whether a robot without commands is at rest half a second after the start. One that is not is
+// reported with the link and the cause, because later measurements of such a model are meaningless.
 
 #include <optional>
 #include <string>
@@ -17,7 +16,7 @@ namespace doppel {
 
 inline constexpr Duration kRestTime{500'000'000};  // after the start
 inline constexpr double kRestSpeed = 0.1;          // rad/s or m/s
-inline constexpr double kBeyondLimit = 0.01;  // rad or m: a loaded drive stands a little beyond its limit
+inline constexpr double kBeyondLimit = 0.01;       // rad or m: a loaded drive sags slightly beyond its limit
 
 // A scalar joint that moves, or stands beyond its limits.
 struct UnsettledJoint {

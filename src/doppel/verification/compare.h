@@ -1,7 +1,7 @@
 #pragma once
-// The same robot, world and commands in several engines: what they differ by, beside what each of them errs
-// by itself (its motion at h against that at h/2), so that a difference that has a reason is told from one
-// that has none. docs/engines.md has the rules.
+// The same robot, world and commands in several engines: the difference between engines, compared with the
+// own error of each (its motion at h against that at h/2), which separates explained from unexplained
+// differences. docs/engines.md has the rules.
 
 #include <functional>
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace doppel {
 
-inline constexpr double kOwnErrors = 3.0;  // times the engines' summed own errors is what their steps explain
+inline constexpr double kOwnErrors = 3.0;  // times the summed own errors: differences that steps explain
 inline constexpr double kSame = 1e-6;      // rad or m: motions that differ by less are the same
 // Of the largest effort of a joint: rounding error of an acceleration measured over microseconds.
 inline constexpr double kSameEffort = 1e-6;

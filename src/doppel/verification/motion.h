@@ -62,10 +62,10 @@ struct MotionRecord {
 // One kind of motion of a subject. smooth uses a modified model.
 class DOPPEL_API Motion {
  public:
-  // `tool`: a link of the model. Throws InputError where the engine refuses the robot.
+  // `tool`: a link of the model. Throws InputError if the engine rejects the robot.
   Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool);
 
-  // The same motion as `plan`, which another engine has found free of contacts: from its start to its goal.
+  // The same motion as `plan`, from its start to its goal, which another engine has found free of contacts.
   Motion(const MotionSubject& subject, const Motion& plan, const std::string& tool);
 
   [[nodiscard]] const Model& model() const { return *robot_.model; }
