@@ -71,8 +71,7 @@ bool is_held(const fs::path& file, const AssetTable& known) {
 }
 
 // `file` is resolved, without symbolic links. A package that is installed by links, as by `colcon build
-// --symlink-install`, resolves to its sources: a folder with a package.xml of the same name is the
-// same package.
+// --symlink-install`, resolves to its sources: a folder with a package.xml of the same name is the same one.
 bool may_be_in(const fs::path& file, const fs::path& root) {
   std::error_code failed;
   const fs::path folder = fs::canonical(root, failed);
